@@ -20,7 +20,7 @@ import numpy as np
 from scipy import signal, stats
 
 from exograv.study.statistics.normal import welch_interval, welch_p
-from exograv.study.statistics.random_intercept import Sums, fit
+from exograv.study.statistics.random_intercept import SufficientStatistics, fit
 from exograv.study.statistics.relabelling import relabellings, two_sided
 
 PERSON_SD, TOUCH_SD, TOUCHES = 0.35, 0.6, 60
@@ -63,7 +63,7 @@ def p_values(values: np.ndarray, counts: np.ndarray, n: int, rng: np.random.Gene
     medians = np.nanmedian(values, axis=-1)
     means = np.nanmean(values, axis=-1)
     squares = np.nansum((values - means[..., None]) ** 2, axis=(1, 2))
-    found = fit(Sums(np.tile(counts.astype(float), (len(values), 1)), means, squares, n))
+    found = fit(SufficientStatistics(np.tile(counts.astype(float), (len(values), 1)), means, squares, n))
     z = np.abs(found.difference / found.error)
     flat = [group.reshape(len(values), -1) for group in (values[:, :n], values[:, n:])]
     pooled: Any = stats.mannwhitneyu(flat[0], flat[1], axis=1, method="asymptotic", nan_policy="omit")

@@ -57,7 +57,7 @@ RUNS: dict[str, str] = {
     "power": "study power --sd 0.35 --studies 500",
     "identify_log": f"identify-log {UR10E}/ur-20_02_19_14harm50secLoad.csv "
     f"--unloaded {UR10E}/ur-20_02_19_14harm50sec.csv --urdf {UR10E}/ur10e.urdf --payload-frame wrist_3_link "
-    f"--gains {GAINS} --rows 308,5071 --rows-unloaded 195,4966 --true-kg 2.805",
+    f"--gains {GAINS} --rows 308:5071 --rows-unloaded 195:4966 --true-kg 2.805",
 }
 """Command by name; each runs in a folder of its own."""
 

@@ -15,7 +15,7 @@ from exograv.experiment.steered.view_models import (
     MachineAlarm,
     PlotTrace,
     RecordingStatus,
-    Shown,
+    SessionSnapshot,
     SkeletonLines,
 )
 from exograv.options import Side
@@ -54,11 +54,11 @@ class FakeDesk:
         self._stepped = self.began
         self._numbers = itertools.count(1)
 
-    def shown(self) -> Shown:
+    def shown(self) -> SessionSnapshot:
         self._step()
         t, mode = self.now(), self.machine.mode
         q = self._q(t)
-        return Shown(
+        return SessionSnapshot(
             version=self.version,
             t=t,
             rig="recupera_like",

@@ -5,7 +5,7 @@ import json
 
 from exograv.console.handlers import hear
 from exograv.console.hub import ACTS_WAITING_MAX, Hub
-from exograv.console.keys import Entry, Role
+from exograv.console.keys import Role, TokenUse
 from exograv.safety.modes import Mode
 
 from .fake_desk import FakeDesk
@@ -144,7 +144,7 @@ def test_a_link_that_the_operator_makes_lets_one_person_in(house: Hub, clock: Se
     origin, _, token = link.partition("/#")
     assert origin == house.origin
     entered = house.keys.enter(token, "192.168.1.9")
-    assert not isinstance(entered, Entry)
+    assert not isinstance(entered, TokenUse)
     assert entered[0] is Role.PARTICIPANT
 
 

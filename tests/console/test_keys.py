@@ -10,10 +10,10 @@ from exograv.console.keys import (
     LINK_S,
     SESSION_S,
     TICKET_S,
-    Entry,
-    Keys,
+    AccessKeys,
     PageSession,
     Role,
+    TokenUse,
 )
 
 from .of_clock import SetClock
@@ -21,10 +21,10 @@ from .of_clock import SetClock
 HOME = "127.0.0.1"
 
 
-def entered(keys: Keys, role: Role = Role.OPERATOR) -> tuple[str, PageSession]:
+def entered(keys: AccessKeys, role: Role = Role.OPERATOR) -> tuple[str, PageSession]:
     """Cookie and session of somebody who came in."""
     outcome = keys.enter(keys.token(role), HOME)
-    assert not isinstance(outcome, Entry)
+    assert not isinstance(outcome, TokenUse)
     assert outcome[0] is role
     session = keys.session(role, outcome[1])
     assert session is not None
@@ -32,7 +32,7 @@ def entered(keys: Keys, role: Role = Role.OPERATOR) -> tuple[str, PageSession]:
 
 
 def test_a_token_has_256_bits_and_no_two_are_alike():
-    keys = Keys(SetClock())
+    keys = AccessKeys(SetClock())
     tokens = {keys.token(Role.OPERATOR) for _ in range(50)}
     assert len(tokens) == 50
     assert all(len(token) >= 43 for token in tokens)
@@ -40,21 +40,21 @@ def test_a_token_has_256_bits_and_no_two_are_alike():
 
 @pytest.mark.parametrize("role", Role)
 def test_a_token_lets_one_in_once_and_in_its_role_only(role: Role):
-    keys = Keys(SetClock())
+    keys = AccessKeys(SetClock())
     token = keys.token(role)
     first = keys.enter(token, HOME)
-    assert not isinstance(first, Entry)
-    assert keys.enter(token, HOME) is Entry.REFUSED
+    assert not isinstance(first, TokenUse)
+    assert keys.enter(token, HOME) is TokenUse.REFUSED
     for other in Role:
         assert (keys.session(other, first[1]) is not None) == (other is role)
 
 
 def test_a_link_ends_after_a_quarter_of_an_hour_and_a_cookie_after_a_day():
     clock = SetClock()
-    keys = Keys(clock)
+    keys = AccessKeys(clock)
     token = keys.token(Role.VIEWER)
     clock.t += LINK_S + 1.0
-    assert keys.enter(token, HOME) is Entry.REFUSED
+    assert keys.enter(token, HOME) is TokenUse.REFUSED
     cookie, _ = entered(keys)
     clock.t += SESSION_S - 1.0
     assert keys.session(Role.OPERATOR, cookie) is not None
@@ -64,7 +64,7 @@ def test_a_link_ends_after_a_quarter_of_an_hour_and_a_cookie_after_a_day():
 
 def test_a_ticket_opens_one_line_of_its_own_session_and_soon():
     clock = SetClock()
-    keys = Keys(clock)
+    keys = AccessKeys(clock)
     (_, session), (_, other) = entered(keys), entered(keys)
     ticket = keys.ticket(session)
     assert keys.redeem(session, ticket)
@@ -76,37 +76,37 @@ def test_a_ticket_opens_one_line_of_its_own_session_and_soon():
 
 
 def test_a_token_is_no_cookie_and_a_cookie_no_ticket():
-    keys = Keys(SetClock())
+    keys = AccessKeys(SetClock())
     cookie, session = entered(keys)
     assert keys.session(Role.OPERATOR, keys.token(Role.OPERATOR)) is None
     assert not keys.redeem(session, cookie)
-    assert keys.enter(cookie, HOME) is Entry.REFUSED
+    assert keys.enter(cookie, HOME) is TokenUse.REFUSED
 
 
 def test_five_failures_in_a_minute_lock_an_address_out_even_with_a_right_token():
     clock = SetClock()
-    keys = Keys(clock)
+    keys = AccessKeys(clock)
     for _ in range(FAILURES_MAX):
-        assert keys.enter("wrong", HOME) is Entry.REFUSED
-    assert keys.enter(keys.token(Role.OPERATOR), HOME) is Entry.LOCKED
-    assert not isinstance(keys.enter(keys.token(Role.OPERATOR), "192.168.1.7"), Entry)
+        assert keys.enter("wrong", HOME) is TokenUse.REFUSED
+    assert keys.enter(keys.token(Role.OPERATOR), HOME) is TokenUse.LOCKED
+    assert not isinstance(keys.enter(keys.token(Role.OPERATOR), "192.168.1.7"), TokenUse)
     clock.t += FAILURE_S + 0.1
-    assert not isinstance(keys.enter(keys.token(Role.OPERATOR), HOME), Entry)
+    assert not isinstance(keys.enter(keys.token(Role.OPERATOR), HOME), TokenUse)
 
 
 def test_nobody_fills_the_memory_with_secrets_or_addresses():
-    keys = Keys(SetClock())
+    keys = AccessKeys(SetClock())
     first = keys.token(Role.VIEWER)
     for number in range(2 * KEPT_MAX):
         keys.token(Role.VIEWER)
         keys.note_failure(f"10.0.0.{number}")
-    assert keys.enter(first, HOME) is Entry.REFUSED
+    assert keys.enter(first, HOME) is TokenUse.REFUSED
     assert len(keys._failures) <= KEPT_MAX + 1
     assert len(keys._tokens._held) <= KEPT_MAX
 
 
 def test_the_server_keeps_no_secret_as_it_is(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(keys_module.secrets, "token_urlsafe", lambda _: "a-known-secret")
-    keys = Keys(SetClock())
+    keys = AccessKeys(SetClock())
     assert keys.token(Role.VIEWER) == "a-known-secret"
     assert "a-known-secret" not in repr(vars(keys._tokens))

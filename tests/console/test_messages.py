@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 
 from exograv.console.limits import DEPTH_MAX, MESSAGE_MAX_BYTES, Close
-from exograv.console.messages import Beat, Do, Ping, depth, read_message
+from exograv.console.messages import ActMessage, Heartbeat, Ping, depth, read_message
 
 JSON = st.recursive(
     st.none() | st.booleans() | st.floats() | st.integers() | st.text(),
@@ -60,9 +60,9 @@ def test_what_is_malformed_closes_the_line_with_the_code_for_it(text: str | byte
 
 
 def test_what_is_well_formed_is_read():
-    assert read_message('{"kind":"beat"}') == Beat()
+    assert read_message('{"kind":"beat"}') == Heartbeat()
     assert read_message('{"kind":"ping","asked":1}') == Ping(asked=1.0)
-    assert isinstance(read_message(nested(DEPTH_MAX - 2)), Do)
+    assert isinstance(read_message(nested(DEPTH_MAX - 2)), ActMessage)
 
 
 @given(value=JSON)

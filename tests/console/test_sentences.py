@@ -40,8 +40,8 @@ def test_what_comes_from_below_is_recognised(said: Mode | StopReason | Outcome):
 
 
 def test_a_guard_and_a_desk_that_say_the_same_say_it_in_one_sentence():
-    refused = steering.Steering()
-    refused.lease(steering.Leased(until_ns=10**9), now_ns=0)
+    refused = steering.CommandDecisions()
+    refused.lease(steering.LeaseCommand(until_ns=10**9), now_ns=0)
     assert spoken(refused.ask(Event.TAKE_ARM, Mode.MOVING, is_latched=False, now_ns=0)) == {
         "text": f"Not possible now. {Mode.MOVING.value}",
         "code": "desk.not_possible",

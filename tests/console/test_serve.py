@@ -15,7 +15,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
-from exograv.console.keys import Entry, Role
+from exograv.console.keys import Role, TokenUse
 from exograv.console.limits import MESSAGE_MAX_BYTES, Close
 from exograv.console.options import Address
 from exograv.console.serve import bound, settings_of
@@ -32,7 +32,7 @@ def line(house: Served, role: Role = Role.VIEWER, compression: str | None = None
     """A line of somebody who is in, up to its welcome."""
     keys = house.hub.keys
     entered = keys.enter(keys.token(role), "127.0.0.1")
-    assert not isinstance(entered, Entry)
+    assert not isinstance(entered, TokenUse)
     session = keys.session(role, entered[1])
     assert session is not None
     origin = Origin(house.hub.origin)

@@ -12,7 +12,7 @@ from exograv.control.returned_friction import CERTAINTY, SHARE, TRAVEL, WARMED, 
 from exograv.dynamics.friction import Friction
 from exograv.model.description import load_rig
 from exograv.rig.twin import Disturbances, Machine, draw_machine
-from exograv.rig.twin.machine.drive import Rubbing, friction_step, sliding_friction
+from exograv.rig.twin.machine.drive import FrictionState, friction_step, sliding_friction
 
 ONE = np.ones(1)
 KNOWN = Friction(2.5 * ONE, 1.4 * ONE, 1.3 * ONE, 0.06 * ONE, 0.15 * ONE, 0.05 * ONE, 0.02)
@@ -161,7 +161,7 @@ def test_a_parameter_that_is_no_number_is_not_hidden(field: str):
 def friction_of(machine: Machine) -> ca.Function:
     """The twin's friction, warm: torque and next bristle."""
     bristle, theta, omega, load = (ca.SX.sym(name) for name in ("bristle", "theta", "omega", "load"))
-    now = Rubbing(theta, omega, load, ca.SX(1.0))
+    now = FrictionState(theta, omega, load, ca.SX(1.0))
     return ca.Function("friction", [bristle, theta, omega, load], list(friction_step(machine, ELBOW, bristle, now, DT)))
 
 
@@ -204,5 +204,5 @@ def test_the_twins_warm_friction_is_never_less_than_what_is_returned_of_the_cold
         forward, backward = least(known, replace(SD, coulomb=0 * ONE), LOAD)
         for theta in np.linspace(0.0, 2 * np.pi / machine.drives.gear_ratio[ELBOW], 12):
             for omega, returned in ((0.5, SHARE * forward), (-0.5, SHARE * backward)):
-                now = Rubbing(*(ca.SX(value) for value in (theta, omega, LOAD, 1.0)))
+                now = FrictionState(*(ca.SX(value) for value in (theta, omega, LOAD, 1.0)))
                 assert returned < float(ca.evalf(sliding_friction(machine, ELBOW, now)))

@@ -11,13 +11,20 @@ import pytest
 from exograv.live.guard_process import GIVEN_UP_AFTER, GuardedRig, GuardJob, GuardLoop, answer_by_ns
 from exograv.recording.encoding import tick_dtype
 from exograv.rig.drive_status import DriveStatus
-from exograv.runtime.control_loop.exchange import TOLD_LEVEL, Channels, FeltLevel, LedPerson, answer_dtype, state_dtype
+from exograv.runtime.control_loop.exchange import (
+    TOLD_LEVEL,
+    Channels,
+    FeltLevel,
+    PersonUpdate,
+    answer_dtype,
+    state_dtype,
+)
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.recorder.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
 from exograv.safety.envelope import Envelope, Limits, StopReason
 from exograv.safety.guard import Guard, SafeState
 from exograv.safety.person import GuardedPerson, PersonLimits
-from exograv.safety.plausible import Chain, PlausibleTable
+from exograv.safety.plausible import LimbTable, PlausibleTable
 from exograv.signals import Command, JointState, TorqueSource
 
 PERIOD_S = 0.001
@@ -192,7 +199,7 @@ def test_control_has_of_a_period_what_a_guard_does_not_need_to_write(period_us: 
 
 def somebody() -> PersonLimits:
     nothing, wide = np.zeros((1, 3)), np.full(1, 30.0)
-    plausible = PlausibleTable((Chain((0,), 1, nothing, nothing),), wide, wide, wide)
+    plausible = PlausibleTable((LimbTable((0,), 1, nothing, nothing),), wide, wide, wide)
     return PersonLimits(plausible, wide, np.full(1, -3.0), np.full(1, 3.0))
 
 
@@ -200,7 +207,7 @@ def test_who_is_known_is_held_to_what_a_driven_arm_may_have_only_as_long_as_it_i
     table.guard.envelope.person = GuardedPerson(somebody(), 0.0)
     table.guard.envelope.person.drive(True)
     driven = []
-    for word in (LedPerson(somebody()), somebody()):
+    for word in (PersonUpdate(somebody()), somebody()):
         table.guarding.hearing.hear(word, table.rig.t)
         table.tick(answers=True)
         driven.append(table.guard.envelope.person.is_driven)

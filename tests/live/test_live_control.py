@@ -20,7 +20,7 @@ from exograv.live.live_control import (
 from exograv.loop.person_limits import person_limits
 from exograv.rig.twin import Twin
 from exograv.runtime.control_loop.exchange import answer_dtype, state_dtype
-from exograv.safety.guard import COMMAND_LIFE_S, SafeState, Submitted
+from exograv.safety.guard import COMMAND_LIFE_S, ControlRequest, SafeState
 from exograv.safety.modes import RAMP_IN_S, Mode, ModeMachine
 from exograv.signals import Command
 
@@ -68,7 +68,7 @@ def flown(seconds: float, holds: bool = True, stop_at_s: float | None = None) ->
         state["sequence"], state["now"], state["safe_state"] = believed.sequence, now, safe_state
         state["q"], state["current"] = believed.q, believed.current
         control.answer(state, row)
-        guarded = guard.decide(Submitted(believed.sequence, now + COMMAND_LIFE_S, row["tau"].copy()), now)
+        guarded = guard.decide(ControlRequest(believed.sequence, now + COMMAND_LIFE_S, row["tau"].copy()), now)
         tau = guarded.tau
         rig.write(Command(now, measured.sequence, now + COMMAND_LIFE_S, tau, tau / made.gain, guarded.drive_damping))
         safe_state = guarded.safe_state

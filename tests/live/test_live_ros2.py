@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from exograv.live.guard_process import GuardedRig
-from exograv.live.live_processes import Parts, Running, fly
+from exograv.live.live_processes import ProcessParts, Running, fly
 from exograv.recording import read_recording
 from exograv.rig import Rig
 from exograv.runtime.recorder.recorder import Recorder
@@ -22,7 +22,7 @@ from exograv.runtime.ros2.messages import FLOAT64, float64
 from exograv.safety.envelope import Envelope, Limits
 from exograv.safety.guard import Guard
 from exograv.safety.person import GuardedPerson, PersonLimits
-from exograv.safety.plausible import Chain, PlausibleTable
+from exograv.safety.plausible import LimbTable, PlausibleTable
 from exograv.signals import Command, JointState, TorqueSource
 
 pytest.importorskip("zenoh")
@@ -68,7 +68,7 @@ class Idle:
 
 def guarded() -> GuardedRig:
     nothing, wide = np.zeros((1, 3)), np.full(1, 30.0)
-    table = PlausibleTable((Chain((0,), 1, nothing, nothing),), wide, wide, wide)
+    table = PlausibleTable((LimbTable((0,), 1, nothing, nothing),), wide, wide, wide)
     envelope = Envelope(Limits(np.array([30.0]), np.array([10.0])), PERIOD_S)
     envelope.person = GuardedPerson(PersonLimits(table, wide, np.full(1, -3.0), np.full(1, 3.0)), 0.0)
     rig: Rig = StandingRig()
@@ -93,14 +93,14 @@ def test_a_run_is_told_to_ros_2_to_its_end_and_the_guard_answers_what_was_asked_
         def ask(_: Running) -> None:
             print(topic_key(0, WANTED, FLOAT64), float64(0.5).hex(), file=peer.stdin, flush=True)
 
-        parts = Parts(guarded, Idle, Idle, Idle.mode_names, period_ns=round(1e9 * PERIOD_S))
+        parts = ProcessParts(guarded, Idle, Idle, Idle.mode_names, period_ns=round(1e9 * PERIOD_S))
         with Recorder(tmp_path / "a.mcap", ("elbow",), {"rig": "none"}, SECONDS) as recorder:
             flown = fly(parts, SECONDS, recorder, lambda *_: None, ask, ros2=bridging)
         peer.stdin.close()
         reading.join()
     figures = bridging.figures()
     states = [one for one in heard if one.get("key", "").startswith("0/joint_states/")]
-    assert len(states) > 0.9 * figures.joint_states > 0
+    assert len(states) > 0.9 * (figures.joint_states or 0) > 0
     assert figures.ended == ""
     recording = read_recording(flown.path)
     assert [message["gravity_level"] for message in recording.messages("/control")] == [0.5]

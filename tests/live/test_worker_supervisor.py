@@ -12,10 +12,10 @@ from exograv.live.arm_worker import LearnedArm, PassesResult
 from exograv.live.worker_supervisor import WorkerKeeper
 from exograv.runtime.control_loop.worker import WorkerJob, WorkerMemory
 from exograv.safety.person import PersonLimits
-from exograv.safety.plausible import Chain, PlausibleTable
+from exograv.safety.plausible import LimbTable, PlausibleTable
 
 NOTHING, WIDE, FREE = np.zeros((1, 3)), np.full(1, 30.0), np.full(1, 3.0)
-PERSON = PersonLimits(PlausibleTable((Chain((0,), 1, NOTHING, NOTHING),), WIDE, WIDE, WIDE), WIDE, -FREE, FREE)
+PERSON = PersonLimits(PlausibleTable((LimbTable((0,), 1, NOTHING, NOTHING),), WIDE, WIDE, WIDE), WIDE, -FREE, FREE)
 LEARNED = LearnedArm(1.0, Estimate(1.0, np.zeros(1), None, 0.0, 1.0), Outcome.TIME_IS_UP, "", None, None, PERSON)
 PASSED = PassesResult(2.0, (), 1.0, PERSON)
 

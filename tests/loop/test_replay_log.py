@@ -8,13 +8,13 @@ import numpy as np
 
 from exograv.loop.replay_log import read_person, written_person
 from exograv.safety.person import PersonLimits
-from exograv.safety.plausible import Chain, Features, PlausibleTable
+from exograv.safety.plausible import Features, LimbTable, PlausibleTable
 
 
 def some_limits() -> PersonLimits:
     generator = np.random.default_rng(0)
     products = generator.normal(size=(2, 2, Features(2, 1).count))
-    table = PlausibleTable((Chain((0, 1), 1, *products),), *generator.uniform(size=(3, 2)))
+    table = PlausibleTable((LimbTable((0, 1), 1, *products),), *generator.uniform(size=(3, 2)))
     return PersonLimits(table, np.array([8.0, 4.0]), np.array([-1.0, 0.0]), np.array([1.0, 2.0]))
 
 

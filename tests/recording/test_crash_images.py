@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from exograv.recording import RecordingWriter
-from exograv.recording.contents import Ending, examine
+from exograv.recording.contents import FileEnding, examine
 from exograv.recording.encoding import tick_dtype
 
 JOINTS, CHUNKS, TICKS = ("flexion", "elbow"), 6, 8
@@ -18,7 +18,7 @@ OPCODES |= {11: "statistics", 15: "data end"}
 SECTOR = 512
 """What a disk writes at once, and a failing one loses at once [bytes]."""
 
-Told = tuple[bytes, list[tuple[str, bytes]], Ending]
+Told = tuple[bytes, list[tuple[str, bytes]], FileEnding]
 
 
 def told(content: bytes) -> Told:
@@ -94,7 +94,7 @@ def test_every_image_gives_back_what_was_whole_before_its_damage_and_nothing_tha
     most: int, content: bytes
 ):
     ticks, others, ending = told(content)
-    assert ending is Ending.COMPLETE
+    assert ending is FileEnding.COMPLETE
     size, names, chunks, seen = tick_dtype(len(JOINTS)).itemsize, places(content), whole_until(content), Counter()
     assert chunks[-1][1] * size == len(ticks) == CHUNKS * TICKS * size
     for kind, place, image in images(content, chosen(names, most)):
@@ -103,7 +103,7 @@ def test_every_image_gives_back_what_was_whole_before_its_damage_and_nothing_tha
         assert some_others == others[: len(some_others)], (kind, place)
         promised = max((count for end, count in chunks if end <= place), default=0)
         assert len(some_ticks) >= promised * size, (kind, place, names[place])
-        assert some_ending is not Ending.COMPLETE, (kind, place, names[place])
+        assert some_ending is not FileEnding.COMPLETE, (kind, place, names[place])
         seen[f"{kind}: {names[place]}"] += 1
     assert seen.total() >= (10_000 if most > 1000 else 500)
     print(seen.total(), "images", dict(seen))

@@ -14,7 +14,7 @@ from mcap.reader import make_reader
 
 from exograv.errors import RecordingError
 from exograv.recording import Recording, RecordingWriter, read_recording
-from exograv.recording.contents import Ending, examine
+from exograv.recording.contents import FileEnding, examine
 from exograv.recording.disk import expected_bytes, refuse_small_disk
 from exograv.recording.encoding import tick_dtype, unpacked_ticks
 from exograv.recording.schema import SCHEMA_VERSION
@@ -47,7 +47,7 @@ def sequence(recording: Recording) -> list[int]:
     return recording.ticks["sequence"].tolist()
 
 
-def told(content: bytes) -> tuple[bytes, list[tuple[str, bytes]], Ending]:
+def told(content: bytes) -> tuple[bytes, list[tuple[str, bytes]], FileEnding]:
     """Ticks, other messages, and how the file ends."""
     ticks, others = [], []
     found = examine(content, lambda topic, data: (ticks if topic == "/tick" else others).append((topic, data)))
@@ -65,12 +65,12 @@ def prefixes(content: bytes, step: int) -> list[int]:
 def test_every_crash_image_holds_a_prefix_of_the_messages_and_says_that_it_was_cut(step: int, tmp_path: Path):
     content = write(tmp_path / "a.mcap").read_bytes()
     ticks, others, ending = told(content)
-    assert ending is Ending.COMPLETE
+    assert ending is FileEnding.COMPLETE
     for length in prefixes(content, step):
         some_ticks, some_others, some_ending = told(content[:length])
         assert ticks.startswith(some_ticks)
         assert some_others == others[: len(some_others)]
-        assert some_ending is Ending.CUT
+        assert some_ending is FileEnding.CUT
 
 
 @pytest.mark.parametrize("step", [97, pytest.param(7, marks=pytest.mark.slow)])
@@ -88,8 +88,8 @@ def test_no_altered_byte_alters_a_message_unnoticed(is_complete: bool, step: int
         assert ticks.startswith(some_ticks)
         assert some_others == others[: len(some_others)]
         if len(some_ticks) < len(ticks) or is_complete:
-            assert some_ending is not Ending.COMPLETE
-    assert ending is (Ending.COMPLETE if is_complete else Ending.CUT)
+            assert some_ending is not FileEnding.COMPLETE
+    assert ending is (FileEnding.COMPLETE if is_complete else FileEnding.CUT)
 
 
 def test_the_zeros_that_a_power_failure_leaves_at_the_end_are_no_ticks(tmp_path: Path):

@@ -7,10 +7,10 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from exograv.safety.envelope import Envelope, Limits, StopReason
-from exograv.safety.guard import Guard, SafeState, Submitted
+from exograv.safety.guard import ControlRequest, Guard, SafeState
 from exograv.safety.ingress import Ingress
 from exograv.safety.person import GuardedPerson, PersonLimits
-from exograv.safety.plausible import Chain, PlausibleTable
+from exograv.safety.plausible import LimbTable, PlausibleTable
 from exograv.signals import JointState, TorqueSource
 
 from .second_envelope import RAN_WELL, Machines, SecondEnvelope, SecondGuard, Tick
@@ -204,7 +204,7 @@ def first_envelope(m: Machines, k: int) -> Envelope:
     )
     envelope = Envelope(limits, float(m.period[k]))
     if m.worn[k]:
-        chains = tuple(Chain(tuple(joints), most, exo[k], arm[k]) for joints, most, exo, arm in m.chains)
+        chains = tuple(LimbTable(tuple(joints), most, exo[k], arm[k]) for joints, most, exo, arm in m.chains)
         table = PlausibleTable(chains, m.error[k], m.dry[k], m.viscous[k])
         angles = {"wall_rad": float(m.wall[k]), "trip_rad": float(m.trip[k])}
         angles |= {"v_trip_rad_s": float(m.own_trip[k]), "path_W": float(m.path[k])}
@@ -231,7 +231,7 @@ def first_guards(m: Machines, history: History) -> Trace:
                 sensors = (tick.measured[b], none, TorqueSource.CURRENT)
                 state = JointState(float(tick.t[b]), int(tick.sequence[b]), tick.q[b], *sensors)
             if tick.spoke[b]:
-                submitted = Submitted(int(tick.answers[b]), float(tick.valid_until[b]), tick.tau[b])
+                submitted = ControlRequest(int(tick.answers[b]), float(tick.valid_until[b]), tick.tau[b])
             out = guard.step(state, submitted, float(tick.now[b]))
             trace.tau[k, b], trace.drive_damping[k, b] = out.tau, out.drive_damping
             trace.safe_state[k, b], trace.dropped[k, b] = out.safe_state, ingress.dropped

@@ -49,7 +49,7 @@ def test_the_limits_of_a_machine_that_says_nothing_else_are_the_published_ones()
 
 def test_the_limits_of_a_person_are_the_published_ones():
     one = np.zeros(1)
-    table = plausible.PlausibleTable((plausible.Chain((0,), 1, np.zeros((1, 3)), np.zeros((1, 3))),), one, one, one)
+    table = plausible.PlausibleTable((plausible.LimbTable((0,), 1, np.zeros((1, 3)), np.zeros((1, 3))),), one, one, one)
     limits = person.PersonLimits(table, one + 8.0, one - 2.0, one + 2.0)
     assert np.rad2deg([limits.wall_rad, limits.trip_rad]) == pytest.approx([10.0, 2.0])
     assert (limits.tank_start_J, limits.tank_max_J) == (0.5, 1.0)
@@ -59,6 +59,6 @@ def test_the_limits_of_a_person_are_the_published_ones():
 
 def test_the_limits_of_a_person_may_be_small():
     one = np.zeros(1)
-    table = plausible.PlausibleTable((plausible.Chain((0,), 1, np.zeros((1, 3)), np.zeros((1, 3))),), one, one, one)
+    table = plausible.PlausibleTable((plausible.LimbTable((0,), 1, np.zeros((1, 3)), np.zeros((1, 3))),), one, one, one)
     limits = person.PersonLimits(table, one + 0.1, one - 2.0, one + 2.0, v_trip_rad_s=0.1, trip_rad=0.0)
     assert limits.v_trip_rad_s == 0.1

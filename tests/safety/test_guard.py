@@ -6,10 +6,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exograv.safety.envelope import Envelope, Limits, StopReason
-from exograv.safety.guard import GRAVITY_LEVEL_S, IN_SECOND_MAX, IN_WINDOW_MAX_MS, Guard, Guarded, SafeState, Submitted
+from exograv.safety.guard import (
+    GRAVITY_LEVEL_S,
+    IN_SECOND_MAX,
+    IN_WINDOW_MAX_MS,
+    ControlRequest,
+    Guard,
+    Guarded,
+    SafeState,
+)
 from exograv.safety.ingress import FROZEN_MS, Ingress
 from exograv.safety.person import GuardedPerson, PersonLimits
-from exograv.safety.plausible import Chain, PlausibleTable
+from exograv.safety.plausible import LimbTable, PlausibleTable
 from exograv.signals import JointState, TorqueSource
 
 DT = 1e-3
@@ -38,7 +46,7 @@ class Bench:
         self.k += 1
         self.q = self.q + self.v * DT
         now = self.k * DT
-        submitted = None if tau is None else Submitted(self.k, now + LIFE_S, tau)
+        submitted = None if tau is None else ControlRequest(self.k, now + LIFE_S, tau)
         return self.guard.step(None if lost else self.state(q), submitted, now)
 
     def settled(self, ticks: int = 100) -> "Bench":
@@ -77,8 +85,8 @@ def test_an_answer_is_good_until_the_end_of_its_life_and_not_after_it():
     bench = Bench().settled()
     bench.k += 1
     now, measured = bench.k * DT, bench.state()
-    assert Submitted(bench.k, now, TORQUE).answers(measured, now)
-    assert not Submitted(bench.k, float(np.nextafter(now, 0.0)), TORQUE).answers(measured, now)
+    assert ControlRequest(bench.k, now, TORQUE).answers(measured, now)
+    assert not ControlRequest(bench.k, float(np.nextafter(now, 0.0)), TORQUE).answers(measured, now)
 
 
 @pytest.mark.parametrize(("last", "state"), [(19, SafeState.DESCENT), (20, SafeState.BRIDGE)])
@@ -129,7 +137,9 @@ def test_an_answer_to_another_measurement_or_one_that_has_expired_is_none(of_bef
     bench = Bench().settled()
     bench.k += 1
     now = bench.k * DT
-    other = Submitted(bench.k - 1, now + LIFE_S, TORQUE) if of_before else Submitted(bench.k, now - DT, TORQUE)
+    other = (
+        ControlRequest(bench.k - 1, now + LIFE_S, TORQUE) if of_before else ControlRequest(bench.k, now - DT, TORQUE)
+    )
     out = bench.guard.step(bench.state(), other, now)
     assert out.safe_state is SafeState.BRIDGE
 
@@ -332,7 +342,7 @@ def test_encoders_of_a_calibrated_machine_are_doubted_and_those_of_one_that_nobo
 def worn(level: float) -> tuple[Bench, GuardedPerson]:
     """A bench with somebody in it, of whom anything is plausible."""
     bench, nothing, wide = Bench(), np.zeros((2, 9)), np.full(2, 60.0)
-    table = PlausibleTable((Chain((0, 1), 2, nothing, nothing),), wide, wide, wide)
+    table = PlausibleTable((LimbTable((0, 1), 2, nothing, nothing),), wide, wide, wide)
     person = bench.guard.envelope.person = GuardedPerson(
         PersonLimits(table, wide, np.full(2, -3.0), np.full(2, 3.0)), level
     )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exograv.safety.envelope import Envelope, Limits, StopReason
-from exograv.safety.guard import Guard, SafeState, Submitted
+from exograv.safety.guard import ControlRequest, Guard, SafeState
 from exograv.safety.ingress import Ingress
 from exograv.safety.monitors import (
     AGREE_RAD,
@@ -122,7 +122,7 @@ def guard() -> Guard:
 
 def step(one: Guard, tick: int, **changes) -> SafeState:
     measured = state(tick, changes.get("q", [0.0, 0.0]), None, [0.0, 0.0], changes.get("faulty", ()))
-    return one.step(measured, Submitted(tick, tick * DT + 0.005, np.zeros(2)), tick * DT).safe_state
+    return one.step(measured, ControlRequest(tick, tick * DT + 0.005, np.zeros(2)), tick * DT).safe_state
 
 
 def test_the_joint_of_a_faulty_drive_is_isolated_and_the_others_come_down():
@@ -178,7 +178,7 @@ def test_a_torque_that_is_not_what_was_told_leaves_damping_only_and_none_through
     one, states = guard(), []
     for tick in range(LATELY_MS + IN_A_ROW_MS + 1):
         measured = state(tick, [0.0, 0.0], None, [0.0, 8.0])
-        states.append(one.step(measured, Submitted(tick, tick * DT + 0.005, np.zeros(2)), tick * DT).safe_state)
+        states.append(one.step(measured, ControlRequest(tick, tick * DT + 0.005, np.zeros(2)), tick * DT).safe_state)
     assert states[-1] is SafeState.ISOLATION
     assert one.envelope.without_model
     assert one.envelope.powerless == {1}

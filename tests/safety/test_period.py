@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exograv.safety.envelope import Envelope, Limits
-from exograv.safety.guard import COMMAND_LIFE_S, Guard, SafeState, Submitted
+from exograv.safety.guard import COMMAND_LIFE_S, ControlRequest, Guard, SafeState
 from exograv.safety.period import ticks_of
 from exograv.safety.stops import StopReason
 from exograv.signals import JointState, TorqueSource
@@ -42,7 +42,7 @@ def found_ms(period_ms: int, fault: str, most_ms: int = 400) -> tuple[float, Sto
         state = JointState(now, k, q, current, np.full(2, math.nan), TorqueSource.CURRENT, moved)
         if is_on and fault == "now and then" and (k - onset) % (152 // period_ms) == 0:
             state = replace(state, sequence=k - 1)
-        answers = Submitted(k, now + COMMAND_LIFE_S, TORQUE)
+        answers = ControlRequest(k, now + COMMAND_LIFE_S, TORQUE)
         out = guard.step(
             None if is_on and fault == "silent" else state, None if is_on and fault == "dead" else answers, now
         )

@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 from exograv.errors import ConfigError
 from exograv.safety.envelope import V_CREDIBLE_RAD_S, Envelope, Limits, StopReason
 from exograv.safety.person import MARGIN_NM, SHARE_MAX, WALL_AHEAD_S, GuardedPerson, PersonLimits
-from exograv.safety.plausible import Chain, PlausibleTable
+from exograv.safety.plausible import LimbTable, PlausibleTable
 
 DT = 1e-3
 MACHINE = Limits(np.array([60.0, 60.0]), np.array([10.0, 4.0]))
@@ -32,7 +32,7 @@ def sine(weight: np.ndarray) -> np.ndarray:
     return table
 
 
-TABLE = PlausibleTable((Chain((0, 1), 2, sine(EXO_NM), sine(ARM_NM)),), ERROR, DRY, VISCOUS)
+TABLE = PlausibleTable((LimbTable((0, 1), 2, sine(EXO_NM), sine(ARM_NM)),), ERROR, DRY, VISCOUS)
 LIMITS = PersonLimits(TABLE, ACTIVE, np.full(2, -2.0), np.full(2, 2.0))
 
 
@@ -140,7 +140,9 @@ def test_above_one_gravity_the_arm_may_be_pushed_down_with_its_share_and_below_i
 
 @given(st.floats(0.0, 0.1745), st.sampled_from([-1.0, 1.0]))
 def test_in_the_wall_before_a_stop_nothing_pushes_on_and_motion_to_it_is_braked(depth: float, side: float):
-    limits = replace(LIMITS, table=replace(TABLE, chains=(Chain((0, 1), 2, 0.0 * sine(EXO_NM), 0.0 * sine(ARM_NM)),)))
+    limits = replace(
+        LIMITS, table=replace(TABLE, chains=(LimbTable((0, 1), 2, 0.0 * sine(EXO_NM), 0.0 * sine(ARM_NM)),))
+    )
     q = np.array([side * (2.0 - 0.1745 + depth), 0.0])
     push = held(np.array([side * 50.0, 0.0]), q, STILL, limits=limits)[0]
     free = MARGIN_NM + DRY[0] + ERROR[0]
@@ -340,7 +342,9 @@ def test_on_a_path_the_tank_fills_by_its_power_to_its_cap():
 def test_a_joint_that_is_thrown_at_a_stop_is_caught_before_the_trip_even_while_control_pushes(side: float):
     # An elbow with a kilogram in the hand, as fast as a restless wearer has thrown it (demo, level 2, seed 0).
     inertia, q, v = 0.25, np.array([0.0, side * 1.2]), np.array([0.0, side * 2.7])
-    envelope = worn(limits=replace(LIMITS, table=replace(TABLE, chains=(Chain((0, 1), 2, *[0.0 * sine(EXO_NM)] * 2),))))
+    envelope = worn(
+        limits=replace(LIMITS, table=replace(TABLE, chains=(LimbTable((0, 1), 2, *[0.0 * sine(EXO_NM)] * 2),)))
+    )
     for _ in range(1000):
         tau = envelope.limit(np.array([0.0, side * 10.0]), q, v)
         friction = DRY[1] * np.tanh(v[1] / 0.02)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exograv.errors import ConfigError
-from exograv.safety.plausible import Chain, Features, PlausibleTable
+from exograv.safety.plausible import Features, LimbTable, PlausibleTable
 
 WEIGHTS = np.array([20.0, 8.0])
 """Of two links of one metre, hanging in series on horizontal axes [N]."""
@@ -28,7 +28,7 @@ def fitted() -> PlausibleTable:
     features = Features(2, 2)
     F = np.array([features.of(q).copy() for q in postures])
     table = np.linalg.lstsq(F, np.array([pendulum(q) for q in postures]), rcond=None)[0].T
-    chain = Chain((0, 1), 2, table, 0.5 * table)
+    chain = LimbTable((0, 1), 2, table, 0.5 * table)
     return PlausibleTable((chain,), np.zeros(2), np.ones(2), np.zeros(2))
 
 

@@ -9,7 +9,7 @@ from exograv.console.words import said_in
 from exograv.laboratory.assist.assist_command import assist_file, run_assist
 from exograv.laboratory.assist.options import AssistOptions
 from exograv.procedures.rehabilitation.assist.participant_record import AssistBlock, AssistSession, read_assist
-from exograv.procedures.rehabilitation.assist.words import Words
+from exograv.procedures.rehabilitation.assist.words import AssistTexts
 from exograv.recording import read_recording
 from exograv.safety.guard import GRAVITY_LEVEL_S
 from exograv.task.assist_as_needed import SENTENCES
@@ -26,7 +26,7 @@ block = 4
 step_down_percent = 10.0
 step_up_percent = 10.0
 """
-WORDS = Words("en", {"en": SENTENCES, "de": said_in("de")})
+WORDS = AssistTexts("en", {"en": SENTENCES, "de": said_in("de")})
 
 
 def quiet(_text: str, _share: float) -> None:

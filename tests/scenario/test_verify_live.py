@@ -19,7 +19,7 @@ from exograv.procedures.identification.identify import identification_motion
 from exograv.procedures.verification.postures import Verification, unseen_postures
 from exograv.procedures.verification.verification import evaluate_passes
 from exograv.runtime.control_loop.exchange import answer_dtype, finding_dtype, state_dtype
-from exograv.safety.guard import COMMAND_LIFE_S, SafeState, Submitted
+from exograv.safety.guard import COMMAND_LIFE_S, ControlRequest, SafeState
 from exograv.safety.modes import Mode
 from exograv.safety.person import GuardedPerson
 from exograv.signals import Command
@@ -93,7 +93,7 @@ def flown(laboratory: VirtualLaboratory, prepared: ControllerKnowledge, asked: V
         state["sequence"], state["now"], state["safe_state"] = believed.sequence, now, safe_state
         state["q"], state["current"], state["persons"] = believed.q, believed.current, persons
         control.answer(state, row)
-        guarded = guard.decide(Submitted(believed.sequence, now + COMMAND_LIFE_S, row["tau"].copy()), now)
+        guarded = guard.decide(ControlRequest(believed.sequence, now + COMMAND_LIFE_S, row["tau"].copy()), now)
         tau, safe_state = guarded.tau, guarded.safe_state
         rig.write(Command(now, measured.sequence, now + COMMAND_LIFE_S, tau, tau / made.gain, guarded.drive_damping))
         course.modes.append(control.mode)

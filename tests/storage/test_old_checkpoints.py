@@ -13,7 +13,7 @@ from exograv.campaigns.faults.checkpoint import FILE, row_of, verdict_of
 from exograv.campaigns.sweep.store import Store
 from exograv.campaigns.sweep.table_task import TABLE
 from exograv.campaigns.virtual_study.checkpoint import CAREER_FILE
-from exograv.console.run_checkpoint import Circumstances
+from exograv.console.run_checkpoint import RunContext
 from exograv.loop.replay_log import read_machine
 from exograv.procedures.rehabilitation.assist.participant_record import read_assist
 from exograv.storage.checkpoint import CheckpointRows
@@ -67,7 +67,7 @@ def test_a_training_and_what_its_participant_learned_come_back():
 
 def test_the_run_of_a_console_comes_back():
     kept = read_kept(DATA / "console.run.json", {"participant": "P-13", "session": 1})
-    assert Circumstances.model_validate(kept.before).side == "right"
+    assert RunContext.model_validate(kept.before).side == "right"
 
 
 def test_sessions_of_assist_as_needed_come_back():

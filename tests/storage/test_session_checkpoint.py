@@ -44,7 +44,7 @@ def test_the_person_comes_back_to_the_last_bit(tmp_path: Path):
 
 
 @pytest.mark.parametrize(("name", "value"), [("seed", 1015), ("participant", "P-02"), ("windows", 3)])
-def test_a_run_of_other_options_is_not_gone_on_with(tmp_path: Path, name: str, value: object):
+def test_a_run_of_other_options_is_not_gone_on_with(tmp_path: Path, name: str, value: str | int):
     path = tmp_path / "run.json"
     SESSION_FILE.write(path, kept())
     with pytest.raises(ConfigError, match=f"--{name} is {value}, and the run"):

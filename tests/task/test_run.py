@@ -28,7 +28,7 @@ from exograv.task.records import (
     RECORD,
     AlarmRaised,
     PaceChanged,
-    Refused,
+    RefusedEvent,
     Resumed,
     RunEnded,
     WindowClosed,
@@ -196,10 +196,10 @@ def test_what_cannot_be_now_is_refused_with_the_reason_and_changes_nothing(event
     run = TaskRun(PLAN)
     records = fed(run, events[:-1])
     before = run.state
-    (refusal,) = of_kind(run.feed(events[-1]), Refused)
+    (refusal,) = of_kind(run.feed(events[-1]), RefusedEvent)
     assert why in refusal.why
     assert run.state == before.model_copy(update={"t": run.state.t})
-    assert not of_kind(records, Refused)
+    assert not of_kind(records, RefusedEvent)
 
 
 def test_a_passive_protocol_is_not_run_on_an_active_machine():
@@ -269,7 +269,7 @@ def test_the_operator_names_the_window_that_is_flown_next():
 def test_who_opens_and_closes_windows_is_the_protocols_to_say(plan: TaskPlan, event, why: str):
     run = TaskRun(plan)
     fed(run, [Start(t=0.0), Tick(t=40.0)])
-    (refusal,) = of_kind(run.feed(event), Refused)
+    (refusal,) = of_kind(run.feed(event), RefusedEvent)
     assert why in refusal.why
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from exograv.task.events import Distance, Return, Start, Tick
 from exograv.task.pace import Pace
-from exograv.task.pointing import SENTENCES, Reason
+from exograv.task.pointing import SENTENCES, RejectionReason
 from exograv.task.records import TouchRecord
 from exograv.task.run import TaskRun
 
@@ -47,13 +47,13 @@ def test_without_a_calibrated_screen_there_are_no_millimetres():
 
 
 REFUSED = {
-    "before the window": (touch(34.9, 0), Reason.OUTSIDE),
-    "at its last moment": (touch(CLOSES, 0), Reason.OUTSIDE),
-    "second finger": (touch(38.0, 0, is_primary=False), Reason.SECOND),
-    "palm, 36 mm": (touch(38.0, 0, contact_px=120.0), Reason.PALM),
-    "mouse": (touch(38.0, 0, pointer="mouse"), Reason.POINTER),
-    "at the edge": (touch(38.0, 0, x_px=1900.0), Reason.OFF_TARGET),
-    "from the future": (touch(38.0, 0, late_s=-1.0), Reason.UNTIMED),
+    "before the window": (touch(34.9, 0), RejectionReason.OUTSIDE),
+    "at its last moment": (touch(CLOSES, 0), RejectionReason.OUTSIDE),
+    "second finger": (touch(38.0, 0, is_primary=False), RejectionReason.SECOND),
+    "palm, 36 mm": (touch(38.0, 0, contact_px=120.0), RejectionReason.PALM),
+    "mouse": (touch(38.0, 0, pointer="mouse"), RejectionReason.POINTER),
+    "at the edge": (touch(38.0, 0, x_px=1900.0), RejectionReason.OFF_TARGET),
+    "from the future": (touch(38.0, 0, late_s=-1.0), RejectionReason.UNTIMED),
 }
 
 
@@ -66,7 +66,7 @@ def test_what_is_no_pointing_is_kept_with_its_reason(case: str):
 
 
 def test_each_reason_has_a_sentence():
-    assert set(SENTENCES) == set(Reason)
+    assert set(SENTENCES) == set(RejectionReason)
 
 
 def test_the_first_moment_of_a_window_belongs_to_it():
@@ -75,12 +75,12 @@ def test_the_first_moment_of_a_window_belongs_to_it():
 
 def test_a_touch_that_bounces_and_one_without_return_do_not_count_and_do_not_begin_a_new_interval():
     reasons = [one.reason for one in in_window(touch(38.0, 0), touch(38.1, 1), touch(38.7, 2), touch(38.85, 3))]
-    assert reasons == [None, Reason.BOUNCE, Reason.NO_RETURN, None]
+    assert reasons == [None, RejectionReason.BOUNCE, RejectionReason.NO_RETURN, None]
 
 
 def test_a_touch_that_is_sent_again_is_counted_once():
     first, again = in_window(touch(38.0, 7), touch(38.0, 7, late_s=9.0))
-    assert (first.is_accepted, again.reason) == (True, Reason.REPEATED)
+    assert (first.is_accepted, again.reason) == (True, RejectionReason.REPEATED)
 
 
 def test_another_opening_of_the_page_counts_from_0_again():
@@ -89,7 +89,7 @@ def test_another_opening_of_the_page_counts_from_0_again():
 
 def test_touches_that_waited_for_the_connection_count_in_the_window_in_which_they_fell():
     late = in_window(touch(38.0, 0, late_s=60.0), touch(40.75, 1, late_s=57.3), touch(41.0, 2, late_s=57.1))
-    assert [(one.window, one.reason) for one in late] == [(1, None), (1, None), (1, Reason.NO_RETURN)]
+    assert [(one.window, one.reason) for one in late] == [(1, None), (1, None), (1, RejectionReason.NO_RETURN)]
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ def test_touches_that_waited_for_the_connection_count_in_the_window_in_which_the
 def test_the_return_is_what_the_protocol_asks_for(check: str, back, not_back):
     plan = short_plan(return_check=check)
     assert in_window(touch(38.0, 0), back, touch(40.5, 1), plan=plan)[1].is_accepted
-    assert in_window(touch(38.0, 0), not_back, touch(40.5, 1), plan=plan)[1].reason is Reason.NO_RETURN
+    assert in_window(touch(38.0, 0), not_back, touch(40.5, 1), plan=plan)[1].reason is RejectionReason.NO_RETURN
     # What was long on its way finds the return that was before it, and not the one after.
     late = touch(40.5, 1, late_s=5.0)
     assert in_window(touch(38.0, 0), back, Tick(t=44.0), late, plan=plan)[1].is_accepted
@@ -112,7 +112,7 @@ def test_the_return_is_what_the_protocol_asks_for(check: str, back, not_back):
 def test_a_return_after_a_late_touch_does_not_excuse_it():
     plan = short_plan(return_check="sensor")
     late = touch(40.5, 1, late_s=3.0)
-    assert in_window(touch(38.0, 0), Return(t=41.0), late, plan=plan)[1].reason is Reason.NO_RETURN
+    assert in_window(touch(38.0, 0), Return(t=41.0), late, plan=plan)[1].reason is RejectionReason.NO_RETURN
 
 
 @given(

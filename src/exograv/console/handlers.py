@@ -12,19 +12,19 @@ from .hub import NOT_STEERING, Hub, PageLine
 from .keys import Role
 from .limits import Close
 from .messages import (
-    Beat,
+    ActMessage,
+    AlarmSeen,
     Calibrate,
-    Do,
+    Heartbeat,
     Hello,
-    Invite,
+    InviteRequest,
     Latency,
+    LeaseRequest,
     Message,
     Ping,
-    RunWord,
-    Seen,
-    Steer,
+    RunCommand,
     Touches,
-    Trail,
+    TouchTrail,
     read_message,
 )
 from .permissions import ACTS, WITHOUT_LEASE, may_say, word
@@ -40,7 +40,7 @@ async def hear(hub: Hub, line: PageLine, text: str | bytes) -> None:
     t = hub.desk.now()
     message = Close.POLICY if not line.rate.allows(t) else read_message(text)
     # A second hello is one that came to the wrong place; so is an act that does not exist.
-    if isinstance(message, Hello) or (isinstance(message, Do) and message.act.get("kind") not in ACTS):
+    if isinstance(message, Hello) or (isinstance(message, ActMessage) and message.act.get("kind") not in ACTS):
         message = Close.POLICY
     if isinstance(message, Close):
         line.end = message
@@ -72,19 +72,19 @@ async def _ping(hub: Hub, line: PageLine, ping: Ping, t: float) -> None:
     line.say("pong", asked=ping.asked, heard=t, answered=answered)
 
 
-async def _beat(hub: Hub, line: PageLine, beat: Beat, t: float) -> None:
+async def _beat(hub: Hub, line: PageLine, beat: Heartbeat, t: float) -> None:
     if hub.lease.beat(line.number, t):
         window = None if hub.trial is None or hub.trial.run.state.window is None else hub.trial.operator(t)
         hub.desk.keep(None if window is None else window.countdown_s)
 
 
-async def _steer(hub: Hub, line: PageLine, steer: Steer, t: float) -> None:
+async def _steer(hub: Hub, line: PageLine, steer: LeaseRequest, t: float) -> None:
     taken = hub.lease.ask(line.number, t)
     hub.note("asked to steer", line, taken=taken)
     _answer(line, steer, "" if taken else say("console.other_steers"), taken)
 
 
-async def _do(hub: Hub, line: PageLine, do: Do, t: float) -> None:
+async def _do(hub: Hub, line: PageLine, do: ActMessage, t: float) -> None:
     if do.act["kind"] == "set_level" and hub.trial is not None and hub.trial.level(t) is not None:
         _answer(line, do, say("console.level_is_set"))
         return
@@ -112,7 +112,7 @@ async def _do(hub: Hub, line: PageLine, do: Do, t: float) -> None:
     line.say("answer", answer=said(answer))
 
 
-async def _run(hub: Hub, line: PageLine, asked: RunWord, t: float) -> None:
+async def _run(hub: Hub, line: PageLine, asked: RunCommand, t: float) -> None:
     if hub.trial is None:
         _answer(line, asked, say("console.no_protocol"))
         return
@@ -124,7 +124,7 @@ async def _run(hub: Hub, line: PageLine, asked: RunWord, t: float) -> None:
     _answer(line, asked, why, taken=not why)
 
 
-async def _seen(hub: Hub, line: PageLine, seen: Seen, t: float) -> None:
+async def _seen(hub: Hub, line: PageLine, seen: AlarmSeen, t: float) -> None:
     if seen.of == "console":
         why = "" if hub.alarms.acknowledge(seen.alarm) else say("console.no_alarm")
     else:
@@ -133,7 +133,7 @@ async def _seen(hub: Hub, line: PageLine, seen: Seen, t: float) -> None:
     _answer(line, seen, why, taken=not why)
 
 
-async def _invite(hub: Hub, line: PageLine, invite: Invite, t: float) -> None:
+async def _invite(hub: Hub, line: PageLine, invite: InviteRequest, t: float) -> None:
     link = f"{hub.origin}/#{hub.keys.token(Role(invite.role))}"
     hub.note("link made", line, invited=invite.role)
     _answer(line, invite, "", taken=True, link=link)
@@ -146,7 +146,7 @@ async def _touches(hub: Hub, line: PageLine, touches: Touches, t: float) -> None
         line.say("touched", page=raw.page, sequence=raw.sequence, accepted=verdict)
 
 
-async def _trail(hub: Hub, line: PageLine, trail: Trail, t: float) -> None:
+async def _trail(hub: Hub, line: PageLine, trail: TouchTrail, t: float) -> None:
     hub.diary.write("/console/trail", t, trail.model_dump(mode="json"))
 
 
@@ -170,14 +170,14 @@ async def _latency(hub: Hub, line: PageLine, latency: Latency, t: float) -> None
 
 HANDLERS: dict[type, Callable[[Hub, PageLine, Any, float], Awaitable[None]]] = {
     Ping: _ping,
-    Beat: _beat,
-    Steer: _steer,
-    Do: _do,
-    RunWord: _run,
-    Seen: _seen,
-    Invite: _invite,
+    Heartbeat: _beat,
+    LeaseRequest: _steer,
+    ActMessage: _do,
+    RunCommand: _run,
+    AlarmSeen: _seen,
+    InviteRequest: _invite,
     Touches: _touches,
-    Trail: _trail,
+    TouchTrail: _trail,
     Calibrate: _calibrate,
     Latency: _latency,
 }

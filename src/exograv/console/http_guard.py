@@ -26,7 +26,7 @@ SAID_WITH_EVERYTHING = {
 }
 
 
-class Door:
+class HttpGuard:
     """Host and Origin by exact lists, methods, headers. What is refused reaches no handler (F35)."""
 
     def __init__(self, app: ASGIApp, scheme: str, hosts: Iterable[str]):

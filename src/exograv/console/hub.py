@@ -12,7 +12,7 @@ from exograv.experiment.steered.requests import Act, Answer, Desk
 from .alarms import Alarms
 from .event_log import EventLog
 from .feed import Feed
-from .keys import Keys, PageSession, Role
+from .keys import AccessKeys, PageSession, Role
 from .lease import Lease
 from .limits import Close, Rate
 from .outbox import Outbox
@@ -72,7 +72,7 @@ class Hub:
         self.shown = desk.shown()
         """The latest; asking the desk may wait for an act that it is deciding about."""
 
-        self.keys, self.lease, self.alarms = Keys(desk.now), Lease(), Alarms()
+        self.keys, self.lease, self.alarms = AccessKeys(desk.now), Lease(), Alarms()
         self.lines = dict[int, PageLine]()
         self.counts = dict[str, int]()
         """Lines that were ended, by the reason."""

@@ -50,14 +50,14 @@ class PageSession:
     """Counted from 1: what is recorded of it, for the cookie is a secret."""
 
 
-class Entry(enum.Enum):
+class TokenUse(enum.Enum):
     """What became of a token; the value is for whoever gave it."""
 
     REFUSED = "This link is wrong, too old, or was used already. Ask the operator for a new one."
     LOCKED = "Too many wrong links came from here. Wait a minute."
 
 
-class Vault(Generic[Held]):
+class SecretStore(Generic[Held]):
     """Secrets by their hash: neither memory dumps nor the time of a comparison tell one."""
 
     def __init__(self, clock: Clock):
@@ -94,15 +94,15 @@ def _hashed(secret: str) -> bytes:
     return hashlib.sha256(secret.encode("utf-8", "surrogatepass")).digest()
 
 
-class Keys:
+class AccessKeys:
     """All of them, of one server."""
 
     def __init__(self, clock: Clock):
         """Times are by this clock, which never goes back [s]."""
         self._clock = clock
-        self._tokens = Vault[Role](clock)
-        self._cookies = Vault[PageSession](clock)
-        self._tickets = Vault[PageSession](clock)
+        self._tokens = SecretStore[Role](clock)
+        self._cookies = SecretStore[PageSession](clock)
+        self._tickets = SecretStore[PageSession](clock)
         self._failures = dict[str, deque[float]]()
         self._sessions = 0
 
@@ -110,14 +110,14 @@ class Keys:
         """For one person, to come in once."""
         return self._tokens.issue(role, lasts_s)
 
-    def enter(self, token: str, address: str) -> tuple[Role, str] | Entry:
+    def enter(self, token: str, address: str) -> tuple[Role, str] | TokenUse:
         """Swap a token for a role and a cookie."""
         if self.is_locked(address):
-            return Entry.LOCKED
+            return TokenUse.LOCKED
         role = self._tokens.take(token)
         if role is None:
             self.note_failure(address)
-            return Entry.REFUSED
+            return TokenUse.REFUSED
         self._sessions += 1
         return role, self._cookies.issue(PageSession(role, self._sessions), SESSION_S)
 

@@ -44,20 +44,20 @@ class Ping(Settings):
     previous: Pinged | None = None
 
 
-class Beat(Settings):
+class Heartbeat(Settings):
     """Whoever steers has the page in view."""
 
     kind: Literal["beat"] = "beat"
 
 
-class Steer(Settings):
+class LeaseRequest(Settings):
     """Asks for the lease."""
 
     kind: Literal["steer"] = "steer"
     id: Identifier
 
 
-class Do(Settings):
+class ActMessage(Settings):
     """An act of the steered session (`session.steered.contract`), without what the server knows better."""
 
     kind: Literal["do"] = "do"
@@ -68,7 +68,7 @@ class Do(Settings):
     """Its kind and what else it has."""
 
 
-class RunWord(Settings):
+class RunCommand(Settings):
     """To the protocol that is run."""
 
     kind: Literal["run"] = "run"
@@ -79,7 +79,7 @@ class RunWord(Settings):
     """To go on with."""
 
 
-class Seen(Settings):
+class AlarmSeen(Settings):
     """An alarm of the run or of the console is known; those of the machine are an act."""
 
     kind: Literal["seen"] = "seen"
@@ -88,7 +88,7 @@ class Seen(Settings):
     alarm: Annotated[int, Field(ge=0)]
 
 
-class Invite(Settings):
+class InviteRequest(Settings):
     """A link for somebody else."""
 
     kind: Literal["invite"] = "invite"
@@ -134,7 +134,7 @@ class Touches(Settings):
     touches: Annotated[list[PageTouch], Field(min_length=1, max_length=TOUCHES_MAX)]
 
 
-class Trail(Settings):
+class TouchTrail(Settings):
     """How a finger went on after it came down, with what the browser had coalesced."""
 
     kind: Literal["trail"] = "trail"
@@ -168,7 +168,8 @@ class Latency(Settings):
 
 
 Message = (
-    Hello | Ping | Beat | Steer | Do | RunWord | Seen | Invite | Touches | Trail | Calibrate | Latency
+    Hello | Ping | Heartbeat | LeaseRequest | ActMessage | RunCommand | AlarmSeen | InviteRequest | Touches
+    | TouchTrail | Calibrate | Latency
 )  # fmt: skip
 # Names are made for one message each: kept for the next one they only fill the memory.
 MESSAGE: TypeAdapter[Message] = TypeAdapter(

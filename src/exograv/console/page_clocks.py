@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from exograv.task.page_clock import PageClock, PingTimes, Placed
+from exograv.task.page_clock import PageClock, PingTimes, ServerTime
 
 from .messages import Ping
 
@@ -39,7 +39,7 @@ class PageClocks:
             del known.answered[next(iter(known.answered))]
         known.answered[ping.asked] = heard, answered
 
-    def place(self, page: str, at: float) -> Placed | None:
+    def place(self, page: str, at: float) -> ServerTime | None:
         """A time of that page on our clock; None where nothing is known of it."""
         known = self._pages.get(page)
         return None if known is None else known.clock.to_server(at)

@@ -1,7 +1,7 @@
 """Who may say what: the only table of it, and nothing that decides the same elsewhere (F36)."""
 
 from .keys import Role
-from .messages import Do, Message
+from .messages import ActMessage, Message
 
 ACTS = (
     "don", "make_ready", "take_arm", "identify", "give_back", "stop", "reset", "switch_off", "set_level", "note",
@@ -33,7 +33,7 @@ WITHOUT_LEASE = EVERYBODY | MAY[Role.PARTICIPANT] | {"steer", "beat", "invite"}
 
 def word(message: Message) -> str:
     """Under which name the table has it."""
-    return f"do {message.act.get('kind')}" if isinstance(message, Do) else message.kind
+    return f"do {message.act.get('kind')}" if isinstance(message, ActMessage) else message.kind
 
 
 def may_say(role: Role, message: Message) -> bool:

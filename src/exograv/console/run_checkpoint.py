@@ -10,7 +10,7 @@ from exograv.storage.session_checkpoint import SESSION_FILE, KeptSession, read_k
 from exograv.task.screen import ScreenCalibration
 
 
-class Circumstances(Settings):
+class RunContext(Settings):
     """What a run was begun with, besides its protocol."""
 
     side: Side | None = None
@@ -35,14 +35,14 @@ class RunCheckpoint:
         """
         self.path, self._options = path, options
         self.before: KeptSession | None = None
-        self.circumstances = Circumstances()
+        self.circumstances = RunContext()
         """As they were."""
         self.why = ""
         """What was wrong with the last writing; empty where nothing was."""
 
         if resumes:
             self.before = read_kept(path, options)
-            self.circumstances = Circumstances.model_validate(self.before.before)
+            self.circumstances = RunContext.model_validate(self.before.before)
         else:
             refuse_kept(path)
         self._next: KeptSession | None = None
@@ -50,7 +50,7 @@ class RunCheckpoint:
         self._thread = threading.Thread(target=self._write_all, name="kept run", daemon=True)
         self._thread.start()
 
-    def keep(self, run: str, t: float, circumstances: Circumstances) -> None:
+    def keep(self, run: str, t: float, circumstances: RunContext) -> None:
         """As it is now; where the disk is slow, the newest is written.
 
         Args:

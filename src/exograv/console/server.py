@@ -16,9 +16,9 @@ from starlette.websockets import WebSocket
 from exograv.model.rig_settings import Settings
 
 from .broadcaster import Broadcaster
-from .http_guard import Door
+from .http_guard import HttpGuard
 from .hub import Hub
-from .keys import SESSION_S, Entry, PageSession, Role
+from .keys import SESSION_S, PageSession, Role, TokenUse
 from .limits import BODY_MAX_BYTES
 from .line import serve_line
 from .sentences import say
@@ -68,7 +68,7 @@ def application(hub: Hub, scheme: str, hosts: list[str]) -> ASGIApp:
     lines = [WebSocketRoute(f"/{role.value}/line", house.line) for role in Role]
     app = Starlette(routes=[*routes, *more, *lines], lifespan=house.lifespan)
     app.router.redirect_slashes = False
-    return Door(app, scheme, hosts)
+    return HttpGuard(app, scheme, hosts)
 
 
 class _House:
@@ -120,9 +120,9 @@ class _House:
         except ValidationError:
             token = ""
         entered = self._hub.keys.enter(token, address)
-        if isinstance(entered, Entry):
+        if isinstance(entered, TokenUse):
             self._hub.alarms.sound(say("alarm.wrong_link"), self._hub.desk.now(), "low")
-            return JSONResponse({"why": entered.value}, 429 if entered is Entry.LOCKED else 403)
+            return JSONResponse({"why": entered.value}, 429 if entered is TokenUse.LOCKED else 403)
         role, cookie = entered
         response = JSONResponse({"role": role.value})
         response.set_cookie(
@@ -139,7 +139,7 @@ class _House:
     async def ticket(self, request: Request) -> Response:
         session = self._session(request, Role(request.url.path.split("/")[1]))
         if session is None:
-            return JSONResponse({"why": Entry.REFUSED.value}, 403)
+            return JSONResponse({"why": TokenUse.REFUSED.value}, 403)
         return JSONResponse({"ticket": self._hub.keys.ticket(session)})
 
     async def line(self, socket: WebSocket) -> None:

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from exograv.errors import ConfigError
-from exograv.experiment.steered.view_models import Shown
+from exograv.experiment.steered.view_models import SessionSnapshot
 from exograv.options import Side
 from exograv.storage.session_checkpoint import AFRESH
 from exograv.task.events import (
@@ -21,14 +21,14 @@ from exograv.task.events import (
 from exograv.task.picture import OperatorPicture, ParticipantPicture, operator_picture, participant_picture
 from exograv.task.plan import TaskPlan
 from exograv.task.record_sinks import TASK_TOPIC, checkpoint_sink
-from exograv.task.records import Record, Refused, TouchRecord, extended
+from exograv.task.records import Record, RefusedEvent, TouchRecord, extended
 from exograv.task.run import TaskRun
 from exograv.task.screen import calibrate_with_card, calibrate_with_ruler
 
 from .event_log import EventLog
-from .messages import Calibrate, PageTouch, RunWord
+from .messages import Calibrate, PageTouch, RunCommand
 from .page_clocks import PageClocks
-from .run_checkpoint import Circumstances, RunCheckpoint
+from .run_checkpoint import RunCheckpoint, RunContext
 from .sentences import say
 
 CARRIED = frozenset({"floating", "weighing"})
@@ -90,9 +90,9 @@ class ProtocolTrial:
     def _keep(self, t: float) -> None:
         """Store a checkpoint of a run that has begun."""
         if self._kept is not None and self.run.state.status != "ready":
-            self._kept.keep(self.run.kept(), t, Circumstances(side=self.side, screen=self.plan.screen))
+            self._kept.keep(self.run.kept(), t, RunContext(side=self.side, screen=self.plan.screen))
 
-    def tick(self, t: float, shown: Shown) -> str:
+    def tick(self, t: float, shown: SessionSnapshot) -> str:
         """Tell the run the time; returns a sentence for an alarm where the run had to be paused."""
         self.run.feed(Tick(t=t))
         if self.run.state.status != "running" or not self.is_active or shown.mode in CARRIED:
@@ -105,7 +105,7 @@ class ProtocolTrial:
         says = self.is_active and self.run.state.status in ("running", "paused")
         return self.run.made_level(t) if says else None
 
-    def word(self, word: RunWord, t: float, shown: Shown) -> str:
+    def word(self, word: RunCommand, t: float, shown: SessionSnapshot) -> str:
         """Do what the operator asks; a sentence where it is refused."""
         needs_arm = word.word in ("start", "resume") and self.is_active
         if needs_arm and shown.mode not in CARRIED:
@@ -177,5 +177,5 @@ class ProtocolTrial:
 
 
 def _why_refused(records: tuple[Record, ...]) -> str:
-    refused = [record.why for record in records if isinstance(record, Refused)]
+    refused = [record.why for record in records if isinstance(record, RefusedEvent)]
     return "" if not refused else say("trial.refused", why=refused[-1])

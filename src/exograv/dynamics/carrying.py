@@ -22,7 +22,7 @@ Postures = Float[np.ndarray, "posture joint"]
 
 
 @dataclass(frozen=True)
-class Carried:
+class CarriedTorque:
     """Torque of the drives at rest, one row a posture [N·m]."""
 
     exo: Postures
@@ -35,7 +35,7 @@ class Carried:
     """That carries 1 kg in each hand."""
 
 
-def carried(assembly: Assembly, postures: Postures, solver: LoopSolver | None = None) -> Carried:
+def carried(assembly: Assembly, postures: Postures, solver: LoopSolver | None = None) -> CarriedTorque:
     """By origin, at these postures of the machine [rad]; with the solver of these loops, if there is one already."""
     evaluate, solver = kernel.compile(_function(assembly)), solver or LoopSolver(assembly)
     rows = []
@@ -45,7 +45,7 @@ def carried(assembly: Assembly, postures: Postures, solver: LoopSolver | None = 
         # Least strain of the cuffs gives how the arm follows: Gauss and Newton's, exact where nothing is strained.
         G = -np.linalg.lstsq(by_freedom, by_joint, rcond=None)[0]
         rows.append(np.vstack([exo, loads.T @ G]))
-    return Carried(*np.array(rows).transpose(1, 0, 2))
+    return CarriedTorque(*np.array(rows).transpose(1, 0, 2))
 
 
 def _function(assembly: Assembly) -> ca.Function:

@@ -9,7 +9,7 @@ from scipy.linalg import block_diag
 
 from exograv.identification.core.instrument import Instrumented
 from exograv.identification.core.interface import Method, TorqueModel
-from exograv.identification.core.relaxation import SHARE_SD, Relaxing
+from exograv.identification.core.relaxation import SHARE_SD, RelaxationModel
 from exograv.identification.core.setting import Setting
 from exograv.identification.recursive.recursive import Recursive
 
@@ -27,9 +27,9 @@ def _recursive(setting: Setting) -> Method:
     fast_sd = SHARE_SD * s.mean[stiffness]
     mean = np.append(s.mean, np.zeros_like(fast_sd))
     covariance = np.asarray(block_diag(s.covariance, np.diag(fast_sd**2)))
-    model: TorqueModel = Relaxing(s.model, stiffness)
+    model: TorqueModel = RelaxationModel(s.model, stiffness)
     if s.again is not None:
-        model = Instrumented(model, Relaxing(s.again(), stiffness))
+        model = Instrumented(model, RelaxationModel(s.again(), stiffness))
     return Recursive(model, mean, covariance, s.noise, s.bodies, s.discrepancy, hidden=len(fast_sd))
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from exograv.rig.twin import Twin
-from exograv.rig.twin.behaviour.internal_model import OwnArm
+from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics
 from exograv.safety.modes import RAMP_IN_S, RAMP_OUT_S, Mode
 
 from .cooperative_wearer import DAMPING, LET_GO_S, STIFFNESS, TwinProxy
@@ -15,7 +15,7 @@ from .virtual_laboratory import VirtualLaboratory
 class AttentiveTwin(TwinProxy):
     """A `Rig`: the person holds the own arm until the machine has taken it, and again when it gives it back."""
 
-    def __init__(self, twin: Twin, own: OwnArm):
+    def __init__(self, twin: Twin, own: ArmInverseDynamics):
         """The arm is held where it is.
 
         Args:

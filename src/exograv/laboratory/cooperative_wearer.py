@@ -8,7 +8,7 @@ from types import TracebackType
 import numpy as np
 
 from exograv.rig.twin import Twin
-from exograv.rig.twin.behaviour.internal_model import OwnArm
+from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics
 from exograv.safety.modes import RAMP_IN_S, REST_BEFORE_RAMP_S
 from exograv.signals import Command, JointState
 
@@ -23,7 +23,7 @@ LET_GO_S = 1.0
 class ArmHold:
     """Muscles that hold the arm in its posture, and hand its weight over along a curve."""
 
-    def __init__(self, twin: Twin, own: OwnArm):
+    def __init__(self, twin: Twin, own: ArmInverseDynamics):
         """Hold the arm in its present posture.
 
         Args:
@@ -106,7 +106,7 @@ class CooperativeWearer(TwinProxy):
     The wearer knows when the machine begins and how long it takes, and hands the weight over along the same curve.
     """
 
-    def __init__(self, twin: Twin, own: OwnArm, takes_from_s: float, takes_for_s: float):
+    def __init__(self, twin: Twin, own: ArmInverseDynamics, takes_from_s: float, takes_for_s: float):
         """Hold the arm in its present posture.
 
         Args:

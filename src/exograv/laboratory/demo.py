@@ -59,7 +59,7 @@ from .result_rows import (
     parameter_rows,
     time_to_target,
 )
-from .truth_score import Examination, Score
+from .truth_score import Examination, TruthScore
 from .virtual_laboratory import VirtualLaboratory, draw_laboratory
 
 FLOAT_S = 10.0
@@ -163,7 +163,7 @@ def _phases(run: _Run) -> _Phases:
     known, calibration = _known_machine(run)
     worn = run.preparation.worn(known)
     examination = worn.examination()
-    scores: dict[float, Score] = {}
+    scores: dict[float, TruthScore] = {}
 
     def note(when: float, estimate: Estimate, predicted: np.ndarray | None, outcome: Outcome) -> None:
         rows = parameter_rows(known.assembly, identifier.result.prior, estimate, laboratory.wearer)
@@ -223,7 +223,7 @@ def _identified_arm(
     found: Identification,
     known: ControllerKnowledge,
     examination: Examination,
-    scores: dict[float, Score],
+    scores: dict[float, TruthScore],
 ) -> IdentifiedArm:
     by_table, identified = examination.score(known.x), scores[found.last.t]
     total = ControllerLeftOver(

@@ -15,7 +15,7 @@ from exograv.loop.pilot import Pilot, TickSample
 from exograv.motion import Trajectory
 from exograv.rig.twin import Twin
 from exograv.rig.twin.behaviour.acting_wearer import ActingWearer, usual_physiology
-from exograv.rig.twin.behaviour.internal_model import OwnArm
+from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics
 from exograv.rig.twin.behaviour.practice import Practice, tensed
 
 from .movements import WantedMovement
@@ -62,7 +62,7 @@ Note = Callable[[float], None]
 class WearerExperience:
     """Knowledge of the machine and of the own arm, of a wearer who has worn the machine before."""
 
-    own: OwnArm
+    own: ArmInverseDynamics
     worn_inertia: Float[np.ndarray, "arm arm"]
     """Inertia of the machine about the arm's freedoms [kg·m²]."""
 

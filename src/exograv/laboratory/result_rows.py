@@ -19,7 +19,7 @@ from exograv.rig.twin import Machine, Wearer
 from exograv.rig.twin.twin import WARM_UP_TIME
 from exograv.rig.twin.wearer.parameter_truth import parameter_truth
 
-from .truth_score import Score
+from .truth_score import TruthScore
 
 Interval = list[float]
 """Ends of a 95 % interval."""
@@ -193,7 +193,7 @@ def still_to_rub(truth: Machine, t: float) -> Float[np.ndarray, " joint"]:
     return 1.0 - truth.friction.warm_up * (1.0 - np.exp(-t / WARM_UP_TIME))
 
 
-def time_to_target(scores: Mapping[float, Score], targets: Sequence[float]) -> float | None:
+def time_to_target(scores: Mapping[float, TruthScore], targets: Sequence[float]) -> float | None:
     """Seconds of motion until what is truly left over stays below every joint's target to the end; None if never."""
     reached = None
     for t in sorted(scores):

@@ -26,7 +26,7 @@ Postures = Float[np.ndarray, "posture joint"]
 
 
 @dataclass(frozen=True)
-class Score:
+class TruthScore:
     """RMS over the held-out postures, per joint [N·m]."""
 
     total: Joints
@@ -67,7 +67,7 @@ class Examination:
         """Where it is asked [rad]."""
         return self._examiner.postures
 
-    def score(self, x: Parameters, payload_kg: float = 0.0) -> Score:
+    def score(self, x: Parameters, payload_kg: float = 0.0) -> TruthScore:
         """What is left over with these parameters in the level-0 controller, a hidden weight in the hand."""
         asked: list[Resting] = []
 
@@ -78,7 +78,7 @@ class Examination:
         total = self._examiner.left_over(all_currents, payload_kg)
         # The same postures, asked for a moment ago.
         arm = self._examiner.arm_left_over(lambda _q: self._actuators.current(asked[0].tau_arm), payload_kg)
-        return Score(rms(total), rms(arm))
+        return TruthScore(rms(total), rms(arm))
 
     def arm_error(self, x: Parameters) -> Postures:
         """What the arm, its weight and its strained cuffs, adds to the torque at rest, minus what is added for it.

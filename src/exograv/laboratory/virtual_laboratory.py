@@ -25,7 +25,7 @@ from exograv.rig.twin import (
     draw_wearer,
     read_wearer_model,
 )
-from exograv.rig.twin.behaviour.internal_model import OwnArm, worn_inertia
+from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics, worn_inertia
 from exograv.rig.twin.world.surroundings import Surroundings
 from exograv.storage.calibration_file import twin_identity
 
@@ -74,9 +74,9 @@ class VirtualLaboratory:
         """
         return Twin(self.description, self.machine, self.wearer, seed, start_posture, t0, surroundings=surroundings)
 
-    def own_arm(self) -> OwnArm:
+    def own_arm(self) -> ArmInverseDynamics:
         """The wearer's knowledge of the own arm."""
-        return OwnArm(self.description, self.machine, self.wearer)
+        return ArmInverseDynamics(self.description, self.machine, self.wearer)
 
     def worn_inertia(self) -> Float[np.ndarray, "arm arm"]:
         """Inertia of the machine about the arm's freedoms [kg·m²]."""

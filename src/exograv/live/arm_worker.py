@@ -23,7 +23,7 @@ Joints = np.ndarray
 
 
 @dataclass(frozen=True)
-class Judged:
+class EstimateReport:
     """What a worker tells once a second: how much is known by now, and how much was before anything moved."""
 
     motion_s: float
@@ -93,9 +93,9 @@ class ArmWorker:
         if belief is not None:
             self._check = PersonCheck(self._learner.model.again(), machine, belief, prior(assembly, machine))
             self._learner.followers.append(self._ask_about)
-        self._news: list[Judged] = []
+        self._news: list[EstimateReport] = []
 
-    def news(self) -> list[Judged]:
+    def news(self) -> list[EstimateReport]:
         """As it was judged since this was last asked."""
         news, self._news = self._news, []
         return news
@@ -154,7 +154,9 @@ class ArmWorker:
         left_over = self._learner.judge(estimate)
         if left_over is not None:
             is_other = self._check is not None and self._check.is_contradicted
-            self._news.append(Judged(estimate.t, estimate.x, estimate.sd, left_over, *self._learner.before, is_other))
+            self._news.append(
+                EstimateReport(estimate.t, estimate.x, estimate.sd, left_over, *self._learner.before, is_other)
+            )
 
     def _arm(self) -> LearnedArm:
         estimate = self._learner.last()

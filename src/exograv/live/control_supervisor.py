@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from exograv.runtime.control_loop.answering import Answering, ControlJob, control_process
+from exograv.runtime.control_loop.answering import ControlInterface, ControlJob, control_process
 from exograv.runtime.control_loop.exchange import Channels
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.runtime.processes.supervisor import Supervisor
@@ -15,7 +15,7 @@ FRUITLESS_MAX = 3
 """Controls in a row that ended without one answer; what ends them would end the next one too."""
 
 
-Build = Callable[[], Answering]
+Build = Callable[[], ControlInterface]
 
 
 class ControlKeeper:

@@ -20,10 +20,10 @@ from exograv.runtime.clock.realtime import Rights, realtime
 from exograv.runtime.clock.timing import PERIOD_NS, Timing
 from exograv.runtime.control_loop.answering import POLL_S
 from exograv.runtime.control_loop.exchange import UNANSWERED, Channels, answer_dtype, state_dtype
-from exograv.runtime.control_loop.guard_commands import BELL, Hearing
+from exograv.runtime.control_loop.guard_commands import BELL, GuardCommands
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.runtime.recorder.recorder_process import PHASE, event
-from exograv.safety.guard import Guard, SafeState, Submitted
+from exograv.safety.guard import ControlRequest, Guard, SafeState
 from exograv.safety.modes import Mode
 from exograv.safety.stops import StopReason
 from exograv.signals import JointState
@@ -68,7 +68,7 @@ class GuardJob:
 
 
 @dataclass(frozen=True)
-class Latch:
+class StopLatch:
     """A stop."""
 
     cause: str
@@ -83,7 +83,7 @@ class GuardReport:
 
     timing: Timing
     rights: Rights
-    latches: tuple[Latch, ...]
+    latches: tuple[StopLatch, ...]
     unanswered: int
     """Ticks without an answer in time."""
 
@@ -133,14 +133,14 @@ class GuardLoop:
         self._answers = Mailbox(answer_dtype(channels.joints), channels.answers)
         self._ticks, self._events = channels.inlet.ticks(), channels.inlet.events()
         self._bell = None if channels.bell is None else Mailbox(BELL, channels.bell)
-        self.hearing = Hearing(self._guard, parent, self._bell, self._note)
+        self.hearing = GuardCommands(self._guard, parent, self._bell, self._note)
         self._known_modes = [Mode.__members__.get(name.upper()) for name in job.mode_names]
         self._state, self._row = np.zeros((), state_dtype(channels.joints)), np.zeros((), tick_dtype(channels.joints))
         self._row["cdr_header"] = (0, 1, 0, 0)
         for name in ("q_reference", "v_reference", "a_reference"):
             self._row[name] = np.nan
         self._safe_state, self._phase, self._mode = SafeState.NONE, 0, -1
-        self._latches: list[Latch] = []
+        self._latches: list[StopLatch] = []
         self._modes: list[tuple[str, float]] = []
         self._unanswered = self._silent = self._started_ns = 0
         self._has_begun = self._was_stopped = False
@@ -181,7 +181,7 @@ class GuardLoop:
         is_over = self.hearing.is_asked_to_end or (self._was_stopped and self._ends_stopped)
         return is_over and self._guard.envelope.descent_is_over
 
-    def answer(self, believed: JointState | None, now: float) -> Submitted | None:
+    def answer(self, believed: JointState | None, now: float) -> ControlRequest | None:
         """Answer of control's process, if it comes in time."""
         answer = self._answer = None if believed is None else self._asked(believed, now, self._woken)
         if answer is None:
@@ -189,7 +189,7 @@ class GuardLoop:
             return None
         self.closure_slope = answer["slope"]
         self._enter(int(answer["mode"]), now)
-        return Submitted(int(answer["sequence"]), float(answer["valid_until"]), answer["tau"])
+        return ControlRequest(int(answer["sequence"]), float(answer["valid_until"]), answer["tau"])
 
     def report(self, timing: Timing, rights: Rights) -> GuardReport:
         """At the end."""
@@ -242,7 +242,7 @@ class GuardLoop:
         was_stopped = self._was_stopped
         self._was_stopped = stop is not None
         if stop is not None and not was_stopped:
-            self._latches.append(Latch(stop.value, period, 1e-9 * (time.monotonic_ns() - self._started_ns)))
+            self._latches.append(StopLatch(stop.value, period, 1e-9 * (time.monotonic_ns() - self._started_ns)))
             self._events.put(event(now, "stop", stop.value))
             self.hearing.latched()
 

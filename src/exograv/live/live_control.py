@@ -45,7 +45,7 @@ def notes(is_tested: bool) -> dict[str, str]:
 
 
 @runtime_checkable
-class Hearer(Protocol):
+class PhaseListener(Protocol):
     """A machine in which somebody hears what it begins."""
 
     def hear(self, mode_name: str) -> None:
@@ -90,7 +90,7 @@ def guarded_rig(plan: LivePlan) -> GuardedRig:
     envelope.person = GuardedPerson(plan.person, plan.gravity_level)
     envelope.person.drive(plan.lesson is not None)
     guard = Guard.of_machine(envelope, rig.period_s, gain.gain.tolist())
-    announce = rig.hear if isinstance(rig, Hearer) else lambda _mode: None
+    announce = rig.hear if isinstance(rig, PhaseListener) else lambda _mode: None
     return GuardedRig(rig, guard, gain.gain, announce)
 
 

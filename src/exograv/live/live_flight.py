@@ -23,7 +23,7 @@ from exograv.runtime.ros2.streaming import NO_STREAMING, Streaming
 
 from .live_control import LiveControl, LivePlan, guarded_rig, notes
 from .live_identification import LiveIdentificationPlan
-from .live_processes import LiveResult, Parts, Running, fly
+from .live_processes import LiveResult, ProcessParts, Running, fly
 from .options import AROUND_MOTION_S, LiveOptions
 
 
@@ -74,13 +74,13 @@ def fly_plan(
         return fly(parts_of(plan, is_tested), seconds, recorder, progress, started, lsl.listening, lsl.ros2)
 
 
-def parts_of(plan: LivePlan, is_tested: bool) -> Parts:
+def parts_of(plan: LivePlan, is_tested: bool) -> ProcessParts:
     """What the processes of a flight build in themselves."""
     lesson, period_s = plan.lesson, 1e-9 * plan.period_ns
     control = partial(
         LiveControl, plan.prepared, plan.gravity_level, lesson=lesson, period_s=period_s, is_steered=plan.is_steered
     )
-    return Parts(
+    return ProcessParts(
         partial(guarded_rig, plan),
         control,
         partial(control, is_first=False),

@@ -15,7 +15,7 @@ from exograv.model.assembly import Assembly
 from exograv.motion import Trajectory
 from exograv.procedures.identification.estimator_session import Belief
 from exograv.procedures.identification.identify import V_MOTION, identification_motion
-from exograv.procedures.verification.postures import NONE, Passes, Verification, all_passes
+from exograv.procedures.verification.postures import NONE, Verification, VerificationPasses, all_passes
 from exograv.runtime.control_loop.exchange import sample_dtype
 from exograv.runtime.control_loop.worker import WorkerMemory
 from exograv.safety.person import PersonLimits
@@ -36,7 +36,7 @@ class LiveIdentification:
         period_s: float,
         tell: Callable[[np.ndarray], object],
         newest: Callable[[], tuple[int, np.void] | None],
-        passes: Passes | None = None,
+        passes: VerificationPasses | None = None,
     ):
         """Before the arm is moved.
 
@@ -154,7 +154,7 @@ class LiveIdentificationPlan:
 
 def lesson_passes(
     assembly: Assembly, seconds: float, period_s: float, verification: Verification | None
-) -> Passes | None:
+) -> VerificationPasses | None:
     """What follows a motion of so many seconds, from where that ends."""
     if verification is None:
         return None

@@ -13,8 +13,8 @@ from exograv.errors import RigError
 from exograv.loop.pilot import Progress
 from exograv.loop.replay_log import written_person
 from exograv.runtime.clock.timing import PERIOD_NS
-from exograv.runtime.control_loop.answering import Answering
-from exograv.runtime.control_loop.exchange import Channels, LedPerson, answer_dtype, state_dtype
+from exograv.runtime.control_loop.answering import ControlInterface
+from exograv.runtime.control_loop.exchange import Channels, PersonUpdate, answer_dtype, state_dtype
 from exograv.runtime.control_loop.guard_commands import BELL, ENDS, GuardLine
 from exograv.runtime.control_loop.worker import WorkerJob
 from exograv.runtime.lsl.listening import Listening
@@ -33,13 +33,13 @@ CHECK_S = 0.25
 
 
 @dataclass(frozen=True)
-class Parts:
+class ProcessParts:
     """How guard and control build what they work with, in their own processes."""
 
     guard: Callable[[], GuardedRig]
-    control: Callable[[], Answering]
+    control: Callable[[], ControlInterface]
 
-    control_again: Callable[[], Answering]
+    control_again: Callable[[], ControlInterface]
     """After one that died: a control that carries nothing until the operator has reset and the arm is taken again."""
 
     mode_names: tuple[str, ...]
@@ -97,7 +97,7 @@ class Running:
 
 
 def fly(
-    parts: Parts,
+    parts: ProcessParts,
     seconds: float,
     recorder: Recorder,
     progress: Progress,
@@ -167,7 +167,7 @@ def _worker(job: WorkerJob, recorder: Recorder, line: GuardLine, stack: contextl
     stack.callback(findings.close)
 
     def accept(word: LearnedArm | PassesResult) -> None:
-        line.send(LedPerson(word.person) if word.is_led else word.person)
+        line.send(PersonUpdate(word.person) if word.is_led else word.person)
         message = {"person": written_person(word.person), "gravity_level": 0.0, "is_driven": word.is_led}
         recorder.write("/control", word.t, {"act": "wear", **message})
 
@@ -196,7 +196,7 @@ def _memory(joints: int) -> Iterator[tuple[Mailbox, Mailbox, Mailbox]]:
 
 
 @runtime_checkable
-class Watched(Protocol):
+class WatchedProcesses(Protocol):
     """What the parent looks after while the loop runs."""
 
     def check(self) -> object:
@@ -207,7 +207,7 @@ class Watched(Protocol):
 def _watched(
     guard: Supervisor[GuardJob],
     line: GuardLine,
-    others: Sequence[Watched | None],
+    others: Sequence[WatchedProcesses | None],
     progress: Progress,
     seconds: float,
     hears: Callable[[object], object],

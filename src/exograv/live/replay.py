@@ -10,16 +10,16 @@ from exograv.dynamics.parameters import Parameters
 from exograv.errors import ConfigError
 from exograv.loop.person_limits import person_limits
 from exograv.loop.pilot import Progress
-from exograv.loop.replay.columns import Again, Columns, each_tick
+from exograv.loop.replay.columns import Columns, ReplayedDecisions, each_tick
 from exograv.loop.replay.guard_replay import SETTLED_S, GuardReplay
 from exograv.loop.replay.recorded_run import RecordedRun, readable
-from exograv.loop.replay.what_if import Instead
+from exograv.loop.replay.what_if import ReplayOverrides
 from exograv.loop.replay_log import read_machine, read_person
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.verification.postures import Verification
 from exograv.recording.fields import Message
 from exograv.runtime.control_loop.exchange import EVENT_SHIFT, TOLD_PERSON, answer_dtype, finding_dtype, state_dtype
-from exograv.safety.guard import COMMAND_LIFE_S, SafeState, Submitted
+from exograv.safety.guard import COMMAND_LIFE_S, ControlRequest, SafeState
 from exograv.safety.modes import Mode
 from exograv.signals import JointState
 
@@ -30,10 +30,10 @@ REACH = 32
 """Measurements back to which `seen` in a tick tells whether control has answered."""
 
 
-class LiveAgain:
+class LiveReplay:
     """Flies the ticks of one recording."""
 
-    def __init__(self, recorded: RecordedRun, instead: Instead):
+    def __init__(self, recorded: RecordedRun, instead: ReplayOverrides):
         """Guard and control as they began.
 
         Raises:
@@ -43,7 +43,7 @@ class LiveAgain:
         path, joints = recorded.recording.path, len(recorded.recording.joints)
         self._columns, self._names = Columns(recorded.recording.ticks), recorded.phase_names
         self._lost = recorded.gaps.tolist()
-        self._again = Again.of(len(self._columns), joints)
+        self._again = ReplayedDecisions.of(len(self._columns), joints)
         self._state, self._row = np.zeros(1, state_dtype(joints)), np.zeros((), answer_dtype(joints))
         self._waiting: deque[np.void] = deque(maxlen=REACH)
         self._settles_at, self._k, self._safe_state_before = -np.inf, 0, SafeState.NONE
@@ -83,7 +83,7 @@ class LiveAgain:
         self._control = LiveControl(prepared, level, lesson=lesson, period_s=period_s, is_steered=is_steered)
         self._guarding.forget(actuators.torque(self._columns["current"][0]))
 
-    def fly(self, progress: Progress) -> Again:
+    def fly(self, progress: Progress) -> ReplayedDecisions:
         """All ticks."""
         for k in each_tick(self._columns, progress):
             if self._lost[k]:
@@ -101,7 +101,7 @@ class LiveAgain:
         again.knows_control[k] = columns.t[k] >= self._settles_at
         guarding.take(k, columns, self, again)
 
-    def answer(self, believed: JointState | None, now: float) -> Submitted | None:
+    def answer(self, believed: JointState | None, now: float) -> ControlRequest | None:
         """Answer of control, if it came in time in the run."""
         k, self.closure_slope = self._k, 0.0
         if believed is None:
@@ -112,7 +112,7 @@ class LiveAgain:
         self._catch_up(k)
         tau = self._row["tau"].copy()
         self._again.tau_desired[k], self.closure_slope = tau, float(self._row["slope"])
-        return Submitted(believed.sequence, now + COMMAND_LIFE_S, tau)
+        return ControlRequest(believed.sequence, now + COMMAND_LIFE_S, tau)
 
     def _told(self, believed: JointState, now: float, safe_state: int) -> np.void:
         state = self._state.copy()

@@ -7,7 +7,7 @@ from exograv.runtime.control_loop.worker import WorkerJob, worker_process
 from exograv.runtime.processes.shared_memory import Ring
 from exograv.runtime.processes.supervisor import Supervisor
 
-from .arm_worker import Judged, LearnedArm, PassesResult
+from .arm_worker import EstimateReport, LearnedArm, PassesResult
 
 RESTARTS_MAX = 3
 """Workers that are replaced; what ends so many would end the next one too."""
@@ -32,7 +32,7 @@ class WorkerKeeper:
         self._job, self._findings, self._record, self._accept = job, findings, record, accept
         self.learned: LearnedArm | None = None
         self.passed: PassesResult | None = None
-        self.judged: Judged | None = None
+        self.judged: EstimateReport | None = None
         """How far it is."""
         self._child = Supervisor("worker", worker_process, job, RESTARTS_MAX)
 
@@ -80,7 +80,7 @@ class WorkerKeeper:
 
     def _hear(self, word: object) -> None:
         # One that follows on another learns all anew; the guard knows the person already.
-        if isinstance(word, Judged):
+        if isinstance(word, EstimateReport):
             self.judged = word
         elif isinstance(word, LearnedArm) and self.learned is None:
             self.learned = word

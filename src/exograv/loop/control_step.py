@@ -6,7 +6,7 @@ clock, machine and recording, and in where control runs.
 
 from typing import NamedTuple, Protocol, runtime_checkable
 
-from exograv.safety.guard import COMMAND_LIFE_S, Guard, SafeState, Submitted
+from exograv.safety.guard import COMMAND_LIFE_S, ControlRequest, Guard, SafeState
 from exograv.safety.stops import StopReason
 from exograv.signals import Command, Joints, JointState
 
@@ -27,7 +27,7 @@ class AnsweringControl(Protocol):
         """Slope of the model's loops, 0 where they are closed or where control did not answer [N·m]."""
         ...
 
-    def answer(self, believed: JointState | None, now: float) -> Submitted | None:
+    def answer(self, believed: JointState | None, now: float) -> ControlRequest | None:
         """Answer a measurement that the guard believes; called in every step, also without such a measurement.
 
         Args:
@@ -43,7 +43,7 @@ class Decision(NamedTuple):
     believed: JointState | None
     """Measurement that control could answer; None if the guard believed none."""
 
-    submitted: Submitted | None
+    submitted: ControlRequest | None
     """Answer of control; None if there was none in time."""
 
     command: Command

@@ -6,7 +6,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from exograv.control.observer import Observer
-from exograv.safety.guard import COMMAND_LIFE_S, Submitted
+from exograv.safety.guard import COMMAND_LIFE_S, ControlRequest
 from exograv.signals import Joints, JointState, Reference
 
 Guide = Callable[[Joints, Joints], Reference]
@@ -85,11 +85,11 @@ class OutputFeedback:
         """Slope of the controller's loops [N·m]."""
         return self.controller.closure_slope
 
-    def answer(self, believed: JointState | None, now: float) -> Submitted | None:
+    def answer(self, believed: JointState | None, now: float) -> ControlRequest | None:
         """Answer a measurement; None without one."""
         if believed is None:
             return None
-        return Submitted(believed.sequence, now + COMMAND_LIFE_S, self.step(believed.q))
+        return ControlRequest(believed.sequence, now + COMMAND_LIFE_S, self.step(believed.q))
 
     def step(self, q_measured: Joints) -> Joints:
         """Desired torque [N·m] for a measured position [rad]; the controller overwrites it in the next step."""

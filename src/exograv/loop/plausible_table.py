@@ -11,7 +11,7 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import ParameterLayout, Parameters
 from exograv.errors import ModelError
 from exograv.model.assembly import Assembly
-from exograv.safety.plausible import GRAVITY_LEVEL_MAX, Chain, Features, PlausibleTable
+from exograv.safety.plausible import GRAVITY_LEVEL_MAX, Features, LimbTable, PlausibleTable
 
 MOST_FACTORS = 4
 """Joints whose sines and cosines are multiplied; what more would bring, the error says. Four joints are exact."""
@@ -158,11 +158,11 @@ def _chains(assembly: Assembly) -> list[tuple[int, ...]]:
     return [tuple(j for j in root if root[j] == first) for first in sorted(set(root.values()))]
 
 
-def _chain(joints: tuple[int, ...], postures: Postures, exo: Postures, arm: Postures) -> Chain:
+def _chain(joints: tuple[int, ...], postures: Postures, exo: Postures, arm: Postures) -> LimbTable:
     at, features = list(joints), Features(len(joints), MOST_FACTORS)
     F = np.array([features.of(q)[features.kept] for q in postures[:, at]])
     table = np.linalg.lstsq(F, np.hstack([exo[:, at], arm[:, at]]), rcond=None)[0].T
-    return Chain(joints, MOST_FACTORS, table[: len(at)], table[len(at) :])
+    return LimbTable(joints, MOST_FACTORS, table[: len(at)], table[len(at) :])
 
 
 def _dry(

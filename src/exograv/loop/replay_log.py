@@ -23,13 +23,13 @@ from exograv.recording import RecordingWriter
 from exograv.recording.code import code_sha256
 from exograv.results import JsonObject, json_value
 from exograv.safety.person import GuardedPerson, PersonLimits
-from exograv.safety.plausible import Chain, PlausibleTable
+from exograv.safety.plausible import LimbTable, PlausibleTable
 
 PACKAGES = ("casadi", "mujoco-core", "numpy", "scipy")
 
 
 @runtime_checkable
-class Accountable(Protocol):
+class ReplayableController(Protocol):
     """A controller that can be made again from what it says of itself."""
 
     acts: list[ControllerAct]
@@ -47,7 +47,7 @@ class ReplayLog:
         self._recording, self._actuators, self._period_s = recording, actuators, period_s
         self._known: list[object] = []
         self._flying: object = None
-        self._accountable: Accountable | None = None
+        self._accountable: ReplayableController | None = None
         self._person: GuardedPerson | None = None
         self._felt = (0.0, False)
 
@@ -80,7 +80,7 @@ class ReplayLog:
             )  # fmt: skip
         self._flying = controller
         # Asked once: what a protocol is made of takes longer than a tick's torque.
-        self._accountable = controller if isinstance(controller, Accountable) else None
+        self._accountable = controller if isinstance(controller, ReplayableController) else None
         new: JsonObject = {}
         if not any(controller is one for one in self._known):
             self._known.append(controller)
@@ -151,7 +151,7 @@ def read_person(message: Mapping[str, Any]) -> PersonLimits:
     """What the guard held the person to, to the last bit."""
     table = message["table"]
     chains = tuple(
-        Chain(tuple(one["joints"]), one["most_factors"], np.array(one["exo"]), np.array(one["arm"]))
+        LimbTable(tuple(one["joints"]), one["most_factors"], np.array(one["exo"]), np.array(one["arm"]))
         for one in table["chains"]
     )
     bounds = {name: np.array(table[name]) for name in ("error", "dry", "viscous")}

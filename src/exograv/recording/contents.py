@@ -37,7 +37,7 @@ from .stream_block import TOPICS
 
 
 class DamageError(Exception):
-    """Something is not as the format has it; for this file only, callers see an `Ending`."""
+    """Something is not as the format has it; for this file only, callers see an `FileEnding`."""
 
 
 DAMAGE = (DamageError, McapError, zstandard.ZstdError, struct.error, UnicodeDecodeError, OverflowError)
@@ -72,7 +72,7 @@ Visit = Callable[[str, bytes], None]
 """Called with the topic and the data of a message; of ticks, with those that follow each other, in one."""
 
 
-class Ending(enum.Enum):
+class FileEnding(enum.Enum):
     """How a file ends."""
 
     COMPLETE = "complete"
@@ -94,7 +94,7 @@ class Contents:
     good: int = 0
     """Bytes up to the end of the last whole chunk and its index: a file cut here can be continued."""
 
-    ending: Ending = Ending.CUT
+    ending: FileEnding = FileEnding.CUT
 
     @property
     def topics(self) -> dict[int, str]:
@@ -115,10 +115,10 @@ def messages_in(content: Content, found: Contents) -> Iterator[tuple[str, bytes]
     try:
         found.ending = yield from _walk(content, found)
     except DAMAGE:
-        found.ending = Ending.DAMAGED
+        found.ending = FileEnding.DAMAGED
 
 
-def _walk(content: Content, found: Contents) -> Generator[tuple[str, bytes], None, Ending]:
+def _walk(content: Content, found: Contents) -> Generator[tuple[str, bytes], None, FileEnding]:
     start = found.good = len(MCAP0_MAGIC)
     while record := _record_at(content, start):
         opcode, body = record
@@ -127,14 +127,14 @@ def _walk(content: Content, found: Contents) -> Generator[tuple[str, bytes], Non
             chunk = Chunk.read(ReadDataStream(BytesIO(body)))
             after = yield from _chunk(chunk, content, (start, end), found)
             if after is None:
-                return Ending.CUT
+                return FileEnding.CUT
             end = after
         elif opcode == Opcode.DATA_END:
             return _finish(content, start, end)
         else:
             _announce(opcode, body, found)
         start = found.good = end
-    return Ending.CUT
+    return FileEnding.CUT
 
 
 def _announce(opcode: int, body: bytes, found: Contents) -> None:
@@ -222,7 +222,7 @@ def _equal_messages(content: bytes, start: int, size: int) -> np.ndarray:
     return rows[: others[0]] if len(others) else rows
 
 
-def _finish(content: Content, start: int, summary: int) -> Ending:
+def _finish(content: Content, start: int, summary: int) -> FileEnding:
     """Check by the record at `start` all that stands before it, and by the footer the summary behind it."""
     body = content[start + RECORD_HEAD.size : summary]
     if body not in (crc_of(content, start).to_bytes(4, "little"), bytes(4)):  # zeros: not computed, in version 1
@@ -235,9 +235,9 @@ def _finish(content: Content, start: int, summary: int) -> Ending:
             right = summary_crc(content[summary:at], summary)
             if body not in (FOOTER.pack(summary, 0, right), FOOTER.pack(summary, 0, 0)):
                 raise DamageError
-            return Ending.COMPLETE if content[after : len(content)] == MCAP0_MAGIC else Ending.CUT
+            return FileEnding.COMPLETE if content[after : len(content)] == MCAP0_MAGIC else FileEnding.CUT
         at = after
-    return Ending.CUT
+    return FileEnding.CUT
 
 
 def _record_at(content: Content, start: int) -> tuple[int, bytes] | None:

@@ -14,7 +14,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from exograv.errors import RecordingError
 
-from .contents import Contents, Ending, examine
+from .contents import Contents, FileEnding, examine
 from .device_stream import DeviceStream, joined
 from .encoding import restored, unpacked_ticks
 from .fields import Message
@@ -188,9 +188,11 @@ def remark_on(path: Path, size: int, found: Contents, ticks: np.ndarray) -> str 
     """What is wrong with a file of so many bytes, as a sentence; None for a complete one."""
     until = f"at {ticks['t'][-1]:.3f} s" if len(ticks) else "before the first tick"
     remarks = {
-        Ending.COMPLETE: None,
-        Ending.CUT: f"{path.name} ends abruptly {until}: its writer was stopped, and what was not yet on disk is lost.",
-        Ending.DAMAGED: (
+        FileEnding.COMPLETE: None,
+        FileEnding.CUT: (
+            f"{path.name} ends abruptly {until}: its writer was stopped, and what was not yet on disk is lost."
+        ),
+        FileEnding.DAMAGED: (
             f"{path.name} is damaged: {found.good} of its {size} bytes could be used, and its ticks end "
             f"{until}. Take another copy of it if there is one."
         ),

@@ -55,7 +55,7 @@ class SafeState(enum.IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Submitted:
+class ControlRequest:
     """What control asks for."""
 
     sequence: int
@@ -131,7 +131,7 @@ class Guard:
         ingress = Ingress(counts, period_s, envelope.limits.v_trip_rad_s)
         return cls(envelope, ingress, period_s, gain, compares=is_known)
 
-    def step(self, state: JointState | None, submitted: Submitted | None, now: float) -> Guarded:
+    def step(self, state: JointState | None, submitted: ControlRequest | None, now: float) -> Guarded:
         """One tick.
 
         Args:
@@ -162,7 +162,7 @@ class Guard:
                     self.envelope.trip(reason, without_model=is_torque, isolate=of_encoder, powerless=of_motor)
         return seen.state
 
-    def decide(self, submitted: Submitted | None, now: float) -> Guarded:
+    def decide(self, submitted: ControlRequest | None, now: float) -> Guarded:
         """Second half: what goes out, whether control has answered or not."""
         bridges = self._bridges(submitted, now)
         tau = self.envelope.limited(self._held, self._q, self._v)
@@ -227,7 +227,7 @@ class Guard:
         else:
             person.gravity_level += math.copysign(step, left)
 
-    def _bridges(self, submitted: Submitted | None, now: float) -> bool:
+    def _bridges(self, submitted: ControlRequest | None, now: float) -> bool:
         """Take control's torque if it answers in time; whether the last one is held in its place."""
         state, broken = self._seen.state, self._seen.broken
         if self._measured.add(state is None):

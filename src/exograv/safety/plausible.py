@@ -45,7 +45,7 @@ class Features:
 
 
 @dataclass(frozen=True)
-class Chain:
+class LimbTable:
     """One limb's table: its joints carry nothing of another limb."""
 
     joints: tuple[int, ...]
@@ -69,7 +69,7 @@ class PlausibleTable:
     control or identification does can change it.
     """
 
-    chains: tuple[Chain, ...]
+    chains: tuple[LimbTable, ...]
 
     error: Joints
     """The table's largest error over the postures that it was checked at [N·m]."""
@@ -115,7 +115,7 @@ class PlausibleTable:
 class _Ready:
     """A chain's table, with zeros for the products that it does not use."""
 
-    def __init__(self, chain: Chain):
+    def __init__(self, chain: LimbTable):
         self.joints, self._features = chain.joints, Features(len(chain.joints), chain.most_factors)
         self._exo, self._arm = np.zeros((2, len(chain.joints), 3 ** len(chain.joints)))
         self._exo[:, self._features.kept], self._arm[:, self._features.kept] = chain.exo, chain.arm

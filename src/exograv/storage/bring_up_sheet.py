@@ -32,7 +32,7 @@ class SheetLine(Settings):
     limit: str
 
 
-class Done(Settings):
+class BringUpRecord(Settings):
     """When, by whom, with what."""
 
     at: AwareDatetime
@@ -48,7 +48,7 @@ class BringUpSheet(Sealed):
     VERSION: ClassVar[int] = 1
     schema_version: Literal[1]
     identity: Identity
-    done: Done
+    done: BringUpRecord
     steps: list[SheetLine]
 
 
@@ -68,7 +68,9 @@ def write_sheet(
         for one in tried
     ]
     passed = len(tried) == len(steps) and all(step.passed or step.locks_only for step in steps)
-    done = Done(at=at.replace(microsecond=0), by=by, drives_sha256=drives.sha256, passed=passed, is_simulated=simulated)
+    done = BringUpRecord(
+        at=at.replace(microsecond=0), by=by, drives_sha256=drives.sha256, passed=passed, is_simulated=simulated
+    )
     whole = sealed(
         BringUpSheet(
             schema_version=1, identity=identity_of(description, drives.settings.serial), done=done, steps=lines

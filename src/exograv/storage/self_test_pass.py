@@ -26,7 +26,7 @@ HEAD = """\
 """
 
 
-class Passing(Settings):
+class PassRecord(Settings):
     """When and where it passed."""
 
     at: AwareDatetime
@@ -38,7 +38,7 @@ class Passing(Settings):
     """Whether the worn part was done too."""
 
 
-class Withdrawn(Settings):
+class PassWithdrawal(Settings):
     """What has happened since; empty where nothing has."""
 
     cause: str = ""
@@ -50,8 +50,8 @@ class SelfTestPass(Sealed):
     VERSION: ClassVar[int] = 1
     schema_version: Literal[1]
     identity: Identity
-    passing: Passing
-    withdrawn: Withdrawn = Withdrawn()
+    passing: PassRecord
+    withdrawn: PassWithdrawal = PassWithdrawal()
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def write_pass(key: MachineKey, now: datetime, arm_weighed: bool = False) -> Non
     Raises:
         ConfigError: The place cannot be written.
     """
-    passing = Passing(
+    passing = PassRecord(
         at=now.replace(microsecond=0),
         host=key.host,
         calibration_sha256=key.calibration_sha256,
@@ -95,7 +95,7 @@ def withdraw_pass(file: Path, cause: str) -> None:
     if not file.exists():
         return
     whole = read_sealed(file, SelfTestPass, AGAIN, AGAIN)
-    changed = whole.model_copy(update={"withdrawn": Withdrawn(cause=cause)})
+    changed = whole.model_copy(update={"withdrawn": PassWithdrawal(cause=cause)})
     write_sealed(file, sealed(changed), HEAD, "--out")
 
 

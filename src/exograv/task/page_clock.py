@@ -57,7 +57,7 @@ class PingTimes(NamedTuple):
         return bool(np.all(np.isfinite(self)) and is_ordered and 0.0 <= self.half_way_s <= 0.5 * WAY_MAX_S)
 
 
-class Placed(NamedTuple):
+class ServerTime(NamedTuple):
     """A time on the server's clock."""
 
     t: float
@@ -90,7 +90,7 @@ class PageClock:
         better = min(ping, last, key=lambda one: one.half_way_s)
         return replace(self, best=(*self.best[:-1], better))
 
-    def to_server(self, t_page: float) -> Placed | None:
+    def to_server(self, t_page: float) -> ServerTime | None:
         """A time of the page on the server's clock; None before the first ping."""
         if self._fit is None:
             return None
@@ -100,7 +100,7 @@ class PageClock:
         likely = float(self._fit.correction(np.array([t_page]))[0])
         # Intervals that leave nothing mean a drift beyond what is believed; then the fit alone is left.
         offset = min(max(likely, low), high) if low <= high else likely
-        return Placed(t_page + offset, max(offset - low, high - offset, low - high))
+        return ServerTime(t_page + offset, max(offset - low, high - offset, low - high))
 
     @property
     def _blocks(self) -> int:

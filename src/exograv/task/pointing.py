@@ -20,7 +20,7 @@ AHEAD_MAX_S = 0.1
 """By which a touch may be later than its arrival, by error of the fitted clock [s]."""
 
 
-class Reason(enum.Enum):
+class RejectionReason(enum.Enum):
     """Why a touch does not count; the value is the word in records."""
 
     REPEATED = "repeated"
@@ -40,15 +40,15 @@ class Reason(enum.Enum):
 
 
 SENTENCES = {
-    Reason.REPEATED: "It was sent again, and is counted already.",
-    Reason.UNTIMED: "Its time is later than its arrival: the page's clock is not fitted.",
-    Reason.OUTSIDE: "It is outside of every window.",
-    Reason.POINTER: "This protocol does not take this kind of pointer.",
-    Reason.SECOND: "It is a second finger.",
-    Reason.PALM: "The contact is too large: a palm.",
-    Reason.OFF_TARGET: "It is too far off the target to be meant for it.",
-    Reason.BOUNCE: "It follows the last too soon to be another one.",
-    Reason.NO_RETURN: "The hand was not back at its resting place.",
+    RejectionReason.REPEATED: "It was sent again, and is counted already.",
+    RejectionReason.UNTIMED: "Its time is later than its arrival: the page's clock is not fitted.",
+    RejectionReason.OUTSIDE: "It is outside of every window.",
+    RejectionReason.POINTER: "This protocol does not take this kind of pointer.",
+    RejectionReason.SECOND: "It is a second finger.",
+    RejectionReason.PALM: "The contact is too large: a palm.",
+    RejectionReason.OFF_TARGET: "It is too far off the target to be meant for it.",
+    RejectionReason.BOUNCE: "It follows the last too soon to be another one.",
+    RejectionReason.NO_RETURN: "The hand was not back at its resting place.",
 }
 
 
@@ -83,31 +83,31 @@ def deviation(touch: Touch, screen: ScreenCalibration | None) -> Deviation:
     return off._replace(deviation_x_mm=x_mm, deviation_y_mm=y_mm, deviation_mm=math.hypot(x_mm, y_mm))
 
 
-def unfit(protocol: Protocol, screen: ScreenCalibration | None, touch: Touch) -> Reason | None:
+def unfit(protocol: Protocol, screen: ScreenCalibration | None, touch: Touch) -> RejectionReason | None:
     """Why this contact is no pointing at all; None if it may be one."""
     rules = protocol.pointing
     if touch.pointer not in rules.pointers:
-        return Reason.POINTER
+        return RejectionReason.POINTER
     if not touch.is_primary:
-        return Reason.SECOND
+        return RejectionReason.SECOND
     largest_px = rules.contact_max_px
     if screen is not None:
         largest_px = rules.contact_max_mm / max(screen.pitch_x_mm, screen.pitch_y_mm)
     if touch.contact_px > largest_px:
-        return Reason.PALM
-    return Reason.OFF_TARGET if deviation(touch, screen).deviation_px > rules.area_radius_px else None
+        return RejectionReason.PALM
+    return RejectionReason.OFF_TARGET if deviation(touch, screen).deviation_px > rules.area_radius_px else None
 
 
-def too_soon(protocol: Protocol, cycle: PointingCycle, t: float) -> Reason | None:
+def too_soon(protocol: Protocol, cycle: PointingCycle, t: float) -> RejectionReason | None:
     """Why a touch at this time is not the next one; None if it is."""
     if cycle.last_touch is None:
         return None
     since_s, rules = t - cycle.last_touch, protocol.pointing
     if since_s < rules.bounce_s:
-        return Reason.BOUNCE
+        return RejectionReason.BOUNCE
     if rules.return_check == "time":
-        return Reason.NO_RETURN if since_s < rules.return_after_s else None
-    return None if any(cycle.last_touch < back <= t for back in cycle.returns) else Reason.NO_RETURN
+        return RejectionReason.NO_RETURN if since_s < rules.return_after_s else None
+    return None if any(cycle.last_touch < back <= t for back in cycle.returns) else RejectionReason.NO_RETURN
 
 
 def touched(cycle: PointingCycle, t: float) -> PointingCycle:

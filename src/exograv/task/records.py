@@ -7,7 +7,7 @@ from pydantic import Field, TypeAdapter
 from exograv.model.rig_settings import Settings
 
 from .pace import Pace
-from .pointing import Reason
+from .pointing import RejectionReason
 from .schedule import PhaseKind
 
 ClosedBy = Literal["clock", "aircraft", "hand", "pause", "stop", "interruption"]
@@ -81,7 +81,7 @@ class TouchRecord(Settings):
     window: int | None = Field(description="in which it fell; NA outside of windows")
     attempt: int | None = Field(description="of the window, from 1; NA outside of windows")
     is_accepted: bool = Field(description="it counts")
-    reason: Reason | None = Field(description="why it does not count")
+    reason: RejectionReason | None = Field(description="why it does not count")
     x_px: float = Field(description="contact on the panel, right")
     y_px: float = Field(description="contact on the panel, down")
     deviation_x_px: float = Field(description="contact minus target, right")
@@ -132,7 +132,7 @@ class RunEnded(Settings):
     why: str
 
 
-class Refused(Settings):
+class RefusedEvent(Settings):
     """An event that cannot be now; nothing has changed."""
 
     kind: Literal["refused"] = "refused"
@@ -168,7 +168,7 @@ Record = (
     | Paused
     | Resumed
     | RunEnded
-    | Refused
+    | RefusedEvent
     | AlarmRaised
     | AlarmAcknowledged
 )

@@ -13,7 +13,7 @@ from .operator_events import OPERATING, known_alarms
 from .plan import TaskPlan
 from .pointing import returned
 from .record_sinks import RecordSink
-from .records import AlarmAcknowledged, Record, Refused
+from .records import AlarmAcknowledged, Record, RefusedEvent
 from .state import RunState
 from .timed_transitions import Step, advanced, made_level
 from .totals import Totals, totals
@@ -110,7 +110,7 @@ def _respond(
 def _taken(outcome: Step | str, state: RunState, event: Event) -> Step:
     """What has become of it; a sentence is a refusal."""
     if isinstance(outcome, str):
-        return state, (Refused(t=state.t, event=event.kind, why=outcome),)
+        return state, (RefusedEvent(t=state.t, event=event.kind, why=outcome),)
     return outcome
 
 

@@ -9,7 +9,7 @@ from exograv.sentence import SentenceText
 
 from .events import Touch
 from .pace import Pace
-from .pointing import PointingCycle, Reason
+from .pointing import PointingCycle, RejectionReason
 from .records import ClosedBy, Mark
 
 Status = Literal["ready", "running", "paused", "stopped", "finished"]
@@ -84,7 +84,7 @@ class RunState(Settings):
     """Touches that have come, by page: runs of sequence numbers."""
 
     touches: int = 0
-    rejected: dict[Reason, int] = Field(default={})
+    rejected: dict[RejectionReason, int] = Field(default={})
     is_feed_lost: bool = False
     alarms: tuple[RunAlarm, ...] = ()
 

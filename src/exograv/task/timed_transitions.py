@@ -16,7 +16,7 @@ SHORT_SHARE = 0.8
 Step = tuple[RunState, tuple[Record, ...]]
 
 
-class Due(NamedTuple):
+class TimedTransition(NamedTuple):
     """What comes next, and when."""
 
     t: float
@@ -33,12 +33,12 @@ def advanced(plan: TaskPlan, state: RunState, t: float) -> Step:
     return state.model_copy(update={"t": max(t, state.t)}), tuple(records)
 
 
-def next_due(plan: TaskPlan, state: RunState) -> Due | None:
+def next_due(plan: TaskPlan, state: RunState) -> TimedTransition | None:
     """What the clock does next; None if it does nothing any more."""
     return min(_dues(plan, state), key=lambda due: due.t, default=None)
 
 
-def _dues(plan: TaskPlan, state: RunState) -> Iterator[Due]:
+def _dues(plan: TaskPlan, state: RunState) -> Iterator[TimedTransition]:
     # Of two at the same time the first counts: a window closes before its pace changes.
     if state.status != "running":
         return
@@ -47,15 +47,17 @@ def _dues(plan: TaskPlan, state: RunState) -> Iterator[Due]:
         index = state.phase + 1
         ends = index == len(phases)
         start_s = plan.timeline.duration_s if ends else phases[index].start_s
-        yield Due(max(state.origin + start_s, state.approach), "phase")
+        yield TimedTransition(max(state.origin + start_s, state.approach), "phase")
     elif window is not None:
-        yield Due(window.opened + plan.protocol.windows.duration_s + _overtime_s(plan, state, window), "close")
+        yield TimedTransition(
+            window.opened + plan.protocol.windows.duration_s + _overtime_s(plan, state, window), "close"
+        )
     if window is not None:
         since = window.opened if window.cycle.last_touch is None else window.cycle.last_touch
         for after_s, told in pace_changes_s(plan.protocol):
             # The first that has not been told: the order of paces is that of time.
             if state.pace is None or list(Pace).index(told) > list(Pace).index(state.pace):
-                yield Due(max(since + after_s, state.t), "pace", told)
+                yield TimedTransition(max(since + after_s, state.t), "pace", told)
 
 
 def _overtime_s(plan: TaskPlan, state: RunState, window: WindowState) -> float:
@@ -63,7 +65,7 @@ def _overtime_s(plan: TaskPlan, state: RunState, window: WindowState) -> float:
     return plan.protocol.aircraft.overtime_s if window.by == "aircraft" and not state.is_feed_lost else 0.0
 
 
-def _happen(plan: TaskPlan, state: RunState, due: Due) -> Step:
+def _happen(plan: TaskPlan, state: RunState, due: TimedTransition) -> Step:
     if due.what == "phase":
         return _next_phase(plan, state, due.t)
     if due.what == "pace" and due.pace is not None:

@@ -3,7 +3,7 @@
 from .events import Touch
 from .pace import Pace, pace
 from .plan import TaskPlan
-from .pointing import AHEAD_MAX_S, Reason, deviation, too_soon, touched, unfit
+from .pointing import AHEAD_MAX_S, RejectionReason, deviation, too_soon, touched, unfit
 from .records import Record, TouchRecord, extended
 from .state import RunState
 from .timed_transitions import Step, tell_pace
@@ -17,7 +17,7 @@ def judge(plan: TaskPlan, state: RunState, touch: Touch) -> Step:
     state = state.seeing(touch)
     record = _record(plan, state, touch, index, reason, interval_s)
     if reason is not None or index is None:
-        return _rejected(state, index, reason or Reason.OUTSIDE), (record,)
+        return _rejected(state, index, reason or RejectionReason.OUTSIDE), (record,)
     window = state.windows[index]
     state = state.with_window(
         index,
@@ -35,13 +35,13 @@ def judge(plan: TaskPlan, state: RunState, touch: Touch) -> Step:
     return state, records
 
 
-def _reason(plan: TaskPlan, state: RunState, touch: Touch, index: int | None) -> Reason | None:
+def _reason(plan: TaskPlan, state: RunState, touch: Touch, index: int | None) -> RejectionReason | None:
     if state.has_seen(touch):
-        return Reason.REPEATED
+        return RejectionReason.REPEATED
     if touch.t > touch.received + AHEAD_MAX_S:
-        return Reason.UNTIMED
+        return RejectionReason.UNTIMED
     if index is None:
-        return Reason.OUTSIDE
+        return RejectionReason.OUTSIDE
     return unfit(plan.protocol, plan.screen, touch) or too_soon(plan.protocol, state.windows[index].cycle, touch.t)
 
 
@@ -50,7 +50,7 @@ def _counted_from(state: RunState, index: int) -> float:
     return window.opened if window.cycle.last_touch is None else window.cycle.last_touch
 
 
-def _rejected(state: RunState, index: int | None, reason: Reason) -> RunState:
+def _rejected(state: RunState, index: int | None, reason: RejectionReason) -> RunState:
     if index is not None:
         state = state.with_window(index, touches=state.windows[index].touches + 1)
     rejected = {**state.rejected, reason: state.rejected.get(reason, 0) + 1}
@@ -58,7 +58,12 @@ def _rejected(state: RunState, index: int | None, reason: Reason) -> RunState:
 
 
 def _record(
-    plan: TaskPlan, state: RunState, touch: Touch, index: int | None, reason: Reason | None, interval_s: float | None
+    plan: TaskPlan,
+    state: RunState,
+    touch: Touch,
+    index: int | None,
+    reason: RejectionReason | None,
+    interval_s: float | None,
 ) -> TouchRecord:
     window = None if index is None else state.windows[index]
     told: Pace | None = None if interval_s is None else pace(plan.protocol, interval_s)

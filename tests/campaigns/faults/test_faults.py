@@ -15,7 +15,7 @@ from exograv.errors import ConfigError
 from exograv.safety.envelope import Limits
 from exograv.safety.guard import SafeState
 from exograv.safety.person import PersonLimits
-from exograv.safety.plausible import Chain, Features, PlausibleTable
+from exograv.safety.plausible import Features, LimbTable, PlausibleTable
 from exograv.signals import Command, JointState, TorqueSource
 
 DT = 0.001
@@ -28,7 +28,7 @@ def person() -> PersonLimits:
     """Joint 0 carries 8 N·m in every posture, joint 1 nothing."""
     constant = np.zeros((2, Features(2, 2).count))
     constant[0, 0] = CARRIED_NM
-    chain = Chain((0, 1), 2, np.zeros_like(constant), constant)
+    chain = LimbTable((0, 1), 2, np.zeros_like(constant), constant)
     table = PlausibleTable((chain,), np.full(2, 0.5), np.full(2, 0.5), np.zeros(2))
     return PersonLimits(table, np.array([8.0, 4.0]), np.full(2, -2.0), np.full(2, 2.0))
 
@@ -68,7 +68,7 @@ def test_a_torque_beyond_the_bounds_may_only_come_back_as_fast_as_it_can():
 def test_the_oracle_reads_the_same_table_as_the_guard_without_its_code():
     generator = np.random.default_rng(0)
     size = (3, Features(3, 2).count)
-    chain = Chain((0, 2, 1), 2, generator.normal(size=size), generator.normal(size=size))
+    chain = LimbTable((0, 2, 1), 2, generator.normal(size=size), generator.normal(size=size))
     table = PlausibleTable((chain,), np.zeros(3), np.zeros(3), np.zeros(3))
     q, level = generator.uniform(-3.0, 3.0, (20, 3)), generator.uniform(0.0, 1.8, 20)
     of_guard = [table.torque(one, at) for one, at in zip(q, level, strict=True)]
@@ -79,7 +79,7 @@ def heavy_at_zero() -> PersonLimits:
     """Joint 0 carries 20 N·m times the cosine of its position."""
     weight = np.zeros((2, Features(2, 2).count))
     weight[0, 1] = 20.0
-    table = PlausibleTable((Chain((0, 1), 2, np.zeros_like(weight), weight),), *[np.zeros(2)] * 3)
+    table = PlausibleTable((LimbTable((0, 1), 2, np.zeros_like(weight), weight),), *[np.zeros(2)] * 3)
     return PersonLimits(table, np.array([8.0, 4.0]), np.full(2, -2.0), np.full(2, 2.0))
 
 

@@ -5,10 +5,16 @@ import pytest
 
 from exograv.campaigns.study_example.arm_tables import ArmTables
 from exograv.campaigns.study_example.pointer import Character, Pointer
-from exograv.laboratory.participant.adaptation import Rates
+from exograv.laboratory.participant.adaptation import AdaptationRates
 
 QUIET = Character(
-    bias_sd_deg=0.0, felt_sd_deg=0.0, motor_noise=0.0, level_sd=0.0, seen_sd_mm=0.0, aims=0.0, rates=Rates(felt_sd=0.0)
+    bias_sd_deg=0.0,
+    felt_sd_deg=0.0,
+    motor_noise=0.0,
+    level_sd=0.0,
+    seen_sd_mm=0.0,
+    aims=0.0,
+    rates=AdaptationRates(felt_sd=0.0),
 )
 
 
@@ -52,7 +58,7 @@ def test_an_error_is_as_large_as_torque_over_stiffness_but_for_what_is_corrected
 def test_what_is_seen_at_the_touch_is_aimed_away():
     aiming = Character(
         bias_sd_deg=0.0, felt_sd_deg=0.0, motor_noise=0.0, level_sd=0.0, seen_sd_mm=0.0, aims=0.2,
-        rates=Rates(felt_sd=0.0, fast_learns=0.0, slow_learns=0.0),
+        rates=AdaptationRates(felt_sd=0.0, fast_learns=0.0, slow_learns=0.0),
     )  # fmt: skip
     pointer = Pointer(tables(), 1001, aiming)
     pointer.window(0.0)

@@ -6,7 +6,7 @@ from tests.campaigns.virtual_study.made_up_flights import comparison
 
 from exograv.campaigns.virtual_study.ablation import ALL_ON, MECHANISMS, ablated_rows, sentences
 from exograv.campaigns.virtual_study.options import StudyOptions
-from exograv.campaigns.virtual_study.transfer import Pairs, change
+from exograv.campaigns.virtual_study.transfer import PairedCareers, change
 
 
 def flown() -> list:
@@ -50,7 +50,7 @@ def test_the_interval_of_a_change_holds_the_truth_as_often_as_it_says():
         before = 30.0 + 5.0 * random.standard_normal(6)
         usual, own = (share * before + 3.0 * random.standard_normal(6) for share in (0.4, 0.7))
         people = tuple(range(6))
-        told = change(Pairs(people, own, before, ()), Pairs(people, usual, before, ()))
+        told = change(PairedCareers(people, own, before, ()), PairedCareers(people, usual, before, ()))
         assert told.ci95 is not None
         held += told.ci95[0] <= -0.3 <= told.ci95[1]
     # Three standard errors of such a share of 500.

@@ -10,7 +10,7 @@ from tests.campaigns.virtual_study.made_up_flights import comparison, flight, ma
 
 from exograv.campaigns.virtual_study import figure_sensitivity as sensitivity
 from exograv.campaigns.virtual_study.ablation import MECHANISMS, ablated_rows
-from exograv.campaigns.virtual_study.figure_sensitivity import Swept, spans
+from exograv.campaigns.virtual_study.figure_sensitivity import SensitivityPoint, spans
 from exograv.campaigns.virtual_study.figure_windows import by_window
 from exograv.campaigns.virtual_study.flight import FAMILIARISED, VirtualFlight
 from exograv.campaigns.virtual_study.outcome import NO_EVIDENCE, outcome_of
@@ -20,11 +20,11 @@ from exograv.campaigns.virtual_study.small_study import SIZE
 from exograv.report.style.page import page_text
 
 SWEPT = (
-    Swept("width", 0.1, 0.05, (-0.1, 0.2)),
-    Swept("width", 0.6, 0.7, (0.6, 0.8)),
-    Swept("learns_aim", 0.1, 0.45, (0.4, 0.5)),
-    Swept("learns_aim", 0.4, 0.55, (0.5, 0.6)),
-    Swept("interval_sd", 0.0, None, None),
+    SensitivityPoint("width", 0.1, 0.05, (-0.1, 0.2)),
+    SensitivityPoint("width", 0.6, 0.7, (0.6, 0.8)),
+    SensitivityPoint("learns_aim", 0.1, 0.45, (0.4, 0.5)),
+    SensitivityPoint("learns_aim", 0.4, 0.55, (0.5, 0.6)),
+    SensitivityPoint("interval_sd", 0.0, None, None),
 )
 
 
@@ -39,7 +39,7 @@ def flights() -> list[VirtualFlight]:
     return found
 
 
-def content(swept: tuple[Swept, ...] = SWEPT, of: list[VirtualFlight] | None = None) -> Content:
+def content(swept: tuple[SensitivityPoint, ...] = SWEPT, of: list[VirtualFlight] | None = None) -> Content:
     of = flights() if of is None else of
     links = {"report of the study": "report/report.html"}
     return Content(outcome_of(of, "dam"), of, {"seed": "1000", "people": "<3>"}, swept, 0.5, links)
@@ -130,7 +130,7 @@ def test_the_most_telling_constant_is_on_top_and_goes_from_low_to_high():
     order = spans([SWEPT[1], SWEPT[0], *SWEPT[2:]], 0.5)
     assert [own[0].name for own in order] == ["width", "learns_aim", "interval_sd"]
     assert [row.value for row in order[0]] == [0.1, 0.6]
-    alone = Swept("sees_higher_m", 0.08, -0.3, None)
+    alone = SensitivityPoint("sees_higher_m", 0.08, -0.3, None)
     assert spans([*SWEPT, alone], 0.5)[0] == (alone,), "a constant with one end counts from what is usual"
 
 

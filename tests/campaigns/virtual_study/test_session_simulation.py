@@ -23,7 +23,7 @@ from exograv.loop.machine_limits import limits
 from exograv.recording import RecordingWriter, read_recording
 from exograv.rig.twin import Twin
 from exograv.safety.envelope import Envelope
-from exograv.safety.guard import Guard, Submitted
+from exograv.safety.guard import ControlRequest, Guard
 from exograv.signals import Command
 from exograv.task.plan import TaskPlan
 from exograv.task.protocol import first_windows, load_protocol
@@ -67,7 +67,7 @@ class Watched(Twin):
     def write(self, command: Command) -> None:
         state = self.read()
         self.guard.see(state, self.t)
-        decided = self.guard.decide(Submitted(state.sequence, self.t + 0.005, command.tau), self.t)
+        decided = self.guard.decide(ControlRequest(state.sequence, self.t + 0.005, command.tau), self.t)
         self.changed_Nm = max(self.changed_Nm, float(np.abs(decided.tau - command.tau).max()))
         self.stops += self.envelope.stop is not None
         super().write(command)

@@ -12,12 +12,12 @@ from exograv.campaigns.virtual_study.checkpoint import CAREER_FILE, CareerJob, l
 from exograv.campaigns.virtual_study.options import StudyOptions
 from exograv.campaigns.virtual_study.out_folder import CAREERS, SETTINGS, out_folder, settings_of_study
 from exograv.campaigns.virtual_study.participants import ParticipantResult
-from exograv.campaigns.virtual_study.study import Work, simulate_study
+from exograv.campaigns.virtual_study.study import StudyComputation, simulate_study
 from exograv.errors import ConfigError, RecordingError
 
 
 def begin(folder: Path, resume: bool = False) -> None:
-    simulate_study(StudyOptions(), Work(1, resume, folder=folder), lambda _text, _share: None)
+    simulate_study(StudyOptions(), StudyComputation(1, resume, folder=folder), lambda _text, _share: None)
 
 
 def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path):

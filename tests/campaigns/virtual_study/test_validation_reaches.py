@@ -7,7 +7,7 @@ import pytest
 
 from exograv.campaigns.virtual_study import validation_reaches
 from exograv.campaigns.virtual_study.validation_reaches import Reaching
-from exograv.laboratory.participant.adaptation import Rates
+from exograv.laboratory.participant.adaptation import AdaptationRates
 from exograv.laboratory.participant.habits import Habits
 from exograv.laboratory.participant.virtual_participant import PointingPerson
 
@@ -18,7 +18,7 @@ SURE: dict[str, Any] = {
     "seen_sd_m": 0.0,
     "interval_sd": 0.0,
 }
-STEADY = Rates(felt_sd=0.0)
+STEADY = AdaptationRates(felt_sd=0.0)
 PERIODS_MM = 3.0
 """Between acting every 1 and every 2 ms: muscles lag by 40 ms."""
 
@@ -48,7 +48,7 @@ def test_without_noise_two_equal_people_land_alike_and_with_it_they_do_not():
 @pytest.mark.slow
 def test_who_neither_trusts_nor_learns_lands_as_high_in_the_second_window_as_in_the_first():
     stubborn = Habits(
-        **SURE, trusts_felt=0.0, learns_aim=0.0, rates=Rates(felt_sd=0.0, fast_learns=0.0, slow_learns=0.0)
+        **SURE, trusts_felt=0.0, learns_aim=0.0, rates=AdaptationRates(felt_sd=0.0, fast_learns=0.0, slow_learns=0.0)
     )
     first, second = first_up(1020, 0.0, 2, stubborn)
     assert second == pytest.approx(first, abs=ALIKE_MM)

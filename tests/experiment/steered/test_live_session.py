@@ -15,7 +15,7 @@ from exograv.experiment.steered.options import SteeredOptions
 from exograv.experiment.steered.requests import ACT, Answer
 from exograv.experiment.steered.session_controller import SessionController
 from exograv.laboratory.preparation import Preparation
-from exograv.loop.replay.what_if import Instead
+from exograv.loop.replay.what_if import ReplayOverrides
 from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.recording import read_recording
 from exograv.results import json_value
@@ -110,7 +110,7 @@ def test_it_begins_and_stops_at_an_operators_word_and_is_replayed_to_the_last_bi
         ("take_arm", "operator", False),
         ("identify", "operator", True),
     ]
-    found = json_value(run_replay(path, None, lambda *_: None, Instead()))
+    found = json_value(run_replay(path, None, lambda *_: None, ReplayOverrides()))
     assert found["bit_identical"] == {"tau_desired": True, "tau_commanded": True}
 
 

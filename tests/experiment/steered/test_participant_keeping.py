@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from exograv.errors import ConfigError
-from exograv.experiment.steered.participant_keeping import Keeping
-from exograv.experiment.steered.participants import Donned
-from exograv.runtime.control_loop.steering import Pressed
+from exograv.experiment.steered.participant_keeping import EstimateKeeper
+from exograv.experiment.steered.participants import RequestedParticipant
+from exograv.runtime.control_loop.steering import DescentCommand
 
 
 @dataclass
@@ -32,8 +32,8 @@ def worker(is_contradicted: bool = False, is_learned: bool = False) -> Any:
     return SimpleNamespace(judged=judged, learned=SimpleNamespace() if is_learned else None)
 
 
-def keeping(participant: str | None = None, code: str | None = None) -> Keeping:
-    return Keeping(Donned(participant, code, 20.0, "right"))
+def keeping(participant: str | None = None, code: str | None = None) -> EstimateKeeper:
+    return EstimateKeeper(RequestedParticipant(participant, code, 20.0, "right"))
 
 
 @pytest.mark.parametrize(("code", "shown"), [("P-07", "P-07"), (None, "P-123456")])
@@ -53,7 +53,7 @@ def test_a_file_of_somebody_else_stops_once_and_is_not_written_over():
     one = keeping("P-07", "P-07")
     for _ in range(3):
         one.look(worker(is_contradicted=True, is_learned=True), sent.append, folder.keep)
-    assert [type(word) for word in sent] == [Pressed]
+    assert [type(word) for word in sent] == [DescentCommand]
     assert folder.kept == []
     assert one.is_contradicted
     assert "P-07 is not this person's" in one.wrong[0]

@@ -3,7 +3,14 @@
 import pytest
 from pydantic import ValidationError
 
-from exograv.experiment.steered.request_validation import ALWAYS, KINDS, REMEMBERED, Reception, Standing, why_not
+from exograv.experiment.steered.request_validation import (
+    ALWAYS,
+    KINDS,
+    REMEMBERED,
+    RequestContext,
+    RequestValidator,
+    why_not,
+)
 from exograv.experiment.steered.requests import ACT, Act, Answer
 from exograv.safety.modes import Mode
 
@@ -21,7 +28,7 @@ POSSIBLE: dict[Mode, set[str]] = {
 }
 
 
-def standing(mode: Mode | None = Mode.EXO_ONLY, **other) -> Standing:
+def standing(mode: Mode | None = Mode.EXO_ONLY, **other) -> RequestContext:
     said = {
         "version": 7,
         "latch": None,
@@ -32,7 +39,7 @@ def standing(mode: Mode | None = Mode.EXO_ONLY, **other) -> Standing:
         "participants": ("P-07",),
         "sides": ("right", "left"),
     }
-    return Standing(mode=mode, **said | other)
+    return RequestContext(mode=mode, **said | other)
 
 
 def act(kind: str, number: int = 1, made_at_s: float = NOW, **fields) -> Act:
@@ -86,27 +93,27 @@ def test_step_two_is_not_possible_without_step_one(kind):
 
 @pytest.mark.parametrize("age_s", [-0.6, 0.6, 3600.0])
 def test_what_comes_late_or_from_the_future_is_refused_and_stop_is_not(age_s: float):
-    reception = Reception()
+    reception = RequestValidator()
     assert "after it was asked for" in reception.refusal(act("give_back", made_at_s=NOW - age_s), NOW, standing())
     assert not reception.refusal(act("stop", made_at_s=NOW - age_s), NOW, standing())
 
 
 def test_what_was_asked_for_something_that_has_changed_since_is_refused():
-    reception = Reception()
+    reception = RequestValidator()
     for kind in ("make_ready", "take_arm"):
         assert not reception.refusal(act(kind, seen_version=7), NOW, standing())
         assert "changed" in reception.refusal(act(kind, seen_version=6), NOW, standing())
 
 
 def test_somebody_without_a_file_is_not_put_in():
-    reception, off = Reception(), standing(Mode.OFF)
+    reception, off = RequestValidator(), standing(Mode.OFF)
     assert "P-07" in reception.refusal(act("don", seen_version=7, participant="P-08"), NOW, off)
     assert not reception.refusal(act("don", seen_version=7, participant="P-07"), NOW, off)
     assert not reception.refusal(act("don", seen_version=7), NOW, off)
 
 
 def test_an_act_that_comes_again_is_known_and_another_one_of_its_name_is_not_taken_for_it():
-    reception, first = Reception(), act("give_back")
+    reception, first = RequestValidator(), act("give_back")
     assert reception.known(first) is None
     answer = reception.remember(first, Answer(id=first.id, taken=True))
     assert reception.known(first) is answer
@@ -116,7 +123,7 @@ def test_an_act_that_comes_again_is_known_and_another_one_of_its_name_is_not_tak
 
 
 def test_answers_that_are_kept_do_not_grow_without_end():
-    reception = Reception()
+    reception = RequestValidator()
     for number in range(REMEMBERED + 10):
         one = act("give_back", number)
         reception.remember(one, Answer(id=one.id, taken=True))

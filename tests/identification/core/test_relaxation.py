@@ -6,7 +6,7 @@ import pytest
 from exograv.identification import methods
 from exograv.identification.core.interface import Sample
 from exograv.identification.core.noise import Noise
-from exograv.identification.core.relaxation import RELAXES_S, Relaxing
+from exograv.identification.core.relaxation import RELAXES_S, RelaxationModel
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S
 from exograv.identification.core.setting import Setting, Springs
 
@@ -36,12 +36,12 @@ def sample(t: float, q: float, v: float = 0.0) -> Sample:
     return Sample(t, np.array([q]), np.array([v]), np.zeros(1), np.zeros(1))
 
 
-def fast_torque(model: Relaxing, one: Sample) -> float:
+def fast_torque(model: RelaxationModel, one: Sample) -> float:
     return float(model.linearise(one, np.array([0.0, 0.0, 0.0, 1.0]))[0][0])
 
 
 def test_after_a_step_the_fast_torque_is_there_and_fades_by_e_in_its_time():
-    model = Relaxing(Joint(), slice(0, 1))
+    model = RelaxationModel(Joint(), slice(0, 1))
     assert fast_torque(model, sample(0.0, 0.0)) == 0.0
     torques = [fast_torque(model, sample(k * DT, 0.5)) for k in range(1, round(RELAXES_S / DT) + 1)]
     assert torques[0] == pytest.approx(0.5, rel=0.01)
@@ -49,13 +49,13 @@ def test_after_a_step_the_fast_torque_is_there_and_fades_by_e_in_its_time():
 
 
 def test_a_slow_motion_feels_the_fast_part_as_damping_of_stiffness_times_its_time():
-    model, v = Relaxing(Joint(), slice(0, 1)), 0.02
+    model, v = RelaxationModel(Joint(), slice(0, 1)), 0.02
     torques = [fast_torque(model, sample(t, v * t, v)) for t in np.arange(0.0, 10.0 * RELAXES_S, DT)]
     assert torques[-1] == pytest.approx(RELAXES_S * v, rel=0.01)
 
 
 def test_after_a_pause_the_tissue_has_relaxed():
-    model = Relaxing(Joint(), slice(0, 1))
+    model = RelaxationModel(Joint(), slice(0, 1))
     fast_torque(model, sample(0.0, 0.0))
     assert fast_torque(model, sample(0.1, 0.5)) > 0.0
     model.restart()
@@ -64,7 +64,7 @@ def test_after_a_pause_the_tissue_has_relaxed():
 
 def test_the_derivative_is_that_of_the_torque():
     x = np.array([1.0, 0.2, 0.3, 0.4])
-    one, other = Relaxing(Joint(), slice(0, 1)), Relaxing(Joint(), slice(0, 1))
+    one, other = RelaxationModel(Joint(), slice(0, 1)), RelaxationModel(Joint(), slice(0, 1))
     for t in np.arange(0.0, 2.0, BATCH_PERIOD_S):
         tau, derivative = one.linearise(sample(t, np.sin(3 * t), 3 * np.cos(3 * t)), x)
         step = np.array([0.1, -0.2, 0.3, 0.5])

@@ -11,7 +11,7 @@ from exograv.identification.core.prior import prior
 from exograv.identification.excitation.basis import Basis
 from exograv.identification.excitation.information import LeftOverCriterion, Statistics
 from exograv.identification.excitation.limits import MotionLimits
-from exograv.identification.excitation.problem import Problem
+from exograv.identification.excitation.problem import MotionProblem
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
@@ -42,15 +42,15 @@ def prediction(assembly: Assembly, machine: CalibratedMachine, model: ArmModel) 
 @pytest.fixture(scope="session")
 def make_problem(
     assembly: Assembly, machine: CalibratedMachine, model: ArmModel, prediction: LeftOverPrediction
-) -> Callable[..., Problem]:
+) -> Callable[..., MotionProblem]:
     """The least left over after one and three periods of a basis."""
     mean, covariance = prior(assembly, machine)
     places = assembly.description.places
     criterion = LeftOverCriterion(prediction, covariance, places)
 
-    def make(basis: Basis, **others) -> Problem:
+    def make(basis: Basis, **others) -> MotionProblem:
         limits, statistics = MotionLimits.of(assembly), Statistics.of(machine, places)
         given = {"passes": (1.0, 3.0), "samples": 24, **others}
-        return Problem(basis, limits, model, mean, statistics, criterion, **given)
+        return MotionProblem(basis, limits, model, mean, statistics, criterion, **given)
 
     return make

@@ -12,7 +12,7 @@ from exograv.identification.core.left_over import LeftOverPrediction
 from exograv.identification.excitation.basis import forth_and_back, harmonic
 from exograv.identification.excitation.information import gram
 from exograv.identification.excitation.optimiser import solve
-from exograv.identification.excitation.problem import Problem
+from exograv.identification.excitation.problem import MotionProblem
 
 SLOPE_TOLERANCE = 0.02
 """Share: slopes of the regressor are forward differences over 1e-3 rad, and the closed posture is carried along."""
@@ -21,13 +21,13 @@ FINE = 4000
 """Points of a period at which a design is looked at: 200 between those at which it was held."""
 
 
-def start_of(problem: Problem, seed: int = 0) -> np.ndarray:
+def start_of(problem: MotionProblem, seed: int = 0) -> np.ndarray:
     drawn = 0.3 * np.random.default_rng(seed).standard_normal(problem.shape)
     drawn[0] = 0.5 * (problem.limits.lower + problem.limits.upper)
     return problem.fitted(drawn)
 
 
-def test_slopes_of_the_predicted_left_over_agree_with_differences(make_problem: Callable[..., Problem]):
+def test_slopes_of_the_predicted_left_over_agree_with_differences(make_problem: Callable[..., MotionProblem]):
     problem = make_problem(harmonic(20.0, 2))
     start = start_of(problem)
     _, slope = problem.slope(start, problem.follow(start, slopes=True))
@@ -38,7 +38,7 @@ def test_slopes_of_the_predicted_left_over_agree_with_differences(make_problem: 
 
 
 @pytest.mark.slow
-def test_a_design_is_better_than_its_start_and_the_same_every_time(make_problem: Callable[..., Problem]):
+def test_a_design_is_better_than_its_start_and_the_same_every_time(make_problem: Callable[..., MotionProblem]):
     problem = make_problem(harmonic(20.0, 2))
     start = start_of(problem)
     designs = [solve(problem, start, 6, np.inf) for _ in range(2)]
@@ -46,7 +46,7 @@ def test_a_design_is_better_than_its_start_and_the_same_every_time(make_problem:
     np.testing.assert_array_equal(designs[0], designs[1])
 
 
-def test_without_an_iteration_the_start_comes_back(make_problem: Callable[..., Problem]):
+def test_without_an_iteration_the_start_comes_back(make_problem: Callable[..., MotionProblem]):
     problem = make_problem(harmonic(20.0, 2))
     start = start_of(problem)
     assert problem.value(solve(problem, start, 0, np.inf)) <= problem.value(start)
@@ -54,7 +54,7 @@ def test_without_an_iteration_the_start_comes_back(make_problem: Callable[..., P
 
 @pytest.mark.parametrize("make_basis", [harmonic, forth_and_back])
 def test_a_design_keeps_posture_speed_acceleration_comfort_and_torque_between_samples_too(
-    make_problem: Callable[..., Problem], make_basis
+    make_problem: Callable[..., MotionProblem], make_basis
 ):
     problem = make_problem(make_basis(20.0, 2))
     design = solve(problem, start_of(problem, 1), 5, np.inf)
@@ -66,14 +66,14 @@ def test_a_design_keeps_posture_speed_acceleration_comfort_and_torque_between_sa
     assert not problem.limits.broken_by_arm(seen.z, seen.tau, slack=np.deg2rad(2.0))
 
 
-def test_a_random_motion_is_squeezed_into_the_limits(make_problem: Callable[..., Problem]):
+def test_a_random_motion_is_squeezed_into_the_limits(make_problem: Callable[..., MotionProblem]):
     problem = make_problem(harmonic(20.0, 5))
     wild = 3.0 * np.random.default_rng(0).standard_normal(problem.shape)
     assert not problem.keeps_limits(wild)
     assert problem.keeps_limits(problem.fitted(wild))
 
 
-def test_the_field_of_errors_sets_a_floor_under_what_passing_again_can_tell(make_problem: Callable[..., Problem]):
+def test_the_field_of_errors_sets_a_floor_under_what_passing_again_can_tell(make_problem: Callable[..., MotionProblem]):
     problem = make_problem(harmonic(20.0, 2))
     start = start_of(problem)
     seen = problem.follow(start, slopes=False)
@@ -88,7 +88,7 @@ def test_the_field_of_errors_sets_a_floor_under_what_passing_again_can_tell(make
 
 
 def test_left_over_is_a_quadratic_form_of_the_covariance(
-    make_problem: Callable[..., Problem], prediction: LeftOverPrediction, model: ArmModel
+    make_problem: Callable[..., MotionProblem], prediction: LeftOverPrediction, model: ArmModel
 ):
     A = gram(prediction, model.n_parameters)
     half = np.random.default_rng(0).standard_normal((model.n_parameters, 60))

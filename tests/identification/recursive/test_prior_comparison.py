@@ -7,10 +7,10 @@ from exograv.identification.core.discrepancy import Discrepancy
 from exograv.identification.core.interface import Sample
 from exograv.identification.core.noise import Noise
 from exograv.identification.recursive import prior_comparison as contradiction
-from exograv.identification.recursive.prior_comparison import Unexplained, log_odds
+from exograv.identification.recursive.prior_comparison import UnexplainedTorque, log_odds
 
 NOISE = Noise(np.array([0.1, 0.1]), np.array([0.1, 0.1]), np.array([0.3, 0.3]))
-UNEXPLAINED = Unexplained(NOISE, Discrepancy(np.array([0.05, 0.05]), 0.5, 8))
+UNEXPLAINED = UnexplainedTorque(NOISE, Discrepancy(np.array([0.05, 0.05]), 0.5, 8))
 T = np.arange(0.0, 10.0, 0.32)
 BURST_NM, BURST_EVERY_S, BURST_S = 2.0, 5.0, 1.0
 TWITCH_NM, TWITCH_EVERY = 15.0, 10  # one sample in so many

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from exograv.laboratory.participant.adaptation import Adaptation, Rates
+from exograv.laboratory.participant.adaptation import Adaptation, AdaptationRates
 
-STEADY = Rates(felt_sd=0.0)
+STEADY = AdaptationRates(felt_sd=0.0)
 
 
-def person(rates: Rates = STEADY, seed: int = 1001) -> Adaptation:
+def person(rates: AdaptationRates = STEADY, seed: int = 1001) -> Adaptation:
     return Adaptation(rates, np.random.default_rng(seed))
 
 
-def trained(windows: int, level: float, rates: Rates = STEADY) -> Adaptation:
+def trained(windows: int, level: float, rates: AdaptationRates = STEADY) -> Adaptation:
     one = person(rates)
     for _ in range(windows):
         one.window(level)
@@ -56,11 +56,11 @@ def test_what_was_learned_without_weight_comes_back_there_and_hardly_on_earth():
 @pytest.mark.parametrize("width", [0.1, 0.3, 0.6])
 def test_the_wider_the_inference_the_more_goes_over_to_another_level(width: float):
     def left(at: float) -> float:
-        one = trained(31, 0.0, Rates(felt_sd=0.0, width=width))
+        one = trained(31, 0.0, AdaptationRates(felt_sd=0.0, width=width))
         one.window(at)
         return 1.0 - one.expected
 
-    wider = trained(31, 0.0, Rates(felt_sd=0.0, width=2.0 * width))
+    wider = trained(31, 0.0, AdaptationRates(felt_sd=0.0, width=2.0 * width))
     wider.window(1.0)
     assert 1.0 - wider.expected > left(1.0)
     assert left(0.0) > left(0.5) > left(1.0)
@@ -77,7 +77,7 @@ def test_a_night_costs_a_share_of_it_and_never_turns_it_round():
 
 def known(at: float, of: float, width: float) -> float:
     """Share of what was learned at one level that is worth something at another."""
-    one = trained(31, of, Rates(felt_sd=0.0, width=width))
+    one = trained(31, of, AdaptationRates(felt_sd=0.0, width=width))
     one.window(of)
     there = 1.0 - one.expected
     one.window(at)
@@ -94,7 +94,7 @@ def test_with_a_wide_inference_it_is_worth_everything():
 
 
 def test_how_wide_the_inference_is_does_not_change_how_fast_one_level_is_learned():
-    left = [trained(3, 0.0, Rates(felt_sd=0.0, width=width)).expected for width in (1e-6, 0.3, 1e6)]
+    left = [trained(3, 0.0, AdaptationRates(felt_sd=0.0, width=width)).expected for width in (1e-6, 0.3, 1e6)]
     np.testing.assert_allclose(left, left[0])
 
 

@@ -5,14 +5,14 @@ from dataclasses import fields
 import pytest
 
 from exograv.errors import ConfigError
-from exograv.laboratory.participant.adaptation import Rates
+from exograv.laboratory.participant.adaptation import AdaptationRates
 from exograv.laboratory.participant.habits import Habits, register, swept, with_constant
 from exograv.rig.twin.behaviour.acting_wearer import Nerves
 
 
 def test_no_constant_is_left_out_and_no_name_is_there_twice():
     names = [one.name for one in register()]
-    own = {f.name for kind in (Habits, Rates, Nerves) for f in fields(kind)} - {"rates", "nerves"}
+    own = {f.name for kind in (Habits, AdaptationRates, Nerves) for f in fields(kind)} - {"rates", "nerves"}
     assert sorted(names) == sorted(own)
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from exograv.laboratory.participant.screen_session import ScreenSession
-from exograv.laboratory.participant.touch_panel import Panel
+from exograv.laboratory.participant.touch_panel import TouchPanel
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.task.events import OpenWindow, Start
 from exograv.task.plan import TaskPlan
@@ -39,10 +39,10 @@ class Steps:
         return "all windows are complete" if run.is_over(self.t) else ""
 
 
-def run_of(protocol: str) -> tuple[TaskRun, Panel, list[Record]]:
+def run_of(protocol: str) -> tuple[TaskRun, TouchPanel, list[Record]]:
     loaded, records = first_windows(load_protocol(protocol), 1), list[Record]()
     plan = TaskPlan(loaded, loaded.settings.exo, ROOM.calibration)
-    panel = Panel(ROOM, loaded.settings.target, np.random.default_rng(3), "simulated")
+    panel = TouchPanel(ROOM, loaded.settings.target, np.random.default_rng(3), "simulated")
     return TaskRun(plan, sinks=(lambda _t, more: records.extend(more),)), panel, records
 
 

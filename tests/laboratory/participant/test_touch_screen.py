@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from exograv.laboratory.movements import TARGET_DEG
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.virtual_laboratory import draw_laboratory
-from exograv.rig.twin.behaviour.internal_model import OwnArm
+from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics
 from exograv.rig.twin.world.surroundings import FINGER_RADIUS
 from exograv.task.protocol import load_protocol
 
@@ -45,7 +45,7 @@ def test_beside_the_panel_there_is_no_pixel():
 def test_the_finger_of_a_usual_reach_meets_the_glass_at_the_target():
     laboratory = draw_laboratory("recupera_like", "right", 0, 1014)
     around = ROOM.around(laboratory.assembly(), TARGET)
-    own = OwnArm(laboratory.description, laboratory.machine, laboratory.wearer)
+    own = ArmInverseDynamics(laboratory.description, laboratory.machine, laboratory.wearer)
     tip = around.screen_axes.T @ (own.fingertip(np.deg2rad(TARGET_DEG)) - around.screen_centre)
     off = tip - np.append(ROOM.on_panel(*ROOM.target_px(TARGET)), FINGER_RADIUS)
     assert 1e3 * np.abs(off).max() < NEAR_MM

@@ -5,9 +5,9 @@ import pytest
 
 from exograv.laboratory.participant.habits import Habits
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
-from exograv.laboratory.participant.virtual_participant import Doing, PointingPerson
+from exograv.laboratory.participant.virtual_participant import Activity, PointingPerson
 from exograv.laboratory.virtual_laboratory import draw_laboratory
-from exograv.rig.twin.behaviour.internal_model import OwnArm
+from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics
 from exograv.storage.session_checkpoint import LearnedState
 from exograv.task.picture import ParticipantPicture
 from exograv.task.protocol import load_protocol
@@ -32,7 +32,7 @@ def picture(screen: str, countdown_s: float | None = 20.0, arrow: Sign | None = 
 @pytest.fixture(scope="module")
 def world():
     laboratory = draw_laboratory("recupera_like", "right", 0, 1014)
-    own = OwnArm(laboratory.description, laboratory.machine, laboratory.wearer)
+    own = ArmInverseDynamics(laboratory.description, laboratory.machine, laboratory.wearer)
     return own, ROOM.around(laboratory.assembly(), PROTOCOL.target)
 
 
@@ -63,10 +63,10 @@ def test_who_rests_gives_no_torque(person: PointingPerson):
 def test_the_arm_is_held_shortly_before_a_window_and_moves_only_in_it(person: PointingPerson):
     person.see(0.0, picture("rest", 2.0))
     t = acted(person, 0.0, 2.0, REST)
-    assert person.doing is Doing.READY
+    assert person.doing is Activity.READY
     person.see(t, picture("task"))
     acted(person, t, 0.5, REST)
-    assert person.doing is Doing.REACHING
+    assert person.doing is Activity.REACHING
 
 
 def test_nobody_begins_what_cannot_arrive(person: PointingPerson):
@@ -74,7 +74,7 @@ def test_nobody_begins_what_cannot_arrive(person: PointingPerson):
     t = acted(person, 0.0, 2.0, REST)
     person.see(t, picture("task", 0.5))
     acted(person, t, 0.45, REST)
-    assert person.doing is Doing.READY
+    assert person.doing is Activity.READY
 
 
 def test_a_reach_comes_to_the_target_from_before_the_glass(person: PointingPerson, world):
@@ -182,5 +182,5 @@ def test_after_the_window_the_arm_comes_back_and_lies(person: PointingPerson):
     person.touched(t, np.zeros(2))
     person.see(t, picture("rest", 100.0))
     t = acted(person, t, 4.0, REST)
-    assert person.doing is Doing.LYING
+    assert person.doing is Activity.LYING
     assert not person.act(t, REST, STILL).any()

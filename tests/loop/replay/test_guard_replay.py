@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exograv.loop.output_feedback import NoTorque, OutputFeedback
-from exograv.loop.replay.columns import Again, Columns
+from exograv.loop.replay.columns import Columns, ReplayedDecisions
 from exograv.loop.replay.guard_replay import GuardReplay
 from exograv.recording.reader import read_recording
 from exograv.safety.stops import StopReason
@@ -23,7 +23,7 @@ def test_in_another_run_the_motors_follow_what_they_are_told_this_time(
     actuators = flown.machine.actuators
     guarding = GuardReplay(flown.laboratory.description, actuators, 0.001, is_other_run=is_other_run)
     guarding.forget(actuators.torque(columns["current"][0]))
-    again = Again.of(TICKS, joints)
+    again = ReplayedDecisions.of(TICKS, joints)
     asking = NoTorque(joints)
     control = OutputFeedback(joints, 0.001, asking)
     for k in range(TICKS):

@@ -17,7 +17,7 @@ from exograv.live.guard_process import GuardJob, GuardLoop
 from exograv.live.live_control import LiveControl, LivePlan, guarded_rig
 from exograv.live.live_flight import settings_of
 from exograv.loop.replay.recorded_run import gaps
-from exograv.loop.replay.what_if import Instead
+from exograv.loop.replay.what_if import ReplayOverrides
 from exograv.model.assembly import Assembly
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess
@@ -29,7 +29,7 @@ from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.recorder.recorder_process import EVENT, PHASE, RING_EVENTS, RING_TICKS, Inlet
 from exograv.safety.guard import COMMAND_LIFE_S, GRAVITY_LEVEL_S
 from exograv.safety.person import PersonLimits
-from exograv.safety.plausible import Chain, Features, PlausibleTable
+from exograv.safety.plausible import Features, LimbTable, PlausibleTable
 from exograv.signals import JointState
 
 from .conftest import LEVEL, SEED, nothing
@@ -84,7 +84,7 @@ def plan(laboratory: VirtualLaboratory, assembly: Assembly, machine: CalibratedM
 
 def wide_limits() -> PersonLimits:
     nothing, wide, reach = np.zeros((4, Features(4, 2).count)), np.full(4, 20.0), np.full(4, 3.0)
-    table = PlausibleTable((Chain((0, 1, 2, 3), 2, nothing, nothing),), wide, wide, wide)
+    table = PlausibleTable((LimbTable((0, 1, 2, 3), 2, nothing, nothing),), wide, wide, wide)
     return PersonLimits(table, np.full(4, 30.0), -reach, reach)
 
 
@@ -137,7 +137,7 @@ def write(
 
 
 def replayed(path: Path, **instead: Any) -> dict[str, Any]:
-    return json_value(run_replay(path, None, nothing, Instead(**instead)))
+    return json_value(run_replay(path, None, nothing, ReplayOverrides(**instead)))
 
 
 def test_every_torque_is_the_recorded_one_to_the_last_bit_and_the_stop_comes_again_in_its_tick(lived: Path):

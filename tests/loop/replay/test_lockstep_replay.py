@@ -11,7 +11,7 @@ from exograv.cli.recordings.replaying import run_replay
 from exograv.errors import ConfigError, RecordingError
 from exograv.loop.replay.reasons import other_versions
 from exograv.loop.replay.recorded_run import _unpack
-from exograv.loop.replay.what_if import Instead
+from exograv.loop.replay.what_if import ReplayOverrides
 from exograv.loop.replay_log import versions, written_rig
 from exograv.model.description import load_rig
 from exograv.recording import Recording, RecordingWriter, read_recording
@@ -22,7 +22,7 @@ from .conftest import Flown, nothing
 
 
 def replayed(path: Path, folder: Path | None = None, **instead: Any) -> dict[str, Any]:
-    return json_value(run_replay(path, folder, nothing, Instead(**instead)))
+    return json_value(run_replay(path, folder, nothing, ReplayOverrides(**instead)))
 
 
 def rewritten(flown: Flown, path: Path, ticks: np.ndarray, change: Any = lambda _topic, message: message) -> Path:
@@ -123,7 +123,7 @@ def test_another_gravity_level_shows_only_where_an_arm_is_carried(flown: Flown):
 @pytest.mark.parametrize("level", [-0.1, 1.8, float("nan")])
 def test_a_gravity_level_that_nobody_may_fly_is_refused(level: float):
     with pytest.raises(ConfigError, match=r"--gravity-level is .*; allowed"):
-        Instead(gravity_level=level)
+        ReplayOverrides(gravity_level=level)
 
 
 def test_a_recording_of_an_older_version_is_refused_with_what_to_do():

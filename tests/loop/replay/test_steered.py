@@ -21,7 +21,7 @@ from exograv.procedures.identification.estimator_session import table_guess
 from exograv.recording import read_recording
 from exograv.recording.encoding import tick_dtype
 from exograv.runtime.control_loop.exchange import EVENT_SHIFT, Channels, FeltLevel, answer_dtype, state_dtype
-from exograv.runtime.control_loop.steering import ASKABLE, GuardRequest, Leased, Pressed
+from exograv.runtime.control_loop.steering import ASKABLE, DescentCommand, GuardRequest, LeaseCommand
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.recorder.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
 from exograv.safety.guard import COMMAND_LIFE_S
@@ -39,7 +39,7 @@ WORDS = {
     40: GuardRequest(2, Event.TAKE_ARM),
     LEVEL_AT: FeltLevel(LEVEL_TOLD, RAMP_S, 3),
     800: GuardRequest(4, Event.GIVE_BACK),
-    1500: Pressed(5),
+    1500: DescentCommand(5),
     5200: GuardRequest(6, Event.RESET),
     5250: GuardRequest(7, Event.TEST),
 }
@@ -106,7 +106,7 @@ def steered(
             clock.now = 1_000_000 * period
             guarding.tick(period)
             mode = guarding._known_modes[guarding._mode]
-            for word in (Leased(10**18) if period % 200 == 0 else None, WORDS.get(period)):
+            for word in (LeaseCommand(10**18) if period % 200 == 0 else None, WORDS.get(period)):
                 if isinstance(word, FeltLevel):
                     told.append((guarding.rig.t, LEVEL_TOLD))
                 if word is not None:

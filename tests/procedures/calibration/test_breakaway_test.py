@@ -10,7 +10,7 @@ from exograv.loop.pilot import Pilot
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import load_rig
 from exograv.procedures.calibration.breakaway_checks import MOVED, refuse_restless, refuse_spring
-from exograv.procedures.calibration.breakaway_test import Nudger, starting_posture
+from exograv.procedures.calibration.breakaway_test import BreakawayTester, starting_posture
 from exograv.procedures.calibration.empty_run import EmptyRun
 from exograv.rig.twin import Disturbances, Twin, draw_machine
 from exograv.safety.envelope import Envelope
@@ -106,7 +106,7 @@ def test_what_it_takes_to_push_a_joint_both_ways_is_its_breakaway_friction():
     gains = ActuatorGain(rig.nominal_gain, 0.08 * rig.nominal_gain)
     pilot = Pilot(twin, gains, Envelope(limits(rig), twin.period_s))
     run = EmptyRun(rig, tree, pilot)
-    nudger = Nudger(run)
+    nudger = BreakawayTester(run)
     nudger._wait("")
     found = np.mean([nudger._starts(3, sign, 1, "") for sign in (1.0, -1.0)])
     expected = truth.friction.coulomb * truth.friction.breakaway * rig.nominal_gain / truth.drives.gain

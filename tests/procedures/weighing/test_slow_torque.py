@@ -5,7 +5,7 @@ import pytest
 
 from exograv.identification.core.square_root import FilterBank
 from exograv.identification.recursive.recursive import DISTURBANCE_SCALES
-from exograv.procedures.weighing.slow_torque import CORRELATION_S, Rows, believed, motion_information
+from exograv.procedures.weighing.slow_torque import CORRELATION_S, RegressionRows, believed, motion_information
 
 DT, SAMPLES, JOINTS, UNKNOWNS = 0.08, 60, 2, 3
 USUAL = np.array([0.3, 0.15])
@@ -14,12 +14,12 @@ SAME = 1e-8
 
 
 @pytest.fixture
-def rows() -> Rows:
+def rows() -> RegressionRows:
     random = np.random.default_rng(1000)
     H = random.standard_normal((SAMPLES, JOINTS, UNKNOWNS))
     noise = random.uniform(0.1, 0.2, (SAMPLES, JOINTS))
     y = H @ np.array([0.5, -1.0, 0.3]) + noise * random.standard_normal((SAMPLES, JOINTS))
-    return Rows(DT * np.arange(SAMPLES), H, y, noise)
+    return RegressionRows(DT * np.arange(SAMPLES), H, y, noise)
 
 
 def prior() -> tuple[np.ndarray, np.ndarray]:

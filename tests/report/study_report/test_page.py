@@ -11,9 +11,9 @@ from tests.study.made_up_study import made_up_study, study_data
 
 from exograv.report.study_report.chapters import Content
 from exograv.report.study_report.headline import headline
-from exograv.report.study_report.page import Written, page_of, write_study_page
+from exograv.report.study_report.page import WrittenReport, page_of, write_study_page
 from exograv.report.study_report.planning import next_study
-from exograv.report.study_report.quality import Told, issues
+from exograv.report.study_report.quality import QualityStatement, issues
 from exograv.report.study_report.report import compared, reason_not_to_compare
 from exograv.report.study_report.results import family_of, in_words, measures_table, number
 from exograv.report.style.page import page_text, write_pdf
@@ -38,7 +38,7 @@ def content(data: StudyData, found: StudyFindings | None = None) -> Content:
     why_not = reason_not_to_compare(data)
     if found is None and not why_not:
         found = compared(data)
-    return Content(data, found, why_not, issues(data, Told()), {"training": ["target"]})
+    return Content(data, found, why_not, issues(data, QualityStatement()), {"training": ["target"]})
 
 
 def page(data: StudyData, found: StudyFindings | None = None) -> str:
@@ -52,7 +52,7 @@ def text(html: str) -> str:
 
 
 @pytest.fixture(scope="module")
-def written(tmp_path_factory: pytest.TempPathFactory) -> Written:
+def written(tmp_path_factory: pytest.TempPathFactory) -> WrittenReport:
     data, found = study(), found_by_all()
     said = replace(content(data, found), planned=next_study(data, found.groups))
     return write_study_page(tmp_path_factory.mktemp("report"), said)
@@ -65,7 +65,7 @@ def no_print(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
-def test_the_page_needs_nothing_beside_it_and_has_every_figure_twice(written: Written):
+def test_the_page_needs_nothing_beside_it_and_has_every_figure_twice(written: WrittenReport):
     html = written.html.read_text(encoding="utf-8")
     assert not re.findall(r'(?:src|href)="(?!#|data:)[^"]*"', html)
     assert "<script" not in html
@@ -75,7 +75,7 @@ def test_the_page_needs_nothing_beside_it_and_has_every_figure_twice(written: Wr
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("no_print")
-def test_the_same_study_gives_the_same_page(written: Written, tmp_path: Path):
+def test_the_same_study_gives_the_same_page(written: WrittenReport, tmp_path: Path):
     data = study()
     again = write_study_page(
         tmp_path, replace(content(data, compared(data)), planned=next_study(data, ("trained", "untrained")))
@@ -84,7 +84,7 @@ def test_the_same_study_gives_the_same_page(written: Written, tmp_path: Path):
 
 
 @pytest.mark.slow
-def test_the_print_is_a_pdf_whose_every_sheet_is_headed_by_what_it_is(written: Written):
+def test_the_print_is_a_pdf_whose_every_sheet_is_headed_by_what_it_is(written: WrittenReport):
     assert written.pdf is not None
     assert written.pdf.read_bytes().startswith(b"%PDF")
     html = written.html.read_text(encoding="utf-8")

@@ -5,7 +5,7 @@ import pytest
 from tests.study.made_up_study import made_up_study, study_data
 
 from exograv.report.study_report.exclusions import BROKEN_OFF, exclusions
-from exograv.report.study_report.quality import Told, issues
+from exograv.report.study_report.quality import QualityStatement, issues
 from exograv.study.dataset.quarantine import QuarantineNote
 from exograv.study.dataset.tables import Tables
 from exograv.study.folder.journal import JournalEntry
@@ -21,8 +21,8 @@ def study(**changes: pd.DataFrame) -> StudyData:
     return study_data(Tables(**{**vars(tables), **changes}))
 
 
-def found(data: StudyData, told: Told | None = None) -> dict[str, tuple[int, str]]:
-    return {one.what: (one.count, one.which) for one in issues(data, told or Told())}
+def found(data: StudyData, told: QualityStatement | None = None) -> dict[str, tuple[int, str]]:
+    return {one.what: (one.count, one.which) for one in issues(data, told or QualityStatement())}
 
 
 def test_a_study_without_a_flaw_has_none():
@@ -66,7 +66,7 @@ def test_a_window_that_was_broken_off_or_marked_is_named():
 
 def test_what_the_folder_tells_is_told():
     aside = {"ab": QuarantineNote("ab", None, "It is no recording.")}
-    told = Told(aside, [JournalEntry(what="refused", sentence="Twice.")], ["No ticks."])
+    told = QualityStatement(aside, [JournalEntry(what="refused", sentence="Twice.")], ["No ticks."])
     what = found(study(), told)
     assert what["files in quarantine"] == (1, "It is no recording.")
     assert what["files or lines that were refused"] == (1, "Twice.")

@@ -20,7 +20,7 @@ from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.canopen import CanopenRig
 from exograv.rig.drives.canopen.bus import Bus
 from exograv.rig.drives.canopen.node import lost_after
-from exograv.rig.drives.canopen.objects import Cob
+from exograv.rig.drives.canopen.objects import CobId
 from exograv.rig.drives.settings import Drives, load_drives
 from exograv.rig.drives.simulated.address import free_port
 from exograv.signals import Command, JointState
@@ -247,7 +247,7 @@ def test_an_emergency_is_a_fault_with_its_code_and_a_sentence(rig: CanopenRig, b
     assert ticks(rig, 10, 1.0).faulty == (ELBOW,)
 
 
-FOREIGN = {"SYNC": Cob.SYNC, "NMT": Cob.NMT, "command": Cob.COMMAND + 4, "question": Cob.QUESTION + 4}
+FOREIGN = {"SYNC": CobId.SYNC, "NMT": CobId.NMT, "command": CobId.COMMAND + 4, "question": CobId.QUESTION + 4}
 
 
 @pytest.mark.parametrize("frame", FOREIGN)

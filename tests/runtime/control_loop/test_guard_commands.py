@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from exograv.runtime.control_loop.exchange import EVENT_SHIFT, RESET, STOP_PRESSED, TOLD_LEVEL, FeltLevel, state_dtype
-from exograv.runtime.control_loop.guard_commands import ASK_PARENT_EVERY, BELL, ENDS, GuardLine, Hearing
-from exograv.runtime.control_loop.steering import ASKABLE, GuardReply, GuardRequest, Leased, Pressed
+from exograv.runtime.control_loop.guard_commands import ASK_PARENT_EVERY, BELL, ENDS, GuardCommands, GuardLine
+from exograv.runtime.control_loop.steering import ASKABLE, DescentCommand, GuardReply, GuardRequest, LeaseCommand
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.safety.envelope import Envelope, Limits, StopReason
-from exograv.safety.guard import Guard, SafeState, Submitted
+from exograv.safety.guard import ControlRequest, Guard, SafeState
 from exograv.safety.modes import Event, Mode
 from exograv.safety.person import GuardedPerson, PersonLimits
-from exograv.safety.plausible import Chain, PlausibleTable
+from exograv.safety.plausible import LimbTable, PlausibleTable
 from exograv.signals import JointState, TorqueSource
 
 PERIOD_S, FAR = 0.001, 10**18
@@ -38,7 +38,7 @@ class Room:
     """A guard, what it hears, and its parent."""
 
     guard: Guard
-    hearing: Hearing
+    hearing: GuardCommands
     line: GuardLine
     ours: Connection
     notes: list[str]
@@ -57,7 +57,7 @@ class Room:
         self.hearing.tell(self.state)
         if self.answers:
             self.hearing.delivered()
-        self.guard.decide(Submitted(self.period, now + 0.005, np.zeros(1)) if self.answers else None, now)
+        self.guard.decide(ControlRequest(self.period, now + 0.005, np.zeros(1)) if self.answers else None, now)
         if self.guard.envelope.stop is not None and not was_stopped:
             self.hearing.latched()
         self.hearing.acts = 0
@@ -82,22 +82,22 @@ def room(monkeypatch: pytest.MonkeyPatch) -> Iterator[Room]:
     monkeypatch.setattr("exograv.runtime.control_loop.guard_commands.time", Clock())
     guard = Guard.of_machine(Envelope(LIMITS, PERIOD_S), PERIOD_S)
     nothing, wide = np.zeros((1, 3)), np.full(1, 30.0)
-    table = PlausibleTable((Chain((0,), 1, nothing, nothing),), wide, wide, wide)
+    table = PlausibleTable((LimbTable((0,), 1, nothing, nothing),), wide, wide, wide)
     guard.envelope.person = GuardedPerson(PersonLimits(table, wide, np.full(1, -3.0), np.full(1, 3.0)), 0.0)
     ours, theirs = Pipe()
     with contextlib.closing(Mailbox(BELL)) as bell, contextlib.closing(ours), contextlib.closing(theirs):
         notes: list[str] = []
-        hearing = Hearing(guard, theirs, bell, lambda _t, text: notes.append(text))
+        hearing = GuardCommands(guard, theirs, bell, lambda _t, text: notes.append(text))
         yield Room(guard, hearing, GuardLine(ours, bell), ours, notes)
 
 
 def lease(room: Room) -> None:
-    assert room.says(Leased(FAR)) is None
+    assert room.says(LeaseCommand(FAR)) is None
 
 
 def test_stop_is_heard_in_the_next_tick_whoever_steers(room: Room):
     room.tick()
-    assert room.says(Pressed(7)) == ""
+    assert room.says(DescentCommand(7)) == ""
     assert room.guard.envelope.stop is StopReason.STOP_PRESSED
     assert room.hearing.acts == STOP_PRESSED
     assert not room.hearing.is_asked_to_end
@@ -165,7 +165,7 @@ def test_nothing_that_was_asked_for_before_a_stop_is_told_after_it(room: Room):
 def test_a_reset_waits_until_the_arm_is_down_and_control_answers_and_leaves_the_latch(room: Room):
     lease(room)
     room.mode = Mode.SAFE
-    room.says(Pressed(1))
+    room.says(DescentCommand(1))
     assert "still coming down" in (room.says(GuardRequest(2, Event.RESET)) or "")
     for _ in range(DOWN):
         room.tick()
@@ -184,7 +184,7 @@ def test_a_reset_waits_until_the_arm_is_down_and_control_answers_and_leaves_the_
 
 def test_nobody_resets_without_steering(room: Room):
     room.mode = Mode.SAFE
-    room.says(Pressed(1))
+    room.says(DescentCommand(1))
     for _ in range(DOWN):
         room.tick()
     assert "Nobody steers" in (room.says(GuardRequest(2, Event.RESET)) or "")

@@ -4,26 +4,33 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exograv.runtime.control_loop.steering import ASKABLE, LEASE_MAX_NS, READY_NS, WINDOW_MAX_NS, Leased, Steering
+from exograv.runtime.control_loop.steering import (
+    ASKABLE,
+    LEASE_MAX_NS,
+    READY_NS,
+    WINDOW_MAX_NS,
+    CommandDecisions,
+    LeaseCommand,
+)
 from exograv.safety.modes import TRANSITIONS, WORN, Event, Mode
 
 SECOND = 1_000_000_000
 FAR = 10**18
 
 
-def steered(now_ns: int = 0, **leased) -> Steering:
-    steering = Steering()
-    steering.lease(Leased(FAR, **leased), now_ns)
+def steered(now_ns: int = 0, **leased) -> CommandDecisions:
+    steering = CommandDecisions()
+    steering.lease(LeaseCommand(FAR, **leased), now_ns)
     return steering
 
 
-def ask(steering: Steering, event: Event, mode: Mode, now_ns: int = 0, is_latched: bool = False) -> str:
+def ask(steering: CommandDecisions, event: Event, mode: Mode, now_ns: int = 0, is_latched: bool = False) -> str:
     return steering.ask(event, mode, is_latched=is_latched, now_ns=now_ns)
 
 
 def test_without_a_lease_nothing_may_be_asked_for():
     for mode, event in TRANSITIONS:
-        assert "Nobody steers" in ask(Steering(), event, mode)
+        assert "Nobody steers" in ask(CommandDecisions(), event, mode)
 
 
 def test_a_lease_is_never_longer_than_allowed():
@@ -56,12 +63,12 @@ def test_an_arm_is_taken_within_half_a_minute_after_step_one_and_once():
     steering = steered()
     assert "Step one" in ask(steering, Event.TAKE_ARM, Mode.EXO_ONLY)
     ask(steering, Event.TEST, Mode.EXO_ONLY)
-    steering.lease(Leased(FAR), READY_NS)
+    steering.lease(LeaseCommand(FAR), READY_NS)
     assert not ask(steering, Event.TAKE_ARM, Mode.EXO_ONLY, READY_NS)
     assert steering.next() is Event.TAKE_ARM
     assert "Step one" in ask(steering, Event.TAKE_ARM, Mode.EXO_ONLY, READY_NS)
     ask(steering, Event.TEST, Mode.EXO_ONLY, READY_NS)
-    steering.lease(Leased(FAR), 2 * READY_NS + 1)
+    steering.lease(LeaseCommand(FAR), 2 * READY_NS + 1)
     assert "Step one" in ask(steering, Event.TAKE_ARM, Mode.EXO_ONLY, 2 * READY_NS + 1)
 
 
@@ -90,7 +97,7 @@ def test_where_no_arm_is_carried_a_lost_lease_only_takes_back_step_one(mode: Mod
     ask(steering, Event.TEST, Mode.EXO_ONLY)
     assert steering.watch(mode, LEASE_MAX_NS + 1)
     assert steering.next() is None
-    steering.lease(Leased(FAR), 2 * SECOND)
+    steering.lease(LeaseCommand(FAR), 2 * SECOND)
     assert "Step one" in ask(steering, Event.TAKE_ARM, Mode.EXO_ONLY, 2 * SECOND)
 
 
@@ -125,7 +132,7 @@ def test_a_lease_that_comes_again_is_one_and_lost_anew_gives_the_arm_back_anew()
     steering.watch(Mode.FLOATING, LEASE_MAX_NS + 1)
     steering.next()
     again = 10 * SECOND
-    steering.lease(Leased(FAR), again)
+    steering.lease(LeaseCommand(FAR), again)
     assert steering.watch(Mode.FLOATING, again) == ""
     assert steering.watch(Mode.FLOATING, again + LEASE_MAX_NS + 1)
     assert steering.next() is Event.GIVE_BACK
@@ -133,10 +140,10 @@ def test_a_lease_that_comes_again_is_one_and_lost_anew_gives_the_arm_back_anew()
 
 @given(st.lists(st.tuples(st.sampled_from(Event), st.sampled_from(Mode), st.integers(0, 40)), max_size=30))
 def test_no_history_of_words_passes_on_an_arm_that_was_not_made_ready_before(words):
-    steering, now, ready_at = Steering(), 0, None
+    steering, now, ready_at = CommandDecisions(), 0, None
     for event, mode, seconds in words:
         now += seconds * SECOND
-        steering.lease(Leased(FAR), now)
+        steering.lease(LeaseCommand(FAR), now)
         if not ask(steering, event, mode, now) and event is Event.TEST:
             ready_at = now
         while (told := steering.next()) is not None:

@@ -14,7 +14,7 @@ from exograv.study.dataset.making import refresh
 from exograv.study.dataset.options import AddOptions
 from exograv.study.dataset.tables import frame, read_tables
 from exograv.study.folder.columns import SESSIONS, TOUCHES, WINDOWS
-from exograv.study.importers.imported_session import Said
+from exograv.study.importers.imported_session import StatedSession
 from exograv.study.importers.touch_sheet import SheetPart, cut_sheet
 
 CODES = ("K9RR9PR", "R7RX4L7")
@@ -26,14 +26,14 @@ LINES = (
 )
 
 
-def cut(text: str, said: Said | None = None, level: float | None = None) -> tuple[list[SheetPart], list[str]]:
-    return cut_sheet(text.encode(), said or Said(), level, lambda code: code if code in CODES else None)
+def cut(text: str, said: StatedSession | None = None, level: float | None = None) -> tuple[list[SheetPart], list[str]]:
+    return cut_sheet(text.encode(), said or StatedSession(), level, lambda code: code if code in CODES else None)
 
 
 def test_each_session_gets_its_lines_as_they_were():
     (one, other), nowhere = cut(HEAD + LINES)
     assert nowhere == []
-    assert one.said == Said("K9RR9PR", "training", 1)
+    assert one.said == StatedSession("K9RR9PR", "training", 1)
     assert one.content.decode() == HEAD + "".join(LINES.splitlines(keepends=True)[:2])
     assert other.content.decode() == HEAD + LINES.splitlines(keepends=True)[2]
 
@@ -105,21 +105,23 @@ def test_a_column_that_might_name_a_person_is_refused_by_its_place():
 def test_missing_columns_are_named_with_what_may_be_told_instead():
     with pytest.raises(RecordingError, match=r"session \(or --session\).*gravity_level \(or --gravity-level\)"):
         cut("participant,protocol,window,t_s,x_px,y_px,target_x_px,target_y_px\n")
-    (part,), _ = cut("window,t_s,x_px,y_px,target_x_px,target_y_px\n1,2,3,4,5,6\n", Said("K9RR9PR", "flight", 1), 0.0)
+    (part,), _ = cut(
+        "window,t_s,x_px,y_px,target_x_px,target_y_px\n1,2,3,4,5,6\n", StatedSession("K9RR9PR", "flight", 1), 0.0
+    )
     assert part.touches[0]["gravity_level"] == 0.0
 
 
 @pytest.mark.parametrize("content", [b"", b"\xff\xfea\x00b\x00", b"\x00\x01\x02", b"a letter\nto somebody\n"])
 def test_what_is_no_such_text_is_refused_in_a_sentence(content: bytes):
     with pytest.raises(RecordingError):
-        cut_sheet(content, Said(), None, lambda code: code)
+        cut_sheet(content, StatedSession(), None, lambda code: code)
 
 
 @given(st.binary(max_size=300))
 def test_no_bytes_at_all_end_in_anything_but_a_sentence(content: bytes):
     for head in (b"", HEAD.encode()):
         with contextlib.suppress(RecordingError):
-            cut_sheet(head + content, Said(), None, lambda code: code)
+            cut_sheet(head + content, StatedSession(), None, lambda code: code)
 
 
 def test_a_file_of_two_people_comes_in_as_two_sessions_and_again_not_at_all(tmp_path: Path):

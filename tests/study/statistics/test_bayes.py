@@ -5,12 +5,14 @@ import pytest
 from scipy import integrate, stats
 
 from exograv.study.statistics.bayes import TOUCH_SD_FACTOR, TOUCH_SD_MIDDLE, StudyPrior, bayes_fit, posterior_grid
-from exograv.study.statistics.random_intercept import Sums
+from exograv.study.statistics.random_intercept import SufficientStatistics
 
 WORLDS = 400
 
 
-def world(prior: StudyPrior, touches: np.ndarray, n_first: int, rng: np.random.Generator) -> tuple[Sums, float, float]:
+def world(
+    prior: StudyPrior, touches: np.ndarray, n_first: int, rng: np.random.Generator
+) -> tuple[SufficientStatistics, float, float]:
     """A study from the prior: what it holds, the true difference, the true standard deviation between people."""
     difference = prior.effect_sd * rng.normal()
     person_sd = abs(prior.person_scale * rng.standard_t(3))
@@ -19,7 +21,7 @@ def world(prior: StudyPrior, touches: np.ndarray, n_first: int, rng: np.random.G
     people = 4.0 + person_sd * rng.normal(size=len(touches)) + difference * (np.arange(len(touches)) < n_first)
     means = people + touch_sd / np.sqrt(touches) * rng.normal(size=len(touches))
     squares = touch_sd**2 * rng.chisquare(touches.sum() - len(touches))
-    return Sums(touches[None], means[None], np.array([squares]), n_first), difference, person_sd
+    return SufficientStatistics(touches[None], means[None], np.array([squares]), n_first), difference, person_sd
 
 
 @pytest.mark.parametrize("touches", [(40.0, 40.0, 40.0, 40.0, 40.0, 40.0), (3.0, 12.0, 60.0, 8.0, 30.0)])
@@ -39,7 +41,7 @@ def test_truths_from_the_prior_fall_anywhere_in_the_posterior(touches: tuple[flo
 
 def test_quadrature_agrees_with_plain_integration_over_everything():
     touches, means, n_first = np.array([2.0, 3.0, 2.0]), np.array([3.6, 4.1, 4.8]), 2
-    sums, prior = Sums(touches[None], means[None], np.array([0.9]), n_first), StudyPrior()
+    sums, prior = SufficientStatistics(touches[None], means[None], np.array([0.9]), n_first), StudyPrior()
     is_first = np.array([1.0, 1.0, 0.0])
 
     d, log_person, log_touch = np.linspace(-5.0, 5.0, 51), np.linspace(-6.0, 3.0, 121), np.linspace(-2.0, 2.0, 81)
@@ -65,7 +67,7 @@ def test_quadrature_agrees_with_plain_integration_over_everything():
 
 
 def test_wider_priors_pull_less():
-    sums = Sums(np.full((1, 6), 40.0), np.array([[3.7, 3.9, 4.1, 4.5, 4.7, 4.9]]), np.array([80.0]), 3)
+    sums = SufficientStatistics(np.full((1, 6), 40.0), np.array([[3.7, 3.9, 4.1, 4.5, 4.7, 4.9]]), np.array([80.0]), 3)
     found = bayes_fit(sums, ("trained", "untrained"))
     by_prior = {(p.effect_prior_sd, p.person_prior_scale): p for p in found.posteriors}
     assert by_prior[0.5, 0.5].ratio > by_prior[1.0, 0.5].ratio > by_prior[2.0, 0.5].ratio > np.exp(-0.8)
@@ -74,7 +76,7 @@ def test_wider_priors_pull_less():
 
 
 def test_draws_follow_the_posterior():
-    sums = Sums(np.full((1, 6), 40.0), np.array([[3.7, 3.9, 4.1, 4.5, 4.7, 4.9]]), np.array([80.0]), 3)
+    sums = SufficientStatistics(np.full((1, 6), 40.0), np.array([[3.7, 3.9, 4.1, 4.5, 4.7, 4.9]]), np.array([80.0]), 3)
     grid = posterior_grid(sums, StudyPrior())
     difference, person_sd, touch_sd = grid.draw(20_000, np.random.default_rng(1001))
     assert (difference < 0.0).mean() == pytest.approx(grid.cdf(0.0), abs=0.01)

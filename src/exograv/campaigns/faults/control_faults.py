@@ -6,26 +6,26 @@ from dataclasses import replace
 import numpy as np
 
 from exograv.loop.arm_controller import ArmController
-from exograv.safety.guard import Submitted
+from exograv.safety.guard import ControlRequest
 
 from .fault_plant import World
 from .injector import Injector
 
 
-class FewLate(Injector):
+class OccasionalLateTicks(Injector):
     """F14: control is late in one to three ticks."""
 
     def draw(self) -> None:
         self.count = self.ticks(int(self.generator.integers(1, 4)))
 
-    def answered(self, submitted: Submitted | None, tick: int) -> Submitted | None:
+    def answered(self, submitted: ControlRequest | None, tick: int) -> ControlRequest | None:
         return None if tick < self.onset + self.count else submitted
 
 
-class ManyLate(Injector):
+class RepeatedLateTicks(Injector):
     """F14: control is late in every other tick."""
 
-    def answered(self, submitted: Submitted | None, tick: int) -> Submitted | None:
+    def answered(self, submitted: ControlRequest | None, tick: int) -> ControlRequest | None:
         return None if (tick - self.onset) % 2 == 0 else submitted
 
 
@@ -33,17 +33,17 @@ class Hang(Injector):
     """F15: control goes on saying what it said last."""
 
     def draw(self) -> None:
-        self.last: Submitted | None = None
+        self.last: ControlRequest | None = None
 
-    def answered(self, submitted: Submitted | None, tick: int) -> Submitted | None:
+    def answered(self, submitted: ControlRequest | None, tick: int) -> ControlRequest | None:
         self.last = self.last or submitted
         return self.last
 
 
-class Killed(Injector):
+class ControlKilled(Injector):
     """F16: control is gone."""
 
-    def answered(self, submitted: Submitted | None, tick: int) -> Submitted | None:
+    def answered(self, submitted: ControlRequest | None, tick: int) -> ControlRequest | None:
         return None
 
 
@@ -53,7 +53,7 @@ class WrongTorque(Injector):
     def draw(self) -> None:
         self.kind = str(self.generator.choice(["nan", "huge", "sign", "tremble"]))
 
-    def answered(self, submitted: Submitted | None, tick: int) -> Submitted | None:
+    def answered(self, submitted: ControlRequest | None, tick: int) -> ControlRequest | None:
         if submitted is None:
             return None
         change: dict[str, Callable[[float], float]] = {
@@ -65,7 +65,7 @@ class WrongTorque(Injector):
         return replace(submitted, tau=self.at_joint(submitted.tau, change[self.kind]))
 
 
-class TenfoldArm(Injector):
+class WrongArmParameters(Injector):
     """F25: the arm in force is ten times, 2.2 times or a tenth of the real one, past all checks of the form."""
 
     def act(self, world: World, controller: ArmController, tick: int) -> None:
@@ -75,7 +75,7 @@ class TenfoldArm(Injector):
             controller.put_in_force(x)
 
 
-class Diverged(Injector):
+class DivergedEstimate(Injector):
     """F26: identification publishes what is no number, no body, or five times the arm, every 50 ms."""
 
     def draw(self) -> None:

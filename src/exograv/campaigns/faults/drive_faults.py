@@ -36,7 +36,7 @@ class Unplugged(Injector):
             world.at_bench("unplug", self.joint)
 
 
-class Replugged(Injector):
+class DriveReconnection(Injector):
     """F12: a drive is lost for 50 to 300 ms, and comes back."""
 
     def draw(self) -> None:

@@ -18,7 +18,7 @@ from exograv.rig.drives.settings import Drives, load_drives
 from exograv.safety.guard import COMMAND_LIFE_S
 from exograv.signals import Command, JointState
 
-from .drive_process import Begin, Do, DriveReport, Push, StepsPassed, Tidy, Turn, serve
+from .drive_process import AwaitSteps, BenchLine, DriveReport, PlacePerson, Push, ResetBench, ScaleMotorConstant, serve
 from .fault_participants import load_participant
 from .fault_plant import FaultParticipant, FaultPlant, FlightStart, Joints, TruthSample
 
@@ -52,7 +52,7 @@ class DrivePlant:
         """Ask the drives, which advances them by one period."""
         self._ticks += 1
         if self._nobody_answers:  # then the bus cannot tell when they have
-            self._line.send(StepsPassed(self._ticks * self._stride))
+            self._line.send(AwaitSteps(self._ticks * self._stride))
             self._state = self._rig.read()
             self._line.answer()
         else:
@@ -82,18 +82,18 @@ class DrivePlant:
 
     def hang(self, mount: str, mass_kg: float) -> None:
         """Somebody at the bench."""
-        self._line.ask(Do(f"hang {mount} {mass_kg:g}"))
+        self._line.ask(BenchLine(f"hang {mount} {mass_kg:g}"))
 
     def turn_motor(self, joint: int, factor: float) -> None:
         """Behind its drive, which does not know."""
-        self._line.ask(Turn(joint, factor))
+        self._line.ask(ScaleMotorConstant(joint, factor))
 
     def at_bench(self, word: str, joint: int | None = None, number: float | None = None) -> None:
         """Somebody does it."""
         words = [word]
         words += [] if joint is None else [self._drives.joints[joint]]
         words += [] if number is None else [f"{number:g}"]
-        self._line.ask(Do(" ".join(words)))
+        self._line.ask(BenchLine(" ".join(words)))
 
     def is_silent(self) -> None:
         """Nobody is waited for."""
@@ -154,7 +154,7 @@ class DrivePlants:
     @contextlib.contextmanager
     def stand(self, participant: FaultParticipant, start: FlightStart) -> Iterator[FaultPlant]:
         """The drives are on, and told what carries the arm, before the person is let go in the posture."""
-        self._line.ask(Tidy(start))
+        self._line.ask(ResetBench(start))
         prepared = participant.prepared
         tau = participant.controller.again(prepared.x).torque_at_rest(start.posture, prepared.x)
         current, still = prepared.machine.actuators.current(tau), np.zeros_like(tau)
@@ -163,7 +163,7 @@ class DrivePlants:
             state = rig.read()
             rig.write(Command(rig.t, state.sequence, rig.t + COMMAND_LIFE_S, tau, current, still))
             rig.read()
-            self._line.ask(Begin())
+            self._line.ask(PlacePerson())
             yield DrivePlant(rig, self._drives, self._line)
 
 

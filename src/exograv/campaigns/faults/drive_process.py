@@ -21,13 +21,13 @@ from exograv.rig.drives.simulated.firmware import AMBIENT_C
 from .fault_plant import FlightStart, SwayingWearer, TruthSample, twin_of
 
 
-class Tidy(NamedTuple):
+class ResetBench(NamedTuple):
     """All cables in, all motors cool; and who is in the machine next."""
 
     start: FlightStart
 
 
-class Begin(NamedTuple):
+class PlacePerson(NamedTuple):
     """The person is in the machine, in the posture, from now on: somebody has held them there."""
 
 
@@ -38,20 +38,20 @@ class Push(NamedTuple):
     torque: float
 
 
-class Turn(NamedTuple):
+class ScaleMotorConstant(NamedTuple):
     """A motor's constant, times this."""
 
     joint: int
     factor: float
 
 
-class Do(NamedTuple):
+class BenchLine(NamedTuple):
     """A line at the bench."""
 
     line: str
 
 
-class StepsPassed(NamedTuple):
+class AwaitSteps(NamedTuple):
     """Answered when so many steps of the plant are over since the beginning."""
 
     steps: int
@@ -89,15 +89,15 @@ class DriveExaminer:
         """Whether to go on."""
         if asked is None:
             return False
-        if isinstance(asked, StepsPassed):
+        if isinstance(asked, AwaitSteps):
             self._awaited = asked.steps
             return True
         acts: dict[type, Callable[[Any], Any]] = {
-            Tidy: lambda it: self._tidy(it.start),
-            Begin: lambda _: self._begin(),
+            ResetBench: lambda it: self._tidy(it.start),
+            PlacePerson: lambda _: self._begin(),
             Push: lambda it: self._push(it.joint, it.torque),
-            Turn: lambda it: self._plant.turn_motor(it.joint, it.factor),
-            Do: lambda it: self._bench.do(it.line),
+            ScaleMotorConstant: lambda it: self._plant.turn_motor(it.joint, it.factor),
+            BenchLine: lambda it: self._bench.do(it.line),
             DriveReport: lambda _: self._sights,
         }
         self._line.send(acts[type(asked)](asked))

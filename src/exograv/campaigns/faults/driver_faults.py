@@ -18,7 +18,7 @@ LOST_MS = 10.0
 _LOST = (StopReason.DRIVE_FAULT,)
 _ONLY = (
     Fault("F12 lost", of_drives.Unplugged, _LOST, LOST_MS, SafeState.ISOLATION),
-    Fault("F12 replug", of_drives.Replugged, _LOST, LOST_MS, SafeState.ISOLATION),
+    Fault("F12 replug", of_drives.DriveReconnection, _LOST, LOST_MS, SafeState.ISOLATION),
     Fault("F12 hot", of_drives.Overheated, _LOST, FAULTS["F12"].budget_ms, SafeState.ISOLATION),
 )
 ONLY_DRIVES: Mapping[str, Fault] = MappingProxyType({fault.id: fault for fault in _ONLY})

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from exograv.loop.control_step import NO_MEASUREMENT, ControlStep, Decision
 from exograv.loop.output_feedback import OutputFeedback
 from exograv.safety.envelope import Envelope
-from exograv.safety.guard import Guard, SafeState, Submitted
+from exograv.safety.guard import ControlRequest, Guard, SafeState
 from exograv.safety.person import GuardedPerson
 from exograv.signals import Command, JointState, Reference
 
@@ -116,7 +116,7 @@ class _FaultyControl:
         """Slope of the controller's loops [N·m]."""
         return self._feedback.closure_slope
 
-    def answer(self, believed: JointState | None, now: float) -> Submitted | None:
+    def answer(self, believed: JointState | None, now: float) -> ControlRequest | None:
         """Observe and decide, then let the faults change the answer."""
         self.isolated, submitted = self._envelope.isolated, None
         if believed is not None:

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from exograv.loop.arm_controller import ArmController
-from exograv.safety.guard import Submitted
+from exograv.safety.guard import ControlRequest
 from exograv.signals import Command, JointState
 
 from .fault_plant import World
@@ -53,7 +53,7 @@ class Injector:
         """What the machine says in a tick, from the onset on."""
         return state
 
-    def answered(self, submitted: Submitted | None, tick: int) -> Submitted | None:
+    def answered(self, submitted: ControlRequest | None, tick: int) -> ControlRequest | None:
         """What control submits in a tick, from the onset on."""
         return submitted
 

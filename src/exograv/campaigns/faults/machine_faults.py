@@ -16,7 +16,7 @@ NOISE_SD = 3.0
 """Of the current's noise, beyond which ten ticks in a row come together [-]."""
 
 
-class NotANumber(Injector):
+class NonFiniteMeasurement(Injector):
     """F01: an encoder or a current sensor says NaN or infinity."""
 
     def draw(self) -> None:
@@ -40,7 +40,7 @@ class StuckEncoder(Injector):
         return replace(state, q=self.at_joint(state.q, lambda _: kept))
 
 
-class Spike(Injector):
+class EncoderSpike(Injector):
     """F03: one position in one tick is far off."""
 
     def draw(self) -> None:
@@ -50,14 +50,14 @@ class Spike(Injector):
         return replace(state, q=self.at_joint(state.q, lambda q: q + self.size)) if tick == self.onset else state
 
 
-class Jump(Spike):
+class EncoderJump(EncoderSpike):
     """F03: and stays there."""
 
     def measured(self, state: JointState, tick: int) -> JointState:
         return replace(state, q=self.at_joint(state.q, lambda q: q + self.size))
 
 
-class Silent(Injector):
+class FrozenMeasurement(Injector):
     """F04: the machine says nothing new."""
 
     def draw(self) -> None:
@@ -70,7 +70,7 @@ class Silent(Injector):
         return self.last
 
 
-class Stale(Injector):
+class DelayedMeasurement(Injector):
     """F05: what the machine says is some milliseconds old."""
 
     def draw(self) -> None:
@@ -82,7 +82,7 @@ class Stale(Injector):
         return self.line.popleft() if len(self.line) > self.late else replace(self.line[0], t=state.t - 0.004)
 
 
-class Reordered(Injector):
+class ReorderedMeasurement(Injector):
     """F06: now and then two measurements change places."""
 
     def draw(self) -> None:
@@ -124,7 +124,7 @@ class SignFlip(Injector):
         return replace(state, q=self.at_joint(state.q, lambda q: 2.0 * start - q))
 
 
-class Slip(Injector):
+class EncoderSlip(Injector):
     """F08: an encoder slips on its shaft, by 3° to 20° within 20 to 100 ms."""
 
     def draw(self) -> None:
@@ -204,7 +204,7 @@ class ReportedDriveFault(Injector):
         return replace(command, current=self.at_joint(command.current, lambda _: 0.0))
 
 
-class BusesLost(Silent):
+class BusesLost(FrozenMeasurement):
     """F13: nothing comes from the machine, and nothing reaches it."""
 
     def draw(self) -> None:

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 
 from exograv.safety.envelope import Limits
 from exograv.safety.person import MARGIN_NM, SHARE_MAX, PersonLimits
-from exograv.safety.plausible import Chain, PlausibleTable
+from exograv.safety.plausible import LimbTable, PlausibleTable
 
 Joints = Float[np.ndarray, " joint"]
 Rows = Float[np.ndarray, "tick joint"]
@@ -130,7 +130,7 @@ def carrying(table: PlausibleTable, q: Rows, gravity_level: Float[np.ndarray, " 
     return tau
 
 
-def _features(chain: Chain, q: Rows) -> Float[np.ndarray, "tick feature"]:
+def _features(chain: LimbTable, q: Rows) -> Float[np.ndarray, "tick feature"]:
     """Products of one of 1, cos, sin a joint with at most so many factors; the first joint changes fastest."""
     products, factors = np.ones((len(q), 1)), np.zeros(1)
     for column in q.T:

@@ -50,7 +50,7 @@ class Strike:
 
 
 @dataclass(frozen=True)
-class Kind:
+class StrikeKind:
     """One way to disturb a live run."""
 
     what: str
@@ -106,19 +106,21 @@ def _burn(seconds: float) -> None:
         pass
 
 
-KINDS: Mapping[str, Kind] = MappingProxyType(
+KINDS: Mapping[str, StrikeKind] = MappingProxyType(
     {
-        "F18 killed": Kind("the recorder is killed (-9)", None, _kill_recorder),
-        "F18 hangs": Kind(
+        "F18 killed": StrikeKind("the recorder is killed (-9)", None, _kill_recorder),
+        "F18 hangs": StrikeKind(
             "the recorder stands still for a second", None, lambda r: _stand_still(r.recorder.pid, HANG_S)
         ),
-        "F18 slow": Kind("the recorder stands still for 300 ms of every 350, as for a slow disk", None, _slow_disk),
-        "F38": Kind("twice as many busy processes as processors, for three seconds", None, _hog),
-        "F15 live": Kind(
+        "F18 slow": StrikeKind(
+            "the recorder stands still for 300 ms of every 350, as for a slow disk", None, _slow_disk
+        ),
+        "F38": StrikeKind("twice as many busy processes as processors, for three seconds", None, _hog),
+        "F15 live": StrikeKind(
             "control stands still for a second", 10.0, lambda r: _stand_still(r.control.pid, HANG_S)
         ),
-        "F16 live": Kind("control is killed (-9)", 5.0, _kill_control),
-        "F19": Kind("the disk takes no more: the kernel refuses the recorder's writes", None, _full_disk),
+        "F16 live": StrikeKind("control is killed (-9)", 5.0, _kill_control),
+        "F19": StrikeKind("the disk takes no more: the kernel refuses the recorder's writes", None, _full_disk),
     }
 )  # fmt: skip
 """In the order in which they are struck: what ends the recording comes last."""

@@ -9,7 +9,7 @@ from exograv.laboratory.movements import REST_DEG, TARGET_DEG
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.loop.arm_controller import skeleton_function
-from exograv.rig.twin.behaviour.internal_model import OwnArm
+from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics
 from exograv.task.task_settings import TargetSettings
 
 NODES = 25
@@ -60,7 +60,7 @@ def arm_tables(laboratory: VirtualLaboratory, room: SimulatedRoom, target: Targe
 
     tip = points(touch)[1][-1]
     slope = np.column_stack([(points(touch + row)[1][-1] - tip) / DIFFERENCE for row in DIFFERENCE * np.eye(len(rest))])
-    own = OwnArm(laboratory.description, laboratory.machine, laboratory.wearer)
+    own = ArmInverseDynamics(laboratory.description, laboratory.machine, laboratory.wearer)
     still = np.zeros(len(rest))
 
     def weight(q: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
-from exograv.laboratory.participant.adaptation import Adaptation, Rates
+from exograv.laboratory.participant.adaptation import Adaptation, AdaptationRates
 
 from .arm_tables import ArmTables
 
@@ -48,7 +48,7 @@ class Character:
     hurries: float = 0.3
     """Share of an interval's error that an arrow takes away; assumed."""
 
-    rates: Rates = field(default_factory=Rates)
+    rates: AdaptationRates = field(default_factory=AdaptationRates)
 
 
 class Pointer:

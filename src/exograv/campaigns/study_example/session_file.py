@@ -7,7 +7,7 @@ import numpy as np
 
 from exograv.laboratory.participant.aircraft_feed import AircraftFeed
 from exograv.laboratory.participant.screen_session import ScreenSession
-from exograv.laboratory.participant.touch_panel import Panel
+from exograv.laboratory.participant.touch_panel import TouchPanel
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.provenance import RunSettings
 from exograv.motion import smooth_share
@@ -72,7 +72,7 @@ class ExampleSession:
         self._random = np.random.default_rng([seed, 42])
         self.run, self.t, self._step = TaskRun(plan), 0.0, 0
         self._reaches = list[ScreenReach]()
-        self._panel = Panel(room, plan.protocol.target, self._random, "simulated")
+        self._panel = TouchPanel(room, plan.protocol.target, self._random, "simulated")
 
     def record(self, path: Path, joints: tuple[str, ...], settings: RunSettings) -> None:
         """Run it and write it.

@@ -11,7 +11,7 @@ from typing import Any
 from exograv.errors import ConfigError, RigError
 from exograv.loop.replay_log import versions
 
-from .runner import Event, Finished, Lost, RunAgain, Take
+from .runner import Event, FinishedBatch, LostBatch, RescheduledTasks, Take
 from .task import Result, TaskBatch
 from .work import place, same_versions, work_off
 
@@ -121,13 +121,13 @@ class OnDask:
     def _came(self, future: Any, batch: TaskBatch) -> Generator[Event, None, None]:
         again = self._again(batch)
         if again:
-            yield RunAgain(again * len(batch.tasks))
+            yield RescheduledTasks(again * len(batch.tasks))
         if future.status == "finished":
-            yield Finished([replace(result, retries=again) for result in future.result()])
+            yield FinishedBatch([replace(result, retries=again) for result in future.result()])
             return
         error = future.exception() if future.status == "error" else None
         if isinstance(error, self._distributed.KilledWorker):
-            yield Lost(batch)
+            yield LostBatch(batch)
         elif error is None:
             raise self._away()
         else:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from exograv.runtime.processes.process_pool import Arrived, ProcessPool, Tell
 
-from .runner import Event, Finished, Lost, Take
+from .runner import Event, FinishedBatch, LostBatch, Take
 from .task import Result, TaskBatch
 from .work import place, work_off
 
@@ -26,9 +26,9 @@ class OnProcesses:
             for event in self.pool.run(_work, take):
                 if isinstance(event, Arrived):
                     done.add(event.result.task.key)
-                    yield Finished([event.result])
+                    yield FinishedBatch([event.result])
                 elif left := tuple(task for task in event.task.tasks if task.key not in done):
-                    yield Lost(replace(event.task, tasks=left))
+                    yield LostBatch(replace(event.task, tasks=left))
 
 
 def _work(batch: TaskBatch, _tell: Tell) -> Iterator[Result]:

@@ -12,27 +12,27 @@ LOSSES_MAX = 3
 
 
 @dataclass(frozen=True)
-class Finished:
+class FinishedBatch:
     """Results of a batch, or of a part of it."""
 
     results: Sequence[Result]
 
 
 @dataclass(frozen=True)
-class Lost:
+class LostBatch:
     """A worker was lost with these tasks; they are to run again."""
 
     batch: TaskBatch
 
 
 @dataclass(frozen=True)
-class RunAgain:
+class RescheduledTasks:
     """A cluster lost a worker with so many tasks, and runs them again by itself."""
 
     tasks: int
 
 
-Event = Finished | Lost | RunAgain
+Event = FinishedBatch | LostBatch | RescheduledTasks
 Take = Callable[[], TaskBatch | None]
 """The next batch; none while there is none. A lost one comes back through it."""
 
@@ -58,4 +58,4 @@ class InThisProcess:
         """A task at a time."""
         while (batch := take()) is not None:
             for result in work_off(batch.tasks, place()):
-                yield Finished([result])
+                yield FinishedBatch([result])

@@ -9,7 +9,7 @@ from pathlib import Path
 from exograv.loop.pilot import Progress
 
 from .options import SweepOptions
-from .runner import LOSSES_MAX, Finished, Lost, Runner
+from .runner import LOSSES_MAX, FinishedBatch, LostBatch, Runner
 from .store import Store
 from .study_file import Study
 from .task import Result, TaskBatch
@@ -40,9 +40,9 @@ class SweepRun:
         events = runner.run(self._take)
         try:
             for event in events:
-                if isinstance(event, Finished):
+                if isinstance(event, FinishedBatch):
                     self._keep(event.results)
-                elif isinstance(event, Lost):
+                elif isinstance(event, LostBatch):
                     self._run_again(event.batch)
                 else:
                     self.retried += event.tasks

@@ -9,8 +9,8 @@ from exograv.report.study_report.results import number
 from .conditions import condition_of
 from .flight import FAMILIARISED, VirtualFlight, compared, familiarised
 from .options import StudyOptions
-from .small_study import SIZE, Means, Variant, fly_variants
-from .transfer import Pairs, TransferChange, change, pairs, transfer
+from .small_study import SIZE, FlightResources, Variant, fly_variants
+from .transfer import PairedCareers, TransferChange, change, pairs, transfer
 
 ALL_ON = Variant("all as they are")
 MECHANISMS = (
@@ -60,7 +60,7 @@ class Ablated:
     """Why something is missing."""
 
 
-def ablation(options: StudyOptions, means: Means) -> list[Ablated]:
+def ablation(options: StudyOptions, means: FlightResources) -> list[Ablated]:
     """Every compared condition of the study with each of `MECHANISMS`.
 
     Raises:
@@ -77,7 +77,7 @@ def ablated_rows(condition: str, flown: Sequence[Sequence[VirtualFlight]]) -> li
     return [_row(condition, one, own, found[0]) for one, own in zip(MECHANISMS, found, strict=True)]
 
 
-def _row(condition: str, variant: Variant, own: Pairs, usual: Pairs) -> Ablated:
+def _row(condition: str, variant: Variant, own: PairedCareers, usual: PairedCareers) -> Ablated:
     told, changed = transfer(own), TransferChange() if variant is ALL_ON else change(own, usual)
     anybody = len(own.people) > 0
     return Ablated(

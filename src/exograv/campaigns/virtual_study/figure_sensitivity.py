@@ -21,7 +21,7 @@ TEXT = (
 
 
 @dataclass(frozen=True)
-class Swept:
+class SensitivityPoint:
     """Transfer with one constant at one value."""
 
     name: str
@@ -33,7 +33,7 @@ class Swept:
     """None where it cannot be told."""
 
 
-def draw(rows: Sequence[Swept], usual: float | None) -> Figure | None:
+def draw(rows: Sequence[SensitivityPoint], usual: float | None) -> Figure | None:
     """A bar a constant and end; `usual` is transfer with all constants as they are. None without anything to show."""
     if not rows or usual is None:
         return None
@@ -59,13 +59,13 @@ def draw(rows: Sequence[Swept], usual: float | None) -> Figure | None:
     return figure
 
 
-def spans(rows: Sequence[Swept], usual: float) -> list[tuple[Swept, ...]]:
+def spans(rows: Sequence[SensitivityPoint], usual: float) -> list[tuple[SensitivityPoint, ...]]:
     """Rows of each constant from low to high, the constant that moves transfer most from `usual` first."""
-    by_name = dict[str, list[Swept]]()
+    by_name = dict[str, list[SensitivityPoint]]()
     for row in rows:
         by_name.setdefault(row.name, []).append(row)
 
-    def width(own: tuple[Swept, ...]) -> float:
+    def width(own: tuple[SensitivityPoint, ...]) -> float:
         told = [usual, *(row.transfer for row in own if row.transfer is not None)]
         return max(told) - min(told)
 

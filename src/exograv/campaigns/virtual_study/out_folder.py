@@ -11,7 +11,7 @@ from exograv.errors import ConfigError, RecordingError
 from exograv.files import write_whole
 from exograv.study.dataset.beginning import begin_study
 from exograv.study.folder.journal import LOCK, locked
-from exograv.study.folder.settings import AS_PUBLISHED, Expected, StudySettings
+from exograv.study.folder.settings import AS_PUBLISHED, ExpectedSessions, StudySettings
 from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.participants.register import new_participant
 
@@ -87,9 +87,9 @@ def settings_of_study(options: StudyOptions) -> StudySettings:
     """Of the study's folder."""
     trained, untrained = options.sessions
     expected = [
-        Expected(protocol="training", sessions=trained, groups=["trained"]) if trained else None,
-        Expected(protocol="familiarisation", sessions=untrained, groups=["untrained"]) if untrained else None,
-        Expected(protocol="flight", sessions=1),
+        ExpectedSessions(protocol="training", sessions=trained, groups=["trained"]) if trained else None,
+        ExpectedSessions(protocol="familiarisation", sessions=untrained, groups=["untrained"]) if untrained else None,
+        ExpectedSessions(protocol="flight", sessions=1),
     ]
     groups = {
         "trained": f"{trained} trainings, condition {options.main.name}",

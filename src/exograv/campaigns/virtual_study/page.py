@@ -17,7 +17,7 @@ from . import figure_flights as flights
 from . import figure_sensitivity as sensitivity
 from . import figure_windows as windows
 from .ablation import Ablated
-from .figure_sensitivity import Swept
+from .figure_sensitivity import SensitivityPoint
 from .flight import VirtualFlight
 from .outcome import NO_EVIDENCE, StudyOutcome
 from .sentences import headline, sentences
@@ -46,7 +46,7 @@ class Content:
     settings: Mapping[str, str]
     """What it was made with, in the order in which it is shown: seed, people, sessions, versions …"""
 
-    swept: Sequence[Swept] = ()
+    swept: Sequence[SensitivityPoint] = ()
     swept_usual: float | None = None
     """Transfer with all constants as they are, in the sweep's own shorter sessions."""
     links: Mapping[str, str] = field(default_factory=dict)

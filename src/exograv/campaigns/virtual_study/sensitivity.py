@@ -4,16 +4,16 @@ from collections.abc import Sequence
 
 from exograv.laboratory.participant.habits import swept
 
-from .figure_sensitivity import Swept
+from .figure_sensitivity import SensitivityPoint
 from .flight import VirtualFlight
 from .options import StudyOptions
-from .small_study import Means, Variant, fly_variants
+from .small_study import FlightResources, Variant, fly_variants
 from .transfer import transfers
 
 USUAL = "as they are"
 
 
-def sensitivity(options: StudyOptions, means: Means) -> list[Swept]:
+def sensitivity(options: StudyOptions, means: FlightResources) -> list[SensitivityPoint]:
     """Transfer of an ideal machine with one constant changed at a time; the first row has all as they are.
 
     The machine knows itself and the arm exactly, so that nothing has to be identified: constants of a person do not
@@ -35,7 +35,7 @@ def sensitivity(options: StudyOptions, means: Means) -> list[Swept]:
     return [_row(name, value, flights, condition) for (name, value, _), flights in zip(rows, flown, strict=True)]
 
 
-def _row(name: str, value: float | None, flights: Sequence[VirtualFlight], condition: str) -> Swept:
+def _row(name: str, value: float | None, flights: Sequence[VirtualFlight], condition: str) -> SensitivityPoint:
     one = transfers(flights)[condition]
     interval = one.ci95
-    return Swept(name, value, one.transfer, None if interval is None else (interval[0], interval[1]))
+    return SensitivityPoint(name, value, one.transfer, None if interval is None else (interval[0], interval[1]))

@@ -6,7 +6,7 @@ from exograv.report.study_report.results import number
 
 from . import ablation
 from .ablation import Ablated
-from .figure_sensitivity import Swept
+from .figure_sensitivity import SensitivityPoint
 from .flight import FAMILIARISED
 from .outcome import (
     ALPHA,
@@ -45,7 +45,7 @@ def headline(outcome: StudyOutcome) -> str:
 
 def sentences(
     outcome: StudyOutcome,
-    swept: Sequence[Swept] = (),
+    swept: Sequence[SensitivityPoint] = (),
     usual: float | None = None,
     ablated: Sequence[Ablated] = (),
 ) -> list[str]:
@@ -127,7 +127,7 @@ def _sessions(told: Mapping[str, ConditionFigures]) -> Iterator[str]:
         yield f"{said} before E₀{more}."
 
 
-def _swept(swept: Sequence[Swept], usual: float | None) -> Iterator[str]:
+def _swept(swept: Sequence[SensitivityPoint], usual: float | None) -> Iterator[str]:
     if not swept or usual is None:
         return
     gone = [f"{row.name} = {row.value:g}" for row in swept if row.transfer is not None and vanishes(row, usual)]
@@ -140,7 +140,7 @@ def _swept(swept: Sequence[Swept], usual: float | None) -> Iterator[str]:
         yield f"With {', '.join(untold)} no transfer can be told: the error after familiarisation may be 0."
 
 
-def vanishes(row: Swept, usual: float) -> bool:
+def vanishes(row: SensitivityPoint, usual: float) -> bool:
     """Less than half is left of what there was, or it may be nothing."""
     is_small = row.transfer is not None and row.transfer < 0.5 * usual
     return is_small or (row.ci95 is not None and row.ci95[0] <= 0.0)

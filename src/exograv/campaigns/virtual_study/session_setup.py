@@ -20,7 +20,7 @@ from exograv.loop.output_feedback import Controller, NoTorque
 from exograv.loop.pilot import Progress
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin import Machine, Twin, day_seed
-from exograv.rig.twin.behaviour.internal_model import OwnArm, out_of_the_machine
+from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics, out_of_the_machine
 from exograv.rig.twin.world.surroundings import Surroundings
 from exograv.rig.twin.world.water import Water
 from exograv.task.protocol import load_protocol
@@ -44,7 +44,7 @@ class SessionSetup:
     """Controller of the machine; at gravity level 1 where it carries an arm."""
 
     actuators: ActuatorGain
-    own: OwnArm
+    own: ArmInverseDynamics
     worn_inertia: Float[np.ndarray, "arm arm"]
     """Inertia of the machine about the arm's freedoms; zero where none is worn [kg·m²]."""
 

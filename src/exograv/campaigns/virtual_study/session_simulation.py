@@ -15,7 +15,7 @@ from exograv.laboratory.participant.aircraft_feed import AircraftFeed
 from exograv.laboratory.participant.lockstep_screen import LEVEL_TICKS, TASK_TICKS
 from exograv.laboratory.participant.screen_session import ScreenSeat, ScreenSession
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
-from exograv.laboratory.participant.virtual_participant import Doing, PointingPerson
+from exograv.laboratory.participant.virtual_participant import Activity, PointingPerson
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.control_step import ControlStep
 from exograv.loop.machine_limits import limits
@@ -141,7 +141,7 @@ class SimulatedSession:
     def advance(self, session: ScreenSession) -> None:
         """Run the twin for one step of the task, or pass over a part of a rest."""
         t = self._twin.t
-        if self._times.is_awake(t) or self.person.doing is not Doing.LYING:
+        if self._times.is_awake(t) or self.person.doing is not Activity.LYING:
             self._act(TASK_TICKS)
         else:
             self._pass(self._times.until_awake(t))

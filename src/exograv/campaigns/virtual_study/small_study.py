@@ -32,7 +32,7 @@ class Variant:
 
 
 @dataclass(frozen=True)
-class Means:
+class FlightResources:
     """Where and how it is flown."""
 
     kept: Path
@@ -44,7 +44,7 @@ class Means:
 
 
 def fly_variants(
-    options: StudyOptions, conditions: tuple[str, ...], variants: Sequence[Variant], means: Means
+    options: StudyOptions, conditions: tuple[str, ...], variants: Sequence[Variant], means: FlightResources
 ) -> list[list[VirtualFlight]]:
     """Flights of each variant: the trained people of the study, in each condition and after familiarisation only.
 

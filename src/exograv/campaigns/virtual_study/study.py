@@ -20,7 +20,7 @@ from exograv.study.participants.codes import draw_code
 from .ablation import Ablated, ablation
 from .careers import Career, careers
 from .checkpoint import CareerJob, lived_of
-from .figure_sensitivity import Swept
+from .figure_sensitivity import SensitivityPoint
 from .flight import VirtualFlight
 from .options import StudyOptions, WorkOptions
 from .out_folder import CAREERS, RECORDINGS, STUDY, SWEEP, out_folder
@@ -28,7 +28,7 @@ from .outcome import NO_EVIDENCE, StudyOutcome, outcome_of
 from .page import Content, write_virtual_page
 from .participants import ParticipantResult
 from .sensitivity import sensitivity
-from .small_study import Means
+from .small_study import FlightResources
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class VirtualStudyResult:
     """Result of `exograv simulate-study`."""
 
     outcome: StudyOutcome = field(metadata=MERGED)
-    sensitivity: Sequence[Swept]
+    sensitivity: Sequence[SensitivityPoint]
     ablation: Sequence[Ablated]
     refused: list[RefusedTraining]
     options: StudyOptions
@@ -67,7 +67,7 @@ class VirtualStudyResult:
 
 
 @dataclass(frozen=True)
-class Work(WorkOptions):
+class StudyComputation(WorkOptions):
     """Way in which a study is computed, and its place."""
 
     folder: Path = field(kw_only=True)
@@ -75,7 +75,7 @@ class Work(WorkOptions):
 
 def simulate_study(
     options: StudyOptions,
-    work: Work,
+    work: StudyComputation,
     progress: Progress,
     keep: Callable[[VirtualStudyResult], None] = lambda _result: None,
 ) -> VirtualStudyResult:
@@ -107,7 +107,7 @@ def simulate_study(
         ]
         result = telling.told([], [])
         progress("Writing the reports", 1.0)
-        swept, ablated = list[Swept](), list[Ablated]()
+        swept, ablated = list[SensitivityPoint](), list[Ablated]()
         if work.ablate:
             keep(result)
             ablated = ablation(options, _means(work, "With one mechanism off at a time", progress))
@@ -119,8 +119,8 @@ def simulate_study(
     return result
 
 
-def _means(work: Work, text: str, progress: Progress) -> Means:
-    return Means(work.folder / SWEEP, work.processes, lambda share: progress(text, share))
+def _means(work: StudyComputation, text: str, progress: Progress) -> FlightResources:
+    return FlightResources(work.folder / SWEEP, work.processes, lambda share: progress(text, share))
 
 
 class _Telling:
@@ -141,7 +141,7 @@ class _Telling:
         """Who did nothing in which condition, and why."""
         self._report = write_study_report(study.path).report
 
-    def told(self, swept: Sequence[Swept], ablated: Sequence[Ablated]) -> VirtualStudyResult:
+    def told(self, swept: Sequence[SensitivityPoint], ablated: Sequence[Ablated]) -> VirtualStudyResult:
         """Write the page."""
         links = {"The report of the study": f"{STUDY}/report/{self._report.name}"}
         content = Content(
@@ -156,7 +156,7 @@ class _Telling:
 
 
 def _everybody_lived(
-    everybody: Sequence[Career], options: StudyOptions, work: Work, study: StudyFolder, progress: Progress
+    everybody: Sequence[Career], options: StudyOptions, work: StudyComputation, study: StudyFolder, progress: Progress
 ) -> list[ParticipantResult]:
     """Of each career: read where it is kept, gone through else."""
     jobs = [CareerJob(career, options, work.folder / CAREERS / f"{career.name}.json") for career in everybody]

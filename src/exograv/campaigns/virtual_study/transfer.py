@@ -47,7 +47,7 @@ SECONDARY: Mapping[str, Measure] = {"first_touch": first_touch_mm, "median_devia
 
 
 @dataclass(frozen=True)
-class Pairs:
+class PairedCareers:
     """The same people after a training and after familiarisation only."""
 
     people: tuple[int, ...]
@@ -64,7 +64,7 @@ class Pairs:
 
 def pairs(
     flights: Iterable[VirtualFlight], before: Mapping[int, VirtualFlight], measure: Measure = constant_error_mm
-) -> Pairs:
+) -> PairedCareers:
     """Pairs of a condition's flights with those of the same people in `before`."""
     whole, left_out = dict[int, tuple[float, float]](), list[int]()
     for flight in flights:
@@ -76,7 +76,7 @@ def pairs(
             left_out.append(flight.person)
     people = tuple(sorted(whole))
     values = np.array([whole[person] for person in people]).reshape(-1, 2)
-    return Pairs(people, values[:, 0], values[:, 1], tuple(sorted(left_out)))
+    return PairedCareers(people, values[:, 0], values[:, 1], tuple(sorted(left_out)))
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ class TransferChange:
     """Why one of the two is missing."""
 
 
-def transfer(found: Pairs) -> TransferFigures:
+def transfer(found: PairedCareers) -> TransferFigures:
     """Transfer of these pairs."""
     ratio = found.ratio
     ends = ends_of(ratio.interval)
@@ -120,7 +120,7 @@ def transfer(found: Pairs) -> TransferFigures:
     return TransferFigures(value, ends and [1.0 - ends[1], 1.0 - ends[0]], ratio.reason or None)
 
 
-def change(own: Pairs, usual: Pairs) -> TransferChange:
+def change(own: PairedCareers, usual: PairedCareers) -> TransferChange:
     """By how much transfer differs from the usual one of the same people.
 
     Each person's share in it is z = (E − ratio·E₀) / mean(E₀), usual less own; its mean over people is 0, and the

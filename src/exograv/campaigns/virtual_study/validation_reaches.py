@@ -6,7 +6,7 @@ import numpy as np
 
 from exograv.laboratory.participant.habits import Habits
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
-from exograv.laboratory.participant.virtual_participant import Doing, PointingPerson
+from exograv.laboratory.participant.virtual_participant import Activity, PointingPerson
 from exograv.signals import Command
 from exograv.task.picture import ParticipantPicture
 from exograv.task.protocol import load_protocol
@@ -76,7 +76,7 @@ class Reaching:
         if self._ticks % TICKS == 0:
             truth = twin.truth
             twin.tau_voluntary[:] = person.act(twin.t, truth.q_arm, truth.v_arm)
-        if was is not Doing.REACHING and person.doing is Doing.REACHING:
+        if was is not Activity.REACHING and person.doing is Activity.REACHING:
             self._began, self._fastest = twin.t, 0.0
         self._ticks += 1
 

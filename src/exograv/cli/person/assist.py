@@ -36,10 +36,10 @@ def run_assist_command(mode: AssistMode, options: AssistOptions, common: Common)
     from exograv.console.words import said_in
     from exograv.laboratory.assist.assist_command import how_to_go_on, run_assist
     from exograv.procedures.rehabilitation.assist.participant_record import AssistBlock, AssistSession
-    from exograv.procedures.rehabilitation.assist.words import Words
+    from exograv.procedures.rehabilitation.assist.words import AssistTexts
     from exograv.task.assist_as_needed import SENTENCES
 
-    words = Words(mode.language, {"en": SENTENCES, "de": said_in("de")})
+    words = AssistTexts(mode.language, {"en": SENTENCES, "de": said_in("de")})
 
     def told(session: AssistSession, block: AssistBlock) -> None:
         print(words.said(len(session.blocks), block), flush=True)

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from exograv.live.replay import LiveAgain
+from exograv.live.replay import LiveReplay
 from exograv.loop.pilot import Progress
-from exograv.loop.replay.columns import Again, Columns
+from exograv.loop.replay.columns import Columns, ReplayedDecisions
 from exograv.loop.replay.difference import (
     RESOLUTION_NM,
     Difference,
@@ -25,7 +25,7 @@ from exograv.loop.replay.lockstep_replay import Lockstep
 from exograv.loop.replay.options import InsteadOptions
 from exograv.loop.replay.reasons import circumstances
 from exograv.loop.replay.recorded_run import RecordedRun, recorded
-from exograv.loop.replay.what_if import AS_RECORDED, Instead
+from exograv.loop.replay.what_if import AS_RECORDED, ReplayOverrides
 from exograv.results import MERGED
 
 
@@ -97,7 +97,9 @@ class ReplayResult:
     wall_s: float
 
 
-def run_replay(file: Path, folder: Path | None, progress: Progress, instead: Instead = AS_RECORDED) -> ReplayResult:
+def run_replay(
+    file: Path, folder: Path | None, progress: Progress, instead: ReplayOverrides = AS_RECORDED
+) -> ReplayResult:
     """Fly a recording once more.
 
     Args:
@@ -122,14 +124,18 @@ def run_replay(file: Path, folder: Path | None, progress: Progress, instead: Ins
     return ReplayResult(result, figure, round(time.perf_counter() - start, 2))
 
 
-def again_of(run: RecordedRun, instead: Instead, progress: Progress) -> Again:
+def again_of(run: RecordedRun, instead: ReplayOverrides, progress: Progress) -> ReplayedDecisions:
     """What control and guard decide this time."""
-    flight = Lockstep(run, instead) if run.live is None else LiveAgain(run, instead)
+    flight = Lockstep(run, instead) if run.live is None else LiveReplay(run, instead)
     return flight.fly(progress)
 
 
 def figures(
-    run: RecordedRun, columns: Columns, again: Again, found: Mapping[str, Difference], instead: Instead
+    run: RecordedRun,
+    columns: Columns,
+    again: ReplayedDecisions,
+    found: Mapping[str, Difference],
+    instead: ReplayOverrides,
 ) -> ReplayFigures:
     """All that is reported."""
     settings, everywhere = run.recording.settings, np.ones(len(columns), bool)
@@ -159,7 +165,9 @@ def figures(
     )
 
 
-def _draw(run: RecordedRun, columns: Columns, again: Again, found: Mapping[str, Difference], folder: Path) -> Path:
+def _draw(
+    run: RecordedRun, columns: Columns, again: ReplayedDecisions, found: Mapping[str, Difference], folder: Path
+) -> Path:
     from exograv.report.figures.replay import Series, draw  # Matplotlib: 0.4 s
     from exograv.report.style.figure_style import write_picture
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 def run_simulate_study(options: StudyOptions, work: WorkOptions, common: Common) -> "VirtualStudyResult":
     """Virtual people train, fly and are compared: what a training is worth in flight. No evidence about people."""
-    from exograv.campaigns.virtual_study.study import Work, simulate_study
+    from exograv.campaigns.virtual_study.study import StudyComputation, simulate_study
     from exograv.cli.shell.terminal import bars
 
     folder = common.out / f"simulated_study_{options.seed}" if common.out == Path("out") else common.out
@@ -24,7 +24,7 @@ def run_simulate_study(options: StudyOptions, work: WorkOptions, common: Common)
             write_json(common.json, json_value(result))
 
     with bars() as progress:
-        result = simulate_study(options, Work(**vars(work), folder=folder), progress, keep)
+        result = simulate_study(options, StudyComputation(**vars(work), folder=folder), progress, keep)
     show_study(result)
     return result
 

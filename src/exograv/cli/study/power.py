@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Assumed:
+class PowerAssumptions:
     """What is stated of the next study, and the pilot that tells the rest."""
 
     pilot: Annotated[Path | None, tyro.conf.arg(name="from")] = None
@@ -92,7 +92,7 @@ class PlannedPower:
     figure: Path
 
 
-def run_power(command: Assumed, asked: CurveOptions, price: Price, common: Common) -> PlannedPower:
+def run_power(command: PowerAssumptions, asked: CurveOptions, price: Price, common: Common) -> PlannedPower:
     """How many people the next study needs: from a pilot, or from what is stated. All spreads are of log deviation."""
     from exograv.cli.shell.terminal import bars
     from exograv.report.study_figures.power import draw
@@ -130,7 +130,7 @@ def run_power(command: Assumed, asked: CurveOptions, price: Price, common: Commo
     return shown
 
 
-def _pilot(command: Assumed, folder: Path) -> "tuple[PilotVariance, bool]":
+def _pilot(command: PowerAssumptions, folder: Path) -> "tuple[PilotVariance, bool]":
     """The pilot, and whether nobody took part in it."""
     from exograv.study.dataset.tables import read_tables
     from exograv.study.folder.columns import TOUCHES

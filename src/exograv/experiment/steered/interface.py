@@ -6,7 +6,7 @@ from typing import Any, Protocol, runtime_checkable
 from exograv.safety.modes import Event, Mode
 from exograv.sentence import SentenceText
 
-from .requests import Don
+from .requests import DonRequest
 from .view_models import MachineSnapshot, PlotTrace, SkeletonLines
 
 
@@ -59,7 +59,7 @@ class SteeredFlight(Protocol):
         """Have another share of the arm's weight felt; waits for the guard's word."""
         ...
 
-    def don(self, who: Don) -> str:
+    def don(self, who: DonRequest) -> str:
         """Begin with somebody else, or another arm; returns before that has begun."""
         ...
 

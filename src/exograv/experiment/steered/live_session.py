@@ -18,19 +18,19 @@ from exograv.loop.arm_controller import ArmController
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.runtime.control_loop.exchange import FeltLevel
-from exograv.runtime.control_loop.steering import GuardReply, GuardRequest, Leased, Pressed
+from exograv.runtime.control_loop.steering import DescentCommand, GuardReply, GuardRequest, LeaseCommand
 from exograv.runtime.recorder.recorder import Recorder
 from exograv.safety.modes import Event, Mode
 from exograv.signals import Reference
 
 from .interface import FlightMoment
-from .memory_view import Watching
+from .memory_view import FlightMemoryView
 from .options import SteeredOptions
-from .participant_keeping import Keeping
-from .participants import Donned
+from .participant_keeping import EstimateKeeper
+from .participants import RequestedParticipant
 from .prepared_machine import PreparedMachine
 from .process_state import ProcessState, points, told
-from .requests import Don
+from .requests import DonRequest
 from .sentences import say
 from .view_models import PlotTrace, SkeletonLines
 
@@ -59,7 +59,7 @@ class LiveFlight:
         place = PreparedMachine(options, options.side)
         self._places = {place.side: place}
         self._next = self._donned(place, options.participant, options.identify_s)
-        self._state, self._numbers = ProcessState(self._next, place, Keeping(self._next)), itertools.count(1)
+        self._state, self._numbers = ProcessState(self._next, place, EstimateKeeper(self._next)), itertools.count(1)
         self._answers: dict[int, str] = {}
         self._answered, self._drawing = threading.Condition(), threading.Lock()
         self._controller: ArmController | None = None
@@ -137,7 +137,7 @@ class LiveFlight:
         running = self._state.running
         if running is not None:
             with contextlib.suppress(OSError):
-                running.line.send(Pressed(next(self._numbers)))
+                running.line.send(DescentCommand(next(self._numbers)))
 
     def feel(self, gravity_level: float, ramp_s: float) -> str:
         """By the guard's word; recorded before it, as a replay needs it."""
@@ -151,7 +151,7 @@ class LiveFlight:
             state.level_asked = gravity_level
         return why
 
-    def don(self, who: Don) -> str:
+    def don(self, who: DonRequest) -> str:
         """All processes end, and others begin; another side is another machine, and calibrated first."""
         side = who.side or self._next.side
         try:
@@ -171,7 +171,7 @@ class LiveFlight:
             return
         window = None if window_left_s is None else round(1e9 * (self.now() + window_left_s))
         with contextlib.suppress(OSError):
-            running.line.send(Leased(round(1e9 * until_s), window, self._options.on_loss))
+            running.line.send(LeaseCommand(round(1e9 * until_s), window, self._options.on_loss))
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
         """To the recording, on the rig's clock."""
@@ -231,7 +231,7 @@ class LiveFlight:
                 return
             self._is_ending, who = False, self._next
             place = self._places[who.side]
-            self._state = state = ProcessState(who, place, Keeping(who))
+            self._state = state = ProcessState(who, place, EstimateKeeper(who))
             try:
                 prepared = state.place.prepared
                 state.doing = say("flight.starts")
@@ -243,10 +243,10 @@ class LiveFlight:
                 state.failure = str(error)
             state.running = None
 
-    def _donned(self, place: PreparedMachine, participant: str | None, identify_s: float) -> Donned:
+    def _donned(self, place: PreparedMachine, participant: str | None, identify_s: float) -> RequestedParticipant:
         """Somebody whose file is there needs a check only; of anybody else all is learned."""
         known = participant if participant in place.participants else None
-        return Donned(known, participant, FROM_FILE_S if known else identify_s, place.side)
+        return RequestedParticipant(known, participant, FROM_FILE_S if known else identify_s, place.side)
 
     def _free_path(self) -> Path:
         """Of the next recording: what is there is somebody's data."""
@@ -268,7 +268,7 @@ class LiveFlight:
             state.plan, state.path = plan, path
 
             def started(running: Running) -> None:
-                state.watching = stack.enter_context(contextlib.closing(Watching(recorder.inlet)))
+                state.watching = stack.enter_context(contextlib.closing(FlightMemoryView(recorder.inlet)))
                 state.begun_s, state.running = self.now(), running
                 if self._is_ending:
                     running.stop()

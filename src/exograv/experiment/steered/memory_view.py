@@ -22,7 +22,7 @@ JUDGED_TICKS = 1000
 """Of which lateness is told."""
 
 
-class Watching:
+class FlightMemoryView:
     """One flight's rings, with cursors of their own: nothing is taken from the recorder."""
 
     def __init__(self, inlet: Inlet):

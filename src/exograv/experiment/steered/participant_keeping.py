@@ -7,10 +7,10 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from exograv.errors import ExogravError
-from exograv.live.arm_worker import Judged, LearnedArm
-from exograv.runtime.control_loop.steering import Pressed
+from exograv.live.arm_worker import EstimateReport, LearnedArm
+from exograv.runtime.control_loop.steering import DescentCommand
 
-from .participants import Donned
+from .participants import RequestedParticipant
 from .sentences import say
 
 PRESSED = -1
@@ -24,14 +24,14 @@ Keep = Callable[[str | None, LearnedArm, np.ndarray], str | None]
 class Learning(Protocol):
     """As `WorkerKeeper`."""
 
-    judged: Judged | None
+    judged: EstimateReport | None
     learned: LearnedArm | None
 
 
-class Keeping:
+class EstimateKeeper:
     """Of one set of processes."""
 
-    def __init__(self, who: Donned):
+    def __init__(self, who: RequestedParticipant):
         """Nobody has been moved yet."""
         self._who, self._is_done = who, False
         self.code = who.participant
@@ -49,7 +49,7 @@ class Keeping:
             self._is_done = self.is_contradicted = True
             self.wrong = (say("flight.other_person", person=self._who.participant),)
             with contextlib.suppress(OSError):
-                send(Pressed(PRESSED))
+                send(DescentCommand(PRESSED))
         elif worker.learned is not None:
             self._is_done = True
             try:

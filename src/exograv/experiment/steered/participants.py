@@ -34,7 +34,7 @@ from exograv.storage.participant_schema import Identified, StoredParticipant, St
 
 
 @dataclass(frozen=True)
-class Donned:
+class RequestedParticipant:
     """Who is put in, as it was asked for."""
 
     participant: str | None
@@ -47,7 +47,7 @@ class Donned:
 
 
 @dataclass(frozen=True)
-class People:
+class ParticipantFiles:
     """Files of a folder that fit one machine and the person who is told to be in it."""
 
     assembly: Assembly
@@ -75,7 +75,9 @@ class People:
                 found[whole.person.code] = whole
         return found
 
-    def plan(self, who: Donned, prepared: ControllerKnowledge, seed: int, stack: contextlib.ExitStack) -> LivePlan:
+    def plan(
+        self, who: RequestedParticipant, prepared: ControllerKnowledge, seed: int, stack: contextlib.ExitStack
+    ) -> LivePlan:
         """What guard, control and worker are built from; seconds pass. A worker's memory is there as long as `stack`.
 
         Raises:

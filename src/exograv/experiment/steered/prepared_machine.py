@@ -14,7 +14,7 @@ from exograv.procedures.identification.controller_knowledge import ControllerKno
 from exograv.rig.twin.twin import PERIOD
 
 from .options import SteeredOptions
-from .participants import People
+from .participants import ParticipantFiles
 
 
 class PreparedMachine:
@@ -32,7 +32,7 @@ class PreparedMachine:
         refuse_motorless(self.description)
         connect, serial = partial(attentive_twin, self.laboratory), self.laboratory.serial
         assembly, form = self.laboratory.assembly(), self.laboratory.form
-        self.people = People(assembly, form, connect, PERIOD, serial, options.participants)
+        self.people = ParticipantFiles(assembly, form, connect, PERIOD, serial, options.participants)
         self.participants = tuple(self.people.files())
         """Codes of those who may be put in."""
         self.torque_max_Nm = tuple(limits(self.description).torque_max_Nm.tolist())
@@ -56,7 +56,7 @@ class PreparedMachine:
     def keep(
         self, prepared: ControllerKnowledge, code: str | None, learned: LearnedArm, predicted: np.ndarray
     ) -> str | None:
-        """As `People.keep`."""
+        """As `ParticipantFiles.keep`."""
         kept = self.people.keep(prepared, code, learned, predicted)
         self.participants = tuple(self.people.files())
         return kept

@@ -8,14 +8,14 @@ import numpy as np
 
 from exograv.dynamics.parameters import names_and_units
 from exograv.identification.core.interface import Outcome
-from exograv.live.arm_worker import Judged
+from exograv.live.arm_worker import EstimateReport
 from exograv.live.live_control import LivePlan
 from exograv.live.live_processes import Running
 from exograv.runtime.recorder.recorder import RecorderReport as RecorderReport
 
-from .memory_view import Watching
-from .participant_keeping import Keeping
-from .participants import Donned
+from .memory_view import FlightMemoryView
+from .participant_keeping import EstimateKeeper
+from .participants import RequestedParticipant
 from .sentences import say
 from .view_models import LearnedParameter, Learning, Point, RecordingStatus
 
@@ -33,13 +33,13 @@ SHOWN_UNITS = ("kg", "kg·m")
 class ProcessState:
     """One set of processes, as their parent's thread has said last."""
 
-    who: Donned
+    who: RequestedParticipant
     place: "PreparedMachine"
-    keeping: Keeping
+    keeping: EstimateKeeper
     doing: str = say("flight.calibrates")
     plan: LivePlan | None = None
     running: Running | None = None
-    watching: Watching | None = None
+    watching: FlightMemoryView | None = None
     path: Path | None = None
     recording: RecorderReport | None = None
     begun_s: float = 0.0
@@ -103,7 +103,7 @@ def told(row: np.void | None, joints: int) -> dict[str, Any]:
     return shown | {name: float(np.nan_to_num(row[name])) for name in ("gravity_level", "arm_share")}
 
 
-def _parameters(judged: Judged, plan: LivePlan) -> tuple[LearnedParameter, ...]:
+def _parameters(judged: EstimateReport, plan: LivePlan) -> tuple[LearnedParameter, ...]:
     rows = zip(names_and_units(plan.prepared.assembly), judged.x, judged.sd, judged.prior, judged.prior_sd, strict=True)
     return tuple(
         LearnedParameter(

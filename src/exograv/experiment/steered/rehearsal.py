@@ -9,13 +9,13 @@ from typing import Any
 
 from exograv.identification.core.interface import Outcome
 from exograv.options import Side
-from exograv.runtime.control_loop.steering import Leased, Steering
+from exograv.runtime.control_loop.steering import CommandDecisions, LeaseCommand
 from exograv.safety.guard import GRAVITY_LEVEL_S
 from exograv.safety.modes import WORN, Event, Mode, ModeMachine
 from exograv.safety.stops import StopReason
 
 from .interface import FlightMoment
-from .requests import Don
+from .requests import DonRequest
 from .sentences import say
 from .view_models import LearnedParameter, Learning, PlotTrace, Point, SkeletonLines
 
@@ -43,7 +43,7 @@ class RehearsedFlight:
         """Off, with nobody known in it."""
         self._clock, self._lock, self._t = clock, threading.RLock(), clock()
         self._begun_at, self._participants = self._t, participants
-        self._modes, self._steering = ModeMachine(), Steering()
+        self._modes, self._steering = ModeMachine(), CommandDecisions()
         self._participant: str | None = None
         self._side: Side = side
         self._is_known, self._identify_s, self._moved_s = False, 60.0, 0.0
@@ -139,7 +139,7 @@ class RehearsedFlight:
             self._level_asked = gravity_level
             return ""
 
-    def don(self, who: Don) -> str:
+    def don(self, who: DonRequest) -> str:
         """At once."""
         with self._lock:
             self._participant, self._is_known = who.participant, who.participant is not None
@@ -151,7 +151,7 @@ class RehearsedFlight:
         with self._lock:
             self._advance()
             window = None if window_left_s is None else round(1e9 * (self._t + window_left_s))
-            self._steering.lease(Leased(round(1e9 * until_s), window), round(1e9 * self._t))
+            self._steering.lease(LeaseCommand(round(1e9 * until_s), window), round(1e9 * self._t))
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
         """Keep it."""

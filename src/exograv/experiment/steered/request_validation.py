@@ -37,7 +37,7 @@ LEVEL_IN = frozenset({Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY, Mode.RAMP_IN, Mod
 
 
 @dataclass(frozen=True)
-class Standing:
+class RequestContext:
     """How things are, as far as an act depends on it."""
 
     version: int
@@ -54,7 +54,7 @@ class Standing:
     """Why no guard runs any more; then somebody can only be put in anew."""
 
 
-def why_not(kind: ActKind, s: Standing) -> str:
+def why_not(kind: ActKind, s: RequestContext) -> str:
     """Why an act of this kind would be refused now; empty where it would not."""
     if kind in ALWAYS:
         return ""
@@ -71,7 +71,7 @@ def why_not(kind: ActKind, s: Standing) -> str:
     return _out_of_place(kind, s, s.mode) or _out_of_turn(kind, s)
 
 
-def _out_of_place(kind: ActKind, s: Standing, mode: Mode) -> str:
+def _out_of_place(kind: ActKind, s: RequestContext, mode: Mode) -> str:
     if kind == "don":
         possible = mode is Mode.OFF
     elif kind == "set_level":
@@ -81,7 +81,7 @@ def _out_of_place(kind: ActKind, s: Standing, mode: Mode) -> str:
     return "" if possible else say("desk.not_possible", mode=mode.sentence)
 
 
-def _out_of_turn(kind: ActKind, s: Standing) -> str:
+def _out_of_turn(kind: ActKind, s: RequestContext) -> str:
     """Two steps before an arm is taken, and the right second one."""
     if kind in ("take_arm", "identify") and not s.is_ready:
         return say("desk.no_step_one")
@@ -95,7 +95,7 @@ def _out_of_turn(kind: ActKind, s: Standing) -> str:
     return ""
 
 
-class Reception:
+class RequestValidator:
     """Of one desk."""
 
     def __init__(self):
@@ -109,7 +109,7 @@ class Reception:
         same = before[0] == act
         return before[1] if same else Answer(id=act.id, taken=False, why=say("desk.same_id"))
 
-    def refusal(self, act: Act, now: float, s: Standing) -> str:
+    def refusal(self, act: Act, now: float, s: RequestContext) -> str:
         """Why this one is not done; empty where it may be."""
         if act.kind != "stop" and not now - LATE_S <= act.made_at_s <= now + LATE_S:
             return say("desk.late", seconds=f"{now - act.made_at_s:.1f}", allowed=f"{LATE_S:g}")

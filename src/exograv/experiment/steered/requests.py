@@ -13,7 +13,7 @@ from exograv.model.rig_settings import Settings
 from exograv.options import Side
 from exograv.sentence import SentenceText
 
-from .view_models import PlotTrace, Shown, SkeletonLines
+from .view_models import PlotTrace, SessionSnapshot, SkeletonLines
 
 LATE_S = 0.5
 """An act that is older when it arrives is refused (docs/safety.md, F33); Stop never is."""
@@ -53,17 +53,17 @@ class _Seen(_Asked):
     """An act that may set something in motion: refused unless it was asked for what is there."""
 
     seen_version: int
-    """`Shown.version` when the button was pressed."""
+    """`SessionSnapshot.version` when the button was pressed."""
 
 
-class Don(_Seen):
+class DonRequest(_Seen):
     """Somebody else is put into the machine, or another arm, while it is off: begin with a file, or nobody known."""
 
     kind: Literal["don"] = "don"
     participant: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{3,16}$")] | None = None
-    """Code of a file, one of `Shown.participants`; absent for an arm that is to be identified."""
+    """Code of a file, one of `SessionSnapshot.participants`; absent for an arm that is to be identified."""
     side: Side | None = None
-    """Whose arm: one of `Shown.sides`; as before where absent. Files are of one side."""
+    """Whose arm: one of `SessionSnapshot.sides`; as before where absent. Files are of one side."""
     identify_s: Annotated[float, Field(ge=10.0, le=600.0)] = 60.0
     """Of motion, when it is identified [s]."""
 
@@ -136,7 +136,7 @@ class Acknowledge(_Asked):
 
 
 Act = Annotated[
-    Don | MakeReady | TakeArm | Identify | GiveBack | Stop | Reset | SwitchOff | SetLevel | Note | Acknowledge,
+    DonRequest | MakeReady | TakeArm | Identify | GiveBack | Stop | Reset | SwitchOff | SetLevel | Note | Acknowledge,
     Field(discriminator="kind"),
 ]
 """Everything that may be asked for."""
@@ -165,7 +165,7 @@ class Desk(Protocol):
         """The session's monotonic clock [s]: of `made_at_s`, alarms, and `write`."""
         ...
 
-    def shown(self) -> Shown:
+    def shown(self) -> SessionSnapshot:
         """What pages show; made anew at every call, so ask some ten times a second at most."""
         ...
 

@@ -8,10 +8,10 @@ from exograv.safety.modes import Mode
 
 from .alarms import AlarmBook, Priority
 from .interface import FlightMoment, SteeredFlight
-from .request_validation import EVENTS, KINDS, Reception, Standing, why_not
-from .requests import LEASE_S, READY_S, Acknowledge, Act, Answer, Don, MakeReady, Note, SetLevel, Stop, Who
+from .request_validation import EVENTS, KINDS, RequestContext, RequestValidator, why_not
+from .requests import LEASE_S, READY_S, Acknowledge, Act, Answer, DonRequest, MakeReady, Note, SetLevel, Stop, Who
 from .sentences import say
-from .view_models import ModeName, PlotTrace, Shown, SkeletonLines
+from .view_models import ModeName, PlotTrace, SessionSnapshot, SkeletonLines
 
 RECORD_TOPIC = "/act"
 """Of what was asked for, by whom, and what became of it."""
@@ -22,7 +22,7 @@ class SessionController:
 
     def __init__(self, flight: SteeredFlight):
         self._flight, self._lock = flight, threading.Lock()
-        self._reception, self._alarms = Reception(), AlarmBook()
+        self._reception, self._alarms = RequestValidator(), AlarmBook()
         self._version, self._key = 0, ()
         self._ready_until_s: float | None = None
         self._lease_until_s: float | None = None
@@ -32,14 +32,14 @@ class SessionController:
         """As the flight's [s]."""
         return self._flight.now()
 
-    def shown(self) -> Shown:
+    def shown(self) -> SessionSnapshot:
         """One moment."""
         with self._lock:
             now, moment = self.now(), self._flight.moment()
             s = self._standing(moment, now)
-            said = {name: value for name, value in vars(moment).items() if name in Shown.model_fields}
+            said = {name: value for name, value in vars(moment).items() if name in SessionSnapshot.model_fields}
             mode: ModeName = "starting" if moment.mode is None else moment.mode.name.lower()  # pyright: ignore[reportAssignmentType]
-            return Shown(**said | {
+            return SessionSnapshot(**said | {
                 "version": s.version,
                 "t": now,
                 "mode": mode,
@@ -94,14 +94,14 @@ class SessionController:
             return ""
         if isinstance(act, SetLevel):
             return self._flight.feel(act.gravity_level, act.ramp_s)
-        if isinstance(act, Don):
+        if isinstance(act, DonRequest):
             return self._flight.don(act)
         why = self._flight.ask(EVENTS[act.kind])
         if not why:
             self._ready_until_s = now + READY_S if isinstance(act, MakeReady) else None
         return why
 
-    def _standing(self, moment: FlightMoment, now: float) -> Standing:
+    def _standing(self, moment: FlightMoment, now: float) -> RequestContext:
         """How things are; counts the version, and raises what is wrong."""
         is_leased = _left(self._lease_until_s, now) is not None
         if moment.latch is not None or not is_leased or moment.mode not in (Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY):
@@ -111,7 +111,7 @@ class SessionController:
         if key != self._key:
             self._key, self._version = key, self._version + 1
         self._look_for_alarms(moment, now, is_lost=self._lease_until_s is not None and not is_leased)
-        return Standing(
+        return RequestContext(
             self._version,
             moment.mode,
             moment.latch,

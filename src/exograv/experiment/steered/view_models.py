@@ -129,7 +129,7 @@ class MachineSnapshot(Settings):
     learning: Learning | None = None
 
 
-class Shown(MachineSnapshot):
+class SessionSnapshot(MachineSnapshot):
     """One moment of a session, as the pages show it."""
 
     version: int
@@ -153,7 +153,7 @@ class Shown(MachineSnapshot):
 
 
 class PlotTrace(Settings):
-    """Samples at 50 Hz, one list each a sample; per-joint lists in the order of `Shown.joints`."""
+    """Samples at 50 Hz, one list each a sample; per-joint lists in the order of `SessionSnapshot.joints`."""
 
     first: int
     """Number of the first sample in here."""

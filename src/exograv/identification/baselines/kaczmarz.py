@@ -10,7 +10,7 @@ from jaxtyping import Float
 from exograv.identification.core.interface import Estimate, Sample
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
 from exograv.identification.core.setting import Setting
-from exograv.identification.core.whitened_model import Unknowns, Whitened
+from exograv.identification.core.whitened_model import Unknowns, WhitenedModel
 
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"window_s": window_s, "ridge": ridge}) for window_s in (1.0, 4.0) for ridge in (1e-2, 1e-1, 1.0)
@@ -46,7 +46,7 @@ class Kaczmarz:
     name = "kaczmarz"
 
     def __init__(self, setting: Setting, window_s: float = WINDOW_S, ridge: float = RIDGE):
-        self._model, self._ridge = Whitened(setting), ridge
+        self._model, self._ridge = WhitenedModel(setting), ridge
         self._torque = setting.model
         self._rows: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=max(1, round(window_s / BATCH_PERIOD_S)))
         self._xi = np.zeros(self._model.count)

@@ -8,7 +8,7 @@ import numpy as np
 from exograv.identification.core.interface import Estimate, Sample
 from exograv.identification.core.sample_pace import DESCENT_PERIOD_S, SamplePace
 from exograv.identification.core.setting import Setting
-from exograv.identification.core.whitened_model import Whitened
+from exograv.identification.core.whitened_model import WhitenedModel
 
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"share": share}) for share in (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0)
@@ -30,7 +30,7 @@ class Nlms:
     name = "nlms"
 
     def __init__(self, setting: Setting, share: float = SHARE):
-        self._model, self._share = Whitened(setting), share
+        self._model, self._share = WhitenedModel(setting), share
         self._xi = np.zeros(self._model.count)
         self._pace, self._t = SamplePace(DESCENT_PERIOD_S), 0.0
 

@@ -10,7 +10,7 @@ from exograv.identification.core.interface import Estimate, Joints, Parameters, 
 from exograv.identification.core.physical import PhysicalProjection
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
 from exograv.identification.core.setting import Setting
-from exograv.identification.core.whitened_model import PLAUSIBLE_SD, Unknowns, Whitened
+from exograv.identification.core.whitened_model import PLAUSIBLE_SD, Unknowns, WhitenedModel
 from exograv.identification.recursive.recursive import USUAL_SCALES
 
 SAMPLES_MAX = 800
@@ -49,7 +49,7 @@ class OracleMethod:
     offline = True
 
     def __init__(self, setting: Setting):
-        self._setting, self._model = setting, Whitened(setting)
+        self._setting, self._model = setting, WhitenedModel(setting)
         self._torque = setting.model
         self._project = PhysicalProjection(setting.bodies, setting.mean)
         self._inverse = np.linalg.pinv(self._model.L)

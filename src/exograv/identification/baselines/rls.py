@@ -8,7 +8,7 @@ import numpy as np
 from exograv.identification.core.interface import Estimate, Sample
 from exograv.identification.core.sample_pace import DESCENT_PERIOD_S, SamplePace
 from exograv.identification.core.setting import Setting
-from exograv.identification.core.whitened_model import Whitened
+from exograv.identification.core.whitened_model import WhitenedModel
 
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"memory_s": memory_s, "noise_factor": noise_factor})
@@ -33,7 +33,7 @@ class RecursiveLeastSquares:
     name = "rls"
 
     def __init__(self, setting: Setting, memory_s: float = MEMORY_S, noise_factor: float = NOISE_FACTOR):
-        self._model = Whitened(setting)
+        self._model = WhitenedModel(setting)
         self._variance = noise_factor
         self._keep = float(np.exp(-DESCENT_PERIOD_S / memory_s))
         self._xi, self._P = np.zeros(self._model.count), np.eye(self._model.count)

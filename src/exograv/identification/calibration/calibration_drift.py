@@ -25,7 +25,7 @@ Joints = Float[np.ndarray, " joint"]
 
 
 @dataclass(frozen=True)
-class Changed:
+class CalibrationChange:
     """What a machine is now against its calibration; each with its standard deviation."""
 
     scale: Joints
@@ -44,7 +44,7 @@ class Changed:
     """What is left of the torque, as standard deviation [N·m]."""
 
 
-def weigh_again(description: RigDescription, tree: Tree, sweeps: Sweeps, before: Calibration) -> Changed:
+def weigh_again(description: RigDescription, tree: Tree, sweeps: Sweeps, before: Calibration) -> CalibrationChange:
     """Fit what may have changed to the motion of the empty machine; `tree` as in the calibration."""
     model = EmptyMachine(description, tree)
     prior = as_it_was(description, model.prior, before)
@@ -56,7 +56,7 @@ def weigh_again(description: RigDescription, tree: Tree, sweeps: Sweeps, before:
     value, sd = fit.theta, fit.sd
     gain, offset, bias = (layout.of(name) for name in ("inverse_gain", "offset", "asymmetry"))
     scale = known / value[gain]
-    return Changed(
+    return CalibrationChange(
         scale=scale,
         scale_sd=scale * sd[gain] / np.abs(value[gain]),
         offset=value[offset] - before.offset,

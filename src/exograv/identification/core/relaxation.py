@@ -12,7 +12,7 @@ SHARE_SD = 0.3
 """Of that part, against the elasticity that stays [-]: project ranges reach from none to a half."""
 
 
-class Relaxing:
+class RelaxationModel:
     """`TorqueModel` of an arm with one more parameter a spring, behind all others: its fast stiffness [N·m/rad].
 
     Without it what fades within a second is learned as damping and as stiffness, the surer the longer the motion: on

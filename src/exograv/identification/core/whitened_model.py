@@ -14,7 +14,7 @@ far from any person's the arm would fall out of its cuffs."""
 Unknowns = Float[np.ndarray, " unknown"]
 
 
-class Whitened:
+class WhitenedModel:
     """Parameters x = mean + L ξ with ξ ~ N(0, 1): the scale in which a step, a norm or a projection means something.
 
     Kilograms, metres and newton-metres per radian have no common length; a method that steps along a gradient or

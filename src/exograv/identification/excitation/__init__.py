@@ -1,7 +1,7 @@
 """Motions that tell most about an arm: designed once for a machine, or piece by piece from what is known by now."""
 
 from .adaptive import PIECE_S as PIECE_S
-from .adaptive import Piece as Piece
+from .adaptive import MotionPiece as MotionPiece
 from .adaptive import Planner as Planner
 from .basis import Basis as Basis
 from .basis import forth_and_back as forth_and_back

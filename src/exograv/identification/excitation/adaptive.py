@@ -16,7 +16,7 @@ from .basis import Coefficients, piece
 from .information import LeftOverCriterion, SeenMotion, Statistics
 from .limits import MotionLimits
 from .optimiser import solve
-from .problem import Problem
+from .problem import MotionProblem
 from .regressor import along
 
 PIECE_S = 10.0
@@ -28,7 +28,7 @@ START_SD = 0.3  # rad
 
 
 @dataclass(frozen=True)
-class Piece:
+class MotionPiece:
     """Ten seconds from rest to rest at the same posture, forth and back."""
 
     path: Trajectory
@@ -66,7 +66,7 @@ class Planner:
         dt: float,
         seed: int,
         under_way: Trajectory | None = None,
-    ) -> Piece:
+    ) -> MotionPiece:
         """The piece that tells most now.
 
         Args:
@@ -81,7 +81,7 @@ class Planner:
             covariance = self.after(covariance, under_way, x)
         problem = self._problem(covariance, posture, x)
         best = solve(problem, self._best_of_library(problem, seed), POLISH_ITERATIONS, np.inf)
-        return Piece(self._basis.trajectory(best, self._basis.period_s, dt), problem.value(best))
+        return MotionPiece(self._basis.trajectory(best, self._basis.period_s, dt), problem.value(best))
 
     def after(self, covariance: Covariance, path: Trajectory, x: Parameters) -> Covariance:
         """What the covariance of all parameters will be once `path` is over."""
@@ -93,11 +93,13 @@ class Planner:
         P, root = np.linalg.inv(F), problem.criterion.root
         return root @ (P + P @ B @ P) @ root.T
 
-    def _problem(self, covariance: Covariance, posture: Float[np.ndarray, " joint"], x: Parameters) -> Problem:
+    def _problem(self, covariance: Covariance, posture: Float[np.ndarray, " joint"], x: Parameters) -> MotionProblem:
         criterion = LeftOverCriterion(self._prediction, covariance, self._places)
-        return Problem(self._basis, self._limits, self._model, x, self._statistics, criterion, (1.0,), posture, SAMPLES)
+        return MotionProblem(
+            self._basis, self._limits, self._model, x, self._statistics, criterion, (1.0,), posture, SAMPLES
+        )
 
-    def _best_of_library(self, problem: Problem, seed: int) -> Coefficients:
+    def _best_of_library(self, problem: MotionProblem, seed: int) -> Coefficients:
         generator = np.random.default_rng(seed)
         drawn = [problem.squeezed(START_SD * generator.standard_normal(problem.shape)) for _ in range(LIBRARY)]
         return problem.fitted(min(drawn, key=problem.value))

@@ -18,7 +18,7 @@ from .forecast import Forecast
 from .information import Criterion, DeterminantCriterion, LeftOverCriterion, Statistics
 from .limits import MotionLimits
 from .optimiser import solve
-from .problem import Problem
+from .problem import MotionProblem
 from .standard import standard_basis
 
 HORIZONS_S = (20.0, 60.0)
@@ -101,14 +101,14 @@ class Designer:
         bases = (harmonic(period_s, harmonics), forth_and_back(period_s, harmonics))
         return [(bases[k % 2], self.random_start(bases[k % 2], generator)) for k in range(count)]
 
-    def _problem(self, basis: Basis, criterion: Criterion, *, is_white: bool = False) -> Problem:
+    def _problem(self, basis: Basis, criterion: Criterion, *, is_white: bool = False) -> MotionProblem:
         passes = tuple(horizon / basis.period_s for horizon in HORIZONS_S)
         statistics = self.statistics
         if is_white:
             none = np.zeros_like(statistics.white)
             statistics = Statistics(statistics.white, none, none)
         samples = max(round(basis.period_s / SAMPLE_S), 8 * basis.harmonics)
-        return Problem(
+        return MotionProblem(
             basis, self.limits, self.model, self._mean, statistics, criterion, passes, samples=samples
         )  # fmt: skip
 

@@ -23,7 +23,7 @@ from exograv.identification.core.prior import disturbance_sd
 from exograv.identification.core.square_root import square_root
 from exograv.model.rig_settings import Place
 
-from .regressor import Along
+from .regressor import RegressorTrajectory
 
 Joints = Float[np.ndarray, " joint"]
 NORM = 6.0
@@ -110,7 +110,7 @@ class SeenMotion:
 
     criterion: Criterion
     statistics: Statistics
-    along: Along
+    along: RegressorTrajectory
     q: Float[np.ndarray, "sample joint"]
     dt: float
     """Between samples [s]."""

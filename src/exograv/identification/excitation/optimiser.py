@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .basis import Coefficients
-from .problem import Problem
+from .problem import MotionProblem
 
 ARM_EVERY = 2
 """Comfort and torque are held at every so many-th sample; they change slowly."""
@@ -22,7 +22,7 @@ SHARES = (1.0, 0.7, 0.4, 0.2)
 Vector = Float[np.ndarray, " coefficient"]
 
 
-def solve(problem: Problem, start: Coefficients, iterations: int, seconds: float) -> Coefficients:
+def solve(problem: MotionProblem, start: Coefficients, iterations: int, seconds: float) -> Coefficients:
     """IPOPT from `start`, which keeps the limits; never worse than that, and within the limits too.
 
     Args:
@@ -67,7 +67,7 @@ def _options(iterations: int, seconds: float) -> dict[str, Any]:
     }
 
 
-def _linear_limits(problem: Problem, coefficients: ca.MX) -> tuple[ca.MX, Vector]:
+def _linear_limits(problem: MotionProblem, coefficients: ca.MX) -> tuple[ca.MX, Vector]:
     """Posture about the middle of its range, speed and acceleration on the grid, and their bounds."""
     tables, overshoot = problem.grid()
     limits = problem.limits
@@ -83,7 +83,7 @@ def _linear_limits(problem: Problem, coefficients: ca.MX) -> tuple[ca.MX, Vector
 class _Evaluation(ca.Callback):
     """Figure of merit, the arm's angles and the torque, for IPOPT, with their slopes."""
 
-    def __init__(self, problem: Problem):
+    def __init__(self, problem: MotionProblem):
         ca.Callback.__init__(self)
         self._problem = problem
         self._n = int(np.prod(problem.shape))

@@ -13,7 +13,7 @@ from exograv.identification.core.interface import Parameters
 from .basis import Basis, Coefficients
 from .information import Criterion, SeenMotion, Statistics
 from .limits import MotionLimits
-from .regressor import Along, along
+from .regressor import RegressorTrajectory, along
 
 SAMPLES = 80
 """Of one period: 0.25 s of 20, three within the shortest thing that moves."""
@@ -23,7 +23,7 @@ GRID_PER_HARMONIC = 16
 
 
 @dataclass(frozen=True)
-class Problem:
+class MotionProblem:
     """What is asked of a motion."""
 
     basis: Basis
@@ -55,17 +55,17 @@ class Problem:
         tables = self.basis.tables(np.arange(points) * self.basis.period_s / points)
         return list(tables), self.basis.overshoot(points)
 
-    def follow(self, coefficients: Coefficients, *, slopes: bool) -> Along:
+    def follow(self, coefficients: Coefficients, *, slopes: bool) -> RegressorTrajectory:
         """The motion as the model sees it."""
         q, v, a = (table @ coefficients for table in self.tables())
         return along(self.model, self.x, q, v, a, slopes=slopes)
 
-    def value(self, coefficients: Coefficients, seen: Along | None = None) -> float:
+    def value(self, coefficients: Coefficients, seen: RegressorTrajectory | None = None) -> float:
         """The figure of merit."""
         seen = self.follow(coefficients, slopes=False) if seen is None else seen
         return float(np.mean([self._seen(coefficients, seen).merit(passes)[0] for passes in self.passes]))
 
-    def slope(self, coefficients: Coefficients, seen: Along) -> tuple[float, Coefficients]:
+    def slope(self, coefficients: Coefficients, seen: RegressorTrajectory) -> tuple[float, Coefficients]:
         """The figure of merit and its slope by the coefficients."""
         tables = self.tables()
         n, total, by_motion = self.model.n_joints, 0.0, np.zeros((self.samples, 3, self.model.n_joints))
@@ -119,7 +119,7 @@ class Problem:
             fitted[0] += np.maximum(limits.lower - low, 0.0) - np.maximum(high - limits.upper, 0.0)
         return fitted
 
-    def _seen(self, coefficients: Coefficients, seen: Along) -> SeenMotion:
+    def _seen(self, coefficients: Coefficients, seen: RegressorTrajectory) -> SeenMotion:
         return SeenMotion(self.criterion, self.statistics, seen, self.tables()[0] @ coefficients, self.dt)
 
     def tables(self) -> tuple[Any, Any, Any]:

@@ -16,7 +16,7 @@ Series = Float[np.ndarray, "sample joint"]
 
 
 @dataclass(frozen=True)
-class Along:
+class RegressorTrajectory:
     """A motion as the model sees it; slopes follow (q, v, a), 3 · joint entries."""
 
     H: Float[np.ndarray, "sample joint parameter"]
@@ -39,7 +39,9 @@ class Along:
     z_by: Float[np.ndarray, "sample direction freedom"]
 
 
-def along(model: ArmModel, x: Parameters, q: Series, v: Series, a: Series, *, slopes: bool = True) -> Along:
+def along(
+    model: ArmModel, x: Parameters, q: Series, v: Series, a: Series, *, slopes: bool = True
+) -> RegressorTrajectory:
     """Follow a motion at parameters `x`; slopes by differences, since the closed posture has no expression."""
     model.restart()
     motion, directions = np.concatenate([q, v, a], axis=1), 3 * q.shape[1] if slopes else 0
@@ -62,7 +64,7 @@ def along(model: ArmModel, x: Parameters, q: Series, v: Series, a: Series, *, sl
     H_all, tau_all, z_all, direction_sd = (np.array(column) for column in (H, tau, z, sd))
     by = [(whole[:, 1:] - whole[:, :1]) / STEP for whole in (H_all, tau_all, z_all)]
     slope = -2.0 * direction_sd * np.tanh(v / SLOW_V) / SLOW_V
-    return Along(H_all[:, 0], tau_all[:, 0], z_all[:, 0], direction_sd, slope, *by)
+    return RegressorTrajectory(H_all[:, 0], tau_all[:, 0], z_all[:, 0], direction_sd, slope, *by)
 
 
 def _steps_between(q: Float[np.ndarray, " joint"], goal: Float[np.ndarray, " joint"]) -> Float[np.ndarray, " step"]:

@@ -29,14 +29,16 @@ Each = Float[np.ndarray, "sample joint"]
 
 
 @dataclass(frozen=True)
-class Unexplained:
+class UnexplainedTorque:
     """What no belief about the arm has to explain."""
 
     noise: Noise
     discrepancy: Discrepancy | None
 
 
-def log_odds(one: Belief, other: Belief, samples: Sequence[Sample], model: TorqueModel, rest: Unexplained) -> float:
+def log_odds(
+    one: Belief, other: Belief, samples: Sequence[Sample], model: TorqueModel, rest: UnexplainedTorque
+) -> float:
     """Logarithm of how much more likely `one` made these samples beforehand than `other`, at any size of unrest.
 
     A burst of muscle that neither belief explains would speak for the one that happens to lean its way, and the
@@ -66,7 +68,7 @@ class _Evidence:
 
 
 def _evidence(
-    belief: Belief, samples: Sequence[Sample], model: TorqueModel, rest: Unexplained, noise_sd: Each
+    belief: Belief, samples: Sequence[Sample], model: TorqueModel, rest: UnexplainedTorque, noise_sd: Each
 ) -> _Evidence:
     """How likely a belief made the samples, over all sizes of the wearer's unrest."""
     mean, covariance = belief
@@ -119,7 +121,7 @@ def _stacked(
 
 
 def _unexplained(
-    samples: Sequence[Sample], rest: Unexplained, noise_sd: Each
+    samples: Sequence[Sample], rest: UnexplainedTorque, noise_sd: Each
 ) -> tuple[Float[np.ndarray, "measurement measurement"], Float[np.ndarray, "measurement measurement"]]:
     """Covariance of what else is in the torques: of known size, and the unrest for each size of one."""
     known = np.diag(noise_sd.ravel() ** 2)

@@ -16,7 +16,7 @@ from exograv.procedures.rehabilitation.assist.participant_record import (
     opened,
     read_assist,
 )
-from exograv.procedures.rehabilitation.assist.words import Words
+from exograv.procedures.rehabilitation.assist.words import AssistTexts
 from exograv.recording import RecordingWriter
 from exograv.results import MERGED, json_value
 from exograv.task.assist_as_needed import next_session
@@ -66,7 +66,9 @@ def assist_file(options: AssistOptions, folder: Path) -> Path:
     return folder / f"assist_{options.participant}.json"
 
 
-def run_assist(options: AssistOptions, folder: Path, words: Words, told: Told, progress: Progress) -> AssistResult:
+def run_assist(
+    options: AssistOptions, folder: Path, words: AssistTexts, told: Told, progress: Progress
+) -> AssistResult:
     """One session, or what is left of it; the page is written however it ends.
 
     Args:

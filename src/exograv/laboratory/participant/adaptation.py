@@ -16,7 +16,7 @@ SMITH = "Smith, Ghazizadeh & Shadmehr (2006), PLoS Biology 4:e179; other code ha
 
 
 @dataclass(frozen=True)
-class Rates:
+class AdaptationRates:
     """What a touch changes, and what stays."""
 
     fast_keeps: float = constant(0.59, "-", "unverified", SMITH, 0.4, 0.92)
@@ -43,7 +43,7 @@ CONTEXTS = tuple(k / 8.0 for k in range(17))
 class Adaptation:
     """What one person expects of gravity."""
 
-    def __init__(self, rates: Rates, random: np.random.Generator):
+    def __init__(self, rates: AdaptationRates, random: np.random.Generator):
         """Nothing is known but Earth."""
         self._rates, self._random = rates, random
         self._fast = 0.0

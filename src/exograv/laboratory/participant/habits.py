@@ -11,7 +11,7 @@ from exograv.laboratory.movements import REACH_S
 from exograv.rig.twin.behaviour.acting_wearer import Nerves
 from exograv.rig.twin.disturbances.constant import Constant, constant, constants_of
 
-from .adaptation import Rates
+from .adaptation import AdaptationRates
 
 MOST = {
     "trusts_felt": 0.99,  # at 1 nothing seen changes what is expected, and learning divides by the rest
@@ -69,7 +69,7 @@ class Habits:
     )  # fmt: skip
     """By which the target appears higher for each g of gravity beyond Earth's where the head is (elevator illusion)."""
 
-    rates: Rates = field(default_factory=Rates)
+    rates: AdaptationRates = field(default_factory=AdaptationRates)
     """Of what is learned about the own weight, from deviations that are seen."""
 
     nerves: Nerves = field(default_factory=Nerves)

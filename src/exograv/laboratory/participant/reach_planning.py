@@ -5,7 +5,7 @@ from jaxtyping import Float
 
 from exograv import motion
 from exograv.motion import Trajectory
-from exograv.rig.twin.behaviour.internal_model import OwnArm
+from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics
 from exograv.rig.twin.world.surroundings import Surroundings
 
 from .habits import Habits
@@ -20,10 +20,12 @@ POSTURE_WEIGHT = 0.03
 """Of an unusual posture [1/rad] against a finger that is off [1/m]: 10° for 2 mm."""
 
 
-class Ways:
+class ReachPaths:
     """Of one person before one screen."""
 
-    def __init__(self, own: OwnArm, surroundings: Surroundings, usual: PerFreedom, habits: Habits, period_s: float):
+    def __init__(
+        self, own: ArmInverseDynamics, surroundings: Surroundings, usual: PerFreedom, habits: Habits, period_s: float
+    ):
         """`usual` is the posture [rad] in which the person likes to touch the screen."""
         self._own, self._surroundings, self._usual = own, surroundings, usual
         self._habits, self._dt = habits, period_s

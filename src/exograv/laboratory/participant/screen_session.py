@@ -17,7 +17,7 @@ from exograv.task.run import TaskRun
 from exograv.task.task_settings import TargetSettings
 
 from .interface import Participant
-from .touch_panel import Panel
+from .touch_panel import TouchPanel
 from .touch_screen import SimulatedRoom
 
 EventSource = Callable[[float], Iterable[Event]]
@@ -93,7 +93,7 @@ class ScreenSeat:
     ):
         """Nothing has been touched; `seed` draws the delays of the panel."""
         self._twin, self._participant = twin, participant
-        self._panel = Panel(room, target, np.random.default_rng([seed, 32]), page)
+        self._panel = TouchPanel(room, target, np.random.default_rng([seed, 32]), page)
 
     def session(self, run: TaskRun, *others: EventSource) -> ScreenSession:
         """Session of this participant; `others` are asked after the panel."""

@@ -17,7 +17,7 @@ LIFT_S = 0.05
 OnScreen = Float[np.ndarray, " 2"]
 
 
-class Panel:
+class TouchPanel:
     """Contacts of a finger, and the reports of them that have not arrived yet."""
 
     def __init__(self, room: SimulatedRoom, target: TargetSettings, random: np.random.Generator, page: str):

@@ -16,15 +16,15 @@ from exograv import motion
 from exograv.laboratory.movements import REST_DEG, TARGET_DEG
 from exograv.motion import Trajectory
 from exograv.rig.twin.behaviour.acting_wearer import ActingWearer, Physiology, usual_physiology
-from exograv.rig.twin.behaviour.internal_model import OwnArm
-from exograv.rig.twin.disturbances.ornstein_uhlenbeck import BLOCK, Wander
+from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics
+from exograv.rig.twin.disturbances.ornstein_uhlenbeck import BLOCK, OrnsteinUhlenbeck
 from exograv.rig.twin.world.surroundings import Surroundings
 from exograv.storage.session_checkpoint import LearnedState
 from exograv.task.picture import ParticipantPicture
 
 from .adaptation import Adaptation
 from .habits import Habits
-from .reach_planning import Ways
+from .reach_planning import ReachPaths
 
 PerFreedom = Float[np.ndarray, " arm"]
 OnScreen = Float[np.ndarray, " 2"]
@@ -33,7 +33,7 @@ TABLE_S = 0.02
 """Between two moments for which it is worked out what a movement needs."""
 
 
-class Doing(enum.Enum):
+class Activity(enum.Enum):
     """What the participant does."""
 
     LYING = "the arm lies on its support, relaxed"
@@ -47,7 +47,7 @@ class PointingPerson:
 
     def __init__(
         self,
-        own: OwnArm,
+        own: ArmInverseDynamics,
         worn_inertia: Float[np.ndarray, "arm arm"],
         surroundings: Surroundings,
         target: OnScreen,
@@ -85,12 +85,12 @@ class PointingPerson:
         self.begin_day(0)
         self._effort, self._effort_follows = np.zeros(freedoms), 1.0 - np.exp(-period_s / self.habits.effort_s)
         self._relaxed = np.zeros(freedoms)
-        self.doing, self._tension = Doing.LYING, 0.0
+        self.doing, self._tension = Activity.LYING, 0.0
         self._aim_off, self._depth, self._is_felt = np.zeros(2), self.habits.depth_m, False
         self._shift = self._shift_per_level()
         # Off the support: an arm that lies half on it would feel lighter than it is.
         above = own.fingertip(self._rest) + np.array([0.0, 0.0, self.habits.lift_m])
-        self._ways = Ways(own, surroundings, self._usual, self.habits, period_s)
+        self._ways = ReachPaths(own, surroundings, self._usual, self.habits, period_s)
         self._rest = self._ways.reached(above, self._rest, self._rest, 8)
         self._interval_s, self._begins, self._ends = self.habits.interval_s, np.inf, np.inf
         self._began, self._takes_s = 0.0, self.habits.reach_s
@@ -105,8 +105,8 @@ class PointingPerson:
         habits, each = self.habits, np.ones(len(self._bias))
         # Of each kind its own: whoever does something more often is not another person for it.
         felt, noise, self._random, contexts = (np.random.default_rng([self._seed, 31, k, day]) for k in range(1, 5))
-        self._felt = Wander(np.deg2rad(habits.felt_sd_deg) * each, habits.felt_s, self._dt, felt)
-        self._noise = Wander(habits.motor_noise * each, habits.motor_noise_s, self._dt, noise)
+        self._felt = OrnsteinUhlenbeck(np.deg2rad(habits.felt_sd_deg) * each, habits.felt_s, self._dt, felt)
+        self._noise = OrnsteinUhlenbeck(habits.motor_noise * each, habits.motor_noise_s, self._dt, noise)
         self.adaptation = Adaptation(habits.rates, contexts)
         self._draw()
 
@@ -118,7 +118,7 @@ class PointingPerson:
             self._is_first = True  # nobody waits for the pace before the first touch
             self._is_felt = False
             self._aim_off = self.habits.keeps_aim * self._aim_off
-            self._begins = t + self.habits.reaction_s + (self.habits.full_s if self.doing is Doing.LYING else 0.0)
+            self._begins = t + self.habits.reaction_s + (self.habits.full_s if self.doing is Activity.LYING else 0.0)
         self._is_task = is_task
         comes = (
             picture.screen == "rest" and picture.countdown_s is not None and picture.countdown_s < self.habits.ready_s
@@ -130,7 +130,7 @@ class PointingPerson:
 
     def touched(self, t: float, off: OnScreen | None) -> None:
         """Learn from what was seen and what was held against; the next touch is timed from this one."""
-        if self.doing is not Doing.REACHING or self._contact is not None:
+        if self.doing is not Activity.REACHING or self._contact is not None:
             return
         habits = self.habits
         self._contact = t
@@ -144,7 +144,7 @@ class PointingPerson:
         self._takes_s += 0.5 * (t - self._began - self._takes_s)
         self._begins = t + max(self._interval_s * missed_by - self._takes_s, 0.0)
         # What pushes now goes on pushing: a finger that gave way at once would bounce.
-        self._want(t, Doing.REACHING, motion.hold(self._q_felt + self._muscles.error, habits.touch_s, self._dt))
+        self._want(t, Activity.REACHING, motion.hold(self._q_felt + self._muscles.error, habits.touch_s, self._dt))
         self._ends = t + habits.touch_s
 
     def _learn(self, seen: OnScreen) -> None:
@@ -160,7 +160,7 @@ class PointingPerson:
     @property
     def is_under_way(self) -> bool:
         """Whether the next contact is the touch that is meant."""
-        return self.doing is Doing.REACHING and self._contact is None
+        return self.doing is Activity.REACHING and self._contact is None
 
     @property
     def gravity_expected(self) -> float:
@@ -188,7 +188,7 @@ class PointingPerson:
         self._decide(t, q_arm)
         change = self._dt / self.habits.full_s
         self._tension = (
-            max(self._tension - change, 0.0) if self.doing is Doing.LYING else min(self._tension + change, 1.0)
+            max(self._tension - change, 0.0) if self.doing is Activity.LYING else min(self._tension + change, 1.0)
         )
         if self._tension == 0.0:
             return self._relaxed
@@ -206,25 +206,27 @@ class PointingPerson:
 
     def _decide(self, t: float, q_arm: PerFreedom) -> None:
         doing = self.doing
-        if doing is Doing.LYING and self._is_awaited:
+        if doing is Activity.LYING and self._is_awaited:
             self._muscles.hold = np.zeros_like(self._muscles.hold)
             self._want(
-                t, Doing.READY, motion.go_to(q_arm + self._offs[min(self._row, BLOCK - 1)], self._rest, 0.6, self._dt)
+                t,
+                Activity.READY,
+                motion.go_to(q_arm + self._offs[min(self._row, BLOCK - 1)], self._rest, 0.6, self._dt),
             )
-        elif doing is Doing.READY and t >= self._begins and self._left_s > self._takes_s:
+        elif doing is Activity.READY and t >= self._begins and self._left_s > self._takes_s:
             self._feel()
             self._begins, self._began, self._contact = np.inf, t, None
-            self._want(t, Doing.REACHING, self._way_to_target())
+            self._want(t, Activity.REACHING, self._way_to_target())
             self._ends = t + self.habits.reach_s + 2.0 * self.habits.touch_s
-        elif doing is Doing.REACHING and t >= self._ends:
+        elif doing is Activity.REACHING and t >= self._ends:
             if self._contact is None:
                 self._depth, self._begins = self._depth + 0.01, t + self.habits.reach_s
-            self._want(t, Doing.RETURNING, motion.backwards(self._ways.to_screen(self._rest, self._wants)))
+            self._want(t, Activity.RETURNING, motion.backwards(self._ways.to_screen(self._rest, self._wants)))
             self._ends = t + self.habits.reach_s
-        elif doing is Doing.RETURNING and t >= self._ends:
-            self.doing = Doing.READY
-        elif doing is Doing.READY and not self._is_awaited:
-            self.doing = Doing.LYING
+        elif doing is Activity.RETURNING and t >= self._ends:
+            self.doing = Activity.READY
+        elif doing is Activity.READY and not self._is_awaited:
+            self.doing = Activity.LYING
 
     def _way_to_target(self) -> Trajectory:
         believed = self._target + self._seen_higher() + self._aim_off
@@ -246,7 +248,7 @@ class PointingPerson:
         # What is no weight is held against as before; the weight is anticipated from now on, as far as it is trusted.
         self._muscles.hold = felt - share * weight
 
-    def _want(self, t: float, doing: Doing, path: Trajectory) -> None:
+    def _want(self, t: float, doing: Activity, path: Trajectory) -> None:
         self.doing, self._wants = doing, path.q[-1]
         is_moving = path.v.any()
         every = max(1, round(TABLE_S / self._dt)) if is_moving else len(path)

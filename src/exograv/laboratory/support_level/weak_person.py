@@ -15,7 +15,7 @@ from exograv.laboratory.movements import REST_DEG, TARGET_DEG
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.motion import Trajectory
 from exograv.rig.twin import Twin
-from exograv.rig.twin.behaviour.internal_model import OwnArm
+from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics
 from exograv.rig.twin.behaviour.weakness import Weakness, WeakWearer
 
 MOVE_S = 2.0
@@ -38,7 +38,7 @@ Place = Float[np.ndarray, " 3"]
 class BodyKnowledge:
     """What somebody knows of the own arm and of the machine they are used to; made once a person."""
 
-    own: OwnArm
+    own: ArmInverseDynamics
     worn_inertia: Float[np.ndarray, "arm arm"]
     lower: PerFreedom
     upper: PerFreedom

@@ -54,7 +54,7 @@ class Columns:
 
 
 @dataclass
-class Again:
+class ReplayedDecisions:
     """What control and guard decided this time, a row a tick; NaN where they did not."""
 
     tau_desired: Torques
@@ -75,7 +75,7 @@ class Again:
     """What control answered otherwise than in the run."""
 
     @classmethod
-    def of(cls, ticks: int, joints: int) -> "Again":
+    def of(cls, ticks: int, joints: int) -> "ReplayedDecisions":
         """Nothing yet."""
         nothing = np.full((ticks, joints), np.nan)
         known = np.ones((3, ticks), bool)

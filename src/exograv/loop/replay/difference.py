@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 
 from exograv.safety.guard import SafeState
 
-from .columns import Again, Columns, Torques
+from .columns import Columns, ReplayedDecisions, Torques
 
 RESOLUTION_NM = 1e-6
 """Up to which two torques are the same decision [N·m]: a thousandth of what a current sensor tells, and far above the
@@ -72,7 +72,7 @@ class Difference:
         return TorqueDifference(*([float(f"{value:.4g}") for value in column] for column in columns))
 
 
-def differences(columns: Columns, again: Again) -> Mapping[str, Difference]:
+def differences(columns: Columns, again: ReplayedDecisions) -> Mapping[str, Difference]:
     """Of desired and of commanded torque, where the memory behind them is that of the run."""
     comparable = {
         "tau_desired": again.is_rebuilt & again.knows_control,

@@ -16,7 +16,7 @@ from exograv.safety.guard import Guard, SafeState
 from exograv.safety.person import GuardedPerson, PersonLimits
 from exograv.signals import JointState
 
-from .columns import Again, Columns
+from .columns import Columns, ReplayedDecisions
 
 SETTLED_S = 0.5
 """After a gap, in which filters that began anew do not yet agree with those of the run [s]: the observer needs 50 ms,
@@ -99,7 +99,7 @@ class GuardReplay:
         self._settles_at = columns.t[k] + SETTLED_S
         self._is_blind = True
 
-    def take(self, k: int, columns: Columns, control: AnsweringControl, again: Again) -> Decision:
+    def take(self, k: int, columns: Columns, control: AnsweringControl, again: ReplayedDecisions) -> Decision:
         """One step, after what was done to the guard since the last one."""
         if self._is_blind and columns.safe_state[k] <= SafeState.BRIDGE + 1:
             # A latch that was found after a gap is over; what the guard held before it is unknown.

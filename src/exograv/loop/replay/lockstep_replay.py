@@ -21,24 +21,24 @@ from exograv.loop.replay_log import read_actuators, read_machine, read_person
 from exograv.recording.fields import Message
 from exograv.signals import Reference
 
-from .columns import Again, Columns, each_tick
+from .columns import Columns, ReplayedDecisions, each_tick
 from .guard_replay import SETTLED_S, GuardReplay
 from .recorded_run import RecordedRun, readable
-from .what_if import Instead
+from .what_if import ReplayOverrides
 
 
 class Lockstep:
     """Flies the ticks of one recording."""
 
-    def __init__(self, recorded: RecordedRun, instead: Instead):
+    def __init__(self, recorded: RecordedRun, instead: ReplayOverrides):
         self._recorded, self._instead = recorded, instead
         self._columns = Columns(recorded.recording.ticks)
         self._lost = recorded.gaps.tolist()
-        self._again = Again.of(len(self._columns), len(recorded.recording.joints))
+        self._again = ReplayedDecisions.of(len(self._columns), len(recorded.recording.joints))
         self._told = 0
         self._pilot: _Pilot | None = None
 
-    def fly(self, progress: Progress) -> Again:
+    def fly(self, progress: Progress) -> ReplayedDecisions:
         """All ticks, or those before the first that cannot be flown.
 
         Raises:
@@ -78,8 +78,13 @@ class _Pilot:
     """One machine with its guard and its observer, and whoever flies it."""
 
     def __init__(
-        self, recorded: RecordedRun, instead: Instead, columns: Columns, again: Again, message: Message
-    ):  # fmt: skip
+        self,
+        recorded: RecordedRun,
+        instead: ReplayOverrides,
+        columns: Columns,
+        again: ReplayedDecisions,
+        message: Message,
+    ):
         self._recorded, self._instead, self._columns, self._again = recorded, instead, columns, again
         self._period_s, joints = message["period_s"], len(recorded.recording.joints)
         actuators, is_other = read_actuators(message["actuators"]), instead.is_anything

@@ -8,12 +8,12 @@ from exograv.loop.replay_log import versions
 from exograv.model.description import load_rig
 from exograv.results import json_value
 
-from .columns import Again
+from .columns import ReplayedDecisions
 from .recorded_run import RecordedRun
-from .what_if import Instead
+from .what_if import ReplayOverrides
 
 
-def circumstances(recorded: RecordedRun, again: Again, instead: Instead) -> list[str]:
+def circumstances(recorded: RecordedRun, again: ReplayedDecisions, instead: ReplayOverrides) -> list[str]:
     """Sentences about all that is not as it was in the run, whether the torques differ or not."""
     remark = recorded.recording.remark
     found = [] if remark is None else [f"{remark} What is before was replayed."]
@@ -40,7 +40,7 @@ def other_versions(then: Mapping[str, Any], now: Mapping[str, str]) -> list[str]
     return found
 
 
-def _substituted(instead: Instead) -> list[str]:
+def _substituted(instead: ReplayOverrides) -> list[str]:
     return [
         f"{value} took the place of the recorded {name.replace('_', ' ')}."
         for name, value in json_value(instead).items()

@@ -18,13 +18,13 @@ from .options import InsteadOptions
 
 
 @dataclass(frozen=True)
-class Instead(InsteadOptions):
+class ReplayOverrides(InsteadOptions):
     """What takes the place of what was recorded; the recorded where absent."""
 
     @property
     def is_anything(self) -> bool:
         """Whether this is another run than the recorded one."""
-        return self != Instead()
+        return self != ReplayOverrides()
 
     @property
     def arm_is_other(self) -> bool:
@@ -87,4 +87,4 @@ class Instead(InsteadOptions):
         return read_participant(self.person) if self.person is not None else None
 
 
-AS_RECORDED = Instead()
+AS_RECORDED = ReplayOverrides()

@@ -15,7 +15,7 @@ from exograv.loop.pilot import Pilot, Progress, TickSample
 from exograv.model.description import JointSweep, RigDescription
 from exograv.model.tree import Tree
 from exograv.motion import go_to, hold
-from exograv.procedures.calibration.breakaway_test import Nudger
+from exograv.procedures.calibration.breakaway_test import BreakawayTester
 from exograv.procedures.calibration.calibrate import CHECK_WAY, SLOW, to_and_fro
 from exograv.procedures.calibration.empty_run import EmptyRun
 from exograv.procedures.self_test.recording_rig import PoweredRecordingRig
@@ -109,7 +109,7 @@ class PoweredSteps:
     def nudges(self) -> list[Step]:
         """Each joint is pushed until it moves, no harder than friction asks for: along the push, and it alone."""
         self.begin()
-        friction = Nudger(self.run).nudge(pushes=1)
+        friction = BreakawayTester(self.run).nudge(pushes=1)
         most = LOW * self.description.per_actuator("torque_max_Nm")
         names = self.description.joints
         return [

@@ -28,7 +28,7 @@ Joints = Float[np.ndarray, " joint"]
 
 
 @dataclass(frozen=True)
-class Pushed:
+class PushSamples:
     """One push, tick by tick, position and current filtered alike."""
 
     t: Float[np.ndarray, " tick"]
@@ -103,7 +103,7 @@ def refuse_not_hanging(description: RigDescription, hanging: Joints, q: Joints, 
             )
 
 
-def check_push(description: RigDescription, joint: int, sign: float, pushed: Pushed) -> None:
+def check_push(description: RigDescription, joint: int, sign: float, pushed: PushSamples) -> None:
     """Whether a push moved the joint that was pushed, along the push, by the current that was commanded.
 
     Raises:

@@ -18,7 +18,7 @@ from exograv.signals import Reference
 from .breakaway_checks import (
     MOVED,
     V_PUSHED,
-    Pushed,
+    PushSamples,
     check_push,
     refuse_not_hanging,
     refuse_restless,
@@ -73,7 +73,7 @@ class BreakawayPush:
         return self.tau
 
 
-class Nudger:
+class BreakawayTester:
     """Pushes the joints of a machine that nobody has moved yet."""
 
     def __init__(self, run: EmptyRun, coulomb: Joints | None = None):
@@ -153,7 +153,7 @@ class Nudger:
         run.note_start(float(pushed.t[moved]), joint, sign, pushed.q[moved], pushed.current[moved])
         return sign * float(run.description.nominal_gain[joint] * pushed.commanded[moved, joint])
 
-    def _ramp(self, joint: int, sign: float, first: float, text: str) -> Pushed:
+    def _ramp(self, joint: int, sign: float, first: float, text: str) -> PushSamples:
         """Push harder and harder until something moves or the motor may no more."""
         rig, push, run = self._run.pilot.rig, self._push, self._run
         rows: list[tuple[float, Joints, Joints, Joints]] = []
@@ -176,7 +176,7 @@ class Nudger:
         while size < self._most[joint]:
             run.pilot.run(push, hold(run.pilot.q.copy(), CHUNK_S, rig.period_s), text, harder)
         t, q, current, commanded = (np.array(column) for column in zip(*rows, strict=True))
-        return Pushed(t, q, current, commanded, way)
+        return PushSamples(t, q, current, commanded, way)
 
     def _wait(self, text: str) -> None:
         """Let go, until the machine has stood still for a while.

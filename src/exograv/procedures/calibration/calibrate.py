@@ -11,7 +11,7 @@ from exograv.motion import Trajectory, go_to, hold, joined, sweep
 from exograv.rig import Powered
 
 from .breakaway_checks import refuse_before_motion
-from .breakaway_test import Nudger, starting_posture
+from .breakaway_test import BreakawayTester, starting_posture
 from .empty_run import EmptyRun
 from .operator import Operator
 
@@ -31,7 +31,7 @@ def calibrate_machine(description: RigDescription, tree: Tree, pilot: Pilot, ope
     """
     refuse_before_motion(description, tree, pilot.rig)
     run = EmptyRun(description, tree, pilot, operator)
-    Nudger(run).nudge()
+    BreakawayTester(run).nudge()
     plans = description.calibration.sweeps
     for i, plan in enumerate(plans):
         text = f"Calibrating the empty machine: {plan.joint} ({i + 1}/{len(plans)})"
@@ -54,7 +54,7 @@ def recheck_machine(description: RigDescription, tree: Tree, pilot: Pilot, befor
     """
     refuse_before_motion(description, tree, pilot.rig)
     run = EmptyRun(description, tree, pilot)
-    Nudger(run).nudge(pushes=1)
+    BreakawayTester(run).nudge(pushes=1)
     check_passes(run)
     lead_home(run)
     return recheck(description, tree, run.sweeps(), before)

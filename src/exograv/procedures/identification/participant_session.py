@@ -34,7 +34,7 @@ from exograv.storage.sealed_file import sealed
 from .estimator_session import Belief, Identification
 from .identify import Identifier
 from .options import ParticipantOptions
-from .sample_observers import HeldOut
+from .sample_observers import HeldOutError
 from .warm_start import WarmStart, belief_today
 
 NOT_KEPT = (Outcome.NOT_RELAXED, Outcome.NOT_EXCITED)
@@ -73,7 +73,7 @@ class ParticipantRun:
     now: datetime
     before: StoredParticipant | None = None
     returning: WarmStart | None = None
-    _held_out: HeldOut | None = None
+    _held_out: HeldOutError | None = None
 
     def __post_init__(self):
         """Read the file.
@@ -111,7 +111,7 @@ class ParticipantRun:
                 "Use --method recursive."
             )
         if self.options.keep is not None:
-            self._held_out = HeldOut(identifier.model.again(), lambda: method.estimate().x)
+            self._held_out = HeldOutError(identifier.model.again(), lambda: method.estimate().x)
             identifier.followers.append(self._held_out)
         if self.returning is not None:
             self.returning.begin(identifier.model)

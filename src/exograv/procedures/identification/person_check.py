@@ -9,7 +9,7 @@ from exograv.identification.core.interface import Sample
 from exograv.identification.core.noise import Noise
 from exograv.identification.core.prior import disturbance_sd
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
-from exograv.identification.recursive.prior_comparison import Unexplained, log_odds
+from exograv.identification.recursive.prior_comparison import UnexplainedTorque, log_odds
 
 from .estimator_session import Belief
 
@@ -39,7 +39,7 @@ class PersonCheck:
         places = self.model.assembly.description.places
         sd = self.machine.residual_sd
         noise = Noise(sd, self.machine.correlation_s, disturbance_sd(places))
-        self._unexplained = Unexplained(noise, Discrepancy.of_machine(sd))
+        self._unexplained = UnexplainedTorque(noise, Discrepancy.of_machine(sd))
         self._averages, self._means = Averages(BATCH_PERIOD_S), 0
         self._samples: list[Sample] = []
 

@@ -18,7 +18,7 @@ WINDOW_S = 20.0
 Joints = Float[np.ndarray, " joint"]
 
 
-class HeldOut:
+class HeldOutError:
     """Prediction error on samples that had not been used: each is predicted by an estimate from before it."""
 
     def __init__(self, model: ArmModel, estimate: Callable[[], Parameters]):

@@ -22,7 +22,7 @@ from exograv.runtime.clock.pace import RealTimePace
 from exograv.safety.envelope import Envelope, StopReason
 from exograv.safety.guard import Guard
 
-from .recording_rig import PassedTicks, PoweredRecordingRig, RecordingRig
+from .recording_rig import PoweredRecordingRig, RecordedTicks, RecordingRig
 
 TRAVEL = 1.1  # rad/s between postures
 
@@ -87,11 +87,11 @@ class SelfTestRun:
         """Of the machine."""
         return self.description.joints
 
-    def tau(self, passed: PassedTicks) -> Float[np.ndarray, "tick joint"]:
+    def tau(self, passed: RecordedTicks) -> Float[np.ndarray, "tick joint"]:
         """Measured torque [N·m]."""
         return self.gain * passed.current - self.zero
 
-    def fly(self, controller: Controller, seconds: float, text: str) -> PassedTicks:
+    def fly(self, controller: Controller, seconds: float, text: str) -> RecordedTicks:
         """Let a controller work; what passed meanwhile."""
         start = self.tap.ticks
         path = hold(self.pilot.q.copy(), seconds, self.tap.period_s)

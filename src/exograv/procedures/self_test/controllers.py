@@ -9,7 +9,7 @@ from exograv.signals import Reference
 Joints = Float[np.ndarray, " joint"]
 
 
-class Carry:
+class CarryController:
     """The machine carries itself by its calibration, and is held by nothing else: what is wrong with it drifts."""
 
     closure_slope, clearance = 0.0, 1.0
@@ -27,7 +27,7 @@ class Carry:
         return self._exo.step(q, v, Reference(q, self._still, self._still))
 
 
-class Wild:
+class RunawayController:
     """Asks for what no controller should: far too much, to and fro, and in the end for what is no number."""
 
     closure_slope, clearance = 0.0, 1.0

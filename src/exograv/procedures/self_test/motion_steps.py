@@ -3,14 +3,14 @@
 import numpy as np
 from jaxtyping import Float
 
-from exograv.identification.calibration.calibration_drift import Changed, weigh_again
+from exograv.identification.calibration.calibration_drift import CalibrationChange, weigh_again
 from exograv.identification.calibration.empty_checks import SURE_SD
 from exograv.motion import go_to, hold, joined
-from exograv.procedures.calibration.breakaway_test import Nudger
+from exograv.procedures.calibration.breakaway_test import BreakawayTester
 from exograv.storage.self_test_step import Step, within, worst
 
 from .bench import SelfTestRun
-from .controllers import Carry
+from .controllers import CarryController
 from .poses import telling_poses
 
 PASS_RAD, PASS_SPEED = np.deg2rad(10.0), 0.8
@@ -35,7 +35,7 @@ def nudge(bench: SelfTestRun) -> list[Step]:
     until the joint moves.
     """
     friction = bench.calibration.machine.friction
-    Nudger(bench.run, np.asarray(friction.coulomb)).nudge(pushes=1)
+    BreakawayTester(bench.run, np.asarray(friction.coulomb)).nudge(pushes=1)
     return [Step("sign of each joint", True, f"{len(bench.joints)} of {len(bench.joints)} right", "all")]
 
 
@@ -74,7 +74,7 @@ def _pass_through(bench: SelfTestRun, pose: Joints, text: str) -> None:
 
 def _drift(bench: SelfTestRun, text: str) -> Joints:
     """Let go by the feedback; how far each joint is from where it was after three seconds, or when one is too far."""
-    carry, dt = Carry(bench.run.controller, len(bench.joints)), bench.tap.period_s
+    carry, dt = CarryController(bench.run.controller, len(bench.joints)), bench.tap.period_s
     start, way = bench.pilot.q.copy(), np.zeros(len(bench.joints))
     for _ in range(round(HOLD_S / CHUNK_S)):
         bench.pilot.run(carry, hold(bench.pilot.q.copy(), CHUNK_S, dt), text, bench.run.listen)
@@ -84,7 +84,7 @@ def _drift(bench: SelfTestRun, text: str) -> Joints:
     return way
 
 
-def _scale(bench: SelfTestRun, found: Changed) -> Step:
+def _scale(bench: SelfTestRun, found: CalibrationChange) -> Step:
     told = found.scale_sd <= SCALE_SD_MAX
     error, name = worst(np.where(told, found.scale - 1.0, 0.0), bench.joints)
     what_to_do = (
@@ -102,7 +102,7 @@ def _scale(bench: SelfTestRun, found: Changed) -> Step:
     return Step(step.name, True, step.measured, step.limit, step.unit, cannot)
 
 
-def _offset(bench: SelfTestRun, found: Changed) -> Step:
+def _offset(bench: SelfTestRun, found: CalibrationChange) -> Step:
     """Of the joint that is farthest beyond what is allowed: more where its weight tells less."""
     allowed = np.maximum(np.deg2rad(OFFSET_MAX_DEG), SURE_SD * found.offset_sd)
     _, name = worst(found.offset / allowed, bench.joints)
@@ -121,7 +121,7 @@ def _offset(bench: SelfTestRun, found: Changed) -> Step:
     return Step(step.name, True, step.measured, step.limit, step.unit, cannot)
 
 
-def _bias(bench: SelfTestRun, found: Changed) -> Step:
+def _bias(bench: SelfTestRun, found: CalibrationChange) -> Step:
     value, name = worst(found.bias, bench.joints)
     what_to_do = (
         f"The motor of joint '{name}' gives {-value:+.2f} N·m beside what it reports: set the zero of its current "

@@ -16,7 +16,7 @@ Rows = Float[np.ndarray, "tick joint"]
 
 
 @dataclass(frozen=True)
-class PassedTicks:
+class RecordedTicks:
     """What passed, tick by tick."""
 
     t: Float[np.ndarray, " tick"]
@@ -83,13 +83,13 @@ class RecordingRig:
             self._rows.append((command, self._state))
         self._rig.write(self._last)
 
-    def passed(self, start: int, end: int | None = None) -> PassedTicks:
+    def passed(self, start: int, end: int | None = None) -> RecordedTicks:
         """Of the ticks from `start` on."""
         rows = self._rows[start:end]
         commands, states = [command for command, _ in rows], [state for _, state in rows]
         motors = [state.q_motor for state in states if state.q_motor is not None]
         t = np.array([command.t for command in commands])
-        return PassedTicks(
+        return RecordedTicks(
             t=t,
             age=t - np.array([state.t for state in states]),
             sequence=np.array([float(state.sequence) for state in states]),

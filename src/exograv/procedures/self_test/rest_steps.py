@@ -9,8 +9,8 @@ from exograv.safety.envelope import StopReason
 from exograv.storage.self_test_step import Step, within, worst
 
 from .bench import SelfTestRun
-from .controllers import Wild
-from .recording_rig import PassedTicks
+from .controllers import RunawayController
+from .recording_rig import RecordedTicks
 
 LISTEN_S, SETTLE_S = 1.0, 0.3
 NOISE_MAX_DEG = 0.1
@@ -45,7 +45,7 @@ def listen(bench: SelfTestRun) -> list[Step]:
     return [*_encoders(bench, passed), *_fresh(passed), _zero(bench, passed)]
 
 
-def _encoders(bench: SelfTestRun, passed: PassedTicks) -> list[Step]:
+def _encoders(bench: SelfTestRun, passed: RecordedTicks) -> list[Step]:
     noise, noisy = worst(np.rad2deg(passed.q.std(axis=0)), bench.joints)
     steps = [
         within(
@@ -68,7 +68,7 @@ def _encoders(bench: SelfTestRun, passed: PassedTicks) -> list[Step]:
     return [*steps, within("encoders agree", angle, APART_MAX_DEG, "°", what_to_do)]
 
 
-def _fresh(passed: PassedTicks) -> list[Step]:
+def _fresh(passed: RecordedTicks) -> list[Step]:
     fresh = "The driver hands on old measurements: look at bus and driver, nothing else may write to them."
     repeated = float((np.diff(passed.sequence) <= 0).mean())
     backwards = float(-np.diff(passed.t).min(initial=0.0))
@@ -80,7 +80,7 @@ def _fresh(passed: PassedTicks) -> list[Step]:
     ]
 
 
-def _zero(bench: SelfTestRun, passed: PassedTicks) -> Step:
+def _zero(bench: SelfTestRun, passed: RecordedTicks) -> Step:
     told = passed.tau_commanded.mean(axis=0)
     bias = bench.gain * passed.current.mean(axis=0) - told
     value, name = worst(bias, bench.joints)
@@ -99,7 +99,7 @@ def _zero(bench: SelfTestRun, passed: PassedTicks) -> Step:
 def wake_guard(bench: SelfTestRun) -> list[Step]:
     """Whether the guard cuts what is far too much, and stops what is no number."""
     start, envelope = bench.tap.ticks, bench.pilot.envelope
-    wild = Wild(held_torque(bench.description, bench.tree), WILD_TICKS, WILD_NM)
+    wild = RunawayController(held_torque(bench.description, bench.tree), WILD_TICKS, WILD_NM)
     path = hold(bench.pilot.q.copy(), (WILD_TICKS + 10) * bench.tap.period_s, bench.tap.period_s)
     reason = bench.come_down(wild, path, "Is the guard awake?", bench.run.listen)
     told = bench.tap.passed(start).tau_commanded

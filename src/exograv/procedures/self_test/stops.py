@@ -10,7 +10,7 @@ from exograv.safety.envelope import StopReason
 from exograv.storage.self_test_step import Step, within, worst
 
 from .bench import SelfTestRun
-from .recording_rig import PassedTicks
+from .recording_rig import RecordedTicks
 
 STOP_WITHIN_MS = 50.0  # docs/safety.md, F30
 GONE_WITHIN_S = 4.0  # docs/safety.md: what a stop may take with the motors on
@@ -65,13 +65,13 @@ def press_stop(bench: SelfTestRun) -> list[Step]:
     ]
 
 
-def _left(bench: SelfTestRun, passed: PassedTicks) -> float:
+def _left(bench: SelfTestRun, passed: RecordedTicks) -> float:
     """The most that any motor still gives, beside what brakes [N·m]."""
     v = np.gradient(passed.q, bench.tap.period_s, axis=0)
     return worst((bench.tau(passed) + bench.damping * v).mean(axis=0), bench.joints)[0]
 
 
-def _gone(bench: SelfTestRun, passed: PassedTicks) -> int:
+def _gone(bench: SelfTestRun, passed: RecordedTicks) -> int:
     """Tick after which no mean over a tenth of a second is larger than what may be left."""
     ticks = round(0.1 / bench.tap.period_s)
     v = np.gradient(passed.q, bench.tap.period_s, axis=0)
@@ -114,7 +114,7 @@ def _crossing(bench: SelfTestRun) -> Trajectory:
     )
 
 
-def _watchdog(bench: SelfTestRun, passed: PassedTicks, silent: int) -> list[Step]:
+def _watchdog(bench: SelfTestRun, passed: RecordedTicks, silent: int) -> list[Step]:
     """From 50 ms before the silence on; `silent` is its first tick."""
     dt = bench.tap.period_s
     tau, expires = bench.tau(passed), passed.t[silent] - dt + 0.005
@@ -156,7 +156,7 @@ def _falls(t: Float[np.ndarray, " tick"], tau: Float[np.ndarray, " tick"], befor
 
 
 def _braking(
-    bench: SelfTestRun, passed: PassedTicks, tau: Float[np.ndarray, "tick joint"], trip: int
+    bench: SelfTestRun, passed: RecordedTicks, tau: Float[np.ndarray, "tick joint"], trip: int
 ) -> tuple[float, str]:
     """Least share of its damping with which a drive brakes, from when it must have tripped until Stop, and its joint.
 

@@ -21,7 +21,7 @@ from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Covariance, Estimate
 from exograv.identification.core.prior import disturbance_sd, prior
 from exograv.identification.core.square_root import square_root
-from exograv.procedures.weighing.slow_torque import Rows
+from exograv.procedures.weighing.slow_torque import RegressionRows
 
 from .joint_estimate import JointPasses, Unknowns, rejected_share
 from .postures import Postures
@@ -119,7 +119,7 @@ class LeftOverEstimator:
         noise_scale = max(joint.noise_scale for joint in joints)
         return LeftOver(gains * np.stack(draws, axis=-1), middle, sd, noise_scale, rejected_share(joints))
 
-    def _rows(self, heard: Sequence[PassSample]) -> Rows:
+    def _rows(self, heard: Sequence[PassSample]) -> RegressionRows:
         """All joints' samples, linear in their unknowns."""
         rows, posture = [], -1
         for one in heard:
@@ -131,7 +131,7 @@ class LeftOverEstimator:
             noise = np.hypot(white, self._model.direction_uncertainty(one.sample.v))
             rows.append((self._derivative(one, derivative), one.sample.tau - tau, noise))
         H, y, noise = (np.array(column) for column in zip(*rows, strict=True))
-        return Rows(np.array([one.sample.t for one in heard]), H, y, noise)
+        return RegressionRows(np.array([one.sample.t for one in heard]), H, y, noise)
 
     def _derivative(
         self, one: PassSample, by_parameter: Float[np.ndarray, "joint parameter"]
@@ -146,9 +146,9 @@ class LeftOverEstimator:
         return H
 
 
-def _of(rows: Rows, joint: int) -> Rows:
+def _of(rows: RegressionRows, joint: int) -> RegressionRows:
     one = slice(joint, joint + 1)
-    return Rows(rows.t, rows.H[:, one], rows.y[:, one], rows.noise[:, one])
+    return RegressionRows(rows.t, rows.H[:, one], rows.y[:, one], rows.noise[:, one])
 
 
 def _covariance(arm: Estimate, model: ArmModel) -> Covariance:

@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from exograv.identification.core.square_root import GATE, square_root
 from exograv.identification.recursive.recursive import USUAL_SCALES
-from exograv.procedures.weighing.slow_torque import Belief, Information, Rows, believed, motion_information
+from exograv.procedures.weighing.slow_torque import Belief, Information, RegressionRows, believed, motion_information
 
 CORRELATIONS_S = (1.5, 3.0, 5.0)
 """Of the slow torque that are held possible; people: 1-5 s (docs/arm.md)."""
@@ -53,7 +53,7 @@ class Unknowns:
 class JointPasses:
     """All samples of one joint, and what its torque may be off by."""
 
-    rows: Rows
+    rows: RegressionRows
     unknowns: Unknowns
     slow_sd: float
     """Usual size of the wearer's slow torque [N·m]."""

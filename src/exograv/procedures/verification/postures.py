@@ -83,7 +83,7 @@ class Verification:
 
 
 @dataclass(frozen=True)
-class Passes:
+class VerificationPasses:
     """All of them, one after the other."""
 
     path: Trajectory
@@ -91,7 +91,7 @@ class Passes:
     """In whose pass a tick is; `NONE` on the way to one."""
 
 
-def all_passes(postures: Postures, seed: int, start: Joints, dt: float) -> Passes:
+def all_passes(postures: Postures, seed: int, start: Joints, dt: float) -> VerificationPasses:
     """From `start` [rad] to each posture and past it in both directions."""
     parts, of, here = [], [], start
     for k, path in visits(postures, seed, dt):
@@ -99,7 +99,7 @@ def all_passes(postures: Postures, seed: int, start: Joints, dt: float) -> Passe
         parts += [way, path]
         of += [np.full(len(way), NONE), np.full(len(path), k)]
         here = path.q[-1]
-    return Passes(motion.joined(parts), np.concatenate(of))
+    return VerificationPasses(motion.joined(parts), np.concatenate(of))
 
 
 def _spread(description: RigDescription, seed: int) -> Postures:

@@ -19,7 +19,7 @@ from exograv.identification.core.prior import disturbance_sd, prior
 from exograv.identification.core.square_root import square_root
 
 from .motion_samples import SAMPLE_S
-from .slow_torque import Belief, Information, Rows, believed, motion_information
+from .slow_torque import Belief, Information, RegressionRows, believed, motion_information
 
 POUNDS_PER_KG = 2.2046
 SHARES = {"form": 1.0, "pounds": 1.0 / POUNDS_PER_KG, "kilograms": POUNDS_PER_KG}
@@ -136,7 +136,7 @@ class ArmJudge:
             float(np.sqrt(row @ belief.covariance[known, known] @ row)),
         )
 
-    def _rows(self, samples: Sequence[Sample], x: Parameters) -> Rows:
+    def _rows(self, samples: Sequence[Sample], x: Parameters) -> RegressionRows:
         self._model.restart()
         machine, rows = self._model.machine, []
         repeats = np.maximum(machine.correlation_s / SAMPLE_S, 1.0)
@@ -146,7 +146,7 @@ class ArmJudge:
             y = sample.tau - tau + derivative @ (x - self._mean)
             rows.append((np.hstack([derivative @ self._spread, self._field.errors(sample.q, sample.v)]), y, noise))
         H, y, noise = (np.array(column) for column in zip(*rows, strict=True))
-        return Rows(np.array([sample.t for sample in samples]), H, y, noise)
+        return RegressionRows(np.array([sample.t for sample in samples]), H, y, noise)
 
 
 def _sentence(winner: str, like_kg: float, typed_kg: float) -> str:

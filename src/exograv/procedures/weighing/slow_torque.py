@@ -24,7 +24,7 @@ Matrix = Float[np.ndarray, "unknown unknown"]
 
 
 @dataclass(frozen=True)
-class Rows:
+class RegressionRows:
     """A motion's samples, linear in the unknowns."""
 
     t: Float[np.ndarray, " sample"]
@@ -63,7 +63,7 @@ class Belief:
 
 
 def motion_information(
-    motions: Sequence[Rows],
+    motions: Sequence[RegressionRows],
     usual_sd: Float[np.ndarray, " joint"],
     expected: Vector | None = None,
     correlation_s: float = CORRELATION_S,
@@ -85,7 +85,7 @@ def motion_information(
     return [reduce(add, parts) for parts in each]
 
 
-def _of_joint(rows: Rows, j: int, sd: float, correlation_s: float, expected: Vector | None) -> Information:
+def _of_joint(rows: RegressionRows, j: int, sd: float, correlation_s: float, expected: Vector | None) -> Information:
     slow = sd**2 * np.exp(-np.abs(rows.t[:, None] - rows.t) / correlation_s)
     noise, H, y = rows.noise[:, j], rows.H[:, j], rows.y[:, j]
     root = np.linalg.cholesky(slow + np.diag(noise**2))

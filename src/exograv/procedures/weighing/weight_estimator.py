@@ -15,7 +15,7 @@ from exograv.identification.core.square_root import square_root
 from exograv.model.arm import WeightPlace, held_weight
 
 from .motion_samples import SAMPLE_S
-from .slow_torque import Rows, believed, motion_information
+from .slow_torque import RegressionRows, believed, motion_information
 
 WEIGHT_SD_KG = 2.0  # of the prior, about nothing
 PLACE_SD_M = 0.010  # where in the hand, or along the forearm, a weight is
@@ -84,12 +84,12 @@ class WeightEstimator:
             sd = WEIGHT_SD_KG * float(np.sqrt(belief.covariance[0, 0]))
         return Weighing(mass, sd, self._place)
 
-    def _rows(self, samples: Sequence[Sample], share: float, mass: float) -> Rows:
+    def _rows(self, samples: Sequence[Sample], share: float, mass: float) -> RegressionRows:
         """One pass, linearised at this weight; `share` is 1 with the weight and 0 without."""
         self._model.restart()
         rows = [self._row(sample, share, mass) for sample in samples]
         H, y, noise = (np.array(column) for column in zip(*rows, strict=True))
-        return Rows(np.array([sample.t for sample in samples]), H, y, noise)
+        return RegressionRows(np.array([sample.t for sample in samples]), H, y, noise)
 
     def _row(
         self, sample: Sample, share: float, mass: float

@@ -13,7 +13,7 @@ from exograv.report.style.figure_style import note, plain_log_axis
 from exograv.study.measures.selecting import column, people, rows
 from exograv.study.measures.study_data import StudyData
 
-from .groups import WIDTH_2, Look, label, look, marked, second_axis_mm
+from .groups import WIDTH_2, GroupStyle, label, look, marked, second_axis_mm
 
 BOX, STRIP = 1.0, 1.3
 """Widths of a box and of one person's strip of touches, in units of the axis."""
@@ -49,7 +49,7 @@ def draw(data: StudyData, width: float = WIDTH_2) -> Figure | None:
     return marked(figure, data)
 
 
-def _box(ax: Axes, at: float, values: pd.Series, style: Look) -> None:
+def _box(ax: Axes, at: float, values: pd.Series, style: GroupStyle) -> None:
     boxes = ax.boxplot(
         [values.to_numpy(float)], whis=(5, 95), positions=[at], widths=BOX, patch_artist=True, showfliers=False
     )
@@ -60,7 +60,7 @@ def _box(ax: Axes, at: float, values: pd.Series, style: Look) -> None:
             line.set(color=INK, linewidth=2.0 if name == "medians" else 1.0)
 
 
-def _strips(ax: Axes, at: float, touches: pd.DataFrame, style: Look) -> float:
+def _strips(ax: Axes, at: float, touches: pd.DataFrame, style: GroupStyle) -> float:
     """A strip a person from `at` on, in the order of codes; returns where the last ends."""
     for _, values in touches.groupby("participant")["deviation_px"]:
         # Where in its strip a touch stands means nothing, and is the same whenever it is drawn.

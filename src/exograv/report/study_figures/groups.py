@@ -16,7 +16,7 @@ WIDTH_1, WIDTH_2 = 85.0 / 25.4, 180.0 / 25.4
 
 
 @dataclass(frozen=True)
-class Look:
+class GroupStyle:
     """Of a group: told apart by colour, and without colour by marker, line and hatching."""
 
     colour: str
@@ -26,16 +26,16 @@ class Look:
 
 
 LOOKS = (
-    Look(BLUE, "o", "-", ""),
-    Look(ORANGE, "s", "--", "///"),
-    Look(GREEN, "^", "-.", "..."),
-    Look(PINK, "D", ":", "xxx"),
-    Look(SKY, "v", "-", "\\\\\\"),
+    GroupStyle(BLUE, "o", "-", ""),
+    GroupStyle(ORANGE, "s", "--", "///"),
+    GroupStyle(GREEN, "^", "-.", "..."),
+    GroupStyle(PINK, "D", ":", "xxx"),
+    GroupStyle(SKY, "v", "-", "\\\\\\"),
 )
-SEALED_LOOK = Look(INK, "D", "-", "")
+SEALED_LOOK = GroupStyle(INK, "D", "-", "")
 
 
-def look(data: StudyData, group: str) -> Look:
+def look(data: StudyData, group: str) -> GroupStyle:
     """The same in all figures of a study."""
     return SEALED_LOOK if group == SEALED else LOOKS[data.groups.index(group) % len(LOOKS)]
 

@@ -14,7 +14,7 @@ from .headline import headline, tiles
 
 
 @dataclass(frozen=True)
-class Written:
+class WrittenReport:
     """Files of a report."""
 
     html: Path
@@ -24,7 +24,7 @@ class Written:
     """Why there is no PDF."""
 
 
-def write_study_page(folder: Path, content: Content) -> Written:
+def write_study_page(folder: Path, content: Content) -> WrittenReport:
     """Write figures as SVG and PNG, the page and its print.
 
     Raises:
@@ -38,7 +38,7 @@ def write_study_page(folder: Path, content: Content) -> Written:
         files = [path for name, figure in shown if figure for path in write_figure(folder / "figures", name, figure)]
     html = write_page(folder / "report.html", page)
     pdf, remark = write_pdf(html)
-    return Written(html, pdf, tuple(files), remark)
+    return WrittenReport(html, pdf, tuple(files), remark)
 
 
 def page_of(content: Content, chapters: Sequence[Chapter]) -> Page:

@@ -31,7 +31,7 @@ class Issue:
 
 
 @dataclass(frozen=True)
-class Told:
+class QualityStatement:
     """What the folder says beside its tables."""
 
     quarantined: Mapping[str, QuarantineNote] = field(default_factory=dict)
@@ -42,7 +42,7 @@ class Told:
     """About recordings whose ticks could not be read."""
 
 
-def issues(data: StudyData, told: Told) -> list[Issue]:
+def issues(data: StudyData, told: QualityStatement) -> list[Issue]:
     """Every flaw that there is."""
     return [*_of_people(data), *_of_sessions(data), *_of_windows(data), *_of_touches(data), *_of_folder(told)]
 
@@ -131,7 +131,7 @@ def _counted_by_person(what: str, touches: pd.DataFrame, consequence: str) -> It
         yield Issue(what, len(touches), _shortened(which), consequence)
 
 
-def _of_folder(told: Told) -> Iterator[Issue]:
+def _of_folder(told: QualityStatement) -> Iterator[Issue]:
     aside = [why.reason for why in told.quarantined.values()]
     yield from _issue("files in quarantine", aside, "read by nothing")
     for what, words in {"refused": "files or lines that were refused", "erased": "people who were erased"}.items():

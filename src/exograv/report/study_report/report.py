@@ -18,9 +18,9 @@ from exograv.study.statistics.compare import CompareSettings, compare
 from exograv.study.statistics.findings import ComparisonFigures, StudyFindings
 
 from .chapters import Content
-from .page import Written, write_study_page
+from .page import WrittenReport, write_study_page
 from .planning import next_study
-from .quality import Told, issues
+from .quality import QualityStatement, issues
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def write_study_report(path: Path, tell: Callable[[str], object] = lambda text: 
         data = StudyData(settings, tables, measured.measures, measured.traces)
         why_not = reason_not_to_compare(data)
         found = None if why_not else compared(data)
-        flaws = issues(data, Told(quarantined(folder), read_journal(folder), measured.remarks))
+        flaws = issues(data, QualityStatement(quarantined(folder), read_journal(folder), measured.remarks))
         planned = None if found is None else next_study(data, found.groups)
         written = write_study_page(folder.report, Content(data, found, why_not, flaws, measured.unpublished, planned))
         if found is not None:
@@ -91,7 +91,7 @@ def compared(data: StudyData) -> StudyFindings:
     return compare(data.tidy_touches, data.tables.participants, settings)
 
 
-def answer(data: StudyData, found: StudyFindings | None, why_not: str, written: Written) -> StudyReportResult:
+def answer(data: StudyData, found: StudyFindings | None, why_not: str, written: WrittenReport) -> StudyReportResult:
     """Say what the command says."""
     if found is not None:
         figures = found.contract()

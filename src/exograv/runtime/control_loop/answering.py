@@ -23,7 +23,7 @@ ASK_PARENT_EVERY = 200
 
 
 @runtime_checkable
-class Answering(Protocol):
+class ControlInterface(Protocol):
     """Control, as the process around it sees it."""
 
     def answer(self, state: np.void, row: np.ndarray) -> None:
@@ -40,7 +40,7 @@ class Answering(Protocol):
 class ControlJob:
     """What a control process is started with."""
 
-    build: Callable[[], Answering]
+    build: Callable[[], ControlInterface]
     channels: Channels
 
 
@@ -59,7 +59,7 @@ def control_process(job: ControlJob, parent: Connection) -> None:
         answers.close()
 
 
-def _answer_all(control: Answering, states: Mailbox, answers: Mailbox, joints: int, parent: Connection) -> None:
+def _answer_all(control: ControlInterface, states: Mailbox, answers: Mailbox, joints: int, parent: Connection) -> None:
     row, seen, idle = np.zeros((), answer_dtype(joints)), 0, 0
     while True:
         got = states.read()

@@ -50,7 +50,7 @@ class FeltLevel:
 
 
 @dataclass(frozen=True)
-class LedPerson:
+class PersonUpdate:
     """A word to the guard: who has been found to be in the machine, and is moved on."""
 
     person: PersonLimits

@@ -13,8 +13,8 @@ from exograv.safety.modes import Event, Mode
 from exograv.safety.person import GuardedPerson, PersonLimits
 from exograv.sentence import say
 
-from .exchange import EVENT_SHIFT, RESET, STOP_PRESSED, TOLD_LEVEL, TOLD_PERSON, FeltLevel, LedPerson
-from .steering import ASKABLE, SENTENCES, GuardReply, GuardRequest, Leased, Pressed, Steering
+from .exchange import EVENT_SHIFT, RESET, STOP_PRESSED, TOLD_LEVEL, TOLD_PERSON, FeltLevel, PersonUpdate
+from .steering import ASKABLE, SENTENCES, CommandDecisions, DescentCommand, GuardReply, GuardRequest, LeaseCommand
 
 ASK_PARENT_EVERY = 200
 """Ticks between two looks at the line where nobody has rung: whether the parent is gone."""
@@ -44,7 +44,7 @@ class GuardLine:
             self._bell.write(np.uint64(self._sent))
 
 
-class Hearing:
+class GuardCommands:
     """The guard's end."""
 
     def __init__(self, guard: Guard, parent: Connection, bell: Mailbox | None, note: Callable[[float, str], object]):
@@ -57,7 +57,7 @@ class Hearing:
             note: Has a line of this time [s] recorded.
         """
         self._guard, self._parent, self._bell, self._note = guard, parent, bell, note
-        self._steering, self._heard, self._has_latched, self._is_delivered = Steering(), 0, False, True
+        self._steering, self._heard, self._has_latched, self._is_delivered = CommandDecisions(), 0, False, True
         self.acts = 0
         """What was done since the last recorded tick, as `acts` there."""
         self.persons = 0
@@ -87,16 +87,16 @@ class Hearing:
 
     def hear(self, word: object, now: float, mode: Mode | None = None, *, is_answered: bool = True) -> None:
         """Who is found to be in the machine, what is to be felt, what an operator asks for, or that it is over."""
-        if isinstance(word, PersonLimits | LedPerson):
+        if isinstance(word, PersonLimits | PersonUpdate):
             self._wear(word, now)
         elif isinstance(word, FeltLevel):
             self._feel(word, now)
-        elif isinstance(word, Leased):
+        elif isinstance(word, LeaseCommand):
             self._steering.lease(word, time.monotonic_ns())
         elif isinstance(word, GuardRequest):
             why = self._ask(word.event, mode or Mode.OFF, is_answered=is_answered)
             self._answer(word.number, why, now, word.event.value)
-        elif isinstance(word, Pressed):
+        elif isinstance(word, DescentCommand):
             self._press_stop()
             self._answer(word.number, "", now, "operator: stop")
         else:
@@ -161,10 +161,10 @@ class Hearing:
         self._note(now, f"{what}: {why or 'done.'}")
         self._parent.send(GuardReply(number, why))
 
-    def _wear(self, word: PersonLimits | LedPerson, now: float) -> None:
-        before, limits = self._guard.envelope.person, word.person if isinstance(word, LedPerson) else word
+    def _wear(self, word: PersonLimits | PersonUpdate, now: float) -> None:
+        before, limits = self._guard.envelope.person, word.person if isinstance(word, PersonUpdate) else word
         person = GuardedPerson(limits, before.gravity_level if before else 0.0)
-        if isinstance(word, LedPerson):
+        if isinstance(word, PersonUpdate):
             person.drive(True)
         self._guard.envelope.person = person
         self.persons += 1

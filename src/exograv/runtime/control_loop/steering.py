@@ -48,14 +48,14 @@ class GuardRequest:
 
 
 @dataclass(frozen=True)
-class Pressed:
+class DescentCommand:
     """A word to the guard: let the arm down. The run goes on."""
 
     number: int
 
 
 @dataclass(frozen=True)
-class Leased:
+class LeaseCommand:
     """A word to the guard: somebody steers, until then."""
 
     until_ns: int
@@ -74,7 +74,7 @@ class GuardReply:
     """Why not; empty where it was done."""
 
 
-class Steering:
+class CommandDecisions:
     """Decides about words; holds what is to be told to control until it is told."""
 
     def __init__(self):
@@ -83,7 +83,7 @@ class Steering:
         self._window_until_ns, self._on_loss = -1, "finish"
         self._is_lost = self._gives_back = False
 
-    def lease(self, word: Leased, now_ns: int) -> None:
+    def lease(self, word: LeaseCommand, now_ns: int) -> None:
         """Somebody steers."""
         self._lease_until_ns = min(word.until_ns, now_ns + LEASE_MAX_NS)
         self._window_until_ns = -1 if word.window_until_ns is None else word.window_until_ns

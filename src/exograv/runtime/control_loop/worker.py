@@ -24,7 +24,7 @@ FINDINGS_MAX = 1 << 15
 
 
 @runtime_checkable
-class Working(Protocol):
+class WorkerInterface(Protocol):
     """What a worker does, as the process around it sees it."""
 
     def take(self, sample: np.void) -> np.ndarray | None:
@@ -42,7 +42,7 @@ class Working(Protocol):
 
 
 @runtime_checkable
-class Telling(Protocol):
+class ReportingWorker(Protocol):
     """A worker that tells its parent how far it is."""
 
     def news(self) -> list[Any]:
@@ -73,7 +73,7 @@ class WorkerMemory:
 class WorkerJob:
     """What a worker is started with."""
 
-    build: Callable[[], Working]
+    build: Callable[[], WorkerInterface]
     memory: WorkerMemory
 
 
@@ -112,7 +112,7 @@ class _Desk:
             if sample["is_last"] and self._working.is_over:
                 self._is_done = True
                 break
-        return [*self._working.news(), *words] if isinstance(self._working, Telling) else words
+        return [*self._working.news(), *words] if isinstance(self._working, ReportingWorker) else words
 
     def _put(self, sample: np.void, found: np.ndarray) -> None:
         self._row["now"], self._row["x"] = sample["now"], found

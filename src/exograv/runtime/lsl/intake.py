@@ -7,7 +7,7 @@ from exograv.recording import RecordingWriter
 from .blocks import CORRECTED, CORRECTION_ROW, TAKEN_MAX, RecordedDevices
 
 
-class Intake:
+class BlockIntake:
     """Takes blocks, and knows how the rig's clock is ahead of CLOCK_MONOTONIC."""
 
     def __init__(self, devices: RecordedDevices, writer: RecordingWriter, has_rig: bool):

@@ -18,7 +18,7 @@ from exograv.recording.encoding import tick_dtype
 from exograv.recording.messages import TimingMessage
 from exograv.results import json_value
 from exograv.runtime.lsl.blocks import RecordedDevices
-from exograv.runtime.lsl.intake import Intake
+from exograv.runtime.lsl.intake import BlockIntake
 from exograv.runtime.lsl.outlets import Outlets, OutletsJob
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 
@@ -180,7 +180,7 @@ class _Desk:
             ticks.acknowledge(self._writer.sync())
             events.acknowledge(self._events_written())
         self._ticks, self._events = job.inlet.ticks(), job.inlet.events()
-        self._intake = None if job.devices is None else Intake(job.devices, self._writer, has_rig=bool(job.joints))
+        self._intake = None if job.devices is None else BlockIntake(job.devices, self._writer, has_rig=bool(job.joints))
         self._known = Counter({topic: self._writer.count(topic) for topic in TOLD})
         self._outlets = None if job.outlets is None else Outlets(job.outlets)
         self._say()

@@ -118,7 +118,7 @@ def _physio(root: Path, name: str) -> Iterator[str]:
 
 
 @dataclass(frozen=True)
-class Numbers:
+class HeaderlessTable:
     """What a table without header holds."""
 
     rows: int
@@ -127,7 +127,7 @@ class Numbers:
     """The columns that should be times begin at 0 and increase from row to row."""
 
 
-def read_numbers(path: Path, times: Sequence[int]) -> Numbers | str:
+def read_numbers(path: Path, times: Sequence[int]) -> HeaderlessTable | str:
     """Read a table without header, all finite numbers or `n/a`; or say what is wrong with it.
 
     Args:
@@ -155,7 +155,7 @@ def read_numbers(path: Path, times: Sequence[int]) -> Numbers | str:
             rows += batch.num_rows
     except pa.ArrowInvalid as error:
         return f"a cell is neither a number nor {MISSING}, or rows have different lengths ({str(error)[:120]})."
-    return Numbers(rows, len(names), is_time)
+    return HeaderlessTable(rows, len(names), is_time)
 
 
 def _batches(path: Path, names: Sequence[str]) -> Iterator[pa.RecordBatch]:

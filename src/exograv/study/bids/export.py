@@ -25,7 +25,7 @@ from .behaviour import rows_of
 from .checking import problems_of
 from .manifest import files_of, read_manifest, write_manifest
 from .names import SessionPlace, labels
-from .pages import TIDY, Cover
+from .pages import TIDY, PageContent
 from .session import SessionTables, write_session
 
 
@@ -92,7 +92,7 @@ def write_dataset(
             place = SessionPlace(subjects[row["participant"]], f"{protocols[row['protocol']]}{row['session']:02d}")
             more, not_exported = _write_one(folder, root, place, session, options)
             rows, left = rows + more, [*left, *not_exported]
-        Cover(settings, tables, subjects, with_raw, left).write(root)
+        PageContent(settings, tables, subjects, with_raw, left).write(root)
         for name in TABLES:
             shutil.copyfile(folder.table(name), root / TIDY / f"{name}.parquet")
         known = {row["source"]: row["sha256"] for row in rows_of(tables.sessions, SESSIONS)}

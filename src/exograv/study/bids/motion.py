@@ -32,7 +32,7 @@ GAPS_TOLD = 100
 
 
 @dataclass(frozen=True)
-class Moved:
+class MotionSummary:
     """What the other files of a session need."""
 
     recording: Recording
@@ -46,7 +46,7 @@ class Moved:
 
 def write_motion(
     source: Path, root: Path, place: SessionPlace, rates_Hz: tuple[float, float], about: Mapping[str, Any]
-) -> Moved:
+) -> MotionSummary:
     """Write the files of the tracking system `exo`.
 
     Args:
@@ -88,7 +88,7 @@ def write_motion(
         **_sampling(decimation.account, tick_rate, step),
     }
     write_json(root / place.motion(EXO, "motion.json"), {**about, **sidecar, **counts(channels)})
-    return Moved(recording, float(first_t), decimation.account)
+    return MotionSummary(recording, float(first_t), decimation.account)
 
 
 def write_channels(

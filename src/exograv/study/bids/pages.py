@@ -66,7 +66,7 @@ A session is called after its protocol and its number among this person's sessio
 
 
 @dataclass(frozen=True)
-class Cover:
+class PageContent:
     """What the pages are made of."""
 
     settings: StudySettings

@@ -16,7 +16,7 @@ from exograv.recording.stream_pieces import other_pieces
 from .behaviour import events_of, write_behaviour, write_events
 from .devices import Devices, Left, device_streams
 from .files import MISSING, write_json, write_table
-from .motion import TOPICS, Moved, write_motion
+from .motion import TOPICS, MotionSummary, write_motion
 from .names import EXO, TASK, SessionPlace
 from .pages import NOBODY
 from .tracks import tracks
@@ -109,7 +109,7 @@ def sidecar_of(session: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _write_others(
-    source: Path, root: Path, place: SessionPlace, moved: Moved, about: Mapping[str, Any]
+    source: Path, root: Path, place: SessionPlace, moved: MotionSummary, about: Mapping[str, Any]
 ) -> tuple[Begins, Begins, list[Left]]:
     """Write what was recorded beside the ticks.
 

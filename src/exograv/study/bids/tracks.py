@@ -40,7 +40,7 @@ POINTS = {
 
 
 @dataclass
-class Track:
+class TrackFile:
     """One tracking system while it is written."""
 
     topic: str
@@ -97,6 +97,6 @@ def _sidecar(
     }
 
 
-def tracks() -> Iterator[Track]:
+def tracks() -> Iterator[TrackFile]:
     """One for each that a recording may have."""
-    return (Track(topic) for topic in POINTS)
+    return (TrackFile(topic) for topic in POINTS)

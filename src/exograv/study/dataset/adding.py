@@ -13,7 +13,7 @@ from exograv.options import SESSIONS_MAX
 from exograv.study.folder.journal import alone, note
 from exograv.study.folder.settings import StudySettings, read_settings, read_toml
 from exograv.study.folder.study_folder import StudyFolder
-from exograv.study.importers.imported_session import Imported, Said, SessionKey, sentences
+from exograv.study.importers.imported_session import Imported, SessionKey, StatedSession, sentences
 from exograv.study.importers.xdf_mapping import XdfMapping
 from exograv.study.participants.codes import typed_code
 from exograv.study.participants.register import read_register
@@ -74,14 +74,14 @@ def _refuse_options(options: AddOptions) -> None:
         raise ConfigError(f"--session is {options.session}; sessions are numbered from 1 to {SESSIONS_MAX}.")
 
 
-def said_of(options: AddOptions) -> Said:
+def said_of(options: AddOptions) -> StatedSession:
     """Session as it is told; holds for all files.
 
     Raises:
         ConfigError: The code is none.
     """
     code = None if options.participant is None else typed_code(options.participant)
-    return Said(code, options.protocol, options.session)
+    return StatedSession(code, options.protocol, options.session)
 
 
 def new_codes(pairs: Sequence[str]) -> dict[str, str]:
@@ -211,10 +211,10 @@ class _Adding:
         simulated = one.imported.session["is_simulated"] and not self._settings.is_simulated
         return "It is simulated, and the study, by its study.toml, is not." if simulated else None
 
-    def _key(self, recorded: Said) -> tuple[SessionKey, str | None]:
+    def _key(self, recorded: StatedSession) -> tuple[SessionKey, str | None]:
         """Which session it is, and what was told otherwise than the file says."""
         told = self._said
-        said = Said(self._participant(recorded.participant), told.protocol or recorded.protocol,
+        said = StatedSession(self._participant(recorded.participant), told.protocol or recorded.protocol,
                     told.session or recorded.session)  # fmt: skip
         if said.participant is None or said.protocol is None or said.session is None:
             missing = " ".join(f"--{name}" for name in said.missing)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from exograv.errors import RecordingError
-from exograv.study.importers.imported_session import Imported, Said
+from exograv.study.importers.imported_session import Imported, StatedSession
 from exograv.study.importers.recording import import_recording
 from exograv.study.importers.touch_sheet import cut_sheet
 from exograv.study.importers.xdf_mapping import XdfMapping
@@ -53,7 +53,7 @@ def read_incoming(
     path: Path,
     kind: Kind,
     sha256: str,
-    said: Said,
+    said: StatedSession,
     gravity_level: float | None,
     mapping: XdfMapping | None,
     code_of: Callable[[str], str | None],

@@ -10,7 +10,7 @@ from exograv.errors import ExogravError, RecordingError
 from exograv.study.folder.columns import KEY, TABLES
 from exograv.study.folder.journal import alone
 from exograv.study.folder.study_folder import StudyFolder
-from exograv.study.importers.imported_session import Imported, Said, SessionKey, sentences
+from exograv.study.importers.imported_session import Imported, SessionKey, StatedSession, sentences
 from exograv.study.importers.recording import import_recording
 from exograv.study.importers.touch_sheet import cut_sheet
 from exograv.study.participants.participant_record import SEALED
@@ -91,7 +91,7 @@ def imported_again(source: Source) -> Imported:
             from exograv.study.importers.xdf import import_xdf  # pyxdf: half a second
 
             return import_xdf(path, note.mapping)
-        said = Said(note.participant, note.protocol, note.session)
+        said = StatedSession(note.participant, note.protocol, note.session)
         # The whole file is this session's, whatever code stands in it.
         parts, _ = cut_sheet(path.read_bytes(), said, note.gravity_level, lambda _: note.participant)
         return parts[0].imported()

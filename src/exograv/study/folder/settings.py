@@ -21,7 +21,7 @@ HEAD = "# A study: what it is, and which sessions are expected. Checked by every
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,30}$")]
 
 
-class Expected(Settings):
+class ExpectedSessions(Settings):
     """So many sessions of a protocol a person of a group shall have."""
 
     protocol: Name
@@ -45,7 +45,7 @@ class StudySettings(Settings):
     is_simulated: bool = False
     """Nobody took part; every page says so."""
 
-    expected: list[Expected] = Field(default=[])
+    expected: list[ExpectedSessions] = Field(default=[])
 
     def expected_of(self, group: str | None) -> dict[str, int]:
         """Sessions by protocol; of None, who is sealed, what is expected of everybody."""
@@ -68,9 +68,9 @@ AS_PUBLISHED = StudySettings(
         "untrained": "4 familiarisations with the passive exoskeleton",
     },
     expected=[
-        Expected(protocol="training", sessions=16, groups=["trained"]),
-        Expected(protocol="familiarisation", sessions=4, groups=["untrained"]),
-        Expected(protocol="flight", sessions=1),
+        ExpectedSessions(protocol="training", sessions=16, groups=["trained"]),
+        ExpectedSessions(protocol="familiarisation", sessions=4, groups=["untrained"]),
+        ExpectedSessions(protocol="flight", sessions=1),
     ],
 )
 """What a new study begins with, after the paper: 16 trainings, 4 familiarisations, one flight."""

@@ -16,14 +16,14 @@ class SessionKey(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Said:
+class StatedSession:
     """What a source, or somebody at the keyboard, says of the session; None where nothing is said."""
 
     participant: str | None = None
     protocol: str | None = None
     session: int | None = None
 
-    def over(self, other: "Said") -> "Said":
+    def over(self, other: "StatedSession") -> "StatedSession":
         """The same, completed by the other."""
         mine = {name: value for name, value in vars(self).items() if value is not None}
         return replace(other, **mine)
@@ -43,7 +43,7 @@ class Imported:
 
     windows: Sequence[Row]
     touches: Sequence[Row]
-    said: Said = Said()
+    said: StatedSession = StatedSession()
     body: Mapping[str, Any] = field(default_factory=dict)
     """`height_m`, `mass_kg`, `sex` as the source has them: for a comparison with what the study was told."""
 

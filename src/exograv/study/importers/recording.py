@@ -6,7 +6,7 @@ from typing import Any
 
 from exograv.recording import Recording, RecordingPass
 
-from .imported_session import Imported, Said, counted, sentences, totals
+from .imported_session import Imported, StatedSession, counted, sentences, totals
 from .task_records import records_of, touches_of, windows_of
 from .tick_account import TickAccount
 
@@ -38,11 +38,11 @@ def _first_t(recording: Recording) -> float:
     return min(times, default=0.0)
 
 
-def _said(recording: Recording, records: Sequence[Mapping[str, Any]]) -> Said:
+def _said(recording: Recording, records: Sequence[Mapping[str, Any]]) -> StatedSession:
     options = _settings(recording).get("options") or {}
     begun = [one["protocol"] for one in records if one["kind"] == "run_began"]
     protocol = _protocol(recording).get("name") or (begun or [None])[0]
-    return Said(options.get("participant"), protocol, options.get("session"))
+    return StatedSession(options.get("participant"), protocol, options.get("session"))
 
 
 def _session(

@@ -8,7 +8,7 @@ from typing import Any
 
 from exograv.study.folder.columns import TOUCHES
 from exograv.task.pace import Pace
-from exograv.task.pointing import Reason
+from exograv.task.pointing import RejectionReason
 
 from .imported_session import counted, totals
 
@@ -30,7 +30,7 @@ WHOLE = tuple(c.name for c in TOUCHES if c.kind == "int64")
 MISSING = frozenset({"", "na", "n/a", "nan"})
 WORDS: dict[str, dict[str, Any]] = {
     "pace": {pace.value: pace.value for pace in Pace},
-    "reason": {reason.value: reason.value for reason in Reason},
+    "reason": {reason.value: reason.value for reason in RejectionReason},
     "is_accepted": {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False},
 }
 """What may stand there; free text could be a remark about a person."""

@@ -8,7 +8,7 @@ from typing import Any
 from exograv.errors import RecordingError
 
 from .csv_cells import CsvSheet, read_sheet
-from .imported_session import Imported, Said
+from .imported_session import Imported, StatedSession
 from .touch_rows import (
     COLUMNS,
     DEVIATION,
@@ -33,7 +33,7 @@ NOT_KNOWN = (
 class SheetPart:
     """One session's lines."""
 
-    said: Said
+    said: StatedSession
     content: bytes
     """Header and lines of this session that can be used, byte for byte; others might hold a name."""
 
@@ -51,7 +51,7 @@ class SheetPart:
 
 
 def cut_sheet(
-    content: bytes, told: Said, gravity_level: float | None, code_of: Callable[[str], str | None]
+    content: bytes, told: StatedSession, gravity_level: float | None, code_of: Callable[[str], str | None]
 ) -> tuple[list[SheetPart], list[str]]:
     """Sessions in the order of their first lines, and the lines that belong to none.
 
@@ -66,7 +66,7 @@ def cut_sheet(
     """
     sheet = read_sheet(content, COLUMNS)
     _refuse_columns(sheet, told, gravity_level)
-    parts, nowhere = dict[Said, SheetPart](), list[str]()
+    parts, nowhere = dict[StatedSession, SheetPart](), list[str]()
     for number, line, cells in sheet.rows():
         try:
             if isinstance(cells, str):
@@ -98,7 +98,7 @@ def cut_sheet(
     return found, nowhere + lost
 
 
-def _refuse_columns(sheet: CsvSheet, told: Said, gravity_level: float | None) -> None:
+def _refuse_columns(sheet: CsvSheet, told: StatedSession, gravity_level: float | None) -> None:
     unknown = [name for name in sheet.columns if name not in COLUMNS]
     if unknown:
         places = [str(sheet.columns.index(name) + 1) for name in unknown]
@@ -117,8 +117,11 @@ def _refuse_columns(sheet: CsvSheet, told: Said, gravity_level: float | None) ->
 
 
 def _said(
-    cells: dict[str, str], told: Said, code_of: Callable[[str], str | None], number: Callable[[str], float | None]
-) -> Said:
+    cells: dict[str, str],
+    told: StatedSession,
+    code_of: Callable[[str], str | None],
+    number: Callable[[str], float | None],
+) -> StatedSession:
     participant = code_of(cells["participant"].strip()) if "participant" in cells else told.participant
     if participant is None:
         raise UnusableError("its participant is no code of this study")
@@ -132,7 +135,7 @@ def _said(
     session = told.session if "session" not in cells else _session(number(cells["session"]))
     if told.session is not None and session != told.session:
         raise UnusableError("its session is not the one of --session")
-    return Said(participant, protocol, session)
+    return StatedSession(participant, protocol, session)
 
 
 def _session(value: float | None) -> int:

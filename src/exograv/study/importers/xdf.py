@@ -21,7 +21,7 @@ from exograv.errors import RecordingError
 from exograv.study.sync import GAP_PERIODS
 from exograv.task.records import RECORD
 
-from .imported_session import Imported, Said, counted, sentences, totals
+from .imported_session import Imported, StatedSession, counted, sentences, totals
 from .task_records import touches_of, windows_of
 from .touch_rows import COLUMNS, UnusableError, session_of_touches, touch_row, windows_of_touches
 from .xdf_mapping import XdfMapping
@@ -169,7 +169,7 @@ def _from_markers(stream: _Stream) -> Imported:
         "stops": 0,
         "protocol_sha256": run.get("protocol_sha256"),
     }
-    return Imported(session, windows, touches, Said(protocol=run.get("protocol")), refusals=refusals)
+    return Imported(session, windows, touches, StatedSession(protocol=run.get("protocol")), refusals=refusals)
 
 
 def _from_mapping(stream: _Stream, mapping: XdfMapping) -> Imported:

@@ -83,7 +83,7 @@ def _narrowed(ticks: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class FromRecording:
+class RecordedMeasures:
     """What one session's recording adds."""
 
     rows: list[Row]
@@ -96,7 +96,7 @@ class FromRecording:
     """Values of its protocol that are not the paper's but somebody's choice."""
 
 
-def read_measures(path: Path, key: dict[str, Any]) -> FromRecording:
+def read_measures(path: Path, key: dict[str, Any]) -> RecordedMeasures:
     """Everything that a recording adds, in two passes: one for what was said, one for the ticks.
 
     Args:
@@ -129,7 +129,7 @@ def read_measures(path: Path, key: dict[str, Any]) -> FromRecording:
         rows += rows_of("session", key, {"end_posture_scatter_deg": end, "path_scatter_deg": course})
     flown = flown_levels(recording.messages("/aircraft"), [window.opened_s for window in windows])
     protocol = (recording.settings.get("settings") or {}).get("protocol") or {}
-    return FromRecording(rows, trace_rows(key, traces, flown), tuple(protocol.get("unpublished") or ()))
+    return RecordedMeasures(rows, trace_rows(key, traces, flown), tuple(protocol.get("unpublished") or ()))
 
 
 def hand_motion(recording: Recording) -> Motion | None:

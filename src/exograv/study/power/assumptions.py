@@ -70,7 +70,7 @@ def _option(name: str) -> str:
 
 
 @dataclass(frozen=True)
-class Worlds:
+class TruthAssumptions:
     """What is true in each of many simulated studies; all the same, or drawn from what a pilot leaves open."""
 
     difference: Float[np.ndarray, " study"]
@@ -78,7 +78,7 @@ class Worlds:
     touch_sd: Float[np.ndarray, " study"]
 
 
-def sure_worlds(plan: PlannedStudy, studies: int) -> Worlds:
+def sure_worlds(plan: PlannedStudy, studies: int) -> TruthAssumptions:
     """Every study as the plan says."""
     full = [np.full(studies, value) for value in (plan.difference, plan.person_sd, plan.touch_sd)]
-    return Worlds(*full)
+    return TruthAssumptions(*full)

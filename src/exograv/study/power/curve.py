@@ -9,7 +9,7 @@ import numpy as np
 from exograv.results import MERGED, OPTIONAL
 from exograv.study.statistics.relabelling import generic_smallest_p
 
-from .assumptions import PlannedStudy, Worlds, sure_worlds
+from .assumptions import PlannedStudy, TruthAssumptions, sure_worlds
 from .options import N_MIN, CurveOptions, Price
 from .pilot import PilotVariance
 from .simulate import Shares, people, shares
@@ -135,7 +135,7 @@ def power_study(
 
 
 def _curve(
-    plan: PlannedStudy, price: Price, asked: CurveOptions, drawn: Worlds | None, progress: Progress
+    plan: PlannedStudy, price: Price, asked: CurveOptions, drawn: TruthAssumptions | None, progress: Progress
 ) -> Iterator[CurveRow]:
     sure = sure_worlds(plan, asked.studies)
     for n in range(N_MIN, asked.n_max + 1):

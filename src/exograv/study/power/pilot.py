@@ -10,7 +10,7 @@ from exograv.study.statistics.bayes import PosteriorGrid, StudyPrior, posterior_
 from exograv.study.statistics.people import counted_touches, logs_of, people_of
 from exograv.study.statistics.random_intercept import sums_of
 
-from .assumptions import Worlds
+from .assumptions import TruthAssumptions
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,10 @@ class PilotVariance:
         of_grid = float(self.grid.weight @ self.grid.touch_sd)
         return float(np.sqrt(max(0.0, 1.0 - (self.window_sd / of_grid) ** 2)))
 
-    def worlds(self, studies: int, difference: float | None, rng: np.random.Generator) -> Worlds:
+    def worlds(self, studies: int, difference: float | None, rng: np.random.Generator) -> TruthAssumptions:
         """Draws from what the pilot leaves open; the difference too, unless one is stated."""
         drawn, person_sd, touch_sd = self.grid.draw(studies, rng)
-        return Worlds(
+        return TruthAssumptions(
             drawn if difference is None else np.full(studies, difference), person_sd, self.share_of_touches * touch_sd
         )
 

@@ -10,7 +10,7 @@ from scipy import special, stats
 from exograv.study.statistics.normal import welch_width
 from exograv.study.statistics.relabelling import generic_smallest_p, relabellings, two_sided
 
-from .assumptions import PlannedStudy, Worlds
+from .assumptions import PlannedStudy, TruthAssumptions
 
 COUNTED_MAX = 13_000
 """Ways up to which all are counted here: 8 against 8 are 12 870. From 9 on `DRAWN` are drawn, which is as honest a
@@ -19,7 +19,9 @@ test and finds half a percent less."""
 DRAWN = 999
 
 
-def people(plan: PlannedStudy, worlds: Worlds, n: int, rng: np.random.Generator) -> Float[np.ndarray, "study person"]:
+def people(
+    plan: PlannedStudy, worlds: TruthAssumptions, n: int, rng: np.random.Generator
+) -> Float[np.ndarray, "study person"]:
     """Median log deviation of each person; the first n are the first group.
 
     Touches are not drawn one by one: the middle one of N ordered normal touches follows a beta distribution,
@@ -61,7 +63,7 @@ class Shares:
     """Median over the studies: the ratio's 95 % interval goes from the estimate divided by this to it times this."""
 
 
-def shares(plan: PlannedStudy, worlds: Worlds, n: int, seed: int) -> Shares:
+def shares(plan: PlannedStudy, worlds: TruthAssumptions, n: int, seed: int) -> Shares:
     """Simulate; the same seed gives the same studies, whatever was simulated before."""
     rng = np.random.default_rng([seed, n])
     values = people(plan, worlds, n, rng)

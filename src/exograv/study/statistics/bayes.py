@@ -16,7 +16,7 @@ from jaxtyping import Float
 from scipy import optimize, stats
 
 from .findings import BayesFit, Interval, Posterior
-from .random_intercept import Sums
+from .random_intercept import SufficientStatistics
 
 PERSON_NODES, TOUCH_NODES = 240, 25
 PERSON_SD_MIN, PERSON_SD_MAX = 1e-3, 30.0
@@ -83,7 +83,7 @@ class PosteriorGrid:
         return self.mean[node] + self.sd[node] * rng.normal(size=n), self.person_sd[node], self.touch_sd[node]
 
 
-def posterior_grid(sums: Sums, prior: StudyPrior) -> PosteriorGrid:
+def posterior_grid(sums: SufficientStatistics, prior: StudyPrior) -> PosteriorGrid:
     """The posterior of the one study in `sums`."""
     touches, means, squares = sums.touches[0], sums.mean[0], float(sums.squares[0])
     person_sd = np.geomspace(PERSON_SD_MIN, PERSON_SD_MAX, PERSON_NODES)
@@ -130,7 +130,9 @@ def _touch_nodes(freedom: float, squares: float) -> Float[np.ndarray, " node"]:
     return np.exp(middle + np.linspace(-width, width, TOUCH_NODES))
 
 
-def bayes_fit(sums: Sums, groups: tuple[str, str], priors: tuple[StudyPrior, ...] = SENSITIVITY) -> BayesFit:
+def bayes_fit(
+    sums: SufficientStatistics, groups: tuple[str, str], priors: tuple[StudyPrior, ...] = SENSITIVITY
+) -> BayesFit:
     """The posterior under each prior, the first one's to quote."""
     posteriors = tuple(_posterior(posterior_grid(sums, prior), prior) for prior in priors)
     chances = [100.0 * posterior.p_smaller for posterior in posteriors]

@@ -22,7 +22,7 @@ GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 
 @dataclass(frozen=True)
-class Sums:
+class SufficientStatistics:
     """What studies with the same number of people hold about each."""
 
     touches: Float[np.ndarray, "study person"]
@@ -34,7 +34,7 @@ class Sums:
     """The first so many people are the first group."""
 
 
-def sums_of(counted: pd.DataFrame, groups: tuple[str, str]) -> Sums:
+def sums_of(counted: pd.DataFrame, groups: tuple[str, str]) -> SufficientStatistics:
     """Of one study: columns of `people.counted_touches`."""
     means, sizes, squares, n_first = [], [], 0.0, 0
     for group in groups:
@@ -44,7 +44,7 @@ def sums_of(counted: pd.DataFrame, groups: tuple[str, str]) -> Sums:
             sizes.append(float(len(logs)))
             squares += float(((logs - logs.mean()) ** 2).sum())
             n_first += group == groups[0]
-    return Sums(np.array([sizes]), np.array([means]), np.array([squares]), n_first)
+    return SufficientStatistics(np.array([sizes]), np.array([means]), np.array([squares]), n_first)
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Components:
     touch_sd: Float[np.ndarray, " study"]
 
 
-def fit(sums: Sums) -> Components:
+def fit(sums: SufficientStatistics) -> Components:
     """The variance ratio of greatest restricted likelihood by golden section, everything else in closed form."""
     low = np.full(len(sums.squares), LOG_RATIO_MIN)
     high = np.full(len(sums.squares), LOG_RATIO_MAX)
@@ -76,17 +76,17 @@ def fit(sums: Sums) -> Components:
     return Components(difference, np.sqrt(variance_share) * touch_sd, np.sqrt(ratio) * touch_sd, touch_sd)
 
 
-def _weights(sums: Sums, ratio: Float[np.ndarray, " study"]) -> Float[np.ndarray, "study person"]:
+def _weights(sums: SufficientStatistics, ratio: Float[np.ndarray, " study"]) -> Float[np.ndarray, "study person"]:
     """Precision of each person's mean, in units of one touch's."""
     return sums.touches / (1.0 + ratio[:, None] * sums.touches)
 
 
-def _groups(sums: Sums) -> tuple[slice, slice]:
+def _groups(sums: SufficientStatistics) -> tuple[slice, slice]:
     return slice(None, sums.n_first), slice(sums.n_first, None)
 
 
 def _given(
-    sums: Sums, ratio: Float[np.ndarray, " study"]
+    sums: SufficientStatistics, ratio: Float[np.ndarray, " study"]
 ) -> tuple[Float[np.ndarray, " study"], Float[np.ndarray, " study"], Float[np.ndarray, " study"]]:
     """Difference, its variance in units of the touch variance, and the touch variance, for this variance ratio."""
     weights = _weights(sums, ratio)
@@ -100,7 +100,7 @@ def _given(
     return means[0] - means[1], variance, squares / (sums.touches.sum(1) - 2.0)
 
 
-def _log_likelihood(sums: Sums, ratio: Float[np.ndarray, " study"]) -> Float[np.ndarray, " study"]:
+def _log_likelihood(sums: SufficientStatistics, ratio: Float[np.ndarray, " study"]) -> Float[np.ndarray, " study"]:
     """Restricted, but for a constant."""
     weights = _weights(sums, ratio)
     touch_variance = _given(sums, ratio)[2]

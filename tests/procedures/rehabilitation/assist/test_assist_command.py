@@ -12,14 +12,14 @@ from exograv.laboratory.assist import assist_command as run
 from exograv.laboratory.assist.assist_command import AssistResult
 from exograv.laboratory.assist.options import AssistOptions
 from exograv.procedures.rehabilitation.assist.participant_record import AssistBlock, AssistSession
-from exograv.procedures.rehabilitation.assist.words import Words
+from exograv.procedures.rehabilitation.assist.words import AssistTexts
 from exograv.recording import read_recording
 from exograv.results import json_value
 from exograv.task.assist_as_needed import SENTENCES
 
 from .weak import Weak
 
-WORDS = Words("en", {"en": SENTENCES, "de": said_in("de")})
+WORDS = AssistTexts("en", {"en": SENTENCES, "de": said_in("de")})
 OPTIONS = AssistOptions("P-07", seed=1000)
 SETTINGS = {"rig": "recupera_like_qdd", "side": "right", "command": "exograv assist --simulate", "seed": 1000,
             "disturbance_level": 2}  # fmt: skip

@@ -10,7 +10,7 @@ from exograv.console.words import said_in
 from exograv.laboratory.assist.session import fly_session
 from exograv.procedures.rehabilitation.assist.page import course, page_of, write_assist_page
 from exograv.procedures.rehabilitation.assist.participant_record import AssistFile, opened
-from exograv.procedures.rehabilitation.assist.words import Language, Words, page_words
+from exograv.procedures.rehabilitation.assist.words import AssistTexts, Language, page_words
 from exograv.report.style.page import page_text
 from exograv.task.assist_as_needed import SENTENCES
 
@@ -31,7 +31,7 @@ def sessions(*needs: float) -> AssistFile:
     [("en", "SIMULATED", "support goes down from 100 to 95 %."), ("de", "SIMULIERT", "geht von 100 auf 95 % zurück.")],
 )
 def test_every_decision_stands_on_the_page_in_its_language(language: Language, simulated: str, said: str):
-    file, words = sessions(0.8, 0.7), Words(language, SAID)
+    file, words = sessions(0.8, 0.7), AssistTexts(language, SAID)
     page = page_text(page_of(file, words))
     assert f'<html lang="{language}">' in page
     assert simulated in page
@@ -53,5 +53,5 @@ def test_the_band_in_the_picture_is_where_support_could_go():
 
 @pytest.mark.slow
 def test_the_page_is_written_with_its_picture(tmp_path: Path):
-    write_assist_page(tmp_path / "a.html", sessions(0.8), Words("en", SAID))
+    write_assist_page(tmp_path / "a.html", sessions(0.8), AssistTexts("en", SAID))
     assert "<svg" in (tmp_path / "a.html").read_text(encoding="utf-8")

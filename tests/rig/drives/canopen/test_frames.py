@@ -11,7 +11,7 @@ from exograv.errors import ConfigError
 from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.canopen import objects as at
 from exograv.rig.drives.canopen.emergency import fault_of
-from exograv.rig.drives.canopen.node import DAMPING_MOST, TOLD_DAMPED, CanopenNode, Due, lost_after
+from exograv.rig.drives.canopen.node import DAMPING_MOST, TOLD_DAMPED, CanopenNode, OwedAnswers, lost_after
 from exograv.rig.drives.canopen.states import DISABLE_VOLTAGE, ENABLE
 from exograv.rig.drives.settings import CanopenBus, Drive, Drives, DrivesSettings
 from exograv.rig.drives.units import Units
@@ -121,7 +121,7 @@ def test_no_frame_breaks_a_node_and_only_a_whole_measurement_counts(data: bytes,
 
 
 def test_an_answer_to_an_older_sync_is_none_to_this_one():
-    due = Due()
+    due = OwedAnswers()
     due.ask()
     due.close()
     due.came()  # too late
@@ -136,7 +136,7 @@ def test_an_answer_to_an_older_sync_is_none_to_this_one():
 
 
 def test_an_answer_that_comes_in_the_next_period_does_not_count_for_that():
-    due = Due()
+    due = OwedAnswers()
     due.ask()
     due.close()
     due.ask()  # nothing came meanwhile: lost

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from exograv.rig.drives.moteus.frames import QUESTION, Orders, answer
+from exograv.rig.drives.moteus.frames import QUESTION, CommandLines, answer
 from exograv.rig.drives.moteus.simulated import registers as at
 from exograv.rig.drives.moteus.simulated.node import POSITION, SimulatedMoteus
 from exograv.rig.drives.settings import Drives
@@ -24,8 +24,8 @@ def data_of(line: bytes) -> bytes:
     return bytes.fromhex(line.split()[3].decode())
 
 
-def orders() -> Orders:
-    return Orders(NUMBER, OURS, MOST_Nm, WATCHDOG_s)
+def orders() -> CommandLines:
+    return CommandLines(NUMBER, OURS, MOST_Nm, WATCHDOG_s)
 
 
 @given(torque=FINITE, damping=st.floats(0.0, 10.0, width=32))
@@ -52,7 +52,7 @@ def test_a_line_is_the_makers_own_for_the_same_frame():
 @pytest.mark.parametrize("endless", [0.0, math.nan, math.inf, -1.0])
 def test_no_order_can_be_made_that_holds_for_ever_or_by_a_default(endless: float):
     with pytest.raises(ValueError, match="moteus"):
-        Orders(NUMBER, OURS, MOST_Nm, endless)
+        CommandLines(NUMBER, OURS, MOST_Nm, endless)
 
 
 KINDS = (moteus.INT8, moteus.INT16, moteus.INT32, moteus.F32)

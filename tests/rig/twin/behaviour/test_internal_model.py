@@ -8,7 +8,7 @@ import numpy as np
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription
 from exograv.rig.twin import Disturbances, draw_machine, draw_wearer
-from exograv.rig.twin.behaviour.internal_model import OwnArm, weightless, worn_inertia
+from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics, weightless, worn_inertia
 from exograv.rig.twin.wearer.passive import follower_paths
 from exograv.rig.twin.world.link_truth import link_truth
 from exograv.rig.twin.world.scene import build_scene
@@ -34,7 +34,7 @@ def weight_energy(rig: RigDescription, machine, wearer, q: np.ndarray) -> float:
 
 def test_holding_the_arm_takes_the_slope_of_its_energy(rig: RigDescription):
     machine, wearer = draw_machine(rig, LEVEL_2, 1), draw_wearer(LEVEL_2, 1)
-    own = OwnArm(rig, machine, wearer)
+    own = ArmInverseDynamics(rig, machine, wearer)
     for_weight = own.torque(POSTURE, STILL, STILL, 1.0) - own.torque(POSTURE, STILL, STILL, 0.0)
     steps = STEP * np.eye(4)
     slope = [
@@ -46,7 +46,7 @@ def test_holding_the_arm_takes_the_slope_of_its_energy(rig: RigDescription):
 
 
 def test_the_own_inertia_is_that_of_a_body(rig: RigDescription):
-    inertia = OwnArm(rig, draw_machine(rig, LEVEL_2, 1), draw_wearer(LEVEL_2, 1)).inertia(POSTURE)
+    inertia = ArmInverseDynamics(rig, draw_machine(rig, LEVEL_2, 1), draw_wearer(LEVEL_2, 1)).inertia(POSTURE)
     np.testing.assert_allclose(inertia, inertia.T, atol=1e-9)
     assert (np.linalg.eigvalsh(inertia) > 0.0).all()
 

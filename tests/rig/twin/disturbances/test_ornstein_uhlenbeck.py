@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from exograv.rig.twin.disturbances.ornstein_uhlenbeck import BLOCK, Wander
+from exograv.rig.twin.disturbances.ornstein_uhlenbeck import BLOCK, OrnsteinUhlenbeck
 
 
 @pytest.mark.parametrize("period_s", [0.001, 0.002])
 def test_spread_and_memory_are_as_told(period_s: float):
-    wander = Wander(np.full(200, 0.5), 100.0 * period_s, period_s, np.random.default_rng(1000))
+    wander = OrnsteinUhlenbeck(np.full(200, 0.5), 100.0 * period_s, period_s, np.random.default_rng(1000))
     rows = np.vstack([wander.block(), wander.block()])
     assert len(rows) == 2 * BLOCK
     assert rows.std() == pytest.approx(0.5, rel=0.03)

@@ -10,7 +10,7 @@ from exograv.rig.twin import Disturbances, Machine, draw_machine
 from exograv.rig.twin.machine.drive import (
     BRISTLE_TRAVEL,
     DriveInput,
-    Rubbing,
+    FrictionState,
     drive_step,
     friction_step,
     sliding_friction,
@@ -24,12 +24,12 @@ CREEP_TOLERANCE = 1e-9  # rad in ten seconds: far below one step of any encoder 
 
 def friction_function(machine: Machine, dt: float = DT) -> ca.Function:
     bristle, theta, omega, load = (ca.SX.sym(name) for name in ("bristle", "theta", "omega", "load"))
-    results = friction_step(machine, ELBOW, bristle, Rubbing(theta, omega, load, ca.SX(0)), dt)
+    results = friction_step(machine, ELBOW, bristle, FrictionState(theta, omega, load, ca.SX(0)), dt)
     return ca.Function("friction", [bristle, theta, omega, load], list(results))
 
 
 def sliding(machine: Machine, omega: float, load: float = 0.0, warmth: float = 0.0, theta: float = 0.0) -> float:
-    now = Rubbing(*(ca.SX(x) for x in (theta, omega, load, warmth)))
+    now = FrictionState(*(ca.SX(x) for x in (theta, omega, load, warmth)))
     return float(ca.evalf(sliding_friction(machine, ELBOW, now)))
 
 

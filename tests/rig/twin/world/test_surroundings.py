@@ -8,7 +8,7 @@ import pytest
 
 from exograv.model.description import RigDescription
 from exograv.rig.twin import Disturbances, Twin, draw_machine, draw_wearer
-from exograv.rig.twin.behaviour.internal_model import OwnArm
+from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics
 from exograv.rig.twin.world.surroundings import FINGER_RADIUS, Surroundings, fingertip_of
 from exograv.signals import Command
 
@@ -28,7 +28,7 @@ def stepped(twin: Twin, ticks: int = TICKS) -> np.ndarray:
 def before_the_finger(rig: RigDescription, tilt: float, gap: float) -> tuple[Surroundings, np.ndarray]:
     """A screen with its glass `gap` [m] before the fingertip, which is 30 mm right of and above its centre."""
     wearer = draw_wearer(NONE, 0)
-    own = OwnArm(rig, draw_machine(rig, NONE, 0), wearer)
+    own = ArmInverseDynamics(rig, draw_machine(rig, NONE, 0), wearer)
     tip = own.fingertip(rig.arm_donning_posture)
     axes = Surroundings(np.zeros(3), tilt, 0.0).screen_axes
     return Surroundings(tip - axes @ np.array([0.03, 0.03, gap]), tilt, -1.0), tip
@@ -88,7 +88,7 @@ def test_the_support_carries_the_hand(rig: RigDescription, make_twin: Callable[.
     _, tip = before_the_finger(rig, 0.0, gap=1.0)
     lap = replace(FAR, support_z=float(tip[2]) - 0.05)
     falls, lies = make_twin(NONE), make_twin(NONE, surroundings=lap)
-    own = OwnArm(rig, falls.truth.machine, draw_wearer(NONE, 0))
+    own = ArmInverseDynamics(rig, falls.truth.machine, draw_wearer(NONE, 0))
     heights = [own.fingertip(stepped(twin, 1500))[2] for twin in (falls, lies)]
     assert heights[1] > lap.support_z - 0.01
     assert heights[0] < heights[1]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from exograv.dynamics.carrying import Carried, carried
+from exograv.dynamics.carrying import CarriedTorque, carried
 from exograv.identification.calibration.empty_machine import COULOMB
 from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription
@@ -77,7 +77,7 @@ def friction_reserve(description: RigDescription) -> Joints:
     return np.array([0.0 if drive == "passive" else BREAKAWAY * COULOMB[drive][0] for drive in drives])
 
 
-def largest_shares(found: Carried, friction: Joints, limit: Joints) -> Joints:
+def largest_shares(found: CarriedTorque, friction: Joints, limit: Joints) -> Joints:
     """How many times this arm each drive holds, in its worst posture; infinite without a motor, zero if not even 1 kg.
 
     |exo + hand + share · arm| + friction ≤ limit.

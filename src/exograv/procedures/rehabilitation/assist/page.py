@@ -7,10 +7,10 @@ from exograv.report.style.figure_style import house_style
 from exograv.report.style.page import Chapter, Page, Table, Text, write_page
 
 from .participant_record import AssistFile
-from .words import Words
+from .words import AssistTexts
 
 
-def write_assist_page(path: Path, file: AssistFile, words: Words) -> None:
+def write_assist_page(path: Path, file: AssistFile, words: AssistTexts) -> None:
     """Write the page of all sessions in the file.
 
     Raises:
@@ -35,7 +35,7 @@ def course(file: AssistFile) -> list[SupportBlock]:
     ]
 
 
-def page_of(file: AssistFile, words: Words) -> Page:
+def page_of(file: AssistFile, words: AssistTexts) -> Page:
     """Content of the page; the same sessions give the same page."""
     word, last = words.page, file.sessions[-1]
     rows = [
@@ -70,7 +70,7 @@ def page_of(file: AssistFile, words: Words) -> Page:
     )
 
 
-def _rule(file: AssistFile, words: Words) -> str:
+def _rule(file: AssistFile, words: AssistTexts) -> str:
     rule = file.sessions[-1].protocol.rule
     return words.page(
         "rule_text",

@@ -22,7 +22,7 @@ def page_words(language: Language) -> Mapping[str, str]:
 
 
 @dataclass(frozen=True)
-class Words:
+class AssistTexts:
     """What is said, and in which language."""
 
     language: Language

@@ -7,7 +7,7 @@ from . import objects as at
 from .emergency import fault_of
 from .network import SdoNode
 from .node import CanopenNode
-from .objects import Cob, Entry
+from .objects import CobId, Entry
 
 ABORT_IS_FAULT, SLOW_DOWN_ON_RAMP, GO_ON_TELLING = 1, 2, 1
 """A lost connection is a fault; it, as a quick stop, ends the motion on the quick-stop ramp; TPDOs go on."""
@@ -115,12 +115,12 @@ def _reactions(drives: Drives, drive: Drive, asked: SdoNode) -> tuple[str, ...]:
 
 def _map_all(drives: Drives, node: CanopenNode, asked: SdoNode, has_temperature: bool) -> None:
     drive, command = node.drive, (*at.COMMAND, at.DAMPING) if node.has_damping else at.COMMAND
-    _map(drive, asked, 0x1400, Cob.COMMAND + drive.node, AT_ONCE, command)
-    _map(drive, asked, 0x1800, Cob.MEASURED + drive.node, WITH_EACH_SYNC, at.MEASURED)
+    _map(drive, asked, 0x1400, CobId.COMMAND + drive.node, AT_ONCE, command)
+    _map(drive, asked, 0x1800, CobId.MEASURED + drive.node, WITH_EACH_SYNC, at.MEASURED)
     if drives.rad_per_motor_count is not None:
-        _map(drive, asked, 0x1801, Cob.MOTOR + drive.node, WITH_EACH_SYNC, at.MOTOR)
+        _map(drive, asked, 0x1801, CobId.MOTOR + drive.node, WITH_EACH_SYNC, at.MOTOR)
     if has_temperature:
-        _map(drive, asked, 0x1802, Cob.SLOW + drive.node, at.SLOW_SYNCS, at.SLOW)
+        _map(drive, asked, 0x1802, CobId.SLOW + drive.node, at.SLOW_SYNCS, at.SLOW)
 
 
 def _map(drive: Drive, asked: SdoNode, where: int, cob: int, kind: int, entries: tuple[Entry, ...]) -> None:

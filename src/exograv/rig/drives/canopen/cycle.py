@@ -10,7 +10,7 @@ from exograv.rig.drives.settings import Drives
 from . import objects as at
 from .bus import Bus, CanFrame
 from .node import CanopenNode
-from .objects import MASTER, Cob, Nmt
+from .objects import MASTER, CobId, Nmt
 
 FORGET_US = struct.Struct("<BHBI").pack(0x23, at.HEARTBEAT_WATCHED.index, at.HEARTBEAT_WATCHED.sub, 0)
 """A question that sets the watched heartbeat to none; its answer is not waited for, because we are leaving."""
@@ -34,31 +34,31 @@ class CanopenCycle(Cycle[CanFrame, CanopenNode]):
         self._handlers = {
             kind + node.drive.node: handler for node in self._nodes for kind, handler in node.handlers.items()
         }
-        to_each = {kind + node.drive.node for node in nodes for kind in (Cob.COMMAND, Cob.QUESTION)}
-        self._hosts = frozenset({Cob.NMT, Cob.SYNC, Cob.HEARTBEAT + MASTER} | to_each)
+        to_each = {kind + node.drive.node for node in nodes for kind in (CobId.COMMAND, CobId.QUESTION)}
+        self._hosts = frozenset({CobId.NMT, CobId.SYNC, CobId.HEARTBEAT + MASTER} | to_each)
         """Frames that only a host of these drives sends."""
 
     def tell(self, orders: Sequence[bytes]) -> None:
         """Send one command to each drive, and by it the sign that we live."""
         for node, data in zip(self._nodes, orders, strict=True):
-            self._bus.send(Cob.COMMAND + node.drive.node, data)
+            self._bus.send(CobId.COMMAND + node.drive.node, data)
         if self._told % self._beat_every == 0:
-            self._bus.send(Cob.HEARTBEAT + MASTER, OUR_HEARTBEAT)
+            self._bus.send(CobId.HEARTBEAT + MASTER, OUR_HEARTBEAT)
         self._told += 1
 
     def order(self, command: int, nodes: Sequence[CanopenNode]) -> None:
         """Change the NMT state of these."""
         for node in nodes:
-            self._bus.send(Cob.NMT, bytes([command, node.drive.node]))
+            self._bus.send(CobId.NMT, bytes([command, node.drive.node]))
 
     def leave(self) -> None:
         """Let the drives no longer expect us, and fall silent."""
         for node in self._nodes:
-            self._bus.send(Cob.QUESTION + node.drive.node, FORGET_US)
+            self._bus.send(CobId.QUESTION + node.drive.node, FORGET_US)
         self.order(Nmt.PRE_OPERATIONAL, self._nodes)
 
     def _send_question(self) -> None:
-        self._bus.send(Cob.SYNC, b"")
+        self._bus.send(CobId.SYNC, b"")
 
     def _is_of_another_host(self, frame: CanFrame) -> bool:
         return frame.cob in self._hosts

@@ -9,7 +9,7 @@ from exograv.rig.drives.settings import Drive
 
 from . import objects as at
 from .emergency import FRAME, fault_of
-from .objects import Cob, Nmt
+from .objects import CobId, Nmt
 from .states import DISABLE_VOLTAGE, ENABLE, QUICK_STOP, Cia402State, next_control, state_of
 
 LOST_AFTER_S = 0.003
@@ -31,7 +31,7 @@ DAMPING_MOST = 65.535
 IN_FAULT = (Cia402State.FAULT, Cia402State.FAULT_REACTION)
 
 
-class Due:
+class OwedAnswers:
     """Answers of one kind that a drive owes.
 
     They carry no number, so that one of an older SYNC looks like one of now: where one is missing, the next counts for
@@ -60,7 +60,7 @@ class CanopenNode(AskedNode):
 
     def __init__(self, drive: Drive, has_motor: bool, period_s: float):
         super().__init__(drive, lost_after(period_s))
-        self._has_motor, self._measured, self._motor = has_motor, Due(), Due()
+        self._has_motor, self._measured, self._motor = has_motor, OwedAnswers(), OwedAnswers()
         self.position = self.motor_position = 0
         self.state = Cia402State.NOT_READY
         self.control = DISABLE_VOLTAGE
@@ -70,11 +70,11 @@ class CanopenNode(AskedNode):
         self._amperes = drive.current_rated_A / 1000.0
         """Currents are per mille of what the drive has as rated: one step [A]."""
         self.handlers: Mapping[int, Callable[[bytes], None]] = {
-            Cob.EMERGENCY: self.on_emergency,
-            Cob.MEASURED: self.on_measured,
-            Cob.MOTOR: self.on_motor,
-            Cob.SLOW: self.on_slow,
-            Cob.HEARTBEAT: self.on_heartbeat,
+            CobId.EMERGENCY: self.on_emergency,
+            CobId.MEASURED: self.on_measured,
+            CobId.MOTOR: self.on_motor,
+            CobId.SLOW: self.on_slow,
+            CobId.HEARTBEAT: self.on_heartbeat,
         }
         """By the number of the frame without the drive's own."""
 
@@ -148,7 +148,7 @@ class CanopenNode(AskedNode):
             self._came(self._motor)
             (self.motor_position,) = MOTOR.unpack_from(data)
 
-    def _came(self, due: Due) -> None:
+    def _came(self, due: OwedAnswers) -> None:
         due.came()
         self.has_answered = not (self._measured.missing or self._motor.missing)
 

@@ -73,7 +73,7 @@ SLOW_SYNCS = 50
 """The winding's temperature comes with every so many SYNCs: 10 Hz at 2 ms."""
 
 
-class Cob:
+class CobId:
     """Numbers of frames; a node's own is added to those below the first blank."""
 
     EMERGENCY = 0x080

@@ -85,7 +85,7 @@ def _by_library(data: bytes) -> MoteusAnswer | None:
     return MoteusAnswer(int(mode), turns, current, supply, float(temperature), int(code))
 
 
-class Orders:
+class CommandLines:
     """Lines that command one moteus."""
 
     def __init__(self, number: int, source: int, torque_max_Nm: float, watchdog_s: float):

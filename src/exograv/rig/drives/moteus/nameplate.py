@@ -24,7 +24,7 @@ KV_Nm_PER_A = 1.5 / math.sqrt(3.0) * 60.0 / (2.0 * math.pi)
 
 
 @dataclass(frozen=True)
-class Must:
+class RequiredSetting:
     """A setting that has to be so."""
 
     name: str
@@ -36,24 +36,34 @@ class Must:
 
 
 MUSTS = (
-    Must("motor.Kv", lambda x: x > 0.0, "measured", "its torques rest on it: run moteus_tool --calibrate"),
-    Must("motor.resistance_ohm", lambda x: x > 0.0, "measured", "its brake rests on it: run moteus_tool --calibrate"),
-    Must("motor_position.rotor_to_output_ratio", lambda x: x > 0.0, "above 0", "positions and torques are the joint's"),
-    Must("servo.pid_position.kp", lambda x: x == 0.0, "0", "with any other, half a command could make it run to 0"),
-    Must("servo.pid_position.ki", lambda x: x == 0.0, "0", "with any other, half a command could make it run to 0"),
-    Must("servo.pid_position.kd", lambda x: x > 0.0, "above 0", "with it the guard brakes a joint that it distrusts"),
-    Must("servopos.position_min", math.isnan, "nan", "beyond it the drive would take away torque by itself"),
-    Must("servopos.position_max", math.isnan, "nan", "beyond it the drive would take away torque by itself"),
-    Must("servo.bemf_feedforward", lambda x: x == 0.0, "0", "with it the drive refuses a torque command"),
-    Must("servo.voltage_mode_control", lambda x: x == 0.0, "0", "with it currents are not controlled"),
-    Must("servo.fixed_voltage_mode", lambda x: x == 0.0, "0", "with it currents are not controlled"),
-    Must("servo.fault_position_error", math.isnan, "nan", "a torque command holds no position", True),
-    Must("servo.fault_velocity_error", math.isnan, "nan", "a torque command holds no speed", True),
+    RequiredSetting("motor.Kv", lambda x: x > 0.0, "measured", "its torques rest on it: run moteus_tool --calibrate"),
+    RequiredSetting(
+        "motor.resistance_ohm", lambda x: x > 0.0, "measured", "its brake rests on it: run moteus_tool --calibrate"
+    ),
+    RequiredSetting(
+        "motor_position.rotor_to_output_ratio", lambda x: x > 0.0, "above 0", "positions and torques are the joint's"
+    ),
+    RequiredSetting(
+        "servo.pid_position.kp", lambda x: x == 0.0, "0", "with any other, half a command could make it run to 0"
+    ),
+    RequiredSetting(
+        "servo.pid_position.ki", lambda x: x == 0.0, "0", "with any other, half a command could make it run to 0"
+    ),
+    RequiredSetting(
+        "servo.pid_position.kd", lambda x: x > 0.0, "above 0", "with it the guard brakes a joint that it distrusts"
+    ),
+    RequiredSetting("servopos.position_min", math.isnan, "nan", "beyond it the drive would take away torque by itself"),
+    RequiredSetting("servopos.position_max", math.isnan, "nan", "beyond it the drive would take away torque by itself"),
+    RequiredSetting("servo.bemf_feedforward", lambda x: x == 0.0, "0", "with it the drive refuses a torque command"),
+    RequiredSetting("servo.voltage_mode_control", lambda x: x == 0.0, "0", "with it currents are not controlled"),
+    RequiredSetting("servo.fixed_voltage_mode", lambda x: x == 0.0, "0", "with it currents are not controlled"),
+    RequiredSetting("servo.fault_position_error", math.isnan, "nan", "a torque command holds no position", True),
+    RequiredSetting("servo.fault_velocity_error", math.isnan, "nan", "a torque command holds no speed", True),
 )
 
 
 @dataclass(frozen=True)
-class Plate:
+class CommandScaling:
     """What commands to one drive need."""
 
     torque_per_ampere: float
@@ -63,7 +73,7 @@ class Plate:
     """Of its speed [N·m·s/rad], at `kd_scale` 1."""
 
 
-def read_plate(asked: Diagnostic, drive: Drive, drives: Drives) -> Plate:
+def read_plate(asked: Diagnostic, drive: Drive, drives: Drives) -> CommandScaling:
     """Its settings, after they have been found to be right.
 
     Raises:
@@ -83,7 +93,7 @@ def read_plate(asked: Diagnostic, drive: Drive, drives: Drives) -> Plate:
     unit, stated = "N·m·s/rad", drive.brake_Nms_per_rad
     refuse_other_value(f"brake{of}", brake, "brake_Nms_per_rad", stated, unit, SAME_BRAKE)
     _refuse_bent_torque(asked, drive)
-    return Plate(per_ampere, found["servo.pid_position.kd"] / (2.0 * math.pi))
+    return CommandScaling(per_ampere, found["servo.pid_position.kd"] / (2.0 * math.pi))
 
 
 def _refuse_unfit(asked: Diagnostic, drive: Drive) -> None:
@@ -109,7 +119,7 @@ def _known(asked: Diagnostic, drive: Drive, name: str) -> float:
     return value
 
 
-def _held(asked: Diagnostic, drive: Drive, must: Must) -> float:
+def _held(asked: Diagnostic, drive: Drive, must: RequiredSetting) -> float:
     value = asked.setting(must.name) if must.may_be_missing else _known(asked, drive, must.name)
     if value is not None and not must.holds(value):
         raise ConfigError(

@@ -8,9 +8,9 @@ from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.node import AskedNode
 from exograv.rig.drives.settings import Drive
 
-from .frames import MoteusAnswer, Orders
+from .frames import CommandLines, MoteusAnswer
 from .modes import fault_of
-from .nameplate import Plate
+from .nameplate import CommandScaling
 
 LOST_AFTER = 3
 """Questions in a row without an answer: as many as the guard bridges (docs/safety.md)."""
@@ -25,14 +25,14 @@ class MoteusNode(AskedNode):
         super().__init__(drive, LOST_AFTER)
         self.said = MoteusAnswer(Mode.STOPPED, math.nan, 0.0, math.nan, math.nan, 0)
         self._is_waking = self._may_stop = False
-        self._plate: Plate | None = None
-        self._orders: Orders | None = None
+        self._plate: CommandScaling | None = None
+        self._orders: CommandLines | None = None
 
-    def set_up(self, plate: Plate, source: int, watchdog_s: float) -> None:
+    def set_up(self, plate: CommandScaling, source: int, watchdog_s: float) -> None:
         """Take its settings, which have been checked."""
         self._plate = plate
         most = plate.torque_per_ampere * self.drive.current_max_A
-        self._orders = Orders(self.drive.node, source, most, watchdog_s)
+        self._orders = CommandLines(self.drive.node, source, most, watchdog_s)
         self.fault, self.code = DriveFault.NONE, 0
 
     @property

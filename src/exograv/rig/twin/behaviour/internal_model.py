@@ -24,7 +24,7 @@ DIFFERENCE = 1e-3
 PerFreedom = Float[np.ndarray, " arm"]
 
 
-class OwnArm:
+class ArmInverseDynamics:
     """Inverse dynamics of the arm alone, by the twin's engine: nothing of the machine is in it."""
 
     def __init__(self, description: RigDescription, machine: Machine, wearer: Wearer):

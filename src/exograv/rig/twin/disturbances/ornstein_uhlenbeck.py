@@ -9,7 +9,7 @@ BLOCK = 4096
 PerEntry = Float[np.ndarray, " entry"]
 
 
-class Wander:
+class OrnsteinUhlenbeck:
     """It begins as if it had wandered for long."""
 
     def __init__(self, sd: PerEntry, lasts_s: PerEntry | float, period_s: float, random: np.random.Generator):

@@ -13,7 +13,7 @@ from exograv.rig.twin.wearer.arm_bodies import MASS_LEAST
 from exograv.rig.twin.wearer.regressions import SAMPLE, TABLE
 from exograv.rig.twin.wearer.skeleton import GRIP_FRACTION, Bone, BoneJoint, Skeleton, axis_of
 
-from .model_joints import SLIDE, Hanging, find_body, joint_names, listed
+from .model_joints import SLIDE, HangingPosture, find_body, joint_names, listed
 from .wearer_map import BodyPoint, WearerMap
 
 Vector = Float[np.ndarray, " 3"]
@@ -32,7 +32,7 @@ class Anatomy:
     model: mujoco.MjModel
     data: mujoco.MjData
     told: WearerMap
-    stand: Hanging
+    stand: HangingPosture
     chain: list[int]
     """Bodies from the arm's first to the hand."""
 
@@ -52,7 +52,7 @@ class Anatomy:
         return [j for j in range(first, first + int(self.model.body_jntnum[body])) if j in self.stand.moving]
 
 
-def build_skeleton(model: mujoco.MjModel, told: WearerMap, stand: Hanging, kind: ArmKind) -> Skeleton:
+def build_skeleton(model: mujoco.MjModel, told: WearerMap, stand: HangingPosture, kind: ArmKind) -> Skeleton:
     """The arm of a model, as the map tells its parts.
 
     Raises:
@@ -98,7 +98,7 @@ def build_skeleton(model: mujoco.MjModel, told: WearerMap, stand: Hanging, kind:
     )
 
 
-def _anatomy(model: mujoco.MjModel, data: mujoco.MjData, told: WearerMap, stand: Hanging) -> Anatomy:
+def _anatomy(model: mujoco.MjModel, data: mujoco.MjData, told: WearerMap, stand: HangingPosture) -> Anatomy:
     chain = [find_body(model, told.segments.hand, "segments.hand")]
     while model.body_parentid[chain[0]] > 0:
         chain.insert(0, int(model.body_parentid[chain[0]]))
@@ -123,7 +123,7 @@ def _anatomy(model: mujoco.MjModel, data: mujoco.MjData, told: WearerMap, stand:
     return Anatomy(model, data, told, stand, chain, leader, np.mean(anchors, axis=0))
 
 
-def _refuse_unnamed(model: mujoco.MjModel, told: WearerMap, stand: Hanging, leader: dict[int, int]) -> None:
+def _refuse_unnamed(model: mujoco.MjModel, told: WearerMap, stand: HangingPosture, leader: dict[int, int]) -> None:
     names = joint_names(model)
     left = [
         names[j]

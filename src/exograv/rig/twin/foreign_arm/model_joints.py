@@ -23,7 +23,7 @@ HINGE, SLIDE, BALL = (
 
 
 @dataclass
-class Hanging:
+class HangingPosture:
     """How the model's joints stand while its arm hangs straight, and which of them move."""
 
     qpos: Float[np.ndarray, " qpos"]
@@ -48,13 +48,13 @@ class Hanging:
         return {*self.freedoms, *self.ball, *self.coupled}
 
 
-def hanging(model: mujoco.MjModel, told: WearerMap) -> Hanging:
+def hanging(model: mujoco.MjModel, told: WearerMap) -> HangingPosture:
     """What the map says of the model's joints, and the model's own couplings.
 
     Raises:
         ModelError: No such joint, or one that cannot be what the map says.
     """
-    stand = Hanging(model.qpos0.copy())
+    stand = HangingPosture(model.qpos0.copy())
     for freedom, mapped in told.freedoms.items():
         joint = _single_joint(model, mapped.joint, f"freedoms.{freedom}", HINGE)
         _set(model, stand, joint, np.deg2rad(mapped.zero_deg), f"freedoms.{freedom}")
@@ -121,13 +121,13 @@ def _single_joint(model: mujoco.MjModel, name: str, where: str, *kinds: int) -> 
     return joint
 
 
-def _set(model: mujoco.MjModel, stand: Hanging, joint: int, value: float, where: str) -> None:
+def _set(model: mujoco.MjModel, stand: HangingPosture, joint: int, value: float, where: str) -> None:
     if joint in stand.moving or joint in stand.locked:
         raise ModelError(f"{where}: joint '{model.joint(joint).name}' is named twice in the map. Keep one of them.")
     stand.qpos[model.jnt_qposadr[joint]] = value
 
 
-def _put_ball(model: mujoco.MjModel, told: WearerMap, stand: Hanging) -> None:
+def _put_ball(model: mujoco.MjModel, told: WearerMap, stand: HangingPosture) -> None:
     if told.shoulder is None:
         return
     joints = [find_joint(model, name, "shoulder.joints") for name in told.shoulder.joints]
@@ -141,7 +141,7 @@ def _put_ball(model: mujoco.MjModel, told: WearerMap, stand: Hanging) -> None:
     stand.notes.append(f"Three hinges about one centre stand for {', '.join(told.shoulder.joints)}.")
 
 
-def _follow_own_couplings(model: mujoco.MjModel, stand: Hanging) -> None:
+def _follow_own_couplings(model: mujoco.MjModel, stand: HangingPosture) -> None:
     """The model's own constraints between joints: follow a freedom, or stay where the leading joint is."""
     for k in range(model.neq):
         led, leader = int(model.eq_obj1id[k]), int(model.eq_obj2id[k])

@@ -37,7 +37,7 @@ THETA, OMEGA, TAU_MOTOR = (DRIVE_STATES.index(name) for name in ("theta", "omega
 
 
 @dataclass(frozen=True)
-class Rubbing:
+class FrictionState:
     """What friction depends on at one instant."""
 
     theta: ca.SX
@@ -95,16 +95,16 @@ def drive_step(machine: Machine, joint: int, state: ca.SX, now: DriveInput, dt: 
     # exp(-inf) is zero: a motor without lag forgets its torque at once.
     tau_motor = asked + (tau_motor - asked) * np.exp(-2.0 * np.pi * drives.bandwidth[joint] * dt)
     if np.isinf(stiffness):
-        rubbed, bristle = friction_step(machine, joint, bristle, Rubbing(now.q, now.v, tau_motor, now.warmth), dt)
+        rubbed, bristle = friction_step(machine, joint, bristle, FrictionState(now.q, now.v, tau_motor, now.warmth), dt)
         return DriveStep(tau_motor - rubbed, ca.vertcat(bristle, now.q, now.v, tau_motor))
     damping = 2.0 * GEAR_DAMPING_RATIO * np.sqrt(stiffness * inertia)
     tau_gear = stiffness * (theta - now.q) + damping * (omega - now.v)
-    rubbed, bristle = friction_step(machine, joint, bristle, Rubbing(theta, omega, tau_gear, now.warmth), dt)
+    rubbed, bristle = friction_step(machine, joint, bristle, FrictionState(theta, omega, tau_gear, now.warmth), dt)
     omega = omega + dt / inertia * (tau_motor - rubbed - tau_gear)
     return DriveStep(tau_gear, ca.vertcat(bristle, theta + dt * omega, omega, tau_motor))
 
 
-def friction_step(machine: Machine, joint: int, bristle: ca.SX, now: Rubbing, dt: float) -> tuple[ca.SX, ca.SX]:
+def friction_step(machine: Machine, joint: int, bristle: ca.SX, now: FrictionState, dt: float) -> tuple[ca.SX, ca.SX]:
     """Torque [N·m] that friction takes from the motion, with its sign, and the new bristle deflection [rad]."""
     friction = machine.friction
     viscous = friction.viscous[joint] * (1.0 - friction.warm_up[joint] * now.warmth) * now.omega
@@ -120,7 +120,7 @@ def friction_step(machine: Machine, joint: int, bristle: ca.SX, now: Rubbing, dt
     return stiffness * bristle_next + damping * (bristle_next - bristle) / dt + viscous, bristle_next
 
 
-def sliding_friction(machine: Machine, joint: int, now: Rubbing) -> ca.SX:
+def sliding_friction(machine: Machine, joint: int, now: FrictionState) -> ca.SX:
     """Magnitude of friction without its viscous part, while sliding steadily [N·m]."""
     friction, turns = machine.friction, machine.drives.gear_ratio[joint]
     coulomb = friction.coulomb[joint]

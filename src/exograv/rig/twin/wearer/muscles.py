@@ -3,10 +3,10 @@
 import numpy as np
 from jaxtyping import Float
 
-from exograv.rig.twin.disturbances.ornstein_uhlenbeck import BLOCK, Wander
+from exograv.rig.twin.disturbances.ornstein_uhlenbeck import BLOCK, OrnsteinUhlenbeck
 from exograv.rig.twin.disturbances.streams import stream
 
-from .wearer import Unrest
+from .wearer import RestlessArm
 
 BURST_TORQUE = (2.0, 6.0)
 """At shoulder and elbow [N·m]."""
@@ -18,10 +18,12 @@ BURST_DURATION = (0.3, 1.0)
 class Muscles:
     """Muscle torque of one arm tick by tick; the same seed and owner give the same torques."""
 
-    def __init__(self, unrest: Unrest, seed: int, period_s: float, owner: str = "run") -> None:
+    def __init__(self, unrest: RestlessArm, seed: int, period_s: float, owner: str = "run") -> None:
         self._unrest, self._n = unrest, len(unrest.bias_rms)
         self._period = period_s
-        self._bias = Wander(unrest.bias_rms, unrest.bias_correlation, period_s, stream(seed, owner, "slow_bias"))
+        self._bias = OrnsteinUhlenbeck(
+            unrest.bias_rms, unrest.bias_correlation, period_s, stream(seed, owner, "slow_bias")
+        )
         self._burst_stream = stream(seed, owner, "bursts")
         self._next_burst = self._pause()
         self._overhang = np.zeros((0, self._n))

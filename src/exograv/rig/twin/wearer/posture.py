@@ -21,7 +21,7 @@ FASTENED = np.array([0.0, 0.0, 0.0, 0.5 * np.pi, 0.0, 0.0, 0.0])
 
 
 @dataclass(frozen=True)
-class Pose:
+class BonePose:
     """Of a bone, from the shoulder's centre as the arm hangs."""
 
     R: Matrix
@@ -33,14 +33,14 @@ class Pose:
         return self.p + self.R @ point
 
 
-def bone_poses(skeleton: Skeleton, q: Angles) -> dict[str, Pose]:
+def bone_poses(skeleton: Skeleton, q: Angles) -> dict[str, BonePose]:
     """All bones at the posture `q` [rad], with the joints that follow, without the shoulder's shift."""
     values = dict(zip(skeleton.freedoms, q, strict=True))
     for coupling in skeleton.couplings:
         values[coupling.joint] = np.polyval(coupling.polynomial[::-1], values[coupling.freedom])
-    poses: dict[str, Pose] = {}
+    poses: dict[str, BonePose] = {}
     for bone in skeleton.bones:
-        parent = Pose(np.eye(3), np.zeros(3)) if bone.parent is None else poses[bone.parent]
+        parent = BonePose(np.eye(3), np.zeros(3)) if bone.parent is None else poses[bone.parent]
         R, p = parent.R, parent.of(bone.origin)
         for joint in bone.joints:
             axis, value = joint.axis / np.linalg.norm(joint.axis), float(values[joint.name])
@@ -50,7 +50,7 @@ def bone_poses(skeleton: Skeleton, q: Angles) -> dict[str, Pose]:
             anchor = p + R @ joint.anchor
             R = R @ _turn(axis, value)
             p = anchor - R @ joint.anchor
-        poses[bone.name] = Pose(R, p)
+        poses[bone.name] = BonePose(R, p)
     return poses
 
 

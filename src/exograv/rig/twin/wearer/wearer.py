@@ -58,7 +58,7 @@ class PassiveJoints:
 
 
 @dataclass(frozen=True)
-class Unrest:
+class RestlessArm:
     """An arm whose owner was told to relax it."""
 
     bias_rms: PerFreedom
@@ -81,7 +81,7 @@ class WearerArm:
     """True shoulder centre with the arm hanging, minus the machine's `shoulder_centre`, base axes [m]."""
 
     passive: PassiveJoints
-    unrest: Unrest
+    unrest: RestlessArm
 
     @property
     def side(self) -> ArmSide:
@@ -210,8 +210,8 @@ def _draw_passive(disturbances: Disturbances, seed: int, owner: str, freedoms: t
     )
 
 
-def _draw_unrest(disturbances: Disturbances, seed: int, owner: str, freedoms: tuple[str, ...]) -> Unrest:
-    return Unrest(
+def _draw_unrest(disturbances: Disturbances, seed: int, owner: str, freedoms: tuple[str, ...]) -> RestlessArm:
+    return RestlessArm(
         bias_rms=_per_freedom(disturbances, "slow_bias", seed, owner, freedoms),
         bias_correlation=stream(seed, owner, "bias_correlation").uniform(1.0, 5.0, len(freedoms)),
         bursts_per_minute=_number(disturbances, "bursts", "rate"),

@@ -70,7 +70,7 @@ class _NoTask:
         """Nothing to end."""
 
 
-class Mapped:
+class MappedFrame:
     """A frame as somebody has mapped it."""
 
     def __init__(self, node: LocalNode, index: int):
@@ -111,8 +111,8 @@ class SimulatedNode:
         self._machine, self._mode = StateMachine(), 0
         self._told, self._syncs, self._fault = {}, 0, DriveFault.NONE
         self._heard_at, self._beats_at, self._pending = -math.inf, 0.0, False
-        self.frames: tuple[Mapped, ...] = ()
-        self.received: Mapped | None = None
+        self.frames: tuple[MappedFrame, ...] = ()
+        self.received: MappedFrame | None = None
         self.is_operational = False
         self.drive.disable()
         self.drive.fault, self.drive.watchdog_s = DriveFault.NONE, math.inf
@@ -126,8 +126,8 @@ class SimulatedNode:
         """NMT has changed its state."""
         self.is_operational = state == OPERATIONAL
         if self.is_operational:
-            self.frames = tuple(one for index in SENT if (one := Mapped(self.local, index)).is_valid)
-            told = Mapped(self.local, RECEIVED[0])
+            self.frames = tuple(one for index in SENT if (one := MappedFrame(self.local, index)).is_valid)
+            told = MappedFrame(self.local, RECEIVED[0])
             self.received = told if told.is_valid else None
             self._syncs = 0
 

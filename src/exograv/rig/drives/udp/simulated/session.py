@@ -10,7 +10,7 @@ from exograv.rig.drives.udp.packets import Header, Packet, Refusal, RefusedError
 Address = tuple[str, int]
 
 
-class Holder(NamedTuple):
+class CommandingHost(NamedTuple):
     """The host that commands."""
 
     session: int
@@ -24,7 +24,7 @@ class UdpSession:
     def __init__(self, joints: int, hold_s: float, first_sequence: int = 0):
         """Free for whoever says hello first, and again when that host has been silent for `hold_s`."""
         self._n, self._hold_s = joints, hold_s
-        self.holder: Holder | None = None
+        self.holder: CommandingHost | None = None
         self._newest, self._heard_at = 0, 0.0
         self._sequence = first_sequence
         self.refused: Counter[str] = Counter()
@@ -44,7 +44,7 @@ class UdpSession:
         elif holder is not None and now - self._heard_at <= self._hold_s:
             return Flag.TAKEN
         else:
-            self.holder = Holder(header.session, secrets.randbelow(SEQUENCES - 1) + 1, sender)
+            self.holder = CommandingHost(header.session, secrets.randbelow(SEQUENCES - 1) + 1, sender)
         self._newest, self._heard_at = header.sequence, now
         return Flag.NONE
 
