@@ -37,14 +37,17 @@ demo: setup
 # CI is set; `make test-slow` always.
 SHAPES := --jaxtyping-packages=exograv,peers,beartype.beartype
 
-# Pages want a computer of their own: a person's touches have their times.
+# Pages want a computer of their own: a person's touches have their times. `make test-slow`, and a server that others
+# share, run them one by one.
+PAGES := -m pytest tests/browser
+
 test: setup-dev
 	$(BIN)/python -m pytest -m "not slow" --ignore=tests/browser $(ON_ALL_CORES) $(if $(CI),$(SHAPES))
-	$(BIN)/python -m pytest tests/browser $(if $(CI),$(SHAPES))
+	$(BIN)/python $(PAGES) $(if $(CI),$(SHAPES),--numprocesses 2)
 
 test-slow: setup-dev
 	$(BIN)/python -m pytest --ignore=tests/browser $(ON_ALL_CORES) $(SHAPES)
-	$(BIN)/python -m pytest tests/browser $(SHAPES)
+	$(BIN)/python $(PAGES) $(SHAPES)
 
 check: setup-dev
 	$(BIN)/ruff check

@@ -22,6 +22,12 @@ settings.register_profile("desk", deadline=None)
 settings.register_profile("server", deadline=None, derandomize=True)
 settings.load_profile("server" if os.environ.get("CI") else "desk")
 
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put whole flights first: a long test that begins last leaves the other processes idle."""
+    items.sort(key=lambda item: "scenario" not in item.path.parts)
+
+
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 """Its modules can be imported by tests and their scripts."""
 
