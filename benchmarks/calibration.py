@@ -27,7 +27,7 @@ RELATIVE = ("gain", "coulomb_Nm", "viscous", "breakaway", "v_stribeck_rad_per_s"
 
 def run(rig: str, level: int, seed: int, worn: bool) -> dict[str, Any]:
     """One machine; a refused one is a result too."""
-    from exograv.cli.machine.rig_factory import run_calibration
+    from exograv.api.rig_factory import run_calibration
     from exograv.procedures.calibration.options import CalibrateOptions
     from exograv.results import json_value
 

@@ -26,7 +26,7 @@ RUN_SEED = 50_000
 
 def calibrated(rig: str, level: int, seed: int, folder: Path) -> Path | None:
     """The machine's calibration; None where stage 0 refuses the machine."""
-    from exograv.cli.machine.rig_factory import run_calibration
+    from exograv.api.rig_factory import run_calibration
     from exograv.errors import ExogravError
     from exograv.procedures.calibration.options import CalibrateOptions
 

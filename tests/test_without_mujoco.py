@@ -104,7 +104,7 @@ def test_every_room_but_those_that_fly_the_twin_imports(environment: dict[str, s
     process = run(environment, "-c", IMPORT_ALL)
     assert process.returncode == 0, process.stderr
     assert "exograv.console.server" in process.stdout
-    assert "exograv.cli.machine.rig_factory" in process.stdout
+    assert "exograv.api.rig_factory" in process.stdout
 
 
 def test_a_command_on_the_twin_says_what_is_missing(environment: dict[str, str]):

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exograv.cli.machine.rig_factory import run_live
+from exograv.api.rig_factory import run_live
 from exograv.cli.recordings.replaying import run_replay
 from exograv.errors import ConfigError
 from exograv.laboratory.ideal_knowledge import ideal_knowledge

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exograv.cli.machine.rig_factory import run_live
+from exograv.api.rig_factory import run_live
 from exograv.live.live_figures import LiveFigures, stall_ms
 from exograv.live.live_processes import Running
 from exograv.live.options import LiveOptions

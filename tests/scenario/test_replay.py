@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from exograv.cli.machine.rig_factory import run_live
+from exograv.api.rig_factory import run_live
 from exograv.cli.recordings.replaying import run_replay
 from exograv.live.options import LiveOptions
 from exograv.results import json_value

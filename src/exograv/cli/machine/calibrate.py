@@ -14,7 +14,7 @@ def run_calibrate_command(options: CalibrateOptions, common: Common) -> "Calibra
     """Measure an empty machine: torque gains with known weights, friction, links, the base's lean, encoder offsets."""
     from exograv.cli.shell.terminal import bars, say
 
-    from .rig_factory import run_calibration
+    from exograv.api.rig_factory import run_calibration
 
     refuse_unwritable(options.calibration_in(common.out), "--calibration or --out")
     with bars() as progress:

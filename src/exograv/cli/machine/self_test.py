@@ -13,7 +13,7 @@ def run_self_test_command(options: SelfTestOptions, common: Common) -> "SelfTest
     """Test the empty machine and this computer before anybody is in it: each day, and after every stop by a fault."""
     from exograv.cli.shell.terminal import bars, say
 
-    from .rig_factory import run_self_test
+    from exograv.api.rig_factory import run_self_test
 
     refuse_unwritable(common.out / "self_test.mcap", "--out")
     with bars() as progress:

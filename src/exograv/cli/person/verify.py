@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 def run_verify_command(options: VerifyOptions, person: PersonForm, common: Common) -> "VerifyResult":
     """What is left over of the arm's weight at twelve postures that nobody learned from, measured by slow passes."""
-    from exograv.cli.machine.rig_factory import run_verification
+    from exograv.api.rig_factory import run_verification
     from exograv.cli.shell.terminal import bars, say
 
     if options.is_on_drives:

@@ -24,7 +24,8 @@ class SampleFilter:
         self._q_in, self._tau_in = self._kernel.inputs["q"], self._kernel.inputs["tau"]
         self._q_asked_in = self._kernel.inputs["q_asked"]
         self._state: Float[np.ndarray, "input 3"] = self._kernel.inputs["state"]
-        self._dt = dt
+        self._dt, self._delay_s = dt, delay_s
+        self._of_velocity: SampleFilter | None = None
         self._t = 0.0
         self._transient = self._warm_up = round(6 * delay_s / dt)
         self.settled = False
@@ -39,9 +40,18 @@ class SampleFilter:
         """Begin anew, as after a time in which nothing was measured; the seconds of motion count on."""
         self._state[:] = 0.0
         self._warm_up, self.settled = self._transient, False
+        if self._of_velocity is not None:
+            self._of_velocity.restart()
 
-    def update(self, q: Joints, tau: Joints, q_asked: Joints | None = None) -> Sample:
-        """Take position [rad] and torque [N·m] of one tick, and the position [rad] that was asked for."""
+    def update(self, q: Joints, tau: Joints, q_asked: Joints | None = None, v: Joints | None = None) -> Sample:
+        """Filter one tick.
+
+        Args:
+            q: Measured position [rad].
+            tau: Measured torque [N·m].
+            q_asked: Requested position [rad].
+            v: Measured velocity, in every tick or in none [rad/s]; differentiated from `q` if None.
+        """
         self._q_in[:] = q
         self._tau_in[:] = tau
         self._q_asked_in[:] = q if q_asked is None else q_asked
@@ -55,7 +65,16 @@ class SampleFilter:
             self.settled = True
             self._t += self._dt
         self.sample.t = self._t
+        if v is not None:
+            self._take_velocity(v, tau)
         return self.sample
+
+    def _take_velocity(self, v: Joints, tau: Joints) -> None:
+        """Replace the sample's velocity and acceleration by the measured velocity and its derivative."""
+        if self._of_velocity is None:
+            self._of_velocity = SampleFilter(len(v), self._dt, self._delay_s)
+        filtered = self._of_velocity.update(v, tau)
+        self.sample.v, self.sample.a = filtered.q, filtered.v
 
 
 def _filter_function(joints: int, dt: float, delay_s: float) -> ca.Function:

@@ -134,13 +134,19 @@ class EstimatorSession:
         self._filter = SampleFilter(assembly.n, period_s)
         self._published = self._noted = 0.0
 
-    def take(self, q: Joints, tau: Joints, q_asked: Joints) -> Estimate | None:
-        """One tick: position [rad] and torque [N·m] as measured, position that was asked for [rad].
+    def take(self, q: Joints, tau: Joints, q_asked: Joints | None, v: Joints | None = None) -> Estimate | None:
+        """Take one tick.
+
+        Args:
+            q: Measured position [rad].
+            tau: Measured torque [N·m].
+            q_asked: Requested position [rad]; None if it is not known.
+            v: Measured velocity [rad/s]; differentiated from `q` if None.
 
         Returns:
-            What to publish, where it is time.
+            Estimate to publish; None in ticks in which none is due.
         """
-        sample = self._filter.update(q, tau, q_asked)
+        sample = self._filter.update(q, tau, q_asked, v)
         if not self._filter.settled:
             return None
         for follower in self.followers:

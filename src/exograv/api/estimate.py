@@ -1,0 +1,220 @@
+"""Identification of an arm from recorded arrays, and the estimate of its parameters."""
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.dynamics.machine import CalibratedMachine
+from exograv.dynamics.parameters import ParameterLayout, names_and_units
+from exograv.errors import ConfigError
+from exograv.identification.calibration.empty_machine import Calibration
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Outcome
+from exograv.identification.core.left_over import LeftOverPrediction
+from exograv.identification.core.prior import prior
+from exograv.identification.recursive.previous_session import kept_part
+from exograv.model.anthropometry import Body
+from exograv.model.assembly import Assembly
+from exograv.model.description import RigDescription
+from exograv.procedures.identification.estimator_session import EstimatorSession
+from exograv.procedures.identification.method_names import MethodName
+from exograv.procedures.identification.participant_session import stored_person
+from exograv.recording.rounding import rounded
+from exograv.storage.participant_file import new_code, read_participant, refuse_other, write_participant
+from exograv.storage.participant_schema import Identified, StoredPerson, prior_hash
+
+from .arm_in_machine import arm_in_machine
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+PERIOD_S = (0.0002, 0.01)
+"""Range of sampling periods that the estimator's filter passes, at least and at most [s]."""
+
+SHORTEST_S = 2.0
+"""Shortest motion of which `identify` makes an estimate [s]."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Estimated parameters of an arm in a machine, with their covariance."""
+
+    person: Body
+    """Body data that the estimate started from."""
+    assembly: Assembly
+    """Model of machine and arm."""
+    machine: CalibratedMachine
+    """Calibration of the machine, or the values of its data sheets."""
+    x: Float[np.ndarray, " parameter"]
+    """Parameters in the order of `to_pandas`, SI units."""
+    covariance: Float[np.ndarray, "parameter parameter"] | None
+    """Covariance of `x`; None for a method that states no uncertainty."""
+    outcome: str
+    """Verdict of the stop rule, as a sentence."""
+    method: str = "recursive"
+    """Name of the identification method."""
+    motion_s: float = 0.0
+    """Length of the motion that was used [s]."""
+
+    @property
+    def rig(self) -> RigDescription:
+        """Machine in which the arm was identified."""
+        return self.assembly.description
+
+    @property
+    def sd(self) -> Float[np.ndarray, " parameter"]:
+        """Standard deviation of each parameter; NaN where the method states none."""
+        if self.covariance is None:
+            return np.full_like(self.x, np.nan)
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+    def left_over(self) -> Float[np.ndarray, " joint"]:
+        """Predict the left over: RMS residual gravity torque over the task workspace, per joint [N·m].
+
+        The prediction comes from the covariance; it holds where the model's form is right. `Flight.left_over_true` of
+        a simulated flight is the true value.
+        """
+        if self.covariance is None:
+            return np.full(self.assembly.n, np.nan)
+        return LeftOverPrediction(ArmModel(self.assembly, self.machine), self.x).rms(self.covariance)
+
+    def to_pandas(self) -> "pd.DataFrame":
+        """Return a table with one row per parameter: unit, estimate, standard deviation, 95 % interval."""
+        import pandas as pd
+
+        rows = list(names_and_units(self.assembly))
+        table = pd.DataFrame(
+            {"unit": [unit for _, unit in rows], "estimate": self.x, "sd": self.sd}, index=[name for name, _ in rows]
+        )
+        return table.assign(low95=self.x - 1.96 * self.sd, high95=self.x + 1.96 * self.sd)
+
+    def save(self, path: str | Path, code: str | None = None, machine: str = "") -> Path:
+        """Write the person's parameters to a file that `load` and `--participant` read.
+
+        Args:
+            path: File to write.
+            code: Code that stands for the person, such as P-07, never a name; a random one if None.
+            machine: Serial number of the machine, as its calibration states it.
+
+        Raises:
+            ConfigError: The method states no uncertainty, the code is not allowed, or the file cannot be written.
+        """
+        if self.covariance is None:
+            raise ConfigError(f"Method '{self.method}' states no uncertainty, and a file needs one. Use 'recursive'.")
+        identified = Identified(
+            at_utc=datetime.now(UTC).replace(microsecond=0),
+            donnings=1,
+            method=self.method,
+            prior_sha256=prior_hash(self.assembly, prior(self.assembly, self.machine)),
+            motion="arrays",
+            motion_s=round(self.motion_s, 3) or SHORTEST_S,
+            calibration_sha256="",
+            outcome=self.outcome,
+            predicted_left_over_Nm=rounded(self.left_over()),
+            held_out_error_Nm=[],
+            held_out_s=0.0,
+        )
+        person = StoredPerson.of(code or new_code(), self.person)
+        write_participant(
+            Path(path), stored_person(person, self.assembly, machine, identified, (self.x, self.covariance))
+        )
+        return Path(path)
+
+    @classmethod
+    def load(
+        cls, path: str | Path, rig: RigDescription, calibration: Calibration | None = None, machine: str = ""
+    ) -> "Estimate":
+        """Read a file that `save` or `exograv identify --keep` wrote.
+
+        Friction and rotors come from `calibration`, or from the data sheets; the file holds the person's parameters.
+
+        Args:
+            path: File to read.
+            rig: Machine in which the person was identified.
+            calibration: Calibration of the machine.
+            machine: Serial number of the machine, as its calibration states it.
+
+        Raises:
+            ConfigError: The file cannot be read, is damaged, or belongs to another machine.
+        """
+        stored = read_participant(Path(path))
+        told = stored.person
+        person = Body(told.height_m, told.mass_kg, told.sex, dict(told.lengths_m) or None)
+        assembly, known = arm_in_machine(rig, person, calibration)
+        refuse_other(Path(path), stored, assembly, machine, datetime.now(UTC))
+        x, covariance = prior(assembly, known)
+        kept = kept_part(ParameterLayout.of(assembly))
+        x[kept] = stored.mean
+        covariance[kept, :] = covariance[:, kept] = 0.0
+        covariance[kept, kept] = stored.covariance
+        how = stored.identified
+        return cls(person, assembly, known, x, covariance, how.outcome, how.method, how.motion_s)
+
+
+def identify(
+    rig: RigDescription,
+    person: Body,
+    q: Float[np.ndarray, "sample joint"],
+    tau: Float[np.ndarray, "sample joint"],
+    dt: float,
+    *,
+    v: Float[np.ndarray, "sample joint"] | None = None,
+    calibration: Calibration | None = None,
+    method: MethodName = "recursive",
+) -> Estimate:
+    """Identify an arm from recorded joint positions and torques of a relaxed arm that the machine moves.
+
+    Args:
+        rig: Machine, by `load_rig`.
+        person: Body data of the person in the machine.
+        q: Joint positions, joints in the order of `rig.joints` [rad].
+        tau: Joint torques of the motors, friction included, positive along the joint axis [N·m].
+        dt: Sampling period, constant [s].
+        v: Measured joint velocities [rad/s]; differentiated from `q` by the estimator's filter if None.
+        calibration: Calibration of the machine; the values of its data sheets if None.
+        method: Name of the identification method.
+
+    Raises:
+        ConfigError: An array has another shape than (sample, joint), a value that is not finite, or is too short.
+        ModelError: The machine does not fit the person.
+    """
+    q, tau = _checked("q", q, rig, dt), _checked("tau", tau, rig, dt)
+    velocity = None if v is None else _checked("v", v, rig, dt)
+    for name, other in (("tau", tau), ("v", velocity)):
+        if other is not None and len(other) != len(q):
+            raise ConfigError(f"{name} has {len(other)} samples and q has {len(q)}; give arrays of one length.")
+    assembly, machine = arm_in_machine(rig, person, calibration)
+    session = EstimatorSession(assembly, machine, method, dt)
+    for k in range(len(q)):
+        estimate = session.take(q[k], tau[k], None, None if velocity is None else velocity[k])
+        if estimate is not None and session.is_to_note:
+            session.judge(estimate)
+    session.judge(session.last())
+    found = session.close()
+    last = found.last
+    verdict = found.outcome if found.stop_s is None or found.outcome is not Outcome.RUNNING else Outcome.TIME_IS_UP
+    return Estimate(person, assembly, machine, last.x, last.covariance, verdict.value, method, last.t)
+
+
+def _checked(
+    name: str, values: Float[np.ndarray, "sample joint"], rig: RigDescription, dt: float
+) -> Float[np.ndarray, "sample joint"]:
+    array = np.asarray(values, dtype=float)
+    least, most = PERIOD_S
+    if not least <= dt <= most:
+        raise ConfigError(f"dt is {dt} s; allowed: {least} to {most} s. Resample the data, or check the unit.")
+    if array.ndim != 2 or array.shape[1] != len(rig.joints):
+        raise ConfigError(
+            f"{name} has shape {array.shape}; it must be (sample, {len(rig.joints)}), joints in the order "
+            f"{', '.join(rig.joints)}."
+        )
+    if not np.isfinite(array).all():
+        row, column = np.argwhere(~np.isfinite(array))[0]
+        raise ConfigError(f"{name}[{row}, {column}] is {array[row, column]}; all values must be finite numbers.")
+    if len(array) * dt < SHORTEST_S:
+        raise ConfigError(f"{name} lasts {len(array) * dt:.2f} s; at least {SHORTEST_S:g} s of motion are needed.")
+    return array

@@ -1,0 +1,114 @@
+"""A recording of a session, as arrays, tables and a figure."""
+
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from exograv.errors import ConfigError
+from exograv.recording import read_recording
+from exograv.recording.schema import CHANNELS, TICK
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+PLOT_POINTS = 2000
+"""Points of a curve in `Recording.plot`; more would not be seen."""
+
+
+class Recording:
+    """Recording of a session (MCAP), in memory."""
+
+    def __init__(self, path: str | Path):
+        """Read a whole recording.
+
+        Raises:
+            RecordingError: The file does not exist, or is not a recording of exograv.
+        """
+        self._read = read_recording(Path(path))
+
+    @property
+    def path(self) -> Path:
+        """File of the recording."""
+        return self._read.path
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints, in the order of every array."""
+        return self._read.joints
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Settings of the run as the recording holds them."""
+        return dict(self._read.settings)
+
+    @property
+    def is_simulated(self) -> bool:
+        """True if the machine or the participant was simulated."""
+        return self._read.is_simulated
+
+    @property
+    def remark(self) -> str | None:
+        """Damage of the file as a sentence; None for a complete file."""
+        return self._read.remark
+
+    @property
+    def ticks(self) -> np.ndarray:
+        """Structured array with one record per tick; docs/recording_format.md lists its fields and units."""
+        return self._read.ticks
+
+    @cached_property
+    def channels(self) -> dict[str, int]:
+        """Number of messages of each channel that has any."""
+        counts = {topic: len(self._read.messages(topic)) for topic, channel in CHANNELS.items() if channel is not TICK}
+        return {TICK.topic: len(self.ticks), **{topic: count for topic, count in counts.items() if count}}
+
+    def to_pandas(self, channel: str = TICK.topic) -> "pd.DataFrame":
+        """Return one channel as a table: ticks with one column per joint, or messages with one column per field.
+
+        Raises:
+            ConfigError: The recording has no such channel.
+        """
+        import pandas as pd
+
+        if channel not in self.channels:
+            raise ConfigError(f"{self.path} has no channel '{channel}'. Channels: {', '.join(self.channels)}.")
+        if channel != TICK.topic:
+            return pd.DataFrame(list(self._read.messages(channel)))
+        columns: dict[str, np.ndarray] = {}
+        for name in self.ticks.dtype.names or ():
+            values = self.ticks[name]
+            if values.ndim == 1:
+                columns[name] = values
+            else:
+                columns |= {f"{name}.{joint}": values[:, k] for k, joint in enumerate(self.joints)}
+        return pd.DataFrame(columns)
+
+    def plot(self, path: str | Path | None = None) -> "Figure":
+        """Draw position and torque of each joint against time, phases shaded; save it where a `path` is given."""
+        from matplotlib.figure import Figure
+
+        ticks = self.ticks[:: max(1, len(self.ticks) // PLOT_POINTS)]
+        figure = Figure(figsize=(10, 1.0 + 1.7 * len(self.joints)), layout="constrained")
+        panels = figure.subplots(len(self.joints), 2, sharex=True, squeeze=False)
+        for k, (joint, (left, right)) in enumerate(zip(self.joints, panels, strict=True)):
+            left.plot(ticks["t"], np.rad2deg(ticks["q_measured"][:, k]), color="tab:blue", lw=1.0)
+            left.set(title=joint.replace("_", " "), ylabel="position [°]")
+            right.plot(ticks["t"], ticks["tau_measured"][:, k], color="tab:gray", lw=0.8, label="measured")
+            right.plot(ticks["t"], ticks["tau_commanded"][:, k], color="tab:blue", lw=0.8, label="commanded")
+            right.set(title=joint.replace("_", " "), ylabel="torque [N·m]")
+        for number, phase in enumerate(self._read.messages("/phase")):
+            for axis in panels.ravel() if number % 2 == 0 else ():
+                axis.axvspan(phase["t"], self._end_of_phase(number), color="0.94", zorder=0)
+        panels[0, 1].legend(fontsize=8, loc="upper right")
+        for axis in panels[-1]:
+            axis.set_xlabel("time [s]")
+        if path is not None:
+            figure.savefig(path, dpi=120)
+        return figure
+
+    def _end_of_phase(self, number: int) -> float:
+        phases = self._read.messages("/phase")
+        return phases[number + 1]["t"] if number + 1 < len(phases) else float(self.ticks["t"][-1])
