@@ -56,11 +56,11 @@ class Motor:
         self.enabled, self.asked = False, 0.0
 
     def tell(self, current, damping, now, until):
-        """What it shall do, until then [A], [N·m·s/rad], [s]."""
+        """Take a command: current [A] and damping [N·m·s/rad] until a time [s]."""
         self.asked, self.damping, self.told_at, self.until = current, damping, now, until
 
     def step(self, now, dt):
-        """What the drive does by itself comes first: watchdog, heat, the end of a command's life, its limit."""
+        """Apply the drive's own reactions first: watchdog, heat, end of the command's life, limit."""
         if self.enabled and now - self.told_at > WATCHDOG_S:
             self.off(WATCHDOG)
         if self.temperature > 110.0:
@@ -85,7 +85,7 @@ class Controller:
         self.states = [(-1, 0.0)] * STATES
 
     def receive(self, data, sender, now):
-        """What is to be answered, or None. Whatever is not exactly right only counts."""
+        """Return the answer to a packet, or None. A malformed packet is only counted."""
         answer = self._believe(data, sender, now)
         self.refused = (self.refused + (answer is False)) % 2**32
         return answer or None
@@ -131,7 +131,7 @@ class Controller:
             motor.off()
 
     def _obey(self, data, flags, answers, now):
-        """Whether the command is one: switching off is never too late, all else may be."""
+        """Return True if the command is valid. Switching off is never too late; every other command may be."""
         at = HEADER.size + OWN.size
         told = [COMMAND_JOINT.unpack_from(data, at + k * COMMAND_JOINT.size) for k in range(len(self.motors))]
         if not all(math.isfinite(i) and math.isfinite(d) and d >= 0.0 for i, d in told):

@@ -15,11 +15,13 @@ _MODULES = {
     "ExogravError": "errors",
     "Flight": "api.flight",
     "Person": "api.person",
+    "PointingSession": "api.pointing",
     "Recording": "api.recording",
     "Study": "api.study",
     "Twin": "api.twin",
     "float_arm": "api.flight",
     "identify": "api.estimate",
+    "load_calibration": "api.arm_in_machine",
     "load_rig": "model.description",
 }
 """Module of each public name."""

@@ -33,7 +33,11 @@ if TYPE_CHECKING:
     import pandas as pd
 
 PERIOD_S = (0.0002, 0.01)
-"""Range of sampling periods that the estimator's filter passes, at least and at most [s]."""
+"""Range of sampling periods, at least and at most [s]."""
+
+FILTER_PERIOD_S = 0.001
+"""Longest period of the estimator's filter [s]: it holds its input over a period. The error of its acceleration grows with
+the square of the period; it is 0.03 1/s times the velocity at 1 ms."""
 
 SHORTEST_S = 2.0
 """Shortest motion of which `identify` makes an estimate [s]."""
@@ -168,13 +172,16 @@ def identify(
 ) -> Estimate:
     """Identify an arm from recorded joint positions and torques of a relaxed arm that the machine moves.
 
+    Without `calibration`, friction and torque constants are those of the data sheets; the intervals then hold only if
+    `tau` was measured by torque sensors or calibrated motors.
+
     Args:
         rig: Machine, by `load_rig`.
         person: Body data of the person in the machine.
         q: Joint positions, joints in the order of `rig.joints` [rad].
         tau: Joint torques of the motors, friction included, positive along the joint axis [N·m].
         dt: Sampling period, constant [s].
-        v: Measured joint velocities [rad/s]; differentiated from `q` by the estimator's filter if None.
+        v: Measured joint velocities, without delay against `q` [rad/s]; differentiated from `q` if None.
         calibration: Calibration of the machine; the values of its data sheets if None.
         method: Name of the identification method.
 
@@ -188,7 +195,10 @@ def identify(
         if other is not None and len(other) != len(q):
             raise ConfigError(f"{name} has {len(other)} samples and q has {len(q)}; give arrays of one length.")
     assembly, machine = arm_in_machine(rig, person, calibration)
-    session = EstimatorSession(assembly, machine, method, dt)
+    steps = max(1, round(dt / FILTER_PERIOD_S))
+    q, tau = _between(q, steps), _between(tau, steps)
+    velocity = None if velocity is None else _between(velocity, steps)
+    session = EstimatorSession(assembly, machine, method, dt / steps)
     for k in range(len(q)):
         estimate = session.take(q[k], tau[k], None, None if velocity is None else velocity[k])
         if estimate is not None and session.is_to_note:
@@ -198,6 +208,12 @@ def identify(
     last = found.last
     verdict = found.outcome if found.stop_s is None or found.outcome is not Outcome.RUNNING else Outcome.TIME_IS_UP
     return Estimate(person, assembly, machine, last.x, last.covariance, verdict.value, method, last.t)
+
+
+def _between(values: Float[np.ndarray, "sample joint"], steps: int) -> Float[np.ndarray, "filtered joint"]:
+    """Interpolate linearly, `steps` periods of the filter in each sampling period."""
+    at = np.arange((len(values) - 1) * steps + 1) / steps
+    return np.column_stack([np.interp(at, np.arange(len(values)), column) for column in values.T])
 
 
 def _checked(

@@ -1,7 +1,9 @@
 """Simulated machine with a simulated wearer."""
 
 from dataclasses import replace
+from datetime import UTC, datetime
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
@@ -25,7 +27,8 @@ from exograv.rig.twin import Disturbances
 from exograv.rig.twin import Twin as TwinRig
 from exograv.safety.guard import COMMAND_LIFE_S
 from exograv.signals import Command, JointState
-from exograv.storage.calibration_file import twin_identity
+from exograv.storage.calibration_file import identity_of, twin_identity, write_calibration
+from exograv.storage.calibration_schema import MeasurementConditions, stored
 
 from .estimate import Estimate
 from .flight import Flight, FlightPlan
@@ -91,10 +94,29 @@ class Twin:
             self._calibrated = self._preparation.calibrate()
         return self._calibrated[0]
 
+    def save_calibration(self, path: str | Path) -> Path:
+        """Write the calibration of `prepare` to a file that `load_calibration` and `--calibration` read.
+
+        Raises:
+            ConfigError: The file cannot be written.
+        """
+        calibration, now = self.prepare(), datetime.now(UTC).replace(microsecond=0)
+        lengths = dict(self._laboratory.wearer.lengths_given)
+        conditions = MeasurementConditions(
+            at_utc=now, friction_at_utc=now, running_s=round(self._rig_time_s, 3), lengths_m=lengths
+        )
+        write_calibration(Path(path), stored(calibration, identity_of(self.rig, self.serial), conditions, self.joints))
+        return Path(path)
+
+    @property
+    def _rig_time_s(self) -> float:
+        """Time on the machine's clock after calibration [s]."""
+        return 0.0 if self._calibrated is None else self._calibrated[1]
+
     @cached_property
     def _stepped(self) -> TwinRig:
         """Machine with its wearer that `read` and `step` refer to."""
-        return self._laboratory.twin(self.seed, 0.0 if self._calibrated is None else self._calibrated[1])
+        return self._laboratory.twin(self.seed, self._rig_time_s)
 
     @property
     def actuators(self) -> ActuatorGain:
@@ -143,7 +165,6 @@ class Twin:
     def float_as_planned(self, plan: FlightPlan) -> Flight:
         """Carry out a plan of `float_arm`."""
         calibration = self.prepare()
-        t = 0.0 if self._calibrated is None else self._calibrated[1]
         asked = {"identify_s": plan.identify_s, "gravity_level": plan.gravity_level, "seconds": plan.seconds}
         settings = run_settings(
             self._laboratory, "exograv.float_arm", self.level, self.seed, {"options": json_value(asked)}
@@ -151,7 +172,9 @@ class Twin:
         plan.path.parent.mkdir(parents=True, exist_ok=True)
         with RecordingWriter(plan.path, self.joints, json_value(settings)) as recording:
             preparation = replace(self._preparation, recording=recording)
-            known = preparation.known(calibration, t, None if plan.estimate is None else plan.estimate.assembly)
+            known = preparation.known(
+                calibration, self._rig_time_s, None if plan.estimate is None else plan.estimate.assembly
+            )
             if plan.estimate is not None:
                 known = replace(known, x=plan.estimate.x)
             worn = preparation.worn(known)

@@ -12,9 +12,8 @@ if TYPE_CHECKING:
 
 def run_calibrate_command(options: CalibrateOptions, common: Common) -> "CalibrationResult":
     """Measure an empty machine: torque gains with known weights, friction, links, the base's lean, encoder offsets."""
-    from exograv.cli.shell.terminal import bars, say
-
     from exograv.api.rig_factory import run_calibration
+    from exograv.cli.shell.terminal import bars, say
 
     refuse_unwritable(options.calibration_in(common.out), "--calibration or --out")
     with bars() as progress:

@@ -16,9 +16,8 @@ NOT_LEARNED = (
 
 def run_live_command(options: LiveOptions, person: PersonForm, common: Common) -> "LiveFigures":
     """Float the arm in real time: guard, control and recorder in processes of their own, the twin as the machine."""
-    from exograv.cli.shell.terminal import bars, say
-
     from exograv.api.rig_factory import run_live, simulated_wearer
+    from exograv.cli.shell.terminal import bars, say
 
     refuse_unwritable(common.out / "live.mcap", "--out")  # found out now, not after minutes of preparation
     with bars() as progress:

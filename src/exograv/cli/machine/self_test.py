@@ -11,9 +11,8 @@ if TYPE_CHECKING:
 
 def run_self_test_command(options: SelfTestOptions, common: Common) -> "SelfTestResult":
     """Test the empty machine and this computer before anybody is in it: each day, and after every stop by a fault."""
-    from exograv.cli.shell.terminal import bars, say
-
     from exograv.api.rig_factory import run_self_test
+    from exograv.cli.shell.terminal import bars, say
 
     refuse_unwritable(common.out / "self_test.mcap", "--out")
     with bars() as progress:
