@@ -36,8 +36,8 @@ PERIOD_S = (0.0002, 0.01)
 """Range of sampling periods, at least and at most [s]."""
 
 FILTER_PERIOD_S = 0.001
-"""Longest period of the estimator's filter [s]: it holds its input over a period. The error of its acceleration grows with
-the square of the period; it is 0.03 1/s times the velocity at 1 ms."""
+"""Longest period of the estimator's filter [s]: it holds its input over a period. The error of its acceleration
+grows with the square of the period; it is 0.03 1/s times the velocity at 1 ms."""
 
 SHORTEST_S = 2.0
 """Shortest motion of which `identify` makes an estimate [s]."""
