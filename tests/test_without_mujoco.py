@@ -13,7 +13,7 @@ from exograv.laboratory.virtual_laboratory import draw_laboratory
 
 NEEDS_THE_TWIN = (
     "exograv.rig.twin", "exograv.laboratory", "exograv.campaigns", "exograv.experiment.train",
-    "exograv.experiment.steered.live_session", "exograv.experiment.steered.prepared_machine",
+    "exograv.experiment.steered.live_session", "exograv.experiment.steered.prepared_machine", "exograv.api.twin",
 )  # fmt: skip
 """Rooms and modules that fly the twin."""
 
@@ -110,7 +110,7 @@ def test_every_room_but_those_that_fly_the_twin_imports(environment: dict[str, s
 def test_a_command_on_the_twin_says_what_is_missing(environment: dict[str, str]):
     process = run(environment, "-m", "exograv.cli", "demo", "--seconds", "5")
     assert process.returncode == 1
-    assert "exograv: The twin needs MuJoCo, which is not installed" in process.stderr
+    assert "install it with: pip install 'exograv[twin]'" in process.stderr
 
 
 def test_a_bring_up_of_drives_in_another_process_finds_a_wrong_encoder(environment: dict[str, str], tmp_path: Path):

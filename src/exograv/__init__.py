@@ -3,9 +3,6 @@
 The names below are the public Python API. Every other module may change between versions.
 """
 
-import importlib
-from typing import Any
-
 __version__ = "0.1.0"
 
 _MODULES = {
@@ -27,11 +24,18 @@ _MODULES = {
 """Module of each public name."""
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     """Import a public name on first use (PEP 562)."""
     if name not in _MODULES:
         raise AttributeError(f"Module 'exograv' has no public name '{name}'. Public names: {', '.join(_MODULES)}.")
-    value = getattr(importlib.import_module(f"exograv.{_MODULES[name]}"), name)
+    from importlib import import_module
+
+    try:
+        value = getattr(import_module(f"exograv.{_MODULES[name]}"), name)
+    except ModuleNotFoundError as error:
+        from .extras import missing_package
+
+        raise ImportError(missing_package(error) or str(error)) from error
     globals()[name] = value
     return value
 

@@ -43,6 +43,7 @@ from exograv.cli.simulation.sweep import run_sweep_command
 from exograv.cli.simulation.transparency import run_transparency_command
 from exograv.cli.simulation.validate_participant import run_validate_participant
 from exograv.errors import ExogravError
+from exograv.extras import missing_package
 
 from .study import COMMANDS as STUDY_COMMANDS
 
@@ -89,11 +90,6 @@ COMMANDS: Commands = {
 GROUPS = {"study": ("From a folder of recordings to findings.", STUDY_COMMANDS)}
 """Words that are followed by another one: what it is all about, and the commands."""
 
-NO_TWIN = (
-    "The twin needs MuJoCo, which is not installed: pip install 'exograv[twin]'. A real machine needs none: give "
-    "--drives, where the command has it."
-)
-
 
 def main() -> None:
     """Entry point of the `exograv` command."""
@@ -106,8 +102,8 @@ def main() -> None:
         print(f"exograv: {error}", file=sys.stderr)
         sys.exit(1)
     except (KeyboardInterrupt, ImportError) as error:
-        if isinstance(error, ModuleNotFoundError) and error.name == "mujoco":
-            print(f"exograv: {NO_TWIN}", file=sys.stderr)
+        if isinstance(error, ModuleNotFoundError) and (missing := missing_package(error)) is not None:
+            print(f"exograv: {missing}", file=sys.stderr)
             sys.exit(1)
         if not was_keyboard(error):
             raise

@@ -1,0 +1,50 @@
+"""Every package of every extra is mapped to an extra that installs it, and a missing one is told in one sentence."""
+
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from exograv.extras import EXTRAS, missing_package
+
+PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+IMPORT_NAMES = {"mujoco-core": "mujoco", "python-can": "can", "eclipse-zenoh": "zenoh"}
+
+
+def packages(extra: str) -> set[str]:
+    """Packages of an extra by import name, those of extras inside it included."""
+    found = set[str]()
+    for requirement in PROJECT["optional-dependencies"][extra]:
+        name = requirement.split(">=")[0].split("[")[0]
+        if name == "exograv":
+            inner = requirement.partition("[")[2].rstrip("]").split(",")
+            found |= {package for one in inner for package in packages(one)}
+        else:
+            found.add(IMPORT_NAMES.get(name, name))
+    return found
+
+
+@pytest.mark.parametrize("extra", PROJECT["optional-dependencies"])
+def test_every_package_of_an_extra_is_mapped_to_an_extra_that_installs_it(extra: str):
+    for package in packages(extra):
+        assert package in packages(EXTRAS[package])
+
+
+def test_a_package_outside_the_extras_has_no_sentence():
+    assert missing_package(ModuleNotFoundError("x", name="exograv.nothing")) is None
+
+
+@pytest.mark.parametrize(
+    ("package", "statement", "extra"),
+    [
+        ("mujoco", "exograv.Twin", "twin"),
+        ("casadi", "exograv.Compensator", "control"),
+        ("mcap", "exograv.Recording", "recording"),
+    ],
+)
+def test_the_api_names_the_extra_that_is_missing(package: str, statement: str, extra: str, tmp_path: Path):
+    code = f"import sys; sys.modules[{package!r}] = None\nimport exograv\n{statement}"
+    run = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True, cwd=tmp_path)
+    assert f"pip install 'exograv[{extra}]'" in run.stderr
