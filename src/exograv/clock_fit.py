@@ -1,4 +1,4 @@
-"""How another clock runs against ours, by what has been measured of it now and then: a device on LSL, a web page."""
+"""Offset and drift of another clock against ours, fitted to measurements: a device on LSL, or a web page."""
 
 from dataclasses import dataclass
 
@@ -6,19 +6,23 @@ import numpy as np
 from jaxtyping import Float
 
 DRIFT_FROM_S = 20.0
-"""Measurements over less than that say nothing of a drift: a fault of 0.1 ms would look like 5 millionths [s]."""
+"""Shortest span of measurements that gives a drift [s]. Over less, an error of 0.1 ms looks like more than 5 ppm."""
 
 DRIFT_FROM = 5
-"""Measurements, at least, for a straight line with an interval."""
+"""Smallest number of measurements for a straight line with an interval."""
 
 HUBER = 1.345
-"""Residuals beyond so many standard deviations count as their root: a probe that waited in a queue is late, never
-early. Source: Huber 1981, Robust Statistics; 95 % efficient on Gaussian noise."""
+"""Residual beyond which the cost grows linearly, not quadratically [standard deviations].
+
+A probe that waited in a queue is late, never early: its residual is an outlier. Source: Huber 1981, Robust
+Statistics; the estimate is 95 % efficient on Gaussian noise.
+"""
 
 ROUNDS = 30
+"""Iterations of the reweighted least squares, at most."""
 
 ALIKE_MAX = 0.95
-"""Correlation of neighbours; nearer to 1 it is a drift that has no straight line."""
+"""Largest correlation of neighbouring residuals that is used [-]. A larger one shows a drift that is not linear."""
 
 T_975 = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228)
 """97.5 % quantile of Student's t by degrees of freedom, from 1."""
@@ -26,38 +30,38 @@ T_975 = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228)
 
 @dataclass(frozen=True)
 class ClockFit:
-    """What has to be added to a stamp `s` of the device, [s]: offset + drift · (s − middle)."""
+    """Correction of a stamp `s` of the device to our clock [s]: offset + drift · (s − middle)."""
 
     middle: float
-    """On the device's clock [s]."""
+    """Mean time of the measurements on the device's clock [s]."""
 
     offset: float
-    """At `middle` [s]."""
+    """Our clock minus the device's clock at `middle` [s]."""
 
     drift: float
-    """Of our clock against the device's [s/s]; 0 where it cannot be known."""
+    """Drift of our clock against the device's [s/s]; 0 if the measurements do not give one."""
 
     offset_ci95: tuple[float, float] | None
     drift_ci95: tuple[float, float] | None
-    """95 % intervals, by the scatter of the measurements; None where they are too few."""
+    """95 % intervals from the scatter of the measurements; None if there are too few."""
 
     residual: Float[np.ndarray, " measurement"]
-    """Of each measurement that is not a repetition [s]."""
+    """Residual of each measurement that is not a repetition [s]."""
 
     has_drift: bool
-    """Whether the measurements are enough for one."""
+    """True if the measurements give a drift."""
 
     def correction(self, stamps: Float[np.ndarray, " sample"]) -> Float[np.ndarray, " sample"]:
-        """What to add to each stamp [s]."""
+        """Correction of each stamp of the device [s], to be added to the stamp."""
         return self.offset + self.drift * (stamps - self.middle)
 
 
 def fit_clock(remote: Float[np.ndarray, " asked"], offset: Float[np.ndarray, " asked"]) -> ClockFit | None:
-    """Straight line through what has been measured; a constant where it is too short; None where there is nothing.
+    """Fit a straight line to the measurements, or a constant if they span too short a time; None without measurements.
 
     Args:
-        remote: Time on the device's clock of each measurement [s]; a source (LSL) repeats one until it has a newer.
-        offset: What was measured [s].
+        remote: Time of each measurement on the device's clock [s]. LSL repeats a measurement until the next one.
+        offset: Our clock minus the device's clock, as measured [s].
     """
     remote, first = np.unique(remote, return_index=True)
     offset = offset[first]
@@ -77,9 +81,9 @@ def fit_clock(remote: Float[np.ndarray, " asked"], offset: Float[np.ndarray, " a
 
 
 def _persistence(residual: Float[np.ndarray, " measurement"]) -> float:
-    """How much wider an interval is because neighbours err alike: a busy network is busy for a while.
+    """Factor by which correlated errors widen an interval [-]: a busy network stays busy for a while.
 
-    By the correlation of neighbours, as of a first-order autoregression. Source: Bayley & Hammersley 1946.
+    The residuals are taken as a first-order autoregression. Source: Bayley & Hammersley 1946.
     """
     power = float(residual @ residual)
     alike = float(residual[1:] @ residual[:-1]) / power if power > 0.0 else 0.0
@@ -88,18 +92,19 @@ def _persistence(residual: Float[np.ndarray, " measurement"]) -> float:
 
 
 def student_975(freedom: int) -> float:
-    """97.5 % quantile of Student's t; beyond the table to 0.003, by the expansion of Cornish and Fisher."""
+    """97.5 % quantile of Student's t; beyond the table by the expansion of Cornish and Fisher, within 0.003."""
     if freedom <= len(T_975):
         return T_975[freedom - 1]
     return 1.959964 + 2.372271 / freedom + 2.822500 / freedom**2
 
 
 def _huber(columns: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Solution and its covariance (Huber 1981, eq. 7.6.5)."""
+    """Robust solution and its covariance. Source: Huber 1981, eq. 7.6.5."""
     solution = np.linalg.lstsq(columns, values, rcond=None)[0]
     scale, bent = 0.0, values * 0.0
     for _ in range(ROUNDS):
         residual = values - columns @ solution
+        # 1.4826 turns the median absolute deviation into the standard deviation of Gaussian noise.
         scale = 1.4826 * float(np.median(np.abs(residual)))
         if scale <= 1e-12:
             break

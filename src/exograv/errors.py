@@ -1,24 +1,24 @@
-"""Every error that a caller can act on; each message says what, where, what is allowed and what to do next."""
+"""Errors that a caller can act on. Each message says what is wrong, where, what is allowed and what to do next."""
 
 
 class ExogravError(Exception):
-    """Any mistake that the person at the keyboard can put right; the command line prints it without a traceback."""
+    """Base class of errors that the user can correct. The command line prints them without a traceback."""
 
 
 class ConfigError(ExogravError):
-    """A settings file or an option holds a value that cannot be used."""
+    """Unusable value in a settings file or an option."""
 
 
 class ModelError(ExogravError):
-    """A machine or an arm that cannot exist, or that its cuffs cannot carry."""
+    """Machine or arm that cannot exist, or that its cuffs cannot carry."""
 
 
 class RigError(ExogravError):
-    """The machine, real or virtual, refused or broke off."""
+    """Refusal or failure of the machine, real or simulated."""
 
 
 class RecordingError(ExogravError):
-    """A recording or a log that cannot be read or written."""
+    """Recording or log that cannot be read or written."""
 
 
 class IdentificationError(ExogravError):
@@ -26,4 +26,4 @@ class IdentificationError(ExogravError):
 
 
 class KernelError(ExogravError):
-    """A function that cannot be compiled: an operation that the kernels do not know, or no compiler for this CPU."""
+    """Function that cannot be compiled: it has an unsupported operation, or this CPU has no compiler."""

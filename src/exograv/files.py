@@ -1,4 +1,4 @@
-"""Files that are written completely or not at all, and the TOML that stands in them."""
+"""Atomic writes of files, appended rows of JSON, and values as TOML."""
 
 import json
 import os
@@ -43,7 +43,7 @@ def replace_file(path: Path, content: Content, *, is_private: bool = False) -> N
 
 
 def write_whole(path: Path, content: Content, *, is_private: bool = False) -> None:
-    """Make the folder of a file and replace the file, with an error for the operator.
+    """Create the folder of a file and replace the file, with an error message for the operator.
 
     Raises:
         RecordingError: The disk is full, or the folder cannot be written.
@@ -53,14 +53,14 @@ def write_whole(path: Path, content: Content, *, is_private: bool = False) -> No
         replace_file(path, content, is_private=is_private)
     except OSError as error:
         raise RecordingError(
-            f"{path} cannot be written: {error.strerror}. What was there is unchanged. Free space, or give a folder "
-            "that you may write."
+            f"{path} cannot be written: {error.strerror}. The old file is unchanged. Free disk space, or give a folder "
+            "with write permission."
         ) from error
 
 
 def sync(path: Path) -> None:
-    """Force a file, or the names in a folder, to the disk."""
-    if os.name == "nt":  # Windows opens no folder, and forces no file that is open for reading only.
+    """Force the content of a file, or the names in a folder, to the disk."""
+    if os.name == "nt":  # Windows opens no folder, and it flushes no file that is open for reading only.
         return
     handle = os.open(path, os.O_RDONLY)
     try:
@@ -70,9 +70,9 @@ def sync(path: Path) -> None:
 
 
 def append_rows(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
-    """Append rows to a file, one a line of JSON, and force them to the disk.
+    """Append rows to a file, one line of JSON per row, and force them to the disk.
 
-    A line that a killed process left unfinished then stands alone.
+    If a killed process left an unfinished line, the new rows start on a new line.
 
     Raises:
         OSError: The file cannot be written.
@@ -89,7 +89,7 @@ def append_rows(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
 
 
 def toml_text(content: Mapping[str, Any], head: str = "") -> str:
-    """Values as TOML, under the comment lines `head`."""
+    """Text of values in TOML, below the comment lines `head`."""
     # Importing the package stays fast: only a writer of TOML loads the library.
     import tomlkit
 
@@ -97,7 +97,7 @@ def toml_text(content: Mapping[str, Any], head: str = "") -> str:
 
 
 def toml_value(value: Any) -> str:
-    """A single value as TOML: a quoted string, a number or a list."""
+    """Text of a single value in TOML: a quoted string, a number or a list."""
     import tomlkit
 
     return tomlkit.item(value).as_string()

@@ -1,4 +1,4 @@
-"""Reference motions, tabled at the loop's period before anything moves."""
+"""Reference motions, tabulated at the period of the control loop before the machine moves."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,19 +12,19 @@ Table = Float[np.ndarray, "tick joint"]
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Where the joints should be in every tick."""
+    """Reference position, velocity and acceleration of the joints at every tick."""
 
     q: Table
-    """[rad]"""
+    """Joint position [rad]."""
 
     v: Table
-    """[rad/s]"""
+    """Joint velocity [rad/s]."""
 
     a: Table
-    """[rad/s²]"""
+    """Joint acceleration [rad/s²]."""
 
     dt: float
-    """Period [s]."""
+    """Period of the table [s]."""
 
     def __len__(self) -> int:
         return len(self.q)
@@ -36,14 +36,14 @@ class Trajectory:
 
 
 def hold(q: Joints, seconds: float, dt: float) -> Trajectory:
-    """Stay at `q` [rad]."""
+    """Return a motion that stays at `q` [rad]."""
     ticks = round(seconds / dt)
     still = np.zeros((ticks, len(q)))
     return Trajectory(np.tile(q, (ticks, 1)), still, still, dt)
 
 
 def smooth_share(s: np.ndarray) -> np.ndarray:
-    """Share of a way from rest to rest, at a share `s` of its time, both 0 to 1 [-].
+    """Share of the path of a minimum-jerk motion at the share `s` of its duration, both 0 to 1 [-].
 
     Source: Flash & Hogan 1985, J Neurosci 5:1688, eq. 7.
     """
@@ -51,9 +51,9 @@ def smooth_share(s: np.ndarray) -> np.ndarray:
 
 
 def minimum_jerk(q_start: Joints, q_goal: Joints, seconds: float, dt: float) -> Trajectory:
-    """From rest to rest along `smooth_share`."""
+    """Return a motion from rest at `q_start` to rest at `q_goal` [rad], with the profile `smooth_share`."""
     ticks = round(seconds / dt)
-    seconds = ticks * dt  # of whole ticks: the last one stands still at the goal
+    seconds = ticks * dt  # A whole number of ticks: the last one is at rest at the goal.
     s = np.arange(1, ticks + 1)[:, None] / ticks
     way = q_goal - q_start
     q = q_start + way * smooth_share(s)
@@ -63,18 +63,19 @@ def minimum_jerk(q_start: Joints, q_goal: Joints, seconds: float, dt: float) -> 
 
 
 def go_to(q_start: Joints, q_goal: Joints, v_max: float, dt: float) -> Trajectory:
-    """Minimum jerk with a largest joint speed of `v_max` [rad/s], and half a second at least."""
+    """Return a minimum-jerk motion of at least 0.5 s whose fastest joint does not exceed `v_max` [rad/s]."""
+    # 1.875 = 15/8: peak speed over mean speed of a minimum-jerk motion.
     seconds = max(0.5, 1.875 * float(np.abs(q_goal - q_start).max()) / v_max)
     return minimum_jerk(q_start, q_goal, seconds, dt)
 
 
 def fourier(centre: Joints, sine: Table, cosine: Table, period: float, seconds: float, dt: float) -> Trajectory:
-    """Sum of harmonics about `centre`: each posture is passed often, at different speeds and in both directions.
+    """Return a sum of harmonics about `centre`: it passes postures often, at different speeds and in both directions.
 
     Args:
         centre: Mean posture [rad].
         sine: Amplitudes of sin(k ω t) in *position*, row k−1 for harmonic k (harmonic, joint) [rad].
-        cosine: The same for cos(k ω t).
+        cosine: Amplitudes of cos(k ω t) in position (harmonic, joint) [rad].
         period: 2π/ω [s].
         seconds: Duration [s].
         dt: Period of the table [s].
@@ -91,20 +92,20 @@ def fourier(centre: Joints, sine: Table, cosine: Table, period: float, seconds: 
 
 
 def sweep(q: Joints, joint: int, goal: float, speed: float, dt: float) -> Trajectory:
-    """One joint from where it is to `goal` [rad] and back, as `there_and_back`."""
+    """Return a motion of one joint from `q` to `goal` [rad] and back; see `there_and_back`."""
     q_goal = q.copy()
     q_goal[joint] = goal
     return there_and_back(q, q_goal, speed, dt)
 
 
 def there_and_back(q_start: Joints, q_goal: Joints, speed: float, dt: float) -> Trajectory:
-    """Straight from posture to posture [rad] and back, the quickest joint at constant `speed` [rad/s], turns rounded.
+    """Return a straight motion between two postures [rad] and back, with smooth reversals.
 
-    A way too short for the turns is taken more slowly.
+    The joint with the longest way moves at the constant `speed` [rad/s]. A path too short for the reversals is slower.
     """
     way = q_goal - q_start
     farthest = float(np.abs(way).max())
-    rounding = 0.3  # s: short against the sweep, long against the drives' bandwidth
+    rounding = 0.3  # [s] Short compared with the sweep, long compared with the response time of the drives.
     speed = min(speed, farthest / rounding)
     ramp = np.clip(np.arange(0.5, rounding / dt) * dt / rounding, 0.0, 1.0)
     cruise = round((farthest / speed - rounding) / dt) if speed > 0.0 else 0
@@ -116,7 +117,7 @@ def there_and_back(q_start: Joints, q_goal: Joints, speed: float, dt: float) -> 
 
 
 def joined(parts: Sequence[Trajectory]) -> Trajectory:
-    """One after the other."""
+    """Return the motions one after the other. All have the period of the first."""
     return Trajectory(
         np.concatenate([part.q for part in parts]),
         np.concatenate([part.v for part in parts]),
@@ -126,9 +127,9 @@ def joined(parts: Sequence[Trajectory]) -> Trajectory:
 
 
 def eased_in(trajectory: Trajectory, seconds: float) -> Trajectory:
-    """The same path with its start slowed down from rest: time runs from speed 0 to 1 along a smooth ramp.
+    """Return the same path with a start from rest: the rate of time rises smoothly from 0 to 1.
 
-    A periodic motion starts with speed; a machine does not.
+    A periodic motion starts with a speed; the machine starts at rest.
     """
     dt = trajectory.dt
     ticks = round(seconds / dt)
@@ -136,7 +137,7 @@ def eased_in(trajectory: Trajectory, seconds: float) -> Trajectory:
     s = np.minimum(index / ticks, 1.0)
     rate = 3 * s**2 - 2 * s**3
     rate_slope = 6 * (s - s**2) / seconds
-    when = ticks * (s**3 - s**4 / 2) + np.maximum(index - ticks, 0.0)  # in ticks: the integral of the rate
+    when = ticks * (s**3 - s**4 / 2) + np.maximum(index - ticks, 0.0)  # Integral of the rate [ticks].
 
     def at(table: Table) -> Table:
         return np.column_stack([np.interp(when, index, column) for column in table.T])
@@ -148,11 +149,12 @@ def eased_in(trajectory: Trajectory, seconds: float) -> Trajectory:
 
 
 def eased_out(trajectory: Trajectory, seconds: float) -> Trajectory:
-    """The same path with its end slowed down to rest, over `seconds`; that takes half of them longer."""
-    lead = hold(trajectory.q[0], seconds / 2, trajectory.dt)  # easing reads as much less of a path as it takes longer
+    """Return the same path with an end at rest, slowed down over `seconds` [s]; it takes `seconds` / 2 longer."""
+    # Easing loses seconds / 2 of a path, because its rate of time rises slowly. The lead makes up for that.
+    lead = hold(trajectory.q[0], seconds / 2, trajectory.dt)
     return backwards(eased_in(backwards(joined([lead, trajectory])), seconds))
 
 
 def backwards(trajectory: Trajectory) -> Trajectory:
-    """The same path from its end to its start."""
+    """Return the same path from its end to its start."""
     return Trajectory(trajectory.q[::-1], -trajectory.v[::-1], trajectory.a[::-1], trajectory.dt)

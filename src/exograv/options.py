@@ -1,7 +1,7 @@
-"""Options of commands: types of the values that several of them take, each with its help text and its check.
+"""Types of options that several commands take, each with its help text and its check.
 
-Every option is declared once, on the frozen dataclass that uses it; the command line reads these classes. A module that
-declares some imports neither NumPy nor an engine: `--help` must not wait for them.
+Each option is declared once, on the frozen dataclass that uses it. The command line reads these classes. A module that
+declares options imports neither NumPy nor a physics engine, because `--help` must not wait for them.
 """
 
 import math
@@ -17,35 +17,36 @@ from .errors import ConfigError
 
 DONNINGS_MAX = 1000
 SESSIONS_MAX = 99
-"""Of one protocol, for one person."""
+"""Largest number of sessions of one protocol for one person."""
 
 GRAVITY_LEVEL_MAX = 1.0
-"""Above 1 the arm would be pushed down: that needs a mode of its own (docs/safety.md)."""
+"""Largest gravity level [-]. Above 1 the machine would push the arm down, which needs a mode of its own
+(docs/safety.md)."""
 
 HEAVIEST_KG = 2.0
-"""Weight that a person is given to hold, and only to be weighed [kg]."""
+"""Largest weight that a person holds, and only while it is weighed [kg]."""
 
-SIDE_HELP = "Arm; the machine's first if none is named."
+SIDE_HELP = "Arm; by default the first arm of the machine."
 LEVEL_HELP = "Disturbances of the {}: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one."
 
 
 @dataclass(frozen=True)
 class Within:
-    """Range of the values that are allowed, both ends included."""
+    """Range of allowed values, both ends included."""
 
     low: float | int
     high: float | int = math.inf
     allowed: str | None = None
-    """End of the refusal; the range itself where absent."""
+    """End of the error message; by default the range itself."""
 
     unit: str = ""
-    """Of the value, behind the refused number."""
+    """Unit of the value in the error message."""
 
     def refuse(self, flag: str, value: float | int) -> None:
         """Check one value.
 
         Raises:
-            ConfigError: The value is outside of the range, or not a number.
+            ConfigError: The value is outside the range, or not a number.
         """
         if self.low <= value <= self.high:
             return
@@ -56,23 +57,23 @@ class Within:
 
 @dataclass(frozen=True)
 class PersonCode:
-    """Code that stands for a person, never a name."""
+    """Rule for the code of a person. The code must never be a name."""
 
-    advice: str = "Give one such as P-07, or none for a random one."
+    advice: str = "Give a code such as P-07, or none for a random code."
     marks: str = "-_"
-    """Allowed beside letters and digits."""
+    """Characters that are allowed besides letters and digits."""
 
     @property
     def text(self) -> str:
-        """End of a refusal: what a code must have."""
+        """Rule as the end of an error message."""
         first, second = self.marks
         return (
-            f"3 to 16 letters, digits, '{first}' and '{second}', with a digit among them: what has none looks like a "
-            "name"
+            f"3 to 16 letters, digits, '{first}' and '{second}', with at least one digit: a code without a digit looks "
+            "like a name"
         )
 
     def accepts(self, code: str) -> bool:
-        """True if it can stand for a person."""
+        """Return True if the text is a valid code of a person."""
         allowed = re.fullmatch(rf"[0-9A-Za-z{re.escape(self.marks)}]{{3,16}}", code) is not None
         return allowed and any(letter.isdigit() for letter in code)
 
@@ -80,7 +81,7 @@ class PersonCode:
         """Check one code.
 
         Raises:
-            ConfigError: It cannot be a code, or looks like a name.
+            ConfigError: The text is not a valid code, or it looks like a name.
         """
         if not self.accepts(code):
             raise ConfigError(f"{flag} is '{code}'; it must have {self.text}. {self.advice}")
@@ -88,10 +89,10 @@ class PersonCode:
 
 @dataclass(frozen=True)
 class Options:
-    """Options of a command, or a part of them. Subclasses are frozen dataclasses."""
+    """Options of a command, or some of them. Subclasses are frozen dataclasses."""
 
     def __post_init__(self):
-        """Check every field whose type states what is allowed.
+        """Check every field whose type states the allowed values.
 
         Raises:
             ConfigError: A value is not allowed.
@@ -104,7 +105,7 @@ class Options:
 
 
 def flags(kind: type) -> Iterator[tuple[str, str, tuple[Any, ...]]]:
-    """Name, flag and marks of every option of a class that carries marks."""
+    """Yield name, flag and marks of every option of a class whose type carries marks."""
     for field, hint in get_type_hints(kind, include_extras=True).items():
         marks = getattr(hint, "__metadata__", ())
         if marks:
@@ -113,14 +114,14 @@ def flags(kind: type) -> Iterator[tuple[str, str, tuple[Any, ...]]]:
 
 
 OptionRecord = dict[str, str | int | float | bool | None]
-"""Options by name in a checkpoint, which goes on with the same ones only."""
+"""Options by name in a checkpoint. A run continues only with the same options."""
 
 Side = Literal["right", "left", "both"]
-"""Of a machine; one for both arms is one machine."""
+"""Side of a machine. A machine for both arms is one machine."""
 
 Sex = Literal["female", "male"]
 Loss = Literal["finish", "stop"]
-"""End of an open window when no page steers any more."""
+"""Action on an open window when no page controls the machine any more."""
 
 Bus = Literal["canopen", "moteus", "udp"]
 Profile = Literal["harmonic", "qdd"]
@@ -129,24 +130,24 @@ RigOption = Annotated[str, tyro.conf.arg(help="Name of a machine (see `exograv r
 SideOption = Annotated[Side | None, tyro.conf.arg(help=SIDE_HELP)]
 OneSideOption = Annotated[Literal["right", "left"] | None, tyro.conf.arg(help=SIDE_HELP)]
 Level = Annotated[int, Within(0, 4, "0 (none) to 4 (a bad day)."), tyro.conf.arg(help=LEVEL_HELP.format("twin"))]
-AnySeed = Annotated[int, tyro.conf.arg(help="Draws machine, wearer and run; the same seed gives the same figures.")]
+AnySeed = Annotated[int, tyro.conf.arg(help="Seed of machine, wearer and run; the same seed gives the same figures.")]
 Seed = Annotated[AnySeed, Within(0)]
 Processes = Annotated[int, Within(1, 64)]
 Donning = Annotated[
     int,
     Within(0, DONNINGS_MAX, f"0 (the first) to {DONNINGS_MAX}."),
     tyro.conf.arg(
-        help="Day on which the twin's wearer is in the machine: 0 the first, 1 the same person in the cuffs anew."
+        help="Number of the donning by the twin's wearer: 0 is the first, 1 is the same person in cuffs put on anew."
     ),
 ]
 CalibrationFile = Annotated[
     Path | None,
     tyro.conf.arg(
-        help="calibration.toml of this machine (`exograv calibrate`); without it the machine is calibrated first."
+        help="File calibration.toml of this machine (`exograv calibrate`); without it the machine is calibrated first."
     ),
 ]
 Repeated = Annotated[tuple[str, ...], tyro.conf.UseAppendAction]
-"""Flag that may be given several times."""
+"""Flag that can be repeated."""
 
 StreamNames = Annotated[Repeated, tyro.conf.arg(metavar="NAME")]
 SegmentLengths = Annotated[Repeated, tyro.conf.arg(name="length", metavar="SEGMENT=M")]
@@ -170,14 +171,17 @@ class TwinOptions(Options):
 
 @dataclass(frozen=True)
 class MachineOptions(TwinOptions):
-    """Options of a command for the twin or a machine on drives. Each subclass says what its drives must have passed."""
+    """Options of a command for the twin or a machine on drives. Each subclass states the tests its drives must pass."""
 
     drives: DrivesFile = None
+    """File drives.toml of a real machine."""
+
     simulate: bool = False
+    """Use simulated drives in another process."""
 
     @property
     def is_on_drives(self) -> bool:
-        """True if the machine is reached over its bus."""
+        """True if the machine is connected by a bus, real or simulated."""
         return self.drives is not None or self.simulate
 
 
@@ -186,9 +190,10 @@ class CalibratedOptions(MachineOptions):
     """Options of a command that reads or writes the calibration of a machine."""
 
     calibration: Path | None = None
+    """File of the calibration; by default calibration.toml in the folder of `--out`."""
 
     def calibration_in(self, folder: Path) -> Path:
-        """File of the calibration; the one in `folder` if none is named."""
+        """Path of the calibration file; by default `calibration.toml` in `folder`."""
         return self.calibration or folder / "calibration.toml"
 
 
@@ -197,14 +202,14 @@ class WornOptions(CalibratedOptions):
     """Options of a command that moves a person's arm in a machine, or that of the twin's wearer."""
 
     drives: DrivesFile = None
-    """drives.toml of a real machine that has passed its self-test here today, with who is in it."""
+    """File drives.toml of a real machine with a wearer, which passed its self-test on this computer today."""
 
     simulate: bool = False
-    """Practise on simulated drives in another process, with a virtual person in the machine."""
+    """Use simulated drives in another process, with a virtual wearer in the machine."""
 
 
 def text_option(read: Callable[[str], Any], write: Callable[[Any], str], metavar: str) -> Any:
-    """Mark of an option that is read from one word of text."""
+    """Mark of an option that is read from one word."""
     return tyro.constructors.PrimitiveConstructorSpec(
         nargs=1,
         metavar=metavar,
@@ -218,7 +223,7 @@ def read_numbers(text: str, flag: str) -> list[float]:
     """Numbers separated by commas.
 
     Raises:
-        ConfigError: One of them is not a number.
+        ConfigError: A value is not a number.
     """
     try:
         return [float(part) for part in text.split(",")]
@@ -227,19 +232,19 @@ def read_numbers(text: str, flag: str) -> list[float]:
 
 
 def read_pair(text: str, flag: str) -> tuple[int, int]:
-    """Two whole numbers separated by a comma.
+    """Two integers separated by a comma.
 
     Raises:
-        ConfigError: They are not.
+        ConfigError: The text is not two integers separated by a comma.
     """
     values = read_numbers(text, flag)
     if len(values) != 2 or any(value != int(value) for value in values):
-        raise ConfigError(f"{flag} is '{text}'; give two whole numbers, such as 3,3.")
+        raise ConfigError(f"{flag} is '{text}'; give two integers, such as 3,3.")
     return int(values[0]), int(values[1])
 
 
 def pair(flag: str) -> Any:
-    """Mark of an option that holds two whole numbers."""
+    """Mark of an option that holds two integers."""
     return text_option(lambda text: read_pair(text, flag), lambda both: ",".join(map(str, both)), "A,B")
 
 
@@ -253,10 +258,10 @@ def _read_named(texts: list[str]) -> dict[str, float]:
 
 
 def _named_number(text: str, flag: str) -> tuple[str, float]:
-    """NAME=VALUE.
+    """Name and number of a text NAME=VALUE.
 
     Raises:
-        ConfigError: It is not.
+        ConfigError: The text is not NAME=VALUE with a number.
     """
     name, equals, value = text.partition("=")
     try:

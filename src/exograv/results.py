@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 JsonObject = dict[str, Any]
-"""Object of JSON whose members belong to its writer: a parsed message, the settings of a recording, a file's content.
+"""Object of JSON with members that only its writer knows: a message, the settings of a recording, a file's content.
 
 A room that passes it on cannot know its members: they depend on the command, or on the version that wrote the file.
 """
@@ -16,14 +16,14 @@ OPTIONAL = {"exograv": "optional"}
 """Metadata of a field whose key is left out of the JSON object while its value is None."""
 
 MERGED = {"exograv": "merged"}
-"""Metadata of a field whose own members stand in the JSON object of the result, without a level between.
+"""Metadata of a field whose members are written directly into the JSON object of the result.
 
 A merged field that is None adds nothing.
 """
 
 
 def json_value(value: Any) -> Any:
-    """Convert a result to values that `json.dumps` takes.
+    """Convert a result to values that `json.dumps` accepts.
 
     Dataclasses become objects with their fields in order, arrays and tuples become lists.
 
@@ -32,7 +32,7 @@ def json_value(value: Any) -> Any:
     """
     if value is None or isinstance(value, str | bool | int | float):
         return value.value if isinstance(value, Enum) else value
-    if hasattr(value, "tolist"):  # arrays and scalars of NumPy: help must not wait for its import
+    if hasattr(value, "tolist"):  # Arrays and scalars of NumPy. `--help` must not wait for the import of NumPy.
         return value.tolist()
     if hasattr(value, "model_dump"):  # settings of pydantic
         return value.model_dump(mode="json")

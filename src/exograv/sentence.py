@@ -1,4 +1,4 @@
-"""A sentence for a person: its code and what fills its gaps, for any language; as a string it is the English text."""
+"""Sentences in several languages: English text with a code and fields that render the sentence in another language."""
 
 from collections.abc import Callable, Mapping
 from enum import Enum
@@ -11,10 +11,10 @@ class Sentence(str):
     __slots__ = ("code", "fields")
 
     code: str
-    """Key in the table of each language; empty for text without a translation, such as that of an operating system."""
+    """Key in the table of each language; empty for text without a translation, as from the operating system."""
 
     fields: Mapping[str, str]
-    """What fills each gap. A field may be a sentence."""
+    """Values by placeholder. A value may be a sentence."""
 
     def __new__(cls, text: str, code: str = "", fields: Mapping[str, str] | None = None) -> "Sentence":
         """Make a sentence from its English text."""
@@ -23,7 +23,7 @@ class Sentence(str):
         return made
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Keep code and fields on the way into another process."""
+        """Keep code and fields when the sentence is sent to another process."""
         return Sentence, (str(self), self.code, self.fields)
 
     def rendered(self, texts: Mapping[str, str]) -> str:
@@ -32,10 +32,10 @@ class Sentence(str):
 
 
 class _KeepsSentence:
-    """Let pydantic keep a sentence as it is; by default it makes a plain string of it."""
+    """Marker that lets pydantic keep a sentence. By default pydantic makes a plain string of it."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Callable[[Any], Any]) -> Any:
-        """Schema of a string that may be a sentence."""
+        """Return the schema of a string that may be a sentence."""
         from pydantic_core import core_schema
 
         return core_schema.union_schema([core_schema.is_instance_schema(Sentence), handler(source)])
@@ -46,7 +46,7 @@ SentenceText = Annotated[str, _KeepsSentence()]
 
 
 def say(texts: Mapping[str, str], code: str, **fields: object) -> Sentence:
-    """Sentence of an English table, with its gaps filled."""
+    """Sentence of an English table, with its placeholders filled."""
     filled = {name: field if isinstance(field, Sentence) else str(field) for name, field in fields.items()}
     return Sentence(texts[code].format(**filled), code, filled)
 

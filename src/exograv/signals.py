@@ -1,4 +1,4 @@
-"""What crosses rooms in one tick: flat, fixed size, NumPy."""
+"""Values that pass between rooms in each tick: flat NumPy arrays of fixed size."""
 
 import enum
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ Joints = Float[np.ndarray, " joint"]
 
 
 class TorqueSource(enum.Enum):
-    """Where the measured torque of a joint comes from."""
+    """Source of the measured torque of a joint."""
 
     CURRENT = "motor current"
     JOINT_SENSOR = "joint torque sensor"
@@ -20,27 +20,28 @@ class TorqueSource(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class JointState:
-    """What a machine measures in one period, one entry per actuated joint."""
+    """Measurements of a machine in one period, one entry per actuated joint."""
 
     t: float
     """Time of the measurement on the rig's clock [s]."""
 
     sequence: int
-    """Counts the measurements; a gap is a lost one."""
+    """Number of the measurement; a gap in the numbers means a lost measurement."""
 
     q: Joints
-    """Joint positions by the encoders [rad]."""
+    """Joint positions from the joint encoders [rad]."""
 
     current: Joints
-    """Motor currents [A]; NaN where the source is not `CURRENT`."""
+    """Motor currents [A]; NaN if the source is not `CURRENT`."""
 
     tau: Joints
-    """Torque by a sensor [N·m]; NaN where the source is `CURRENT`."""
+    """Joint torque from a sensor [N·m]; NaN if the source is `CURRENT`."""
 
     torque_source: TorqueSource
+    """Source of the measured torque, the same for all joints."""
 
     q_motor: Joints | None = None
-    """The same positions by the encoders on the motors' shafts [rad]; None where there are none."""
+    """Joint positions from the encoders on the motor shafts [rad]; None if there are none."""
 
     faulty: tuple[int, ...] = ()
     """Joints whose drive reports a fault."""
@@ -48,36 +49,36 @@ class JointState:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """What the motors are told, one entry per actuated joint."""
+    """Command to the motors, one entry per actuated joint."""
 
     t: float
     """Time of the decision on the rig's clock [s]."""
 
     sequence: int
-    """The `JointState` that this answers."""
+    """Number of the `JointState` that the command answers."""
 
     valid_until: float
-    """The command is void after this time on the rig's clock [s]: it never becomes torque later."""
+    """Expiry time on the rig's clock [s]. After this time the command must not become torque."""
 
     tau: Joints
     """Commanded joint torque [N·m]."""
 
     current: Joints
-    """The same as motor current [A], by the calibrated actuator."""
+    """Commanded motor current [A]: the commanded torque by the calibrated actuator."""
 
     damping: Joints | None = None
-    """What each drive brakes its own motor with, by its own encoder [N·m·s/rad]; None where nothing brakes."""
+    """Damping that each drive adds from its own encoder [N·m·s/rad]; None without damping."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """Where the exoskeleton should be, one entry per actuated joint."""
+    """Reference of the exoskeleton, one entry per actuated joint."""
 
     q: Joints
-    """[rad]"""
+    """Joint position [rad]."""
 
     v: Joints
-    """[rad/s]"""
+    """Joint velocity [rad/s]."""
 
     a: Joints
-    """[rad/s²]"""
+    """Joint acceleration [rad/s²]."""

@@ -1,4 +1,4 @@
-"""Rigid-body algebra on CasADi expressions: rotations, cross products, small symmetric systems."""
+"""Rigid-body algebra on CasADi expressions: rotations, cross products, small symmetric linear systems."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ import casadi as ca
 
 @dataclass(frozen=True)
 class Transform:
-    """Pose of one frame in another: `T_a_b` takes coordinates in b to coordinates in a."""
+    """Pose of one frame in another: `T_a_b` maps coordinates in b to coordinates in a."""
 
     R: ca.SX
     """Rotation (3, 3)."""
@@ -19,11 +19,11 @@ class Transform:
         return Transform(self.R @ other.R, self.p + self.R @ other.p)
 
     def apply(self, point: ca.SX) -> ca.SX:
-        """The point (3,) in the outer frame."""
+        """Coordinates of a point (3,) in the outer frame [m]."""
         return self.p + self.R @ point
 
     def inverse(self) -> "Transform":
-        """`T_b_a`."""
+        """Inverse pose: `T_b_a` of `T_a_b`."""
         return Transform(self.R.T, -(self.R.T @ self.p))
 
 
@@ -39,7 +39,7 @@ def rotation_about(axis: ca.DM, angle: ca.SX) -> ca.SX:
 
 
 def rotation_residual(R: ca.SX) -> ca.SX:
-    """Half the vector of the skew part of R (3,): axis times the sine of the angle, zero without rotation."""
+    """Vector (3,) of the skew-symmetric part of R: axis times the sine of the angle, zero without rotation."""
     return 0.5 * ca.vertcat(R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1])
 
 
@@ -60,8 +60,8 @@ def inertia_matrix(phi: ca.SX) -> ca.SX:
 def solve_symmetric(H: ca.SX, b: ca.SX, pivot_min: float) -> tuple[ca.SX, ca.SX]:
     """Solution X (n, m) of H X = b for a symmetric positive definite H (n, n), and its smallest pivot.
 
-    LDLᵀ without pivoting; a pivot below `pivot_min` is raised to it, which damps the solution near a
-    singularity instead of branching. The caller reads from the returned pivot whether that happened.
+    LDLᵀ without pivoting. A pivot below `pivot_min` is raised to `pivot_min`, which damps the solution near a
+    singularity without a branch. The returned pivot shows the caller if that happened.
     """
     n = H.size1()
     L = ca.SX.eye(n)

@@ -1,1 +1,1 @@
-"""The processes of a running machine: control, worker, their supervisors, and machines on drives."""
+"""Processes of a running machine: guard, control, worker, their supervisors, and machines on drives."""

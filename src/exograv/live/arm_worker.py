@@ -1,4 +1,4 @@
-"""The worker of an arm that is learned live: takes what control tells, and says what it finds."""
+"""Worker process of live identification: it takes samples from control, and reports estimates of the arm."""
 
 from dataclasses import dataclass
 
@@ -17,63 +17,63 @@ from exograv.procedures.verification.slow_passes import PassListener, PassSample
 from exograv.safety.person import PersonLimits
 
 BRIDGED_TICKS = 20
-"""Up to so many missing samples the one after them stands for all; a longer gap breaks the motion off."""
+"""Largest number of missing samples that the next sample replaces. A longer gap interrupts the motion."""
 
 Joints = np.ndarray
 
 
 @dataclass(frozen=True)
 class EstimateReport:
-    """What a worker tells once a second: how much is known by now, and how much was before anything moved."""
+    """Message of a worker once a second: the present estimate, and the prior before any motion."""
 
     motion_s: float
     x: Parameters
     sd: Parameters
-    """Of each parameter."""
+    """Standard deviation of each parameter."""
     left_over: Joints
-    """That is predicted, per joint over the workspace, RMS [N·m]."""
+    """Predicted left over per joint, RMS over the workspace [N·m]."""
     prior: Parameters
     prior_sd: Parameters
     left_over_prior: Joints
     is_contradicted: bool = False
-    """Whether the motion speaks against the file that it began with."""
+    """True if the motion contradicts the participant's file that the estimate began with."""
 
 
 @dataclass(frozen=True)
 class LearnedArm:
-    """What a worker tells in the end."""
+    """Message of a worker at the end of the identification."""
 
     t: float
-    """The rig's clock at the last sample [s]."""
+    """Time of the last sample on the rig's clock [s]."""
     estimate: Estimate
     outcome: Outcome
     why: str
     stop_s: float | None
-    """When the stop rule would have ended the motion [s]."""
+    """Time at which the stop rule would have ended the motion [s]."""
     restless_s: float | None
     person: PersonLimits
-    """What the guard is to hold this person to."""
+    """Limits that the guard must apply to this person."""
     is_led: bool = False
-    """Whether the arm is moved on."""
+    """True if the machine continues to move the arm."""
 
 
 @dataclass(frozen=True)
 class PassesResult:
-    """What a worker tells after the passes of a verification."""
+    """Message of a worker after the passes of a verification."""
 
     t: float
-    """The rig's clock at the last sample [s]."""
+    """Time of the last sample on the rig's clock [s]."""
     heard: tuple[PassSample, ...]
     seconds: float
-    """That they took [s]."""
+    """Duration of the passes [s]."""
     person: PersonLimits
-    """As before."""
+    """Limits of the person, unchanged by the passes."""
     is_led: bool = False
-    """The arm is let go."""
+    """Always False: the machine does not move the arm any more."""
 
 
 class ArmWorker:
-    """`Working`: learns the arm by the recursive method, works out what may reach it, and listens to a verification."""
+    """Recursive identification of the arm, limits of the person, and samples of a verification; a `Working`."""
 
     def __init__(
         self,
@@ -83,7 +83,10 @@ class ArmWorker:
         is_verified: bool = False,
         belief: Belief | None = None,
     ):
-        """Takes seconds; `belief` is of another day, and is held against the first seconds of motion."""
+        """Prepare the estimator, which takes seconds.
+
+        `belief` comes from an earlier day. The first seconds of motion test if it fits this person.
+        """
         self._period_s, self._before = period_s, -np.inf
         self._is_verified, self._learned, self._is_passed = is_verified, None, False
         self._listener, self._begun_at = PassListener(assembly.n, period_s), np.inf
@@ -96,12 +99,12 @@ class ArmWorker:
         self._news: list[EstimateReport] = []
 
     def news(self) -> list[EstimateReport]:
-        """As it was judged since this was last asked."""
+        """Return the reports since the last call."""
         news, self._news = self._news, []
         return news
 
     def take(self, sample: np.void) -> np.ndarray | None:
-        """One sample; what may be published, if it is time."""
+        """Take one sample; return the parameters if a new estimate may be published."""
         now = float(sample["now"])
         ticks = 1 if np.isinf(self._before) else round((now - self._before) / self._period_s)
         self._before = now
@@ -122,7 +125,7 @@ class ArmWorker:
         return found
 
     def _ask_about(self, sample: Sample) -> None:
-        """Whether the file is this person's."""
+        """Test with one sample if the file belongs to this person."""
         if self._check is not None:
             self._check.take(sample)
 
@@ -138,11 +141,11 @@ class ArmWorker:
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing follows."""
+        """True if no further message follows."""
         return self._is_passed or not self._is_verified
 
     def finish(self) -> tuple[np.ndarray, LearnedArm | PassesResult]:
-        """Parameters, and what the parent is to know."""
+        """Return the parameters and the final message for the parent process."""
         if self._learned is not None:
             self._is_passed = True
             heard, seconds = tuple(self._listener.heard), self._before - self._begun_at

@@ -1,4 +1,4 @@
-"""The parent's side of control: started, watched, replaced when it has died or hangs."""
+"""Supervisor of the control process in its parent: it starts control, watches it, and replaces it when it fails."""
 
 from collections.abc import Callable
 
@@ -8,21 +8,24 @@ from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.runtime.processes.supervisor import Supervisor
 
 HANGS_TICKS = 2000
-"""In which the guard asked and nobody answered, after which a control that is alive is ended and replaced; the arm has
-long been coming down. Not a time: a guard whose machine says nothing does not ask."""
+"""Unanswered requests of the guard after which a control process that is alive is ended and replaced.
+
+By then the guard has been lowering the arm for a long time. The limit is a count of requests, not a time, because the
+guard sends no request without a measurement of the machine.
+"""
 
 FRUITLESS_MAX = 3
-"""Controls in a row that ended without one answer; what ends them would end the next one too."""
+"""Control processes in a row that may end without an answer; the same cause would end the next one too."""
 
 
 Build = Callable[[], ControlInterface]
 
 
 class ControlKeeper:
-    """Control's process, and the next one when it has died or hangs; none of them can leave the guard's latch."""
+    """Control process, replaced when it has died or hangs. No control process can release the latch of the guard."""
 
     def __init__(self, first: Build, again: Build, channels: Channels, states: Mailbox, answers: Mailbox):
-        """Start the first; all that follow are built by `again`."""
+        """Start the first control process; `again` builds its replacements."""
         self._again, self._channels, self._states, self._answers = again, channels, states, answers
         self._seen = self._asked = 0
         self._child = Supervisor("control", control_process, ControlJob(first, channels), FRUITLESS_MAX)
@@ -30,24 +33,24 @@ class ControlKeeper:
 
     @property
     def pid(self) -> int:
-        """Of the control in charge."""
+        """Process identifier of the present control."""
         return self._child.pid
 
     @property
     def restarts(self) -> int:
-        """Controls that had to be replaced."""
+        """Number of control processes that were replaced."""
         return self._child.restarts
 
     def await_ready(self) -> None:
-        """Wait until it has built what it needs.
+        """Wait until the control process is ready.
 
         Raises:
-            RigError: It has died.
+            RigError: The control process has died.
         """
         self._child.await_ready()
 
     def check(self) -> None:
-        """Replace it if it has died, or does not answer any more. To be called some times a second."""
+        """Replace the control process if it has died or does not answer any more. Call this several times a second."""
         answered, asked = self._answers.count, self._states.count
         if answered != self._seen:
             self._seen, self._asked = answered, asked
@@ -57,5 +60,5 @@ class ControlKeeper:
             self._asked, self._at_start = asked, self._answers.count
 
     def close(self) -> None:
-        """Say that it is over."""
+        """End the control process."""
         self._child.end(2.0, "over")

@@ -1,4 +1,4 @@
-"""What the processes of a live run take from the computer: memory that grows, descriptors that are never closed."""
+"""Memory and file descriptors of the processes of a live run: growth and leaks show here."""
 
 import contextlib
 import os
@@ -10,51 +10,52 @@ from pathlib import Path
 import numpy as np
 
 EVERY_S = 5.0
+"""Time between two samples [s]."""
 
 SETTLED_S = 60.0
-"""After which a process has all that it needs: growth is counted from there."""
+"""Age at which a process has allocated what it needs [s]. Growth is computed from then on."""
 
 LEAST_S = 120.0
-"""Of settled run, before a growth by the hour is said."""
+"""Shortest settled run for which growth per hour is reported [s]."""
 
 MB = 1 << 20
 
 
 @dataclass(frozen=True)
 class ProcessFootprint:
-    """Memory and descriptors of a process at first, at last and at most."""
+    """Memory and file descriptors of a process: first, last and largest value."""
 
     memory_MB: list[float]
     growth_MB_per_h: float | None
-    """None where the run was too short to tell."""
+    """Growth of memory [MB/h]; None if the run was too short."""
     descriptors: list[int]
 
 
 class Footprint:
-    """Looks at processes now and then."""
+    """Sampler of the memory and file descriptors of processes."""
 
     def __init__(self, pids: Mapping[str, Callable[[], int]], processes: Path = Path("/proc")):
-        """Nothing was seen yet; `pids` says who is in charge, which may change."""
+        """Start without samples; `pids` returns the present identifier of each process, which may change."""
         self._pids, self._processes = pids, processes
         self._page = os.sysconf("SC_PAGE_SIZE")
         self._rows: dict[str, list[tuple[float, int, int, int]]] = {name: [] for name in pids}
         self._begun, self._seen = time.monotonic(), -np.inf
 
     def check(self) -> None:
-        """To be called some times a second."""
+        """Sample every process, if `EVERY_S` have passed. Call this several times a second."""
         now = time.monotonic()
         if now - self._seen < EVERY_S:
             return
         self._seen = now
         for name, pid in self._pids.items():
             folder = self._processes / str(pid())
-            with contextlib.suppress(OSError, IndexError, ValueError):  # it has just died
+            with contextlib.suppress(OSError, IndexError, ValueError):  # The process has just died.
                 pages = int((folder / "statm").read_text().split()[1])
                 row = (now - self._begun, pid(), pages * self._page, len(os.listdir(folder / "fd")))
                 self._rows[name].append(row)
 
     def figures(self) -> dict[str, ProcessFootprint]:
-        """Footprint by process; of a process that was replaced, the last one's."""
+        """Return the footprint by process; for a replaced process that of the last replacement."""
         return {name: _figures(rows) for name, rows in self._rows.items() if rows}
 
 

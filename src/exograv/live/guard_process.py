@@ -1,7 +1,7 @@
-"""The guard's process of the live loop: it owns the machine, and asks control, which only submits torques.
+"""Guard process of the live loop: it owns the machine, and control only submits torques to it.
 
-They share two mailboxes: what the guard believes of the machine, and what control answers. The guard waits for an
-answer for a part of the period, never longer; that it comes too late, or never again, is its everyday business.
+Guard and control share two mailboxes: the state that the guard believes, and the answer of control. The guard waits
+for an answer during a part of the period, never longer. A late or missing answer is a normal case, not an error.
 """
 
 import contextlib
@@ -29,16 +29,19 @@ from exograv.safety.stops import StopReason
 from exograv.signals import JointState
 
 LIMITS_NS, LIMITS_SHARE = 350_000, 0.35
-"""What the guard keeps of a period, to limit a torque and to write it [ns], and at most so much of it."""
+"""Time that the guard reserves in a period to limit a torque and to write it [ns], and its largest share [-]."""
 
 GIVEN_UP_AFTER, ASKED_AGAIN_EVERY = 8, 8
-"""Ticks in a row without an answer, after which the guard waits in every eighth tick only: it has let the arm down, and
-a loop that waits in all of them may be left without rest and broken off (`runtime.loop`)."""
+"""Ticks in a row without an answer after which the guard waits in every eighth tick only.
+
+By then the guard has lowered the arm. If it waited in every tick, the loop could run without sleep and would then give
+up (`runtime.clock.real_time_loop`).
+"""
 
 
 @dataclass(frozen=True)
 class GuardedRig:
-    """What the guard process works with; made in it, because only it touches the machine."""
+    """Machine and guard of the guard process. They are built in this process, because no other accesses the machine."""
 
     rig: Rig
     guard: Guard
@@ -46,40 +49,40 @@ class GuardedRig:
     """Torque per motor current, as calibrated (joint,) [N·m/A]."""
 
     announce: Callable[[str], object] = lambda _name: None
-    """Told the mode that begins, by its name: what somebody in the machine hears of it."""
+    """Function that is called with the name of each mode that begins, for the wearer's announcements."""
 
 
 @dataclass(frozen=True)
 class GuardJob:
-    """What a guard process is started with."""
+    """Parameters of a guard process."""
 
     build: Callable[[], GuardedRig]
     channels: Channels
     periods: int
     mode_names: tuple[str, ...]
     notes: Mapping[str, str] = field(default_factory=dict)
-    """What to record besides when a mode begins, by its name."""
+    """Notes to record when a mode begins, by the name of the mode."""
 
     period_ns: int = PERIOD_NS
-    """Of the machine [ns]."""
+    """Period of the machine [ns]."""
 
     is_steered: bool = False
-    """Whether an operator resets the latch; a virtual one does it by itself."""
+    """True if an operator resets the latch; otherwise a virtual operator resets it."""
 
 
 @dataclass(frozen=True)
 class StopLatch:
-    """A stop."""
+    """Stop of the guard, latched until it is reset."""
 
     cause: str
     period: int
     at_s: float
-    """Since the loop's start, by its periods [s]."""
+    """Time of the stop since the start of the loop [s]."""
 
 
 @dataclass(frozen=True)
 class GuardReport:
-    """What is left when the guard process ends."""
+    """Report of the guard process at its end."""
 
     timing: Timing
     rights: Rights
@@ -88,22 +91,22 @@ class GuardReport:
     """Ticks without an answer in time."""
 
     t: float
-    """The rig's clock [s]."""
+    """Time of the end on the rig's clock [s]."""
 
     started_ns: int
-    """When the first period began, on CLOCK_MONOTONIC [ns]."""
+    """Start of the first period on CLOCK_MONOTONIC [ns]."""
 
     modes: tuple[tuple[str, float], ...] = ()
-    """Every mode in its turn, and when it began, since the loop's start [s]."""
+    """Modes in order, each with its start since the start of the loop [s]."""
 
 
 def answer_by_ns(period_ns: int) -> int:
-    """After the start of a period, when control has to have answered."""
+    """Time after the start of a period by which control must have answered [ns]."""
     return period_ns - round(min(LIMITS_NS, LIMITS_SHARE * period_ns))
 
 
 def guard_process(job: GuardJob, parent: Connection) -> None:
-    """Be the guard process: build, say so, wait for the word, run, report."""
+    """Run the guard process: build the machine, report "ready", wait for "go", run the loop, send the report."""
     guarding = GuardLoop(job, parent)
     try:
         with guarding.rig:
@@ -113,21 +116,21 @@ def guard_process(job: GuardJob, parent: Connection) -> None:
                 guarding.begin()
                 timing = run_loop(guarding.tick, job.periods, job.period_ns)
             report = guarding.report(timing, rights)
-        with contextlib.suppress(OSError):  # nobody is there any more
+        with contextlib.suppress(OSError):  # The parent process has ended.
             parent.send(report)
     finally:
         guarding.close()
 
 
 class GuardLoop:
-    """The tick of the guard process."""
+    """State of the guard process and the tick of its loop."""
 
     def __init__(self, job: GuardJob, parent: Connection):
         self._job, self._parent, made = job, parent, job.build()
         self.rig, self._guard, self._gain = made.rig, made.guard, made.gain
         self._step, self._answer, self._woken = ControlStep(made.guard, made.gain), None, 0
         self.closure_slope = 0.0
-        """Slope of control's loops by its answer, 0 without one [N·m]."""
+        """Residual slope of the cuff energy in the answer of control [N·m]; 0 without an answer."""
         channels, self._announce = job.channels, made.announce
         self._states = Mailbox(state_dtype(channels.joints), channels.states)
         self._answers = Mailbox(answer_dtype(channels.joints), channels.answers)
@@ -144,7 +147,7 @@ class GuardLoop:
         self._modes: list[tuple[str, float]] = []
         self._unanswered = self._silent = self._started_ns = 0
         self._has_begun = self._was_stopped = False
-        # A latch of a real machine ends the run: its self-test, and somebody who looks at it, come before the next.
+        # A latch of a real machine ends the run: the operator inspects the machine and repeats its self-test first.
         self._ends_stopped = may_be_worn(self.rig)
         self._resets = not (self._ends_stopped or job.is_steered)
         self._answer_by_ns = answer_by_ns(job.period_ns)
@@ -159,21 +162,22 @@ class GuardLoop:
             self.rig.enable()
 
     def tick(self, period: int) -> bool:
-        """Look, ask, decide, command, record; whether it is over before its time."""
+        """Read the machine, request an answer, decide, write the command, record; return True to end the loop early."""
         woken = self._woken = time.monotonic_ns()
         state, now = self.rig.read(), self.rig.t
         if not self._has_begun:
-            # From the torque that the motors give, and as it is recorded, so that a replay begins there too.
+            # Begin at the present motor torque, in the recorded form, so that a replay begins at the same value.
             self._guard.envelope.begin(self._gain * state.current)
             self._has_begun, self._started_ns = True, woken
-        self._row["monotonic"] = 1e-9 * time.monotonic_ns()  # beside `now`: the two clocks are compared in every tick
+        # Taken next to `now`: each recorded tick pairs the two clocks.
+        self._row["monotonic"] = 1e-9 * time.monotonic_ns()
         decision = self._step.take(state, now, self)
         answer, command = self._answer, decision.command
         self.rig.write(command)
         self._safe_state = decision.safe_state
         self._look_for_stops(period, now, decision.stop)
         self._record(period, now, state, command.tau, answer, woken)
-        # Nobody hands an arm to a control that is not there: it has to answer first.
+        # Control must answer before the latch is reset: a missing control cannot carry the arm.
         if self._was_stopped and self._resets and not self.hearing.is_asked_to_end and answer is not None:
             self.hearing.reset(now, "The virtual operator has reset the latch.")
         mode = self._known_modes[self._mode] if self._mode >= 0 else None
@@ -182,7 +186,7 @@ class GuardLoop:
         return is_over and self._guard.envelope.descent_is_over
 
     def answer(self, believed: JointState | None, now: float) -> ControlRequest | None:
-        """Answer of control's process, if it comes in time."""
+        """Return the answer of the control process, if it comes in time."""
         answer = self._answer = None if believed is None else self._asked(believed, now, self._woken)
         if answer is None:
             self.closure_slope = 0.0
@@ -192,18 +196,18 @@ class GuardLoop:
         return ControlRequest(int(answer["sequence"]), float(answer["valid_until"]), answer["tau"])
 
     def report(self, timing: Timing, rights: Rights) -> GuardReport:
-        """At the end."""
+        """Return the report at the end of the loop."""
         latches, modes = tuple(self._latches), tuple(self._modes)
         return GuardReport(timing, rights, latches, self._unanswered, self.rig.t, self._started_ns, modes)
 
     def close(self) -> None:
-        """Let go of the memory."""
+        """Release the shared memory."""
         for memory in (self._states, self._answers, self._ticks, self._events, self._bell):
             if memory is not None:
                 memory.close()
 
     def _asked(self, believed: JointState, now: float, woken: int) -> np.void | None:
-        """Tell control, and wait for its answer as long as there is time."""
+        """Send the believed state to control, and wait for the answer until the deadline."""
         state = self._state
         state["sequence"], state["now"], state["safe_state"] = believed.sequence, now, self._safe_state
         state["q"], state["current"] = believed.q, believed.current
@@ -238,7 +242,7 @@ class GuardLoop:
         self._events.put(event(now, "note", text))
 
     def _look_for_stops(self, period: int, now: float, stop: StopReason | None) -> None:
-        """Each stop once, when it comes."""
+        """Record each stop once, when it begins."""
         was_stopped = self._was_stopped
         self._was_stopped = stop is not None
         if stop is not None and not was_stopped:

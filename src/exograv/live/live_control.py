@@ -1,4 +1,4 @@
-"""What the two processes of `exograv live` are made of: the twin behind its guard, and control with its mode."""
+"""Parts of the two processes of `exograv live`: the machine with its guard, and control with its mode machine."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass
@@ -33,29 +33,31 @@ SKIPPED_TEXT = "The self-test is skipped: this is the twin, and nobody is in it.
 OPERATOR: Mapping[Mode, Event] = MappingProxyType(
     {Mode.SAFE: Event.RESET, Mode.OFF: Event.TEST, Mode.SELF_TEST: Event.PASSED}
 )
-"""What the virtual operator does as soon as it is possible, one event a tick. `PASSED` follows at once: on the twin the
-self-test is done before the loop, or skipped, and the recording says so."""
+"""Events of the virtual operator by mode, one event per tick, as soon as possible.
+
+`PASSED` follows at once: on the twin the self-test runs before the loop, or it is skipped and the recording says so.
+"""
 
 MODES = tuple(Mode)
 
 
 def notes(is_tested: bool) -> dict[str, str]:
-    """What to record when a mode begins."""
+    """Return notes to record when a mode begins, by the name of the mode."""
     return {} if is_tested else {Mode.SELF_TEST.name.lower(): SKIPPED_TEXT}
 
 
 @runtime_checkable
 class PhaseListener(Protocol):
-    """A machine in which somebody hears what it begins."""
+    """Machine whose wearer hears each mode that begins."""
 
     def hear(self, mode_name: str) -> None:
-        """A mode has begun, by its name in lower case."""
+        """Announce a mode that begins, by its name in lower case."""
         ...
 
 
 @dataclass(frozen=True)
 class LivePlan:
-    """What each process builds its part from."""
+    """Plan of a live run, from which each process builds its part."""
 
     description: RigDescription
     told: WearerForm
@@ -63,23 +65,23 @@ class LivePlan:
     person: PersonLimits
     gravity_level: float
     machine: Callable[[], Rig]
-    """Makes the machine, in the process that owns it."""
+    """Function that builds the machine, called in the process that owns it."""
 
     period_ns: int = PERIOD_NS
-    """Of the machine [ns]."""
+    """Period of the machine [ns]."""
 
     lesson: LiveIdentificationPlan | None = None
-    """How the arm is learned live; absent where it is known."""
+    """Plan of the live identification; None if the arm is known."""
 
     key: MachineKey | None = None
-    """What unlocks a real machine."""
+    """Serial number and self-test that unlock a real machine; None for the twin."""
 
     is_steered: bool = False
-    """Whether somebody at a page asks for each step."""
+    """True if an operator at a page requests each step."""
 
 
 def guarded_rig(plan: LivePlan) -> GuardedRig:
-    """The machine, and the guard in front of it.
+    """Build the machine and its guard.
 
     Raises:
         RigError: The machine is locked.
@@ -95,7 +97,7 @@ def guarded_rig(plan: LivePlan) -> GuardedRig:
 
 
 class LiveControl:
-    """`Answering`: the arm's controller, and the mode that says how much of the arm is carried."""
+    """Controller of the arm with its mode machine, which sets the share of the arm that is carried."""
 
     mode_names = tuple(mode.name.lower() for mode in MODES)
 
@@ -108,7 +110,7 @@ class LiveControl:
         period_s: float = 1e-9 * PERIOD_NS,
         is_steered: bool = False,
     ):
-        """The machine is off; a control that comes later finds it in a safe state."""
+        """Begin with the machine off; a replacement (`is_first` False) begins with the machine in a safe state."""
         self._is_steered, self._obeyed = is_steered, 0 if is_first else None
         self._controller = ArmController(prepared.assembly, prepared.machine, prepared.x, period_s)
         self._controller.mode.gravity_level = gravity_level
@@ -118,7 +120,7 @@ class LiveControl:
         self._lesson = lesson.lesson() if isinstance(lesson, LiveIdentificationPlan) else lesson
         self._actuators = prepared.machine.actuators
         self._q_ramp = self._still
-        # The first step finds the loops' posture from cold, which takes longer than a tick.
+        # The first step solves the closure without a warm start, which takes longer than a tick.
         posture = prepared.assembly.description.donning_posture
         self._controller.step(posture, self._still, self._hold(self._still))
         self._controller = self._controller.again(prepared.x)
@@ -128,11 +130,11 @@ class LiveControl:
 
     @property
     def mode(self) -> Mode:
-        """In force."""
+        """Present mode."""
         return self._modes.mode
 
     def answer(self, state: np.void, row: np.ndarray) -> None:
-        """One tick."""
+        """Compute the answer to one tick of the guard."""
         self._state, feedback = state, self._feedback
         tau = feedback.step(state["q"])
         reference = feedback.reference
@@ -146,13 +148,13 @@ class LiveControl:
             self._lesson.told(float(state["now"]), state["q"], self._actuators.torque(state["current"]), reference.q)
 
     def forget(self, mode: Mode, arm_share: float) -> None:
-        """Begin anew in this mode with this share of the arm: after a time that nobody saw."""
+        """Restart in a mode with a share of the arm, after a gap in the recording."""
         self._feedback.forget()
         self._modes, self._rested_s, self._has_begun = ModeMachine(mode, arm_share), 0.0, True
         self._controller.forget()
 
     def _guide(self, q: np.ndarray, v: np.ndarray) -> Reference:
-        """Bring the mode up to date, then say what to follow in it."""
+        """Update the mode, then return its reference."""
         state = self._state
         now = float(state["now"])
         self._follow(state, q, v)
@@ -171,16 +173,16 @@ class LiveControl:
         return self._hold(self._q_ramp) if self.mode is Mode.RAMP_IN else self._lesson.reference(now)
 
     def _follow(self, state: np.void, q: np.ndarray, v: np.ndarray) -> None:
-        """What the guard says decides; the arm is taken by a ramp, at first and after each reset."""
+        """Update the mode from the guard's safe state. A ramp takes the arm's weight, at first and after each reset."""
         modes, event = self._modes, self._asked(state)
         if int(state["safe_state"]) >= SafeState.DESCENT:
             if modes.take(Event.FAULT):
-                # Its posture may be what went wrong, and would be carried on past every reset.
+                # The solved posture may be the cause of the fault; without this it would survive every reset.
                 self._controller.forget()
             self._rested_s = 0.0
             return
         if not self._has_begun:
-            self._has_begun = True  # a tick switched off, for the recording to begin with
+            self._has_begun = True  # The recording begins with one tick in mode `OFF`.
         elif event is not None and modes.take(event) and event is Event.TAKE_ARM:
             self._rested_s, self._q_ramp = 0.0, q.copy()
             if self._lesson is not None:
@@ -188,7 +190,10 @@ class LiveControl:
         modes.step(self._period_s, float(np.abs(q - self._q_ramp).max()), float(np.abs(v).max()))
 
     def _asked(self, state: np.void) -> Event | None:
-        """What an operator wants now: at a page, as the guard passes it on once; or the virtual one."""
+        """Return the event that the operator requests now.
+
+        The guard passes on each request of an operator at a page once. Without a page a virtual operator decides.
+        """
         if self._is_steered:
             before, self._obeyed = self._obeyed, int(state["asked"])
             return None if before is None or before == self._obeyed else ASKABLE[int(state["event"])]
@@ -199,7 +204,7 @@ class LiveControl:
         return Event.TAKE_ARM if self._rested_s >= REST_BEFORE_RAMP_S else None
 
     def _learn(self, now: float, persons: int, q: np.ndarray) -> None:
-        """An arm that is not known yet is moved as soon as it is taken, and let go when the guard knows it."""
+        """Move an unknown arm as soon as the machine carries it; let it float when the guard knows its limits."""
         lesson, modes = self._lesson, self._modes
         if lesson is None:
             return

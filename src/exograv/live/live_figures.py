@@ -18,7 +18,7 @@ from .footprint import ProcessFootprint
 from .live_processes import LiveResult
 
 STALL_BEFORE_S = 0.05
-"""A latch is put down to the longest gap so long before it."""
+"""Time before a latch in which the longest gap between commands is taken as its cause [s]."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class LatchFigures:
     cause: str
     at_s: float
     stall_ms: float
-    """Longest time without a command shortly before."""
+    """Longest time without a command shortly before the stop [ms]."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class LearnedFigures:
     stop_s: float | None
     not_relaxed_s: float | None
     left_over_Nm: list[float] | None
-    """Residual torque by the truth of a simulated wearer."""
+    """Left over by the truth of a simulated wearer, per joint, RMS [N·m]."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def live_figures(
     listening: Listening | None,
     machine: str | None = None,
 ) -> LiveFigures:
-    """Figures of a run, with the truth of a simulated wearer beside them."""
+    """Figures of a run, compared with the truth of a simulated wearer if there is one."""
     report, recording, timing = flown.report, flown.recording, flown.report.timing
     return LiveFigures(
         rig=rig,
@@ -151,7 +151,7 @@ def _learned(flown: LiveResult, wearer: SimulatedWearer | None, prepared: Contro
 
 
 def stall_ms(timing: Timing, period: int) -> float:
-    """The longest time without a command shortly before a period: what the computer was not there for."""
+    """Longest time without a command shortly before a period [ms]: the computer did not run the loop meanwhile."""
     commands = 1e-6 * (timing.period * timing.period_ns + timing.command_ns)
     ended = timing.period <= period + 1
     begun = timing.period >= period - STALL_BEFORE_S * 1e9 / timing.period_ns

@@ -1,4 +1,4 @@
-"""A flight of the live processes: its options, its plan, and what its recording says of it."""
+"""Live run of guard, control and worker: its streams, its plan, and its settings in the recording."""
 
 import contextlib
 from collections.abc import Callable, Mapping
@@ -30,7 +30,7 @@ from .options import AROUND_MOTION_S, LiveOptions
 def streaming_of(
     options: LiveOptions, description: RigDescription, period_s: float, listening: Listening | None
 ) -> Streaming:
-    """Streams of a live run: what is published, and what is recorded besides."""
+    """Streams of a live run: published streams, and streams of other devices to record."""
     outlets = OutletsJob(description.name, description.joints, period_s) if options.lsl else None
     ros2 = None if (bridge := options.bridge) is None else Bridging(bridge, description.joints)
     return Streaming(outlets, listening, ros2)
@@ -45,9 +45,9 @@ def lesson_plan(
     passes_s: float = 0.0,
     belief: Belief | None = None,
 ) -> LiveIdentificationPlan:
-    """How an arm is learned by so much motion, and verified by so much [s]; its memory is there as long as `stack`.
+    """Plan the live identification from `seconds` of motion, and a verification of `passes_s` [s].
 
-    It begins with a belief of another day, if there is one.
+    The shared memory lives as long as `stack`. The estimate begins with a belief of an earlier day, if there is one.
     """
     moved_s = seconds + AROUND_MOTION_S + passes_s
     size = WorkerMemory(prepared.assembly.n, len(prepared.x), round(2 * moved_s / period_s))
@@ -67,7 +67,7 @@ def fly_plan(
     is_tested: bool = False,
     lsl: Streaming = NO_STREAMING,
 ) -> LiveResult:
-    """Float the arm live, who is known already; as `run_live`."""
+    """Run the plan live and record it in `folder`; see `fly`."""
     path, joints = folder / "live.mcap", plan.description.joints
     settings = settings_of(plan, said)
     with Recorder(path, joints, settings, seconds, outlets=lsl.outlets, devices=lsl.devices) as recorder:
@@ -75,7 +75,7 @@ def fly_plan(
 
 
 def parts_of(plan: LivePlan, is_tested: bool) -> ProcessParts:
-    """What the processes of a flight build in themselves."""
+    """Parts that the processes of a live run build in themselves."""
     lesson, period_s = plan.lesson, 1e-9 * plan.period_ns
     control = partial(
         LiveControl, plan.prepared, plan.gravity_level, lesson=lesson, period_s=period_s, is_steered=plan.is_steered
@@ -93,7 +93,7 @@ def parts_of(plan: LivePlan, is_tested: bool) -> ProcessParts:
 
 
 def settings_of(plan: LivePlan, said: Mapping[str, Any]) -> Mapping[str, object]:
-    """What the recording says of the run, for `exograv replay` too."""
+    """Return the settings of the run for its recording, which `exograv replay` reads."""
     description, prepared = plan.description, plan.prepared
     return {
         **said,

@@ -1,4 +1,4 @@
-"""An arm is learned live: control moves it and tells a worker what was measured, and takes what the worker finds."""
+"""Live identification of an arm: control moves the arm, sends samples to a worker and takes its estimates."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ Joints = np.ndarray
 
 
 class LiveIdentification:
-    """Control's part: the motion that is asked for, and what goes to the worker and comes from it."""
+    """Part of control: the reference motion, samples to the worker, and estimates from the worker."""
 
     def __init__(
         self,
@@ -38,15 +38,16 @@ class LiveIdentification:
         newest: Callable[[], tuple[int, np.void] | None],
         passes: VerificationPasses | None = None,
     ):
-        """Before the arm is moved.
+        """Prepare the motion.
 
         Args:
             assembly: The machine with the arm in it.
-            seconds: Of the machine's own motion [s].
-            period_s: Of the loop [s].
-            tell: Takes a row of `sample_dtype`.
-            newest: How many findings there are, and the newest as a row of `finding_dtype`; None before the first.
-            passes: Of a verification, from the end of the motion on, when the arm is learned; absent without one.
+            seconds: Duration of the machine's own motion [s].
+            period_s: Period of the loop [s].
+            tell: Function that sends a row of `sample_dtype` to the worker.
+            newest: Function that returns the number of findings and the newest as a row of `finding_dtype`; None before
+                the first.
+            passes: Passes of a verification after the motion, when the arm is learned; None without a verification.
         """
         self._passes, self._passes_begun_at = passes, np.inf
         self._phases = phases_of_unknown_arm(is_verified=passes is not None)
@@ -57,27 +58,27 @@ class LiveIdentification:
         self._begun_at = 0.0
         self._found_at = -np.inf
         self.findings = 0
-        """How many of the worker's are known."""
+        """Number of findings of the worker that control knows."""
 
     def prepare(self, q: Joints) -> None:
-        """The arm will be moved from here on [rad]; takes a part of a tick."""
+        """Plan the approach from the posture `q` [rad]; this takes a part of a tick."""
         self._way = IDENTIFICATION.approach(q, self._path.q[0], self._period_s)
 
     def begin(self, now: float) -> None:
-        """The arm is moved from now on [s]."""
+        """Begin the motion at time `now` [s]."""
         self._begun_at = now
 
     def phase(self, words: int) -> Phase:
-        """Phase in force after so many words of the guard about the person: each driven phase ends with one."""
+        """Phase after `words` updates of the person at the guard: an update ends each driven phase."""
         return self._phases[min(words, len(self._phases) - 1)]
 
     def enter(self, phase: Phase, now: float) -> None:
-        """Follow the path of the phase from now on [s], if that has not begun."""
+        """Begin the path of the phase at time `now` [s], if it has not begun."""
         if phase is VERIFICATION and np.isinf(self._passes_begun_at):
             self._passes_begun_at, self._row["is_last"] = now, 0
 
     def reference(self, now: float) -> Reference:
-        """What is asked for at a time [s]; the end of the path after it."""
+        """Return the reference at a time [s]; after the path it stays at the end."""
         if self._passes is not None and now >= self._passes_begun_at:
             return self._at(self._passes.path, self._tick_of_passes(now))
         tick, way, path = self._tick(now), self._way, self._path
@@ -91,11 +92,11 @@ class LiveIdentification:
         return Reference(path.q[-1], self._still, self._still)
 
     def is_over(self, now: float) -> bool:
-        """Whether the motion has come to its end."""
+        """Return True if the motion has ended."""
         return self._tick(now) >= len(self._way) + len(self._path)
 
     def told(self, now: float, q: Joints, tau: Joints, q_asked: Joints) -> None:
-        """One tick of the motion: measured position [rad] and torque [N·m], and the position asked for [rad]."""
+        """Send one tick of the motion: measured position [rad] and torque [N·m], and reference position [rad]."""
         tick, path, row = self._tick(now) - len(self._way), self._path, self._row
         row["posture"] = NONE
         if self._passes is not None and now >= self._passes_begun_at:
@@ -110,7 +111,7 @@ class LiveIdentification:
             self._tell(row)
 
     def found(self) -> Parameters | None:
-        """What the worker has found since it was last asked; nothing that is older than what is known."""
+        """Return the worker's newest estimate, or None if there is no newer one since the last call."""
         newest = self._newest()
         if newest is None or newest[0] == self.findings:
             return None
@@ -129,7 +130,7 @@ class LiveIdentification:
 
 @dataclass(frozen=True)
 class LiveIdentificationPlan:
-    """What control and worker need to know of it; goes from process to process."""
+    """Plan of a live identification, which is sent to the processes of control and worker."""
 
     assembly: Assembly
     machine: CalibratedMachine
@@ -137,25 +138,25 @@ class LiveIdentificationPlan:
     period_s: float
     memory: WorkerMemory
     verification: Verification | None = None
-    """How it is verified when it is learned."""
+    """Verification after the identification."""
     belief: Belief | None = None
-    """Of another day, from the person's file; the table's person if absent."""
+    """Belief of an earlier day from the participant's file; None for the prior of the body-segment table."""
 
     def lesson(self) -> LiveIdentification:
-        """Control's part, on the memory that its parent has made."""
+        """Build the part of control on the shared memory of the parent process."""
         samples, findings = self.memory.sample_ring(), self.memory.finding_ring()
         passes = lesson_passes(self.assembly, self.seconds, self.period_s, self.verification)
         return LiveIdentification(self.assembly, self.seconds, self.period_s, samples.put, findings.newest, passes)
 
     def worker(self) -> "ArmWorker":
-        """The worker's part."""
+        """Build the part of the worker."""
         return ArmWorker(self.assembly, self.machine, self.period_s, self.verification is not None, self.belief)
 
 
 def lesson_passes(
     assembly: Assembly, seconds: float, period_s: float, verification: Verification | None
 ) -> VerificationPasses | None:
-    """What follows a motion of so many seconds, from where that ends."""
+    """Return the passes of a verification, from the posture in which a motion of `seconds` [s] ends."""
     if verification is None:
         return None
     end = identification_motion(assembly, seconds, period_s).q[-1]
@@ -163,10 +164,10 @@ def lesson_passes(
 
 
 def unknown_person(assembly: Assembly, machine: CalibratedMachine) -> PersonLimits:
-    """What the guard holds somebody to who is moved and not known yet; seconds pass."""
+    """Limits of an unknown person whom the machine moves. The computation takes seconds."""
     return person_believed(assembly, machine, prior(assembly, machine))
 
 
 def person_believed(assembly: Assembly, machine: CalibratedMachine, belief: Belief) -> PersonLimits:
-    """The same of somebody who was here on another day; seconds pass."""
+    """Limits of a person from a belief of an earlier day, while the machine moves the arm. This takes seconds."""
     return LimitsMaker(assembly, machine, belief[0]).expected(*belief, V_MOTION)

@@ -1,4 +1,4 @@
-"""The processes of a live run, as their parent sees them: started, watched, replaced where one may be, ended."""
+"""Processes of a live run in their parent: start, supervision, replacement where that is safe, and end."""
 
 import contextlib
 import os
@@ -30,36 +30,37 @@ from .guard_process import GuardedRig, GuardJob, GuardReport, guard_process
 from .worker_supervisor import WorkerKeeper
 
 CHECK_S = 0.25
+"""Period of the parent's checks [s]."""
 
 
 @dataclass(frozen=True)
 class ProcessParts:
-    """How guard and control build what they work with, in their own processes."""
+    """Functions that build guard, control and worker in their own processes."""
 
     guard: Callable[[], GuardedRig]
     control: Callable[[], ControlInterface]
 
     control_again: Callable[[], ControlInterface]
-    """After one that died: a control that carries nothing until the operator has reset and the arm is taken again."""
+    """Replacement of a control that died. It carries nothing until the operator resets the latch and takes the arm."""
 
     mode_names: tuple[str, ...]
 
     notes: Mapping[str, str] = field(default_factory=dict)
-    """What to record besides when a mode begins, by its name."""
+    """Notes to record when a mode begins, by the name of the mode."""
 
     worker: WorkerJob | None = None
-    """Where the arm is learned while it is moved; its memory is there already."""
+    """Worker of a live identification; its shared memory exists already."""
 
     period_ns: int = PERIOD_NS
-    """Of the machine [ns]."""
+    """Period of the machine [ns]."""
 
     is_steered: bool = False
-    """Whether somebody at a page asks for each step; a virtual operator does by itself."""
+    """True if an operator at a page requests each step; otherwise a virtual operator does."""
 
 
 @dataclass(frozen=True)
 class LiveResult:
-    """What is left of a live run."""
+    """Result of a live run."""
 
     report: GuardReport
     recording: RecorderReport
@@ -75,24 +76,24 @@ class LiveResult:
 
 @dataclass(frozen=True)
 class Running:
-    """What runs, for whoever wants to disturb it."""
+    """Handles of the running processes, for tests and pages."""
 
     guard: Supervisor[GuardJob]
     control: ControlKeeper
     recorder: Recorder
     states: Mailbox
-    """What the guard tells control: among it the safe state in force."""
+    """Messages of the guard to control, with the present safe state."""
 
     answers: Mailbox
-    """What control answers: among it how much of the arm is carried."""
+    """Answers of control, with the share of the arm that is carried."""
 
     line: GuardLine
-    """To the guard."""
+    """Connection to the guard."""
 
     worker: WorkerKeeper | None = None
 
     def stop(self) -> None:
-        """Press Stop: the arm comes down, then all ends."""
+        """Press Stop: the machine lowers the arm, then all processes end."""
         self.line.send(ENDS)
 
 
@@ -106,13 +107,13 @@ def fly(
     ros2: Bridging | None = None,
     hears: Callable[[object], object] = lambda _: None,
 ) -> LiveResult:
-    """Guard and control in processes of their own beside the recorder, which is completed.
+    """Run guard and control in processes of their own beside the recorder, and complete the recording.
 
-    Streams of other devices, if there are some, are recorded from when guard and control are ready. What the guard
-    says while the loop runs, `hears` is told.
+    Streams of other devices are recorded from the moment when guard and control are ready. `hears` is called with each
+    message of the guard while the loop runs.
 
     Raises:
-        RigError: A process died before the loop began, or the guard in it.
+        RigError: A process died before the loop began, or the guard died during the loop.
     """
     joints = recorder.inlet.n_joints
     with _memory(joints) as (states, answers, bell), contextlib.ExitStack() as stack:
@@ -197,10 +198,10 @@ def _memory(joints: int) -> Iterator[tuple[Mailbox, Mailbox, Mailbox]]:
 
 @runtime_checkable
 class WatchedProcesses(Protocol):
-    """What the parent looks after while the loop runs."""
+    """Process or device that the parent checks while the loop runs."""
 
     def check(self) -> object:
-        """Look after it; called some times a second."""
+        """Check the process; called several times a second."""
         ...
 
 
@@ -212,7 +213,7 @@ def _watched(
     seconds: float,
     hears: Callable[[object], object],
 ) -> GuardReport:
-    """The parent's part while the loop runs; Ctrl-C presses Stop, and the arm comes down before all ends."""
+    """Watch the processes while the loop runs. Ctrl-C presses Stop: the machine lowers the arm before the end."""
     begun = time.monotonic()
     while True:
         try:
@@ -221,7 +222,7 @@ def _watched(
                 return word
             if guard.has_hung_up:
                 raise RigError(
-                    f"The guard's process died (exit status {guard.await_exit(1.0)}); the drives' own watchdog brakes "
+                    f"The guard process died (exit status {guard.await_exit(1.0)}). The watchdogs of the drives brake "
                     "the arm."
                 )
             if word is not None:

@@ -30,30 +30,31 @@ if TYPE_CHECKING:
     from exograv.runtime.ros2.bridging import Ros2
 
 MOTION_S = (10.0, 600.0)
-"""Motion in which an arm is learned live, at least and at most [s]."""
+"""Shortest and longest motion for a live identification [s]."""
 
 AROUND_MOTION_S = 16.0
-"""Rest, ramp, the way to the motion's beginning, and what the worker takes at its end [s]."""
+"""Time for rest, ramp, approach to the motion, and the worker's last computation [s]."""
 
 NOT_RECORDED = ("drives", "simulate", "calibration", "ros2", "ros2_router", "ros2_accept_gravity_level")
-"""Options that are absent from a recording, or stand in another form there."""
+"""Options that are absent from a recording, or that have another form in it."""
 
 
 @dataclass(frozen=True)
 class PersonForm(Options):
-    """Person in a machine on drives, as far as scale, tape and form say."""
+    """Form of the wearer of a machine on drives: body height, mass, sex and measured segment lengths."""
 
     height_m: Annotated[float | None, tyro.conf.arg(name="body-height", metavar="M")] = None
-    """On drives: of the person in the machine [m]."""
+    """Body height of the wearer [m]; on drives only."""
 
     mass_kg: Annotated[float | None, tyro.conf.arg(name="body-mass", metavar="KG")] = None
-    """On drives: of the person in the machine [kg]."""
+    """Body mass of the wearer [kg]; on drives only."""
 
     sex: Sex | None = None
-    """On drives: which table of body segments is nearer."""
+    """Sex whose table of body segments fits the wearer better; on drives only."""
 
     lengths: SegmentLengths = ()
-    """On drives: a measured segment of the arm, to which the machine is set, such as forearm=0.26. May be repeated."""
+    """Measured length of an arm segment, to which the machine is adjusted [m], such as forearm=0.26; on drives only.
+    Can be repeated."""
 
 
 @dataclass(frozen=True)
@@ -61,36 +62,36 @@ class LiveOptions(WornOptions):
     """Options of `exograv live`."""
 
     seconds: Annotated[float, tyro.conf.arg(metavar="S"), Within(1.0, 7200.0, "1 to 7200.")] = 10.0
-    """How long, in real time; with `--identify` after that."""
+    """Duration of floating in real time; with `--identify` after the identification."""
 
     identify_s: Annotated[float, tyro.conf.arg(name="identify", metavar="S")] = 0.0
-    """Move the arm for so long and learn it live, in a process of its own, before it floats; 10 or more. Without, it is
-    identified before the live run."""
+    """Duration of motion for a live identification before the arm floats, 10 or more. Without it, the arm is identified
+    before the live run."""
 
     gravity_level: GravityLevel = 0.0
-    """Felt share of the arm's own weight: 0 on a space station, 1 on Earth."""
+    """Share of the arm's own weight that the wearer feels: 0 on a space station, 1 on Earth."""
 
     self_test: bool = False
-    """Test the empty machine first, as a real one has to be; without, the recording says that it is skipped."""
+    """Test the empty machine first, as a real machine requires. Otherwise the recording notes a skipped self-test."""
 
     lsl: bool = False
     """Publish joint state, torque and markers over Lab Streaming Layer, from the recorder's process."""
 
     calibration: Path | None = None
-    """On drives: calibration.toml of this machine; that in the folder of --out if none is named."""
+    """File calibration.toml of this machine, by default in the folder of --out; on drives only."""
 
     record_streams: Annotated[StreamNames, tyro.conf.arg(name="record-stream")] = ()
-    """Record another device's stream of this name, or all of this type, beside the run; may be repeated. See `exograv
+    """Record the stream of another device with this name, or all streams of this type. Can be repeated. See `exograv
     streams`."""
 
     ros2: bool = False
     """Publish joint states, gravity level and safe state as a node of ROS 2, by Zenoh; ROS 2 need not be installed."""
 
     ros2_router: Annotated[str, tyro.conf.arg(metavar="LOCATOR")] = "tcp/localhost:7447"
-    """Where Zenoh's router is, with `--ros2`."""
+    """Address of the Zenoh router, with `--ros2`."""
 
     ros2_accept_gravity_level: bool = False
-    """Let a gravity level be asked for over ROS 2; only before the first stop."""
+    """Accept requests for a gravity level over ROS 2, until the first stop."""
 
     def __post_init__(self):
         super().__post_init__()
@@ -106,21 +107,19 @@ class LiveOptions(WornOptions):
                 "while all of its weight is carried. Leave out one of the two."
             )
         if self.ros2_accept_gravity_level and not self.ros2:
-            raise ConfigError(
-                "--ros2-accept-gravity-level is given without --ros2, which is the way for it. Give both."
-            )
+            raise ConfigError("--ros2-accept-gravity-level needs --ros2, which is not given. Give both.")
         if not sys.platform.startswith("linux"):
             raise ConfigError(f"exograv live needs Linux, and this is {sys.platform}.")
-        _ = self.bridge  # refused now, not after minutes of preparation
+        _ = self.bridge  # An unusable bridge is refused now, not after minutes of preparation.
 
     @property
     def loop_s(self) -> float:
-        """How long the loop runs [s]."""
+        """Duration of the loop [s]."""
         return self.seconds + (self.identify_s + AROUND_MOTION_S if self.identify_s else 0.0)
 
     @property
     def bridge(self) -> "Ros2 | None":
-        """Bridge to ROS 2, if there is to be one.
+        """Bridge to ROS 2; None without `--ros2`.
 
         Raises:
             ConfigError: Zenoh is not installed, or ROS_DOMAIN_ID names no domain.
@@ -130,7 +129,7 @@ class LiveOptions(WornOptions):
         return Ros2(self.ros2_router, self.ros2_accept_gravity_level) if self.ros2 else None
 
     def recorded(self) -> Mapping[str, object]:
-        """Options as they stand in the recording of a live run."""
+        """Return the options in the form of the recording of a live run."""
         options = {name: value for name, value in asdict(self).items() if name not in NOT_RECORDED}
         return options | {"ros2": None if (bridge := self.bridge) is None else asdict(bridge)}
 
@@ -144,22 +143,22 @@ class RigTestOptions(MachineOptions):
     level: Annotated[Level, tyro.conf.arg(help=LEVEL_HELP.format("simulated machine"))] = 2
 
     drives: DrivesFile = None
-    """drives.toml: how the motors of this machine are wired (docs/rig_test.md)."""
+    """File drives.toml with the wiring of this machine's motors (docs/rig_test.md)."""
 
     simulate: bool = False
-    """Practise on simulated drives in another process, with hands that are simulated too."""
+    """Practise on simulated drives in another process, with a simulated operator."""
 
     by: Annotated[str, tyro.conf.arg(metavar="INITIALS")] = ""
-    """Who does it, for the sheet."""
+    """Initials of the operator, for the sheet."""
 
     wrong_sign: JointNames = ()
-    """With --simulate: joints whose motor turns the other way."""
+    """Joints whose simulated motor turns in the wrong direction; with --simulate."""
 
     wrong_scale: JointFactors = ()
-    """With --simulate: joints whose motor gives so many times the torque."""
+    """Joints whose simulated motor gives the torque times this factor; with --simulate."""
 
     wrong_encoder: JointNames = ()
-    """With --simulate: joints whose encoder counts the other way."""
+    """Joints whose simulated encoder counts in the wrong direction; with --simulate."""
 
     def __post_init__(self):
         super().__post_init__()
@@ -169,11 +168,11 @@ class RigTestOptions(MachineOptions):
                 "practise on simulated drives."
             )
         if not self.simulate and not self.by:
-            raise ConfigError("--by is missing: the sheet needs the initials of whoever does this, such as --by ab.")
+            raise ConfigError("--by is missing: the sheet needs the initials of the operator, such as --by ab.")
 
     @property
     def simulation(self) -> tuple[str, ...]:
-        """Options of `exograv drive-sim` that spoil the simulated machine."""
+        """Options of `exograv drive-sim` for the faults of the simulated machine."""
         wrong = {"--wrong-sign": self.wrong_sign, "--wrong-scale": self.wrong_scale,
                  "--wrong-encoder": self.wrong_encoder}  # fmt: skip
         return tuple(word for flag, joints in wrong.items() if joints for word in (flag, *joints))

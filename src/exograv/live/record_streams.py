@@ -1,4 +1,4 @@
-"""Streams of other devices recorded without a robot, by the same listener and recorder as beside one."""
+"""Recording of streams of other devices without a robot, by the listener and recorder of a live run."""
 
 import time
 from collections.abc import Sequence
@@ -12,6 +12,7 @@ from exograv.runtime.lsl.listening import ListenedStream, Listening
 from exograv.runtime.recorder.recorder import Recorder
 
 CHECK_S = 0.1
+"""Period of the checks [s]."""
 
 
 @dataclass(frozen=True)
@@ -27,20 +28,20 @@ class RecordedStreams:
 
 
 def record_streams(wanted: Sequence[str], seconds: float, path: Path, progress: Progress) -> RecordedStreams:
-    """Record them for so long, or until Ctrl-C.
+    """Record streams for `seconds`, or until Ctrl-C.
 
     Args:
         wanted: Names or types of streams.
-        seconds: How long.
-        path: Of the recording, whose clock is CLOCK_MONOTONIC of this computer.
-        progress: Told now and then.
+        seconds: Duration [s].
+        path: File of the recording. Its clock is CLOCK_MONOTONIC of this computer.
+        progress: Function that shows the progress.
 
     Raises:
-        ConfigError: A stream is not there, or the time cannot be used.
+        ConfigError: A stream is missing, or the duration is not allowed.
         RecordingError: The file cannot be written.
     """
     if not 0.0 < seconds <= 86_400.0:
-        raise ConfigError(f"--seconds is {seconds:g}; allowed: above 0, to 86400 (a day).")
+        raise ConfigError(f"--seconds is {seconds:g}; allowed: above 0 and up to 86400 (one day).")
     progress("Looking for the streams", 0.0)
     settings = {"command": "exograv streams", "versions": versions()}
     with (

@@ -1,4 +1,4 @@
-"""A live run once more: the guard sees what it saw, and control answers to the measurements that it answered to."""
+"""Replay of a live run: the guard gets its recorded inputs, and control answers the measurements that it answered."""
 
 from collections import deque
 from collections.abc import Mapping
@@ -27,18 +27,18 @@ from .live_control import MODES, LiveControl
 from .live_identification import LiveIdentification, lesson_passes
 
 REACH = 32
-"""Measurements back to which `seen` in a tick tells whether control has answered."""
+"""Number of past measurements for which `seen` of a tick records if control has answered."""
 
 
 class LiveReplay:
-    """Flies the ticks of one recording."""
+    """Replay of the ticks of one recording."""
 
     def __init__(self, recorded: RecordedRun, instead: ReplayOverrides):
-        """Guard and control as they began.
+        """Build guard and control in their initial state.
 
         Raises:
-            RecordingError: What they began with cannot be understood.
-            ConfigError: What takes the place of something recorded cannot be used.
+            RecordingError: The initial state in the recording cannot be read.
+            ConfigError: A replacement in `instead` cannot be used.
         """
         path, joints = recorded.recording.path, len(recorded.recording.joints)
         self._columns, self._names = Columns(recorded.recording.ticks), recorded.phase_names
@@ -48,7 +48,7 @@ class LiveReplay:
         self._waiting: deque[np.void] = deque(maxlen=REACH)
         self._settles_at, self._k, self._safe_state_before = -np.inf, 0, SafeState.NONE
         self.closure_slope = 0.0
-        """Slope of the loops by the answer to this tick, 0 without one [N·m]."""
+        """Residual slope of the cuff energy in the answer to this tick [N·m]; 0 without an answer."""
         live, level = recorded.live or {}, instead.gravity_level
         with readable(path):
             machine = instead.machine(read_machine(live["machine"]), recorded.assembly)
@@ -67,7 +67,7 @@ class LiveReplay:
                 recorded.description, actuators, period_s, limits, level, levels, is_other_run=is_other
             )
         if self._columns["gravity_level"].size and not 0.0 <= level <= 1.0:
-            raise ConfigError(f"{path} was flown at gravity level {level}; allowed: 0 to 1.")
+            raise ConfigError(f"The gravity level of {path} is {level}; allowed: 0 to 1.")
         self._recorded, self._instead, self._machine = recorded, instead, machine
         self._published, self._worn = ([m for m in recorded.control if m["act"] == act] for act in ("publish", "wear"))
         self._finding = np.zeros(1, finding_dtype(len(x)))[0]
@@ -84,7 +84,7 @@ class LiveReplay:
         self._guarding.forget(actuators.torque(self._columns["current"][0]))
 
     def fly(self, progress: Progress) -> ReplayedDecisions:
-        """All ticks."""
+        """Replay all ticks."""
         for k in each_tick(self._columns, progress):
             if self._lost[k]:
                 self._lose(k)
@@ -102,7 +102,7 @@ class LiveReplay:
         guarding.take(k, columns, self, again)
 
     def answer(self, believed: JointState | None, now: float) -> ControlRequest | None:
-        """Answer of control, if it came in time in the run."""
+        """Return the answer of control, if it came in time in the run."""
         k, self.closure_slope = self._k, 0.0
         if believed is None:
             return None
@@ -122,7 +122,7 @@ class LiveReplay:
         return state[0]
 
     def _wear(self) -> None:
-        """The guard is told whose arm has been learned."""
+        """Give the guard the limits of the person whose arm was learned."""
         with readable(self._recorded.recording.path):
             message = self._worn[self._persons]
             limits = read_person(message["person"])
@@ -133,7 +133,7 @@ class LiveReplay:
         self._persons += 1
 
     def _newest(self) -> tuple[int, np.void] | None:
-        """What control knew of the worker's findings."""
+        """Return the number and the newest of the worker's findings that control knew."""
         if not self._found:
             return None
         with readable(self._recorded.recording.path):
@@ -145,14 +145,14 @@ class LiveReplay:
         return self._instead.parameters(np.array(message["x"]), self._machine, self._recorded.assembly)
 
     def _catch_up(self, k: int) -> None:
-        """To every measurement that control has answered to since its last answer, this one the last."""
+        """Let control answer every measurement that it answered since its last answer; the present one is the last."""
         seen, newest, self._found = self._columns.seen[k], self._columns.sequence[k], self._columns.control[k]
         for state in self._waiting:
             back = newest - int(state["sequence"])
             if back < REACH and seen >> back & 1:
                 self._control.answer(state, self._row)
         if len(self._waiting) == REACH:
-            # It may have answered to what is out of reach, too late for anybody.
+            # Control may have answered older measurements that `seen` does not record, too late for the guard.
             self._settles_at = self._columns.t[k] + SETTLED_S
         self._waiting.clear()
 

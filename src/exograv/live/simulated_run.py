@@ -1,4 +1,4 @@
-"""`exograv live` on a simulated machine: the arm floats in real time, each part in a process of its own."""
+"""Live run on a simulated machine (`exograv live`): the arm floats in real time, each part in its own process."""
 
 import contextlib
 from collections.abc import Callable
@@ -31,15 +31,15 @@ def run_live_simulated(
     """Prepare the machine in lock-step, then float the arm live.
 
     Args:
-        options: Of the command.
-        prepare: Calibrates the machine, and identifies the arm unless that is done live.
-        folder: Of the recording.
-        progress: Told now and then.
-        started: Told what runs when the loop begins.
+        options: Options of the command.
+        prepare: Function that calibrates the machine, and identifies the arm unless that is done live.
+        folder: Folder of the recording.
+        progress: Function that shows the progress.
+        started: Function that is called with the running processes when the loop begins.
 
     Raises:
         ConfigError: An option cannot be used.
-        RigError: A process died before the loop began, or the guard in it; or the self-test has failed.
+        RigError: A process died before the loop began, the guard died during the loop, or the self-test failed.
         RecordingError: There is no room for the recording.
     """
     if options.lsl:
@@ -64,7 +64,7 @@ def _plan(options: LiveOptions, machine: LiveMachine, progress: Progress, stack:
     if not options.identify_s:
         person = person_limits(known.assembly, known.machine, known.x)
     else:
-        progress("Preparing for anybody's arm", 0.0)
+        progress("Computing limits for an unknown arm", 0.0)
         person, level = unknown_person(known.assembly, known.machine), 0.0
         lesson = lesson_plan(known, options.identify_s, machine.period_s, stack)
     return LivePlan(description, machine.form, known, person, level, machine.connect, lesson=lesson)

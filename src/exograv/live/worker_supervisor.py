@@ -1,4 +1,4 @@
-"""The parent's side of a worker: it is started, replaced when it dies, and what it finds is recorded and passed on."""
+"""Supervisor of the worker process in its parent: it starts and replaces the worker, and records its findings."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -10,30 +10,31 @@ from exograv.runtime.processes.supervisor import Supervisor
 from .arm_worker import EstimateReport, LearnedArm, PassesResult
 
 RESTARTS_MAX = 3
-"""Workers that are replaced; what ends so many would end the next one too."""
+"""Workers that are replaced, at most. The same cause would end the next one too."""
 
 Record = Callable[[str, float, Mapping[str, Any]], object]
+"""Function that records a message: topic, time [s] and content."""
 
 
 class WorkerKeeper:
-    """One worker after another, until the arm is learned."""
+    """Worker process, replaced when it dies, until the arm is learned."""
 
     def __init__(
         self, job: WorkerJob, findings: Ring, record: Record, accept: Callable[[LearnedArm | PassesResult], object]
     ):
-        """Start the first.
+        """Start the first worker.
 
         Args:
-            job: What each is started with.
-            findings: The parent's own, of which `job` has the name.
-            record: Takes topic, time [s] and message of what control was given.
-            accept: Told what was learned in the end, and that a verification's passes have been flown.
+            job: Parameters of each worker.
+            findings: The parent's handle of the findings; `job` has the name of this memory.
+            record: Function that records what control was given.
+            accept: Function that is called with the learned arm, and with the passes of a verification.
         """
         self._job, self._findings, self._record, self._accept = job, findings, record, accept
         self.learned: LearnedArm | None = None
         self.passed: PassesResult | None = None
         self.judged: EstimateReport | None = None
-        """How far it is."""
+        """Newest report of the worker."""
         self._child = Supervisor("worker", worker_process, job, RESTARTS_MAX)
 
     @property
@@ -43,7 +44,7 @@ class WorkerKeeper:
 
     @property
     def restarts(self) -> int:
-        """Workers that had to be replaced."""
+        """Number of workers that were replaced."""
         return self._child.restarts
 
     def await_ready(self) -> None:
@@ -60,7 +61,7 @@ class WorkerKeeper:
         return self._findings.written
 
     def check(self) -> None:
-        """Pass on what is new, and start another worker if this one has died. To be called some times a second."""
+        """Pass on new findings, and replace the worker if it has died. Call this several times a second."""
         self.note()
         if self._is_over:
             return
@@ -70,16 +71,16 @@ class WorkerKeeper:
             self._child.replace(self._job)
 
     def note(self) -> None:
-        """Have what is new recorded."""
+        """Record the new findings."""
         for row in self._findings.take():
             self._record("/control", float(row["now"]), {"act": "publish", "x": row["x"].tolist()})
 
     def close(self) -> None:
-        """Say that it is over."""
+        """End the worker."""
         self._child.end(2.0, "over")
 
     def _hear(self, word: object) -> None:
-        # One that follows on another learns all anew; the guard knows the person already.
+        # A replacement worker learns everything again. The guard has the person's limits already.
         if isinstance(word, EstimateReport):
             self.judged = word
         elif isinstance(word, LearnedArm) and self.learned is None:

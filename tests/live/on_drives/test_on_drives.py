@@ -74,7 +74,7 @@ def test_a_real_machine_needs_somebody_at_the_keyboard(drives: Drives, tmp_path:
     monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
     asked = MachineOptions(drives=tmp_path / "drives.toml")
     with (
-        pytest.raises(ConfigError, match=r"A calibration needs somebody at the keyboard.*--simulate"),
+        pytest.raises(ConfigError, match=r"A calibration needs an operator at the keyboard.*--simulate"),
         drives_with_hands(asked, RIG, lambda _: None, "A calibration"),
     ):
         pass

@@ -1,1 +1,1 @@
-"""A machine of real drives, or of simulated ones in another process, with whoever stands beside it."""
+"""Commands on a machine with real drives, or with simulated drives in another process, and its operator."""

@@ -1,4 +1,4 @@
-"""`exograv rig-test`: every step in the order of danger; the first that fails ends it, and none can be skipped."""
+"""Bring-up of a machine (`exograv rig-test`): steps in order of danger. None is optional; the first failure ends it."""
 
 import contextlib
 from collections.abc import Callable
@@ -28,7 +28,7 @@ Act = Callable[[], list[Step]]
 
 @dataclass(frozen=True)
 class BringUpStep:
-    """A step as the result of a bring-up has it."""
+    """Step in the result of a bring-up."""
 
     name: str
     passed: bool | None
@@ -39,7 +39,7 @@ class BringUpStep:
 
     @property
     def measured(self) -> float | str | None:
-        """Another name of `value`: that of the self-test's steps."""
+        """Measured value, under the name that steps of the self-test use."""
         return self.value
 
 
@@ -60,11 +60,11 @@ class BringUpResult:
 
 
 def run_rig_test(options: RigTestOptions, folder: Path, progress: Progress, say: Say) -> BringUpResult:
-    """Bring a machine up.
+    """Bring up a machine and write the sheet of the bring-up.
 
     Raises:
         ConfigError: A file or an option cannot be used.
-        RigError: The simulated drives do not begin.
+        RigError: The simulated drives do not start.
     """
     description = load_rig(options.rig, options.side)
     refuse_joints_without_motor(description)
@@ -88,7 +88,7 @@ def run_rig_test(options: RigTestOptions, folder: Path, progress: Progress, say:
 
 
 def _walk(description: RigDescription, drives: Drives, hands: Hands, progress: Progress, lock_step: bool) -> list[Step]:
-    """All steps; what comes after one that failed is listed and not tried."""
+    """Run all steps. Steps after a failed step are listed but not tried."""
     limits = description.per_actuator("torque_max_Nm")
     steps = wiring(drives, limits, description.nominal_gain)
     if _failed(steps):
@@ -121,7 +121,7 @@ def _failed(steps: list[Step]) -> bool:
 def _acts(
     description: RigDescription, drives: Drives, rig: DrivenRig, hands: Hands, progress: Progress, lock_step: bool
 ) -> list[tuple[str, Act]]:
-    """Name and deed of each step, the least dangerous first."""
+    """Name and action of each step, the least dangerous first."""
     line, joints = BenchMachine(rig, drives, lock_step), description.joints
     moving: list[PoweredSteps] = []
 

@@ -1,4 +1,4 @@
-"""`exograv calibrate --drives`: stage 0 of a machine on its bus, which has to have been brought up before."""
+"""Calibration of an empty machine on its bus (`exograv calibrate --drives`), after a passed bring-up."""
 
 import contextlib
 from collections.abc import Iterator, Mapping
@@ -33,11 +33,11 @@ def empty_drives(
     progress: Progress,
     say: Say,
 ) -> Iterator["EmptyDrives"]:
-    """Connect to the drives of an empty machine; a real one has to have passed its bring-up.
+    """Connect to the drives of an empty machine. A real machine must have passed its bring-up.
 
     Raises:
         ConfigError: The file of the drives or the sheet of the bring-up cannot be used.
-        RigError: A drive does not answer, or is not the one in the file.
+        RigError: A drive does not answer, or is not the drive in the file.
     """
     with connected(options, description, say, "A calibration") as machine:
         if not options.simulate:
@@ -47,7 +47,7 @@ def empty_drives(
 
 @dataclass(frozen=True)
 class EmptyDrives:
-    """`EmptyMachine` on its bus."""
+    """Empty machine on its bus; an `EmptyMachine`."""
 
     description: RigDescription
     machine: Connected
@@ -56,11 +56,11 @@ class EmptyDrives:
 
     @property
     def serial(self) -> str:
-        """Of the drives."""
+        """Serial number of the drives."""
         return self.machine.serial
 
     def calibrate(self, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
-        """From the first breakaway test to the last weight; and how long the machine ran [s].
+        """Calibrate from the first breakaway test to the last weight; return also how long the machine ran [s].
 
         Raises:
             As `calibrate_machine`.
@@ -70,7 +70,7 @@ class EmptyDrives:
         return calibrate_machine(self.description, tree, pilot, self.machine.hands.weights), self.machine.rig.t
 
     def recheck(self, before: Calibration, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
-        """Friction anew and all else as `before`; and how long the machine ran [s].
+        """Measure friction anew and keep the rest of `before`; return also how long the machine ran [s].
 
         Raises:
             As `recheck_machine`.
@@ -84,6 +84,6 @@ class EmptyDrives:
 
     def _pilot(self, gains: ActuatorGain, tree: Tree) -> Pilot:
         worn = limits(self.description)
-        # Without an arm in it a light machine shakes under the damping that suits a worn one.
+        # Without an arm a light machine oscillates under the damping that suits a worn machine.
         damping = np.minimum(worn.damping_Nms_per_rad, most_damping(self.description, tree))
         return self.machine.pilot(gains, replace(worn, damping_Nms_per_rad=damping), self.progress)

@@ -1,4 +1,4 @@
-"""A machine that is reached over its bus: opened, and let go of by whatever way a session ends."""
+"""Connection to a machine over its bus, which is released however a session ends."""
 
 import contextlib
 import sys
@@ -22,17 +22,18 @@ from exograv.safety.envelope import Envelope, Limits
 from .simulated_drives import simulated_drives
 
 Say = Callable[[str], object]
+"""Function that shows a line to the operator."""
 
 
 def serial_of(options: MachineOptions, drives: Drives) -> str:
-    """Serial number to which calibration and self-test belong; that of simulated drives is never a real one's."""
+    """Return the serial number of calibration and self-test. Simulated drives never have the number of a real one."""
     own = drives.settings.serial
     return f"{own}, simulated, level {options.level}, seed {options.seed}" if options.simulate else own
 
 
 @dataclass(frozen=True)
 class Connected:
-    """A machine whose drives answer; none is switched on yet."""
+    """Machine whose drives answer. No drive is enabled yet."""
 
     rig: DrivenRig
     drives: Drives
@@ -41,7 +42,7 @@ class Connected:
     lock_step: bool
 
     def pilot(self, actuators: ActuatorGain, limits: Limits, progress: Progress) -> Pilot:
-        """Flies it, at its own pace."""
+        """Return a pilot of the machine: in lock-step, or in real time."""
         pace = None if self.lock_step else RealTimePace(self.rig.period_s)
         return Pilot(self.rig, actuators, Envelope(limits, self.rig.period_s), progress=progress, pace=pace)
 
@@ -55,26 +56,30 @@ def drives_with_hands(
     simulation: tuple[str, ...] = (),
     in_real_time: bool = False,
 ) -> Iterator[tuple[Drives, Hands]]:
-    """Somebody at the keyboard, or at the bench of simulated drives, which begin.
+    """Read the drives and yield them with the hands of an operator: at the keyboard, or simulated.
+
+    Simulated drives are started in another process.
 
     Args:
-        options: Which drives, and which twin is behind simulated ones.
-        description: Of the machine.
-        say: Shows a line to whoever stands at a real machine.
-        what: Needs the hands; for the error.
-        simulation: More options of `exograv drive-sim`.
+        options: Choice of the drives, and of the twin behind simulated drives.
+        description: Description of the machine.
+        say: Function that shows a line to the operator of a real machine.
+        what: Subject of the error message: the procedure that needs the operator.
+        simulation: Further options of `exograv drive-sim`.
         in_real_time: True if simulated drives have a clock of their own, instead of waiting for this process.
 
     Raises:
-        ConfigError: The file cannot be used, or nobody is at the keyboard.
-        RigError: The simulated drives do not begin.
+        ConfigError: The file cannot be used, or standard input is not a terminal.
+        RigError: The simulated drives do not start.
     """
     with tempfile.TemporaryDirectory() as spare:
         path = options.drives or written(Path(spare), description)
         drives = load_drives(path, description)
         if not options.simulate:
             if not sys.stdin.isatty():
-                raise ConfigError(f"{what} needs somebody at the keyboard: run it in a terminal, or with --simulate.")
+                raise ConfigError(
+                    f"{what} needs an operator at the keyboard: run it in a terminal, or with --simulate."
+                )
             yield drives, KeyboardHands(say)
             return
         told = ["--drives", str(path), "--rig", str(description.folder), "--side", description.side]
@@ -86,11 +91,11 @@ def drives_with_hands(
 
 @contextlib.contextmanager
 def connected(options: MachineOptions, description: RigDescription, say: Say, what: str) -> Iterator[Connected]:
-    """The same, and the bus is opened.
+    """Read the drives as `drives_with_hands` and open the bus.
 
     Raises:
-        ConfigError: As above.
-        RigError: A drive does not answer, or is not the one in the file.
+        ConfigError: As `drives_with_hands`.
+        RigError: A drive does not answer, or is not the drive in the file.
     """
     with (
         drives_with_hands(options, description, say, what) as (drives, hands),

@@ -1,4 +1,4 @@
-"""`exograv live --drives`: the arm of somebody in a machine on its bus is learned live, and then floats."""
+"""Live run on drives (`exograv live --drives`): the machine learns the wearer's arm live, then the arm floats."""
 
 import contextlib
 import sys
@@ -38,24 +38,25 @@ from exograv.storage.self_test_pass import MachineKey
 from .connection import Say, drives_with_hands, serial_of
 
 SEEN_EVERY_S = 0.05
-"""Of the identification's motion, to tell postures that it has not seen [s]."""
+"""Sampling period of the identification motion, to find postures that the motion has not visited [s]."""
 
 READY = (
-    "The arm lies in its cuffs, supported and relaxed? Press Enter: the motors go on, carry the machine for a second, "
-    "then take the arm. Ctrl-C lets it down softly at any time."
+    "Check that the arm lies in its cuffs, supported and relaxed. Then press Enter: the motors switch on, carry the "
+    "machine for a second, then take the arm. Ctrl-C lowers the arm softly at any time."
 )
 
 
 @dataclass(frozen=True)
 class FlownOnDrives:
-    """A live run on drives, and what it was flown with."""
+    """Result of a live run on drives, with what the controller knew."""
 
     flown: LiveResult
     figures: LiveFigures
     prepared: ControllerKnowledge
     wearer: SimulatedWearer | None
-    """Absent where machine and person are real."""
+    """Simulated wearer; None if machine and person are real."""
     verification: Verification | None
+    """Verification that followed the identification; None without one."""
 
 
 def fly_on_drives(
@@ -67,7 +68,7 @@ def fly_on_drives(
     wearer: SimulatedWearer | None = None,
     is_verified: bool = False,
 ) -> FlownOnDrives:
-    """Learn the arm live, verify it if that is asked for, and let it float.
+    """Learn the arm live, verify it if `is_verified`, and let it float.
 
     Raises:
         ConfigError: An option or a file cannot be used.
@@ -77,7 +78,8 @@ def fly_on_drives(
     """
     if not options.identify_s:
         raise ConfigError(
-            "--identify is 0: whoever is in a machine on drives is learned live. Give --identify 60, or 10 at least."
+            "--identify is 0: the arm of a wearer in a machine on drives is learned live. Give --identify 60, or at "
+            "least 10."
         )
     description = load_rig(options.rig, options.side)
     refuse_motorless(description)
@@ -91,7 +93,7 @@ def fly_on_drives(
         key = MachineKey(folder / PASS, description, serial, known.content_sha256)
         assembly, machine = assemble(description, told.body), known.calibration().machine
         prepared = ControllerKnowledge(assembly, machine, table_guess(assembly, machine), 0.0, known.calibration())
-        progress("Preparing for anybody's arm", 0.0)
+        progress("Computing limits for an unknown arm", 0.0)
         verification = _verification(prepared, options, options.seed) if is_verified else None
         passes = lesson_passes(assembly, options.identify_s, period_s, verification)
         passes_s = 0.0 if passes is None else period_s * len(passes.path)
@@ -114,7 +116,7 @@ def fly_on_drives(
 
 
 def _verification(prepared: ControllerKnowledge, options: LiveOptions, seed: int) -> Verification:
-    """By the table's arm, because nobody knows this one yet."""
+    """Plan postures that the identification does not visit, with the arm of the table: this arm is not known yet."""
     model = ArmModel(prepared.assembly, prepared.machine)
     seen = identification_motion(prepared.assembly, options.identify_s, SEEN_EVERY_S).q
     return Verification(unseen_postures(model, prepared.x, seen, seed), seed)
@@ -131,15 +133,15 @@ def _told(description: RigDescription, person: PersonForm) -> WearerForm:
         if value is None
     ]
     if person.height_m is None or person.mass_kg is None or person.sex is None:
-        raise ConfigError(f"{', '.join(missing)} of the person in the machine: not given. Give all of them.")
+        raise ConfigError(f"{', '.join(missing)} of the wearer: not given. Give all of them.")
     lengths = settings_of_lengths(description, person.lengths)
     return WearerForm(Body(person.height_m, person.mass_kg, person.sex, dict(lengths)), lengths)
 
 
 def _told_virtual(wearer: SimulatedWearer, person: PersonForm) -> WearerForm:
-    """Of the virtual person: what scale, tape and form say of it."""
+    """Return the form of the virtual wearer: stature, mass, sex and measured segment lengths."""
     if person.lengths or person.height_m is not None or person.mass_kg is not None or person.sex is not None:
-        raise ConfigError("--simulate draws its own person: leave out --body-height, --body-mass, --sex and --length.")
+        raise ConfigError("--simulate draws its own wearer: leave out --body-height, --body-mass, --sex and --length.")
     return wearer.form
 
 

@@ -1,4 +1,4 @@
-"""`exograv self-test --drives`: the empty machine on its bus."""
+"""Self-test of the empty machine on its bus (`exograv self-test --drives`)."""
 
 import contextlib
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ def drives_under_test(options: SelfTestOptions, description: RigDescription, say
 
     Raises:
         ConfigError: The file of the drives cannot be used.
-        RigError: A drive does not answer, or is not the one in the file.
+        RigError: A drive does not answer, or is not the drive in the file.
     """
     with connected(options, description, say, "A self-test") as machine:
         yield DrivesUnderTest(description, machine)
@@ -32,29 +32,29 @@ def drives_under_test(options: SelfTestOptions, description: RigDescription, say
 
 @dataclass(frozen=True)
 class DrivesUnderTest:
-    """`MachineUnderTest` on its bus."""
+    """Empty machine on its bus; a `MachineUnderTest`."""
 
     description: RigDescription
     machine: Connected
 
     @property
     def serial(self) -> str:
-        """Of the drives."""
+        """Serial number of the drives."""
         return self.machine.serial
 
     def hardware_steps(self) -> list[Step]:
-        """The hardware stop, which every drive has to see."""
+        """Test the hardware stop: every drive must see it."""
         machine = self.machine
         line = BenchMachine(machine.rig, machine.drives, machine.lock_step)
         return tried("hardware stop", lambda: stop_is_heard(line, machine.hands))
 
     def subject(self, whole: StoredCalibration) -> TestedMachine:
-        """The machine with its calibration; the drives brake as drives.toml says."""
+        """Return the machine with its calibration, and the braking of its drives from drives.toml."""
         tree = adjusted(read_exoskeleton(self.description), self.description, whole.measured.lengths_m)
         brake = np.array([drive.brake_Nms_per_rad for drive in self.machine.drives.each])
         rig, known = self.machine.rig, whole.calibration()
         return TestedMachine(self.description, tree, known, rig, press_software_stop, brake, self.machine.lock_step)
 
     def worn_steps(self, _steps: list[Step], /) -> list[Step]:
-        """None: `--worn` is refused on drives so far."""
+        """Return no steps: `--worn` is refused on drives so far."""
         return []

@@ -1,4 +1,4 @@
-"""A bring-up without hardware: simulated drives in another process, and hands that write to their bench."""
+"""Simulated drives in another process, and simulated hands that write to their bench."""
 
 import contextlib
 import queue
@@ -11,16 +11,20 @@ from collections.abc import Callable, Iterator, Sequence
 from exograv.errors import RigError
 
 READY_MAX_S = 120.0
+"""Time-out for the start of the simulated drives [s]."""
+
 DONE_MAX_S = 10.0
+"""Time-out for one action at the bench [s]."""
+
 GREETING, DONE = "Simulated drives of", "done: "
 
 
 @contextlib.contextmanager
 def simulated_drives(bus: str, options: Sequence[str]) -> Iterator[Callable[[str], None]]:
-    """`exograv drive-sim` in another process; what has a line done at its bench.
+    """Run `exograv drive-sim` in another process; yield a function that performs one action at its bench.
 
     Raises:
-        RigError: It does not begin, or does not do what it is told; with what it has said.
+        RigError: The process does not start, or does not perform an action; the message has its output.
     """
     command = [sys.executable, "-m", "exograv.cli", "drive-sim", bus, *options]
     process = subprocess.Popen(
@@ -62,5 +66,5 @@ def _await(words: str, process: "subprocess.Popen[str]", said: "queue.Queue[str]
         except queue.Empty:
             if process.poll() is not None or time.monotonic() > until:
                 raise RigError(
-                    f"The simulated drives do not do what they are told. They said: {heard.strip() or 'nothing'}"
+                    f"The simulated drives do not answer as expected. Their output: {heard.strip() or 'nothing'}"
                 ) from None

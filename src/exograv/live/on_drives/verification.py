@@ -1,4 +1,4 @@
-"""`exograv verify --drives`: the arm is learned live, led past unseen postures by the live processes, and judged."""
+"""Verification on drives (`exograv verify --drives`): live identification, passes at unseen postures, verdict."""
 
 from dataclasses import fields
 from datetime import UTC, datetime
@@ -26,7 +26,7 @@ from .connection import Say
 from .float_command import FlownOnDrives, fly_on_drives
 
 FLOATS_S = 5.0
-"""After the passes, until the run ends [s]."""
+"""Time for which the arm floats after the passes [s]."""
 
 
 def run_verification_on_drives(
@@ -37,12 +37,12 @@ def run_verification_on_drives(
     say: Say,
     wearer: SimulatedWearer | None = None,
 ) -> VerifyResult:
-    """Run it.
+    """Identify and verify an arm on drives, and compare with an earlier verification.
 
     Raises:
         ConfigError: An option or a file cannot be used.
         ModelError: The task workspace has no room for the postures.
-        RigError: The machine is locked, a drive does not answer, or a stop came before the last pass was over.
+        RigError: The machine is locked, a drive does not answer, or a stop came before the end of the last pass.
         RecordingError: There is no room for the recording.
     """
     former = None if options.before is None else read_former(options.before, load_rig(options.rig, options.side).name)
@@ -73,17 +73,17 @@ def _judged(run: FlownOnDrives, progress: Progress) -> VerificationResult:
     learned, passed, asked = run.flown.learned, run.flown.passed, run.verification
     if learned is None or passed is None or asked is None:
         latches = run.flown.report.latches
-        why = f"stopped after {latches[0].at_s:.1f} s: {latches[0].cause}" if latches else "the run was ended before."
+        why = f"it stopped after {latches[0].at_s:.1f} s: {latches[0].cause}" if latches else "the run ended early."
         raise RigError(
-            f"The arm was not led past all postures; {why} Recorded until then: {run.flown.path}. Test the machine "
-            "anew (`exograv self-test`) where it was stopped, then repeat."
+            f"The machine did not lead the arm past all postures; {why} Recording until then: {run.flown.path}. After "
+            "a stop test the machine again (`exograv self-test`), then repeat."
         )
     model = ArmModel(run.prepared.assembly, run.prepared.machine)
     return evaluate_passes(model, learned.estimate, asked.postures, passed.heard, passed.seconds, progress)
 
 
 def _truth(run: FlownOnDrives, verified: VerificationResult) -> list[float] | None:
-    """Where machine and person are simulated."""
+    """Return the left over by the truth [N·m]; None if machine and person are real."""
     if run.wearer is None or run.flown.learned is None:
         return None
     return run.wearer.left_over_Nm(run.prepared, run.flown.learned.estimate.x, verified.postures)
