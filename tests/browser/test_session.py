@@ -107,5 +107,5 @@ def test_a_note_and_a_level_reach_the_desk(house: Served, visit: Visit):
     operator.press("[data-level='38']")
     operator.page.fill("#note-text", "calm")
     operator.press("#note button")
-    operator.page.locator("#level-now", has_text=re.compile("asked 38 %")).wait_for()
+    operator.page.locator("#level-now", has_text=re.compile("requested 38 %")).wait_for()
     assert [act.text for act in house.desk.taken if act.kind == "note"] == ["calm"]

@@ -131,7 +131,7 @@ def test_the_result_fits_the_terminal(
     shown = capsys.readouterr().out
     assert max(len(line.rstrip()) for line in shown.splitlines()) <= columns
     words = " ".join(shown.split())
-    assert "may not drive a machine that is worn" in words
+    assert "must not drive a worn machine" in words
     assert "missed periods" in words
     assert "30000" in words
 

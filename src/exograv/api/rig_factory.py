@@ -1,7 +1,7 @@
-"""The choice between a real machine and the twin.
+"""Choice between a real machine and the twin.
 
 Only this module loads the twin for a command that may also run on drives: a computer with a real machine needs no
-MuJoCo. Nor does a computer with simulated drives in another process; it then has no truth to compare with.
+MuJoCo. A computer with simulated drives in another process needs no MuJoCo either; its results then have no truth.
 """
 
 import importlib.util
@@ -29,14 +29,14 @@ if TYPE_CHECKING:
 
 
 def is_twin_installed() -> bool:
-    """True if MuJoCo, the engine of the twin, can be imported here."""
+    """Return True if MuJoCo, the engine of the twin, is installed."""
     return importlib.util.find_spec("mujoco") is not None
 
 
 def simulated_wearer(options: "MachineOptions") -> "SimulatedWearer | None":
-    """The wearer of simulated drives, drawn as the process of the drives draws it.
+    """Draw the wearer of simulated drives from the same seed as the process of the drives.
 
-    None for a real machine, and where the twin is not installed.
+    None for a real machine, and if the twin is not installed.
     """
     if not (options.simulate and is_twin_installed()):
         return None
@@ -121,7 +121,7 @@ def run_live(
 def run_verification(
     options: "VerifyOptions", person: "PersonForm", folder: Path, progress: "Progress", say: "Say"
 ) -> "VerifyResult":
-    """Identify an arm, and verify what is left over of its weight."""
+    """Identify an arm, and measure the torque left over of its weight."""
     if options.is_on_drives:
         from exograv.live.on_drives.verification import run_verification_on_drives
 

@@ -1,4 +1,4 @@
-"""One command per session. Heavy rooms are imported by the command that needs them: `--help` must not wait for them."""
+"""Command line `exograv`. Each command imports the rooms that it needs, because `--help` must not wait for them."""
 
 import os
 import sys
@@ -87,14 +87,14 @@ COMMANDS: Commands = {
 }
 """Function of each word on the command line; its signature names the classes of its options."""
 
-GROUPS = {"study": ("From a folder of recordings to findings.", STUDY_COMMANDS)}
-"""Words that are followed by another one: what it is all about, and the commands."""
+GROUPS = {"study": ("Turn a folder of recordings into findings.", STUDY_COMMANDS)}
+"""Groups of commands by their first word: description and commands."""
 
 
 def main() -> None:
-    """Entry point of the `exograv` command."""
+    """Run the `exograv` command."""
     # Our matrices are small: on a busy computer the threads of OpenBLAS wait milliseconds for each other, and a demo
-    # takes twice as long. Read when NumPy is imported, so it has to be said here.
+    # takes twice as long. NumPy reads the variable at its import, so it must be set here.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         _run_as_asked()
@@ -107,7 +107,7 @@ def main() -> None:
             sys.exit(1)
         if not was_keyboard(error):
             raise
-        print("\nexograv: stopped by the keyboard; what was recorded so far is kept.", file=sys.stderr)
+        print("\nexograv: stopped by the keyboard; the recording until now is kept.", file=sys.stderr)
         sys.exit(130)
 
 
@@ -126,7 +126,7 @@ def _run_as_asked() -> None:
     result = run(command)
     if command.json is not None:
         write_json(command.json, result)
-    # The doctor's verdict: a script must not go on where something is missing.
+    # A failed check ends with status 1, so that a script does not continue.
     if not result.get("ok", True):
         sys.exit(1)
 
@@ -139,13 +139,13 @@ def _one_of(commands: Commands, groups: dict[str, tuple[str, Commands]]) -> Any:
 
 
 def was_keyboard(error: BaseException | None) -> bool:
-    """Whether Ctrl-C is behind it: a compiled module that is being imported makes an `ImportError` of it."""
+    """Return True if Ctrl-C caused the error: the import of a compiled module turns it into an `ImportError`."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     return error is not None
 
 
 def run(command: Common) -> dict[str, Any]:
-    """Run one command and show its result; returns what `--json` writes."""
+    """Run one command, show its result, and return the object that `--json` writes."""
     actions = [*COMMANDS.values(), *(action for _, members in GROUPS.values() for action in members.values())]
     return act(next(action for action in actions if command_class(action) is type(command)), command)

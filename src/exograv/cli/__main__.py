@@ -1,4 +1,4 @@
-"""`python -m exograv.cli`."""
+"""Entry point of `python -m exograv.cli`."""
 
 from . import main
 

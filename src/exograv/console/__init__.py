@@ -1,1 +1,1 @@
-"""The pages of operator, therapist, participant and viewer, and the server that lets nobody else in."""
+"""Web pages of operator, therapist, participant and viewer, and their server, which admits invited people only."""

@@ -1,4 +1,4 @@
-"""Alarms of the console itself: somebody said what he may not, whoever steers is silent, a file cannot be written."""
+"""Alarms of the console itself: a role asked for too much, the steering page is silent, a file cannot be written."""
 
 from typing import Literal
 
@@ -6,37 +6,37 @@ from exograv.model.rig_settings import Settings
 from exograv.sentence import SentenceText
 
 KEPT_MAX = 50
-"""Not acknowledged; more of them say nothing new."""
+"""Largest number of open alarms. Beyond it the oldest is dropped."""
 
 
 class ConsoleAlarm(Settings):
-    """One, until somebody has seen it."""
+    """Alarm that stays open until it is acknowledged."""
 
     number: int
     text: SentenceText
     priority: Literal["high", "medium", "low"]
     since_s: float
-    """On the desk's clock [s]."""
+    """Time at which it was first raised, on the desk's clock [s]."""
 
     times: int = 1
-    """How often it was raised since."""
+    """Number of times it was raised."""
 
 
 class Alarms:
-    """Those that nobody has seen yet."""
+    """Open alarms: raised, and not acknowledged yet."""
 
     def __init__(self) -> None:
-        """None."""
+        """Start without alarms."""
         self._open = dict[str, ConsoleAlarm]()
         self._raised = 0
 
     @property
     def open(self) -> tuple[ConsoleAlarm, ...]:
-        """The newest last."""
+        """Open alarms, the newest last."""
         return tuple(self._open.values())
 
     def sound(self, text: str, t: float, priority: Literal["high", "medium", "low"] = "medium") -> ConsoleAlarm:
-        """Raise it; the same once more is counted."""
+        """Raise an alarm, or count a repetition of the same text."""
         known = self._open.get(text)
         if known is None:
             self._raised += 1
@@ -49,7 +49,7 @@ class Alarms:
         return alarm
 
     def acknowledge(self, number: int) -> bool:
-        """Whether there was such an alarm."""
+        """Acknowledge an alarm; return True if it was open."""
         for text, alarm in self._open.items():
             if alarm.number == number:
                 del self._open[text]

@@ -1,4 +1,4 @@
-"""What goes to the pages by itself: pictures, plots, lines to draw, alarms; and what the clock asks of the machine."""
+"""Broadcast to the pages: state, plots, skeletons, alarms; and gravity levels that the protocol asks of the machine."""
 
 import asyncio
 import secrets
@@ -17,25 +17,29 @@ from .sentences import say, spoken
 from .trial import ProtocolTrial
 
 TICK_S = 0.015
+"""Period of the broadcaster [s]."""
+
 PLOTS_EVERY = 2
 """Ticks between messages with samples to plot: 33 a second."""
 
 LINES_EVERY = 4
-"""And between those with lines to draw, for each of which a closed posture is computed."""
+"""Ticks between messages with a skeleton. Each skeleton needs the solution of a closure."""
 
 SHOWN_EVERY = 7
+"""Ticks between messages with the state."""
+
 PARTICIPANT_EVERY = 7
-"""At least; a change of the picture is sent at once."""
+"""Ticks between pictures for the participant without a change. A changed picture is sent at once."""
 
 LEVEL_STEP = 0.004
-"""Smaller changes of the gravity level wait."""
+"""Smallest change of the gravity level that is sent to the machine [-]."""
 
 MACHINE = frozenset({Role.OPERATOR, Role.VIEWER})
 STEERED = MACHINE | {Role.THERAPIST}
 
 
 class _Errand:
-    """Something that takes a while, one at a time; what fails in it fails the whole."""
+    """Background task of the broadcaster, one at a time. An exception in the task ends the broadcaster."""
 
     def __init__(self) -> None:
         self._task: asyncio.Task[None] | None = None
@@ -51,10 +55,10 @@ class _Errand:
 
 
 class Broadcaster:
-    """Goes round for as long as the console runs."""
+    """Periodic sender of all messages that no page asks for, as long as the console runs."""
 
     def __init__(self, hub: Hub):
-        """Nothing was sent yet."""
+        """Start without sending."""
         self._hub, self._count, self._since = hub, 0, 0
         self._picture: dict[str, Any] = {}
         self._level: float | None = None
@@ -62,17 +66,17 @@ class Broadcaster:
         self._asking, self._looking, self._drawing = _Errand(), _Errand(), _Errand()
 
     async def go_round(self) -> None:
-        """Until it is cancelled; what fails in here fails for good."""
+        """Run until cancelled. An exception ends the console."""
         loop = asyncio.get_running_loop()
         due = loop.time()
         while True:
             await self.step()
-            # Late ones are left out, not made up for.
+            # Late rounds are skipped, not repeated.
             due = max(due + TICK_S, loop.time() - TICK_S)
             await asyncio.sleep(due - loop.time())
 
     async def step(self) -> None:
-        """One round."""
+        """Run one round."""
         hub, t = self._hub, self._hub.desk.now()
         self._count += 1
         self._watch_lease(t)
@@ -81,7 +85,7 @@ class Broadcaster:
         if self._count % PLOTS_EVERY == 0 and self._drawing.is_over():
             self._drawing.begin(self._show_plots())
         if self._count % SHOWN_EVERY == 0:
-            # For the next time: a desk that decides about an act keeps nobody else waiting.
+            # The state is read for the next round: a desk that decides about an act must not delay the broadcast.
             if self._looking.is_over():
                 self._looking.begin(hub.look())
             self._show_state(t)
@@ -115,10 +119,10 @@ class Broadcaster:
         self._ask_level(trial.level(t))
 
     def _ask_level(self, level: float | None) -> None:
-        """The guard follows by its own ramp; one question at a time."""
+        """Ask the machine for a gravity level, one request at a time. The guard applies its own ramp."""
         if level is None or not self._asking.is_over() or "set_level" not in self._hub.shown.possible:
             return
-        # An end of a ramp is reached exactly.
+        # The end of a ramp is sent exactly.
         least = 0.0 if level in (0.0, 1.0) else LEVEL_STEP
         if self._level is None or abs(level - self._level) > least:
             self._asking.begin(self._ask(level))
@@ -168,7 +172,7 @@ class Broadcaster:
 
 
 def _shown(hub: Hub) -> dict[str, Any]:
-    """What the desk shows, with its sentences for any language."""
+    """Return the desk's snapshot, with sentences that a page can render in its language."""
     shown = hub.shown
     learning = None
     if shown.learning is not None:

@@ -1,4 +1,4 @@
-"""What the pages did, as lines of JSON on the disk and in the recording of the machine."""
+"""Diary of the console: events of the pages as lines of JSON on disk, and in the recording of the machine."""
 
 import json
 import os
@@ -14,31 +14,31 @@ Write = Callable[[str, float, Mapping[str, Any]], None]
 
 
 class EventLog:
-    """A line at once for everything that happens: the machine's recording runs only while the machine does."""
+    """Diary of all events, written at once, because the machine's recording exists only while the machine runs."""
 
     def __init__(self, path: Path, also: Write):
         """Open the file.
 
         Args:
-            path: Of the file; it is never overwritten.
-            also: `Desk.write`.
+            path: File of the diary; an existing file is never overwritten.
+            also: Second writer of each event: `Desk.write`.
 
         Raises:
-            RecordingError: It cannot be written.
+            RecordingError: The file cannot be written.
         """
         self.path, self._also = path, also
         self.why = ""
-        """What was wrong with the last line; empty where nothing was."""
+        """Error of the last write; empty without an error."""
 
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            # Without a buffer: what a full disk refused is not tried again at the end.
+            # Without a buffer: a line that a full disk refused is not written again at the end.
             self._file = path.open("xb", buffering=0)
         except OSError as error:
             raise RecordingError(f"{path} cannot be written: {error.strerror}. Give another --out.") from error
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
-        """Keep it; a disk that is full is an alarm, and no reason to stop."""
+        """Write an event. A full disk raises an alarm, but does not stop the console."""
         self._also(topic, t, message)
         line = json.dumps({"topic": topic, "t": t, "message": dict(message)}, ensure_ascii=False)
         try:
@@ -49,7 +49,7 @@ class EventLog:
             self.why = ""
 
     def close(self) -> None:
-        """To the disk, and done."""
+        """Force the diary to the disk and close it."""
         try:
             os.fsync(self._file.fileno())
         except OSError as error:

@@ -1,4 +1,4 @@
-"""The aircraft's data under the pages: its g opens and closes the windows of a trial, and pages see what it says."""
+"""Data of the aircraft in the console: its g opens and closes the windows of a trial, and the pages show it."""
 
 from typing import Any
 
@@ -14,14 +14,14 @@ from .trial import ProtocolTrial
 
 
 def receiver_of(plan: TaskPlan | None, port: int, sender: str | None) -> AircraftReceiver:
-    """Of the aircraft that flies this protocol; nothing is heard before `with`.
+    """Receiver for the aircraft of this protocol. It opens its socket when its `with` block begins.
 
     Raises:
-        ConfigError: There is no such protocol, or port and sender cannot be used.
+        ConfigError: The protocol has no windows that an aircraft opens, or port or sender cannot be used.
     """
     if plan is None or plan.protocol.opening != "aircraft":
         raise ConfigError(
-            "--aircraft is given, and no protocol whose windows an aircraft opens. Give --protocol flight, or one of "
+            "--aircraft needs a protocol whose windows an aircraft opens. Give --protocol flight, or a protocol of "
             "your own with opening = 'aircraft'."
         )
     if not 0 <= port <= 65535:
@@ -31,10 +31,10 @@ def receiver_of(plan: TaskPlan | None, port: int, sender: str | None) -> Aircraf
 
 
 class Feed:
-    """Between receiver and trial."""
+    """Connection between the receiver of the aircraft's data and the trial."""
 
     def __init__(self, receiver: AircraftReceiver, trial: ProtocolTrial, diary: EventLog):
-        """Listens; `receiver` is open."""
+        """Listen to `receiver`, which is open."""
         self._receiver, self._trial = receiver, trial
         self._heard_at: float | None = None
         self._missed = False
@@ -48,7 +48,7 @@ class Feed:
         receiver.told = told
 
     def step(self, t: float) -> str:
-        """Take what has come until `t` [s]; a sentence for an alarm where nothing ever came."""
+        """Pass on the data until `t` [s]; return a sentence for an alarm if none ever came."""
         for event in self._receiver.receive(t):
             self._trial.run.feed(event)
         is_missed = self._heard_at is None and self._trial.is_running
@@ -56,7 +56,7 @@ class Feed:
         return say("aircraft.not_heard") if is_missed and not was_missed else ""
 
     def shown(self, t: float) -> dict[str, Any]:
-        """For the operator."""
+        """Return the state of the feed for the operator's page."""
         receiver, sample = self._receiver, self._receiver.sample
         said = None
         if sample is not None:

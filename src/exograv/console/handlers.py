@@ -1,4 +1,4 @@
-"""What happens to each message: form, role and lease are asked first, in one place, for all of them."""
+"""Handlers of the pages' messages. Format, role and lease are checked first, in one place, for every message."""
 
 from collections.abc import Awaitable, Callable
 from typing import Any
@@ -32,14 +32,14 @@ from .sentences import say, spoken
 
 CLOCK_UNKNOWN = say("console.clock_unknown")
 MOTORS = ("make_ready", "take_arm", "identify")
-"""Acts that switch motors on. In flight none is: a motor that carries what weighs nothing would throw it."""
+"""Acts that switch motors on. In flight they are refused: the motors would accelerate an arm that weighs nothing."""
 
 
 async def hear(hub: Hub, line: PageLine, text: str | bytes) -> None:
-    """One message of a page; a line that has to end for it says so in `end`."""
+    """Handle one message of a page. If the line must end for it, the reason is set in `line.end`."""
     t = hub.desk.now()
     message = Close.POLICY if not line.rate.allows(t) else read_message(text)
-    # A second hello is one that came to the wrong place; so is an act that does not exist.
+    # A second hello breaks the protocol of the line, and so does an act that does not exist.
     if isinstance(message, Hello) or (isinstance(message, ActMessage) and message.act.get("kind") not in ACTS):
         message = Close.POLICY
     if isinstance(message, Close):
@@ -62,7 +62,7 @@ def _answer(line: PageLine, message: Message, why: str, taken: bool = False, **f
 
 
 def said(answer: Answer) -> dict[str, Any]:
-    """As it goes over a line."""
+    """Return an answer in the form of a line."""
     return {"id": answer.id, "taken": answer.taken, "why": spoken(answer.why) if answer.why else None}
 
 
@@ -98,7 +98,7 @@ async def _do(hub: Hub, line: PageLine, do: ActMessage, t: float) -> None:
     if placed is None and do.act["kind"] != "stop":
         _answer(line, do, CLOCK_UNKNOWN)
         return
-    # A stop is one whenever it was pressed. The fit may be wrong by a little: nothing is made after it was heard.
+    # A stop is valid whenever it was pressed. The clock fit may be slightly wrong: no act is made after its arrival.
     made = t if placed is None or do.act["kind"] == "stop" else min(placed.t, t)
     seen = {} if do.seen_version is None else {"seen_version": do.seen_version}
     try:

@@ -1,4 +1,4 @@
-"""In front of every handler: only our own pages, under our own name, get further. Nothing here knows what they want."""
+"""HTTP guard in front of every handler: it passes only requests of our own pages, under our own host name."""
 
 from collections.abc import Iterable
 
@@ -9,12 +9,12 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from .limits import Close
 
 CSRF_HEADER = "x-exograv"
-"""A form of another site cannot set it."""
+"""Header of every POST. A form of another site cannot set it."""
 
 SAID_WITH_EVERYTHING = {
     "Content-Security-Policy": "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'; "
     "object-src 'none'",
-    # The two give timestamps of touches in steps of 5 µs instead of 100.
+    # The next two headers give timestamps of touches in steps of 5 µs instead of 100 µs.
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Embedder-Policy": "require-corp",
     "Cross-Origin-Resource-Policy": "same-origin",
@@ -27,20 +27,20 @@ SAID_WITH_EVERYTHING = {
 
 
 class HttpGuard:
-    """Host and Origin by exact lists, methods, headers. What is refused reaches no handler (F35)."""
+    """Check of Host and Origin by exact lists, of methods and headers. Refused requests reach no handler (F35)."""
 
     def __init__(self, app: ASGIApp, scheme: str, hosts: Iterable[str]):
-        """Let through to `app` what asks for these hosts (with port), from their own origin."""
+        """Pass to `app` the requests for these hosts (with port) from their own origin."""
         self._app, self._hosts = app, frozenset(hosts)
         self._origins = frozenset(f"{scheme}://{host}" for host in self._hosts)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """One request."""
+        """Handle one request."""
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
         elif scope["type"] == "websocket":
             if self._why_not(Headers(scope=scope), needs_origin=True):
-                # Before it is accepted: the client sees 403 and no upgrade.
+                # Refused before it is accepted: the client gets 403 and no upgrade.
                 await send({"type": "websocket.close", "code": int(Close.POLICY)})
             else:
                 await self._app(scope, receive, send)
@@ -51,7 +51,7 @@ class HttpGuard:
         headers, method = Headers(scope=scope), scope["method"]
         why = self._why_not(headers, needs_origin=method not in ("GET", "HEAD"))
         if why is None and method == "POST" and headers.get(CSRF_HEADER) != "1":
-            why = "This is for the pages of this server."
+            why = "Only the pages of this server may use it."
 
         async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
@@ -65,10 +65,10 @@ class HttpGuard:
         await app(scope, receive, send_with_headers)
 
     def _why_not(self, headers: Headers, needs_origin: bool) -> str | None:
-        # Two of one header: which of them a later reader takes nobody knows.
+        # A duplicate header is refused, because different readers may take different copies.
         hosts, origins = headers.getlist("host"), headers.getlist("origin")
         if len(hosts) != 1 or hosts[0] not in self._hosts:
-            return "This server is not called by that name."
+            return "This server has another host name."
         if (needs_origin or origins) and (len(origins) != 1 or origins[0] not in self._origins):
-            return "This is for the pages of this server."
+            return "Only the pages of this server may use it."
         return None

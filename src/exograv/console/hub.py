@@ -1,4 +1,4 @@
-"""Everything of one running console: desk, trial, keys, lease, alarms, and the lines to the pages."""
+"""State of one running console: desk, trial, keys, lease, alarms, and the lines to the pages."""
 
 import asyncio
 import json
@@ -22,80 +22,80 @@ from .trial import ProtocolTrial
 
 Result = TypeVar("Result")
 UNMANNED = ("off", "starting")
-"""Modes in which nobody has to steer."""
+"""Modes that need no steering page."""
 
 ACTS_WAITING_MAX = 8
-"""Acts that wait for the one before them; whoever presses on is refused."""
+"""Largest number of acts that wait for the act before them. Further acts are refused."""
 
 
 @dataclass
 class PageLine:
-    """An open line to one page."""
+    """Open line to one page."""
 
     number: int
-    """Never used twice."""
+    """Unique number of the line."""
 
     session: PageSession
     page: str
     outbox: Outbox = field(default_factory=Outbox)
     rate: Rate = field(default_factory=Rate)
     end: Close | None = None
-    """Why it has to end; set by whoever finds a reason."""
+    """Reason to end the line; None while it is open."""
 
     @property
     def role(self) -> Role:
-        """As whom somebody came in."""
+        """Role of the page."""
         return self.session.role
 
     def say(self, kind: str, **fields: Any) -> None:
-        """A word that must arrive."""
+        """Send a message that must arrive."""
         self.outbox.say(as_text(kind, **fields))
 
 
 class Hub:
-    """Handlers, news and lines meet here, all of them in one event loop."""
+    """Shared state of handlers, broadcaster and lines, all in one event loop."""
 
     def __init__(self, desk: Desk, trial: ProtocolTrial | None, clocks: PageClocks, diary: EventLog, origin: str):
-        """Nobody is there yet.
+        """Start without pages.
 
         Args:
-            desk: Of the steered session.
-            trial: The protocol that is run; None where only the machine is steered.
-            clocks: Of the pages.
-            diary: Where all that happens is kept.
-            origin: Where pages are served, for links: `http://127.0.0.1:8088`.
+            desk: Desk of the steered session.
+            trial: Protocol that runs; None if only the machine is steered.
+            clocks: Clocks of the pages.
+            diary: Log of all events.
+            origin: Origin of the pages for links, such as `http://127.0.0.1:8088`.
         """
         self.feed: Feed | None = None
-        """Of the aircraft, if one opens the trial's windows."""
+        """Feed of the aircraft, if an aircraft opens the trial's windows."""
 
         self.desk, self.trial, self.clocks, self.diary, self.origin = desk, trial, clocks, diary, origin
         self.shown = desk.shown()
-        """The latest; asking the desk may wait for an act that it is deciding about."""
+        """Latest snapshot of the desk. A new one may have to wait for an act that the desk decides about."""
 
         self.keys, self.lease, self.alarms = AccessKeys(desk.now), Lease(), Alarms()
         self.lines = dict[int, PageLine]()
         self.counts = dict[str, int]()
-        """Lines that were ended, by the reason."""
+        """Number of ended lines by reason."""
 
         self.coming = 0
-        """Lines that have not said hello yet."""
+        """Number of lines without a hello so far."""
 
         self.failure: Exception | None = None
-        """A mistake of ours, after which nothing goes on."""
+        """Programming error that ends the console."""
 
         self.on_failure: Callable[[], None] = lambda: None
-        """Ends the server."""
+        """Function that ends the server."""
 
         self._opened = 0
         self._turn = asyncio.Lock()
         self._waiting = 0
-        # Stop never waits for another act: it has threads of its own.
+        # Stop has threads of its own, so that it never waits for another act.
         self._threads = ThreadPoolExecutor(2, "acts")
         self._stops = ThreadPoolExecutor(2, "stop")
         self._looks = ThreadPoolExecutor(3, "look")
 
     def open(self, session: PageSession, page: str) -> PageLine:
-        """Somebody is there; an operator steers if nobody does."""
+        """Open a line. An operator or therapist gets the lease if no page holds it."""
         self._opened += 1
         line = PageLine(self._opened, session, page)
         self.lines[line.number] = line
@@ -105,7 +105,7 @@ class Hub:
         return line
 
     def close(self, line: PageLine) -> None:
-        """Nobody is there any more."""
+        """Close a line and release its lease."""
         del self.lines[line.number]
         if line.end is not None:
             self.count(line.end)
@@ -115,20 +115,20 @@ class Hub:
         self.note("line closed", line)
 
     def note(self, what: str, line: PageLine, **fields: Any) -> None:
-        """Keep that somebody did something."""
+        """Write an event of a line to the diary."""
         who = {"line": line.number, "role": line.role.value, "session": line.session.number}
         self.diary.write("/console/event", self.desk.now(), {"what": what, **who, **fields})
 
     def count(self, why: Close) -> None:
-        """One more line that was ended for this."""
+        """Count a line that ended for this reason."""
         self.counts[why.name] = self.counts.get(why.name, 0) + 1
 
     def steers(self, line: PageLine) -> bool:
-        """Whether this is the one page whose words are taken."""
+        """Return True if this line holds the lease."""
         return self.lease.held_by(self.desk.now()) == line.number
 
     async def act(self, act: Act, line: PageLine) -> Answer:
-        """Have the desk decide. One act after the other, but for Stop, which goes at once."""
+        """Let the desk decide about an act. Acts run one after the other; Stop runs at once."""
         loop = asyncio.get_running_loop()
         if act.kind == "stop":
             return await loop.run_in_executor(self._stops, self.desk.act, act, line.role.value)
@@ -144,15 +144,15 @@ class Hub:
             self._waiting -= 1
 
     async def look(self) -> None:
-        """Ask the desk how things are."""
+        """Update the snapshot of the desk."""
         self.shown = await self.ask_desk(self.desk.shown)
 
     async def ask_desk(self, question: Callable[..., Result], *values: Any) -> Result:
-        """What may have to wait, in a thread that may."""
+        """Ask the desk in a thread, because the answer may have to wait."""
         return await asyncio.get_running_loop().run_in_executor(self._looks, question, *values)
 
     def show(self, roles: Collection[Role], kind: str, fields: dict[str, Any]) -> None:
-        """News for everybody in these roles."""
+        """Send news to all pages of these roles."""
         lines = [line for line in self.lines.values() if line.role in roles]
         if lines:
             text = as_text(kind, **fields)
@@ -160,12 +160,12 @@ class Hub:
                 line.outbox.show(kind, text)
 
     def fail(self, error: Exception) -> None:
-        """End all; without the operator's page the guard gives the arm back."""
+        """End the console. Without the operator's page the guard gives the arm back."""
         self.failure = self.failure or error
         self.on_failure()
 
     def close_down(self) -> None:
-        """No more acts."""
+        """Accept no more acts."""
         for threads in (self._threads, self._stops, self._looks):
             threads.shutdown(wait=False, cancel_futures=True)
 
@@ -174,5 +174,5 @@ NOT_STEERING = say("console.not_steering")
 
 
 def as_text(kind: str, **fields: Any) -> str:
-    """As it goes over a line."""
+    """Return a message in the form of a line."""
     return json.dumps({"kind": kind, **fields}, ensure_ascii=False, allow_nan=False, separators=(",", ":"))

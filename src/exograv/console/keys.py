@@ -1,4 +1,4 @@
-"""Who may come in: tokens that are used once, cookies they are swapped for, tickets that open one line."""
+"""Access keys of the console: single-use tokens, the cookies that replace them, and tickets that open one line."""
 
 import enum
 import hashlib
@@ -10,30 +10,32 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 SECRET_BYTES = 32
-"""256 bits."""
+"""Length of a secret: 256 bits."""
 
 LINK_S = 900.0
-"""In which a link that the operator made has to be opened [s]."""
+"""Life of a link that the operator made [s]."""
 
 SESSION_S = 12 * 3600.0
-"""A day in the laboratory; then everybody logs in anew [s]."""
+"""Life of a login [s]: a day in the laboratory."""
 
 TICKET_S = 10.0
-"""From asking for one to the first message on the line [s]."""
+"""Life of a ticket, from its request to the first message on the line [s]."""
 
 FAILURES_MAX = 5
-"""In a minute, from one address; then nothing is heard of it until a minute has passed."""
+"""Failures within `FAILURE_S` after which an address is locked."""
 
 FAILURE_S = 60.0
+"""Time in which failures are counted, and after which they expire [s]."""
+
 KEPT_MAX = 64
-"""Of each kind: who asks for more throws out the oldest."""
+"""Largest number of secrets of each kind. A further secret replaces the oldest."""
 
 Clock = Callable[[], float]
 Held = TypeVar("Held")
 
 
 class Role(enum.Enum):
-    """As whom somebody comes in; the value is the path of the page."""
+    """Role of a page; the value is the path of the page."""
 
     OPERATOR = "operator"
     THERAPIST = "therapist"
@@ -43,29 +45,29 @@ class Role(enum.Enum):
 
 @dataclass(frozen=True)
 class PageSession:
-    """Somebody who came in."""
+    """Login of one browser."""
 
     role: Role
     number: int
-    """Counted from 1: what is recorded of it, for the cookie is a secret."""
+    """Number of the login from 1. It is recorded in place of the cookie, which is a secret."""
 
 
 class TokenUse(enum.Enum):
-    """What became of a token; the value is for whoever gave it."""
+    """Refusal of a token; the value is the text for the browser."""
 
-    REFUSED = "This link is wrong, too old, or was used already. Ask the operator for a new one."
-    LOCKED = "Too many wrong links came from here. Wait a minute."
+    REFUSED = "This link is wrong, too old, or was used already. Ask the operator for a new link."
+    LOCKED = "Too many wrong links came from this address. Wait a minute."
 
 
 class SecretStore(Generic[Held]):
-    """Secrets by their hash: neither memory dumps nor the time of a comparison tell one."""
+    """Secrets by their hash: neither a memory dump nor the time of a comparison reveals a secret."""
 
     def __init__(self, clock: Clock):
-        """Empty; times are by this clock [s]."""
+        """Start empty; `clock` gives the time [s]."""
         self._clock, self._held = clock, dict[bytes, tuple[float, Held]]()
 
     def issue(self, held: Held, lasts_s: float) -> str:
-        """A new secret for this."""
+        """Return a new secret for `held`, valid for `lasts_s` [s]."""
         secret = secrets.token_urlsafe(SECRET_BYTES)
         while len(self._held) >= KEPT_MAX:
             del self._held[next(iter(self._held))]
@@ -73,12 +75,12 @@ class SecretStore(Generic[Held]):
         return secret
 
     def find(self, secret: str) -> Held | None:
-        """What it is for; None if there is no such secret, or not any more."""
+        """Return the content of a secret; None if it is unknown or expired."""
         place = self._place(secret)
         return None if place is None else self._held[place][1]
 
     def take(self, secret: str) -> Held | None:
-        """The same, and the secret is used up."""
+        """Return the content of a secret and delete the secret; None if it is unknown or expired."""
         place = self._place(secret)
         return None if place is None else self._held.pop(place)[1]
 
@@ -95,10 +97,10 @@ def _hashed(secret: str) -> bytes:
 
 
 class AccessKeys:
-    """All of them, of one server."""
+    """Tokens, cookies, tickets and failures of one server."""
 
     def __init__(self, clock: Clock):
-        """Times are by this clock, which never goes back [s]."""
+        """Start without keys; `clock` is monotonic [s]."""
         self._clock = clock
         self._tokens = SecretStore[Role](clock)
         self._cookies = SecretStore[PageSession](clock)
@@ -107,11 +109,11 @@ class AccessKeys:
         self._sessions = 0
 
     def token(self, role: Role, lasts_s: float = LINK_S) -> str:
-        """For one person, to come in once."""
+        """Return a token that lets one person log in once."""
         return self._tokens.issue(role, lasts_s)
 
     def enter(self, token: str, address: str) -> tuple[Role, str] | TokenUse:
-        """Swap a token for a role and a cookie."""
+        """Exchange a token for a role and a cookie."""
         if self.is_locked(address):
             return TokenUse.LOCKED
         role = self._tokens.take(token)
@@ -122,25 +124,25 @@ class AccessKeys:
         return role, self._cookies.issue(PageSession(role, self._sessions), SESSION_S)
 
     def session(self, role: Role, cookie: str | None) -> PageSession | None:
-        """Whose cookie it is, if it is one of this role."""
+        """Return the login of a cookie, if it has this role."""
         session = None if cookie is None else self._cookies.find(cookie)
         return session if session is not None and session.role is role else None
 
     def ticket(self, session: PageSession) -> str:
-        """Opens one line, soon."""
+        """Return a ticket that opens one line within `TICKET_S`."""
         return self._tickets.issue(session, TICKET_S)
 
     def redeem(self, session: PageSession, ticket: str) -> bool:
-        """Whether it opens a line of this session; it never does again."""
+        """Return True if the ticket opens a line of this session. The ticket is then used up."""
         return self._tickets.take(ticket) == session
 
     def note_failure(self, address: str) -> None:
-        """Somebody there knows no secret."""
+        """Count a wrong secret from an address."""
         while len(self._failures) >= KEPT_MAX and address not in self._failures:
             del self._failures[next(iter(self._failures))]
         self._failures.setdefault(address, deque(maxlen=FAILURES_MAX)).append(self._clock())
 
     def is_locked(self, address: str) -> bool:
-        """Whether too many failures came from there within a minute."""
+        """Return True if too many failures came from the address within `FAILURE_S`."""
         times = self._failures.get(address, ())
         return len(times) == FAILURES_MAX and self._clock() - times[0] < FAILURE_S

@@ -1,51 +1,51 @@
-"""Who steers: one page at a time, for as long as it shows that somebody has it in view."""
+"""Lease of the steering page: one page at a time, renewed by heartbeats while the page is in view."""
 
 from dataclasses import dataclass
 
 BEAT_EVERY_S = 0.2
-"""So often the page that steers says so [s]."""
+"""Period of the heartbeat of the steering page [s]."""
 
 ALARM_AFTER_S = 1.0
-"""So long it may be silent before that is an alarm [s]."""
+"""Silence of the steering page that raises an alarm [s]."""
 
 LEASE_S = 1.2
-"""And so long before nothing is taken from it any more [s]. F31."""
+"""Silence after which the page loses the lease [s]. Hazard F31."""
 
 
 @dataclass
 class Lease:
-    """A single writer. One that was silent for too long has lost it, and must ask again."""
+    """Right of a single page to steer. A page that was silent for too long loses it, and must ask again."""
 
     holder: int | None = None
-    """Number of its line."""
+    """Number of the line that holds the lease; None without a holder."""
 
     _beaten: float = -1e9
 
     def ask(self, line: int, t: float) -> bool:
-        """Whether this line has it now; nobody takes it from another that lives."""
+        """Ask for the lease; return True if this line has it now. A live holder keeps the lease."""
         if self.held_by(t) not in (None, line):
             return False
         self.holder, self._beaten = line, t
         return True
 
     def beat(self, line: int, t: float) -> bool:
-        """The holder lives; False where the line does not hold it (any more)."""
+        """Renew the lease; return False if the line does not hold it (any more)."""
         if self.held_by(t) != line:
             return False
         self._beaten = t
         return True
 
     def held_by(self, t: float) -> int | None:
-        """Who steers at `t`; a lease that ran out stays lost."""
+        """Return the holder at `t` [s]. An expired lease stays lost."""
         if self.holder is not None and t - self._beaten > LEASE_S:
             self.holder = None
         return self.holder
 
     def silent_s(self, t: float) -> float:
-        """Since the holder's last word; 0 where nobody holds it [s]."""
+        """Time since the last heartbeat of the holder [s]; 0 without a holder."""
         return 0.0 if self.holder is None else t - self._beaten
 
     def give_up(self, line: int) -> None:
-        """Its line is closed."""
+        """Release the lease of a closed line."""
         if self.holder == line:
             self.holder = None

@@ -1,29 +1,29 @@
-"""How much one page may send, and how a line to a page ends."""
+"""Limits on the messages of a page, and close codes of a line."""
 
 import enum
 from collections import deque
 
 MESSAGE_MAX_BYTES = 16 * 1024
-"""The longest honest message, thirty touches of a lost connection, has half of it."""
+"""Longest message. The longest regular message, thirty touches after a lost connection, has half of this."""
 
 DEPTH_MAX = 8
-"""Of brackets in a message."""
+"""Largest depth of brackets in a message."""
 
 MESSAGES_PER_S = 50
-"""The busiest page is the participant's: pings, touches and their trails are ten."""
+"""Largest rate of messages per line. The participant's page sends most: about ten pings, touches and trails."""
 
 CLIENTS_MAX = 8
-"""Lines that are open at a time."""
+"""Largest number of open lines."""
 
 HELLO_S = 2.0
-"""In which the first message has to come [s]."""
+"""Time-out for the first message of a line [s]."""
 
 BODY_MAX_BYTES = 4 * 1024
-"""Of what is posted: a token has 43."""
+"""Longest body of a POST. A token has 43 bytes."""
 
 
 class Close(enum.IntEnum):
-    """Why the server ends a line; the numbers are those of RFC 6455, and one of the range for applications."""
+    """Reason for which the server closes a line: codes of RFC 6455, and one code of the range for applications."""
 
     GOING_AWAY = 1001
     PROTOCOL = 1002
@@ -34,14 +34,14 @@ class Close(enum.IntEnum):
 
 
 class Rate:
-    """Messages of one line in the last second."""
+    """Rate limit of one line: messages in the last second."""
 
     def __init__(self, most: int = MESSAGES_PER_S):
-        """So many are allowed."""
+        """Allow `most` messages per second."""
         self._times = deque[float](maxlen=most)
 
     def allows(self, t: float) -> bool:
-        """Whether one more is, at `t` [s]."""
+        """Count a message at `t` [s]; return False if it exceeds the limit."""
         if len(self._times) == self._times.maxlen and t - self._times[0] < 1.0:
             return False
         self._times.append(t)

@@ -1,4 +1,4 @@
-"""One line to a page, from its upgrade to its end."""
+"""Life of one line to a page, from the WebSocket upgrade to its close."""
 
 import asyncio
 import contextlib
@@ -12,15 +12,15 @@ from .limits import CLIENTS_MAX, HELLO_S, Close
 from .messages import Hello, read_message
 
 HEARD_AT_ONCE = 16
-"""Messages that are being answered; acts take a while, and pings must not wait for them."""
+"""Largest number of messages that are handled at a time. Acts take a while, and pings must not wait for them."""
 
 
 async def serve_line(hub: Hub, socket: WebSocket, role: Role, cookie: str | None) -> None:
-    """Let the page in, hear and tell it until one of the two ends."""
+    """Admit the page, then receive and send messages until one side closes the line."""
     address = socket.client.host if socket.client else ""
     session = hub.keys.session(role, cookie)
     if session is None or len(hub.lines) + hub.coming >= CLIENTS_MAX or hub.keys.is_locked(address):
-        # Not accepted: 403, before any upgrade.
+        # Refused before any upgrade: the client gets 403.
         await socket.close(int(Close.POLICY))
         return
     hub.coming += 1
@@ -43,7 +43,7 @@ async def serve_line(hub: Hub, socket: WebSocket, role: Role, cookie: str | None
 
 
 async def _hello(hub: Hub, socket: WebSocket, session: PageSession, address: str) -> Hello | None:
-    """Its first words, if they come in time and hold a ticket; whoever says something else may be guessing."""
+    """Return the first message, if it comes in time with a valid ticket. A wrong one counts as a guess."""
     try:
         message = read_message(await asyncio.wait_for(_receive(socket), HELLO_S))
     except (TimeoutError, WebSocketDisconnect):
@@ -81,20 +81,20 @@ async def _hear_all(hub: Hub, socket: WebSocket, line: PageLine) -> None:
             text = await _receive(socket)
             task = asyncio.create_task(hear(hub, line, text))
             answering.add(task)
-            # Begun at once, in the order of arrival; whatever does not wait for the machine is done by now.
+            # Handlers start in the order of arrival. A handler that does not wait for the machine is finished now.
             await asyncio.sleep(0)
             for each in [each for each in answering if each.done()]:
                 answering.remove(each)
                 each.result()
             if len(answering) >= HEARD_AT_ONCE:
                 await asyncio.wait(answering, return_when=asyncio.FIRST_COMPLETED)
-    # What was asked for is answered by the machine, whether or not anybody waits for it.
+    # Requests that have begun are completed, even if the page has gone.
     if answering:
         await asyncio.wait(answering)
 
 
 async def _tell_all(socket: WebSocket, line: PageLine) -> None:
-    # A runtime error: the server below has closed by itself, for a frame that was too long.
+    # A RuntimeError means that the server below has closed the line for a frame that was too long.
     with contextlib.suppress(WebSocketDisconnect, RuntimeError):
         while line.end is None and not line.outbox.is_full:
             await socket.send_text(await line.outbox.next())

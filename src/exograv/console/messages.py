@@ -1,4 +1,4 @@
-"""What a page may say on its line, and how its text is read: size, depth, form, fields, in this order."""
+"""Messages of a page on its line, and their parser: it checks size, depth, JSON and fields in this order."""
 
 from typing import Annotated, Any, Literal
 
@@ -12,17 +12,20 @@ from exograv.task.screen import ScreenSpan
 from .limits import DEPTH_MAX, MESSAGE_MAX_BYTES, Close
 
 PageTime = Annotated[float, Field(ge=0.0, le=1e8)]
-"""Of the page's own clock, from its opening on, as `timeStamp` and `performance.now()` have it [s]."""
+"""Time on the page's own clock since its opening, as `timeStamp` and `performance.now()` give it [s]."""
 
 Page = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{8,64}$")]
-"""Which opening of a page it is."""
+"""Identifier of one opening of a page."""
 
 TOUCHES_MAX = 30
+"""Largest number of touches in a message."""
+
 POINTS_MAX = 120
+"""Largest number of points in a message with a trail."""
 
 
 class Hello(Settings):
-    """The first message of a line, and of no other."""
+    """First message of a line, with the ticket that opens it."""
 
     kind: Literal["hello"] = "hello"
     ticket: Annotated[str, Field(max_length=64)]
@@ -30,14 +33,14 @@ class Hello(Settings):
 
 
 class Pinged(Settings):
-    """When the answer to an earlier ping was back."""
+    """Arrival of the answer to an earlier ping."""
 
     asked: PageTime
     back: PageTime
 
 
 class Ping(Settings):
-    """What time is it? From such questions the page's clock is fitted to ours."""
+    """Question for the server's time. The server fits the page's clock to its own from these questions."""
 
     kind: Literal["ping"] = "ping"
     asked: PageTime
@@ -45,42 +48,42 @@ class Ping(Settings):
 
 
 class Heartbeat(Settings):
-    """Whoever steers has the page in view."""
+    """Heartbeat of the steering page while it is in view."""
 
     kind: Literal["beat"] = "beat"
 
 
 class LeaseRequest(Settings):
-    """Asks for the lease."""
+    """Request for the lease."""
 
     kind: Literal["steer"] = "steer"
     id: Identifier
 
 
 class ActMessage(Settings):
-    """An act of the steered session (`session.steered.contract`), without what the server knows better."""
+    """Act of the steered session (`experiment.steered.requests`), without the fields that the server sets."""
 
     kind: Literal["do"] = "do"
     id: Identifier
     made: PageTime
     seen_version: int | None = None
     act: dict[str, Any]
-    """Its kind and what else it has."""
+    """Kind and further fields of the act."""
 
 
 class RunCommand(Settings):
-    """To the protocol that is run."""
+    """Command to the protocol that runs."""
 
     kind: Literal["run"] = "run"
     id: Identifier
     made: PageTime
     word: Literal["start", "pause", "resume", "open", "close", "end"]
     window: Annotated[int, Field(ge=0, le=500)] | None = None
-    """To go on with."""
+    """Window at which to resume."""
 
 
 class AlarmSeen(Settings):
-    """An alarm of the run or of the console is known; those of the machine are an act."""
+    """Acknowledgement of an alarm of the run or of the console. Alarms of the machine are acknowledged by an act."""
 
     kind: Literal["seen"] = "seen"
     id: Identifier
@@ -89,7 +92,7 @@ class AlarmSeen(Settings):
 
 
 class InviteRequest(Settings):
-    """A link for somebody else."""
+    """Request for a link for another person."""
 
     kind: Literal["invite"] = "invite"
     id: Identifier
@@ -97,16 +100,16 @@ class InviteRequest(Settings):
 
 
 class PageTouch(Settings):
-    """One finger that came down, raw; lengths in pixels of the panel."""
+    """Raw data of one finger that came down; lengths in pixels of the panel."""
 
     page: Page
-    """Whose clock it is by: after a reload another one than the line's."""
+    """Opening of the page whose clock gave the time. After a reload it differs from that of the line."""
 
     origin_ms: Annotated[float, Field(ge=0.0, le=1e14)]
-    """`performance.timeOrigin`."""
+    """`performance.timeOrigin` [ms]."""
 
     at: PageTime
-    """`timeStamp`."""
+    """`timeStamp` of the event [s]."""
 
     sequence: Annotated[int, Field(ge=0, le=1_000_000)]
     x_px: Pixels
@@ -115,7 +118,7 @@ class PageTouch(Settings):
     target_y_px: Pixels
     width_px: Annotated[float, Field(ge=0.0, le=1e5)]
     height_px: Annotated[float, Field(ge=0.0, le=1e5)]
-    """Of the contact."""
+    """Height of the contact [px]."""
 
     pressure: Annotated[float, Field(ge=0.0, le=1.0)]
     pointer: Literal["touch", "pen", "mouse"]
@@ -124,33 +127,33 @@ class PageTouch(Settings):
     """`devicePixelRatio`."""
 
     zoom: Annotated[float, Field(gt=0.0, le=20.0)]
-    """Of two fingers; 1 as long as the lock holds."""
+    """Pinch zoom; 1 while the page is locked."""
 
 
 class Touches(Settings):
-    """All that were not acknowledged yet, or as many as fit."""
+    """Touches without an acknowledgement, as many as fit."""
 
     kind: Literal["touches"] = "touches"
     touches: Annotated[list[PageTouch], Field(min_length=1, max_length=TOUCHES_MAX)]
 
 
 class TouchTrail(Settings):
-    """How a finger went on after it came down, with what the browser had coalesced."""
+    """Path of a finger after it came down, with the coalesced events of the browser."""
 
     kind: Literal["trail"] = "trail"
     page: Page
     sequence: Annotated[int, Field(ge=0, le=1_000_000)]
-    """Of the touch."""
+    """Number of the touch."""
 
     ended: Literal["up", "cancel"] | None
-    """None while it goes on."""
+    """End of the trail; None while it continues."""
 
     points: Annotated[list[tuple[PageTime, Pixels, Pixels]], Field(max_length=POINTS_MAX)]
-    """Time and place on the panel."""
+    """Time and position on the panel [s, px, px]."""
 
 
 class Calibrate(Settings):
-    """The panel's pixels were measured: with a bank card (width and height of its picture), or with a ruler."""
+    """Measurement of the panel's pixels: with a bank card (width and height of its picture), or with a ruler."""
 
     kind: Literal["calibrate"] = "calibrate"
     id: Identifier
@@ -159,7 +162,7 @@ class Calibrate(Settings):
 
 
 class Latency(Settings):
-    """What the latency page found: touch after the flash it was meant for."""
+    """Result of the latency page: delay of each touch after its flash."""
 
     kind: Literal["latency"] = "latency"
     id: Identifier
@@ -171,14 +174,14 @@ Message = (
     Hello | Ping | Heartbeat | LeaseRequest | ActMessage | RunCommand | AlarmSeen | InviteRequest | Touches
     | TouchTrail | Calibrate | Latency
 )  # fmt: skip
-# Names are made for one message each: kept for the next one they only fill the memory.
+# Identifiers occur in one message only: a cache of their strings would only fill the memory.
 MESSAGE: TypeAdapter[Message] = TypeAdapter(
     Annotated[Message, Field(discriminator="kind")], config=ConfigDict(cache_strings="keys")
 )
 
 
 def read_message(text: str | bytes) -> Message | Close:
-    """What was said, or why the line is closed for it (F34)."""
+    """Return the message of a text, or the reason to close the line (hazard F34)."""
     if isinstance(text, bytes):
         return Close.PROTOCOL
     if len(text) > MESSAGE_MAX_BYTES or len(text.encode("utf-8", "surrogatepass")) > MESSAGE_MAX_BYTES:
@@ -193,7 +196,7 @@ def read_message(text: str | bytes) -> Message | Close:
 
 
 def depth(text: str) -> int:
-    """How deep brackets go; those in strings do not count. Read before any parser sees the text."""
+    """Depth of brackets outside strings. It is checked before any parser reads the text."""
     deepest = level = 0
     is_string = is_escaped = False
     for sign in text:

@@ -1,4 +1,4 @@
-"""The clocks of the pages that were opened, each fitted to ours by its pings."""
+"""Clocks of the opened pages, each fitted to the server's clock by its pings."""
 
 from dataclasses import dataclass, field
 
@@ -7,28 +7,28 @@ from exograv.task.page_clock import PageClock, PingTimes, ServerTime
 from .messages import Ping
 
 PAGES_MAX = 64
-"""A page that was loaded anew has a new clock; touches of the old one may still come."""
+"""Largest number of clocks. A reloaded page has a new clock, and touches of the old page may still come."""
 
 ASKED_MAX = 16
-"""Pings whose answers may still be on the way."""
+"""Largest number of pings of a page whose answers may still be on the way."""
 
 
 @dataclass
 class _Page:
     clock: PageClock = field(default_factory=PageClock)
     answered: dict[float, tuple[float, float]] = field(default_factory=dict)
-    """By when they were asked: when they were heard and answered. What a page says about that is not believed."""
+    """Arrival and answer of each ping by its time of asking. The server's own times are used, not those of the page."""
 
 
 class PageClocks:
-    """All of them, by page."""
+    """Clocks by page."""
 
     def __init__(self) -> None:
-        """None."""
+        """Start without clocks."""
         self._pages = dict[str, _Page]()
 
     def ping(self, page: str, ping: Ping, heard: float, answered: float) -> None:
-        """Note one that was heard at `heard` and is answered at `answered`; and what it says of an earlier one."""
+        """Record a ping with its arrival and answer [s], and update the fit by the earlier ping that it reports."""
         while len(self._pages) >= PAGES_MAX and page not in self._pages:
             del self._pages[next(iter(self._pages))]
         known = self._pages.setdefault(page, _Page())
@@ -40,6 +40,6 @@ class PageClocks:
         known.answered[ping.asked] = heard, answered
 
     def place(self, page: str, at: float) -> ServerTime | None:
-        """A time of that page on our clock; None where nothing is known of it."""
+        """Return a time of a page on the server's clock; None if the page's clock is unknown."""
         known = self._pages.get(page)
         return None if known is None else known.clock.to_server(at)

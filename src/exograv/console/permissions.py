@@ -1,4 +1,4 @@
-"""Who may say what: the only table of it, and nothing that decides the same elsewhere (F36)."""
+"""Permissions of the roles: the only place that decides which role may send which message (hazard F36)."""
 
 from .keys import Role
 from .messages import ActMessage, Message
@@ -7,16 +7,16 @@ ACTS = (
     "don", "make_ready", "take_arm", "identify", "give_back", "stop", "reset", "switch_off", "set_level", "note",
     "acknowledge",
 )  # fmt: skip
-"""Of the steered session."""
+"""Acts of the steered session."""
 
 WORDS = (
     "ping", "beat", "steer", "seen", "invite", "touches", "trail", "calibrate", "latency", "run",
     *(f"do {act}" for act in ACTS),
 )  # fmt: skip
-"""Everything that can be said after hello."""
+"""Words of all messages after hello."""
 
 EVERYBODY = frozenset({"ping", "do stop"})
-"""Stop is heard from whoever came in."""
+"""Words of every role. Stop is accepted from every page."""
 
 MAY: dict[Role, frozenset[str]] = {
     Role.OPERATOR: EVERYBODY | {"beat", "steer", "seen", "invite", "run", *(f"do {act}" for act in ACTS)},
@@ -28,14 +28,14 @@ MAY: dict[Role, frozenset[str]] = {
 }
 
 WITHOUT_LEASE = EVERYBODY | MAY[Role.PARTICIPANT] | {"steer", "beat", "invite"}
-"""What needs nobody at the helm: everything else is taken from the one page that steers."""
+"""Words that need no lease. All other words are accepted from the steering page only."""
 
 
 def word(message: Message) -> str:
-    """Under which name the table has it."""
+    """Return the name of a message in the table."""
     return f"do {message.act.get('kind')}" if isinstance(message, ActMessage) else message.kind
 
 
 def may_say(role: Role, message: Message) -> bool:
-    """Whether somebody in this role may."""
+    """Return True if the role may send the message."""
     return word(message) in MAY[role]

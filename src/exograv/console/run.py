@@ -1,4 +1,4 @@
-"""The console from its command to its end: desk, protocol, diary, server."""
+"""Run of a console, from its command to its end: desk, protocol, diary, server."""
 
 import contextlib
 import time
@@ -25,10 +25,10 @@ from .trial import ProtocolTrial
 
 
 def plan_of(protocol: str | None) -> TaskPlan | None:
-    """What is to be run: a protocol by its name or the path of a file; without one the machine is only steered.
+    """Plan of a protocol, by its name or the path of a file; None without one: the machine is then only steered.
 
     Raises:
-        ConfigError: There is no such protocol, or the machine cannot make its levels.
+        ConfigError: The protocol does not exist, or the machine cannot produce its gravity levels.
     """
     if protocol is None:
         return None
@@ -43,10 +43,10 @@ class ConsoleResult:
 
     diary: Path
     refused_lines: dict[str, int]
-    """By the reason."""
+    """Number of refused lines by reason."""
 
     totals: TotalsFigures | None = field(metadata=MERGED)
-    """None where no protocol was run."""
+    """Totals of the protocol; None without a protocol."""
 
 
 def run_console(
@@ -58,10 +58,10 @@ def run_console(
     kept: RunCheckpoint | None = None,
     receiver: AircraftReceiver | None = None,
 ) -> ConsoleResult:
-    """Serve the pages until Ctrl-C, and say what was done.
+    """Serve the pages until Ctrl-C, and return what was done.
 
     Raises:
-        ConfigError: It cannot be served there, or what was kept is of another protocol.
+        ConfigError: The address cannot be used, or the checkpoint belongs to another protocol.
     """
     path = folder / f"console-{time.strftime('%Y%m%d-%H%M%S')}.jsonl"
     clocks = PageClocks()
@@ -75,14 +75,14 @@ def run_console(
         hub = Hub(desk, trial, clocks, diary, f"{address.scheme}://{host}")
         if receiver is not None and trial is not None:
             hub.feed = Feed(stack.enter_context(receiver), trial, diary)
-            say(f"The aircraft is listened to on UDP port {receiver.port}.")
+            say(f"The console listens to the aircraft on UDP port {receiver.port}.")
         if plan is not None:
             diary.write("/console/protocol", desk.now(), json_value(plan.loaded.recorded))
         if trial is not None and kept is not None and kept.before is not None:
-            # The machine carries nothing of a run that was broken off: somebody has to begin anew, and say so.
+            # After an interruption the machine carries nothing: the operator must take the arm again, then resume.
             trial.run.feed(Interrupted(t=desk.now()))
         try:
             serve(hub, address, listening, host, say)
         finally:
-            desk.close()  # before all else that has to be ended
+            desk.close()  # The machine is stopped before anything else is closed.
     return ConsoleResult(path, hub.counts, None if trial is None else trial.run.totals().figures())

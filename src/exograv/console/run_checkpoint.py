@@ -1,4 +1,4 @@
-"""What is kept of a console's run beside its diary, so that another console goes on when this one was killed."""
+"""Checkpoint of a console's run beside its diary, so that another console can resume it after a crash."""
 
 import threading
 from pathlib import Path
@@ -11,34 +11,34 @@ from exograv.task.screen import ScreenCalibration
 
 
 class RunContext(Settings):
-    """What a run was begun with, besides its protocol."""
+    """Conditions at the start of a run, besides its protocol."""
 
     side: Side | None = None
-    """Whose arm."""
+    """Side of the arm."""
 
     screen: ScreenCalibration | None = None
 
 
 class RunCheckpoint:
-    """The file of one run; written by a thread of its own, for a disk may take its time and pages may not wait."""
+    """File of one run. A thread of its own writes it, because a disk may be slow and pages must not wait."""
 
     def __init__(self, path: Path, options: OptionRecord, resumes: bool):
-        """Nothing is written before the run begins.
+        """Open the checkpoint. Nothing is written before the run begins.
 
         Args:
-            path: Of the file.
-            options: What has to be the same when it is gone on with.
-            resumes: Whether the file is there, and gone on with.
+            path: File of the checkpoint.
+            options: Options that must be the same when the run is resumed.
+            resumes: True to resume the run in the file.
 
         Raises:
-            ConfigError: There is such a run and nobody goes on with it, or the other way round.
+            ConfigError: The file exists and `resumes` is False, or it is missing or unusable and `resumes` is True.
         """
         self.path, self._options = path, options
         self.before: KeptSession | None = None
         self.circumstances = RunContext()
-        """As they were."""
+        """Conditions at the start of the run that is resumed."""
         self.why = ""
-        """What was wrong with the last writing; empty where nothing was."""
+        """Error of the last write; empty without an error."""
 
         if resumes:
             self.before = read_kept(path, options)
@@ -51,12 +51,12 @@ class RunCheckpoint:
         self._thread.start()
 
     def keep(self, run: str, t: float, circumstances: RunContext) -> None:
-        """As it is now; where the disk is slow, the newest is written.
+        """Store the present state. On a slow disk only the newest state is written.
 
         Args:
-            run: `Run.kept()`.
-            t: On the desk's clock [s].
-            circumstances: Of it.
+            run: State of the run, from `TaskRun.kept()`.
+            t: Time on the desk's clock [s].
+            circumstances: Conditions at the start of the run.
         """
         said = circumstances.model_dump(mode="json")
         with self._news:
@@ -64,7 +64,7 @@ class RunCheckpoint:
             self._news.notify()
 
     def close(self) -> None:
-        """The last is on the disk."""
+        """Wait until the last state is on the disk."""
         with self._news:
             self._is_over = True
             self._news.notify()
@@ -87,14 +87,14 @@ class RunCheckpoint:
 def kept_run(
     folder: Path, protocol: str | None, participant: str | None, session: int, rig: str, resumes: bool
 ) -> RunCheckpoint | None:
-    """Of this protocol, person and session; None where only the machine is steered.
+    """Checkpoint of this protocol, person and session; None if only the machine is steered.
 
     Raises:
-        ConfigError: As `RunCheckpoint`; or there is no protocol to go on with.
+        ConfigError: As `RunCheckpoint`, or `--resume` is given without a protocol.
     """
     if protocol is None:
         if resumes:
-            raise ConfigError("--resume is given without --protocol: only the run of a protocol is gone on with.")
+            raise ConfigError("--resume needs --protocol: only the run of a protocol can be resumed.")
         return None
     if not 1 <= session <= SESSIONS_MAX:
         raise ConfigError(f"--session is {session}; allowed: 1 to {SESSIONS_MAX}.")

@@ -1,4 +1,4 @@
-"""Where the pages are served: on this computer alone, or, with a certificate, in the laboratory's network."""
+"""Server of the pages: on this computer only, or in the laboratory's network with a certificate."""
 
 import contextlib
 import os
@@ -20,18 +20,21 @@ from .server import application
 
 LOOPBACK = "127.0.0.1"
 WAITING = 64
+"""Largest number of connections that wait to be accepted."""
+
 END_S = 3
-"""In which pages have to let go when the server ends [s]."""
+"""Time in which the pages must close their connections when the server ends [s]."""
 
 Say = Callable[[str], None]
+"""Function that shows a line to the operator."""
 
 
 @contextlib.contextmanager
 def bound(address: Address) -> Iterator[tuple[socket.socket, str]]:
-    """The socket, and host with port by which it is reached.
+    """Bind a socket; yield the socket and its host with port.
 
     Raises:
-        ConfigError: The port is not to be had.
+        ConfigError: The address or the port cannot be used.
     """
     address.check()
     host = address.lan or LOOPBACK
@@ -39,31 +42,31 @@ def bound(address: Address) -> Iterator[tuple[socket.socket, str]]:
         family, *_, place = socket.getaddrinfo(host, address.port, type=socket.SOCK_STREAM)[0]
         listening = socket.socket(family, socket.SOCK_STREAM)
     except OSError as error:
-        raise ConfigError(f"--lan '{host}' is no address of this computer: {error.strerror}.") from error
+        raise ConfigError(f"--lan '{host}' is not an address of this computer: {error.strerror}.") from error
     with listening:
         try:
             listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listening.bind(place)
-            # Now, so that a browser which is quicker than the server waits instead of being refused.
+            # Listen now: a browser that is faster than the server then waits instead of being refused.
             listening.listen(WAITING)
         except OSError as error:
             raise ConfigError(
-                f"Port {address.port} of {host} cannot be had: {error.strerror}. Give another --port, or end the "
-                "program that has it."
+                f"Port {address.port} of {host} cannot be used: {error.strerror}. Give another --port, or end the "
+                "program that uses it."
             ) from error
         name = f"[{host}]" if ":" in host else host
         yield listening, f"{name}:{listening.getsockname()[1]}"
 
 
 def settings_of(hub: Hub, address: Address, host: str) -> uvicorn.Config:
-    """Of the server that serves it."""
+    """Return the settings of the web server."""
     port = host.rpartition(":")[2]
     hosts = [host] if address.lan is not None else [host, f"localhost:{port}"]
     return uvicorn.Config(
         application(hub, address.scheme, hosts),
         ws="websockets-sansio",
         ws_max_size=MESSAGE_MAX_BYTES,
-        # One compressed message can cost a thousand times its size.
+        # Without compression: a compressed message can expand to a thousand times its size.
         ws_per_message_deflate=False,
         ssl_certfile=address.certificate,
         ssl_keyfile=address.key,
@@ -71,17 +74,17 @@ def settings_of(hub: Hub, address: Address, host: str) -> uvicorn.Config:
         access_log=False,
         server_header=False,
         timeout_graceful_shutdown=END_S,
-        # No proxy stands in front: headers that say who asks are not believed.
+        # There is no proxy: headers that name the client are not trusted.
         proxy_headers=False,
         h11_max_incomplete_event_size=MESSAGE_MAX_BYTES,
     )
 
 
 def serve(hub: Hub, address: Address, listening: socket.socket, host: str, say: Say) -> None:
-    """Until Ctrl-C. The link is said once; whoever has it first is the operator.
+    """Serve the pages until Ctrl-C. The link is shown once; the first person who opens it is the operator.
 
     Raises:
-        ExogravError: Something in here failed; whatever the machine carries is let down by its guard.
+        ExogravError: The console failed. The guard of the machine lowers the arm.
     """
     server = uvicorn.Server(settings_of(hub, address, host))
     hub.on_failure = lambda: setattr(server, "should_exit", True)
@@ -91,14 +94,14 @@ def serve(hub: Hub, address: Address, listening: socket.socket, host: str, say: 
         server.run(sockets=[listening])
     if hub.failure is not None:
         raise ExogravError(
-            f"The console ended by a mistake of its own: {hub.failure!r}. The machine's guard lets the arm down by "
+            f"The console ended by a programming error: {hub.failure!r}. The guard of the machine lowers the arm by "
             "itself. Please report this with the last lines of the diary."
         ) from hub.failure
 
 
 @contextlib.contextmanager
 def _opened(link: str) -> Iterator[None]:
-    """In a browser, by a file that only its owner can read: what a program is started with everybody can see."""
+    """Open the link in a browser by a file that only its owner can read: program arguments are visible to all users."""
     with tempfile.TemporaryDirectory(prefix="exograv-console-") as folder:
         path = Path(folder) / "open.html"
         with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT, 0o600), "w", encoding="utf-8") as file:

@@ -1,4 +1,4 @@
-"""The application: a few pages, one way in, one line a page. Whatever is not listed here does not exist."""
+"""Web application: a few pages, one login, one line per page. Every route is listed here."""
 
 import asyncio
 import contextlib
@@ -38,7 +38,7 @@ PAGE_OF = {
     Role.PARTICIPANT: "participant.html",
 }
 MORE_OF_PARTICIPANT = ("screen", "latency")
-"""Further pages, in front of the same panel."""
+"""Further pages for the participant's screen."""
 
 
 class _Token(Settings):
@@ -46,12 +46,12 @@ class _Token(Settings):
 
 
 def application(hub: Hub, scheme: str, hosts: list[str]) -> ASGIApp:
-    """Behind its door.
+    """Build the application behind its HTTP guard.
 
     Args:
-        hub: What is served.
-        scheme: http on this computer, https elsewhere.
-        hosts: Names (with port) by which pages may ask for it.
+        hub: State of the console.
+        scheme: http on this computer, https in a network.
+        hosts: Host names (with port) that requests may use.
     """
     house = _House(hub, scheme == "https", hosts[0].rpartition(":")[2])
     routes = [
@@ -72,11 +72,11 @@ def application(hub: Hub, scheme: str, hosts: list[str]) -> ASGIApp:
 
 
 class _House:
-    """The handlers; all of them stand behind the door."""
+    """Handlers of all routes, behind the HTTP guard."""
 
     def __init__(self, hub: Hub, is_tls: bool, port: str):
         self._hub, self._is_tls, self._port = hub, is_tls, port
-        # Read once, by listing: no path that somebody sends is ever opened.
+        # All files are read once, by listing: a path from a request is never opened.
         paths = [path for path in PAGES.rglob("*") if path.suffix in TYPES]
         self.files = {path.relative_to(PAGES).as_posix(): path.read_bytes() for path in paths}
 
@@ -109,7 +109,7 @@ class _House:
         name, _, rest = request.url.path.strip("/").partition("/")
         role = Role(name)
         if self._session(request, role) is None:
-            return PlainTextResponse("Come in by the link that the operator gives you.\n", 403)
+            return PlainTextResponse("Log in with the link that the operator gives you.\n", 403)
         return self._send(f"{rest}.html" if rest else PAGE_OF[role])
 
     async def enter(self, request: Request) -> Response:
@@ -147,7 +147,7 @@ class _House:
         await serve_line(self._hub, socket, role, socket.cookies.get(self._cookie(role)))
 
     def _cookie(self, role: Role) -> str:
-        """Cookies know no ports: two consoles on one computer must not share one."""
+        """Return the name of a role's cookie. It has the port, because consoles on other ports share all cookies."""
         return f"exograv-{role.value}-{self._port}"
 
     def _session(self, request: Request, role: Role) -> PageSession | None:
@@ -155,7 +155,7 @@ class _House:
 
 
 async def _body(request: Request) -> bytes | None:
-    """What was posted; None where it is too long."""
+    """Return the body of a POST; None if it is too long."""
     body = b""
     with contextlib.suppress(ClientDisconnect):
         async for part in request.stream():

@@ -1,4 +1,4 @@
-"""A protocol that is run under the pages: touches and the operator's words in, pictures and gravity levels out."""
+"""Run of a protocol in the console: input are touches and the operator's commands, output are pictures and levels."""
 
 from dataclasses import replace
 
@@ -32,31 +32,32 @@ from .run_checkpoint import RunCheckpoint, RunContext
 from .sentences import say
 
 CARRIED = frozenset({"floating", "weighing"})
-"""Modes in which an active protocol goes on."""
+"""Modes in which a protocol with an active machine can run."""
 
 RAW = "/console/touch"
+"""Topic of raw touches in the diary."""
 
 
 class ProtocolTrial:
-    """One run. It never moves anything: what it wants the machine to do is asked of it."""
+    """Run of a protocol. It never moves the machine: it only requests a gravity level."""
 
     def __init__(self, plan: TaskPlan, clocks: PageClocks, diary: EventLog, kept: RunCheckpoint | None = None):
-        """Ready to start, or to go on where another console was ended.
+        """Prepare a new run, or the rest of a run from a checkpoint.
 
         Raises:
-            ConfigError: What was kept is of another protocol, or over.
+            ConfigError: The checkpoint belongs to another protocol, or its run is over.
         """
         self.clocks, self._diary, self._kept = clocks, diary, kept
         self.run = TaskRun(plan)
         if kept is not None and kept.before is not None:
             self.run = TaskRun.from_kept(replace(plan, screen=kept.circumstances.screen), kept.before.run)
             if self.run.state.status in ("stopped", "finished"):
-                raise ConfigError(f"The run in {kept.path} is over; there is nothing to go on with. {AFRESH}")
+                raise ConfigError(f"The run in {kept.path} is over; there is nothing to resume. {AFRESH}")
         self.side: Side | None = None if kept is None else kept.circumstances.side
-        """Whose arm it was begun with: protocols have none, and a session has one."""
+        """Side of the arm with which the run began. A protocol has no side; a session has one."""
 
         self.news = list[Record]()
-        """Records that the pages have not been shown; the broadcaster empties it."""
+        """Records that the pages have not received yet; the broadcaster empties this list."""
         self.run.sinks = (
             self._write,
             lambda _t, records: self.news.extend(records),
@@ -65,22 +66,22 @@ class ProtocolTrial:
 
     @property
     def plan(self) -> TaskPlan:
-        """What it is made from."""
+        """Plan of the run."""
         return self.run.plan
 
     @property
     def is_active(self) -> bool:
-        """Whether the machine takes part."""
+        """True if the protocol uses an active machine."""
         return self.plan.exo == "active"
 
     @property
     def why_not_kept(self) -> str:
-        """What was wrong when it was kept last; empty where nothing was."""
+        """Error of the last checkpoint; empty without an error."""
         return say("trial.not_kept", why=self._kept.why) if self._kept is not None and self._kept.why else ""
 
     @property
     def is_running(self) -> bool:
-        """Whether its clock goes."""
+        """True while the run is not paused and not over."""
         return self.run.state.status == "running"
 
     def _write(self, _t: float, records: tuple[Record, ...]) -> None:
@@ -93,7 +94,7 @@ class ProtocolTrial:
             self._kept.keep(self.run.kept(), t, RunContext(side=self.side, screen=self.plan.screen))
 
     def tick(self, t: float, shown: SessionSnapshot) -> str:
-        """Tell the run the time; returns a sentence for an alarm where the run had to be paused."""
+        """Advance the run to time `t` [s]; return a sentence for an alarm if the run had to be paused."""
         self.run.feed(Tick(t=t))
         if self.run.state.status != "running" or not self.is_active or shown.mode in CARRIED:
             return ""
@@ -101,12 +102,12 @@ class ProtocolTrial:
         return say("trial.paused")
 
     def level(self, t: float) -> float | None:
-        """What the machine is to be asked for [-]; None where the run has no say."""
+        """Return the gravity level to request from the machine [-]; None if the run does not set it."""
         says = self.is_active and self.run.state.status in ("running", "paused")
         return self.run.made_level(t) if says else None
 
     def word(self, word: RunCommand, t: float, shown: SessionSnapshot) -> str:
-        """Do what the operator asks; a sentence where it is refused."""
+        """Carry out a command of the operator; return a sentence if it is refused."""
         needs_arm = word.word in ("start", "resume") and self.is_active
         if needs_arm and shown.mode not in CARRIED:
             return say("trial.needs_arm")
@@ -127,16 +128,16 @@ class ProtocolTrial:
         return _why_refused(self.run.feed(events[word.word]))
 
     def acknowledge(self, alarm: int, t: float) -> str:
-        """One of the run's; a sentence where there is none."""
+        """Acknowledge an alarm of the run; return a sentence if there is none."""
         return _why_refused(self.run.feed(AcknowledgeAlarm(t=t, alarm=alarm)))
 
     def interrupt(self, t: float, why: str) -> None:
-        """Pause it if it runs."""
+        """Pause the run if it is running."""
         if self.is_running:
             self.run.feed(Pause(t=t, why=why))
 
     def touch(self, raw: PageTouch, received: float) -> TouchRecord | None:
-        """One touch of the page, as often as it sends it; kept raw whatever becomes of it."""
+        """Record a touch raw, each time that the page sends it, and judge it."""
         placed = self.clocks.place(raw.page, raw.at)
         when = {"received": received, "placed": None, "bound_s": None}
         if placed is not None:
@@ -153,13 +154,13 @@ class ProtocolTrial:
         return judged[-1] if judged else None
 
     def calibrate(self, measured: Calibrate, t: float) -> None:
-        """Take the length of the panel's pixels.
+        """Set the size of the panel's pixels.
 
         Raises:
-            ConfigError: It is none, or the run has begun.
+            ConfigError: The measurement cannot be used, or the run has begun.
         """
         if self.run.state.status != "ready":
-            raise ConfigError("The screen is calibrated before a run begins, not in it.")
+            raise ConfigError("The screen can be calibrated only before a run begins.")
         if measured.card_px is not None:
             screen = calibrate_with_card(*measured.card_px)
         else:
@@ -168,11 +169,11 @@ class ProtocolTrial:
         self.run = TaskRun(replace(self.plan, screen=screen), self.run.state, self.run.sinks)
 
     def participant(self, t: float) -> ParticipantPicture:
-        """What the page in front of the arm shows."""
+        """Return the content of the participant's page."""
         return participant_picture(self.plan, self.run.state, t)
 
     def operator(self, t: float) -> OperatorPicture:
-        """What the page beside it shows."""
+        """Return the content of the operator's page."""
         return operator_picture(self.plan, self.run.state, t)
 
 

@@ -1,4 +1,4 @@
-"""What the server says, in other languages: the pages have it, under `said.` and the code."""
+"""Sentences of the server in other languages. The pages' tables have them under `said.` and the code."""
 
 import json
 from collections.abc import Mapping
@@ -9,6 +9,6 @@ OF_SERVER = "said."
 
 
 def said_in(language: str) -> Mapping[str, str]:
-    """Sentences with gaps by code, in a language other than English."""
+    """Return sentences with placeholders by code, in a language other than English."""
     words = json.loads((WORDS / f"{language}.json").read_text(encoding="utf-8"))
     return {name.removeprefix(OF_SERVER): text for name, text in words.items() if name.startswith(OF_SERVER)}

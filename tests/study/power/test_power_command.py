@@ -79,7 +79,7 @@ def test_a_stated_spread_comes_before_the_pilot_s_and_has_no_assurance(tmp_path:
 @pytest.mark.parametrize(
     ("options", "word"),
     [
-        ({}, "Give a study by --from, or state --sd"),
+        ({}, "Give a study with --from, or give --sd"),
         ({"pilot": Path("nowhere")}, "nowhere is no study: study.toml is missing"),
         ({"sd": -1.0}, "--sd is -1"),
         ({"sd": 0.3, "n_max": 1}, "--n-max is 1"),
@@ -99,5 +99,5 @@ def test_a_folder_without_tables_is_refused(tmp_path: Path):
 
 @pytest.mark.parametrize("groups", ["trained", "a,b", "trained,trained", ""])
 def test_groups_that_the_study_does_not_have_are_refused(tmp_path: Path, groups: str):
-    with pytest.raises(ConfigError, match=r"two by comma of those in study\.toml: trained, untrained"):
+    with pytest.raises(ConfigError, match=r"two groups of study\.toml, separated by a comma: trained, untrained"):
         planned(pilot=pilot(tmp_path), groups=groups)

@@ -1,4 +1,4 @@
-"""`exograv calibrate`."""
+"""Command `exograv calibrate` and the table of its result."""
 
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def run_calibrate_command(options: CalibrateOptions, common: Common) -> "CalibrationResult":
-    """Measure an empty machine: torque gains with known weights, friction, links, the base's lean, encoder offsets."""
+    """Calibrate an empty machine: torque gains with known weights, friction, links, base tilt, encoder offsets."""
     from exograv.api.rig_factory import run_calibration
     from exograv.cli.shell.terminal import bars, say
 
@@ -23,7 +23,7 @@ def run_calibrate_command(options: CalibrateOptions, common: Common) -> "Calibra
 
 
 def show_calibration(result: "CalibrationResult") -> None:
-    """One row a joint; intervals as plus or minus."""
+    """Print a table with one row per joint and intervals as plus or minus."""
     from rich.console import Console
     from rich.table import Table
 
@@ -47,8 +47,8 @@ def show_calibration(result: "CalibrationResult") -> None:
     residual = ", ".join(f"{value:.2f}" for value in found.residual_sd_Nm)
     for line in (
         *result.warnings,
-        f"The base leans by {lean}.",
-        f"Unexplained of the torque: {residual} N·m.",
+        f"The base is tilted by {lean}.",
+        f"Residual torque: {residual} N·m.",
         f"{result.simulated_s:.0f} s of motion, in {result.wall_s:.0f} s.",
         f"Calibration {result.hash[:12]}… is in",
     ):

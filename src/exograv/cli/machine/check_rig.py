@@ -1,4 +1,4 @@
-"""`exograv check-rig`."""
+"""Command `exograv check-rig` and the printout of its result."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def run_check_rig(options: CheckOptions, common: Common) -> "CheckResult":
-    """Say what a machine's folder lacks, what its cuffs hold, how far it reaches and whom it can carry."""
+    """Check a machine's folder: missing answers, support by the cuffs, reach, and the largest arm that it can carry."""
     from exograv.cli.shell.terminal import bars
     from exograv.procedures.machine_tools.check_rig import check_rig
 
@@ -34,7 +34,7 @@ def _show(result: "CheckResult") -> None:
     if result.picture is not None:
         console.print(f"Picture: {result.picture}", soft_wrap=True)
     if result.ok:
-        console.print("[bold green]Nothing is wrong with this machine.[/]")
+        console.print("[bold green]The machine has no problems.[/]")
     else:
         console.print(f"{len(result.problems)} problems remain in {escape(result.rig)}.")
 
@@ -57,12 +57,12 @@ def _show_mechanics(result: "CheckResult", console: Any) -> None:
     margin = conditioning.singular_beyond_task_deg
     singular = "none within the limits" if margin is None else f"the nearest {margin:g}° outside it"
     console.print(
-        f"Cuffs hold {result.rank} of {result.human_dof} freedoms, {softest.freedom} most softly "
-        f"({softest.Nm_per_rad:.1f} N·m/rad); strained by at most {loops.stretch_mm:.1f} mm and "
-        f"{loops.turn_deg:.1f}° through the task workspace.\n"
-        f"Finger tip reaches: {reach}.\n"
-        f"Conditioning in the task workspace {conditioning.worst_in_task:.2f} and more; singular postures: "
+        f"The cuffs support {result.rank} of {result.human_dof} freedoms, {softest.freedom} most softly "
+        f"({softest.Nm_per_rad:.1f} N·m/rad); strain in the task workspace at most {loops.stretch_mm:.1f} mm and "
+        f"{loops.turn_deg:.1f}°.\n"
+        f"Reach of the fingertip: {reach}.\n"
+        f"Conditioning in the task workspace at least {conditioning.worst_in_task:.2f}; singular postures: "
         f"{singular}.\n"
-        f"Largest arm with 1 kg in the hand: {result.largest_arm_kg:.1f} kg; this "
-        f"wearer's weighs {result.wearer_arm_kg:.1f} kg."
+        f"Largest arm with 1 kg in the hand: {result.largest_arm_kg:.1f} kg; the arm of this wearer weighs "
+        f"{result.wearer_arm_kg:.1f} kg."
     )

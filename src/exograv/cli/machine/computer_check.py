@@ -1,4 +1,4 @@
-"""Can this computer run exograv, and how fast is its loop here."""
+"""Checks of this computer: requirements of exograv, and the time of a control tick."""
 
 import os
 import platform
@@ -17,12 +17,15 @@ from exograv.recording.rounding import percentiles
 
 PACKAGES = ("casadi", "mcap", "mujoco-core", "numpy", "pydantic", "scipy")
 TICKS = 2000
+"""Number of ticks that are timed."""
+
 PERIOD_US = 1000.0
+"""Period of the control loop [µs]."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """One finding about this computer."""
+    """Result of one check of this computer."""
 
     name: str
     ok: bool
@@ -31,7 +34,7 @@ class Check:
 
 @dataclass(frozen=True)
 class ComputerCheck:
-    """All findings about this computer."""
+    """Results of all checks of this computer."""
 
     ok: bool
     computer: str
@@ -40,15 +43,15 @@ class ComputerCheck:
 
     @property
     def has_all_it_needs(self) -> bool:
-        """True if everything is there; a slow tick is no lack."""
+        """True if all requirements are met. A slow tick does not count."""
         return all(check.ok for check in self.checks if check.name != "tick")
 
 
 def examine_computer(folder: Path) -> ComputerCheck:
-    """Versions, a writable folder, and the time of a tick; each finding is a check with a sentence.
+    """Check versions, a writable folder, and the time of a control tick.
 
-    `ok` says whether exograv runs here. Whether a worn machine may hang on this computer is another question, whose
-    answer (`loop_test`) leaves `ok` alone: most computers run the twin, the study and the report, and no machine.
+    `ok` is True if exograv runs on this computer. It does not say if the computer may drive a worn machine: `loop_test`
+    tests that, because most computers run the twin, the study and the report only.
     """
     checks = [_python(), *(_package(name) for name in PACKAGES), _writable(folder)]
     checks.append(_kernels())
@@ -74,7 +77,7 @@ def _package(name: str) -> Check:
 
 
 def _kernels() -> Check:
-    """Slower without native code, and as right."""
+    """Check the kernels. Without native code they are slower but equally correct."""
     try:
         from exograv.kernel import object_code
 
@@ -96,7 +99,7 @@ def _writable(folder: Path) -> Check:
 
 
 def _tick_times() -> list[float]:
-    """Of the control tick of the default machine [µs]."""
+    """Return times of the control tick of the default machine [µs]."""
     from exograv.procedures.self_test.nominal_tick import nominal_tick
     from exograv.signals import Reference
 

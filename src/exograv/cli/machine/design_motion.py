@@ -1,4 +1,4 @@
-"""`exograv design-motion`."""
+"""Command `exograv design-motion` and the table of its result."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def run_design_motion(options: DesignOptions, common: Common) -> "DesignFigures":
-    """Design the motion that tells most about an arm in a machine, and print the block for its rig.toml."""
+    """Design the motion that gives most information about an arm in a machine, and print the block for its rig.toml."""
     from exograv.cli.shell.terminal import bars
     from exograv.procedures.machine_tools.design_motion import design_motion, excitation_text
     from exograv.report.figures.excitation import draw
@@ -29,7 +29,7 @@ def run_design_motion(options: DesignOptions, common: Common) -> "DesignFigures"
 
 
 def show_design(result: "DesignFigures") -> None:
-    """Predicted left over of the worst joint against its target, by motion and time."""
+    """Print the predicted left over per joint and its target, by motion and time."""
     from rich.console import Console
     from rich.table import Table
 

@@ -1,4 +1,4 @@
-"""`exograv doctor`."""
+"""Command `exograv doctor`."""
 
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -17,7 +17,7 @@ class Doctor:
     """Options of `exograv doctor`."""
 
     loop: float | None = None
-    """Also run the live loop for so long [s], half of it with real-time rights: may a worn machine hang on it?"""
+    """Also run the live loop for this time [s], half of it with real-time rights, to test if a machine may be worn."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class DoctorResult:
 
 
 def run_doctor(command: Doctor, common: Common) -> DoctorResult:
-    """Say whether this computer has what exograv needs, and how fast its loop is here."""
+    """Check if this computer meets the requirements of exograv, and how fast its control loop is."""
     from exograv.cli.shell.terminal import bars, say, show_loop
     from exograv.procedures.self_test.loop_timing import loop_test, refuse_unusable
 

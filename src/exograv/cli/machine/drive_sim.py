@@ -1,4 +1,4 @@
-"""`exograv drive-sim`."""
+"""Command `exograv drive-sim`."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ from exograv.laboratory.options import DriveSimOptions
 
 
 def run_drive_sim_command(options: DriveSimOptions, common: Common) -> dict[str, Any]:
-    """Simulated drives on a bus, with the twin behind them: a machine to try drivers and a bring-up on."""
+    """Simulate drives on a bus with the twin behind them, to try drivers and a bring-up."""
     from exograv.laboratory.drive_sim import run_drive_sim
 
     try:

@@ -1,4 +1,4 @@
-"""`exograv export-urdf`."""
+"""Command `exograv export-urdf`."""
 
 from typing import TYPE_CHECKING
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def run_export_command(options: ExportOptions, common: Common) -> "ExportedMachine":
-    """Write a participant's machine and arm as URDF, their loops as TOML, and both together as MJCF."""
+    """Write the machine and arm of a participant as URDF, their kinematic loops as TOML, and both together as MJCF."""
     from rich.console import Console
 
     from exograv.procedures.machine_tools.export_urdf import run_export

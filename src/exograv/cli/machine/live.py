@@ -1,4 +1,4 @@
-"""`exograv live`."""
+"""Command `exograv live` and the printout of its result."""
 
 from typing import TYPE_CHECKING
 
@@ -9,17 +9,17 @@ if TYPE_CHECKING:
     from exograv.live.live_figures import LiveFigures
 
 NOT_LEARNED = (
-    "The arm was not learned to the end ({} findings until then), and did not float: what ended it is said above. "
-    "Repeat with the same --identify."
+    "The identification did not finish ({} findings until then), so the arm did not float. The reason is printed "
+    "above. Repeat with the same --identify."
 )
 
 
 def run_live_command(options: LiveOptions, person: PersonForm, common: Common) -> "LiveFigures":
-    """Float the arm in real time: guard, control and recorder in processes of their own, the twin as the machine."""
+    """Float the arm in real time on the twin or on drives, with guard, control and recorder in separate processes."""
     from exograv.api.rig_factory import run_live, simulated_wearer
     from exograv.cli.shell.terminal import bars, say
 
-    refuse_unwritable(common.out / "live.mcap", "--out")  # found out now, not after minutes of preparation
+    refuse_unwritable(common.out / "live.mcap", "--out")  # Checked now, not after minutes of preparation.
     with bars() as progress:
         if options.is_on_drives:
             from exograv.live.on_drives.float_command import fly_on_drives
@@ -35,13 +35,13 @@ def run_live_command(options: LiveOptions, person: PersonForm, common: Common) -
 
 
 def show_live(result: "LiveFigures") -> None:
-    """Timing, recording, and every stop with what the computer did just before."""
+    """Print timing, recording, and every stop with the longest gap before it."""
     from exograv.cli.shell.terminal import say, say_unbroken
 
     late = result.late_us
     say(
         f"{result.seconds:g} s at {result.rate_Hz:.1f} Hz; ticks late by {late.p50:g} µs (median), {late.p999:g} "
-        f"(p99.9), {late.max:g} (most); {result.overruns} periods without their own command."
+        f"(p99.9), {late.max:g} (max); {result.overruns} periods without a command of their own."
     )
     say_unbroken(f"Recorded {result.samples_recorded} ticks, lost {result.samples_lost}: {result.recording}")
     for why in (result.recording_why, result.unpublished):
@@ -51,7 +51,7 @@ def show_live(result: "LiveFigures") -> None:
         say(f"Recorded stream {stream.name}: connected {stream.connected} times.")
     if bridge := result.ros2:
         refused = ", ".join(f"{count} refused ({why})" for why, count in bridge.refused.items())
-        asked = f"; {len(bridge.levels)} gravity levels passed on" + (f", {refused}" if refused else "")
+        asked = f"; passed on {len(bridge.levels)} gravity levels" + (f", {refused}" if refused else "")
         say(f"Sent {bridge.joint_states} joint states to ROS 2{asked}. {bridge.ended}")
     if found := result.identified:
         truth = ""
@@ -61,7 +61,7 @@ def show_live(result: "LiveFigures") -> None:
     modes = ", ".join(f"{one.mode.replace('_', ' ')} from {one.at_s:.2f} s" for one in result.modes)
     say(f"Self-test {result.self_test}. Modes: {modes}.")
     for latch in result.latches:
-        before = f"Longest gap just before: {latch.stall_ms:.1f} ms."
+        before = f"Longest gap between commands just before: {latch.stall_ms:.1f} ms."
         say(f"Stopped after {latch.at_s:.1f} s: {latch.cause} {before}")
     for line in result.refused:
         say(line)

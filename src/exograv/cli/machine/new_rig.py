@@ -1,4 +1,4 @@
-"""`exograv new-rig`."""
+"""Command `exograv new-rig`."""
 
 from typing import TYPE_CHECKING
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def run_new_rig(options: NewRigOptions) -> "NewRig":
-    """Write a folder for your own machine: what its URDF tells, and a question for everything else."""
+    """Write a folder for your own machine, with values from its URDF and a question for each missing value."""
     from exograv.procedures.machine_tools.new_rig import new_rig
 
     result = new_rig(options)

@@ -1,4 +1,4 @@
-"""`exograv rig-test`."""
+"""Command `exograv rig-test` and the table of its result."""
 
 from typing import TYPE_CHECKING
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def run_rig_test_command(options: RigTestOptions, common: Common) -> "BringUpResult":
-    """Bring an empty machine up on the bench, step by step in the order of danger; nothing can be skipped."""
+    """Bring up an empty machine on the bench, step by step in order of danger. No step can be skipped."""
     from exograv.cli.shell.terminal import bars, say
     from exograv.live.on_drives.bring_up_command import run_rig_test
 
@@ -21,12 +21,16 @@ def run_rig_test_command(options: RigTestOptions, common: Common) -> "BringUpRes
 
 
 def show_rig_test(result: "BringUpResult") -> None:
-    """One row a step, room for a signature, and what to do below."""
+    """Print a table with one row per step, the verdict, and a line for a signature."""
     from exograv.cli.shell.terminal import say, say_unbroken, show_steps
 
     simulated = ", simulated" if result.simulated else ""
     title = f"Bring-up of {result.rig}, serial {result.serial}{simulated}"
     show_steps(title, [(step.name.replace("_", " "), step) for step in result.steps])
-    verdict = "The machine has passed." if result.passed else "The machine has not passed: mend that, and repeat."
+    verdict = (
+        "The machine has passed."
+        if result.passed
+        else "The machine has not passed: correct the failed step and repeat."
+    )
     say(f"{verdict} Done by: {result.by or '–'}    Signature: ______________________")
     say_unbroken(f"{result.sheet} (sealed {result.sha256[:12]}…)")

@@ -1,4 +1,4 @@
-"""`exograv rigs`."""
+"""Command `exograv rigs`."""
 
 from typing import Any
 

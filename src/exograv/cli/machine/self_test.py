@@ -1,4 +1,4 @@
-"""`exograv self-test`."""
+"""Command `exograv self-test` and the table of its result."""
 
 from typing import TYPE_CHECKING
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def run_self_test_command(options: SelfTestOptions, common: Common) -> "SelfTestResult":
-    """Test the empty machine and this computer before anybody is in it: each day, and after every stop by a fault."""
+    """Test the empty machine and this computer before a person wears it: each day, and after every stop by a fault."""
     from exograv.api.rig_factory import run_self_test
     from exograv.cli.shell.terminal import bars, say
 
@@ -22,12 +22,12 @@ def run_self_test_command(options: SelfTestOptions, common: Common) -> "SelfTest
 
 
 def show_self_test(result: "SelfTestResult") -> None:
-    """One row a step; what to do below."""
+    """Print a table with one row per step, and the verdict."""
     from exograv.cli.shell.terminal import say, show_steps
 
     title = f"Self-test of {result.rig}, {result.machine_s:.0f} s of the machine"
     show_steps(title, [(step.name, step) for step in result.steps])
     verdict = "The machine has passed." if result.ok else "The machine is refused."
     if result.ok and not result.may_be_worn:
-        verdict += " Nobody may be in it: this computer is not punctual enough."
+        verdict += " It must not be worn: the timing of this computer is not good enough."
     say(f"{verdict} Lock: {result.self_test}.")

@@ -1,1 +1,1 @@
-"""Commands for a person in the machine."""
+"""Commands for a machine with a wearer."""

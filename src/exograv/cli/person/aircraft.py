@@ -1,4 +1,4 @@
-"""`exograv aircraft`."""
+"""Command `exograv aircraft`."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
@@ -16,41 +16,41 @@ class Aircraft:
     """Options of `exograv aircraft`."""
 
     what: tyro.conf.Positional[Literal["listen", "emulate"]] = "listen"
-    """Hear what is sent and say when windows open; or send an emulated flight."""
+    """Listen to the data and show when windows open, or send an emulated flight."""
 
     protocol: str = "flight"
-    """Whose windows and limits are heard for: a name, or the path of a file."""
+    """Protocol with the windows and limits: a name, or the path of a file."""
 
     port: int = 3131
     """UDP port."""
 
     host: str = "127.0.0.1"
-    """To whom an emulated flight is sent; a broadcast address for a whole network."""
+    """Destination of an emulated flight; a broadcast address reaches a whole network."""
 
     sender: str | None = None
-    """Only address that is believed when listening."""
+    """IPv4 address of the only sender that is accepted when listening."""
 
     seconds: float = 86_400.0
-    """How long to listen."""
+    """Time to listen [s]."""
 
     parabolas: int = 31
-    """Of the emulated flight."""
+    """Number of parabolas of the emulated flight."""
 
     level: float = 0.0
-    """Of its parabolas: 0 weightless, 0.16 Moon, 0.38 Mars."""
+    """Gravity level of the emulated parabolas: 0 weightless, 0.16 Moon, 0.38 Mars."""
 
     speed: float = 1.0
-    """Of its time; 60 flies a minute in a second, and is not to be listened to."""
+    """Speed of the emulated flight: 60 sends a minute in a second, which a receiver cannot use."""
 
     loss: float = 0.0
-    """Share of its datagrams that are lost."""
+    """Share of the emulated datagrams that are lost."""
 
     jitter_ms: float = 0.0
-    """Mean delay of its datagrams."""
+    """Mean delay of the emulated datagrams [ms]."""
 
 
 def run_aircraft_command(command: Aircraft, common: Common) -> "HeardAircraft | dict[str, int | None]":
-    """The live data of an aircraft in parabolic flight: hear them, or send such data on the ground."""
+    """Listen to the live data of an aircraft in parabolic flight, or send such data on the ground."""
     from pydantic import ValidationError
 
     from exograv.errors import ConfigError
@@ -74,7 +74,7 @@ def run_aircraft_command(command: Aircraft, common: Common) -> "HeardAircraft | 
         network = Network(loss=command.loss, jitter_s=1e-3 * command.jitter_ms)
     except ValidationError as error:
         raise ConfigError(
-            f"The emulated flight cannot be: {validation_sentences(error)} Correct the option."
+            f"The emulated flight is not possible: {validation_sentences(error)} Correct the option."
         ) from error
     try:
         sent = emulate(Emulation(profile, network, command.host, command.port, command.speed, common.seed), say)

@@ -1,4 +1,4 @@
-"""`exograv assist`."""
+"""Command `exograv assist`."""
 
 import sys
 from dataclasses import dataclass
@@ -14,24 +14,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class AssistMode:
-    """Way in which a session is run and told."""
+    """Mode and language of a session."""
 
     simulate: bool = False
-    """With the twin and a virtual person who is stronger from session to session."""
+    """Use the twin and a virtual person who becomes stronger from session to session."""
 
     language: Literal["en", "de"] = "en"
-    """Of the sentences and of the therapist's page."""
+    """Language of the sentences and of the therapist's page."""
 
     def __post_init__(self):
         if not self.simulate:
             raise ConfigError(
-                "Sessions with a person in a real machine are not wired yet; give --simulate for one with the twin and "
-                "nobody there (docs/assist.md)."
+                "Sessions with a person in a real machine are not implemented yet; give --simulate for a session with "
+                "the twin and a virtual person (docs/assist.md)."
             )
 
 
 def run_assist_command(mode: AssistMode, options: AssistOptions, common: Common) -> "AssistResult":
-    """A session in which support follows what the person reaches, down after success and up after failure, and why."""
+    """Run a session that lowers support after success and raises it after failure, and explain each step."""
     from exograv.cli.shell.terminal import bars
     from exograv.console.words import said_in
     from exograv.laboratory.assist.assist_command import how_to_go_on, run_assist

@@ -1,4 +1,4 @@
-"""`exograv console`."""
+"""Command `exograv console`."""
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated
@@ -18,26 +18,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TrialOptions:
-    """What the participant does, and in which machine."""
+    """Task of the participant, and the machine."""
 
     protocol: str | None = None
-    """What the participant does: training, familiarisation, flight, or the path of a file. Without one the machine is
-    only steered."""
+    """Protocol of the participant: training, familiarisation, flight, or the path of a file. Without a protocol the
+    pages only steer the machine."""
 
     aircraft: Annotated[tuple[int, ...] | None, tyro.conf.arg(metavar="[PORT]")] = None
-    """Hear the aircraft on this UDP port (3131 if none is given): its g opens and closes windows."""
+    """Listen to the aircraft on this UDP port (3131 by default): its g opens and closes windows."""
 
     aircraft_sender: str | None = None
-    """Only address that is believed."""
+    """IPv4 address of the only aircraft sender that is accepted."""
 
     session: int = 1
-    """Which one of this protocol it is for this person; it names the file in which the run is kept."""
+    """Number of this person's session with this protocol; the checkpoint file has it in its name."""
 
     resume: bool = False
-    """Go on with a run that was broken off, at the next window."""
+    """Resume an interrupted run at its next window."""
 
     rehearse: bool = False
-    """No machine at all, not even the twin: to show and try the pages."""
+    """Use no machine, not even the twin, to show and try the pages."""
 
 
 def _flight(options: SteeredOptions, is_rehearsed: bool, folder: "Path") -> "SteeredFlight":
@@ -59,7 +59,7 @@ def _port(given: tuple[int, ...]) -> int:
 def run_console_command(
     options: SteeredOptions, trial: TrialOptions, address: Address, common: Common
 ) -> "ConsoleResult":
-    """Pages for operator, therapist, participant and viewers of a live machine; prints one link, to be opened once."""
+    """Serve pages for operator, therapist, participant and viewers of a live machine, and print the operator's link."""
     from exograv.console.feed import receiver_of
     from exograv.console.run import plan_of, run_console
     from exograv.console.run_checkpoint import kept_run
@@ -77,5 +77,5 @@ def run_console_command(
         options = replace(options, side=kept.circumstances.side)
     desk = SessionController(_flight(options, trial.rehearse, common.out))
     result = run_console(address, common.out, desk, plan, say, kept, receiver)
-    say(f"Ended. What the pages did: {result.diary}")
+    say(f"Ended. Diary of the pages: {result.diary}")
     return result

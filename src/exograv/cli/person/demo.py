@@ -1,4 +1,4 @@
-"""`exograv demo` and `exograv identify`."""
+"""Commands `exograv demo` and `exograv identify`."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def run_demo_command(options: DemoOptions, files: ParticipantOptions, common: Common) -> "DemoResult":
-    """Identify a virtual arm in a virtual machine, float it, find a known weight, write a report."""
+    """Identify a virtual arm in a virtual machine, float it, estimate a known weight, and write a report."""
     from exograv.cli.shell.terminal import bars, show_demo
     from exograv.laboratory.demo import run_demo
 
@@ -25,5 +25,5 @@ def run_demo_command(options: DemoOptions, files: ParticipantOptions, common: Co
 
 
 def run_identify_command(options: DemoOptions, files: ParticipantOptions, common: Common) -> "DemoResult":
-    """Calibrate the empty machine and identify the arm, nothing more."""
+    """Calibrate the empty machine and identify the arm only."""
     return run_demo_command(replace(options, only_identify=True), files, common)

@@ -1,4 +1,4 @@
-"""`exograv teach`, `exograv repeat`, `exograv mirror`: an arm is led once, again, or after the other one."""
+"""Commands `exograv teach`, `exograv repeat` and `exograv mirror`: guided motion of an arm."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,28 +17,28 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class NewPath:
-    """Path that is taught."""
+    """Path to teach."""
 
     path: Path = Path("out/path.toml")
     """File for the path."""
 
     code: str | None = None
-    """The participant's code, kept with the path; never a name."""
+    """Code of the participant, which is stored with the path. Never a name."""
 
 
 @dataclass(frozen=True)
 class TaughtPath:
-    """Path that is repeated."""
+    """Path to repeat."""
 
     path: Path = Path("out/path.toml")
-    """File of `exograv teach`."""
+    """File that `exograv teach` wrote."""
 
     code: str | None = None
-    """The participant's code, where the path was taught with one; a path of somebody else is refused."""
+    """Code of the participant, if the path was taught with one. A path of another participant is refused."""
 
 
 def run_teach_command(options: GuidedOptions, new: NewPath, common: Common) -> "GuidedResult[TaughtFigures]":
-    """The arm floats, a therapist leads it once, and where it went is kept as a path, checked and slow enough."""
+    """Float the arm while a therapist leads it once, and store the path, checked and slowed down where necessary."""
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.guided.guided_command import run_teach
 
@@ -47,27 +47,27 @@ def run_teach_command(options: GuidedOptions, new: NewPath, common: Common) -> "
     with bars() as progress:
         result = run_teach(options, new.path, code, common.out, progress)
     found = result.found
-    slower = f", {found.stretched:.1f} times slower than it was led" if found.stretched > 1.0 else ""
+    slower = f", {found.stretched:.1f} times slower than the therapist moved" if found.stretched > 1.0 else ""
     print(f"A path of {found.seconds:.1f} s{slower}: {found.path}")
     print("Repeat it with: exograv repeat --simulate --path", found.path)
     return result
 
 
 def run_repeat_command(options: RepeatOptions, taught: TaughtPath, common: Common) -> "GuidedResult[RepeatedFigures]":
-    """The machine leads the weightless arm along a taught path, and lets go of whoever holds against it."""
+    """Lead the weightless arm along a taught path, and release it if the person resists."""
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.guided.guided_command import run_repeat
 
     with bars() as progress:
         result = run_repeat(options, taught.path, _code(taught.code), common.out, progress)
     found, done = result.found, result.found.session
-    print(f"{done.outcome.value} Repetitions to the end: {done.repetitions} of {options.repetitions}.")
+    print(f"{done.outcome.value} Complete repetitions: {done.repetitions} of {options.repetitions}.")
     say_followed(done.tracking_rms_deg, done.pull_max_Nm, found.guard)
     return result
 
 
 def run_mirror_command(options: MirrorOptions, common: Common) -> "GuidedResult[FollowedFigures]":
-    """In a machine for both arms the sound one leads, and the other is led along its mirror image."""
+    """Lead one arm along the mirror image of the sound arm, in a machine for both arms."""
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.guided.mirror_command import run_mirror
 
@@ -76,15 +76,17 @@ def run_mirror_command(options: MirrorOptions, common: Common) -> "GuidedResult[
     found, following = result.found, result.found.following
     print(found.session.outcome.value)
     if following.late_s is not None:
-        print(f"It followed {following.late_s:.2f} s late; against then off by {max(following.late_rms_deg):.1f}° RMS.")
+        print(
+            f"Delay of the led arm: {following.late_s:.2f} s; error without it: {max(following.late_rms_deg):.1f}° RMS."
+        )
     say_followed(following.tracking_rms_deg, found.session.pull_max_Nm, found.guard)
     return result
 
 
 def say_followed(rms_deg: "Iterable[float]", pull_max_Nm: "Iterable[float]", guard: "GuardRecord") -> None:
-    """Print how far the arm was from where it should be, and how hard it was pulled."""
+    """Print the tracking error of the arm, the largest guiding torque, and the ticks that the guard limited."""
     rms, pull = max(rms_deg, default=0.0), max(pull_max_Nm)
-    print(f"Off by {rms:.1f}° RMS at the worst joint; pulled with {pull:.1f} N·m at most. The guard limited "
+    print(f"Tracking error {rms:.1f}° RMS at the worst joint; guiding torque at most {pull:.1f} N·m. The guard limited "
           f"{guard.limited_ticks} of {guard.ticks} ticks.")  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""`exograv support-level`."""
+"""Command `exograv support-level`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,32 +14,34 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Recorded:
-    """Person who was recorded."""
+    """Recorded person."""
 
     recording: Path | None = None
-    """Of a person who reached with several supports, in place of a virtual one (MCAP)."""
+    """Recording (MCAP) of a person who reached with several supports, in place of a virtual person."""
 
 
 def run_support_level_command(
     options: SupportOptions, recorded: Recorded, common: Common
 ) -> "SupportResult | RecordedSupport":
-    """The smallest support of the arm's weight with which a weak person, virtual or recorded, reaches most targets."""
+    """Find the smallest weight support with which a weak person, virtual or recorded, reaches most targets."""
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.support_level.support_level_command import SupportResult, run_recorded, run_support_level
 
     if recorded.recording is not None:
         if (options.strength, options.synergy, options.person_file) != (None, None, None):
-            raise ConfigError("--recording is of somebody; give it without --strength, --synergy and --person-file.")
+            raise ConfigError(
+                "--recording already determines the person; leave out --strength, --synergy and --person-file."
+            )
         result = run_recorded(recorded.recording, common.out, "support_level_recorded")
     else:
-        print("Calibrated, worn, identified, then some sixty attempts: a minute or two.")
+        print("Calibration, donning, identification, then about sixty attempts: one to two minutes.")
         with bars() as progress:
             result = run_support_level(options, common.out, progress)
     outcome = result.found.outcome if isinstance(result, SupportResult) else result.outcome
     print(outcome.text)
     if isinstance(result, SupportResult):
         print(
-            f"Tried with that support: {outcome.reached} of {outcome.targets} targets reached. "
+            f"Test with that support: {outcome.reached} of {outcome.targets} targets reached. "
             f"{outcome.attempts} attempts; the arm sank and was carried again {result.found.rescues} times."
         )
     print(f"Picture: {result.figure}")

@@ -1,4 +1,4 @@
-"""`exograv train`."""
+"""Command `exograv train` and the printout of its result."""
 
 import sys
 from dataclasses import dataclass
@@ -14,21 +14,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TrainMode:
-    """Way in which a session is run."""
+    """Mode of a session."""
 
     simulate: bool = False
-    """With the twin and a virtual participant, faster than real time, nobody there."""
+    """Use the twin and a virtual participant, faster than real time."""
 
     def __post_init__(self):
         if not self.simulate:
             raise ConfigError(
                 "A session with a person is run at the console: exograv console --protocol NAME (docs/console.md). For "
-                "one with nobody there give --simulate."
+                "a session with a virtual participant give --simulate."
             )
 
 
 def run_train_command(_mode: TrainMode, options: TrainOptions, common: Common) -> "TrainResult":
-    """A session of a protocol: somebody in the machine touches a target, window after window."""
+    """Run a session of a protocol: a virtual participant in the machine touches a target, window after window."""
     from exograv.cli.shell.terminal import bars
     from exograv.experiment.train.train_command import how_to_go_on, run_training
 
@@ -36,14 +36,14 @@ def run_train_command(_mode: TrainMode, options: TrainOptions, common: Common) -
         with bars() as progress:
             result = run_training(options, common.out, progress)
     except KeyboardInterrupt:
-        print(f"\n{how_to_go_on(options, common.out) or 'No window had begun.'}", file=sys.stderr)
+        print(f"\n{how_to_go_on(options, common.out) or 'No window has begun.'}", file=sys.stderr)
         raise
     show_training(result)
     return result
 
 
 def show_training(result: "TrainResult") -> None:
-    """Print what was touched, how far off, and where it is recorded."""
+    """Print deviations, counts of touches, and the path of the report."""
     from rich.console import Console
     from rich.table import Table
 
@@ -59,12 +59,12 @@ def show_training(result: "TrainResult") -> None:
     rejected = ", ".join(f"{count} {reason}" for reason, count in touched.rejected.items()) or "none"
     per_window = touched.touches_per_window.median
     lines = [
-        f"{touched.windows} windows, {touched.accepted} touches that count of {touched.touches} "
-        f"(rejected: {rejected}); {'no' if per_window is None else f'{per_window:g}'} touches a window in the median.",
+        f"{touched.windows} windows, {touched.accepted} of {touched.touches} touches counted "
+        f"(rejected: {rejected}); median {'no' if per_window is None else f'{per_window:g}'} touches per window.",
         f"{result.simulated_s:.0f} s simulated in {result.wall_s:.0f} s; {result.recording_MB:g} MB.",
     ]
     if not result.is_whole_protocol:
-        lines.insert(0, "Not the whole protocol: --windows.")
+        lines.insert(0, "Only a part of the protocol was run (--windows).")
     for line in lines:
         console.print(line, highlight=False)
     console.print(f"Report: {result.report}", highlight=False, soft_wrap=True)

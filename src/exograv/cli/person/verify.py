@@ -1,4 +1,4 @@
-"""`exograv verify`."""
+"""Command `exograv verify` and the table of its result."""
 
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def run_verify_command(options: VerifyOptions, person: PersonForm, common: Common) -> "VerifyResult":
-    """What is left over of the arm's weight at twelve postures that nobody learned from, measured by slow passes."""
+    """Measure what is left over of the arm's weight at twelve postures that the identification did not visit."""
     from exograv.api.rig_factory import run_verification
     from exograv.cli.shell.terminal import bars, say
 
@@ -24,7 +24,7 @@ def run_verify_command(options: VerifyOptions, person: PersonForm, common: Commo
 
 
 def show_verification(result: "VerifyResult") -> None:
-    """One row a joint; then the fingertip, the verdict and what changed."""
+    """Print a table with one row per joint, then the fingertip, the verdict and the change since an earlier result."""
     from rich.console import Console
     from rich.table import Table
 
@@ -44,7 +44,7 @@ def show_verification(result: "VerifyResult") -> None:
     Console().print(table)
     low, high = found.fingertip_ci95_mm
     say(
-        f"An unseen fingertip of a person at ease is moved by {found.fingertip_mm:.1f} mm "
+        f"The left over moves the unseen fingertip of a relaxed person by {found.fingertip_mm:.1f} mm "
         f"(95 %: {low:.1f} to {high:.1f}). {len(found.postures)} postures, {found.motion_s:.0f} s of motion."
     )
     say(found.why)

@@ -1,4 +1,4 @@
-"""`exograv weigh`."""
+"""Command `exograv weigh` and the table of its result."""
 
 from typing import TYPE_CHECKING
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def run_weigh_command(options: WeighOptions) -> "WeighResult":
-    """Twenty seconds to find out whether the arm fits the form; then known weights in the hand and at the forearm."""
+    """Check in twenty seconds if the arm fits the form; then weigh known weights in the hand and at the forearm."""
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.weighing_command import run_weighing
 
@@ -20,7 +20,7 @@ def run_weigh_command(options: WeighOptions) -> "WeighResult":
 
 
 def show_weighing(result: "WeighResult") -> None:
-    """The verdict first; then one row a weight."""
+    """Print the verdict, then a table with one row per weight."""
     from rich.console import Console
     from rich.table import Table
 

@@ -1,4 +1,4 @@
-"""`exograv identify-log`."""
+"""Command `exograv identify-log`."""
 
 from typing import TYPE_CHECKING
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def run_identify_log(options: LogOptions) -> "LogResult":
-    """Identify a payload from recorded logs of a robot: the same methods on real motors."""
+    """Identify a payload from recorded logs of a robot, with the same methods on real motors."""
     from exograv.cli.shell.terminal import bars, show_payload
     from exograv.procedures.machine_tools.identify_log import identify_log
 

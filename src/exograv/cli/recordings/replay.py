@@ -1,4 +1,4 @@
-"""`exograv replay`."""
+"""Command `exograv replay` and the table of its result."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,21 +17,21 @@ if TYPE_CHECKING:
 TITLE = "Commanded torque, replayed minus recorded: RMS (largest) [N·m]"
 
 ROOM_FOR_JOINT = 12
-"""Columns of a terminal that a cell takes: with fewer each phase has a line in place of a row."""
+"""Columns of a terminal per cell. If the terminal is narrower, each phase has a line of text, not a table row."""
 
 
 @dataclass(frozen=True)
 class Recording:
-    """Recording that is replayed."""
+    """Recording to replay."""
 
     file: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
-    """Recording of `exograv demo`, `identify` or `live`."""
+    """Recording of `exograv demo`, `exograv identify` or `exograv live` (.mcap)."""
 
 
 def run_replay_command(recording: Recording, options: InsteadOptions, common: Common) -> "ReplayResult":
-    """Let control and guard decide once more on what a recording measured; exit status 1 where they decide otherwise.
+    """Let control and guard decide again on the measurements of a recording; exit status 1 if they decide differently.
 
-    With another person, calibration, gravity level or machine: how the torque would have differed.
+    With another person, calibration, gravity level or machine, the result shows how the torque would have differed.
     """
     from exograv.cli.shell.terminal import bars
     from exograv.loop.replay.what_if import ReplayOverrides
@@ -78,7 +78,7 @@ def _table(result: "ReplayFigures") -> Any:
 
 
 def _rows(result: "ReplayFigures") -> list[tuple[str, int, list[str]]]:
-    """Phase, its ticks, and a cell for each joint."""
+    """Return phase, number of ticks, and a cell per joint."""
     rows = [(phase.name, phase.ticks, phase.tau_commanded) for phase in result.phases]
     rows.append(("all", result.ticks, result.difference_Nm["tau_commanded"]))
     return [(name, ticks, _cells(found) or ["–"] * len(result.joints)) for name, ticks, found in rows]
@@ -93,7 +93,7 @@ def _answer(result: "ReplayFigures") -> str:
     first, states = result.first_difference, result.safe_state_differs
     if first is None and not states.ticks:
         bits = "to the last bit" if all(result.bit_identical.values()) else f"within {result.resolution_Nm:g} N·m"
-        given = f" In {result.given} ticks control's torque was given, not rebuilt." if result.given else ""
+        given = f" In {result.given} ticks the torque of control was taken from the recording." if result.given else ""
         return f"The same decisions in {result.ticks} ticks, {bits}.{given}"
     words = []
     if first is not None:

@@ -1,4 +1,4 @@
-"""`exograv replay`: fly a recording once more and say where control or guard decide otherwise."""
+"""Replay of a recording, with the ticks in which control or guard decide differently."""
 
 import time
 from collections.abc import Mapping
@@ -55,7 +55,7 @@ class ReplayedStops:
 
 @dataclass(frozen=True)
 class RecordingGap:
-    """Ticks that were flown before this time and are not in the recording."""
+    """Ticks before this time that the recording has lost."""
 
     t: float
     lost: int
@@ -63,7 +63,7 @@ class RecordingGap:
 
 @dataclass(frozen=True)
 class ReplayFigures:
-    """Decisions of control and guard in the replay, against those in the recording."""
+    """Comparison of the decisions of control and guard in the replay with those in the recording."""
 
     ok: bool
     recording: Path
@@ -100,17 +100,17 @@ class ReplayResult:
 def run_replay(
     file: Path, folder: Path | None, progress: Progress, instead: ReplayOverrides = AS_RECORDED
 ) -> ReplayResult:
-    """Fly a recording once more.
+    """Replay a recording and compare the decisions.
 
     Args:
         file: Recording.
-        folder: Of the figure; none is drawn where absent.
-        progress: Told now and then.
-        instead: What takes the place of something recorded.
+        folder: Folder of the figure; None draws no figure.
+        progress: Function that shows the progress.
+        instead: Replacements for recorded values.
 
     Raises:
-        RecordingError: The file cannot be replayed, or the figure not be written.
-        ConfigError: What takes the place of something recorded cannot be used.
+        RecordingError: The file cannot be replayed, or the figure cannot be written.
+        ConfigError: A replacement cannot be used.
     """
     start = time.perf_counter()
     progress("Reading the recording", 0.0)
@@ -125,7 +125,7 @@ def run_replay(
 
 
 def again_of(run: RecordedRun, instead: ReplayOverrides, progress: Progress) -> ReplayedDecisions:
-    """What control and guard decide this time."""
+    """Return the decisions of control and guard in the replay."""
     flight = Lockstep(run, instead) if run.live is None else LiveReplay(run, instead)
     return flight.fly(progress)
 
@@ -137,7 +137,7 @@ def figures(
     found: Mapping[str, Difference],
     instead: ReplayOverrides,
 ) -> ReplayFigures:
-    """All that is reported."""
+    """Figures of the comparison."""
     settings, everywhere = run.recording.settings, np.ones(len(columns), bool)
     first = first_difference(columns, run.recording.joints, found)
     others = np.flatnonzero((np.array(columns.safe_state) != again.safe_state) & again.knows_guard)
@@ -171,7 +171,7 @@ def _draw(
     from exograv.report.figures.replay import Series, draw  # Matplotlib: 0.4 s
     from exograv.report.style.figure_style import write_picture
 
-    # Where there is an arm, minutes of an empty machine before it would leave it no room.
+    # The figure begins with the arm in the machine: minutes of an empty machine would leave it no room.
     worn = slice(int(np.isfinite(columns["gravity_level"]).argmax()), None)
     names, phase, t = run.phase_names, columns["phase"][worn], columns["t"][worn]
     begins = np.flatnonzero(np.diff(phase.astype(int), prepend=-1))

@@ -1,4 +1,4 @@
-"""`exograv report`."""
+"""Command `exograv report`."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,11 +15,11 @@ class Report:
     """Options of `exograv report`."""
 
     recording: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
-    """File that a run has written (.mcap)."""
+    """Recording of a run (.mcap)."""
 
 
 def run_report(command: Report, common: Common) -> dict[str, Any]:
-    """Make the report of a recording again."""
+    """Write the report of a recording again."""
     from exograv.report.of_recording.recording_report import write_report
 
     if not command.recording.is_file():

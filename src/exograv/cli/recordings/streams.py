@@ -1,4 +1,4 @@
-"""`exograv streams`."""
+"""Command `exograv streams`."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
@@ -17,14 +17,14 @@ class Streams:
     """Options of `exograv streams`."""
 
     record: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="NAME")] = ()
-    """Record the stream of this name, or all of this type; may be repeated."""
+    """Record the stream with this name, or all streams of this type. Can be repeated."""
 
     seconds: Annotated[float, tyro.conf.arg(metavar="S")] = 60.0
-    """How long to record; Ctrl-C ends it earlier, and the file is complete all the same."""
+    """Duration of the recording [s]. Ctrl-C ends it earlier with a complete file."""
 
 
 def run_streams(command: Streams, common: Common) -> "RecordedStreams | dict[str, Any]":
-    """Show which streams of Lab Streaming Layer are there, or record some without a robot."""
+    """List the visible streams of Lab Streaming Layer, or record some of them without a robot."""
     from exograv.cli.shell.terminal import bars
 
     if not command.record:
@@ -53,5 +53,5 @@ def _look() -> dict[str, Any]:
     if found:
         Console().print(table)
     else:
-        print("No streams there. Start the devices' programs; other computers must be in the same network.")
+        print("No streams are visible. Start the programs of the devices; other computers must be in the same network.")
     return {"streams": json_value(found)}

@@ -1,4 +1,4 @@
-"""`exograv sync`."""
+"""Command `exograv sync` and the table of its result."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -31,7 +31,7 @@ class SyncShown:
 
 
 def run_sync(command: Sync, common: Common) -> SyncShown:
-    """Say how well the streams in a recording are tied to the robot's clock, and what is missing of them."""
+    """Show how well the streams in a recording are synchronised with the robot's clock, and their missing samples."""
     from exograv.recording import read_recording
     from exograv.report.figures.sync import draw_streams
     from exograv.report.style.figure_style import write_picture
@@ -45,7 +45,7 @@ def run_sync(command: Sync, common: Common) -> SyncShown:
 
 
 def show_sync(shown: SyncShown) -> None:
-    """A table of the streams, then what is to be known of each."""
+    """Print a table of the streams, then the remarks about each stream."""
     from rich.console import Console
     from rich.table import Table
 
@@ -65,8 +65,8 @@ def show_sync(shown: SyncShown) -> None:
     if robot := result.robot:
         scatter = robot.scatter_us
         console.print(
-            f"Robot: {robot.ticks} ticks tie its clock to the computer's; about a straight line they scatter by "
-            f"{scatter.p50:g} µs (median), {scatter.max:g} (most).",
+            f"Robot: {robot.ticks} ticks pair its clock with the computer's; their scatter about a straight line is "
+            f"{scatter.p50:g} µs (median), {scatter.max:g} (max).",
             highlight=False,
         )
     console.print(f"Figure: {shown.figure}", highlight=False)
@@ -77,7 +77,7 @@ def _number(value: float | int | None, digits: int) -> str:
 
 
 def _by_clock(name: str, digits: int, interval: str | None = None):
-    """A line a connection."""
+    """Return a function that formats a cell with one line per connection."""
 
     def cell(stream: "StreamSync") -> str:
         lines = list[str]()
@@ -95,7 +95,7 @@ ROWS: "dict[str, Callable[[StreamSync], str]]" = {
     "samples": lambda stream: str(stream.samples),
     "rate, Hz": lambda stream: _number(stream.effective_rate_Hz, 3),
     "nominal": lambda stream: f"{stream.nominal_rate_Hz:g}" if stream.nominal_rate_Hz else "irregular",
-    "connected, times": lambda stream: str(stream.connections),
+    "connections": lambda stream: str(stream.connections),
     "offset, ms": _by_clock("offset_ms", 3, "offset_ci95_ms"),
     "drift, ppm": _by_clock("drift_ppm", 2, "drift_ci95_ppm"),
     "corrections": _by_clock("measured", 0),
@@ -103,8 +103,8 @@ ROWS: "dict[str, Callable[[StreamSync], str]]" = {
     "jitter of stamps, µs: sd": lambda stream: _number(None if stream.jitter_us is None else stream.jitter_us.sd, 1),
     "  99 %": lambda stream: _number(None if stream.jitter_us is None else stream.jitter_us.p99, 1),
     "gaps": lambda stream: str(stream.gaps_total),
-    "arrives after, ms: median": lambda stream: _number(
+    "delay of arrival, ms: median": lambda stream: _number(
         None if stream.arrival_ms is None else stream.arrival_ms.p50, 1
     ),
-    "a stamp is certain to ± µs": lambda stream: _number(stream.certain_to_us, 0),
+    "uncertainty of a stamp, ± µs": lambda stream: _number(stream.certain_to_us, 0),
 }

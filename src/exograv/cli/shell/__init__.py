@@ -1,1 +1,1 @@
-"""The options and the terminal output that commands share."""
+"""Options and terminal output that the commands share."""

@@ -1,4 +1,4 @@
-"""What every command takes, and how figures get into a file."""
+"""Options of every command, and the file of its figures."""
 
 import json
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from exograv.options import AnySeed
 
 @dataclass(frozen=True)
 class Common:
-    """What every command takes."""
+    """Options of every command."""
 
     seed: AnySeed = 0
 
@@ -20,11 +20,11 @@ class Common:
     """Write the figures to this file."""
 
     out: Path = Path("out")
-    """Folder for recording and report."""
+    """Folder for recordings and reports."""
 
 
 def refuse_unwritable(path: Path, option: str = "--json") -> None:
-    """Try the file for the figures before a long run, and leave no trace of the trial.
+    """Check before a long run that a file can be written, and leave it unchanged.
 
     Raises:
         RecordingError: The file cannot be written.
@@ -36,7 +36,7 @@ def refuse_unwritable(path: Path, option: str = "--json") -> None:
 
 
 def write_json(path: Path, result: dict[str, Any], option: str = "--json") -> None:
-    """Write the figures.
+    """Write the figures to a file.
 
     Raises:
         RecordingError: The file cannot be written, or a figure is not a number.

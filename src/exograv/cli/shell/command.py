@@ -1,4 +1,4 @@
-"""From a command's function to its options: the classes in its signature are all that the command line reads."""
+"""Options of a command from its function: the command line reads only the classes in its signature."""
 
 from collections.abc import Callable
 from dataclasses import fields, make_dataclass
@@ -11,17 +11,17 @@ from exograv.results import json_value
 from .base_options import Common
 
 Action = Callable[..., Any]
-"""Takes instances of its options' classes, and `Common` if it needs that; returns a result that has a JSON form."""
+"""Function of a command. It takes its option classes, and `Common` if needed. Its result has a JSON form."""
 
 
 def option_classes(action: Action) -> dict[str, type]:
-    """Class of each parameter of a command. Its result may have a class that is imported only when it runs."""
+    """Return option classes by parameter. The return type stays unresolved: its module is imported only at run time."""
     return {name: parameter.annotation for name, parameter in signature(action).parameters.items()}
 
 
 @cache
 def command_class(action: Action) -> type[Common]:
-    """All options of a command in one flat class, which tyro reads. Its instances are not checked."""
+    """Build one flat class of all options of a command, which tyro reads. Its instances are not checked."""
     kinds = tuple(kind for kind in option_classes(action).values() if kind is not Common)
     namespace = {"__doc__": action.__doc__, "__post_init__": lambda _: None}
     return make_dataclass(action.__name__, [], bases=(*kinds, Common), frozen=True, namespace=namespace)

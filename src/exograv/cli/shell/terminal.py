@@ -1,4 +1,4 @@
-"""What a person at a terminal sees: progress while it runs, one table when it is done."""
+"""Terminal output: progress during a run, and tables of results."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def bars() -> Iterator[Callable[[str, float], None]]:
-    """A progress line, where standard error is a terminal; yields what takes a sentence and the share done."""
+    """Show a progress line if standard error is a terminal; yield its function of a sentence and the share done."""
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), TimeElapsedColumn())
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
@@ -38,19 +38,19 @@ def bars() -> Iterator[Callable[[str, float], None]]:
 
 
 def say(text: str) -> None:
-    """Show a line to the person at the machine."""
+    """Print a line for the operator."""
     Console().print(text, highlight=False)
 
 
 def say_unbroken(text: str) -> None:
-    """Show a line that holds a path, which a narrow terminal must not break."""
+    """Print a line with a path, which a narrow terminal must not break."""
     Console().print(text, highlight=False, soft_wrap=True)
 
 
 def show_steps(title: str, steps: "Sequence[tuple[str, StepFigures | BringUpStep]]") -> None:
-    """Show the steps of a test by their shown names, and below what to do where one failed."""
+    """Print the steps of a test by their shown names, and below them what to do after a failure."""
     table = Table(title=title)
-    # A narrow terminal breaks words rather than cutting figures off.
+    # A narrow terminal breaks words instead of cutting off figures.
     for heading in ("step", "measured", "limit", ""):
         is_figure = heading in ("measured", "limit")
         table.add_column(heading, justify="right" if is_figure else "left", overflow="fold")
@@ -85,25 +85,25 @@ def show_demo(result: "DemoResult") -> None:
 
 
 def _of_identification(found: "DemoFindings") -> Iterator[str]:
-    """Say how the identification went, how sure it is, what the motion told, and whether the person relaxed."""
+    """Yield lines on the identification: time, method, uncertainty, identifiable parameters, and relaxation."""
     arm, times = found.arm, found.arm.identification
     reached = times.time_to_target_s
     yield f"Identified from {times.motion_s:.0f} s of motion. {times.outcome.value}"
     yield (
-        f"Method '{found.method}'. Left over stays within target (shoulder 0.2, elbow 0.1, wrist 0.05 N·m) "
+        f"Method '{found.method}'. Left over stays within its target (shoulder 0.2, elbow 0.1, wrist 0.05 N·m) "
         + ("never in this run." if reached is None else f"from {reached:.0f} s on.")
     )
     if arm.possible_left_over_Nm is not None:
         limits = ", ".join(f"{value:.2f}" for value in arm.possible_left_over_Nm.p95)
-        yield f"By the estimate's own uncertainty, 95 % of the possible arms leave over at most {limits} N·m."
+        yield f"By the uncertainty of the estimate, left over is at most {limits} N·m for 95 % of the possible arms."
     if arm.identifiability is not None:
         told = arm.identifiability
         yield (
-            f"The motion told {len(told.by_data)} of {told.learnable} parameters, in "
-            f"{len(told.base_parameters)} combinations; the others are the prior's."
+            f"The motion determined {len(told.by_data)} of {told.learnable} parameters, in "
+            f"{len(told.base_parameters)} combinations; the others come from the prior."
         )
     if times.restless_s is not None:
-        yield f"From {times.restless_s:.0f} s on the person was seen not to relax."
+        yield f"The person did not relax from {times.restless_s:.0f} s on."
 
 
 def _of_floated(floated: "FloatedArm | None") -> Iterator[str]:
@@ -112,7 +112,7 @@ def _of_floated(floated: "FloatedArm | None") -> Iterator[str]:
     drift = ", ".join(f"{angle:.1f}°" for angle in floated.float.drift_deg)
     yield f"Floated for {floated.float.window_s:.0f} s: the joints drifted by {drift}."
     if floated.float.gravity_level > 0.0:
-        yield "The virtual wearer is relaxed: the share of the weight that is felt lets the arm sink."
+        yield "The virtual wearer is relaxed: the felt share of the weight lets the arm sink."
     weight = floated.known_weight.weight
     low, high = weight.ci95_kg
     yield (
@@ -122,15 +122,15 @@ def _of_floated(floated: "FloatedArm | None") -> Iterator[str]:
 
 
 def _of_person(person: "ParticipantFigures") -> Iterator[str]:
-    """Say what a participant's file saved, and where the next one is."""
+    """Yield lines on the time that a participant's file saved, and on the new file."""
     before, kept = person.participant, person.participant_kept
     if before is not None:
         file, examiner = before.by_prediction, before.examiner
         times = (file.from_file.predicted_target_s, file.cold.predicted_target_s, examiner.from_file_s, examiner.cold_s)
         warm, cold, true_warm, true_cold = ("not within this motion" if t is None else f"{t:.0f} s" for t in times)
         yield (
-            f"From the file of {file.code}. Predicted to be within the stop rule's target: {warm}; from "
-            f"the table on the same samples: {cold}. By the twin's examiner: {true_warm}; {true_cold}."
+            f"Warm start from the file of {file.code}: predicted within the target of the stop rule after {warm}; from "
+            f"the table on the same samples: {cold}. By the truth of the twin: {true_warm}; {true_cold}."
         )
     if kept is not None:
         yield kept.why if kept.file is None else f"{kept.code} is kept in {kept.file}, donning {kept.donnings}."
@@ -141,7 +141,7 @@ def _of_run(result: "DemoResult") -> Iterator[str]:
     if used.source == "stored":
         yield f"Calibration {used.hash[:12]}…, measured {used.measured_utc}. {used.warning or ''}".rstrip()
     tick = result.tick_us
-    yield f"Tick {tick['p50']:.0f} µs (p99 {tick['p99']:.0f} µs); {result.wall_s:.0f} s for all of it."
+    yield f"Tick {tick['p50']:.0f} µs (p99 {tick['p99']:.0f} µs); {result.wall_s:.0f} s in total."
 
 
 def show_payload(result: "LogResult") -> None:
@@ -159,7 +159,7 @@ def show_payload(result: "LogResult") -> None:
 
 
 NARROW = 60
-"""Columns below which there is room for numbers only."""
+"""Terminal width below which only numbers have room [columns]."""
 
 
 LOOP_FIGURES: dict[str, Callable[["ScheduledLoop"], str]] = {
@@ -173,7 +173,7 @@ PERCENTILES = {"median": "p50", "99 %": "p99", "99.9 %": "p999", "worst": "max"}
 
 
 def show_loop(loop: "LoopFigures") -> None:
-    """The punctuality of the live loop, both halves beside each other, and the verdict."""
+    """Print the timing of the live loop for both kinds of scheduling, and the verdict."""
     console = Console()
     ordinary, realtime = loop.rows
     console.print(_loop_table(loop, console.width))
@@ -181,8 +181,8 @@ def show_loop(loop: "LoopFigures") -> None:
     for line in histogram_lines(ordinary.histogram, realtime.histogram, console.width):
         console.print(line, highlight=False)
     console.print(f"Real-time rights: {', '.join(realtime.granted)}.", highlight=False)
-    can = "may" if loop.may_drive_worn else "may not"
-    console.print(f"By its timing this computer {can} drive a machine that is worn:", style="bold", highlight=False)
+    can = "may" if loop.may_drive_worn else "must not"
+    console.print(f"By its timing this computer {can} drive a worn machine:", style="bold", highlight=False)
     _list(console, loop.reasons)
     if loop.prepare:
         console.print("To prepare it (docs/realtime.md):", highlight=False)
@@ -213,7 +213,7 @@ def _list(console: Console, sentences: list[str]) -> None:
 
 
 def histogram_lines(ordinary: "LatenessHistogram", realtime: "LatenessHistogram", width: int) -> list[str]:
-    """One line a bin, with bars where they fit; bars are logarithmic, or a single late tick would not show."""
+    """Return one line per bin, with bars if they fit. Bars are logarithmic, so that a single late tick is visible."""
     edges = ordinary.edges_us
     most = max(1, *ordinary.counts, *realtime.counts)
     room = min(20, (width - 42) // 2) if width >= NARROW else 0

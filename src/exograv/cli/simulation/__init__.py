@@ -1,1 +1,1 @@
-"""Commands for many simulated runs."""
+"""Commands for campaigns of many simulated runs."""

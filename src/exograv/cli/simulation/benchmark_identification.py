@@ -1,4 +1,4 @@
-"""`exograv benchmark-identification`."""
+"""Command `exograv benchmark-identification` and the tables of its result."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -12,15 +12,15 @@ if TYPE_CHECKING:
     from exograv.report.figures.benchmark_result import BenchmarkFiles, BenchmarkSummary
 
 STAGE_0_S, STREAM_S, METHOD_S = 20.0, 8.0, 6.0
-"""Measured on one core of a server: a machine, a wearer, and one method on one wearer in the middle."""
+"""Times on one core of a server [s]: per machine, per wearer, and per method and wearer (median)."""
 
 
 TEXTS = ("method", "where", "stop rule, wearers", "drives", "disturbance")
-"""Columns of words; all others hold numbers."""
+"""Columns of text. All other columns hold numbers."""
 
 
 def run_benchmark_identification(options: BenchmarkOptions, common: Common) -> "BenchmarkResult":
-    """Every identification method on the same virtual wearers: how soon, how near, how honest, how often possible."""
+    """Compare all identification methods on the same virtual wearers: time, accuracy, intervals and failures."""
     from exograv.campaigns.benchmark_identification.benchmark import run_benchmark
     from exograv.campaigns.benchmark_identification.tasks import machines
     from exograv.cli.shell.terminal import bars
@@ -34,7 +34,7 @@ def run_benchmark_identification(options: BenchmarkOptions, common: Common) -> "
     seconds = STAGE_0_S * len(planned) + STREAM_S * len(tasks) + METHOD_S * runs
     print(
         f"{len(planned)} machines, {len(tasks)} wearers, {runs} runs of 120 s of motion: about "
-        f"{seconds / 60 / options.processes:.0f} minutes. Ctrl-C keeps what is done; --resume goes on."
+        f"{seconds / 60 / options.processes:.0f} minutes. Ctrl-C keeps finished runs; --resume continues."
     )
     with bars() as progress:
         result = run_benchmark(options, common.out, progress)
@@ -49,7 +49,7 @@ def run_benchmark_identification(options: BenchmarkOptions, common: Common) -> "
 
 
 def show_benchmark(result: "BenchmarkSummary", files: "BenchmarkFiles") -> None:
-    """The tables, who won, and where the page is."""
+    """Print the tables, the conclusions, and the path of the page."""
     from rich.console import Console
     from rich.table import Table
 
@@ -64,7 +64,7 @@ def show_benchmark(result: "BenchmarkSummary", files: "BenchmarkFiles") -> None:
             justify = "left" if heading in TEXTS else "right"
             table.add_column(heading.replace(" ", "\n"), justify=justify, no_wrap=heading == "method")
         for line in rows.rows:
-            # Two short lines each in place of one that no terminal has room for.
+            # Each cell has two short lines, because no terminal has room for one long line.
             table.add_row(*(cell.replace(" / ", "\n").replace(" (", "\n(") for cell in line))
         console.print(table)
     for line in (

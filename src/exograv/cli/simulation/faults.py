@@ -1,4 +1,4 @@
-"""`exograv faults`."""
+"""Command `exograv faults` and the table of its result."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -11,14 +11,14 @@ if TYPE_CHECKING:
     from exograv.campaigns.faults.figures import CampaignFigures, FaultFigures, GuardEndFigures, StrikeFigures
 
 ROOM_FOR_WORDS = 160
-"""Columns of a terminal from which on each fault is also told in a sentence."""
+"""Terminal width from which each fault is also described in a sentence [columns]."""
 
 ROOM_FOR_TABLE = 72
-"""Columns below which a table would cut its figures off: then each fault has a line."""
+"""Terminal width below which a table would cut off figures, so that each fault has a line of text [columns]."""
 
 
 def run_faults_command(options: FaultOptions, common: Common) -> "CampaignFigures":
-    """Break machine, control and person in simulation, thousands of times, and see what the guard makes of it."""
+    """Inject thousands of faults into simulated machine, control and person, and evaluate the guard's reactions."""
     from exograv.campaigns.faults.campaign import Campaign, run_campaign
     from exograv.cli.shell.terminal import bars
 
@@ -29,7 +29,7 @@ def run_faults_command(options: FaultOptions, common: Common) -> "CampaignFigure
 
 
 def show_faults(result: "CampaignFigures") -> None:
-    """One row a fault; then what must be zero."""
+    """Print a table with one row per fault, then the counts that must be zero."""
     from rich.console import Console
 
     console = Console()

@@ -1,4 +1,4 @@
-"""`exograv simulate-study`."""
+"""Command `exograv simulate-study` and the table of its result."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
 
 
 def run_simulate_study(options: StudyOptions, work: WorkOptions, common: Common) -> "VirtualStudyResult":
-    """Virtual people train, fly and are compared: what a training is worth in flight. No evidence about people."""
+    """Simulate a study on the benefit of training for flight, with virtual participants. No evidence about people."""
     from exograv.campaigns.virtual_study.study import StudyComputation, simulate_study
     from exograv.cli.shell.terminal import bars
 
     folder = common.out / f"simulated_study_{options.seed}" if common.out == Path("out") else common.out
-    print(f"The study goes into {folder}. Ctrl-C keeps who is done; --resume goes on.")
+    print(f"The study is written to {folder}. Ctrl-C keeps finished participants; --resume continues.")
 
     def keep(result: "VirtualStudyResult") -> None:
         if common.json is not None:
@@ -30,7 +30,7 @@ def run_simulate_study(options: StudyOptions, work: WorkOptions, common: Common)
 
 
 def show_study(result: "VirtualStudyResult") -> None:
-    """One table of all conditions, and the two groups."""
+    """Print a table of all conditions, and the two groups."""
     from rich.console import Console
     from rich.table import Table
 
@@ -54,7 +54,7 @@ def show_study(result: "VirtualStudyResult") -> None:
     took = result.time
     spent_min = sum(took.spent_s.values()) / 60
     console.print(
-        f"{took.simulated_s / 3600:.1f} h of movement simulated in {spent_min:.1f} min of all processes together.",
+        f"{took.simulated_s / 3600:.1f} h of movement simulated in {spent_min:.1f} min, summed over all processes.",
         highlight=False,
     )
     for name, key in (("Page", "report"), ("Report of the study", "study_report"), ("Data set", "dataset")):

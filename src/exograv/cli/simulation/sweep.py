@@ -1,4 +1,4 @@
-"""`exograv sweep`."""
+"""Command `exograv sweep` and the tables of its result."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,33 +23,35 @@ def _workers_of(text: str) -> tuple[int, ...]:
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """Study that is swept, and questions about its cost."""
+    """Study of the sweep, and options for its cost."""
 
     study: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
-    """What is swept: kind of task and grid (docs/sweep.md)."""
+    """File of the study: kind of task and grid (docs/sweep.md)."""
 
     plan: bool = False
-    """Run nothing: what 10⁴, 10⁶ and 10⁸ wearers would take, by the times in the folder of `--out`."""
+    """Run nothing. Show the cost of 10⁴, 10⁶ and 10⁸ wearers from the times in the folder of `--out`."""
 
     price_per_core_hour: float | None = None
-    """What your provider asks, in your currency, for `--plan`."""
+    """Price of a core hour at your provider in your currency, for `--plan`."""
 
     plan_workers: Annotated[tuple[int, ...], words(_workers_of)] = (2, 100, 1000)
-    """Workers by commas, for `--plan`."""
+    """Numbers of workers for `--plan`, separated by commas."""
 
 
 def run_sweep_command(asked: SweepPlan, options: SweepOptions, common: Common) -> "SweepResult | SweepPlanResult":
-    """Wearers, machines, disturbances and methods by the thousand, here or on a cluster; run again, it goes on."""
+    """Run thousands of wearers, machines, disturbances and methods, here or on a cluster. Run it again to continue."""
     from exograv.campaigns.sweep.study_file import load_study
     from exograv.campaigns.sweep.sweep_command import run_sweep
     from exograv.cli.shell.terminal import bars
 
     if common.seed != 0:
-        raise ConfigError(f"--seed is {common.seed}; the seeds of a sweep stand in {asked.study}. Leave it out.")
+        raise ConfigError(f"--seed is {common.seed}; the seeds of a sweep are set in {asked.study}. Leave --seed out.")
     study = load_study(asked.study)
     if asked.plan:
         return _plan(asked, common.out)
-    print(f"{study.title}: {len(study.grid)} tasks. Ctrl-C keeps what is done; the same command goes on.", flush=True)
+    print(
+        f"{study.title}: {len(study.grid)} tasks. Ctrl-C keeps finished tasks; the same command continues.", flush=True
+    )
     with bars() as progress:
         result = run_sweep(study, options, common.out, progress)
     _show(result, f"exograv sweep {asked.study} --out {common.out}")
@@ -68,9 +70,9 @@ def _show(result: "SweepResult", again: str) -> None:
         f"{result.wall_s:.1f} s{rate}."
     )
     if result.lost:
-        print(f"{result.lost} took every worker down that had them; the same command tries them again.")
+        print(f"{result.lost} tasks ended every worker that ran them; the same command tries them again.")
     if result.done + result.failed < result.tasks:
-        print(f"The others are still to be done. Go on with: {again}")
+        print(f"The remaining tasks are not done. Continue with: {again}")
     if result.table is not None:
         print(f"Table: {result.table}")
 

@@ -1,4 +1,4 @@
-"""`exograv transparency`."""
+"""Command `exograv transparency` and the table of its result."""
 
 from typing import TYPE_CHECKING
 
@@ -10,17 +10,17 @@ if TYPE_CHECKING:
     from exograv.report.figures.transparency_data import MachineTransparency
 
 MINUTES_A_MACHINE = 2.0
-"""Measured on two shared cores of a server; recorded movements take twice as long."""
+"""Time per machine on two shared cores of a server [min]. Recorded movements take twice as long."""
 
 
 def run_transparency_command(options: TransparencyOptions, common: Common) -> "TransparencyResult":
-    """What a person feels of the machine: muscle effort of one movement in six conditions, over several machines."""
+    """Compare the muscle effort of one movement in six conditions, over several machines."""
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.transparency import run_transparency
 
     count = options.machines * (2 if options.rig is None else 1)
     minutes = MINUTES_A_MACHINE * count * (2.0 if options.movement == "recorded" else 1.0)
-    print(f"{count} machines, each calibrated, worn and moved in six conditions: about {minutes:.0f} minutes.")
+    print(f"{count} machines, each with calibration, donning and six conditions: about {minutes:.0f} minutes.")
     with bars() as progress:
         result = run_transparency(options, common.out, progress)
     for one in (*(result.profiles or {}).values(), *filter(None, [result.machine])):
@@ -47,12 +47,12 @@ def _show(result: "MachineTransparency") -> None:
     console.print(table)
     ratios = result.dam_over_gcm
     console.print(
-        f"With the arm carried too, {100 * ratios.effort:.0f} % of the effort are left (elbow alone "
-        f"{100 * ratios.elbow:.0f} %); knowing the truth would save {result.dam_minus_ideal_Nms:.1f} N·m·s.",
+        f"With the arm carried too, {100 * ratios.effort:.0f} % of the effort remains (elbow alone "
+        f"{100 * ratios.elbow:.0f} %); the true parameters would save {result.dam_minus_ideal_Nms:.1f} N·m·s.",
         highlight=False,
     )
     for stray in result.off_path:
         console.print(
-            f"Path not kept: {stray.condition}, seed {stray.seed}, {stray.tracking_error_deg:.1f}°.",
+            f"Path not followed: {stray.condition}, seed {stray.seed}, {stray.tracking_error_deg:.1f}°.",
             highlight=False,
         )

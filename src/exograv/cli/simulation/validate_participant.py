@@ -1,4 +1,4 @@
-"""`exograv validate-participant`."""
+"""Command `exograv validate-participant` and the table of its result."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ValidationOptions:
-    """People who are held against data."""
+    """Virtual people to compare with published data."""
 
     people: int = 6
-    """Virtual people, drawn from `seed` and the seeds after it; about 15 s each."""
+    """Number of virtual people, drawn from `seed` and the following seeds; about 15 s each."""
 
     constants: NamedNumbers = field(default_factory=dict)
-    """NAME=VALUE of the virtual participant, such as sees_higher_m=0.05."""
+    """Constants of the virtual participant as NAME=VALUE, such as sees_higher_m=0.05."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class ValidationShown:
 
 
 def run_validate_participant(options: ValidationOptions, common: Common) -> ValidationShown:
-    """Hold the virtual participant against published data, before anything is concluded from it. Simulated."""
+    """Compare the virtual participant with published data, before conclusions are drawn from simulations."""
     from exograv.campaigns.virtual_study.validation import run_validation
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.participant.habits import with_constants

@@ -1,4 +1,4 @@
-"""`exograv study …`: from a folder of recordings to findings. One file per word, imported when its command runs."""
+"""Commands `exograv study …`: from a folder of recordings to findings. Each file has one command."""
 
 from exograv.cli.shell.command import Action
 
@@ -23,4 +23,4 @@ COMMANDS: dict[str, Action] = {
     "export": run_export,
     "example": run_example,
 }
-"""Word after `exograv study`."""
+"""Commands by the word after `exograv study`."""

@@ -1,4 +1,4 @@
-"""`exograv study add`."""
+"""Command `exograv study add`."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,13 +12,13 @@ from exograv.study.dataset.options import AddOptions
 
 @dataclass(frozen=True)
 class Files:
-    """Files and their study."""
+    """Study, and files to add."""
 
     study: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
     """Folder of the study."""
 
     files: Annotated[tuple[Path, ...], tyro.conf.Positional] = ()
-    """What is to be added."""
+    """Files or folders to add."""
 
 
 def run_add(given: Files, options: AddOptions) -> dict[str, Any]:
@@ -34,7 +34,7 @@ def run_add(given: Files, options: AddOptions) -> dict[str, Any]:
         counts[one.what] = counts.get(one.what, 0) + 1
         if one.what != "ignored":
             print(f"{one.file}: {one.what}. {one.sentence}" + (f" {one.remark}" if one.remark else ""))
-    print(", ".join(f"{count} {what}" for what, count in counts.items()) or "Nothing was found.")
+    print(", ".join(f"{count} {what}" for what, count in counts.items()) or "No file was found.")
     files = [
         {"file": one.file, "what": one.what, "sentence": one.sentence, "remark": one.remark}
         | ({} if one.key is None else one.key._asdict())

@@ -1,4 +1,4 @@
-"""`exograv study example`."""
+"""Command `exograv study example`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,14 +9,14 @@ from exograv.campaigns.study_example.options import ExampleOptions
 
 @dataclass(frozen=True)
 class NewStudy:
-    """Place of the example."""
+    """Folder of the example."""
 
     out: Path = Path("study")
-    """Folder of the study, which is made."""
+    """Folder of the study, which is created."""
 
 
 def run_example(options: ExampleOptions, new: NewStudy) -> dict[str, Any]:
-    """A complete study with nobody in it, to see what the others do; every page says that it is simulated."""
+    """Create a complete example study with simulated participants. Every page says that it is simulated."""
     from exograv.campaigns.study_example.example_study import make_example
     from exograv.cli.shell.terminal import bars
 

@@ -1,4 +1,4 @@
-"""`exograv study export`."""
+"""Command `exograv study export`."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,20 +15,20 @@ class Export:
     """Options of `exograv study export`."""
 
     study: Annotated[Path, tyro.conf.Positional] = Path()
-    """Folder of the study; the one you are in if absent."""
+    """Folder of the study; by default the current folder."""
 
     bids: Path = field(default=tyro.MISSING)
-    """Folder of the data set. An earlier export there is replaced; anything else is refused."""
+    """Folder of the data set. An earlier export is replaced; a folder with other content is refused."""
 
     rate: float = 100.0
-    """Rows a second of the motion [Hz]."""
+    """Rows of motion per second [Hz]."""
 
     raw: bool = True
-    """Give the recordings along, in `sourcedata/`; they hold the wearer's height and mass as they were told."""
+    """Include the recordings in `sourcedata/`. They contain the wearer's height and mass as stated."""
 
 
 def run_export(command: Export) -> "ExportResult":
-    """Give a study on as a data set of BIDS, which other laboratories' programs read."""
+    """Export a study as a BIDS data set, which programs of other laboratories read."""
     from exograv.study.bids.export import export_bids
 
     result = export_bids(command.study, command.bids, command.rate, command.raw)

@@ -1,4 +1,4 @@
-"""`exograv study identity`: who stands behind a code, in an encrypted file outside of the study."""
+"""Command `exograv study identity`: identities behind codes, in an encrypted file outside the study."""
 
 import getpass
 import json
@@ -13,7 +13,10 @@ import tyro
 from exograv.errors import ConfigError
 
 PASSPHRASE = "EXOGRAV_IDENTITIES_PASSPHRASE"
+"""Environment variable with the passphrase."""
+
 FIELDS = ("name", "contact", "note")
+"""Fields that a person at the terminal is asked for."""
 
 
 @dataclass(frozen=True)
@@ -24,20 +27,20 @@ class Identity:
     """Folder of the study."""
 
     action: Annotated[Literal["add", "show", "list", "remove"], tyro.conf.Positional] = "list"
-    """What to do."""
+    """Action on the identities."""
 
     code: Annotated[str | None, tyro.conf.Positional] = None
-    """Of whom."""
+    """Code of the participant."""
 
     identities: Path | None = None
-    """The encrypted file; without it the one beside the study's folder, named after it."""
+    """Encrypted file; by default the file beside the study's folder that has its name."""
 
     key_file: Path | None = None
-    """File whose content is the passphrase; else the variable EXOGRAV_IDENTITIES_PASSPHRASE, else it is asked for."""
+    """File with the passphrase. Otherwise it is read from EXOGRAV_IDENTITIES_PASSPHRASE, or asked for."""
 
 
 def run_identity(command: Identity) -> dict[str, Any]:
-    """Names behind codes. Nothing of a person is taken from the command line: it is asked for, or comes on stdin."""
+    """Store names behind codes. Personal data come from the terminal or standard input, never from the command line."""
     from exograv.study.folder.settings import read_settings
     from exograv.study.folder.study_folder import StudyFolder
     from exograv.study.participants.codes import typed_code
@@ -62,14 +65,14 @@ def run_identity(command: Identity) -> dict[str, Any]:
     if command.action == "remove":
         _of(known, code)
         write_identities(path, passphrase, {one: who for one, who in known.items() if one != code})
-        print(f"Nothing tells any more who {code} is. Copies of the file elsewhere still do.")
+        print(f"The identity of {code} is removed from this file. Copies of the file elsewhere still have it.")
         return {"participant": code}
     if code not in {row.code for row in read_register(folder)}:
         raise ConfigError(f"{code} is not in the study. `exograv study participant STUDY new` draws a code.")
     if code in known:
-        raise ConfigError(f"{code} has an identity already. Remove it first, if it is the wrong one.")
+        raise ConfigError(f"{code} has an identity already. Remove it first if it is wrong.")
     write_identities(path, passphrase, {**known, code: _asked()})
-    print(f"It is kept in {path}. Keep that file, and its passphrase, apart from the study.")
+    print(f"The identity is stored in {path}. Keep this file and its passphrase apart from the study.")
     return {"participant": code}
 
 
@@ -80,7 +83,7 @@ def _of(known: dict[str, dict[str, str]], code: str) -> dict[str, str]:
 
 
 def _asked() -> dict[str, str]:
-    """From a person at the terminal, or as JSON from a script."""
+    """Read an identity from the terminal, or as JSON from a script."""
     if sys.stdin.isatty():
         return {name: value for name in FIELDS if (value := input(f"{name}: ").strip())}
     try:
@@ -97,7 +100,7 @@ def _passphrase(key_file: Path | None) -> str:
         try:
             return key_file.read_text(encoding="utf-8").strip()
         except (OSError, UnicodeDecodeError) as error:
-            raise ConfigError(f"--key-file {key_file} cannot be read as text. Give another.") from error
+            raise ConfigError(f"--key-file {key_file} cannot be read as text. Give another file.") from error
     if passphrase := os.environ.get(PASSPHRASE):
         return passphrase
     if not sys.stdin.isatty():

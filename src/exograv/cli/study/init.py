@@ -1,4 +1,4 @@
-"""`exograv study init`."""
+"""Command `exograv study init`."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,14 +12,14 @@ class Init:
     """Options of `exograv study init`."""
 
     study: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
-    """Its folder, which is made."""
+    """Folder of the study, which is created."""
 
     name: str | None = None
-    """Of the study; groups and sessions are those of the paper, until `study.toml` says others."""
+    """Name of the study. Groups and sessions are those of the paper until you change `study.toml`."""
 
 
 def run_init(command: Init) -> dict[str, Any]:
-    """Begin a study: a folder with `study.toml`, to be filled in."""
+    """Create the folder of a study with a `study.toml` to fill in."""
     from exograv.study.dataset.beginning import begin_study
     from exograv.study.folder.settings import AS_PUBLISHED, StudySettings, checked
 

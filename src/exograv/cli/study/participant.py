@@ -1,4 +1,4 @@
-"""`exograv study participant`: who takes part, by code."""
+"""Command `exograv study participant`: participants of a study by code."""
 
 import sys
 from collections.abc import Callable
@@ -23,41 +23,41 @@ class Participant:
     """Folder of the study."""
 
     action: Annotated[Literal["new", "list", "unseal", "erase"], tyro.conf.Positional] = "list"
-    """What to do."""
+    """Action on the participants."""
 
     code: Annotated[str | None, tyro.conf.Positional] = None
-    """Of whom to erase; for `new` a code of an allocation that was drawn before."""
+    """Code of the participant to erase; for `new` a code of an allocation that was drawn before."""
 
     group: str = "sealed"
-    """One of the study's."""
+    """Group of the study for a new participant."""
 
     consent: str | None = None
-    """Version of the consent that was signed."""
+    """Version of the signed consent."""
 
     age: float | None = None
-    """Years; kept as a band of ten, like height and mass."""
+    """Age [years]. Age, height and mass are stored as bands of ten."""
 
     height: float | None = None
-    """Centimetres."""
+    """Body height [cm]."""
 
     mass: float | None = None
-    """Kilograms."""
+    """Body mass [kg]."""
 
     sex: Literal["f", "m", "x"] | None = None
-    """As told."""
+    """Sex, as stated by the participant."""
 
     hand: Literal["right", "left", "both"] | None = None
-    """Handedness, as told."""
+    """Handedness, as stated by the participant."""
 
     allocation: Path | None = None
-    """List of groups under seals, for `unseal`."""
+    """File with the sealed list of groups, for `unseal`."""
 
     confirm: str | None = None
-    """The code once more: for scripts that erase."""
+    """Repetition of the code, for scripts that erase."""
 
 
 def run_participant(command: Participant) -> dict[str, Any]:
-    """New participants, a list of all, unsealed groups, and erasing somebody provably."""
+    """Add a participant, list all, unseal the groups, or erase a participant with a proof."""
     from exograv.study.folder.study_folder import StudyFolder
 
     actions: dict[str, Callable[[Participant, StudyFolder], dict[str, Any]]] = {
@@ -109,7 +109,7 @@ def _unseal(command: Participant, folder: "StudyFolder") -> dict[str, Any]:
     from exograv.study.folder.journal import alone, note
 
     if command.allocation is None:
-        raise ConfigError("--allocation is missing: the list of groups that was drawn before the study.")
+        raise ConfigError("--allocation is missing: give the list of groups that was drawn before the study.")
     with alone(folder):
         codes = unseal(folder, command.allocation)
         refresh(folder)
@@ -128,10 +128,12 @@ def _erase(command: Participant, folder: "StudyFolder") -> dict[str, Any]:
     again = command.confirm
     if again is None:
         if not sys.stdin.isatty():
-            raise ConfigError("Nobody is there to confirm it. A script says --confirm CODE.")
-        again = input(f"All that the study has of {code} goes, and does not come back. Type the code to go on: ")
+            raise ConfigError(
+                "Standard input is not a terminal, so the erasure cannot be confirmed. In a script give --confirm CODE."
+            )
+        again = input(f"All data of {code} in the study will be erased for good. Type the code to continue: ")
     if again.strip().upper() != code:
-        raise ConfigError("What was typed is not the code. Nothing was erased.")
+        raise ConfigError("The typed text is not the code. Nothing was erased.")
     receipt = erase(folder, code)
     print(receipt.sentence)
     return json_value(receipt) | {"ok": receipt.is_proved}

@@ -1,4 +1,4 @@
-"""`exograv study power`."""
+"""Command `exograv study power` and the tables of its result."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -19,44 +19,44 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PowerAssumptions:
-    """What is stated of the next study, and the pilot that tells the rest."""
+    """Assumptions about the next study, and the pilot that gives the others."""
 
     pilot: Annotated[Path | None, tyro.conf.arg(name="from")] = None
-    """Folder of a study that was done; what is stated below comes before what it tells."""
+    """Folder of a completed study, the pilot. Values that are given as options replace those of the pilot."""
 
     sd: float | None = None
-    """Between people of a group [log units]; 0.35 is a factor of 1.4."""
+    """Standard deviation between people of a group [log units]; 0.35 is a factor of 1.4."""
 
     difference: float | None = None
-    """Between the groups [log units]; 0.69 is half the deviation. Without --from 0.69, as published; with it the
-    pilot's own, which is as a rule too large."""
+    """Difference between the groups [log units]; 0.69 is half the deviation. By default 0.69 without --from, as
+    published, and with --from the value of the pilot, which is usually too large."""
 
     touch_sd: float | None = None
-    """Between touches of a person [log units]; 0.6 without --from."""
+    """Standard deviation between touches of a person [log units]; 0.6 without --from."""
 
     window_sd: float | None = None
-    """Between windows of a person [log units]; 0 without --from."""
+    """Standard deviation between windows of a person [log units]; 0 without --from."""
 
     flight_sd: float = 0.0
-    """Between flights of a person [log units]."""
+    """Standard deviation between flights of a person [log units]."""
 
     windows: int | None = None
-    """Of a flight; 31 without --from."""
+    """Number of windows of a flight; 31 without --from."""
 
     touches: int | None = None
-    """That count, in a window; 8 without --from."""
+    """Number of counted touches in a window; 8 without --from."""
 
     flights: int = 1
-    """Each person takes part in."""
+    """Number of flights of each person."""
 
     alpha: float = 0.05
-    """Share of false alarms that is accepted."""
+    """Accepted probability of a false positive."""
 
     groups: str | None = None
-    """Of the pilot, by comma; the first two of its study.toml if absent."""
+    """Two groups of the pilot, separated by a comma; by default the first two in its study.toml."""
 
     protocol: str = "flight"
-    """Of the pilot: what is compared."""
+    """Protocol of the pilot whose touches are compared."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class SpreadFigures:
 
 @dataclass(frozen=True)
 class PilotFigures:
-    """Pilot in short; spreads and difference in log units."""
+    """Summary of the pilot; spreads and difference in log units."""
 
     people: tuple[int, int]
     touches: int
@@ -78,7 +78,7 @@ class PilotFigures:
     touch_sd: float
     window_sd: float
     is_simulated: bool
-    """Nobody took part in it."""
+    """True if the participants of the pilot were simulated."""
 
     left_out: tuple[str, ...]
 
@@ -93,7 +93,7 @@ class PlannedPower:
 
 
 def run_power(command: PowerAssumptions, asked: CurveOptions, price: Price, common: Common) -> PlannedPower:
-    """How many people the next study needs: from a pilot, or from what is stated. All spreads are of log deviation."""
+    """Compute how many people the next study needs, from a pilot or assumptions. All spreads are of log deviation."""
     from exograv.cli.shell.terminal import bars
     from exograv.report.study_figures.power import draw
     from exograv.report.style.figure_style import write_picture
@@ -102,7 +102,7 @@ def run_power(command: PowerAssumptions, asked: CurveOptions, price: Price, comm
 
     if command.pilot is None and command.sd is None:
         raise ConfigError(
-            "How much people differ is not known. Give a study by --from, or state --sd, such as 0.35 log units."
+            "The spread between people is not known. Give a study with --from, or give --sd, such as 0.35 log units."
         )
     pilot, is_simulated = (None, False) if command.pilot is None else _pilot(command, command.pilot)
 
@@ -121,7 +121,7 @@ def run_power(command: PowerAssumptions, asked: CurveOptions, price: Price, comm
         alpha=command.alpha,
     )
     with bars() as progress:
-        # A stated spread is taken as known: the pilot's doubt about it is not carried along.
+        # A stated spread is taken as known: the uncertainty of the pilot's spread is then ignored.
         carried = None if command.sd is not None else pilot
         result = power_study(plan, price, asked, progress, carried, command.difference is not None)
     figure = write_picture(common.out / "power.svg", lambda: draw(result, is_simulated))
@@ -131,7 +131,7 @@ def run_power(command: PowerAssumptions, asked: CurveOptions, price: Price, comm
 
 
 def _pilot(command: PowerAssumptions, folder: Path) -> "tuple[PilotVariance, bool]":
-    """The pilot, and whether nobody took part in it."""
+    """Read the pilot; return it with True if its participants were simulated."""
     from exograv.study.dataset.tables import read_tables
     from exograv.study.folder.columns import TOUCHES
     from exograv.study.folder.settings import read_settings
@@ -144,7 +144,9 @@ def _pilot(command: PowerAssumptions, folder: Path) -> "tuple[PilotVariance, boo
     groups = known[:2] if command.groups is None else command.groups.split(",")
     if len(groups) != 2 or groups[0] == groups[1] or not {*groups} <= {*known}:
         given = "absent" if command.groups is None else f"'{command.groups}'"
-        raise ConfigError(f"--groups is {given}; give two by comma of those in study.toml: {', '.join(known)}.")
+        raise ConfigError(
+            f"--groups is {given}; give two groups of study.toml, separated by a comma: {', '.join(known)}."
+        )
     tables = read_tables(folder)
     touches = columns(counted(tables), [one.name for one in TOUCHES])
     pilot = read_pilot(touches, tables.participants, (groups[0], groups[1]), command.protocol)
@@ -162,7 +164,7 @@ def _of_pilot(pilot: "PilotVariance", is_simulated: bool) -> PilotFigures:
 
 
 def show_power(shown: PlannedPower) -> None:
-    """The curve as a table, and what it says."""
+    """Print the power curve as a table, and the conclusions."""
     from rich.console import Console
     from rich.table import Table
 
@@ -170,7 +172,7 @@ def show_power(shown: PlannedPower) -> None:
     result, pilot = shown.power, shown.pilot
     assumed, curve = result.assumptions, result.curve
     headings = {
-        "n": ("people\na group", "{:d}"),
+        "n": ("people\nper group", "{:d}"),
         "power": ("power", "{:.2f}"),
         "assurance": ("assurance", "{:.2f}"),
         "p_min": ("smallest\np", "{:.2g}"),
@@ -180,7 +182,7 @@ def show_power(shown: PlannedPower) -> None:
         "cost": ("cost", "{:,.0f}"),
     }
     columns = {key: value for key, value in headings.items() if getattr(curve[0], key) is not None}
-    table = Table(title=f"Ratio {assumed.ratio:.2g}, people differ by {assumed.plan.person_sd:.2f} log units")
+    table = Table(title=f"Ratio {assumed.ratio:.2g}, spread between people {assumed.plan.person_sd:.2f} log units")
     for heading, _ in columns.values():
         table.add_column(heading, justify="right")
     for row in told(curve, result.n_per_group):
@@ -204,15 +206,15 @@ def show_power(shown: PlannedPower) -> None:
 
 
 def told(curve: Sequence["CurveRow"], needed: dict[str, int | None]) -> "list[CurveRow]":
-    """Every row up to twelve people, every fourth after that, and those that are asked for."""
+    """Return the rows up to twelve people, every fourth row after that, and the rows of `needed`."""
     return [row for row in curve if row.n <= 12 or row.n % 4 == 0 or row.n in needed.values()]
 
 
 def _what_matters(matters: "WhatMatters") -> Any:
-    """One line each for windows, touches and flights: power by their number."""
+    """Return a table of power by number of windows, of touches and of flights."""
     from rich.table import Table
 
-    table = Table(title=f"Power at {matters.n} people a group", show_header=False)
+    table = Table(title=f"Power at {matters.n} people per group", show_header=False)
     for name in ("windows", "touches", "flights"):
         cells = [f"{getattr(row, name)}: {row.power:.2f}" for row in matters.rows if getattr(row, name) is not None]
         table.add_row(name, "   ".join(cells))

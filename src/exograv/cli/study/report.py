@@ -1,4 +1,4 @@
-"""`exograv study report`."""
+"""Command `exograv study report`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,11 +15,11 @@ class StudyReport:
     """Options of `exograv study report`."""
 
     study: Annotated[Path, tyro.conf.Positional] = Path()
-    """Folder of the study; the one you are in if absent."""
+    """Folder of the study; by default the current folder."""
 
 
 def run_study_report(command: StudyReport) -> "StudyReportResult":
-    """Measure, compare and draw a study: report/ in its folder gets a page, a PDF and the figures."""
+    """Measure and compare a study, and write a page, a PDF and figures to report/ in its folder."""
     from exograv.report.study_report.report import write_study_report
 
     result = write_study_report(command.study, tell=lambda source: print(f"Reading {source}"))

@@ -1,4 +1,4 @@
-"""What a person at a terminal sees of a study."""
+"""Terminal output of the status of a study."""
 
 from rich.console import Console
 from rich.table import Table
@@ -7,7 +7,7 @@ from exograv.study.dataset.status import StudyStatus, in_words
 
 
 def show_status(status: StudyStatus) -> None:
-    """Who has which sessions, what is missing, and what is wrong."""
+    """Print the sessions of each participant, missing sessions, and problems."""
     protocols = sorted({name for person in status.participants for name in (*person.sessions, *person.missing)})
     table = Table(title=status.name + (" (simulated: nobody took part)" if status.is_simulated else ""))
     for title in ("participant", "group", *protocols, "missing", "touches"):
@@ -24,5 +24,5 @@ def show_status(status: StudyStatus) -> None:
         console.print(f"In quarantine, {sha256[:16]}: {reason}", highlight=False, markup=False)
     if status.refused:
         console.print(
-            f"Refused, and not come in since: {status.refused}; log.jsonl says what and why.", highlight=False
+            f"Refused and not added later: {status.refused} files; log.jsonl has names and reasons.", highlight=False
         )

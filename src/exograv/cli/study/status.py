@@ -1,4 +1,4 @@
-"""`exograv study status`."""
+"""Command `exograv study status`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,14 +15,14 @@ class Status:
     """Options of `exograv study status`."""
 
     study: Annotated[Path, tyro.conf.Positional] = Path()
-    """Folder of the study; the one you are in if absent."""
+    """Folder of the study; by default the current folder."""
 
     remake: bool = False
-    """Make all tables anew from the sources."""
+    """Compute all tables again from the sources."""
 
 
 def run_status(command: Status) -> "StudyStatus":
-    """What a study holds, and what is missing."""
+    """Show the content of a study, and its missing sessions."""
     from exograv.study.dataset.status import study_status
     from exograv.study.folder.study_folder import StudyFolder
 

@@ -1,4 +1,4 @@
-// The page beside the arm: what the machine does and may be asked for, how the protocol goes, and who is there.
+// Page of the operator and of viewers: state and requests of the machine, progress of the protocol, open pages.
 import { drawWindows, Hits } from "./hits.js";
 import { Line, now } from "./line.js";
 import { choose, clockText, learning, listAlarms } from "./parts.js";
@@ -86,11 +86,11 @@ function showButtons(shown, run) {
   for (const button of document.querySelectorAll("[data-act]")) {
     button.disabled = !isSteering() || !shown.possible.includes(button.dataset.act);
   }
-  // Of the two second steps the one is shown that this arm needs.
+  // There are two kinds of step two. Only the one that this arm needs is shown.
   document.querySelector("[data-act=take_arm]").hidden = !shown.is_known;
   document.querySelector("[data-act=identify]").hidden = shown.is_known && !shown.possible.includes("identify");
   at("don").disabled = !isSteering() || !shown.possible.includes("don");
-  // While a protocol sets the level nobody else does.
+  // While a protocol sets the level, no other level is accepted.
   const isSet = state.run_sets_level || !shown.possible.includes("set_level");
   at("set-level").disabled = at("level").disabled = !isSteering() || isSet;
   for (const button of document.querySelectorAll("[data-level]")) button.disabled = at("set-level").disabled;
@@ -201,13 +201,13 @@ function draw() {
   requestAnimationFrame(draw);
   if (state === null) return;
   legend();
-  // The right border runs with our own clock, so that lines glide between messages.
+  // The right border follows this page's clock, so that the lines move smoothly between messages.
   const latest = line.offset === null ? (position.times.at(-1) ?? 0) : now() + line.offset - 0.06;
   position.title = say("console.position");
   torque.title = say("console.torque");
   position.draw(latest);
   torque.draw(latest);
-  // What changes slowly is drawn every fourth time: a computer without a graphics card has other things to do.
+  // Slow content is drawn every fourth time, to save time on a computer without a graphics card.
   if (position.drawn % 4 !== 0) return;
   scene.draw();
   if (state.run !== null) {
@@ -238,7 +238,7 @@ function setLevel(percent) {
 
 function wire() {
   for (const button of document.querySelectorAll("[data-act], #don")) {
-    button.disabled ||= state === null; // nothing may be pressed before it is known what is there
+    button.disabled ||= state === null; // No button may be pressed before the first state has arrived.
   }
   for (const button of document.querySelectorAll("[data-act]")) {
     button.onclick = () => tell(line.act(button.dataset.act, {}, versionFor(button.dataset.act)));
@@ -256,7 +256,7 @@ function wire() {
   at("set-level").onclick = () => setLevel(Number(at("level").value));
   at("don").onclick = () => {
     const [code, side] = [at("participants").value, at("side").value];
-    // Files are of one side.
+    // A participant's file belongs to one side.
     const known = code && side === state.shown.side ? { participant: code } : {};
     return tell(line.act("don", { side, ...known }, state.shown.version));
   };
@@ -306,7 +306,7 @@ async function main() {
     if (state) takeState(state);
   });
   changed(line.state);
-  // For tests and for whoever wants to know how often plots are drawn.
+  // Counter of drawn plots, for tests and measurements.
   window.drawnPlots = () => position.drawn;
   draw();
 }

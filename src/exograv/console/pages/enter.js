@@ -1,4 +1,4 @@
-// The link's token is swapped for a cookie, and leaves the address at once: it is in no history and in no log.
+// Login: exchange the link's token for a cookie. The token leaves the address at once and reaches no history or log.
 import { loadWords, say } from "./words.js";
 
 async function enter() {

@@ -1,4 +1,4 @@
-// Touches on the target as they come, and the deviations of each window: what a glance has to tell.
+// Touches on the target as they arrive, and the deviations of each window.
 import { fitted, niceStep } from "./plot.js";
 import { number } from "./words.js";
 
@@ -16,7 +16,7 @@ export class Hits {
     if (this.touches.length > 400) this.touches.shift();
   }
 
-  // diameter_px: of the target, of the panel's pixels.
+  // diameter_px: diameter of the target in pixels of the panel.
   draw(diameter_px) {
     const { context, width, height } = fitted(this.canvas);
     this.radius = 0.5 * diameter_px;
@@ -38,7 +38,7 @@ export class Hits {
     this.touches.forEach((touch, i) => this.mark(context, touch, this.touches.length - i, x0, y0, scale));
   }
 
-  // A dot counts, a cross does not: told apart by shape too.
+  // A dot is a counted touch, a cross is a rejected one: the shape differs as well as the colour.
   mark(context, touch, age, x0, y0, scale) {
     const [x, y] = [x0 + scale * touch.deviation_x_px, y0 + scale * touch.deviation_y_px];
     context.globalAlpha = age <= FADE ? 1 - (0.7 * (age - 1)) / FADE : 0.2;
@@ -59,7 +59,7 @@ export class Hits {
   }
 }
 
-// Median and quartiles of each window, and how many touches it had.
+// Median and quartiles of each window, and its number of counted touches.
 export function drawWindows(canvas, windows, count) {
   const { context, width, height } = fitted(canvas);
   const [left, bottom] = [38, 30];

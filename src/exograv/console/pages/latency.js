@@ -1,4 +1,4 @@
-// Touches beside flashes in a steady rhythm: how late this panel is, as far as a person's rhythm tells.
+// Delay of the panel: touches compared with flashes in a steady rhythm. The person's own timing error is included.
 import { Line } from "./line.js";
 import { lockPage } from "./lock.js";
 import { loadWords, number, say, sentence } from "./words.js";

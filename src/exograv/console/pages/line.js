@@ -1,4 +1,4 @@
-// The line to the server: comes back by itself, knows how the two clocks differ, and answers every question.
+// Line to the server: it reconnects by itself, measures the clock offset, and settles every request.
 const PING_S = 1.0;
 const SILENT_S = 3.5;
 const BACK_AFTER_MS = [200, 400, 800, 1500];
@@ -9,13 +9,13 @@ export function name(bytes = 12) {
   return Array.from(raw, (byte) => byte.toString(16).padStart(2, "0")).join("");
 }
 
-// Seconds of this opening of the page, as events have them.
+// Time since this opening of the page [s], on the clock of events.
 export function now() {
   return performance.now() / 1000;
 }
 
 export class Line {
-  // hear: messages by kind; changed: told "open", "away" or "shut" (for good: nobody is logged in here any more).
+  // hear: handlers by kind of message; changed: called with "open", "away", or "shut" (logged out, no reconnection).
   constructor(role, hear, changed) {
     this.role = role;
     this.hear = hear;
@@ -101,7 +101,7 @@ export class Line {
 
   ping() {
     if (this.state === "open" && now() - this.heardAt > SILENT_S) {
-      // A network that swallows everything never closes anything.
+      // A network that drops all packets never closes the socket, so the page closes it.
       this.socket.onclose = this.socket.onmessage = null;
       this.socket.close();
       return this.closed({ code: 1006 });
@@ -117,7 +117,7 @@ export class Line {
     return true;
   }
 
-  // The answer to a question, in the end: { taken, why }.
+  // Send a request; the promise always settles, with { taken, why } and with lost: true if no answer came.
   ask(message) {
     const id = message.id ?? name();
     return new Promise((settle) => {
@@ -134,7 +134,7 @@ export class Line {
     return this.ask({ kind: "do", made: now(), act: { kind, ...fields }, ...version });
   }
 
-  // A Stop that nobody heard is said again as soon as somebody hears.
+  // A Stop without an answer is sent again as soon as the line is open.
   async stop(id = name()) {
     this.stopWanted = id;
     const answer = await this.ask({ kind: "do", id, made: now(), act: { kind: "stop" } });

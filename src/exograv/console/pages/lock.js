@@ -1,4 +1,4 @@
-// A page under a hand: no zoom, no scrolling, no selection, no menu.
+// Lock of a touch page: no zoom, no scrolling, no selection, no context menu.
 export function lockPage() {
   const prevent = (event) => event.preventDefault();
   for (const kind of ["contextmenu", "selectstart", "dragstart", "gesturestart", "gesturechange", "dblclick"]) {

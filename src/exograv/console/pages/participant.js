@@ -1,4 +1,4 @@
-// The page in front of the arm: target, arrow, countdown, and every touch with its own time. It never shows the arm.
+// Page of the participant: target, arrow, countdown, and every touch with its own time. It never shows the arm.
 import { Line, now } from "./line.js";
 import { lockPage } from "./lock.js";
 import { Touches } from "./touches.js";
@@ -51,7 +51,7 @@ function changed(state) {
   document.body.dataset.line = state;
 }
 
-// Touches wait for the clock to be fitted: without it nobody knows when they were.
+// Touches wait until the page's clock is fitted: without the fit their time on the server's clock is unknown.
 function resend() {
   const message = touches.message();
   if (message && line.pongs > 0) line.send(message);
@@ -87,7 +87,7 @@ function place(diameter_px) {
   const element = at("target");
   element.style.left = `${100 * target.x_fraction}%`;
   element.style.top = `${100 * target.y_fraction}%`;
-  // Of the panel's pixels, whatever the browser's own are.
+  // The diameter is in pixels of the panel; CSS pixels may be larger.
   const diameter = (diameter_px ?? 100) / devicePixelRatio;
   element.style.width = element.style.height = `${diameter}px`;
   const [x, y, width, height] = HALVES[target.visible];
@@ -108,7 +108,7 @@ function clockText(seconds) {
 }
 
 function centre() {
-  // The rendered element says where the target is; while it is hidden, the field and the same fractions do.
+  // The rendered element gives the position of the target. While it is hidden, the field and the fractions give it.
   const box = at("target").getBoundingClientRect();
   if (box.width > 0) return [box.left + box.width / 2, box.top + box.height / 2];
   const field = at("field").getBoundingClientRect();

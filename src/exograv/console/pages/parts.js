@@ -1,4 +1,4 @@
-// Parts of the console's page: alarms, and what is known of the arm.
+// Parts of the pages: alarms, and the estimate of the arm.
 import { nameOf, number, say, sentence } from "./words.js";
 
 const at = (id) => document.getElementById(id);
@@ -8,7 +8,7 @@ export function clockText(seconds) {
   return whole < 100 ? `${whole} s` : `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}`;
 }
 
-// A choice that follows what the server says, but not under somebody's hand.
+// Options of a select element that follow the server. They are replaced only when they change.
 export function choose(select, values, chosen, text) {
   const key = JSON.stringify([values, chosen, document.documentElement.lang]);
   if (select.dataset.key === key) return;
@@ -17,7 +17,7 @@ export function choose(select, values, chosen, text) {
   select.value = chosen;
 }
 
-// Those of machine, run and console in one list; the most urgent first.
+// Alarms of machine, run and console in one list, the most urgent first.
 export function listAlarms({ shown, run, alarms }, acknowledge, mayAcknowledge) {
   const RANK = { high: 0, medium: 1, low: 2 };
   const all = [
@@ -49,7 +49,7 @@ function alarmItem(alarm, t, acknowledge, mayAcknowledge) {
   return item;
 }
 
-// Intervals that close, beside what was believed before anything moved.
+// Intervals of the estimate beside those of the prior, and the predicted left over.
 export function learning(shown) {
   const { learning: learned } = shown;
   at("learned").value = learned?.share_done ?? 0;

@@ -1,9 +1,9 @@
-// Lines that run from right to left: the last seconds of some series, drawn at the screen's own rate.
+// Scrolling plot: the last seconds of some series, drawn at the rate of the screen.
 export const COLOURS = ["#56b4e9", "#e69f00", "#2fc58f", "#f0e442", "#cc79a7", "#ff7a4d", "#9ec1ff"];
 const KEPT_S = 12;
 
 export class Plot {
-  // styles: names of the series of a sample, each with { dash, alpha, width }.
+  // styles: series by name, each with { dash, alpha, width }.
   constructor(canvas, styles, seconds = 10) {
     Object.assign(this, { canvas, styles, seconds, title: "" });
     this.times = [];
@@ -23,7 +23,7 @@ export class Plot {
     }
   }
 
-  // latest: the right border, on the clock of the samples.
+  // latest: time at the right border, on the clock of the samples [s].
   draw(latest) {
     const { context, width, height } = fitted(this.canvas);
     const [left, bottom] = [38, 16];
@@ -103,7 +103,7 @@ export function niceStep(span, most) {
   return power * [1, 2, 5, 10].find((factor) => factor * power >= raw);
 }
 
-// A canvas as sharp as the panel, cleared; drawn in CSS pixels.
+// Clear a canvas and set its resolution to that of the panel; drawing uses CSS pixels.
 export function fitted(canvas) {
   const [width, height] = [canvas.clientWidth, canvas.clientHeight];
   const [wide, high] = [Math.round(width * devicePixelRatio), Math.round(height * devicePixelRatio)];

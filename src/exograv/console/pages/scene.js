@@ -1,4 +1,4 @@
-// Machine and arm as lines in space, turned by mouse, finger or arrow keys. x forward, y left, z up, in metres.
+// View of machine and arm as lines in space, turned by mouse, finger or arrow keys. x forward, y left, z up [m].
 import { fitted } from "./plot.js";
 
 const TURN = 0.01;
@@ -28,7 +28,7 @@ export class Scene {
     this.skeleton = skeleton;
     const points = [...skeleton.exo, ...skeleton.arm].flat();
     if (points.length === 0) return;
-    // The box only grows: a view that breathes with the arm cannot be read.
+    // The box only grows: a scale that follows the arm would be hard to read.
     this.box ??= points[0].map((value) => [value, value]);
     for (const point of points) {
       point.forEach((value, axis) => {

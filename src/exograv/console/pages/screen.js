@@ -1,4 +1,4 @@
-// How long a pixel of this panel is: by a bank card laid upon it, or by a ruler. What it reports of itself is not asked.
+// Size of the panel's pixels, measured with a bank card or a ruler. The size that the device reports is not used.
 import { Line } from "./line.js";
 import { loadWords, number, say, sentence } from "./words.js";
 
@@ -30,7 +30,7 @@ async function main() {
   await loadWords();
   at("width").value = 320;
   at("height").value = 320 * CARD_RATIO;
-  // A card keeps its shape; the height can still be set by itself, and tells whether the panel's pixels are square.
+  // The rectangle keeps the shape of a card. Its height can also be set alone, which shows if the pixels are square.
   at("width").oninput = () => {
     at("height").value = at("width").value * CARD_RATIO;
     show();

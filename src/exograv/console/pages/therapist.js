@@ -1,13 +1,13 @@
-// One knob: how much of the arm's weight is taken away. One button for what comes next, and Stop.
+// Page of the therapist: one knob for the weight support, one button for the next step, and Stop.
 import { Line } from "./line.js";
 import { lockPage } from "./lock.js";
 import { choose } from "./parts.js";
 import { loadWords, number, say, sentence } from "./words.js";
 
 const BEAT_MS = 200;
-// A knob that is turned asks a few times a second; the guard's ramp does the rest.
+// While the knob moves, the page requests its level a few times a second; the guard applies its ramp.
 const ASK_EVERY_MS = 150;
-// What the button does next; the first that is possible.
+// Acts of the button, by priority: the first possible act is the next step.
 const NEXT = [
   ["reset", "therapist.reset"],
   ["take_arm", "therapist.start"],
@@ -54,7 +54,7 @@ function take(message) {
   else if (shown.latch) at("why").textContent = sentence(shown.latch);
 }
 
-// Whose arm it is. Another one is put in at once, while the machine is off.
+// Choice of side and person. A change takes effect at once, while the machine is off.
 function persons(shown) {
   const may = isSteering() && shown.possible.includes("don");
   choose(at("side"), shown.sides, shown.side, (side) => say(`side.${side}`));
@@ -66,7 +66,7 @@ function persons(shown) {
 
 async function put() {
   const code = at("person").value;
-  // Files are of one side.
+  // A participant's file belongs to one side.
   const isOther = at("side").value !== state.shown.side;
   const who = { side: at("side").value, ...(code && !isOther ? { participant: code } : {}) };
   const { taken } = await tell(line.act("don", who, state.shown.version));

@@ -1,4 +1,4 @@
-// Touches that the server has not acknowledged yet. They outlive a lost line, a reload and a closed browser.
+// Touches without an acknowledgement of the server. They survive a lost line, a reload and a closed browser.
 const KEY = "touches";
 const AT_ONCE = 30;
 const KEPT_MAX = 2000;
@@ -28,11 +28,11 @@ export class Touches {
     try {
       this.storage.setItem(KEY, JSON.stringify(this.waiting));
     } catch {
-      // A browser that keeps nothing still has them until it is closed.
+      // Without storage the touches stay in memory until the page is closed.
     }
   }
 
-  // The oldest that wait, as one message; null if none does.
+  // The oldest waiting touches as one message; null if none waits.
   message() {
     return this.waiting.length === 0 ? null : { kind: "touches", touches: this.waiting.slice(0, AT_ONCE) };
   }

@@ -1,4 +1,4 @@
-// How a finger goes on after it came down; with what the browser had coalesced, for it is as raw as it gets.
+// Path of a finger after it came down, with the events that the browser coalesced: they are the rawest data.
 const POINTS_MAX = 100;
 
 export class Trails {

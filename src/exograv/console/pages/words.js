@@ -1,6 +1,6 @@
-// Words in the reader's language: every element with data-word shows one, data-label gives one to screen readers.
+// Texts in the reader's language: each element with data-word shows one; data-label gives one to screen readers.
 const LANGUAGES = ["en", "de"];
-// Gaps that hold a name which pages have words for.
+// Placeholders whose value is a name that has a text of its own.
 const KNOWN = { role: "role", side: "side", begun: "side" };
 let words = {};
 let fallback = {};
@@ -32,13 +32,13 @@ export async function loadWords() {
   }
 }
 
-// A word by its name; {x} in it is replaced by values.x. Without one, what the server wrote is better than nothing.
+// Text by its name, with {x} replaced by values.x. Without such a text, `otherwise` is shown.
 export function say(name, values = {}, otherwise = name) {
   const text = words[name] ?? fallback[name] ?? otherwise;
   return text.replace(/\{(\w+)\}/g, (_, key) => values[key] ?? "");
 }
 
-// A sentence of the server, by its code. English is the server's own; what has no code in any language stays as it is.
+// Sentence of the server by its code. English text comes from the server; a text without a code is shown unchanged.
 export function sentence(spoken) {
   if (!spoken) return "";
   const gaps = Object.entries(spoken.gaps).map(([name, gap]) => [name, own(name, gap)]);
@@ -50,7 +50,7 @@ function own(name, gap) {
   return family ? say(`${family}.${gap.text}`, {}, gap.text) : sentence(gap);
 }
 
-// The name of a joint or a parameter; in a machine for both arms it begins with its side.
+// Name of a joint or a parameter. In a machine for both arms it begins with the side.
 export function nameOf(family, name) {
   const [, side, own] = /^(?:(right|left)_)?(.*)$/.exec(name);
   const what = say(`${family}.${own}`, {}, own.replaceAll("_", " "));
