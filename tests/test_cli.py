@@ -1,4 +1,4 @@
-"""The command line answers fast, refuses in one readable line, and keeps its contract with scripts."""
+"""The command line answers fast, refuses with one readable line, and keeps its contract with scripts."""
 
 import json
 import os
@@ -38,7 +38,7 @@ RECORDING_STARTS_S = 60.0
 
 
 def exograv(*words: str, folder: Path, columns: int = 80) -> subprocess.CompletedProcess[str]:
-    """One command in a process of its own."""
+    """Run one command in a process of its own."""
     command = [sys.executable, "-m", "exograv.cli", *words]
     environment = {**os.environ, "COLUMNS": str(columns)}
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
@@ -238,7 +238,7 @@ def test_the_doctor_says_what_is_wrong_and_so_does_its_exit_status(tmp_path: Pat
 
 
 def test_a_run_that_is_stopped_by_the_keyboard_leaves_a_recording_that_can_be_read(tmp_path: Path):
-    # A shell without job control lets what it starts in the background ignore Ctrl-C, and its children with it.
+    # A shell without job control starts background processes that ignore Ctrl-C, and their children ignore it too.
     listening = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
     command = [
         sys.executable,
@@ -306,5 +306,5 @@ def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch
     assert "out/report.html" in shown
     assert "never in this run" in " ".join(shown.split())
     assert "at most 1.00, 2.00, 3.00, 4.00 N·m" in " ".join(shown.split())
-    assert "told 1 of 51 parameters, in 2 combinations" in " ".join(shown.split())
+    assert "determined 1 of 51 parameters, in 2 combinations" in " ".join(shown.split())
     assert "The person did not relax from 12 s on." in " ".join(shown.split())

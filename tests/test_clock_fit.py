@@ -1,4 +1,4 @@
-"""A known offset and drift are found again, intervals cover them, and one late probe moves nothing."""
+"""The fit recovers a known offset and drift, its intervals cover them, and one late probe does not change it."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def test_intervals_cover_the_truth_nineteen_times_in_twenty(what: str):
     truths = {"offset": [OFFSET_S + DRIFT * (fit.middle - 5e4) for fit in fits], "drift": [DRIFT] * len(fits)}
     intervals = [getattr(fit, f"{what}_ci95") for fit in fits]
     covered = np.mean([low <= truth <= high for (low, high), truth in zip(intervals, truths[what], strict=True)])
-    assert 0.91 <= covered <= 0.985  # 0.95 and 2.5 standard deviations of 200 draws
+    assert 0.91 <= covered <= 0.985  # 0.95 ± 2.5 standard deviations of 200 draws.
 
 
 def test_intervals_cover_the_drift_when_neighbouring_measurements_err_alike():
@@ -49,7 +49,7 @@ def test_intervals_cover_the_drift_when_neighbouring_measurements_err_alike():
         assert fit is not None
         assert fit.drift_ci95 is not None
         covered.append(fit.drift_ci95[0] <= DRIFT <= fit.drift_ci95[1])
-    assert np.mean(covered) >= 0.90  # plain intervals: two in three
+    assert np.mean(covered) >= 0.90  # Intervals without the correction for correlation cover two of three.
 
 
 def test_probes_that_waited_in_a_queue_hardly_move_the_line():

@@ -1,4 +1,4 @@
-"""Every reference motion is one motion: its velocity and acceleration are the derivatives of its position."""
+"""Every reference motion is consistent: its velocity and acceleration are the derivatives of its position."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from exograv.motion import Trajectory, eased_in, fourier, go_to, hold, joined, m
 DT = 1e-3
 START = np.array([0.1, -0.2, 0.3, 1.0])
 GOAL = np.array([0.9, 0.4, -0.3, 1.5])
-ENDS = slice(1, -1)  # central differences need a neighbour on both sides
+ENDS = slice(1, -1)  # Central differences need a neighbour on both sides.
 
 
 def excitation() -> Trajectory:
@@ -25,7 +25,7 @@ SMOOTH = {
     "hold": hold(START, 1.0, DT),
 }
 TABLED = {"eased in": eased_in(excitation(), 2.0), "sweep": sweep(START, 3, 1.4, 0.2, DT)}
-"""Motions that are read from a table or have corners: first order in the period only."""
+"""Motions from a table or with corners, which are accurate to first order in the period only."""
 
 
 def differences(table: np.ndarray) -> np.ndarray:
@@ -35,7 +35,7 @@ def differences(table: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("name", SMOOTH)
 def test_velocity_and_acceleration_are_derivatives(name: str):
     motion = SMOOTH[name]
-    # Second-order differences at 1 ms of motions with at most 400 rad/s³ and 1e4 rad/s⁴.
+    # Error of second-order differences at 1 ms, for motions with at most 400 rad/s³ and 1e4 rad/s⁴.
     np.testing.assert_allclose(motion.v[ENDS], differences(motion.q), atol=1e-4)
     np.testing.assert_allclose(motion.a[ENDS], differences(motion.v), atol=2e-3)
 
@@ -52,7 +52,7 @@ def test_velocity_and_acceleration_of_a_tabled_motion_are_derivatives_to_one_per
 @pytest.mark.parametrize("seconds", [0.5, 1.2345, 2.0])
 def test_minimum_jerk_goes_from_rest_to_rest(seconds: float):
     motion = minimum_jerk(START, GOAL, seconds, DT)
-    np.testing.assert_allclose(motion.q[0], START, atol=1e-6)  # one tick after the start
+    np.testing.assert_allclose(motion.q[0], START, atol=1e-6)  # The first row is one tick after the start.
     np.testing.assert_allclose(motion.q[-1], GOAL, atol=1e-12)
     np.testing.assert_allclose(motion.v[-1], 0.0, atol=1e-12)
     np.testing.assert_allclose(motion.a[-1], 0.0, atol=1e-10)
@@ -62,7 +62,7 @@ def test_minimum_jerk_goes_from_rest_to_rest(seconds: float):
 @pytest.mark.parametrize("v_max", [0.2, 1.0, 100.0])
 def test_no_joint_goes_faster_than_allowed(v_max: float):
     motion = go_to(START, GOAL, v_max, DT)
-    assert np.abs(motion.v).max() <= v_max * (1 + 2 * DT)  # whole ticks
+    assert np.abs(motion.v).max() <= v_max * (1 + 2 * DT)  # The duration is rounded to whole ticks.
     assert motion.seconds >= 0.5
 
 
@@ -97,7 +97,7 @@ def test_an_eased_in_motion_keeps_to_the_path_and_lags_by_half_the_ramp():
     lag = 1000
     np.testing.assert_allclose(eased.q[2000:], motion.q[1000 : len(motion) - lag], atol=1e-9)
     np.testing.assert_allclose(eased.v[2000:], motion.v[1000 : len(motion) - lag], atol=1e-9)
-    # The nearest point of the path is never further away than half a tick's way.
+    # The nearest point of the path is never farther away than half the motion in a tick.
     for q in eased.q[:2000:100]:
         assert np.linalg.norm(motion.q[:2000] - q, axis=1).min() < 0.5 * DT * np.linalg.norm(motion.v, axis=1).max()
 

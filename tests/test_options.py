@@ -1,4 +1,4 @@
-"""Every option is declared once: on the class that uses it."""
+"""Every option is declared once, on the class that uses it."""
 
 from collections import Counter
 from dataclasses import dataclass, fields

@@ -1,4 +1,4 @@
-"""A sentence is its English text, and keeps what renders it in another language."""
+"""A sentence is its English text, and keeps the code and fields that render it in another language."""
 
 import pickle
 

@@ -90,7 +90,9 @@ def test_a_positive_definite_system_is_solved(seed: int, n: int):
     root = generator.normal(size=(n, n))
     H, b = root @ root.T + np.eye(n), generator.normal(size=(n, 2))
     x, pivot = solve_symmetric(ca.SX(ca.DM(H)), ca.SX(ca.DM(b)), 1e-3)
-    np.testing.assert_allclose(numbers(x), np.linalg.solve(H, b), atol=1e-9)  # condition up to some hundred
+    np.testing.assert_allclose(
+        numbers(x), np.linalg.solve(H, b), atol=1e-9
+    )  # The condition number is up to some hundred.
     assert 0.99 <= numbers(pivot).item() <= np.linalg.eigvalsh(H)[-1]
 
 

@@ -1,4 +1,4 @@
-"""A Chromium, if there is one; with EXOGRAV_BROWSER_TESTS=required there has to be."""
+"""Fixtures with Chromium. Without it the tests are skipped, or fail with EXOGRAV_BROWSER_TESTS=required."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -14,13 +14,13 @@ from exograv.console.keys import Role
 from .of_browser import Visitor, quick_plan
 
 CHROMIUM = Path("/usr/bin/chromium")
-# Without a sandbox in tests only; a graphics card is nothing that a test may need.
+# The sandbox is off in tests only. Tests must not need a graphics card.
 ARGUMENTS = ["--no-sandbox", "--disable-gpu"]
 
 Visit = Callable[..., Visitor]
 
 
-# Not for the whole run: while it is there this thread has a loop, and no test after these could have one of its own.
+# Not for the whole run: while the browser lives this thread has a loop, and later tests could not start their own.
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
     if not CHROMIUM.exists() and os.environ.get("EXOGRAV_BROWSER_TESTS") != "required":
@@ -33,8 +33,8 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture
 def house(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Served]:
-    """A server on a fake desk, with a protocol of seconds."""
-    # A busy computer may hold a browser for seconds; what a lease does is tested in tests/console.
+    """Server on a fake desk, with a protocol of a few seconds."""
+    # A busy computer may delay a browser for seconds. The lease itself is tested in tests/console.
     monkeypatch.setattr(lease, "LEASE_S", 8.0)
     with served(tmp_path, quick_plan()) as running:
         yield running
@@ -42,7 +42,7 @@ def house(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Served]:
 
 @pytest.fixture
 def visit(browser: Browser, house: Served) -> Iterator[Visit]:
-    """Lets somebody in, and sees to it that all go in peace."""
+    """Function that logs in a visitor. At the end all visitors close, and the console must not have failed."""
     visitors = list[Visitor]()
 
     def come(role: Role, language: str = "en", **size: int) -> Visitor:

@@ -1,4 +1,4 @@
-"""Pages in a real Chromium, and a protocol of seconds."""
+"""Pages in a real Chromium, and a protocol of a few seconds."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ RETURN_S = 0.35
 
 
 def quick_plan(screen: ScreenCalibration | None = None) -> TaskPlan:
-    """Two windows of 8 s, the first after 2.5 s; the arrow changes within a second."""
+    """Plan with two windows of 8 s, the first after 2.5 s; the arrow changes within a second."""
     loaded = load_protocol("training")
     settings = loaded.settings
     windows = settings.windows.model_copy(update={"count": 2, "duration_s": 8.0})
@@ -37,10 +37,10 @@ def quick_plan(screen: ScreenCalibration | None = None) -> TaskPlan:
 
 
 class Visitor:
-    """Somebody with a browser of his own; a mistake in a page's script fails the test."""
+    """Visitor with a browser context of its own. An error in a page's script fails the test."""
 
     def __init__(self, browser: Browser, served: Served, role: Role, language: str = "en", **size: int):
-        """`width` and `height` where they are not a tablet's."""
+        """Open the page of a role; `size` replaces the width and height of a tablet."""
         self.served, self.role = served, role
         viewport = {**TABLET, **size}
         self.context = browser.new_context(
@@ -48,7 +48,7 @@ class Visitor:
             has_touch=True,
             locale=language,
             device_scale_factor=1,
-            # Nobody has signed what a test makes for itself.
+            # A certificate that a test makes for itself is not signed.
             ignore_https_errors=True,
         )
         self.page: Page = self.context.new_page()
@@ -62,11 +62,11 @@ class Visitor:
         self.page.locator(what).first.wait_for(state="attached", timeout=1e3 * timeout_s)
 
     def press(self, what: str) -> None:
-        """A click, as soon as it is possible."""
+        """Click as soon as the element allows it."""
         self.page.locator(what).click(timeout=8000.0)
 
     def act(self, name: str, mode: str) -> None:
-        """Press until the machine is in this mode: an act that a busy computer delays by half a second is refused."""
+        """Press until the machine is in the mode, because an act that a busy computer delays by 0.5 s is refused."""
         for _ in range(6):
             self.press(f"[data-act={name}]")
             try:
@@ -76,12 +76,12 @@ class Visitor:
         raise AssertionError(f"{name} did not lead to {mode}")
 
     def close(self) -> None:
-        """Go; nothing may have gone wrong in a page until then."""
+        """Close the browser context. No page may have had an error."""
         self.context.close()
         assert self.mistakes == [], self.mistakes
 
 
 def take_arm(operator: Visitor) -> None:
-    """In two steps."""
+    """Take the arm in two steps."""
     operator.act("make_ready", "exo_only")
     operator.act("take_arm", "floating")

@@ -1,4 +1,4 @@
-"""What a lost line, a reload, a closed browser and two hands do not lose or spoil."""
+"""A lost line, a reload, a closed browser and two hands lose and spoil nothing."""
 
 import time
 
@@ -16,7 +16,7 @@ def kept(visitor: Visitor) -> int:
 
 
 def in_task(visit: Visit) -> tuple[Visitor, Visitor]:
-    """An operator, and a participant whose window is open."""
+    """Open the pages of an operator and of a participant whose window is open."""
     operator, participant = visit(Role.OPERATOR), visit(Role.PARTICIPANT)
     take_arm(operator)
     operator.press("[data-run=start]")
@@ -31,7 +31,7 @@ def totals(house: Served):
 
 def test_touches_without_a_line_wait_outlive_a_reload_and_count_where_they_fell(house: Served, visit: Visit):
     _, participant = in_task(visit)
-    # Nobody gets a ticket, and the line is cut: a network that is away.
+    # Without tickets and with the line cut, the network is lost.
     participant.page.route("**/ticket", lambda route: route.abort())
     house.cut_off(Role.PARTICIPANT)
     participant.page.locator("#away:not([hidden])").wait_for()
@@ -70,7 +70,7 @@ def test_a_palm_and_a_second_finger_are_kept_with_their_reason(house: Served, vi
         devtools.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
 
     def refused() -> dict[str, int]:
-        # What was not acknowledged in time is sent again.
+        # Touches without an acknowledgement in time are sent again.
         return {why: count for why, count in totals(house).rejected.items() if why != "repeated"}
 
     press({"x": 640.0, "y": 400.0, "radiusX": 120.0, "radiusY": 90.0})
@@ -80,7 +80,7 @@ def test_a_palm_and_a_second_finger_are_kept_with_their_reason(house: Served, vi
     raw = [message for topic, _, message in house.desk.written if topic == "/console/touch"]
     assert raw[0]["width_px"] >= 200.0
     assert raw[0]["pointer"] == "touch"
-    # Timestamps in steps of 5 µs: the page is isolated from all others.
+    # The page is isolated from all others, so timestamps have steps of 5 µs.
     assert participant.page.evaluate("crossOriginIsolated")
 
 

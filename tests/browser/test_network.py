@@ -1,4 +1,4 @@
-"""In a laboratory's network: over TLS, under one name, with a tablet held either way, and back after a break."""
+"""Pages work in a network: over TLS, under one name, on a tablet in either orientation, and after a lost connection."""
 
 import datetime
 import ssl
@@ -26,13 +26,13 @@ from .of_browser import RETURN_S, Visitor, quick_plan, take_arm
 from .test_lost import totals
 
 LAN = "127.0.0.2"
-"""Another address of this computer than the one that it serves without a certificate."""
+"""Address of this computer that differs from the one that it serves without a certificate."""
 
 HOURS = datetime.timedelta(hours=2)
 
 
 def certificate_in(folder: Path) -> tuple[Path, Path]:
-    """One that nobody else has signed, and its key."""
+    """Make a self-signed certificate and its key."""
     key = ec.generate_private_key(ec.SECP256R1())
     name, now = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, LAN)]), datetime.datetime.now(datetime.UTC)
     made = (
@@ -63,7 +63,7 @@ def house(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Served]:
 
 
 def answered(house: Served, host: str, origin: str | None, certificate: Path) -> int:
-    """What the server says to somebody who trusts its certificate and calls it by this name."""
+    """Answer of the server to a client that trusts its certificate and uses this host name."""
     trust = ssl.create_default_context(cafile=certificate)
     headers = {"Host": host, "X-Exograv": "1"} | ({} if origin is None else {"Origin": origin})
     asked = urllib.request.Request(f"{house.hub.origin}/enter", b'{"token": ""}', headers)
@@ -78,7 +78,7 @@ def answered(house: Served, host: str, origin: str | None, certificate: Path) ->
 def test_two_computers_share_a_session_over_tls_and_a_tablet_is_held_either_way(
     house: Served, browser: Browser, tmp_path: Path
 ):
-    # The token is wrong each time; 0 says that somebody has looked at it.
+    # The token is wrong each time; 0 means that the server has checked it.
     ours, certificate = house.hub.origin.removeprefix("https://"), tmp_path / "certificate.pem"
     assert answered(house, ours, house.hub.origin, certificate) == 0
     assert answered(house, "rebound.example", house.hub.origin, certificate) == 403

@@ -1,4 +1,4 @@
-"""Two operators, a participant who wants to start, a screen to measure, one knob, two languages."""
+"""Roles in the browser: two operators, a participant who tries to start, a screen measurement, one knob, languages."""
 
 import json
 import time
@@ -33,7 +33,7 @@ def test_a_participant_page_that_sends_start_is_refused_and_the_operator_is_told
     operator, participant = visit(Role.OPERATOR), visit(Role.PARTICIPANT)
     take_arm(operator)
     start = {"kind": "run", "id": "12345678", "made": 1.0, "word": "start"}
-    # As somebody would who opens the browser's tools: a line of his own with the page's cookie.
+    # A person who opens the browser's tools can open a further line with the page's cookie.
     answer = participant.page.evaluate(
         """async (start) => {
             const asked = await fetch("/participant/ticket", { method: "POST", headers: { "X-Exograv": "1" } });
@@ -94,7 +94,7 @@ def test_one_knob_supports_the_arm_and_the_other_button_stops_it(house: Served, 
     therapist = visit(Role.THERAPIST)
     therapist.page.locator("#side:enabled").select_option("left")
     wait_until(lambda: house.desk.side == "left")
-    time.sleep(0.3)  # the page knows: what was asked for something else is refused
+    time.sleep(0.3)  # Wait for the new state: an act for an older state is refused.
     therapist.page.locator("#person:enabled").select_option("T02")
     wait_until(lambda: house.desk.participant == "T02")
     time.sleep(0.3)

@@ -33,7 +33,7 @@ def test_an_operator_takes_the_arm_and_starts_and_a_participant_touches_eight_ti
     assert (round(box["width"]), round(box["height"])) == (150, 150)
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     arrow = participant.page.locator("#arrow")
-    # Slowly at first, so that the arrow says all that it can say.
+    # The first touches are slow, so that the arrow shows all its shapes.
     arrow.and_(participant.page.locator("[data-shape=up]:not([hidden])")).wait_for()
     shapes.add(arrow.get_attribute("data-shape"))
     for number in range(8):
@@ -48,7 +48,7 @@ def test_an_operator_takes_the_arm_and_starts_and_a_participant_touches_eight_ti
     touches = [message for topic, _, message in house.desk.written if topic == "/task" and message["kind"] == "touch"]
     assert {round(touch["deviation_px"], 3) for touch in touches} == {5.0}
     operator.page.locator("#totals", has_text="8 touches, 8 counted").wait_for()
-    # In the window the arm is weightless, and the machine was asked for it along a ramp.
+    # In the window the arm is weightless. The level was requested along a ramp.
     levels = [act.gravity_level for act in house.desk.taken if act.kind == "set_level"]
     assert levels[-1] == 0.0
     assert all(0.0 <= a - b < 0.35 for a, b in itertools.pairwise(levels))
@@ -66,7 +66,7 @@ def test_stop_of_the_participant_lets_the_arm_down_and_nothing_starts_by_itself(
     operator.sees("body[data-mode=safe]")
     participant.sees("body[data-screen=paused]")
     assert house.desk.machine.mode is Mode.SAFE
-    # The finger on Stop was no pointing.
+    # A finger on Stop is not recorded as a touch of the task.
     assert all(topic != "/console/touch" for topic, _, _ in house.desk.written)
     operator.page.locator("#alarms li").first.wait_for()
     operator.press("[data-act=reset]")
@@ -81,8 +81,8 @@ def test_plots_are_drawn_thirty_times_a_second_and_the_machine_is_seen_to_move(h
     operator = visit(Role.OPERATOR)
     operator.page.locator("#legend button").first.wait_for()
     before, begun = operator.page.evaluate("drawnPlots()"), time.monotonic()
-    time.sleep(3.0)  # in one second a picture more or less is a thirtieth
-    # A page under test shares two cores with whatever else runs; the limit is what the issue promises.
+    time.sleep(3.0)  # In one second, one picture more or less would be an error of a thirtieth.
+    # A page under test shares two cores with other processes; the limit is the promised rate with 10 % tolerance.
     assert operator.page.evaluate("drawnPlots()") - before >= 30.0 * (time.monotonic() - begun) * 0.9
     assert operator.page.locator("#legend button").count() == 4
 

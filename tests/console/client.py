@@ -1,4 +1,4 @@
-"""Starlette's test client, and how somebody comes in by it."""
+"""Starlette's test client, and a login with it."""
 
 import json
 import warnings
@@ -9,7 +9,7 @@ from exograv.console.hub import Hub
 from exograv.console.keys import Role
 
 with warnings.catch_warnings():
-    # It would rather have httpx2, the successor of the httpx that our lock pins.
+    # Starlette warns that it prefers httpx2, the successor of the httpx that our lock pins.
     warnings.simplefilter("ignore")
     from starlette.testclient import TestClient as TestClient
 
@@ -20,7 +20,7 @@ PAGE = "page-of-a-test"
 
 
 def enter(client: TestClient, hub: Hub, role: Role) -> None:
-    """Come in; the client keeps the cookie."""
+    """Log in; the client keeps the cookie."""
     response = client.post("/enter", json={"token": hub.keys.token(role)}, headers=OURS)
     assert response.json() == {"role": role.value}
 
@@ -34,7 +34,7 @@ def hello(client: TestClient, role: Role) -> str:
 
 
 def closed_with(socket) -> int:
-    """Read until the server ends the line."""
+    """Read until the server closes the line; return the close code."""
     while True:
         try:
             socket.receive_json()

@@ -1,4 +1,4 @@
-"""A console on a fake desk whose clock stands."""
+"""Console on a fake desk with a clock that a test sets."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -27,7 +27,7 @@ def desk(clock: SetClock) -> FakeDesk:
 
 @pytest.fixture
 def house(desk: FakeDesk, tmp_path: Path) -> Iterator[Hub]:
-    """With a protocol of three windows, on a machine that takes part."""
+    """Console with a protocol of three windows, on an active machine."""
     with hub_on(desk, tmp_path, short_plan(screen=None)) as hub:
         yield hub
 

@@ -1,4 +1,4 @@
-"""A desk without a machine: the modes of `safety`, joints that swing, and everything that was asked of it."""
+"""Fake desk without a machine: it has the modes of `safety`, swinging joints, and a list of all requests."""
 
 import itertools
 import math
@@ -26,11 +26,11 @@ JOINTS = ("shoulder_abduction", "shoulder_rotation", "shoulder_flexion", "elbow_
 LEVEL_PER_S = 0.2
 RATE_Hz = 50.0
 FASTER = 20.0
-"""Ramps and self-test take a twentieth, so that tests do."""
+"""Speed of ramps and self-test, so that tests are short."""
 
 
 class FakeDesk:
-    """Thread-safe as far as tests need it."""
+    """Fake desk, thread-safe as far as tests need it."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic, is_known: bool = True):
         self.now = clock
@@ -38,7 +38,7 @@ class FakeDesk:
         self.machine = ModeMachine()
         self.is_known = is_known
         self.asked = list[tuple[Act, Who]]()
-        """What reached it."""
+        """Events that reached the desk."""
 
         self.taken = list[Act]()
         self.written = list[tuple[str, float, dict[str, Any]]]()
@@ -147,7 +147,7 @@ class FakeDesk:
         self.machine = ModeMachine()
 
     def alarm(self, text: str) -> None:
-        """Something is wrong with the machine."""
+        """Raise an alarm of the machine."""
         self.alarms.append(
             MachineAlarm(number=next(self._numbers), text=text, priority="high", since_s=self.now(), is_over=True)
         )

@@ -1,4 +1,4 @@
-"""`exograv console` on a twin with the machine of its data sheets: ready in seconds, for tests that strike it."""
+"""Command `exograv console` on a twin with data-sheet values, which is ready in seconds, for tests that kill it."""
 
 from exograv.cli import main
 from exograv.laboratory.preparation import Preparation
@@ -8,7 +8,7 @@ from exograv.procedures.identification.estimator_session import table_guess
 
 
 def nominal_knowledge(self: Preparation, file=None, assembly=None) -> ControllerKnowledge:
-    """Replace a minute of calibration by the machine's data sheets."""
+    """Return the data-sheet values of the machine in place of a calibration, which takes a minute."""
     assembly = assembly or self.laboratory.assembly()
     machine = nominal_machine(self.laboratory.description, assembly.exo.phi)
     return ControllerKnowledge(assembly, machine, table_guess(assembly, machine), 0.0)

@@ -1,8 +1,8 @@
-"""Time that passes when a test says so."""
+"""Clock that a test sets."""
 
 
 class SetClock:
-    """Stands until it is moved."""
+    """Clock that stands still until a test moves it."""
 
     def __init__(self, t: float = 1000.0):
         self.t = t

@@ -1,4 +1,4 @@
-"""A real `exograv console` in a process of its own, and pages without a browser that call it."""
+"""Process with a real `exograv console`, and pages without a browser that connect to it."""
 
 import contextlib
 import json
@@ -23,13 +23,13 @@ from websockets.typing import Origin
 from exograv.task.protocol import FOLDER
 
 SOON_S = 30.0
-"""For a program to start on a computer that does much else [s]."""
+"""Longest start of a program on a busy computer [s]."""
 
 BEAT_S = 0.2
 
 
 def short_file(folder: Path, window_s: float = 3.0) -> Path:
-    """A passive protocol of three short windows, the first after half a second."""
+    """Write a passive protocol of three short windows, the first after half a second."""
     text = (FOLDER / "familiarisation.toml").read_text(encoding="utf-8")
     for before, after in (
         ("before_first_s = 35.0", "before_first_s = 0.5"),
@@ -50,12 +50,12 @@ def short_file(folder: Path, window_s: float = 3.0) -> Path:
 
 
 class Page:
-    """Somebody on a page: comes in by a link, tells the time of its clock, and beats where it steers."""
+    """Page without a browser: it logs in with a link, sends pings, and sends heartbeats if it steers."""
 
     def __init__(self, link: str, name: str = "page-of-a-test"):
         origin, _, token = link.partition("/#")
         self.name, self._number, self.heard = name, 0, dict[str, Any]()
-        """The latest message of each kind."""
+        """Latest message of each kind."""
         self.answers, self.touched = dict[str, Any](), list[dict[str, Any]]()
         body, ours = json.dumps({"token": token}).encode(), {"X-Exograv": "1", "Origin": origin}
         with urllib.request.urlopen(urllib.request.Request(f"{origin}/enter", body, ours)) as entered:
@@ -78,7 +78,7 @@ class Page:
         self._line.send(json.dumps({"kind": kind, **fields}))
 
     def ask(self, kind: str, **fields: Any) -> dict[str, Any]:
-        """And wait for the answer."""
+        """Send a message and wait for its answer."""
         self._number += 1
         name = f"asked-{self._number:06d}"
         self.say(kind, id=name, **fields)
@@ -92,7 +92,7 @@ class Page:
         return self.ask("run", made=time.perf_counter() - BEGUN, word=word)
 
     def ask_link(self, role: str) -> str:
-        """For somebody else; only an operator has one."""
+        """Ask for a link for another person; only an operator gets one."""
         self._number += 1
         name = f"asked-{self._number:06d}"
         self.say("invite", id=name, role=role)
@@ -113,24 +113,24 @@ class Page:
 
     @property
     def shown(self) -> dict[str, Any]:
-        """Of the machine, as it was told last."""
+        """Latest snapshot of the machine."""
         self.until(lambda: "state" in self.heard)
         return self.heard["state"]["shown"]
 
     @property
     def alarms(self) -> list[str]:
-        """Of the machine."""
+        """Latest alarms of the machine."""
         return [alarm["text"]["text"] for alarm in self.shown["alarms"]]
 
     @property
     def run_shown(self) -> dict[str, Any]:
-        """The protocol's, as the operator's page was told last."""
+        """Latest state of the protocol on the operator's page."""
         self.until(lambda: "state" in self.heard)
         return self.heard["state"]["run"]
 
     @property
     def window(self) -> int | None:
-        """The open one."""
+        """Open window of the protocol."""
         return next((each["number"] for each in self.run_shown["windows"] if each["is_open"]), None)
 
     def _hear(self) -> None:
@@ -168,7 +168,7 @@ BEGUN = time.perf_counter()
 
 @contextmanager
 def console(*options: str | Path, module: str = "exograv.cli") -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """The process, and the operator's link; killed at the end."""
+    """Start the process; yield it with the operator's link; kill it at the end."""
     command = [sys.executable, "-m", module, "console", "--no-browser", "--port", "0", *map(str, options)]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,

@@ -1,4 +1,4 @@
-"""Pages without a browser: what they would send, and what they were told."""
+"""Pages without a browser: their messages, and the answers to them."""
 
 import asyncio
 import itertools
@@ -17,7 +17,7 @@ PAGE = "page-of-a-test"
 
 
 def page(hub: Hub, role: Role, clock: SetClock | None = None) -> PageLine:
-    """Somebody who is in, and whose clock is known; it shows a hundred seconds less than the desk's."""
+    """Open a line of a logged-in page with a known clock, a hundred seconds behind the desk's."""
     line = hub.open(PageSession(role, next(_NUMBERS)), f"{PAGE}-{next(_NUMBERS)}")
     if clock is not None:
         told(hub, line, {"kind": "ping", "asked": clock.t - 100.0})
@@ -30,7 +30,7 @@ def pinged(clock: SetClock) -> dict[str, float]:
 
 
 def told(hub: Hub, line: PageLine, *messages: dict[str, Any] | str) -> list[dict[str, Any]]:
-    """Say something, and hear what comes back."""
+    """Send messages and return the answers."""
 
     async def say() -> None:
         for message in messages:
@@ -44,12 +44,12 @@ def told(hub: Hub, line: PageLine, *messages: dict[str, Any] | str) -> list[dict
 
 
 def run(what: Coroutine[Any, Any, None]) -> None:
-    """In a loop of its own."""
+    """Run a coroutine in a loop of its own."""
     asyncio.run(what)
 
 
 def answer(words: list[dict[str, Any]]) -> dict[str, Any]:
-    """The only one."""
+    """Return the only answer."""
     (only,) = [word for word in words if word["kind"] == "answer"]
     why = (only["answer"]["why"] or {"text": ""})["text"]
     return only["answer"] | {"why": why} | {key: value for key, value in only.items() if key not in ("kind", "answer")}
@@ -62,13 +62,13 @@ def name() -> str:
 def do(
     clock: SetClock, kind: str, seen_version: int | None = None, age_s: float = 0.0, **fields: Any
 ) -> dict[str, Any]:
-    """An act, as a page sends it."""
+    """Message of an act, as a page sends it."""
     seen = {} if seen_version is None else {"seen_version": seen_version}
     return {"kind": "do", "id": name(), "made": clock.t - 100.0 - age_s, "act": {"kind": kind, **fields}, **seen}
 
 
 def touch(clock: SetClock, sequence: int, page: str, age_s: float = 0.0, **changes: Any) -> dict[str, Any]:
-    """Three pixels right of and four below the centre."""
+    """Message of a touch three pixels right of the centre and four below."""
     usual = {
         "page": page, "origin_ms": 1.7e12, "at": clock.t - 100.0 - age_s, "sequence": sequence, "x_px": 963.0,
         "y_px": 544.0, "target_x_px": 960.0, "target_y_px": 540.0, "width_px": 10.0, "height_px": 12.0,

@@ -1,4 +1,4 @@
-"""A console in this process, on the fake desk: with a real server in a thread, or for starlette's test client."""
+"""Console in this process on the fake desk: with a real server in a thread, or for Starlette's test client."""
 
 import asyncio
 import threading
@@ -25,7 +25,7 @@ from .fake_desk import FakeDesk
 
 @contextmanager
 def hub_on(desk: FakeDesk, folder: Path, plan: TaskPlan | None, origin: str = "http://127.0.0.1:8088") -> Iterator[Hub]:
-    """Everything but the server."""
+    """Build a console without its server."""
     clocks = PageClocks()
     diary = EventLog(folder / "console.jsonl", desk.write)
     hub = Hub(desk, None if plan is None else ProtocolTrial(plan, clocks, diary), clocks, diary, origin)
@@ -38,7 +38,7 @@ def hub_on(desk: FakeDesk, folder: Path, plan: TaskPlan | None, origin: str = "h
 
 @dataclass
 class Served:
-    """A running server."""
+    """Running server."""
 
     hub: Hub
     desk: FakeDesk
@@ -46,11 +46,11 @@ class Served:
     loop: asyncio.AbstractEventLoop
 
     def link(self, role: Role) -> str:
-        """For one person."""
+        """Link for one person."""
         return f"{self.hub.origin}/#{self.hub.keys.token(role)}"
 
     def cut_off(self, role: Role) -> None:
-        """End the lines of these pages, as a network would."""
+        """End the lines of these pages, as a broken network would."""
 
         def end() -> None:
             for line in self.hub.lines.values():
@@ -65,7 +65,7 @@ class Served:
 def served(
     folder: Path, plan: TaskPlan | None, desk: FakeDesk | None = None, address: Address | None = None
 ) -> Iterator[Served]:
-    """A server in a thread; ended at the end."""
+    """Run a server in a thread, and end it at the end."""
     desk, address = desk or FakeDesk(), address or Address(port=0)
     with bound(address) as (listening, host), hub_on(desk, folder, plan, f"{address.scheme}://{host}") as hub:
         server = uvicorn.Server(settings_of(hub, address, host))

@@ -1,4 +1,4 @@
-"""What goes to pages by itself, what the clock asks of the machine, and that a mistake of ours ends all."""
+"""The broadcaster sends news to pages and levels to the machine, and a programming error ends the console."""
 
 import asyncio
 import itertools
@@ -23,14 +23,14 @@ STEP_S = 0.015
 
 
 def rounds(house: Hub, clock: SetClock, seconds: float, news: Broadcaster | None = None) -> Broadcaster:
-    """Let the clock run."""
+    """Run rounds of the broadcaster while the clock advances."""
     news = news or Broadcaster(house)
 
     async def go() -> None:
         for _ in range(round(seconds / STEP_S)):
             clock.t += STEP_S
             await news.step()
-            # The clock stands while the desk answers, however busy this computer is.
+            # The clock stands still while the desk answers, so that a busy computer does not change the result.
             while not news._asking.is_over():
                 await asyncio.sleep(0.0005)
         while not (news._looking.is_over() and news._drawing.is_over() and news._asking.is_over()):
@@ -41,7 +41,7 @@ def rounds(house: Hub, clock: SetClock, seconds: float, news: Broadcaster | None
 
 
 def shown(house: Hub, role: Role) -> dict[str, list[dict]]:
-    """What waits for a page, by its kind."""
+    """Waiting news of a page by kind."""
     (line,) = [line for line in house.lines.values() if line.role is role]
     return {kind: [json.loads(text) for text in waiting] for kind, waiting in line.outbox._news.items()}
 

@@ -1,4 +1,4 @@
-"""A line for everything that happens; a disk that is full is told, and stops nobody."""
+"""The diary has a line for every event; a full disk raises an alarm and stops nothing."""
 
 import json
 from pathlib import Path
@@ -30,7 +30,7 @@ def test_a_diary_is_never_written_over(tmp_path: Path):
 def test_a_full_disk_is_said_and_raises_nothing(tmp_path: Path):
     diary = EventLog(tmp_path / "d.jsonl", lambda *_: None)
     diary._file.close()
-    diary._file = Path("/dev/full").open("wb", buffering=0)  # noqa: SIM115 - the diary closes it
+    diary._file = Path("/dev/full").open("wb", buffering=0)  # noqa: SIM115 - the diary closes the file
     diary.write("/task", 0.0, {})
     assert "No space left" in diary.why
     diary.close()

@@ -1,4 +1,4 @@
-"""An aircraft's g opens and closes windows under the pages; if it falls silent the clock closes, and a hand may."""
+"""An aircraft's g opens and closes windows; without its data the clock closes a window, and the operator may."""
 
 import multiprocessing
 import socket
@@ -34,7 +34,7 @@ SILENT_S = 0.4
 
 
 def flight_plan() -> TaskPlan:
-    """Two windows of two seconds; silence is noticed soon."""
+    """Plan with two windows of two seconds and a short time-out of the feed."""
     plan = short_plan("flight", screen=None, windows=2)
     settings = plan.loaded.settings
     windows = settings.windows.model_copy(update={"duration_s": 2.0})
@@ -79,7 +79,7 @@ def test_g_opens_a_window_and_one_that_is_not_closed_any_more_ends_by_the_clock(
     samples = [message for topic, _, message in desk.written if topic == AIRCRAFT_TOPIC]
     assert len(samples) == 13
     assert samples[-1] == {"g": [0.0, 0.0, 0.02], "parabola": 3, "announcement": "UNKNOWN"}
-    # Silence: an alarm, and the window goes on to its nominal end.
+    # Lost data raise an alarm, and the window continues to its nominal end.
     step(hub, begun + 1.2 + SILENT_S + 0.1)
     assert "data have stopped: window 1 ends by the clock" in trial_of(hub).operator(begun + 1.7).alarms[0].text
     assert windows(hub, begun + 1.7)[0].is_open
@@ -137,7 +137,7 @@ def test_an_emulated_flight_of_another_process_opens_windows_until_it_ends_in_on
 
 
 def fly(hub: Hub, receiver: AircraftReceiver, levels: list[float], begun: float) -> None:
-    """Ten samples a second."""
+    """Send ten samples per second."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for k, level in enumerate(levels):
             sender.sendto(datagram(level, round(10 * begun) + k), ("127.0.0.1", receiver.port))

@@ -1,4 +1,4 @@
-"""Words of pages reach desk and run once, in time, and as those who said them (F30–F33)."""
+"""Messages of pages reach desk and run once, in time, and under the role of their page (F30–F33)."""
 
 import asyncio
 import json
@@ -14,7 +14,7 @@ from .said import answer, do, name, page, run, told
 
 
 def floating(house: Hub, desk: FakeDesk, clock: SetClock):
-    """An operator who has taken the arm."""
+    """Line of an operator who has taken the arm."""
     line = page(house, Role.OPERATOR, clock)
     for kind in ("make_ready", "take_arm"):
         clock.t += 0.5

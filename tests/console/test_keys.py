@@ -1,4 +1,4 @@
-"""A secret opens one thing, once or for a day, and whoever guesses is locked out."""
+"""A secret opens one thing, once or for a day, and an address that guesses is locked."""
 
 import pytest
 
@@ -22,7 +22,7 @@ HOME = "127.0.0.1"
 
 
 def entered(keys: AccessKeys, role: Role = Role.OPERATOR) -> tuple[str, PageSession]:
-    """Cookie and session of somebody who came in."""
+    """Cookie and session after a login."""
     outcome = keys.enter(keys.token(role), HOME)
     assert not isinstance(outcome, TokenUse)
     assert outcome[0] is role

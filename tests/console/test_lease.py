@@ -1,4 +1,4 @@
-"""Never do two pages steer, whatever the history of asking, beating, falling silent and going away (F31, F32)."""
+"""Two pages never steer at once, for any history of requests, heartbeats, silences and closed lines (F31, F32)."""
 
 import hypothesis.strategies as st
 from hypothesis import given

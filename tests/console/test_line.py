@@ -1,4 +1,4 @@
-"""A line is open for whoever says hello in time, and as long as it says what a page may say (F34)."""
+"""A line opens after a hello in time, and stays open as long as it sends allowed messages (F34)."""
 
 import contextlib
 import json

@@ -1,4 +1,4 @@
-"""Whatever a page sends is one of the known messages, or the reason why its line is closed (F34)."""
+"""Every text from a page is read as a known message, or as a reason to close its line (F34)."""
 
 import json
 
@@ -17,7 +17,7 @@ JSON = st.recursive(
 
 
 def nested(levels: int) -> str:
-    """Brackets in an act."""
+    """Text of an act with nested brackets."""
     return '{"kind":"do","id":"12345678","made":1.0,"act":{"x":' + "[" * levels + "]" * levels + "}}"
 
 

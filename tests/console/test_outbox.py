@@ -1,4 +1,4 @@
-"""Filling never waits; words arrive in order, of news the oldest go."""
+"""Filling an outbox never waits, words arrive in order, and the oldest news are dropped."""
 
 import asyncio
 
@@ -6,7 +6,7 @@ from exograv.console.outbox import NEWS_MAX, WORDS_MAX, Outbox
 
 
 async def all_of(box: Outbox) -> list[str]:
-    """What comes out without waiting."""
+    """Messages that the outbox gives without waiting."""
     out = list[str]()
     while True:
         try:

@@ -1,4 +1,4 @@
-"""Each role may say what stands in the table, and nothing else; Stop is heard from everybody (F36)."""
+"""Each role may send the words of its row in the table, and no others; Stop is accepted from every role (F36)."""
 
 from typing import get_args
 
@@ -15,7 +15,7 @@ from .said import answer, do, name, page, told, touch
 
 VERSIONED = ("don", "make_ready", "take_arm", "identify", "reset")
 FIELDS = {"set_level": {"gravity_level": 0.5}, "note": {"text": "calm"}, "acknowledge": {"alarm": 1}}
-# Written down a second time, by hand: a slip in the table must not agree with itself.
+# The table is written a second time by hand, so that an error in the first one shows.
 EXPECTED = {
     "operator": {
         "ping", "beat", "steer", "seen", "invite", "run", "do don", "do make_ready", "do take_arm", "do identify",
@@ -31,7 +31,7 @@ EXPECTED = {
 
 
 def said(word: str, clock: SetClock, line_page: str) -> dict[str, object]:
-    """A well-formed message of each word."""
+    """Valid message of each word."""
     if word.startswith("do "):
         act = word.removeprefix("do ")
         return do(clock, act, 1 if act in VERSIONED else None, **FIELDS.get(act, {}))
@@ -87,7 +87,7 @@ def test_what_steers_is_taken_from_the_page_that_holds_the_lease_only(
     assert house.steers(first)
     assert not answer(told(house, second, said(word, clock, second.page)))["taken"]
     assert desk.asked == []
-    # A lease that ran out is lost to the first as well.
+    # An expired lease is lost for its former holder too.
     clock.t += 1.3
     assert not answer(told(house, first, said(word, clock, first.page)))["taken"]
     assert desk.asked == []

@@ -1,4 +1,4 @@
-"""A console that was killed is gone on with at the window that was open, and no touch of before is lost."""
+"""A new console resumes the run of a killed one at the window that was open, without loss of earlier touches."""
 
 import json
 import os
@@ -28,7 +28,7 @@ def kept(folder: Path, resumes: bool = False, session: int = 1, participant: str
 
 @pytest.fixture
 def trial() -> Iterator[Begun]:
-    """Makes one as a console does; closed at the end."""
+    """Function that builds a trial as a console does; the checkpoint is closed at the end."""
     with ExitStack() as stack:
 
         def begun(folder: Path, number: int, resumes: bool = False) -> ProtocolTrial:
@@ -94,7 +94,7 @@ def test_a_run_that_is_over_or_of_somebody_else_is_not_gone_on_with(tmp_path: Pa
         trial(tmp_path, 2, resumes=True)
     with pytest.raises(ConfigError, match="no run to go on with"):
         kept(tmp_path, resumes=True, participant="P-08")
-    with pytest.raises(ConfigError, match="without --protocol"):
+    with pytest.raises(ConfigError, match="needs --protocol"):
         kept_run(tmp_path, None, None, 1, "recupera_like", resumes=True)
 
 

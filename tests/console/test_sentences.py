@@ -1,4 +1,4 @@
-"""What the server says is known by its code, with what fills its gaps, wherever in the house it was said."""
+"""Every sentence of the server has its code and fields, from whichever room it comes."""
 
 import ast
 import pickle
@@ -18,7 +18,7 @@ from exograv.safety.stops import StopReason
 GAP = re.compile(r"\{(\w+)\}")
 IN_CONSOLE = ("handlers", "hub", "broadcaster", "trial", "feed", "line")
 IN_SESSION = ("request_validation", "session_controller", "live_session", "participant_keeping", "rehearsal")
-"""Modules that talk to pages."""
+"""Modules that send sentences to pages."""
 
 
 @pytest.mark.parametrize("code", SENTENCES)
@@ -55,7 +55,7 @@ def test_what_a_file_or_a_system_says_stays_as_it_is():
 
 
 def literals(path: Path) -> list[str]:
-    """Sentences in a module that are neither documentation nor what an exception says."""
+    """Sentences in a module outside docstrings and exceptions."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     skipped = [node for node in ast.walk(tree) if isinstance(node, (ast.Raise, ast.Expr)) and not _calls(node)]
     inside = {id(each) for node in skipped for each in ast.walk(node)}

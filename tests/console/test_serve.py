@@ -1,4 +1,4 @@
-"""A real server: what uvicorn has to refuse by itself, what is needed in a network, and that it ends."""
+"""A real server refuses what uvicorn must refuse, needs a certificate in a network, and ends."""
 
 import json
 import socket
@@ -29,7 +29,7 @@ OPEN_S = 5.0
 
 @contextmanager
 def line(house: Served, role: Role = Role.VIEWER, compression: str | None = None) -> Iterator[ClientConnection]:
-    """A line of somebody who is in, up to its welcome."""
+    """Open a line of a logged-in page, up to its welcome."""
     keys = house.hub.keys
     entered = keys.enter(keys.token(role), "127.0.0.1")
     assert not isinstance(entered, TokenUse)
@@ -47,7 +47,7 @@ def line(house: Served, role: Role = Role.VIEWER, compression: str | None = None
 
 
 def closed_with(opened: ClientConnection) -> int | None:
-    """Read until the server ends it."""
+    """Read until the server closes the line; return the close code."""
     try:
         while True:
             opened.recv(OPEN_S)
@@ -69,7 +69,7 @@ def test_a_frame_beyond_16_kib_is_not_even_read_to_its_end(house: Served):
 
 def test_a_message_in_fragments_is_not_longer_than_one_in_one(house: Served):
     with line(house) as opened:
-        with suppress(ConnectionClosed):  # the line may be closed before the last of them is out
+        with suppress(ConnectionClosed):  # The line may be closed before the last message is sent.
             opened.send(["a" * 10_000] * 4)
         assert closed_with(opened) == Close.TOO_BIG
 
@@ -133,7 +133,7 @@ def test_only_this_computer_is_listened_on_without_a_certificate():
     [
         (Address(port=0, lan="127.0.0.2"), "--certificate"),
         (Address(port=0, lan="127.0.0.2", certificate=Path("c.pem")), "--certificate"),
-        (Address(port=0, lan="127.0.0.2", certificate=Path("no.pem"), key=Path("no.pem")), "no certificate"),
+        (Address(port=0, lan="127.0.0.2", certificate=Path("no.pem"), key=Path("no.pem")), "not a certificate"),
         (Address(port=0, lan="0.0.0.0", certificate=Path("c.pem"), key=Path("k.pem")), "one address"),
         (Address(port=0, certificate=Path("c.pem")), "--lan"),
         (Address(port=70_000), "--port"),
@@ -147,7 +147,7 @@ def test_what_would_be_open_to_others_in_clear_is_refused(address: Address, what
 def test_a_port_that_somebody_has_is_told():
     with bound(Address(port=0)) as (listening, host):
         listening.listen()
-        with pytest.raises(ConfigError, match="cannot be had"), bound(Address(port=int(host.rpartition(":")[2]))):
+        with pytest.raises(ConfigError, match="cannot be used"), bound(Address(port=int(host.rpartition(":")[2]))):
             pass
 
 

@@ -1,4 +1,4 @@
-"""Nothing but our own pages, asked for by our own name, by somebody who was let in, reaches a handler (F35)."""
+"""A request reaches a handler only for our own pages, under our own host name, and after a login (F35)."""
 
 import re
 
@@ -43,7 +43,7 @@ def test_a_page_of_another_origin_changes_nothing(client: TestClient, hub: Hub, 
     assert client.post("/operator/ticket", headers=headers).status_code == 403
     if origin is not None:
         assert client.get("/operator/", headers=headers).status_code == 403
-    # The token was not even looked at.
+    # The token is still unused.
     assert client.post("/enter", json={"token": token}, headers=OURS).status_code == 200
 
 
@@ -139,7 +139,7 @@ def test_what_is_posted_too_long_or_not_as_agreed_is_a_wrong_link(client: TestCl
     for body in ('{"token":"' + "a" * 100_000 + '"}', "{", "[]", '{"token":1}'):
         assert client.post("/enter", content=body, headers=OURS).status_code == 403
     assert client.post("/enter", json={"token": "x", "more": 1}, headers=OURS).status_code == 403
-    # Those were five.
+    # These were five failures.
     assert client.post("/enter", json={"token": hub.keys.token(Role.VIEWER)}, headers=OURS).status_code == 429
     assert any("wrong link" in alarm.text for alarm in hub.alarms.open)
 

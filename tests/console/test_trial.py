@@ -1,4 +1,4 @@
-"""Touches of a page become records, once and at their own time; a machine that lets go pauses the run."""
+"""Touches of a page become records, once and at their own time; a machine that releases the arm pauses the run."""
 
 import json
 from typing import Any
@@ -28,7 +28,7 @@ def word(clock: SetClock, what: str) -> dict[str, object]:
 
 
 def in_window(house: Hub, desk: FakeDesk, clock: SetClock):
-    """Two seconds after the first has opened; a participant's page."""
+    """Advance to two seconds in the first window, with a participant's page."""
     operator = floating(house, desk, clock)
     assert answer(told(house, operator, word(clock, "start")))["taken"]
     clock.t += OPENS_S + 2.0
@@ -78,7 +78,7 @@ def test_touches_of_a_page_before_its_reload_keep_their_own_clock(house: Hub, de
     old, moment = line.page, touch(clock, 7, line.page)
     house.close(line)
     clock.t += 3.0
-    # The new opening's clock begins anew.
+    # The clock of a reloaded page starts again at zero.
     again = page(house, Role.PARTICIPANT)
     told(house, again, {"kind": "ping", "asked": 0.5})
     told(house, again, {"kind": "ping", "asked": 0.5, "previous": {"asked": 0.5, "back": 0.5}})

@@ -1,4 +1,4 @@
-"""Every word that a page shows is there in both languages, and none is left over."""
+"""Every text that a page shows exists in both languages, and no text is unused."""
 
 import json
 import re
@@ -21,12 +21,12 @@ TEXT = "\n".join(path.read_text(encoding="utf-8") for path in PAGES.glob("*") if
 FAMILIES = (
     "mode", "status", "phase", "role", "arrow", "participant", "side", "feed", "joint", "parameter", "of", "safe",
 )  # fmt: skip
-"""Whose last word is a state."""
+"""Families of texts whose names end with a state."""
 
 
 GAP = re.compile(r"\{(\w+)\}")
 OF_SERVER = "said."
-"""English of them is the server's own."""
+"""Prefix of the server's sentences. Their English text comes from the server."""
 
 
 def gaps(text: str) -> set[str]:

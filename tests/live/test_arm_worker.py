@@ -1,4 +1,4 @@
-"""A worker learns the arm that it is told of, over gaps too, and says when a file is of somebody else."""
+"""A worker learns the arm from its samples, despite gaps, and reports a file that belongs to another person."""
 
 import numpy as np
 import pytest
@@ -17,9 +17,9 @@ from exograv.runtime.control_loop.exchange import sample_dtype
 
 PERIOD_S, SECONDS, NOW = 0.001, 12.0, 100.0
 SEED = 1002
-TRANSIENT_S = 0.24  # six times the delay of the filter
+TRANSIENT_S = 0.24  # Six times the delay of the filter.
 KEPT = 0.03
-"""Share of the table's variance that a file has."""
+"""Variance of a file as a share of the table's variance."""
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def path_of(prepared: ControllerKnowledge) -> Trajectory:
 
 
 def moved(worker: ArmWorker, prepared: ControllerKnowledge, path: Trajectory, missing: range = range(0)) -> ArmModel:
-    """Tell the worker of the motion; the model of the arm that was moved."""
+    """Send the motion to the worker; return the model of the moved arm."""
     assembly = prepared.assembly
     model, row = ArmModel(assembly, prepared.machine), np.zeros(1, sample_dtype(assembly.n))[0]
     for k in range(len(path)):
@@ -48,14 +48,14 @@ def moved(worker: ArmWorker, prepared: ControllerKnowledge, path: Trajectory, mi
 @pytest.mark.slow
 @pytest.mark.parametrize("gap", [0, BRIDGED_TICKS - 1, 10 * BRIDGED_TICKS])
 def test_a_worker_learns_on_over_samples_that_are_missing(prepared: ControllerKnowledge, gap: int):
-    """The arm that is moved is the controller's own model: what is learned must not turn away from it."""
+    """The moved arm is the controller's own model, so the estimate must stay at it."""
     worker, path = ArmWorker(prepared.assembly, prepared.machine, PERIOD_S), path_of(prepared)
     model = moved(worker, prepared, path, range(6000, 6000 + gap))
     x, learned = worker.finish()
     assert isinstance(learned, LearnedArm)
     at_rest = [np.abs(model.at_rest(q, x)[0] - model.at_rest(q, prepared.x)[0]).max() for q in path.q[::500]]
     assert max(at_rest) < 0.05
-    # Where the gap is not bridged, it and the filter's transient after it are no motion.
+    # A gap that is not bridged does not count as motion, and neither does the filter's transient after it.
     breaks = gap > BRIDGED_TICKS
     left_out = TRANSIENT_S * (1 + breaks) + breaks * gap * PERIOD_S
     assert learned.estimate.t == pytest.approx(SECONDS - left_out, abs=0.01)

@@ -1,4 +1,4 @@
-"""A control that dies or hangs is followed by one that carries nothing; one that nobody asks is left in peace."""
+"""A control that dies or hangs is replaced by one that carries nothing; a control without requests is kept."""
 
 import contextlib
 import os
@@ -17,11 +17,11 @@ from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.runtime.recorder.recorder_process import Inlet
 
 FIRST, LATER = 1, 2
-SOON_S = 30.0  # for a slow computer; nothing that is tested waits so long
+SOON_S = 30.0  # For a slow computer. No test waits so long.
 
 
 class Answers:
-    """Built in place of a control; only which one it is counts."""
+    """Mock of a control with an identity."""
 
 
 def first() -> Answers:
@@ -37,7 +37,7 @@ def dies() -> Answers:
 
 
 def answer_at_once(job: ControlJob, parent: Connection) -> None:
-    """Stands for control's process: says who it is to whatever it is asked, and ends when the parent is gone."""
+    """Mock of the control process: it answers every request with its identity, and ends when its parent has ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     job.build()
     states = Mailbox(state_dtype(1), job.channels.states)
@@ -56,7 +56,7 @@ def answer_at_once(job: ControlJob, parent: Connection) -> None:
 
 
 class Desk:
-    """The parent's side, with the guard's mailbox."""
+    """Parent's side of control, with the mailboxes of the guard."""
 
     def __init__(self, again=later):
         self.states, self.answers = Mailbox(state_dtype(1)), Mailbox(answer_dtype(1))

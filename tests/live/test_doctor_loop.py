@@ -1,4 +1,4 @@
-"""The doctor's loop times a valid decision on the move, keeps its contract, and leaves the doctor's verdict alone."""
+"""The doctor's loop times valid decisions during motion, keeps its contract, and does not change the verdict."""
 
 import json
 import os
@@ -34,11 +34,11 @@ from exograv.runtime.clock.timing import PERIOD_NS, LoopOutcome, Timing
 HOST = Host("Linux 6.12", False, True, (), (0, 1), ("performance",), "tsc")
 VIRTUAL = Host("Linux 6.12", True, False, (), (0, 1), (), "tsc")
 LOOP_STARTS_S = 60.0
-"""Longest wait for the loop's process, on a busy machine."""
+"""Longest wait for the loop's process on a busy computer."""
 
 
 def punctual(work: Callable[[int], object], periods: int) -> Timing:
-    """A loop that takes no time."""
+    """Timing of a loop that takes no time."""
     work(0)
     zeros = np.zeros(periods, dtype=np.int64)
     return Timing(np.arange(periods), zeros, zeros + 40_000, periods, PERIOD_NS, LoopOutcome.COMPLETE)
@@ -107,8 +107,8 @@ def test_the_timed_tick_moves_the_loops_and_keeps_them_closed(tick: MovingTick):
         tick(period)
         postures.append(tick.tick.z.copy())
     assert tick.open_ticks == 0
-    assert np.ptp(postures, axis=0).max() > 0.1  # rad: the arm's own joints, found by closing the loops
-    assert np.abs(np.diff(postures, axis=0)).max() < 0.01  # rad: and without a jump
+    assert np.ptp(postures, axis=0).max() > 0.1  # [rad] The closure gives the arm's own joints.
+    assert np.abs(np.diff(postures, axis=0)).max() < 0.01  # [rad] The posture has no jump.
 
 
 def test_the_motion_runs_on_after_its_end(tick: MovingTick):
@@ -116,7 +116,7 @@ def test_the_motion_runs_on_after_its_end(tick: MovingTick):
     last, first = tick._references[-1], tick._references[0]
     np.testing.assert_allclose(first.q - last.q, 1e-3 * first.v, atol=1e-5)
     tick(length - 100)
-    before = tick.open_ticks  # from wherever it was: a jump may open the loops for a tick
+    before = tick.open_ticks  # A jump from another posture may open the loops for a tick.
     for period in range(length - 99, length + 100):
         tick(period)
     assert tick.open_ticks == before
@@ -146,7 +146,7 @@ def test_one_late_tick_among_many_shows_in_the_histogram():
 
 @pytest.fixture
 def whole(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A computer that lacks nothing."""
+    """Computer that meets all requirements."""
     result = ComputerCheck(True, "Linux", [Check("out", True, "")], None)
     monkeypatch.setattr(doctor, "examine_computer", lambda _folder: result)
 
@@ -168,7 +168,7 @@ def test_where_something_is_missing_the_loop_is_not_run(monkeypatch: pytest.Monk
 
 
 def run(*words: str, folder: Path) -> list[str]:
-    """The command line that runs the doctor's loop."""
+    """Process of the command line that runs the doctor's loop."""
     return [sys.executable, "-m", "exograv.cli", "doctor", "--out", str(folder), *words]
 
 
@@ -182,7 +182,7 @@ def test_the_loop_runs_in_a_process_of_its_own_and_both_halves_come_back(tmp_pat
     loop = json.loads(path.read_text())["loop"]
     assert [row["seconds"] for row in loop["rows"]] == pytest.approx([1.0, 1.0], abs=0.5)
     assert all(row["ticks"] > 0 for row in loop["rows"])
-    assert not loop["may_drive_worn"]  # a second proves nothing
+    assert not loop["may_drive_worn"]  # One second is too short for a verdict.
 
 
 @pytest.mark.slow
@@ -199,7 +199,7 @@ def test_the_keyboard_stops_it_without_a_traceback_and_leaves_no_process(tmp_pat
 
 
 def wait_for_child(parent: int) -> int:
-    """The process that runs the loop, once there is one."""
+    """Wait for the process that runs the loop, and return its identifier."""
     for _ in range(int(LOOP_STARTS_S / 0.1)):
         for task in Path("/proc").glob("[0-9]*"):
             words = _read(task / "cmdline")

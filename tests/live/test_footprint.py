@@ -1,4 +1,4 @@
-"""Growth of memory is told by the hour, of the process in charge, and only of a run that was long enough."""
+"""Memory growth is reported per hour, for the present process, and only after a run that was long enough."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from exograv.live.footprint import EVERY_S, LEAST_S, MB, SETTLED_S, Footprint
 
 
 class Computer:
-    """A clock, and processes that grow by a hundredth of a megabyte a second."""
+    """Clock, and processes that grow by a hundredth of a megabyte per second."""
 
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch):
         self.folder, self.now, self.pid = folder, 1000.0, 7

@@ -1,4 +1,4 @@
-"""A guard lets the arm down when control is silent, keeps its rest, and gives the arm to nobody who does not answer."""
+"""A guard lowers the arm when control is silent, still sleeps, and waits for an answer before it resets the latch."""
 
 import contextlib
 from collections.abc import Iterator
@@ -34,7 +34,7 @@ DOWN = 100
 
 
 class StandingRig:
-    """A joint that never moves; commands are counted."""
+    """Rig with a joint that never moves; it counts commands."""
 
     joints, period_s = ("elbow",), PERIOD_S
 
@@ -71,7 +71,7 @@ class StandingRig:
 
 
 class Table:
-    """The guard's tick with a control that answers when it is told to."""
+    """Tick of the guard with a control that answers on demand."""
 
     def __init__(self, guarding: GuardLoop, rig: StandingRig, guard: Guard, answers: Mailbox):
         self.guarding, self.rig, self.guard, self._answers = guarding, rig, guard, answers
@@ -94,7 +94,7 @@ class Table:
 
 
 class Clock:
-    """Only sleep takes time, some microseconds longer than asked for."""
+    """Clock that advances by sleep only, some microseconds more than requested."""
 
     now = 0
 
@@ -123,7 +123,7 @@ def table(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> It
         ]
         states, answers, ticks, events = (memory.name for memory in made)
         channels = Channels(1, states, answers, Inlet(1, ticks, events))
-        build = lambda: GuardedRig(rig, guard, np.ones(1))  # noqa: E731 - one line says it
+        build = lambda: GuardedRig(rig, guard, np.ones(1))  # noqa: E731 - a function would be longer
         guards_end, _parents_end = Pipe()
         guarding = GuardLoop(GuardJob(build, channels, 1000, ("floating",)), guards_end)
         mailbox = made[1]
@@ -216,14 +216,14 @@ def test_who_is_known_is_held_to_what_a_driven_arm_may_have_only_as_long_as_it_i
 
 
 def told(table: Table, level: float) -> tuple[int, str]:
-    """What is recorded when the guard is told to let this level be felt: bits of `acts`, and a note."""
+    """Send a gravity level to the guard; return the recorded bits of `acts` and the note."""
     table.guarding.hearing.hear(FeltLevel(level), table.rig.t)
     table.tick(answers=True)
     (row,), (*_, note) = table.guarding._ticks.take()[-1:], table.guarding._events.take()
     return int(row["acts"]), note["text"].decode()
 
 
-def test_a_gravity_level_is_recorded_where_it_was_taken_told_to_control_and_not_taken_after_a_stop_even_a_reset_one(
+def test_a_gravity_level_is_recorded_sent_to_control_and_refused_after_a_stop_even_after_its_reset(
     table: Table,
 ):
     table.guard.envelope.person = GuardedPerson(somebody(), 0.0)

@@ -1,4 +1,4 @@
-"""A live session begins off, carries the machine before the arm, and takes the arm by a ramp from who holds it."""
+"""A live session begins off, carries the machine before the arm, and takes over the arm by a ramp."""
 
 from dataclasses import dataclass, field
 
@@ -25,14 +25,14 @@ from exograv.safety.modes import RAMP_IN_S, Mode, ModeMachine
 from exograv.signals import Command
 
 SEED, LEVEL = 1001, 1
-DRIFT_MAX_DEG = 0.5  # a tenth of what breaks off a ramp
-HELD_NM = 2.0  # of this arm, near hanging
+DRIFT_MAX_DEG = 0.5  # A tenth of the deviation that interrupts a ramp.
+HELD_NM = 2.0  # Torque of this arm near the hanging posture.
 FELL_DEG = 10.0
 
 
 @dataclass
 class Course:
-    """What happened in each tick."""
+    """Record of each tick."""
 
     modes: list[Mode] = field(default_factory=list)
     asked: list[np.ndarray] = field(default_factory=list)

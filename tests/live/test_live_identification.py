@@ -1,4 +1,4 @@
-"""A lesson moves the arm from where it is along the machine's motion, and tells what it measured."""
+"""A live identification moves the arm from its posture along the machine's motion, and sends its measurements."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def prepared() -> ControllerKnowledge:
 
 
 class Told:
-    """Who listens to a lesson, and what a worker would have found."""
+    """Mock of a worker: it keeps the samples of a live identification, and has findings."""
 
     def __init__(self, assembly: Assembly):
         self.rows: list[np.ndarray] = []
@@ -39,7 +39,7 @@ class Told:
 
 
 def moved(told: Told, q: np.ndarray, start: float = NOW) -> np.ndarray:
-    """The positions asked for in all ticks; the arm is always where it should be."""
+    """Reference positions of all ticks. The arm follows without error."""
     lesson, asked, k = told.lesson, [], 0
     lesson.prepare(q)
     lesson.begin(start)

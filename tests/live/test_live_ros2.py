@@ -1,4 +1,4 @@
-"""A live run with a bridge to ROS 2 goes on to its end, and a level that is asked for meanwhile is for the guard."""
+"""A live run with a bridge to ROS 2 reaches its end, and the guard decides about a gravity level from ROS 2."""
 
 import json
 import socket
@@ -32,7 +32,7 @@ PEER = Path(__file__).parents[1] / "runtime" / "ros2" / "peer.py"
 
 
 class StandingRig:
-    """A joint that never moves."""
+    """Rig with a joint that never moves."""
 
     joints, period_s, is_virtual = ("elbow",), PERIOD_S, True
 
@@ -58,7 +58,7 @@ class StandingRig:
 
 
 class Idle:
-    """A control that asks for nothing, and says what is to be felt as it was told."""
+    """Control that requests no torque, and answers with the gravity level that it was given."""
 
     mode_names = ("floating",)
 

@@ -1,4 +1,4 @@
-"""What a worker finds in the end is passed on once, though another one has to learn it all anew."""
+"""The final result of a worker is passed on once, although a replacement learns everything again."""
 
 from dataclasses import replace
 from multiprocessing import Pipe
@@ -21,7 +21,7 @@ PASSED = PassesResult(2.0, (), 1.0, PERSON)
 
 
 class Process:
-    """Dies when it is told to."""
+    """Mock of a worker process that dies on demand."""
 
     pid = 1
 

@@ -1,4 +1,4 @@
-"""A machine on its bus: what it is set to, whose calibration it has, and when it may be calibrated at all."""
+"""A machine on its bus has adjusted lengths, a serial number of its own, and a calibration only after a bring-up."""
 
 from datetime import UTC, datetime
 from pathlib import Path
