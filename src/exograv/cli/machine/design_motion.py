@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def run_design_motion(options: DesignOptions, common: Common) -> "DesignFigures":
-    """Design the motion that gives most information about an arm in a machine, and print the block for its rig.toml."""
+    """Design the most informative motion for an arm in a machine, and print the block for its rig.toml."""
     from exograv.cli.shell.terminal import bars
     from exograv.procedures.machine_tools.design_motion import design_motion, excitation_text
     from exograv.report.figures.excitation import draw
