@@ -16,13 +16,14 @@ test test-slow: export PYTHONDONTWRITEBYTECODE :=
 # A worker that has nothing left takes from the others; at first each has a run of neighbours, which share fixtures.
 ON_ALL_CORES := --numprocesses auto --dist worksteal
 
-.PHONY: help demo setup setup-dev test test-slow check format bench bench-setup lock clean
+.PHONY: help docs demo setup setup-dev test test-slow check format bench bench-setup lock clean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make demo       identify a virtual wearer, float the arm, write a report"
 	@echo "make test       tests, without the slow ones (make test-slow: all of them)"
 	@echo "make check      style, types and the direction of imports"
+	@echo "make docs       the documentation as a site, in docs/_build/html"
 	@echo "make format     put the code into the common form"
 	@echo "make bench      time our kernels beside every opponent, write benchmarks/README.md (a quarter of an hour)"
 	@echo "make bench-setup  install the opponents of make bench"
@@ -66,6 +67,12 @@ bench: setup
 
 bench-setup: $(VENV)/installed-bench
 
+# The documentation as a site, in docs/_build/html; every warning is an error.
+docs: $(VENV)/installed-docs
+	$(BIN)/python docs/generate.py
+	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet -b html docs docs/_build/html
+	@echo "The site: docs/_build/html/index.html"
+
 setup: $(VENV)/installed
 
 setup-dev: $(VENV)/installed-dev
@@ -89,6 +96,11 @@ $(VENV)/installed-dev: requirements-dev.lock | $(VENV)/installed
 	@$(PIP) $(LOCKED) --requirement requirements-dev.lock
 	@touch $@
 
+$(VENV)/installed-docs: requirements-docs.lock | $(VENV)/installed
+	@echo "Installing the generator of the documentation; this takes some seconds, once."
+	@$(PIP) $(LOCKED) --requirement requirements-docs.lock
+	@touch $@
+
 $(VENV)/installed-bench: requirements-bench.lock | $(VENV)/installed
 	@echo "Installing the opponents of make bench (2 GB); this takes some minutes, once."
 	@$(PIP) $(LOCKED) --requirement requirements-bench.lock
@@ -101,8 +113,9 @@ COMPILE = $(BIN)/uv pip compile --quiet --no-config --universal --python-version
 lock: setup-dev
 	$(COMPILE) --group build --output-file requirements.lock
 	$(COMPILE) --group dev --constraints requirements.lock --output-file requirements-dev.lock
+	$(COMPILE) --group docs --constraints requirements-dev.lock --output-file requirements-docs.lock
 	$(COMPILE) --group bench --constraints requirements-dev.lock --output-file requirements-bench.lock
 
 clean:
-	rm -rf $(VENV) out dist .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) out dist docs/_build docs/reference/generated .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +

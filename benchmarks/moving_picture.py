@@ -48,18 +48,39 @@ def person(axes) -> None:
     """Draw the parts of the wearer that do not move: head, torso, left arm, thighs, seat."""
     left = SHOULDER * [1.0, -1.0, 1.0]
     hip = np.array([0.0, 0.0, -0.05])
-    limb(axes, [left + [0.0, 0.01, -0.02], left + [0.02, 0.06, -0.28], left + [0.24, 0.0, -0.36]], 0.075, SKIN, 1.0)
-    limb(axes, [left, left + [0.01, 0.03, -0.14]], 0.095, SHIRT, 1.1)
+    limb(
+        axes,
+        [
+            left + np.array([0.0, 0.01, -0.02]),
+            left + np.array([0.02, 0.06, -0.28]),
+            left + np.array([0.24, 0.0, -0.36]),
+        ],
+        0.075,
+        SKIN,
+        1.0,
+    )
+    limb(axes, [left, left + np.array([0.01, 0.03, -0.14])], 0.095, SHIRT, 1.1)
     for side in (1.0, -1.0):
-        limb(axes, [hip + [0.0, 0.09 * side, 0.0], hip + [0.42, 0.11 * side, 0.02]], 0.13, "#55606e", 0.5)
-    corners = [hip + [0.0, 0.09, 0.0], hip + [0.0, -0.09, 0.0], [0.0, -0.14, 0.46], [0.0, 0.14, 0.46]]
+        limb(
+            axes,
+            [hip + np.array([0.0, 0.09 * side, 0.0]), hip + np.array([0.42, 0.11 * side, 0.02])],
+            0.13,
+            "#55606e",
+            0.5,
+        )
+    corners = [
+        hip + np.array([0.0, 0.09, 0.0]),
+        hip + np.array([0.0, -0.09, 0.0]),
+        [0.0, -0.14, 0.46],
+        [0.0, 0.14, 0.46],
+    ]
     outline = projected(np.array(corners))
     axes.add_patch(Polygon(outline, color=SHIRT, lw=0.14 * POINTS_PER_M, joinstyle="round", zorder=2.0))
     limb(axes, [[0.0, 0.0, 0.5], [0.01, 0.0, 0.58]], 0.085, SKIN, 1.9)
     x, y = projected(np.array([[0.03, 0.0, 0.7]]))[0]
     axes.add_patch(Ellipse((x, y), 0.16, 0.21, color=SKIN, zorder=2.2))
     limb(axes, [[-0.17, 0.0, -0.14], [-0.17, 0.0, 0.5]], 0.05, MACHINE, 0.2)
-    limb(axes, [[-0.17, 0.0, 0.5], [-0.12, -0.24, 0.52], SHOULDER + [0.0, -0.04, 0.03]], 0.045, MACHINE, 2.5)
+    limb(axes, [[-0.17, 0.0, 0.5], [-0.12, -0.24, 0.52], SHOULDER + np.array([0.0, -0.04, 0.03])], 0.045, MACHINE, 2.5)
 
 
 def frame(axes, pose, title: str, colour: str) -> None:
