@@ -1,1 +1,1 @@
-"""One control step on any machine, and what drives it: in lock-step on a virtual clock, live, or replayed."""
+"""Control step for any machine, and the code that drives it: in lock-step on a virtual clock, live, or as a replay."""

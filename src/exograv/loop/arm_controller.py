@@ -1,4 +1,4 @@
-"""The arm's tick together with the parameters in force: what the pilot flies a worn machine with."""
+"""Controller of a worn machine: the tick of the arm, with the arm parameters in force."""
 
 import copy
 from collections.abc import Mapping
@@ -33,12 +33,12 @@ Joints = Float[np.ndarray, " joint"]
 
 
 class ArmController:
-    """`Controller` of a worn machine; new parameters fade in."""
+    """`Controller` of a worn machine. New parameters enter by a ramp."""
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine, x: parameters.Parameters, dt: float):
         self.assembly, self.machine = assembly, machine
         self.acts: list[ControllerAct] = []
-        """Commands since they were last recorded."""
+        """Commands since the last record was written."""
         self._tick = Tick(assembly, machine)
         self._trial = self._tick.again()
         self._dt = dt
@@ -51,7 +51,7 @@ class ArmController:
         self._skeleton = kernel.compile(skeleton_function(assembly))
 
     def again(self, x: parameters.Parameters) -> "ArmController":
-        """Another controller of the same arm and machine, with these parameters in force; nothing is compiled anew."""
+        """Return a controller of the same arm and machine with parameters `x` in force. The compiled code is shared."""
         other = copy.copy(self)
         other._tick, other._trial = self._tick.again(), self._trial.again()
         other._handover, other._payloads = Handover(x, self._dt), Handover(self._no_payload, self._dt)
@@ -59,27 +59,27 @@ class ArmController:
         return other
 
     def described(self) -> ArmControllerRecord:
-        """Describe this controller for a recording, which holds the machine's own files and the person."""
+        """Describe this controller for a recording, apart from the machine's files and the participant's data."""
         return ArmControllerRecord(self.machine, self.x.copy())
 
     @property
     def mode(self) -> ControlMode:
-        """What the tick is for."""
+        """Control mode of the tick."""
         return self._tick.mode
 
     @property
     def tau_feedforward(self) -> Joints:
-        """What the model expects [N·m]."""
+        """Joint torque that the model expects [N·m]."""
         return self._tick.tau_feedforward
 
     @property
     def closure_slope(self) -> float:
-        """How far the loops are from closed [N·m]."""
+        """Slope of the cuff energy of the loops [N·m]; 0 where the loops are closed."""
         return self._tick.closure_slope
 
     @property
     def clearance(self) -> float:
-        """How far the arm is from a singular posture [-]."""
+        """Distance of the arm from a singular posture [-]: 1 far, 0 at the singularity."""
         return self._tick.clearance
 
     @property
@@ -88,20 +88,20 @@ class ArmController:
         return self._handover.x
 
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
-        """Desired torque [N·m]."""
+        """Desired joint torque [N·m]."""
         self._tick.payload[:] = self._payloads.step()
         return self._tick.step(q, v, reference, self._handover.step())
 
     def forget(self) -> None:
-        """Find the arm's posture from cold in the next step: after a time that nobody saw."""
+        """Search the arm's posture with a cold start in the next step. Needed after a gap in the measurements."""
         self._tick.forget()
 
     def publish(self, x: parameters.Parameters, q: Joints) -> bool:
-        """Head for new parameters; they enter no faster than the torque at `q` may change.
+        """Publish new parameters. They fade in so slowly that the torque at `q` [rad] changes within its rate limit.
 
         Returns:
-            Whether they are taken: not those of an impossible arm, which plain least squares may arrive at, nor where
-            an arm of these parameters would not lie at rest in its cuffs at `q`.
+            True if the parameters are taken. Parameters of a physically impossible arm are refused; plain least squares
+            may produce them. Parameters with which the arm has no rest posture in its cuffs at `q` are refused too.
         """
         if not (np.isfinite(x).all() and all(is_physical(x[body]) for body in self._bodies)):
             return False
@@ -114,34 +114,34 @@ class ArmController:
         return is_taken
 
     def put_in_force(self, x: parameters.Parameters) -> None:
-        """Parameters at once and unseen: at a beginning, before anything is driven, and to prove the guard."""
+        """Put parameters in force at once, without a ramp. Only before anything is driven, or to test the guard."""
         self._handover = Handover(x, self._dt)
         self.acts.append(ForceParameters(x.copy()))
 
     def let_lead(self, side: ArmSide | None) -> None:
-        """One of two arms floats from now on whatever drives the other, which it leads; None where none does.
+        """Let one of two arms (`side`) float and lead the other arm. None: neither arm leads.
 
-        Only while nothing is driven: it takes no ramp.
+        Only allowed while nothing is driven, because the change has no ramp.
         """
         self._tick.led[:] = [limb.side != side for limb in self.assembly.arm.limbs]
         self.acts.append(LeadArm(side))
 
     @property
     def weights(self) -> Mapping[WeightPlace, float]:
-        """Known weights that are carried beside the arm [kg]; the arm's parameters know nothing of them."""
+        """Known weights carried beside the arm [kg]. The arm's parameters do not contain them."""
         return dict(self._weights)
 
     def carry(self, place: WeightPlace, mass: float, q: Joints) -> bool:
-        """Carry a weight [kg] at this place from now on, in full at every gravity level; zero takes it off.
+        """Carry a weight [kg] at this place from now on, in full at every gravity level. Zero removes the weight.
 
-        It fades in or out no faster than the torque at `q` [rad] may change. The arm's parameters stay untouched, and
-        publishing new ones leaves the weight where it is.
+        The weight fades in or out so slowly that the torque at `q` [rad] changes within its rate limit. The arm's
+        parameters stay as they are. Later published parameters do not change the weight.
 
         Returns:
-            Whether it is taken: not where the arm with it would not lie at rest in its cuffs at `q`.
+            True if the weight is taken. It is refused if the arm with it has no rest posture in its cuffs at `q`.
         """
         weights: dict[WeightPlace, float] = {**self._weights, place: mass}
-        # Summed anew: what is taken off is gone to the last bit.
+        # The sum is computed anew each time, so that a removed weight leaves no rounding error.
         wanted = sum(
             (held_weight(self.assembly.arm, m, at=where) for where, m in weights.items() if m), self._no_payload
         )
@@ -157,22 +157,22 @@ class ArmController:
     def torque_at_rest(
         self, q: Joints, x: parameters.Parameters, payload: Float[np.ndarray, " phi"] | None = None
     ) -> Joints:
-        """Desired torque of the floating controller, in its gravity level, at the present posture at rest [N·m].
+        """Desired torque of the floating controller at rest in the present posture, at its gravity level [N·m].
 
-        With the payload in force, or another one.
+        `payload` replaces the payload in force.
         """
         self._trial.mode = ControlMode(0.0, self.mode.gravity_level, self.mode.arm_share)
         self._trial.payload[:] = self._payloads.x if payload is None else payload
         return self._trial.at_rest(q, x, self._tick.z)[0]
 
     def skeleton(self, q: Joints) -> tuple[list[list[float]], list[list[float]]]:
-        """Points to draw in the base frame [m]: along the exoskeleton, and along the arm as the controller sees it."""
+        """Points to draw in the base frame [m]: of the exoskeleton, and of the arm as the controller estimates it."""
         exo, arm = self._skeleton.of(q, self._tick.z, self.x[self._fit])
         return exo.T.round(5).tolist(), arm.T.round(5).tolist()
 
 
 def skeleton_function(assembly: Assembly) -> ca.Function:
-    """Points (3, point) to draw of machine and arm by `q`, the arm's freedoms and what fits the arm's place [m]."""
+    """Points (3, point) to draw of machine and arm [m], by `q`, the arm's freedoms and the parameters of its fit."""
     layout = parameters.ParameterLayout.of(assembly)
     q, z = ca.SX.sym("q", assembly.n), ca.SX.sym("z", layout.freedoms)
     fit = ca.SX.sym("fit", layout.fit.stop - layout.fit.start)
@@ -180,13 +180,13 @@ def skeleton_function(assembly: Assembly) -> ca.Function:
     tree = assembly.arm.tree
     arm = body_poses(tree, arm_positions(assembly.arm, z, fit), arm_roots(assembly, fit))
     chains = [_exo_chain(assembly, exo, leaf) for leaf in _leaves(assembly.exo)]
-    # Back along each chain but the last, so that one line draws a machine with branches.
+    # Each chain except the last is also drawn backwards, so that one line draws a machine with branches.
     exo_points = [point for chain in chains[:-1] for point in (*chain, *reversed(chain))] + chains[-1]
     limbs = [
         [frame_pose(tree, arm, limb.prefix + name).p for name in ("upper_arm", "forearm", "wrist", "finger_tip")]
         for limb in assembly.arm.limbs
     ]
-    # Two arms: from one hand over the shoulders to the other.
+    # With two arms the line runs from one hand over the shoulders to the other hand.
     arm_points = limbs[0] if len(limbs) == 1 else [*reversed(limbs[0]), *limbs[1]]
     return ca.Function(
         "skeleton", [q, z, fit], [ca.horzcat(*exo_points), ca.horzcat(*arm_points)], ["q", "z", "fit"], ["exo", "arm"]
@@ -199,7 +199,7 @@ def _leaves(tree: Tree) -> list[int]:
 
 
 def _exo_chain(assembly: Assembly, poses: list[Transform], leaf: int) -> list[ca.SX]:
-    """Points from the base to the end of one chain, with the cuff or mount that is farthest out on its last body."""
+    """Points from the base to the end of one chain, with the outermost cuff or mount on its last body."""
     joints, chain, body = assembly.exo.joints, [], leaf
     while body >= 0:
         chain.insert(0, poses[body].p)

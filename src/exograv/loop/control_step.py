@@ -1,7 +1,7 @@
-"""One control step: the guard looks at a measurement, control answers it, the guard decides, a command results.
+"""Control step: the guard checks a measurement, control answers, the guard decides, and a command results.
 
-Lock-step runs, live processes, fault flights, virtual participants and replays all take this step. They differ in
-clock, machine and recording, and in where control runs.
+Lock-step runs, live processes, fault flights, virtual participants and replays all use this step. They differ in
+clock, machine and recording, and in the process that runs control.
 """
 
 from typing import NamedTuple, Protocol, runtime_checkable
@@ -11,8 +11,8 @@ from exograv.safety.stops import StopReason
 from exograv.signals import Command, Joints, JointState
 
 CLOSURE_SLOPE_MAX = 0.01
-"""Slope of the model's loops from which on the model does not fit the machine [N·m]: a tenth of the smallest target for
-the residual torque. A model that fits stays near 1e-12."""
+"""Slope of the model's loops at which the model no longer fits the machine [N·m]. The value is a tenth of the smallest
+target for the residual torque. A model that fits stays near 1e-12."""
 
 NO_MEASUREMENT = -1
 """Sequence number in a command when the machine sent no measurement."""
@@ -20,18 +20,18 @@ NO_MEASUREMENT = -1
 
 @runtime_checkable
 class AnsweringControl(Protocol):
-    """Control as the step sees it: in this process, in another one, or from a recording."""
+    """Interface of control to the step. Control runs in this process, in another one, or comes from a recording."""
 
     @property
     def closure_slope(self) -> float:
-        """Slope of the model's loops, 0 where they are closed or where control did not answer [N·m]."""
+        """Slope of the model's loops [N·m]; 0 where they are closed or where control did not answer."""
         ...
 
     def answer(self, believed: JointState | None, now: float) -> ControlRequest | None:
-        """Answer a measurement that the guard believes; called in every step, also without such a measurement.
+        """Answer a measurement that the guard trusts. Called in every step, also without such a measurement.
 
         Args:
-            believed: The measurement; None if there is none that may be used.
+            believed: The measurement; None if no usable measurement exists.
             now: Time on the rig's clock [s].
         """
         ...
@@ -41,10 +41,10 @@ class Decision(NamedTuple):
     """Result of one step."""
 
     believed: JointState | None
-    """Measurement that control could answer; None if the guard believed none."""
+    """Measurement for control; None if the guard rejected it or none arrived."""
 
     submitted: ControlRequest | None
-    """Answer of control; None if there was none in time."""
+    """Answer of control; None if no answer came in time."""
 
     command: Command
     """Command to write to the machine."""
@@ -56,14 +56,14 @@ class Decision(NamedTuple):
     """Reason of the stop in force at the decision."""
 
     closure_slope: float
-    """Slope of the model's loops by control's answer [N·m]."""
+    """Slope of the model's loops in control's answer [N·m]."""
 
 
 class ControlStep:
-    """The step of one machine, behind its guard."""
+    """Control step of one machine, behind its guard."""
 
     def __init__(self, guard: Guard, gain: Joints):
-        """Nothing has been measured yet.
+        """Prepare the step. No measurement has arrived yet.
 
         Args:
             guard: Guard of the machine.
@@ -77,14 +77,15 @@ class ControlStep:
         Args:
             state: Measurement of this period; None if the machine sent none.
             now: Time on the rig's clock [s].
-            control: Is asked once, for what the guard believes of the measurement.
+            control: Called once, with the measurement as the guard accepts it.
         """
         guard = self.guard
         believed = guard.see(state, now)
         submitted = control.answer(believed, now)
         guarded = guard.decide(submitted, now)
         tau, stop, slope = guarded.tau, guard.envelope.stop, control.closure_slope
-        # After the decision: the torque of this step was limited already, and the stop begins with the next one.
+        # The loss of the model is reported after the decision: this step's torque is limited already, and the stop
+        # begins with the next step.
         if not slope < CLOSURE_SLOPE_MAX:
             guard.lose_model()
         sequence = NO_MEASUREMENT if state is None else state.sequence

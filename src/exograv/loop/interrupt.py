@@ -1,4 +1,4 @@
-"""Ctrl-C while a real machine moves: kept until it has come down softly."""
+"""Handling of Ctrl-C while a real machine moves: the interrupt is held until the arm has come down softly."""
 
 import signal
 import threading
@@ -6,10 +6,10 @@ from types import FrameType, TracebackType
 
 
 class HeldInterrupt:
-    """Takes Ctrl-C for as long as it is entered, where it can: in the main thread."""
+    """Context that holds Ctrl-C back while it is entered. Works in the main thread only."""
 
     def __init__(self, is_real: bool):
-        """Of a machine that is only computed nothing is held: it may end anywhere."""
+        """Prepare the context. A simulated machine may stop anywhere, so its interrupts are not held."""
         self.has_come = False
         self._takes = is_real and threading.current_thread() is threading.main_thread()
 
@@ -21,7 +21,7 @@ class HeldInterrupt:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Ctrl-C works again as before."""
+        """Restore the previous handling of Ctrl-C."""
         if self._takes:
             signal.signal(signal.SIGINT, self._before)
 

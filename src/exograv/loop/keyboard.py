@@ -1,4 +1,4 @@
-"""Lines typed at the keyboard, waited for no longer than asked."""
+"""Lines from the keyboard, read with a time-out."""
 
 import queue
 import select
@@ -9,8 +9,8 @@ from typing import TextIO
 
 
 def is_line_typed(answers: TextIO, within_s: float) -> bool:
-    """True if Enter was pressed, or is pressed within this time [s]; the line is taken."""
-    if sys.platform == "win32":  # `select` knows only sockets there
+    """Return True if Enter was pressed, or is pressed within this time [s]. The line is consumed."""
+    if sys.platform == "win32":  # On Windows, `select` accepts sockets only.
         try:
             _typed(answers).get(within_s > 0.0, within_s or None)
         except queue.Empty:
@@ -24,7 +24,7 @@ def is_line_typed(answers: TextIO, within_s: float) -> bool:
 
 @cache
 def _typed(answers: TextIO) -> "queue.SimpleQueue[str]":
-    """Lines of a stream, read by a thread of its own."""
+    """Lines of a stream, read by a separate thread."""
     lines: queue.SimpleQueue[str] = queue.SimpleQueue()
 
     def read() -> None:

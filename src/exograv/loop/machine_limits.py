@@ -1,4 +1,4 @@
-"""Limits of a machine for the guard, from its description."""
+"""Limits of a machine for the guard, from the machine's description."""
 
 import numpy as np
 
@@ -7,29 +7,29 @@ from exograv.model.description import RigDescription
 from exograv.safety.envelope import Limits
 
 DAMPING = {"shoulder": 10.0, "elbow": 4.0, "wrist": 0.4}
-"""Of the soft descent [N·m·s/rad] (docs/safety.md, SS1); the wrist's is assumed, by the elbow's and their moments of
-inertia."""
+"""Damping of the soft descent [N·m·s/rad] (docs/safety.md, SS1). The wrist's value is assumed: the elbow's,
+scaled by the moments of inertia."""
 
 
 WITHOUT_MOTOR_NM = 1e-3
-"""That a joint without motor may be asked for: nothing, but an envelope is no envelope at zero."""
+"""Torque limit of a joint without motor [N·m]. Zero would be exact, but an envelope needs a positive limit."""
 
 
 def refuse_motorless(description: RigDescription) -> None:
-    """A machine that is to carry an arm needs a motor at every joint.
+    """Refuse a machine that has a joint without motor: it cannot carry an arm.
 
     Raises:
-        ConfigError: Names the joints without one.
+        ConfigError: Names the joints without motor.
     """
     if description.motorless:
         raise ConfigError(
-            f"{description.name} has no motor at {', '.join(description.motorless)}: it measures how an arm moves and "
-            "cannot carry it. Choose a machine with motors (exograv rigs)."
+            f"{description.name} has no motor at {', '.join(description.motorless)}: it measures motion of an arm, but "
+            "cannot carry the arm. Choose a machine with motors (exograv rigs)."
         )
 
 
 def limits(description: RigDescription, records_only: bool = False) -> Limits:
-    """The envelope of this machine; of one that only records, motors or not, no torque can pass it."""
+    """Envelope of this machine. With `records_only`, no torque can pass the envelope, with or without motors."""
     damping = np.array([DAMPING[place] for place in description.places])
     torque_max_Nm = description.per_actuator("torque_max_Nm")
     if records_only:

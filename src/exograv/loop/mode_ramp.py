@@ -1,4 +1,4 @@
-"""From one mode of the controller to another: by a ramp, because a step would be felt as a push."""
+"""Ramps between modes of the controller. The wearer would feel a step as a push."""
 
 from collections.abc import Callable
 from typing import Literal
@@ -15,7 +15,7 @@ from .pilot import Pilot, TickSample
 
 
 class _Fade:
-    """Moves one field of the controller's mode from where it is to a goal, a little every tick."""
+    """Ramp of one field of the controller's mode, by a small step every tick."""
 
     def __init__(self, pilot: Pilot, controller: ArmController, field: str, goal: float, ticks: int):
         self._envelope = pilot.envelope
@@ -43,9 +43,9 @@ def fade(
     guide: Guide | None = None,
     listener: Callable[[TickSample], None] = lambda _moment: None,
 ) -> None:
-    """Bring a field of the controller's mode to `goal` while `posture` [rad] is held, or what a guide says.
+    """Bring a field of the controller's mode to `goal` while the controller holds `posture` [rad] or follows a guide.
 
-    At once where it is there; the listener hears every tick until then.
+    Return at once if the field has this value already. The listener receives every tick of the ramp.
 
     Raises:
         RigError: The envelope stopped the run.

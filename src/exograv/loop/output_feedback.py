@@ -1,4 +1,4 @@
-"""Control's half of a step: an observer estimates position and velocity, and a controller decides a torque for them."""
+"""Control's half of a step: an observer estimates position and velocity, a controller computes the torque."""
 
 from collections.abc import Callable
 from typing import Protocol, runtime_checkable
@@ -10,42 +10,42 @@ from exograv.safety.guard import COMMAND_LIFE_S, ControlRequest
 from exograv.signals import Joints, JointState, Reference
 
 Guide = Callable[[Joints, Joints], Reference]
-"""Reference by observed position [rad] and velocity [rad/s]; called in every step."""
+"""Reference from observed position [rad] and velocity [rad/s]; called in every step."""
 
 
 @runtime_checkable
 class Controller(Protocol):
-    """Decides a torque; `ExoTick`, or an arm's tick with its parameters."""
+    """Interface of a controller, which computes a torque: `ExoTick`, or an arm's tick with its parameters."""
 
     @property
     def tau_feedforward(self) -> Joints:
-        """What the model expects [N·m]."""
+        """Joint torque that the model expects [N·m]."""
         ...
 
     @property
     def closure_slope(self) -> float:
-        """How far the loops are from closed [N·m]."""
+        """Slope of the cuff energy of the loops [N·m]; 0 where the loops are closed."""
         ...
 
     @property
     def clearance(self) -> float:
-        """How far the arm is from a singular posture, 1 far, 0 at it [-]."""
+        """Distance of the arm from a singular posture [-]: 1 far, 0 at the singularity."""
         ...
 
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
-        """Desired torque [N·m]."""
+        """Desired joint torque [N·m]."""
         ...
 
 
 class NoTorque:
-    """`Controller` of a machine whose motors are off."""
+    """`Controller` of a machine with its motors off."""
 
     closure_slope, clearance = 0.0, 1.0
-    """No loop and no posture is relied on."""
+    """Values of a controller that uses no loop and no posture."""
 
     def __init__(self, joints: int):
         self.tau_feedforward = np.zeros(joints)
-        """Nothing is expected [N·m]."""
+        """Expected torque [N·m]: always zero."""
 
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
         """Zero torque (joint,) [N·m]."""
@@ -56,24 +56,24 @@ class OutputFeedback:
     """`AnsweringControl` in this process."""
 
     def __init__(self, joints: int, period_s: float, controller: Controller | None = None):
-        """Nothing has been observed yet.
+        """Begin without any observation.
 
         Args:
             joints: Number of joints.
             period_s: Time between two steps [s].
-            controller: Decides the torque; zero torque without one.
+            controller: Computes the torque; without a controller the torque is zero.
         """
         self._joints, self._period_s = joints, period_s
         self.controller: Controller = NoTorque(joints) if controller is None else controller
-        """May be replaced between two steps, like the two below."""
+        """Controller in force. It may be replaced between two steps, as may `reference` and `guide`."""
         self.reference = Reference(*np.zeros((3, joints)))
-        """What the controller follows; in a step with a guide, the guide's reference."""
+        """Reference of the controller. In a step with a guide, the guide sets it."""
         self.guide: Guide | None = None
-        """Makes the reference in each step; absent where it is set between steps."""
+        """Function that computes the reference in each step. If absent, the caller sets the reference between steps."""
         self.forget()
 
     def forget(self) -> None:
-        """Begin with a new observer: the last measurement is too old."""
+        """Begin with a new observer, because the last measurement is too old."""
         observer = self._observer = Observer(self._joints, self._period_s)
         self.q: Joints = observer.q
         """Observed position; overwritten in each step [rad]."""
@@ -86,13 +86,13 @@ class OutputFeedback:
         return self.controller.closure_slope
 
     def answer(self, believed: JointState | None, now: float) -> ControlRequest | None:
-        """Answer a measurement; None without one."""
+        """Answer a measurement. Return None without a measurement."""
         if believed is None:
             return None
         return ControlRequest(believed.sequence, now + COMMAND_LIFE_S, self.step(believed.q))
 
     def step(self, q_measured: Joints) -> Joints:
-        """Desired torque [N·m] for a measured position [rad]; the controller overwrites it in the next step."""
+        """Desired torque [N·m] for a measured position [rad]. The controller overwrites the array in the next step."""
         self._observer.update(q_measured)
         if self.guide is not None:
             self.reference = self.guide(self.q, self.v)

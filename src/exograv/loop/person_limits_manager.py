@@ -1,4 +1,4 @@
-"""Who the guard takes to be in the machine, phase by phase; every table is made between two ticks, never in one."""
+"""Guard limits of the wearer in each phase of a session. Tables are made between two ticks, never within one."""
 
 from dataclasses import replace
 
@@ -18,48 +18,49 @@ from .person_limits import limits_of_table
 from .plausible_table import TableMaker
 
 POSTURES = 64
-"""Of the task workspace, at which it is asked how far off an arm may be."""
+"""Number of workspace postures at which the torque error of an uncertain arm is evaluated."""
 
 V_MORE_RAD_S = 1.0
-"""Than the motion itself, while the arm or a weight is not known (docs/safety.md)."""
+"""Trip velocity above the velocity of the motion, while the arm or a weight is unknown [rad/s] (docs/safety.md)."""
 
 UNKNOWN_J = 3.0
-"""In the tank while the arm is not known, beside what the unknown torque takes over half of the workspace."""
+"""Energy in the tank while the arm is unknown [J], in addition to the work of the unknown torque over half of the
+workspace."""
 
 PATH_W = 2.0
-"""Allowed along a path beyond carrying: damping of the arm's joints, hysteresis and what the table's arm is off took
-0.4 W on a tuning wearer (recupera_like, level 2, seed 1000)."""
+"""Power allowed along a path in addition to carrying [W]. Damping of the arm's joints, hysteresis and the error of the
+table's arm took 0.4 W on a tuning wearer (recupera_like, level 2, seed 1000)."""
 
 Joints = Float[np.ndarray, " joint"]
 Covariance = Float[np.ndarray, "parameter parameter"]
 
 
 class LimitsMaker:
-    """What the guard is to hold one wearer in one machine to, by what is known of the arm."""
+    """Factory of guard limits for one wearer in one machine, by the knowledge of the arm."""
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine, x: Parameters):
-        """Prepare; seconds pass.
+        """Prepare the postures. This takes seconds.
 
         Args:
             assembly: The machine with the arm in it.
-            machine: As calibrated.
-            x: Of the table's arm or of this one.
+            machine: The machine as calibrated.
+            x: Parameters of this arm, or of the arm from the table.
         """
         self._assembly, self._maker = assembly, TableMaker(assembly, machine, x)
         self._workspace = sample_postures(assembly.description, POSTURES)
         self._layout = ParameterLayout.of(assembly)
 
     def expected(self, x: Parameters, covariance: Covariance, v_motion: float) -> PersonLimits:
-        """Of somebody who may be anyone that is believed possible; moved by up to `v_motion` [rad/s]."""
+        """Limits of an arm that is known by mean and covariance only, and is moved with up to `v_motion` [rad/s]."""
         margin = self._maker.margin(x, covariance, self._workspace)
         return self._unsure(x, np.zeros(self._layout.phi.stop), margin, v_motion)
 
     def known(self, x: Parameters, payload: Float[np.ndarray, " phi"] | None = None) -> PersonLimits:
-        """Of somebody who has been identified, with what is carried besides the arm."""
+        """Limits of an identified arm, with the payload that it carries."""
         return _driven(limits_of_table(self._assembly, self._maker.table(x, payload)))
 
     def weighed(self, x: Parameters, place: WeightPlace, v_motion: float) -> PersonLimits:
-        """The same with anything up to `HEAVIEST_KG` at a place: nowhere else a payload is plausible."""
+        """Limits of an identified arm with a weight up to `HEAVIEST_KG` at `place`. No other weight is plausible."""
         half = held_weight(self._assembly.arm, 0.5 * HEAVIEST_KG, at=place)
         loaded, q = x.copy(), self._workspace
         loaded[self._layout.phi] += half
@@ -74,7 +75,7 @@ class LimitsMaker:
     def _unsure(
         self, x: Parameters, payload: Float[np.ndarray, " phi"], margin: Joints, v_motion: float
     ) -> PersonLimits:
-        """Limits of an arm of which a torque of `margin` [N·m] is not known."""
+        """Limits of an arm with a torque uncertainty of `margin` [N·m]."""
         lower, upper = self._assembly.description.workspace
         table = self._maker.table(x, payload, margin)
         tank_J = UNKNOWN_J + float(0.5 * margin @ (upper - lower))
@@ -89,27 +90,27 @@ class LimitsMaker:
 
 
 def _driven(limits: PersonLimits) -> PersonLimits:
-    """With what there is besides while control moves the arm along a path."""
+    """Add the power and energy that are allowed while control moves the arm along a path."""
     return replace(limits, driven_W=PATH_W, driven_J=UNKNOWN_J)
 
 
 class PersonLimitsManager:
-    """Tells an envelope, phase by phase, who is in the machine."""
+    """Setter of the wearer's limits in an envelope, phase by phase."""
 
     def __init__(self, envelope: Envelope, assembly: Assembly, machine: CalibratedMachine, x: Parameters):
-        """Prepare, as `LimitsMaker`; seconds pass."""
+        """Prepare as in `LimitsMaker`. This takes seconds."""
         self._envelope, self._maker = envelope, LimitsMaker(assembly, machine, x)
 
     def expect(self, x: Parameters, covariance: Covariance, v_motion: float) -> None:
-        """Somebody who may be anyone that is believed possible; moved by up to `v_motion` [rad/s]."""
+        """Set the limits of an arm known by mean and covariance only, moved with up to `v_motion` [rad/s]."""
         self._put_in(self._maker.expected(x, covariance, v_motion), is_driven=True)
 
     def know(self, x: Parameters, payload: Float[np.ndarray, " phi"] | None = None) -> None:
-        """Somebody who has been identified, with what is carried besides the arm."""
+        """Set the limits of an identified arm, with the payload that it carries."""
         self._put_in(self._maker.known(x, payload))
 
     def weigh(self, x: Parameters, place: WeightPlace, v_motion: float) -> None:
-        """The same with anything up to `HEAVIEST_KG` at a place."""
+        """Set the limits of an identified arm with any weight up to `HEAVIEST_KG` at `place`."""
         self._put_in(self._maker.weighed(x, place, v_motion))
 
     def _put_in(self, limits: PersonLimits, is_driven: bool = False) -> None:

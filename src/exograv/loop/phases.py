@@ -1,4 +1,4 @@
-"""Phases of a session with an arm: their order, what drives the arm in each, how it gets there, and by which ramps.
+"""Phases of a session with an arm: their order, the drive of the arm in each, the way to each, and the ramps.
 
 Two clocks read this table. A run in lock-step follows trajectories and fades (`Pilot`, `mode_ramp`). The live loop
 follows the modes of its state machine, tick by tick (`LiveControl`). `safety.modes` holds the transitions between
@@ -22,11 +22,11 @@ RAMPS_S: Mapping[str, float] = MappingProxyType({"drive": DRIVE_S, "gravity_leve
 """Ramp of each field of the controller's mode, by the field's name [s]."""
 
 TRAVEL_RAD_S = 0.6
-"""Fastest joint on the way of a relaxed arm to a posture [rad/s]."""
+"""Velocity of the fastest joint while a relaxed arm moves to a posture [rad/s]."""
 
 
 class Drive(enum.Enum):
-    """What moves or holds the arm in a phase, besides carrying its weight."""
+    """Cause of motion or support of the arm in a phase, besides the compensation of its weight."""
 
     NEVER = "Nothing: the arm is free."
     UNTIL_KNOWN = "Weak feedback, as long as the arm is not identified; then nothing."
@@ -39,23 +39,23 @@ class Drive(enum.Enum):
 
 @dataclass(frozen=True)
 class Phase:
-    """One phase."""
+    """Phase of a session."""
 
     recorded: str
-    """Name in the recording of a run in lock-step; a live run is recorded by its modes' names."""
+    """Name of the phase in the recording of a run in lock-step. Live runs record the names of modes instead."""
 
     drive: Drive
 
     settle_s: float = 0.0
-    """Rest at the first posture, before the phase begins [s]."""
+    """Time of rest at the first posture before the phase begins [s]."""
 
     def approach(self, q: Joints, posture: Joints, dt: float) -> Trajectory:
-        """Way from `q` to the phase's first posture [rad], and the rest there, at the period `dt` [s]."""
+        """Motion from `q` to the phase's first posture [rad], with the rest there, at the period `dt` [s]."""
         return motion.joined([motion.go_to(q, posture, TRAVEL_RAD_S, dt), motion.hold(posture, self.settle_s, dt)])
 
 
 ON_THE_WAY = Phase("move", Drive.ALWAYS)
-"""Way from one phase to the next."""
+"""Motion from one phase to the next."""
 
 ARM_CHECK = Phase("check arm", Drive.ALWAYS)
 RESTING = Phase("rest", Drive.ALWAYS, settle_s=1.5)  # a strained relaxed joint decays with about 1 s (docs/arm.md)
@@ -69,8 +69,8 @@ WEIGHING = Phase("weigh", Drive.ALWAYS, settle_s=1.0)
 def phases_of_unknown_arm(is_verified: bool) -> tuple[Phase, ...]:
     """Phases of an arm that is not known yet, in order.
 
-    A driven phase ends when its path is over and the guard has been told what the person may need from then on: in
-    lock-step at once, live as soon as the worker has judged the samples. Floating ends when the time is over.
+    A driven phase ends after its path, as soon as the guard has the limits for the next phase. In lock-step this is
+    at once; live, it is when the worker has judged the samples. Floating ends after a fixed time.
     """
     return (IDENTIFICATION, VERIFICATION, FLOATING) if is_verified else (IDENTIFICATION, FLOATING)
 
@@ -80,15 +80,15 @@ BY_MODE: Mapping[Mode, Drive] = MappingProxyType(
         Mode.RAMP_IN: Drive.UNTIL_KNOWN,
         Mode.FLOATING: FLOATING.drive,
         Mode.MOVING: IDENTIFICATION.drive,
-        Mode.WEIGHING: Drive.UNTIL_KNOWN,  # live, the arm floats while a weight is weighed
+        Mode.WEIGHING: Drive.UNTIL_KNOWN,  # In a live run, the arm floats while a weight is weighed.
         Mode.RAMP_OUT: Drive.NEVER,
     }
 )
-"""Drive in each live mode in which an arm is worn."""
+"""Drive in each live mode in which the machine is worn."""
 
 
 def next_drive(drive: float, mode: Mode, is_known: bool, period_s: float) -> float:
-    """`drive` of the controller's mode one tick later [-]: by its ramp where an arm is worn, else 0 at once."""
+    """`drive` of the controller's mode one tick later [-]: on its ramp while the machine is worn, else 0 at once."""
     if mode not in WORN:
         return 0.0
     step = period_s / DRIVE_S

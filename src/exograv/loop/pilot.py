@@ -1,4 +1,4 @@
-"""The loop of a session: read, observe, decide, limit, command, record; the same for every phase and controller."""
+"""Loop of a session: read, observe, decide, limit, command, record. The same for every phase and controller."""
 
 import time
 from collections.abc import Callable
@@ -31,37 +31,37 @@ from .stop_message import stopped_text
 
 Joints = Float[np.ndarray, " joint"]
 Progress = Callable[[str, float], None]
-"""Called with a sentence and the share done, now and then."""
+"""Callback with a sentence and the finished share [-], called from time to time."""
 
 PROGRESS_TICKS = 200
 NEAR_SINGULAR_TEXT = (
-    "The arm is near a posture in which its angles mean little (abduction near 90°); it is carried, not learned from."
+    "The arm is near a posture in which its angles are ill-defined (abduction near 90°). It is carried, not identified."
 )
-GAIN_SD_KNOWN = 0.05  # share: so well calibrated, a motor's current tells its torque to the guard
+GAIN_SD_KNOWN = 0.05  # [-] Up to this relative SD of the gain, the guard may infer a motor's torque from its current.
 
 
 @dataclass
 class TickSample:
-    """One tick, for whoever listens; arrays are overwritten by the next."""
+    """Sample of one tick for listeners. The next tick overwrites the arrays."""
 
     state: JointState
     q: Joints
-    """Observed [rad]."""
+    """Observed position [rad]."""
     v: Joints
-    """[rad/s]"""
+    """Observed velocity [rad/s]."""
     tau_measured: Joints
-    """By current and gain [N·m]."""
+    """Torque from current and gain [N·m]."""
     tau_commanded: Joints
-    """[N·m]"""
+    """Torque sent to the motors [N·m]."""
     tau_feedforward: Joints
-    """[N·m]"""
+    """Torque that the model expects [N·m]."""
     reference: Reference
-    """What was asked for."""
+    """Reference of the controller."""
 
 
 @dataclass
 class Pilot:
-    """Owns what lives across the phases of a run on one rig."""
+    """Owner of all objects that live across the phases of a run on one rig."""
 
     rig: Rig
     actuators: ActuatorGain
@@ -70,19 +70,19 @@ class Pilot:
     progress: Progress = lambda _text, _share: None
     pace: RealTimePace | None = None
     worn: PersonLimitsManager | None = None
-    """Tells the guard who is in the machine; nobody is if absent."""
+    """Setter of the wearer's limits in the guard; absent if the machine is not worn."""
     key: MachineKey | None = None
-    """What unlocks a real machine for an arm."""
+    """Key that unlocks a real machine for an arm."""
     tick_us: list[float] = field(default_factory=list)
-    """Time that each decision took, guard included [µs]."""
+    """Computing time of each decision, guard included [µs]."""
 
     def __post_init__(self):
         joints, period_s = len(self.rig.joints), self.rig.period_s
         self.feedback = OutputFeedback(joints, period_s)
         """Control's half of each tick."""
         self._no_answer = np.full(joints, np.nan)
-        # An empty machine that is tried for the first time is held by the envelope alone: what is wrong with encoders
-        # and motors the nudge finds and names, and a current says little of a torque yet.
+        # The envelope alone holds an empty machine on its first trial. The nudge test finds faults of encoders and
+        # motors, and before the calibration a current says little about a torque.
         is_known = bool((self.actuators.gain_sd <= GAIN_SD_KNOWN * np.abs(self.actuators.gain)).all())
         self.guard = Guard.of_machine(self.envelope, period_s, self.actuators.gain.tolist(), is_known)
         self._step = ControlStep(self.guard, self.actuators.gain)
@@ -90,10 +90,10 @@ class Pilot:
         self._account = None if self.recording is None else ReplayLog(self.recording, self.actuators, period_s)
         self._stop_known = self.envelope.stop
         self.q = self.rig.read().q.copy()
-        """Where the joints were at the last tick [rad]."""
+        """Joint position at the last tick [rad]."""
 
     def begin(self, phase: Phase | str) -> None:
-        """Note in the recording what the ticks from here on are for."""
+        """Note in the recording the phase of the ticks that follow."""
         if self.recording is not None:
             self.recording.phase(self.rig.read().t, phase if isinstance(phase, str) else phase.recorded)
 
@@ -105,12 +105,12 @@ class Pilot:
         listener: Callable[[TickSample], None] | None = None,
         guide: Guide | None = None,
     ) -> None:
-        """Follow a trajectory to its end; or, for as long as it lasts, what a `guide` says.
+        """Follow a trajectory to its end, or follow a `guide` for the duration of the trajectory.
 
         Raises:
-            RigError: The envelope stopped the run, and the arm has come down softly; or it is an arm's controller, and
-                the machine is locked.
-            KeyboardInterrupt: Ctrl-C; a real machine has come down softly before.
+            RigError: The envelope stopped the run, and the arm has come down softly. Or the controller carries an arm
+                and the machine is locked.
+            KeyboardInterrupt: Ctrl-C was pressed. A real machine has come down softly before.
         """
         if isinstance(controller, ArmController):
             unlock(self.rig, self.key)
@@ -131,12 +131,12 @@ class Pilot:
         self.progress(text, 1.0)
 
     def _switch_on(self, rig: Powered) -> None:
-        """Drives that are off, because nobody has flown them yet or because they heard nothing for a while."""
+        """Enable the drives if any is off: before the first run, or after a time-out without commands."""
         if not all(drive.is_enabled for drive in rig.status()):
             rig.enable()
 
     def leave_stop(self, controller: Controller, within_s: float) -> bool:
-        """An operator's act after a stop: wait until the machine stands, and leave the latch; whether it could be."""
+        """Wait until the machine stands and reset the stop. True if it succeeded. Only an operator may ask for this."""
         still = np.zeros(len(self.q))
         for _ in range(round(within_s / self.rig.period_s)):
             if self.guard.reset():
@@ -145,11 +145,11 @@ class Pilot:
         return False
 
     def _tick(self, controller: Controller, reference: Reference, guide: Guide | None = None) -> TickSample | None:
-        """One tick; None where nothing was measured that may be believed: nobody is to learn from it."""
+        """Run one tick. Return None if no trustworthy measurement arrived, so that no listener learns from it."""
         state, now = self.rig.read(), self.rig.t
         if self._account is not None:
             self._account.note(state.t, controller, self.envelope.person)
-        # Whoever watches a motion may have tripped the envelope between two ticks.
+        # A listener may have tripped the envelope between two ticks.
         acts = ASTRAY if self.envelope.stop is not self._stop_known else 0
         feedback = self.feedback
         feedback.controller, feedback.reference, feedback.guide = controller, reference, guide
@@ -196,14 +196,14 @@ class Pilot:
         return TickSample(believed, feedback.q, v, tau_measured, command.tau, controller.tau_feedforward, reference)
 
     def _watch_posture(self, clearance: float, t: float) -> None:
-        """Note when the arm comes near a singular posture, once each time."""
+        """Record an event each time the arm comes near a singular posture."""
         is_near = clearance < NEAR_SINGULAR
         if is_near and not self._near_singular and self.recording is not None:
             self.recording.write("/event", t, {"kind": "near singular", "text": NEAR_SINGULAR_TEXT})
         self._near_singular = is_near
 
     def _come_down(self, controller: Controller, reference: Reference, is_interrupted: bool) -> None:
-        """Finish the soft descent, then tell."""
+        """Finish the soft descent, then raise the error."""
         reason, recording = self.envelope.stop, self.recording
         text = reason.value if reason is not None else ""
         if recording is not None:

@@ -1,4 +1,4 @@
-"""Makes the guard's table from the model, once, when a person's parameters are accepted."""
+"""Builder of the guard's torque table from the model. It runs once, when a person's parameters are accepted."""
 
 from dataclasses import replace
 
@@ -14,25 +14,27 @@ from exograv.model.assembly import Assembly
 from exograv.safety.plausible import GRAVITY_LEVEL_MAX, Features, LimbTable, PlausibleTable
 
 MOST_FACTORS = 4
-"""Joints whose sines and cosines are multiplied; what more would bring, the error says. Four joints are exact."""
+"""Largest number of joints whose sines and cosines are multiplied. Four joints are exact; beyond that the table's error
+contains the missing products."""
 
 PER_FEATURE = 4
-"""Postures to fit one feature by."""
+"""Number of fitted postures per feature."""
 
 CHECKED = 2048
-"""Postures, others than the fitted ones, at which the error is taken: with a probability of 1 − 10⁻⁶ it is not exceeded
-in more than 0.7 % of all postures (0.993²⁰⁴⁸ < 10⁻⁶)."""
+"""Number of postures for the error, apart from the fitted ones. With a probability of 1 − 10⁻⁶ at most 0.7 % of all
+postures exceed the error found (0.993²⁰⁴⁸ < 10⁻⁶)."""
 
 CLOSED_SHARE_MIN = 0.3
-"""Share of the postures at which the arm lies in its cuffs; with less hardly more than one a product is left to fit.
+"""Smallest share of postures at which the arm lies in its cuffs. Below it, little more than one posture per product
+remains for the fit.
 
-Arms drawn from the prior lay in their cuffs in 86 to 100 % of them (eight arms, four and seven joints)."""
+Arms drawn from the prior lay in their cuffs in 86 to 100 % of the postures (eight arms, four and seven joints)."""
 
 MARGIN_SD = 3.0
 """Standard deviations of the arm's torque within which a person is plausible [-]."""
 
 ROUNDING_SHARE = 1e-12
-"""Of the largest eigenvalue, below which a variance is rounding [-]."""
+"""Share of the largest eigenvalue below which a variance is rounding error [-]."""
 
 Postures = Float[np.ndarray, "posture joint"]
 Joints = Float[np.ndarray, " joint"]
@@ -41,15 +43,15 @@ Covariance = Float[np.ndarray, "parameter parameter"]
 
 
 class TableMaker:
-    """Of one arm in one machine; what takes seconds is done once, so that new parameters have a table soon."""
+    """Maker of tables for one arm in one machine. The slow steps are done once, so that later tables are quick."""
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine, x: Parameters):
-        """Find the postures.
+        """Find the rest postures of the arm.
 
         Args:
             assembly: The machine with the person's arm in it.
-            machine: As calibrated.
-            x: Of this arm, or of one that lies in the cuffs much like it.
+            machine: The machine as calibrated.
+            x: Parameters of this arm, or of an arm that lies in the cuffs in nearly the same way.
         """
         self._assembly, self._machine = assembly, machine
         self.resting = RestingTorque(assembly, machine)
@@ -58,12 +60,12 @@ class TableMaker:
         self._x, self._z = x, self.resting.cold_start(self._postures, x)
 
     def table(self, x: Parameters, payload: Phi | None = None, margin: Joints | None = None) -> PlausibleTable:
-        """Table of the torque that carries machine and arm, over all postures that the joints allow.
+        """Table of the torque that carries machine and arm, over all postures within the joints' limits.
 
         Args:
             x: The person's parameters as accepted.
-            payload: What the arm carries besides itself, in full at every gravity level; nothing if absent.
-            margin: By which torques may be off because the arm is not known better (joint,) [N·m]; part of the error.
+            payload: Payload of the arm, carried in full at every gravity level; none if absent.
+            margin: Torque uncertainty while the arm is not known well (joint,) [N·m]; added to the table's error.
 
         Raises:
             ModelError: The arm lies in its cuffs in too few postures.
@@ -87,9 +89,9 @@ class TableMaker:
         return table if margin is None else replace(table, error=table.error + margin)
 
     def margin(self, x: Parameters, covariance: Covariance, q: Postures) -> Joints:
-        """By how much the torque that carries an arm may be off at any of the postures `q` [rad] [N·m].
+        """Uncertainty (joint,) of the torque that carries an arm, over all postures `q` [rad] [N·m].
 
-        Three standard deviations of what is believed of the arm, at the posture where they are most.
+        Three standard deviations of the torque under `covariance`, at the posture with the largest value.
         """
         z = self.resting.cold_start(q, x)
         known = self.resting(q, np.tile(x, (len(q), 1)), z)
@@ -107,7 +109,7 @@ class TableMaker:
         return MARGIN_SD * np.sqrt((off[:, usable] ** 2).sum(axis=0)).max(axis=0)
 
     def _in_cuffs_alone(self, x: Parameters) -> Postures:
-        """Where this arm lies without its weight, from where the arm lies that the postures were found for [rad]."""
+        """Posture of this weightless arm [rad], with a warm start from the arm for which the postures were found."""
         light = self.resting.weightless(self._same(x))
         return self.resting(self._postures, light, self._z, x_start=self.resting.weightless(self._same(self._x))).z
 
@@ -131,7 +133,7 @@ class TableMaker:
 def _torques(
     resting: RestingTorque, postures: Postures, z: Postures, x: Parameters
 ) -> tuple[dict[float, Postures], Bool[np.ndarray, " posture"]]:
-    """What carries machine and arm at three gravity levels, and whether the posture was found at all of them."""
+    """Torque that carries machine and arm by gravity level, and True where a rest posture was found at all levels."""
     arms = np.tile(x, (len(postures), 1))
     carried, closed = dict[float, Postures](), np.ones(len(postures), dtype=bool)
     for level in (0.0, 1.0, GRAVITY_LEVEL_MAX):
@@ -141,8 +143,8 @@ def _torques(
 
 
 def _postures(assembly: Assembly, count: int) -> Postures:
-    """Spread over everything that the joints' limits allow [rad]."""
-    from scipy.stats import qmc  # 0.3 s that no tick has to wait for
+    """Postures spread over the whole range of the joints' limits [rad]."""
+    from scipy.stats import qmc  # The import takes 0.3 s, which no tick has to wait for here.
 
     lower, upper = np.array([(joint.lower, joint.upper) for joint in assembly.exo.joints]).T
     exponent = int(np.ceil(np.log2(count)))
@@ -151,7 +153,7 @@ def _postures(assembly: Assembly, count: int) -> Postures:
 
 
 def _chains(assembly: Assembly) -> list[tuple[int, ...]]:
-    """Joints that carry each other: those that hang from the same joint of the base."""
+    """List the groups of joints that carry each other: all joints that hang from the same joint of the base."""
     joints, root = assembly.exo.joints, dict[int, int]()
     for j, joint in enumerate(joints):
         root[j] = root[joint.parent] if joint.parent >= 0 else j
@@ -168,7 +170,7 @@ def _chain(joints: tuple[int, ...], postures: Postures, exo: Postures, arm: Post
 def _dry(
     assembly: Assembly, machine: CalibratedMachine, x: Parameters, carried: Postures
 ) -> Float[np.ndarray, " joint"]:
-    """The most that the calibrated friction can take breaking away under the heaviest load [N·m]."""
+    """Upper bound of the calibrated dry friction: breakaway under the heaviest load [N·m]."""
     friction, coulomb = machine.friction, x[ParameterLayout.of(assembly).coulomb]
     loaded = np.asarray(friction.load_share) * np.abs(carried).max(axis=0)
     return coulomb * np.maximum(np.asarray(friction.breakaway), 1.0) + loaded + np.abs(np.asarray(friction.asymmetry))

@@ -1,4 +1,4 @@
-"""What a recording must hold so that its run can be flown again without the machine: `exograv replay` reads it back."""
+"""Contents of a recording that allow `exograv replay` to fly the run again without the machine."""
 
 import math
 import os
@@ -30,18 +30,18 @@ PACKAGES = ("casadi", "mujoco-core", "numpy", "scipy")
 
 @runtime_checkable
 class ReplayableController(Protocol):
-    """A controller that can be made again from what it says of itself."""
+    """Interface of a controller that can be rebuilt from its own description."""
 
     acts: list[ControllerAct]
-    """Commands since they were last recorded."""
+    """Commands since the last record was written."""
 
     def described(self) -> EmptyControllerRecord | ArmControllerRecord:
-        """Describe what makes it, beside the machine's own files and the person as told."""
+        """Describe the parts of the controller that are not in the machine's own files or in the participant's data."""
         ...
 
 
 class ReplayLog:
-    """Writes what a pilot's controllers are given, before the tick in which it is in force."""
+    """Log of all inputs to a pilot's controllers. Each input is written before the tick in which it takes effect."""
 
     def __init__(self, recording: RecordingWriter, actuators: ActuatorGain, period_s: float):
         self._recording, self._actuators, self._period_s = recording, actuators, period_s
@@ -52,7 +52,7 @@ class ReplayLog:
         self._felt = (0.0, False)
 
     def note(self, t: float, controller: object, person: GuardedPerson | None) -> None:
-        """Before the tick of the time `t` [s]: who flies it, who is in it, and what was told since the last one."""
+        """Write the changes before the tick at time `t` [s]: controller, wearer, and commands to the controller."""
         if controller is not self._flying:
             self._take_over(t, controller)
         if person is not self._person:
@@ -79,7 +79,7 @@ class ReplayLog:
                 "/control", t, {"act": "pilot", "period_s": self._period_s, "actuators": actuators}
             )  # fmt: skip
         self._flying = controller
-        # Asked once: what a protocol is made of takes longer than a tick's torque.
+        # The controller is checked once only: the check of a protocol takes longer than the torque of a tick.
         self._accountable = controller if isinstance(controller, ReplayableController) else None
         new: JsonObject = {}
         if not any(controller is one for one in self._known):
@@ -94,7 +94,7 @@ def _felt(person: GuardedPerson) -> JsonObject:
 
 
 def mode_fields(controller: object) -> dict[str, float]:
-    """What a tick says of the mode it is flown in; nothing where no arm is carried."""
+    """Fields of a tick that describe the control mode; empty if the controller carries no arm."""
     mode = getattr(controller, "mode", None)
     if not isinstance(mode, ControlMode):
         return {}
@@ -102,22 +102,22 @@ def mode_fields(controller: object) -> dict[str, float]:
 
 
 def written_rig(description: RigDescription) -> dict[str, str]:
-    """The machine's own files, by name: a recording must not depend on what becomes of a folder."""
+    """Texts of the machine's own files by name. A recording must stay readable when the folder changes."""
     files = (description.folder / "rig.toml", description.urdf_path)
-    # The URDF may be another machine's, in a folder beside this one.
+    # The URDF may belong to another machine, in a folder beside this one.
     return {os.path.relpath(path, description.folder): path.read_text(encoding="utf-8") for path in files}
 
 
 @dataclass(frozen=True)
 class ToldPerson:
-    """Person by scale, tape and form, and the machine's set lengths, without rounding."""
+    """Person as measured by scale, tape and form, and the set lengths of the machine, without rounding."""
 
     body: Body
     lengths_m: Mapping[str, float]
 
 
 def read_machine(message: Mapping[str, Any]) -> CalibratedMachine:
-    """The machine as calibrated, to the last bit."""
+    """Read the machine as calibrated, exact to the last bit."""
     plain = {name: np.array(message[name]) for name in ("phi", "gravity", "rotor_inertia", "residual_sd")}
     return CalibratedMachine(
         actuators=read_actuators(message["actuators"]),
@@ -129,7 +129,7 @@ def read_machine(message: Mapping[str, Any]) -> CalibratedMachine:
 
 
 def read_actuators(message: Mapping[str, Any]) -> ActuatorGain:
-    """Gains of the drives."""
+    """Read the gains of the drives."""
     return ActuatorGain(np.array(message["gain"]), np.array(message["gain_sd"]))
 
 
@@ -139,7 +139,7 @@ def _friction(message: Mapping[str, Any]) -> Friction:
 
 
 def written_person(limits: PersonLimits) -> JsonObject:
-    """Write the limits of a person for `read_person`. Limits without an end are left out: JSON has no infinity."""
+    """Write the limits of a person for `read_person`. Infinite limits are left out, because JSON has no infinity."""
     return {name: value for name, value in asdict(limits).items() if not _is_endless(value)}
 
 
@@ -148,7 +148,7 @@ def _is_endless(value: object) -> bool:
 
 
 def read_person(message: Mapping[str, Any]) -> PersonLimits:
-    """What the guard held the person to, to the last bit."""
+    """Read the guard's limits of the person, exact to the last bit."""
     table = message["table"]
     chains = tuple(
         LimbTable(tuple(one["joints"]), one["most_factors"], np.array(one["exo"]), np.array(one["arm"]))
@@ -161,7 +161,7 @@ def read_person(message: Mapping[str, Any]) -> PersonLimits:
 
 
 def versions() -> dict[str, str]:
-    """Of all that decides about the last bit of a torque."""
+    """Versions of everything that affects the last bit of a torque."""
     engine = "native" if kernel.compilation.native_is_possible() else "virtual machine"
     found = {"exograv": exograv.__version__, "python": platform.python_version()}
     found |= {"kernel": engine, "processor": platform.machine(), "code": code_sha256()}

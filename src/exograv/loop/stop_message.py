@@ -1,37 +1,37 @@
-"""What to tell whoever stands beside a machine that was stopped: why, where, which value, what is kept, what next."""
+"""Text for the operator of a stopped machine: reason, joint, value, where the recording is, and the next step."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from exograv.safety.envelope import Envelope, StopReason
 
-TEST_AGAIN = "Run `exograv self-test` before anybody is in the machine again."
+TEST_AGAIN = "Run `exograv self-test` before the machine is worn again."
 
 NEXT: Mapping[StopReason, str] = {
-    StopReason.NOT_FINITE: "Nothing is wrong with the person: report it with the recording.",
-    StopReason.TOO_FAST: "If the person jerked or held back, let the arm rest and repeat; if not, test the machine.",
+    StopReason.NOT_FINITE: "The wearer did not cause this: report the stop with the recording.",
+    StopReason.TOO_FAST: "If the wearer jerked or held back, let the arm rest and repeat; if not, test the machine.",
     StopReason.NO_MEASUREMENT: TEST_AGAIN,
-    StopReason.MODEL_LOST: "Look whether the arm lies in its cuffs as when fastened, ask the person to let go, repeat.",
-    StopReason.PAST_A_STOP: "If the person pushed, repeat; if nobody did, check the joint's encoder by the self-test.",
-    StopReason.ASTRAY: "Look what the joint met, then repeat.",
-    StopReason.NOT_THIS_ARM: "Look what the hand holds and whether it is this person, ask for a loose arm, repeat.",
-    StopReason.CONTROL_SILENT: "Ask `exograv doctor --loop 60` whether this computer is punctual enough.",
-    StopReason.STOP_PRESSED: "Repeat when the person is ready.",
+    StopReason.MODEL_LOST: "Check that the arm lies in its cuffs as when fastened, ask the wearer to relax, repeat.",
+    StopReason.PAST_A_STOP: "If the wearer pushed, repeat; if not, check the joint's encoder with the self-test.",
+    StopReason.ASTRAY: "Check what the joint touched, then repeat.",
+    StopReason.NOT_THIS_ARM: "Check what the hand holds and who wears the machine, ask for a relaxed arm, repeat.",
+    StopReason.CONTROL_SILENT: "Run `exograv doctor --loop 60` to check the timing of this computer.",
+    StopReason.STOP_PRESSED: "Repeat when the wearer is ready.",
 }
-"""What to do; the self-test for everything that a machine does to itself."""
+"""Next step by reason of the stop. The self-test is the default, for faults of the machine itself."""
 
 
 def stopped_text(envelope: Envelope, joints: Sequence[str], recording: Path | None) -> str:
-    """What happened and what to do next.
+    """Text of what happened and of the next step.
 
     Args:
-        envelope: The one that stopped it.
-        joints: Their names.
-        recording: What holds all of it, if anything does.
+        envelope: The envelope that stopped the run.
+        joints: Names of its joints.
+        recording: File of the recording, if there is one.
     """
     reason = envelope.stop
     if reason is None:
-        raise ValueError("nothing was stopped")
+        raise ValueError("The envelope has not stopped the run: there is no stop to describe.")
     kept = "" if recording is None else f" Recorded until then: {recording}."
     return (
         f"The run was stopped: {reason.value}{_values(envelope, joints)} The arm was let down softly.{kept} "
@@ -40,7 +40,7 @@ def stopped_text(envelope: Envelope, joints: Sequence[str], recording: Path | No
 
 
 def _values(envelope: Envelope, joints: Sequence[str]) -> str:
-    """Which joints, and what they may."""
+    """Joints that caused the stop, and the value allowed there."""
     if envelope.stop is StopReason.TOO_FAST:
         trips = [one.limits.v_trip_rad_s for one in (envelope, envelope.person) if one is not None]
         fast = ", ".join(joints[j] for j in sorted(envelope.powerless))

@@ -1,1 +1,1 @@
-"""`exograv replay`: control and guard decide once more on what a recording measured."""
+"""`exograv replay`: control and guard decide again on the measurements of a recording."""

@@ -1,4 +1,4 @@
-"""Ticks as plain columns: reading a field of a packed row takes longer than deciding about it."""
+"""Ticks as plain columns. Reading a field of a packed row would take longer than the decision itself."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -15,7 +15,7 @@ Torques = Float[np.ndarray, "tick joint"]
 
 
 class Columns:
-    """The recorded ticks, field by field, and each measurement as the guard saw it."""
+    """Columns of the recorded ticks, and each measurement as the guard received it."""
 
     def __init__(self, ticks: np.ndarray):
         self._columns = {name: np.ascontiguousarray(ticks[name]) for name in ticks.dtype.names or ()}
@@ -28,15 +28,15 @@ class Columns:
         self.mode = list(zip(*(self._columns[name].tolist() for name in modes), strict=True))
 
     def __len__(self) -> int:
-        """Ticks."""
+        """Return the number of ticks."""
         return len(self.t)
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """One field of all ticks."""
+        """Return one field of all ticks."""
         return self._columns[name]
 
     def state(self, k: int) -> JointState:
-        """What the machine said in a tick."""
+        """Return the measurement of a tick."""
         current, q_motor = self["current"][k], self["q_motor"][k]
         has_current = not np.isnan(current).all()
         nothing = np.full(len(current), np.nan)
@@ -55,38 +55,38 @@ class Columns:
 
 @dataclass
 class ReplayedDecisions:
-    """What control and guard decided this time, a row a tick; NaN where they did not."""
+    """Decisions of control and guard in the replay, one row per tick; NaN where there is no decision."""
 
     tau_desired: Torques
     tau_commanded: Torques
     safe_state: np.ndarray
-    """As in a tick."""
+    """Safe states, coded as in a recorded tick."""
     is_rebuilt: np.ndarray
-    """Whether control's torque was computed anew (tick,); where not, it is the recorded one."""
+    """True where control's torque was computed again (tick,); elsewhere it is the recorded torque."""
     knows_control: np.ndarray
-    """Whether control's memory is that of the run (tick,): not shortly after a gap."""
+    """True where control's memory equals that of the run (tick,); false shortly after a gap."""
     knows_guard: np.ndarray
-    """Likewise of the guard."""
+    """True where the guard's memory equals that of the run (tick,)."""
     stops: list[tuple[float, str]] = field(default_factory=list)
-    """When the guard stopped the run [s], and why."""
+    """Times [s] and reasons of the stops by the guard."""
     gaps: list[tuple[float, int]] = field(default_factory=list)
-    """When ticks are missing [s], and how many."""
+    """Times [s] of gaps, and the number of missing ticks."""
     surprises: list[str] = field(default_factory=list)
-    """What control answered otherwise than in the run."""
+    """Answers of control that differ from those in the run."""
 
     @classmethod
     def of(cls, ticks: int, joints: int) -> "ReplayedDecisions":
-        """Nothing yet."""
+        """Return empty decisions."""
         nothing = np.full((ticks, joints), np.nan)
         known = np.ones((3, ticks), bool)
         return cls(nothing, nothing.copy(), np.zeros(ticks, dtype=np.int64), known[0], known[1], known[2])
 
 
 def each_tick(columns: Columns, progress: Progress) -> Iterator[int]:
-    """Numbers of all ticks in their order; `progress` is told now and then, and at the end."""
+    """Yield the numbers of all ticks in order. Call `progress` from time to time and at the end."""
     total = len(columns)
     for k in range(total):
         yield k
         if k % PROGRESS_TICKS == 0:
-            progress("Deciding once more", k / total)
-    progress("Deciding once more", 1.0)
+            progress("Replaying", k / total)
+    progress("Replaying", 1.0)

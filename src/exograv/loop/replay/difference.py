@@ -1,4 +1,4 @@
-"""How far what was decided once more is from what was recorded: per joint and phase, first and largest."""
+"""Difference between replayed and recorded torques: per joint and phase, first and largest."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ from exograv.safety.guard import SafeState
 from .columns import Columns, ReplayedDecisions, Torques
 
 RESOLUTION_NM = 1e-6
-"""Up to which two torques are the same decision [N·m]: a thousandth of what a current sensor tells, and far above the
-rounding by which another processor or another engine differs."""
+"""Largest difference at which two torques count as the same decision [N·m]. It is a thousandth of the resolution of a
+current sensor, and far above the rounding differences between processors or engines."""
 
 WHAT = ("tau_desired", "tau_commanded")
 STOPPED = int(SafeState.DESCENT) + 1
@@ -20,7 +20,7 @@ STOPPED = int(SafeState.DESCENT) + 1
 
 @dataclass(frozen=True)
 class TorqueDifference:
-    """Largest and RMS difference, a value a joint [N·m]; empty where nothing is compared."""
+    """Largest and RMS difference, one value per joint [N·m]; empty where nothing is compared."""
 
     max: list[float]
     rms: list[float]
@@ -35,7 +35,7 @@ class FirstDifference:
     what: str
     joint: str
     Nm: float | None
-    """None where it is decided in one of the two only."""
+    """Difference [N·m]; None if only the run or only the replay has a decision."""
 
 
 @dataclass(frozen=True)
@@ -51,19 +51,19 @@ class PhaseDifference:
 
 @dataclass(frozen=True)
 class Difference:
-    """Of one kind of torque."""
+    """Difference of one kind of torque."""
 
     by_tick: Float[np.ndarray, "tick joint"]
-    """Once more minus recorded [N·m]; NaN where nothing is compared."""
+    """Replayed minus recorded torque [N·m]; NaN where nothing is compared."""
 
     is_identical: bool
-    """To the last bit, in every tick that is compared."""
+    """True if every compared tick is equal to the last bit."""
 
     differs: Bool[np.ndarray, " tick"]
-    """By more than the resolution, or decided in one of the two only."""
+    """True where the difference exceeds the resolution, or where only one of the two has a decision."""
 
     def of(self, ticks: Bool[np.ndarray, " tick"]) -> TorqueDifference:
-        """Largest and RMS of these ticks, a value a joint [N·m]."""
+        """Largest and RMS difference of these ticks, one value per joint [N·m]."""
         chosen = self.by_tick[ticks]
         chosen = chosen[np.isfinite(chosen).all(axis=1)]
         if not len(chosen):
@@ -73,10 +73,10 @@ class Difference:
 
 
 def differences(columns: Columns, again: ReplayedDecisions) -> Mapping[str, Difference]:
-    """Of desired and of commanded torque, where the memory behind them is that of the run."""
+    """Differences of desired and of commanded torque, in ticks where the memory behind them equals that of the run."""
     comparable = {
         "tau_desired": again.is_rebuilt & again.knows_control,
-        # A wrong torque goes through the guard for as long as the rate lets it: it needs both memories.
+        # The guard's rate limit carries a wrong torque on for some time, so the commanded torque needs both memories.
         "tau_commanded": again.knows_guard & again.knows_control,
     }
     return {
@@ -88,19 +88,19 @@ def differences(columns: Columns, again: ReplayedDecisions) -> Mapping[str, Diff
 def difference(
     recorded: Torques, again: Torques, comparable: Bool[np.ndarray, " tick"], *, is_answer: bool
 ) -> Difference:
-    """Of two columns.
+    """Difference of two torque columns.
 
     Args:
-        recorded: [N·m]
-        again: [N·m]
+        recorded: Recorded torque [N·m].
+        again: Replayed torque [N·m].
         comparable: Ticks that are compared.
-        is_answer: Whether a NaN stands for no answer, which is the same as no answer.
+        is_answer: True if a NaN means that control did not answer. Two missing answers are equal.
     """
     by_tick = again - recorded
     is_none = np.isnan(recorded).all(axis=1) & np.isnan(again).all(axis=1) & is_answer
     compared = comparable & ~is_none
     equal = (by_tick == 0.0).all(axis=1)
-    within = (np.abs(by_tick) <= RESOLUTION_NM).all(axis=1)  # a NaN is not
+    within = (np.abs(by_tick) <= RESOLUTION_NM).all(axis=1)  # False for a NaN.
     shown = np.where(compared[:, None], by_tick, np.nan)
     return Difference(shown, bool(equal[compared].all()), compared & ~within)
 
@@ -108,7 +108,7 @@ def difference(
 def first_difference(
     columns: Columns, joints: tuple[str, ...], found: Mapping[str, Difference]
 ) -> FirstDifference | None:
-    """Which tick is the first that differs, in what and by how much; where both torques do, in the desired one."""
+    """First tick that differs, with torque, joint and difference. If both torques differ, the desired one counts."""
     ticks = [(int(one.differs.argmax()), order, name) for order, (name, one) in enumerate(found.items())]
     ticks = [entry for entry in ticks if found[entry[2]].differs[entry[0]]]
     if not ticks:
@@ -122,7 +122,7 @@ def first_difference(
 
 
 def by_phase(columns: Columns, names: list[str], found: Mapping[str, Difference]) -> list[PhaseDifference]:
-    """A row a phase, in the order of the run."""
+    """Differences of each phase, in the order of the run."""
     phase, rows = np.array(columns.phase), []
     for number in np.unique(phase).tolist():
         ticks = phase == number
@@ -133,7 +133,7 @@ def by_phase(columns: Columns, names: list[str], found: Mapping[str, Difference]
 
 
 def recorded_stops(columns: Columns) -> list[float]:
-    """When the guard let the arm down in the run [s]."""
+    """Return the times at which the guard began a soft descent in the run [s]."""
     stopped = np.array(columns.safe_state) >= STOPPED
     begins = np.flatnonzero(stopped & ~np.concatenate(([False], stopped[:-1])))
     return [round(columns.t[k], 6) for k in begins]

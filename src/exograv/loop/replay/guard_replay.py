@@ -1,4 +1,4 @@
-"""The guard's part of a replay, the same for a run in lock-step and a live one."""
+"""Guard's part of a replay, the same for a run in lock-step and a live run."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,12 +19,12 @@ from exograv.signals import JointState
 from .columns import Columns, ReplayedDecisions
 
 SETTLED_S = 0.5
-"""After a gap, in which filters that began anew do not yet agree with those of the run [s]: the observer needs 50 ms,
-the friction returned some motion."""
+"""Time after a gap in which restarted filters differ from those of the run [s]. The observer needs 50 ms, and the
+friction feed-forward needs some motion."""
 
 
 class GuardReplay:
-    """One guard, from the beginning of its machine."""
+    """Guard of one machine, replayed from the start of the run."""
 
     def __init__(
         self,
@@ -37,17 +37,17 @@ class GuardReplay:
         *,
         is_other_run: bool = False,
     ):
-        """It has seen nothing yet.
+        """Begin before the first tick.
 
         Args:
             description: The machine.
-            actuators: As calibrated.
-            period_s: Between two ticks [s].
-            person: Who is in it, if anybody.
-            gravity_level: What that person feels of the arm's weight at first.
-            levels: Gravity levels that were asked for while it ran: each after when [s], and by a ramp of how long [s].
-            is_other_run: Whether something takes the place of what was recorded. The motors are then taken to follow
-                what they are told this time: they answered to what they were told in the run.
+            actuators: Gains of its drives, as calibrated.
+            period_s: Time between two ticks [s].
+            person: Limits of the wearer; None if the machine is empty.
+            gravity_level: Share of the arm's weight that the wearer feels at first [-].
+            levels: Requests for a gravity level during the run: time [s], level [-] and duration of the ramp [s] each.
+            is_other_run: True if something recorded is replaced. The replay then assumes that the motors follow its own
+                commands, because the recorded currents answer to the commands of the run.
         """
         self._is_other_run, self._told_more = is_other_run, np.zeros(len(description.joints))
         self._levels, self._resumes = levels, False
@@ -57,7 +57,7 @@ class GuardReplay:
         self.forget(None)
 
     def forget(self, tau: np.ndarray | None) -> None:
-        """Begin anew, from this torque (joint,) [N·m] where the motors give one."""
+        """Begin anew, from the torque `tau` (joint,) [N·m] if the motors give one."""
         envelope = Envelope(limits(self._description), self._period_s)
         if self._person is not None:
             envelope.person = GuardedPerson(self._person, self._gravity_level)
@@ -72,13 +72,13 @@ class GuardReplay:
         self._stop: StopReason | None = None
 
     def wear(self, person: PersonLimits | None, gravity_level: float, is_driven: bool) -> None:
-        """Somebody else is in the machine from here on, or nobody."""
+        """Set the wearer from this tick on; None for an empty machine."""
         self._person = person
         self.guard.envelope.person = None if person is None else GuardedPerson(person, gravity_level)
         self.feel(gravity_level, is_driven)
 
     def feel(self, gravity_level: float, is_driven: bool) -> None:
-        """The same person is to feel another share of the arm's weight, or is moved or let go."""
+        """Set the felt share of the arm's weight and whether control drives the arm, for the same wearer."""
         self._gravity_level, self._is_driven = gravity_level, is_driven
         person = self.guard.envelope.person
         if person is not None:
@@ -87,12 +87,12 @@ class GuardReplay:
 
     @property
     def gravity_level(self) -> float:
-        """What the person feels of the arm's weight in this tick."""
+        """Share of the arm's weight that the wearer feels in this tick [-]."""
         person = self.guard.envelope.person
         return self._gravity_level if person is None else person.gravity_level
 
     def lose(self, k: int, columns: Columns) -> None:
-        """Ticks are missing before this one."""
+        """Restart after a gap of ticks before tick `k`."""
         if self._levels and np.isfinite(level := columns.mode[k][1]):
             self._gravity_level, self._resumes = level, True
         self.forget(columns["tau_commanded"][k])
@@ -100,9 +100,9 @@ class GuardReplay:
         self._is_blind = True
 
     def take(self, k: int, columns: Columns, control: AnsweringControl, again: ReplayedDecisions) -> Decision:
-        """One step, after what was done to the guard since the last one."""
+        """Take one step, after applying the operator's acts since the last step."""
         if self._is_blind and columns.safe_state[k] <= SafeState.BRIDGE + 1:
-            # A latch that was found after a gap is over; what the guard held before it is unknown.
+            # The stop found after the gap is over. What the guard held before the gap is unknown.
             self._is_blind = False
             self.forget(columns["tau_commanded"][k])
         acts = columns.acts[k]
@@ -117,7 +117,7 @@ class GuardReplay:
         now = columns.now[k]
         decision = self._step.take(self._state(k, columns), now, control)
         if self._resumes and not self._is_blind:
-            self._want_level(now)  # after the tick whose level is known
+            self._want_level(now)  # The level is known up to the tick after the gap, so the request follows it.
         self._resumes = False
         self.safe_state = decision.safe_state
         self._told_more = decision.command.tau - columns["tau_commanded"][k]
@@ -136,6 +136,6 @@ class GuardReplay:
         return replace(state, current=state.current + self._actuators.current(more), tau=state.tau + more)
 
     def _want_level(self, now: float) -> None:
-        """Ask for the level that was asked for last."""
+        """Ask for the most recently requested level."""
         if asked := [(level, ramp_s) for t, level, ramp_s in self._levels if t <= now]:
             self.guard.feel(*asked[-1])

@@ -1,4 +1,4 @@
-"""A run in lock-step once more: pilots, controllers and what these were told, as the recording has it."""
+"""Replay of a run in lock-step: pilots, controllers and their commands, as recorded."""
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from .what_if import ReplayOverrides
 
 
 class Lockstep:
-    """Flies the ticks of one recording."""
+    """Replay of the ticks of one recording."""
 
     def __init__(self, recorded: RecordedRun, instead: ReplayOverrides):
         self._recorded, self._instead = recorded, instead
@@ -39,19 +39,19 @@ class Lockstep:
         self._pilot: _Pilot | None = None
 
     def fly(self, progress: Progress) -> ReplayedDecisions:
-        """All ticks, or those before the first that cannot be flown.
+        """Replay all ticks, or those before the first that cannot be replayed.
 
         Raises:
-            RecordingError: What control was given is missing or cannot be understood.
-            ConfigError: What takes the place of something recorded cannot be used.
+            RecordingError: The commands to control are missing or cannot be read.
+            ConfigError: A replacement for something recorded cannot be used.
         """
         for k in each_tick(self._columns, progress):
             self._tell(self._columns.control[k])
             pilot = self._pilot
             if pilot is None:
                 raise RecordingError(
-                    f"{self._recorded.recording.path}: its first tick has no pilot. The file was put together by "
-                    "another program; replay what exograv has recorded."
+                    f"{self._recorded.recording.path}: the first tick has no pilot. Another program wrote this file; "
+                    "replay only recordings of exograv."
                 )
             if self._lost[k] and not pilot.is_new:
                 self._again.gaps.append((self._columns.t[k], self._lost[k]))
@@ -63,7 +63,7 @@ class Lockstep:
         messages, path = self._recorded.control, self._recorded.recording.path
         if until > len(messages):
             raise RecordingError(
-                f"{path} holds {len(messages)} of the {until} messages that control was given. Take another copy of it."
+                f"{path} holds {len(messages)} of the {until} messages to control. Use a complete copy of the file."
             )
         with readable(path):
             for message in messages[self._told : until]:
@@ -75,7 +75,7 @@ class Lockstep:
 
 
 class _Pilot:
-    """One machine with its guard and its observer, and whoever flies it."""
+    """Machine with its guard, its observer and the controllers of a run."""
 
     def __init__(
         self,
@@ -96,7 +96,7 @@ class _Pilot:
         self.is_new = True
 
     def hear(self, message: Message) -> None:
-        """What control was given before the next tick."""
+        """Apply a recorded command to control before the next tick."""
         act, flying = message["act"], self._flying
         if act == "fly":
             if "kind" in message:
@@ -139,10 +139,10 @@ class _Pilot:
     def _compare(self, act: CarryWeight | PublishParameters, is_taken: bool, t: float) -> None:
         if is_taken != act.taken:
             verb = "took" if is_taken else "refused"
-            self._again.surprises.append(f"At {t:.3f} s control {verb} what it was told ({act.act}).")
+            self._again.surprises.append(f"At {t:.3f} s control {verb} a command, unlike in the run ({act.act}).")
 
     def lose(self, k: int) -> None:
-        """Ticks are missing before this one: what filters remember is of another time."""
+        """Restart the filters after a gap of ticks before tick `k`, because their memory is out of date."""
         self._guarding.lose(k, self._columns)
         self._feedback.forget()
         self._settles_at = self._columns.t[k] + SETTLED_S
@@ -151,11 +151,11 @@ class _Pilot:
                 controller.forget()
 
     def tick(self, k: int) -> None:
-        """One tick, as the pilot took it."""
+        """Take one tick as the pilot did."""
         self.is_new = False
         columns, again, feedback, flying = self._columns, self._again, self._feedback, self._flying
         if flying is None:
-            # Control was not recorded: what it asked for is what was recorded of it.
+            # This controller was not recorded, so its recorded torque takes its place.
             self._recorded_torque.tau_feedforward = columns["tau_desired"][k]
         feedback.controller = self._recorded_torque if flying is None else flying
         feedback.reference = Reference(*(columns[name][k] for name in ("q_reference", "v_reference", "a_reference")))

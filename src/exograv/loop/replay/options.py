@@ -12,13 +12,13 @@ class InsteadOptions(Options):
     """Options of `exograv replay` that take the place of something recorded."""
 
     rig: str | None = None
-    """What if: this machine's present files in place of the recorded ones."""
+    """Machine for a what-if replay: its present files replace the recorded ones."""
 
     person: Path | None = None
-    """What if: the arm in this participant's file from the first tick on, in place of what was identified."""
+    """Participant file for a what-if replay: its arm replaces the identified arm from the first tick on."""
 
     calibration: Path | None = None
-    """What if: the machine as in this calibration, its friction for the identified one; the arm as recorded."""
+    """Calibration for a what-if replay: its machine and friction are used; the arm stays as recorded."""
 
     gravity_level: Annotated[float | None, Within(0.0, 1.0, "0 (weightless) to 1 (Earth).")] = None
-    """What if: this felt share of the arm's weight in every tick in which an arm is carried."""
+    """Felt share of the arm's weight for a what-if replay, in every tick in which an arm is carried."""

@@ -1,4 +1,4 @@
-"""Why a replay may differ: other versions, another machine on disk, missing ticks, what was given in place of it."""
+"""Reasons why a replay may differ: versions, changed machine files, missing ticks, and replaced inputs."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -14,10 +14,10 @@ from .what_if import ReplayOverrides
 
 
 def circumstances(recorded: RecordedRun, again: ReplayedDecisions, instead: ReplayOverrides) -> list[str]:
-    """Sentences about all that is not as it was in the run, whether the torques differ or not."""
+    """Sentences about all circumstances that differ from the run, also if the torques are equal."""
     remark = recorded.recording.remark
-    found = [] if remark is None else [f"{remark} What is before was replayed."]
-    found += [f"{n} ticks are missing before {t:.3f} s: filters began anew there." for t, n in again.gaps]
+    found = [] if remark is None else [f"{remark} The part before that was replayed."]
+    found += [f"{n} ticks are missing before {t:.3f} s: the filters restarted there." for t, n in again.gaps]
     found += again.surprises
     found += _substituted(instead)
     found += other_versions(recorded.recording.settings.get("versions") or {}, versions())
@@ -26,7 +26,7 @@ def circumstances(recorded: RecordedRun, again: ReplayedDecisions, instead: Repl
 
 
 def other_versions(then: Mapping[str, Any], now: Mapping[str, str]) -> list[str]:
-    """What was installed otherwise when it was recorded."""
+    """Sentences about versions that differ from those at the time of the recording."""
     if not then:
         return ["The recording does not say which versions made it."]
     found = [
@@ -49,11 +49,11 @@ def _substituted(instead: ReplayOverrides) -> list[str]:
 
 
 def _other_rig(recorded: RecordedRun) -> list[str]:
-    """The machine's folder may have changed since; the recorded files were used."""
+    """Sentences about changes of the machine's folder since the run. The replay uses the recorded files."""
     settings = recorded.recording.settings
     hashes, name = settings.get("hashes") or {}, settings["rig"]
     if hashes.get("rig") != recorded.description.sha256:
-        return ["The machine's files in the recording are not those whose hash it states."]
+        return ["The machine's files in the recording do not match the hash in the recording."]
     options = (settings.get("settings") or {}).get("options") or {}
     asked = options.get("rig", name)
     try:
@@ -63,5 +63,5 @@ def _other_rig(recorded: RecordedRun) -> list[str]:
     if present == hashes["rig"]:
         return []
     return [
-        f"rig.toml or URDF of '{asked}' have changed since; the recorded ones were used. --rig {asked} takes those."
+        f"rig.toml or URDF of '{asked}' have changed since; the recorded ones were used. --rig {asked} takes the new."
     ]

@@ -1,4 +1,4 @@
-"""What a recording holds of its run: machine, person and what control was given, as the objects of a session."""
+"""Contents of a recording as objects of a session: machine, person and the inputs of control."""
 
 import contextlib
 import tempfile
@@ -20,65 +20,65 @@ from exograv.recording import Recording, read_recording
 from exograv.recording.fields import Message
 
 SINCE = 3
-"""Version of the recording format from which on a recording holds what control was given."""
+"""First version of the recording format that holds the inputs of control."""
 
 UNUSABLE = (KeyError, TypeError, ValueError, IndexError, AttributeError)
-"""What comes of content that is not as this exograv writes it."""
+"""Errors that content in an unknown form causes."""
 
 
 @dataclass(frozen=True)
 class RecordedRun:
-    """A recording that can be flown again."""
+    """Recording that can be replayed."""
 
     recording: Recording
     description: RigDescription
-    """The machine by the files that the recording holds, or by those that take their place."""
+    """Machine as read from the files in the recording, or from their replacement."""
 
     @property
     def gaps(self) -> np.ndarray:
-        """Ticks that were flown before each of these, and not recorded (tick,)."""
+        """Number of unrecorded ticks before each recorded one (tick,)."""
         return gaps(self.recording.ticks["sequence"], self.recording.messages("/timing"))
 
     @property
     def live(self) -> Mapping[str, Any] | None:
-        """What guard and control of a live run were started with; None of a run in lock-step."""
+        """Start values of guard and control in a live run; None for a run in lock-step."""
         return self.recording.settings["settings"].get("live")
 
     @property
     def control(self) -> Sequence[Message]:
-        """What control was given in a run in lock-step, in its order."""
+        """Inputs of control in a run in lock-step, in order."""
         return self.recording.messages("/control")
 
     @cached_property
     def assembly(self) -> Assembly:
-        """The machine with the arm of the table in it."""
+        """Machine with the arm from the anthropometric table."""
         told = self.recording.settings["settings"]["told"]["body"]
         return put_together(self.description, Body(**told))
 
     @cached_property
     def tree(self) -> Tree:
-        """The empty machine as it was set."""
+        """Empty machine with its set lengths."""
         lengths = self.recording.settings["settings"]["told"]["lengths_m"]
         return adjusted(read_exoskeleton(self.description), self.description, lengths)
 
     @property
     def phase_names(self) -> list[str]:
-        """By the number in a tick; 0 is before the first."""
+        """Names of the phases by their number in a tick; 0 is before the first phase."""
         return ["", *(phase["name"] for phase in self.recording.messages("/phase"))]
 
 
 @contextlib.contextmanager
 def recorded(path: Path, rig: str | None = None) -> Iterator[RecordedRun]:
-    """Open a recording for a replay; the machine's files are there as long as it is open.
+    """Open a recording for a replay. The machine's files exist as long as the recording is open.
 
     Args:
         path: The recording.
         rig: Name or folder of a machine in place of the recorded one.
 
     Raises:
-        RecordingError: It cannot be read, is of a version that does not hold what control was given, or of a run
-            whose control did not say it.
-        ConfigError: There is no machine `rig`, or it cannot be used.
+        RecordingError: The file cannot be read, its version does not hold the inputs of control, or the program that
+            made it did not record them.
+        ConfigError: The machine `rig` does not exist or cannot be used.
     """
     recording = read_recording(path)
     refuse_silent(recording)
@@ -90,25 +90,25 @@ def recorded(path: Path, rig: str | None = None) -> Iterator[RecordedRun]:
         if description.joints != recording.joints:
             raise RecordingError(
                 f"{path} is of a machine with the joints {', '.join(recording.joints)}; {description.name} has "
-                f"{', '.join(description.joints)}. Give the machine that it was recorded on with --rig, or none."
+                f"{', '.join(description.joints)}. Give the recorded machine with --rig, or omit --rig."
             )
         yield RecordedRun(recording, description)
 
 
 def refuse_silent(recording: Recording) -> None:
-    """Refuse what does not hold enough.
+    """Refuse a recording that does not hold enough for a replay.
 
     Raises:
-        RecordingError: Says what is missing.
+        RecordingError: Names what is missing.
     """
     path, version = recording.path, recording.settings["schema_version"]
     if version < SINCE:
         raise RecordingError(
-            f"{path} has version {version} of the recording format; what control was given is in a recording from "
-            f"version {SINCE} on. `exograv report` reads it; to replay it, record the run again."
+            f"{path} has version {version} of the recording format; the inputs of control are recorded from version "
+            f"{SINCE} on. `exograv report` reads this file; to replay it, record the run again."
         )
     if not len(recording.ticks):
-        raise RecordingError(f"{path} holds no tick that could be used. {recording.remark or 'Record a longer run.'}")
+        raise RecordingError(f"{path} holds no usable tick. {recording.remark or 'Record a longer run.'}")
     settings = recording.settings.get("settings") or {}
     missing = [f"settings.{name}" for name in ("rig_files", "told") if name not in settings]
     missing += [] if "side" in recording.settings else ["side"]
@@ -116,32 +116,32 @@ def refuse_silent(recording: Recording) -> None:
         missing.append("/control")
     if missing:
         raise RecordingError(
-            f"{path} does not hold {', '.join(missing)}: the program that recorded it did not say what control was "
-            "given. Recordings of `exograv demo`, `identify` and `live` can be replayed."
+            f"{path} does not hold {', '.join(missing)}: the program that made it did not record the inputs of "
+            "control. Recordings of `exograv demo`, `identify` and `live` can be replayed."
         )
 
 
 @contextlib.contextmanager
 def readable(path: Path) -> Iterator[None]:
-    """Turn content that nobody can use into a sentence."""
+    """Turn errors from unreadable content into a `RecordingError`."""
     try:
         yield
     except ExogravError:
         raise
     except UNUSABLE as error:
         raise RecordingError(
-            f"{path} holds something that this exograv does not write ({type(error).__name__}: {error}). Replay it "
-            "with the version that recorded it."
+            f"{path} holds content that this version of exograv does not write ({type(error).__name__}: {error}). "
+            "Replay it with the version that recorded it."
         ) from error
 
 
 def _unpack(path: Path, files: Mapping[str, str], folder: Path) -> Path:
-    """Write the machine's files; its own folder lies so deep in `folder` that its neighbours are inside too."""
+    """Write the machine's files. Its folder lies so deep in `folder` that neighbouring folders are inside too."""
     names = {name: PurePosixPath(name) for name in files}
     ups = {name: sum(part == ".." for part in parts.parts) for name, parts in names.items()}
     for name, inside in names.items():
         if inside.is_absolute() or ".." in inside.parts[ups[name] :]:
-            raise RecordingError(f"{path} holds a file of the machine outside of its folder: '{name}'. Do not use it.")
+            raise RecordingError(f"{path} holds a machine file outside of its folder: '{name}'. Do not use the file.")
     machine = folder.joinpath(*["machine"] * (max(ups.values(), default=0) + 1))
     machine.mkdir(parents=True)
     for name, text in files.items():
@@ -152,10 +152,10 @@ def _unpack(path: Path, files: Mapping[str, str], folder: Path) -> Path:
 
 
 def gaps(sequence: np.ndarray, timing: Sequence[Mapping[str, Any]]) -> np.ndarray:
-    """Ticks that were flown and not recorded before each of these, by the numbers of their measurements (tick,).
+    """Count the unrecorded ticks before each recorded one, by the sequence numbers of the measurements (tick,).
 
-    A recording that was completed says how many its ring did not take. Where that is none, numbers that are missing
-    are of measurements that a bus has lost or of periods that passed: the guard did not see them either.
+    A completed recording states how many ticks its ring buffer lost. If it lost none, a missing number means that a
+    bus lost a measurement or that a period was skipped: the guard did not see that measurement either.
     """
     sequence = sequence.astype(np.int64)
     if timing and timing[-1].get("ticks_lost") == 0:

@@ -1,4 +1,4 @@
-"""What if: another person, another calibration or another gravity level in place of the recorded ones."""
+"""Replacement of recorded inputs in a replay: another person, another calibration or another gravity level."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,23 +19,23 @@ from .options import InsteadOptions
 
 @dataclass(frozen=True)
 class ReplayOverrides(InsteadOptions):
-    """What takes the place of what was recorded; the recorded where absent."""
+    """Replacements of recorded inputs; the recorded value is used where absent."""
 
     @property
     def is_anything(self) -> bool:
-        """Whether this is another run than the recorded one."""
+        """True if anything is replaced, so that the replay is another run than the recorded one."""
         return self != ReplayOverrides()
 
     @property
     def arm_is_other(self) -> bool:
-        """Whether the guard's table of the person is another one too."""
+        """True if the guard's table of the person has to be made anew too."""
         return any(one is not None for one in (self.rig, self.person, self.calibration))
 
     def machine(self, recorded: CalibratedMachine, assembly: Assembly) -> CalibratedMachine:
-        """As calibrated.
+        """Calibrated machine: the replacement, or the recorded one.
 
         Raises:
-            ConfigError: The file cannot be used, or is of another machine.
+            ConfigError: The file cannot be used, or belongs to another machine.
         """
         if self.calibration is None:
             return recorded
@@ -43,21 +43,21 @@ class ReplayOverrides(InsteadOptions):
         joints = tuple(row.joint for row in stored.joints)
         if joints != assembly.description.joints:
             raise ConfigError(
-                f"{self.calibration} is of a machine with the joints {', '.join(joints)}; the recording's has "
+                f"{self.calibration} is of a machine with the joints {', '.join(joints)}; the recording's machine has "
                 f"{', '.join(assembly.description.joints)}. Give a calibration of that machine with --calibration."
             )
         return stored.calibration().machine
 
     def parameters(self, x: Parameters, machine: CalibratedMachine, assembly: Assembly) -> Parameters:
-        """For recorded ones: of the other person, with the friction and the rotors of the other calibration.
+        """Parameters in place of `x`: of the other person, with friction and rotor inertia of the other calibration.
 
         Raises:
-            ConfigError: The file cannot be used, or is of another kind of arm.
-            ValueError: These are not an arm's parameters.
+            ConfigError: The file cannot be used, or belongs to another kind of arm.
+            ValueError: The number of parameters is not that of this arm.
         """
         layout = ParameterLayout.of(assembly)
         if x.shape != (layout.count,):
-            raise ValueError(f"{x.size} parameters where this arm has {layout.count}")
+            raise ValueError(f"The recording holds {x.size} parameters; this arm has {layout.count}.")
         if self.person is not None:
             x = self._person(assembly)
         if self.calibration is None:
@@ -73,8 +73,8 @@ class ReplayOverrides(InsteadOptions):
         names = parameter_names(assembly)
         if [row.name for row in whole.parameters] != names:
             raise ConfigError(
-                f"{self.person} has other parameters than this arm's {len(names)}: it is of another machine or side. "
-                "Give a file that was kept on the recording's machine with --person."
+                f"{self.person} has other parameters than the {len(names)} of this arm: it is of another "
+                "machine or side. Give a participant file from the recorded machine with --person."
             )
         return whole.mean
 
