@@ -1,1 +1,1 @@
-"""Identification methods compared on the same streams: who is how near the truth, when, and how honest about it."""
+"""Comparison of identification methods on the same streams: error, time to target, and honesty of the intervals."""

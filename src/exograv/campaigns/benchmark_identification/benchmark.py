@@ -1,4 +1,4 @@
-"""`exograv benchmark-identification`: all runs, and the figures made of them."""
+"""`exograv benchmark-identification`: all runs, and the figures computed from them."""
 
 import time
 from collections.abc import Sequence
@@ -32,12 +32,12 @@ from .work import WearerTask, run_machine
 FILE = "benchmark_identification.jsonl"
 
 LOST = (
-    "A process of the benchmark was ended from outside, perhaps because memory ran out. Runs that were done are kept: "
-    "go on with --resume, and with fewer --processes."
+    "Another program ended a process of the benchmark, perhaps because memory ran out. Finished runs are kept: "
+    "continue with --resume and fewer --processes."
 )
 
 Group = tuple[str, int, str, str | None, str | None, bool]
-"""Setting, level, profile, and what is varied: runs that may be compared."""
+"""Setting, level, profile, and the variation of the case. Runs of one group may be compared."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class BenchmarkResult:
 
 
 def run_benchmark(options: BenchmarkOptions, folder: Path, progress: Progress) -> BenchmarkResult:
-    """Run what is not done yet, and sum up; a stop by the keyboard sums up what there is.
+    """Run the remaining tasks and compute the figures. Ctrl-C ends the runs early, with the figures so far.
 
     Raises:
         RecordingError: The folder cannot be written, or its runs cannot be resumed.
@@ -86,7 +86,7 @@ def _work_off(
     file: RunFile,
     progress: Progress,
 ) -> bool:
-    """Whether the keyboard stopped it."""
+    """Run the remaining tasks. Return True if Ctrl-C interrupted them."""
     done = {run.key for run in file.rows}
     left = [[task.left(done) for task in tasks if task.left(done).keys] for tasks in planned]
     count = len(wanted & done)
@@ -109,7 +109,7 @@ def _work_off(
 
 
 def summary(runs: Sequence[MethodRun]) -> BenchmarkSummary:
-    """All figures of finished runs."""
+    """Compute all figures of the finished runs."""
     groups = _grouped(runs)
     results, pairs, broken_down = list[MethodFigures](), list[PairedRatio](), list[DisturbancePart]()
     winners: dict[str, dict[str, Winner]] = {}
@@ -117,7 +117,7 @@ def summary(runs: Sequence[MethodRun]) -> BenchmarkSummary:
         results += [row(of_method) for of_method in by_method.values()]
         common = paired([run for of_method in by_method.values() for run in of_method])
         if any(varied) and any((one[0], one[2]) == (setting, profile) and not any(one[3:]) for one in groups):
-            continue  # a part of a remainder, told as such
+            continue  # This group is a part of the breakdown, and is reported there.
         pairs += ratios(common, setting, level, profile)
         if setting == "open_loop":
             winners.setdefault(str(level), {})[profile] = winner(common)
@@ -129,7 +129,7 @@ def summary(runs: Sequence[MethodRun]) -> BenchmarkSummary:
 
 
 def _grouped(runs: Sequence[MethodRun]) -> dict[Group, dict[str, list[MethodRun]]]:
-    """Runs of one method in one setting together, methods in the order in which they were asked for."""
+    """Group the runs by setting and by method, methods in the order in which they were requested."""
     groups: dict[Group, dict[str, list[MethodRun]]] = {}
     for run in runs:
         case = run.case
@@ -141,7 +141,7 @@ def _grouped(runs: Sequence[MethodRun]) -> dict[Group, dict[str, list[MethodRun]
 def _broken_down(
     groups: dict[Group, dict[str, list[MethodRun]]], place: tuple[str, int, str], references: dict[str, list[MethodRun]]
 ) -> list[DisturbancePart]:
-    """Rows of every method whose disturbances were switched one at a time, against the runs of this place."""
+    """Compare runs with one disturbance switched with the runs of this place, for every method."""
     setting, level, profile = place
     found = []
     for method, reference in references.items():

@@ -1,4 +1,4 @@
-"""Who is identified in which machine: the population of the benchmark, from its seeds."""
+"""Population of the benchmark: wearers and machines, drawn from seeds."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,45 +16,45 @@ from exograv.rig.twin.disturbances.levels import MACHINE
 ArmName = Literal["drawn", "arm26", "rajagopal"]
 
 RIGS: Mapping[Profile, str] = MappingProxyType({"harmonic": "recupera_like", "qdd": "recupera_like_qdd"})
-"""The same machine on two kinds of drives."""
+"""Machine by drive profile: the same machine with two kinds of drives."""
 
 WEARERS_A_MACHINE = 3
-"""People whom a laboratory puts into one machine between two calibrations."""
+"""Number of people whom a laboratory puts into one machine between two calibrations."""
 
 FOREIGN_EVERY = 6
-"""Every so many-th wearer is a third party's arm, in turn."""
+"""Interval of third parties' arms: every sixth wearer has one, in turn."""
 
 RESTLESS_LEVEL = 4
-"""Of the muscle torque of a wearer who never lets go."""
+"""Level of the muscle torque of a wearer who never relaxes."""
 
 FOREIGN: tuple[ArmName, ...] = ("arm26", "rajagopal")
 
 
 @dataclass(frozen=True)
 class Case:
-    """One wearer in one machine."""
+    """Pair of a wearer and a machine."""
 
     profile: Annotated[Profile, "kind of drive"]
-    level: Annotated[int, "of the disturbances"]
+    level: Annotated[int, "level of the disturbances"]
     wearer_seed: Annotated[int, "draws the wearer"]
     machine_seed: Annotated[int, "draws the machine"]
-    turn: Annotated[int, "wearers whom the machine had since it was calibrated"] = 0
-    arm: Annotated[ArmName, "`drawn`, or whose"] = "drawn"
-    """Fit, passive joints and unrest are drawn for everybody."""
+    turn: Annotated[int, "number of wearers since the machine was calibrated"] = 0
+    arm: Annotated[ArmName, "`drawn`, or name of a published arm"] = "drawn"
+    """Source of the arm. Fit, passive joints and unrest are drawn for every wearer."""
 
-    only: Annotated[str | None, "the one disturbance at the level"] = None
-    """All others are at level 0; None takes all."""
+    only: Annotated[str | None, "the only disturbance at the level"] = None
+    """Single disturbance at the level, all others at level 0; None for all at the level."""
 
     without: Annotated[str | None, "a disturbance switched off"] = None
-    restless: Annotated[bool, "the wearer never lets go"] = False
-    """The wearer stirs as at level 4."""
+    restless: Annotated[bool, "the wearer never relaxes"] = False
+    """True if the wearer's muscles are as restless as at level 4."""
 
     rig: Annotated[str | None, "machine"] = None
-    """By name or folder, in place of the profile's."""
+    """Machine by name or folder, in place of the profile's machine."""
 
     @property
     def disturbances(self) -> Disturbances:
-        """Level of every row."""
+        """Disturbance levels of every row."""
         if self.only is not None:
             return Disturbances.at_level(0).with_row(self.only, self.level)
         rows = Disturbances.at_level(self.level)
@@ -64,7 +64,7 @@ class Case:
 
     @property
     def machine_key(self) -> tuple[str, int, tuple[int | None, ...], str | None]:
-        """Cases with the same key share a machine, and its calibration: the wearer's rows are not the machine's."""
+        """Key of the machine and its calibration. Cases that differ only in rows of the wearer share it."""
         levels = self.disturbances.levels
         return self.profile, self.machine_seed, tuple(levels[row] for row in MACHINE), self.rig
 
@@ -74,11 +74,11 @@ class Case:
         return load_rig(self.rig or RIGS[self.profile])
 
     def laboratory(self) -> VirtualLaboratory:
-        """Machine and wearer; only the twin and its examiner look inside.
+        """Machine and wearer. Only the twin and its examiner read their truth.
 
         Raises:
-            ConfigError: A third party's arm is not there.
-            ModelError: It cannot be used.
+            ConfigError: The file of a third party's arm is missing.
+            ModelError: That arm cannot be used.
         """
         description = self.description
         foreign = None if self.arm == "drawn" else _foreign_arm(self.arm, description)
@@ -94,10 +94,10 @@ def population(
     without: str | None = None,
     restless: bool = False,
 ) -> list[Case]:
-    """`count` wearers with seeds from `seed_from` on; a few share a machine, some are third parties' arms.
+    """Return `count` wearers with seeds from `seed_from` on. Some share a machine, some have third parties' arms.
 
     Raises:
-        ConfigError: No such disturbance.
+        ConfigError: The disturbance does not exist.
     """
     for row in (only, without):
         if row is not None:
@@ -119,7 +119,7 @@ def population(
 
 
 def by_machine(cases: Sequence[Case]) -> list[list[Case]]:
-    """The same cases, those of one machine together: it is calibrated once."""
+    """Group the cases by machine, which is then calibrated once per group."""
     groups: dict[tuple[object, ...], list[Case]] = {}
     for case in cases:
         groups.setdefault(case.machine_key, []).append(case)
@@ -127,7 +127,7 @@ def by_machine(cases: Sequence[Case]) -> list[list[Case]]:
 
 
 def wearers_folder() -> Path:
-    """Folder of the third parties' arms: beside the package when installed, else in the source tree."""
+    """Folder of third parties' arms: beside the package if installed, else in the source tree."""
     installed = Path(__file__).parents[2] / "wearers"
     return installed if installed.is_dir() else Path(__file__).parents[4] / "examples" / "wearers"
 
@@ -142,6 +142,6 @@ def _foreign_arm(name: ArmName, description: RigDescription) -> WearerModel:
     model, told = folder / f"{name}.xml", folder / f"{name}.toml"
     if not (model.is_file() and told.is_file()):
         raise ConfigError(
-            f"The arm '{name}' of the benchmark is not in {folder}. Install exograv whole, or run from its source tree."
+            f"The arm '{name}' of the benchmark is not in {folder}. Install all of exograv or run its source tree."
         )
     return read_wearer_model(model, told, description)

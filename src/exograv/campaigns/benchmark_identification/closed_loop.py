@@ -1,4 +1,4 @@
-"""Closed-loop run: the estimates of one method drive the arm while it learns, as in a session."""
+"""Closed-loop run: the estimates of one method drive the arm during the identification, as in a session."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from .wearer_judge import StopVerdict, WearerJudge
 def fly(
     judge: WearerJudge, calibrated: Calibrated, name: MethodName, seconds: float, progress: Progress
 ) -> tuple[MethodTrace, StopVerdict]:
-    """Identify for `seconds`; the verdict of the stop rule is noted and does not end the run.
+    """Identify for `seconds`. The verdict of the stop rule is noted and does not end the run.
 
     Raises:
         ExogravError: The run was stopped.
@@ -23,7 +23,7 @@ def fly(
     estimates: list[Estimate] = []
     identifier = worn.identifier(name, listener=lambda _t, estimate, *_: estimates.append(estimate))
     found = worn.identify(identifier, seconds)
-    # The loop's work is not timed here: the replay did that, with nothing else between the samples.
+    # Computing time is not measured here. The replay of streams measures it, without other work between the samples.
     return MethodTrace(estimates, np.empty(0), 0.0, np.empty(0), 0.0), StopVerdict(
         found.outcome, found.stop_s, found.restless_s
     )

@@ -1,4 +1,4 @@
-"""Methods against each other on the same wearers: ratios of times, winners, and the parts of a remainder."""
+"""Comparison of methods on the same wearers: ratios of times, winners, and the parts of the RMS residual torque."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -16,26 +16,26 @@ from .runs import MethodRun
 OURS = "recursive"
 RIVALS = ("gradient", "gradient-full")
 TIE_SHARE = 0.025
-"""A method is tied with the winner where it is no worse in this share of the resamples [-]."""
+"""Share of resamples above which a method counts as tied with the winner: it is no worse in them [-]."""
 
 CRITERIA: Mapping[str, Callable[[MethodRun], float]] = {
     "time to target": time_to,
     "time to the coarse target": lambda run: time_to(run, COARSE),
     "left over after 60 s": lambda run: worst_of_targets(run, 60.0),
 }
-"""By what a level is won: the first of these in which a method's median is finite."""
+"""Criteria for a winner. The first one in which a method's median is finite decides."""
 
 ByMethod = Mapping[str, Sequence[MethodRun]]
-"""Runs of the same wearers in the same order."""
+"""Runs by method, of the same wearers in the same order."""
 
 
 def worst_of_targets(run: MethodRun, seconds: float) -> float:
-    """What is left over at the joint farthest from its target, 1 at the target [-]."""
+    """Left over at the joint farthest from its target, relative to that target [-]."""
     return max(left_over(run, seconds, place) / TARGET_NM[place] for place in ("shoulder", "elbow"))
 
 
 def paired(runs: Sequence[MethodRun]) -> dict[str, list[MethodRun]]:
-    """By method, only the wearers that every method met, in the order of their seeds."""
+    """Runs by method, only of wearers that every method has met, in the order of their seeds."""
     by_method: dict[str, dict[int, MethodRun]] = {}
     for run in runs:
         by_method.setdefault(run.method, {})[run.case.wearer_seed] = run
@@ -44,7 +44,7 @@ def paired(runs: Sequence[MethodRun]) -> dict[str, list[MethodRun]]:
 
 
 def ratios(by_method: ByMethod, setting: str = "", level: int = 0, profile: str = "") -> list[PairedRatio]:
-    """Times of our method over each rival's at this place: below 1 ours is sooner."""
+    """Ratios of our method's times to each rival's at this place; below 1 ours is faster."""
     found = list[PairedRatio]()
     for rival in RIVALS if OURS in by_method else ():
         if not by_method.get(rival):
@@ -73,9 +73,9 @@ def ratios(by_method: ByMethod, setting: str = "", level: int = 0, profile: str 
 
 
 def winner(by_method: ByMethod) -> Winner:
-    """Which method that learns while the arm moves has the best median, by what, and who cannot be told from it.
+    """Online method with the best median, the criterion, and the methods tied with it.
 
-    Off-line methods are named where they are ahead: they are asked three times in place of every second.
+    Off-line methods are listed where they are ahead: they estimate three times in all, not every second.
     """
     online = [name for name, runs in by_method.items() if not any(run.offline for run in runs)]
     for criterion, figure in CRITERIA.items():
@@ -90,18 +90,18 @@ def winner(by_method: ByMethod) -> Winner:
 
 
 def _is_tied(other: Values, best: Values) -> bool:
-    """Whether the paired resamples leave open which is better."""
+    """Return True if the paired resamples do not separate the two methods."""
     theirs, bests = bootstrap.medians(other), bootstrap.medians(best)
     return bool((theirs <= bests).mean() >= TIE_SHARE and np.isfinite(bootstrap.median(other)))
 
 
 def parts(reference: Sequence[MethodRun], varied: Sequence[Sequence[MethodRun]], kind: str) -> list[DisturbancePart]:
-    """What each disturbance does to the remainder after 120 s, the largest first.
+    """Change of the RMS residual torque after 120 s by each disturbance, the largest first.
 
     Args:
-        reference: All wearers at the level where one row is switched off ("without"), at level 0 where one is alone
+        reference: All wearers, at the level if one row is switched off ("without"), at level 0 if one row is alone
             ("only").
-        varied: The same wearers with one row switched, one entry a row.
+        varied: Runs of the same wearers with one row switched, one entry per row.
         kind: "without" or "only".
     """
     rows = [_part(reference, runs, kind) for runs in varied]
@@ -122,7 +122,7 @@ def _part(reference: Sequence[MethodRun], runs: Sequence[MethodRun], kind: str) 
 def _change(
     pairs: Sequence[tuple[MethodRun, MethodRun]], place: str
 ) -> tuple[float | None, float | None, MedianFigures]:
-    """Medians of the remainder before and after, and of its change."""
+    """Medians of left over before and after, and of its change."""
     values = np.array([[left_over(run, 120.0, place) for run in pair] for pair in pairs]).reshape(-1, 2)
     with np.errstate(invalid="ignore"):
         change = values[:, 1] - values[:, 0]

@@ -1,4 +1,4 @@
-"""From the runs of one method on many wearers to one row of the result."""
+"""Measures of one method on many wearers: one row of the result."""
 
 from collections.abc import Sequence
 
@@ -22,19 +22,19 @@ from .runs import MethodRun
 from .stream_replay import DURATIONS_S
 
 COARSE = 2.5
-"""The coarse target is so many times the target: 0.5 and 0.25 N·m [-]."""
+"""Factor of the coarse target over the target [-]: 0.5 and 0.25 N·m."""
 
 SLACK_S = 0.01
 
 
 def table(run: MethodRun) -> Float[np.ndarray, "estimate joint"]:
-    """Left over (total) of every estimate [N·m]; infinite where it is no number."""
+    """Left over (total) of every estimate [N·m]; infinite where it is not a number."""
     rows = [[np.inf if value is None else value for value in row] for row in run.left_over_Nm]
     return np.array(rows, dtype=float).reshape(len(run.t), len(run.places))
 
 
 def time_to(run: MethodRun, factor: float = 1.0) -> float:
-    """Seconds of motion until what is left over stays below `factor` times the target to the end; infinite if never."""
+    """Motion time until left over stays below `factor` times the target to the end [s]; infinite if never."""
     limits = factor * np.array([TARGET_NM[place] for place in run.places])
     within = np.all(table(run) <= limits, axis=1).reshape(-1)
     if not len(within) or not within[-1]:
@@ -44,14 +44,14 @@ def time_to(run: MethodRun, factor: float = 1.0) -> float:
 
 
 def left_over(run: MethodRun, seconds: float, place: str) -> float:
-    """After so much motion: the worst joint at a place, RMS over the held-out postures [N·m]."""
+    """Left over after this motion time at the worst joint of a place, RMS over the held-out postures [N·m]."""
     within = [k for k, t in enumerate(run.t) if t <= seconds + SLACK_S]
     joints = [j for j, where in enumerate(run.places) if where == place]
     return float(table(run)[within[-1], joints].max()) if within and joints else np.inf
 
 
 def row(runs: Sequence[MethodRun]) -> MethodFigures:
-    """All figures of one method in one setting; one run a wearer."""
+    """Compute all figures of one method in one setting, from one run per wearer."""
     first = runs[0]
     fine, coarse = (np.array([time_to(run, factor) for run in runs]) for factor in (1.0, COARSE))
     stop_s = np.array([np.inf if run.stop_s is None else run.stop_s for run in runs])
@@ -96,22 +96,22 @@ def row(runs: Sequence[MethodRun]) -> MethodFigures:
 
 
 def with_interval(values: Values) -> MedianFigures:
-    """Median and bootstrap interval."""
+    """Median and its bootstrap interval."""
     return MedianFigures(rounded(bootstrap.median(values)), rounded_ends(bootstrap.interval(bootstrap.medians(values))))
 
 
 def rounded_ends(interval: tuple[float, float]) -> Ends:
-    """Ends of an interval for files."""
+    """Ends of an interval, rounded for files."""
     return rounded(interval[0]), rounded(interval[1])
 
 
 def median_left_over(runs: Sequence[MethodRun], seconds: float, place: str) -> float | None:
-    """Over the wearers [N·m]."""
+    """Median of left over at a place over the wearers [N·m]."""
     return rounded(bootstrap.median(np.array([left_over(run, seconds, place) for run in runs])))
 
 
 def coverage(runs: Sequence[MethodRun], seconds: str) -> Coverage:
-    """Of the parameters' intervals, all wearers together; none of none where a method states none."""
+    """Coverage of the parameters' intervals, all wearers together; 0 of 0 for a method without intervals."""
     held = [
         covered for run in runs if seconds in run.intervals for covered in run.intervals[seconds].parameters.values()
     ]
@@ -119,13 +119,13 @@ def coverage(runs: Sequence[MethodRun], seconds: str) -> Coverage:
 
 
 def torque_coverage(runs: Sequence[MethodRun], seconds: str) -> Coverage:
-    """Of the arm's torque at held-out postures."""
+    """Coverage of the intervals of the arm's torque at held-out postures."""
     pairs = [run.intervals[seconds].torque for run in runs if seconds in run.intervals]
     return Coverage(sum(pair[0] for pair in pairs), sum(pair[1] for pair in pairs))
 
 
 def by_parameter(runs: Sequence[MethodRun], seconds: str) -> dict[str, Coverage]:
-    """`coverage` by name of the parameter."""
+    """Coverage by name of the parameter."""
     held: dict[str, list[bool]] = {}
     for run in runs:
         for name, covered in run.intervals[seconds].parameters.items() if seconds in run.intervals else ():
@@ -134,13 +134,13 @@ def by_parameter(runs: Sequence[MethodRun], seconds: str) -> dict[str, Coverage]
 
 
 def outcomes(runs: Sequence[MethodRun]) -> dict[str, int]:
-    """How often the stop rule said what; "FAILED" where there is nothing to judge."""
+    """Count each verdict of the stop rule; "FAILED" for a run without a result."""
     names = ["FAILED" if run.failed is not None else run.outcome for run in runs]
     return {name: names.count(name) for name in sorted(set(names))}
 
 
 def times_us(of_runs: Sequence[dict[str, float] | None]) -> TimePercentiles:
-    """Percentiles over the runs that were timed."""
+    """Percentiles over the timed runs."""
     timed = [one for one in of_runs if one is not None]
     if not timed:
         return TimePercentiles()
@@ -149,35 +149,35 @@ def times_us(of_runs: Sequence[dict[str, float] | None]) -> TimePercentiles:
 
 
 def progress(runs: Sequence[MethodRun]) -> LearningCurves:
-    """Quartiles of the wearers' courses, for the figure."""
+    """Quartiles of left over against time, for the figure."""
     times = max((run.t for run in runs), key=len, default=[])
     curves = list[list[list[float | None]]]()
     for place in ("shoulder", "elbow"):
         ordered = np.sort([_course(run, times, place) for run in runs], axis=0)
-        # By rank: infinite ones have no mean.
+        # Ranks are used because infinite values have no mean.
         ranks = [round(quarter * (len(runs) - 1)) for quarter in (0.25, 0.5, 0.75)]
         curves.append([[rounded(value) for value in ordered[rank]] for rank in ranks])
     return LearningCurves(list(times), *curves)
 
 
 def _course(run: MethodRun, times: Sequence[float], place: str) -> Float[np.ndarray, " time"]:
-    """`left_over` at many times."""
+    """Left over at many times."""
     joints = [j for j, where in enumerate(run.places) if where == place]
     worst = np.append(np.max(table(run)[:, joints], axis=1, initial=0.0), np.inf)
-    # Before the first estimate nothing is known: index -1, which is infinite.
+    # Index -1 is before the first estimate; nothing is known then, so the value is infinite.
     return worst[np.searchsorted(np.array(run.t), np.array(times) + SLACK_S, side="right") - 1]
 
 
 def share(values: np.ndarray) -> float | None:
-    """Mean of yes and no, or of shares; null where there are none."""
+    """Mean of booleans or of shares; None if empty."""
     return round(float(np.mean(values)), 4) if len(values) else None
 
 
 def mean_of(values: Sequence[float]) -> float | None:
-    """Null where there are none."""
+    """Mean of the values; None if empty."""
     return round(float(np.mean(values)), 5) if values else None
 
 
 def rounded(value: float) -> float | None:
-    """For files: null where it is infinite or undefined."""
+    """Round a value for files; None if it is infinite or undefined."""
     return round(value, 4) if np.isfinite(value) else None

@@ -12,32 +12,32 @@ from exograv.procedures.identification.method_names import MethodName
 
 MOTION_S = 120.0
 FINALISTS = ("recursive", "gradient", "gradient-full")
-"""Flown in closed loop too: ours, and the paper's method with its own model and with ours."""
+"""Methods that also run in closed loop: ours, and the paper's method with its own model and with our model."""
 
 
 def methods_of(text: str) -> tuple[MethodName, ...]:
-    """Methods by their names with commas between them.
+    """Parse names of methods, separated by commas.
 
     Raises:
-        ConfigError: One is unknown, or named twice.
+        ConfigError: A name is unknown or is given twice.
     """
     return cast(tuple[MethodName, ...], _known(text, "--methods", get_args(MethodName)))
 
 
 def profiles_of(text: str) -> tuple[Profile, ...]:
-    """Kinds of drive in the same way.
+    """Parse kinds of drive, separated by commas.
 
     Raises:
-        ConfigError: One is unknown, or named twice.
+        ConfigError: A kind is unknown or is given twice.
     """
     return cast(tuple[Profile, ...], _known(text, "--profiles", get_args(Profile)))
 
 
 def levels_of(text: str) -> tuple[int, ...]:
-    """Disturbance levels in the same way.
+    """Parse disturbance levels, separated by commas.
 
     Raises:
-        ConfigError: One is unknown, or named twice.
+        ConfigError: A level is unknown or is given twice.
     """
     return tuple(map(int, _known(text, "--levels", ("0", "1", "2", "3", "4"))))
 
@@ -57,19 +57,19 @@ class BenchmarkOptions(Options):
     """Options of `exograv benchmark-identification`."""
 
     wearers: Annotated[int, Within(0, 1000)] = 3
-    """Wearers in closed loop, where the estimate drives the arm (finalists only)."""
+    """Number of wearers in closed loop, where the estimate drives the arm (finalists only)."""
 
     streams: Annotated[int, Within(0, 1000)] = 3
-    """Recorded streams that every method meets alike."""
+    """Number of recorded streams; every method processes the same ones."""
 
     levels: Annotated[tuple[int, ...], words(levels_of)] = (2,)
-    """Disturbance levels by commas, 0 (none) to 4 (a bad day)."""
+    """Disturbance levels by commas, 0 (none) to 4 (worst)."""
 
     profiles: Annotated[tuple[Profile, ...], words(profiles_of)] = ("harmonic",)
     """Kinds of drive by commas: harmonic, qdd."""
 
     methods: Annotated[tuple[MethodName, ...], words(methods_of)] = get_args(MethodName)
-    """Methods by commas; all if absent."""
+    """Methods by commas; all of them if absent."""
 
     seed_from: Annotated[int | None, Within(0, allowed="0 and above. Tune from 1000 on, report from 0.")] = None
     """Seed of the first wearer, `--seed` if absent; the others follow it. Tune from 1000 on, report from 0."""
@@ -81,19 +81,19 @@ class BenchmarkOptions(Options):
     """One disturbance switched off."""
 
     never_relaxed: bool = False
-    """Wearers who never let go: their muscles stir as at level 4, all else stays at the level."""
+    """True for wearers who never relax: their muscles are restless as at level 4, all else stays at the level."""
 
     break_down: Literal["without", "only"] | None = None
-    """Every disturbance in turn switched off, or alone: what the remainder is made of. Open loop only."""
+    """Breakdown of left over: each disturbance in turn switched off, or alone. Open loop only."""
 
     processes: Processes = 1
-    """At the same time; update times are fair only with a free core for each."""
+    """Number of parallel processes; update times are comparable only with a free core for each."""
 
     resume: bool = False
-    """Go on with the runs in the folder of `--out`."""
+    """Continue with the runs in the folder of `--out`."""
 
     seconds: tyro.conf.Fixed[float] = MOTION_S
-    """Of motion; tests take less, figures never do."""
+    """Duration of the motion [s]; only tests use less than the default."""
 
     def __post_init__(self):
         super().__post_init__()
@@ -114,14 +114,14 @@ class BenchmarkOptions(Options):
 
     @property
     def closed_loop_methods(self) -> tuple[MethodName, ...]:
-        """Those that fly; with `break_down` none, the streams tell."""
+        """Methods that run in closed loop; none with `break_down`, which uses streams only."""
         return tuple(name for name in self.methods if name in FINALISTS and self.break_down is None)
 
 
 def _refuse_unknown_rows(options: BenchmarkOptions) -> None:
     if (options.only, options.without) == (None, None):
         return
-    from exograv.rig.twin.disturbances.levels import ROWS  # loads the twin
+    from exograv.rig.twin.disturbances.levels import ROWS  # The import loads the twin.
 
     for name, row in (("--only", options.only), ("--without", options.without)):
         if row is not None and row not in ROWS:

@@ -1,4 +1,4 @@
-"""One method on one wearer: what is kept of it, and its file, to which each finished run is added at once."""
+"""Result of one method on one wearer, and the checkpoint file to which each finished run is added at once."""
 
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -14,57 +14,57 @@ Setting = Literal["open_loop", "closed_loop"]
 
 @dataclass(frozen=True)
 class Intervals:
-    """How many stated 95 % intervals hold the truth, after some motion."""
+    """Counts of stated 95 % intervals that hold the truth, after some motion."""
 
     parameters: dict[str, bool]
-    """By name of the parameter."""
+    """True where the interval holds the truth, by name of the parameter."""
 
     torque: tuple[int, int]
-    """Of the arm's torque at the held-out postures, joint by joint: held, of."""
+    """Intervals of the arm's torque at the held-out postures, joint by joint: number that hold the truth, and total."""
 
 
 @dataclass(frozen=True)
 class MethodRun:
-    """One method on one wearer."""
+    """Run of one method on one wearer."""
 
     setting: Setting
     method: str
     case: Case
     places: list[str]
-    """Of the joints: shoulder, elbow or wrist."""
+    """Places of the joints: shoulder, elbow or wrist."""
 
     failed: str | None = None
-    """Why there is no result; such a run counts as one that never reached a target."""
+    """Reason for a missing result. Such a run counts as one that never reached a target."""
 
     offline: bool = False
     t: list[float] = field(default_factory=list)
-    """Seconds of motion used by each estimate [s]."""
+    """Motion time used by each estimate [s]."""
 
     left_over_Nm: list[list[float | None]] = field(default_factory=list)
-    """Total, RMS over the held-out postures, by estimate and joint; None where it is no number."""
+    """Total left over, RMS over the held-out postures, by estimate and joint [N·m]; None where it is not a number."""
 
     possible_share: float = 0.0
-    """Of the estimates [-]."""
+    """Share of physically possible estimates [-]."""
 
     intervals: dict[str, Intervals] = field(default_factory=dict)
-    """By seconds of motion; empty where the method states none."""
+    """Intervals by motion time [s]; empty if the method states none."""
 
     outcome: str = ""
     """Name of the stop rule's verdict."""
 
     stop_s: float | None = None
-    """When the stop rule would have ended the motion [s]."""
+    """Time at which the stop rule would have ended the motion [s]."""
 
     restless_s: float | None = None
-    """When the wearer was first seen not to relax [s]."""
+    """Time at which the wearer was first found not to relax [s]."""
 
     rejected_share: float = 0.0
     noise_scale: float = 1.0
     update_us: dict[str, float] | None = None
-    """Percentiles over the updates that did work; None where none did, or where time was not taken."""
+    """Percentiles over the updates that did work [µs]; None if none did, or if time was not measured."""
 
     estimate_us: dict[str, float] | None = None
-    """The same of the estimates."""
+    """Percentiles over the estimates [µs]."""
 
     work_share: float = 0.0
     method_s: float = 0.0
@@ -72,18 +72,18 @@ class MethodRun:
 
     @property
     def key(self) -> tuple[str, str, Case]:
-        """What a repetition of this run would have too."""
+        """Key of the run; a repetition of it has the same key."""
         return self.setting, self.method, self.case
 
 
 class RunFile(CheckpointRows[MethodRun]):
-    """Finished runs, kept as they are done."""
+    """Checkpoint of finished runs."""
 
     def __init__(self, path: Path, seconds: float, resume: bool):
-        """Open; a file that is not resumed is kept beside as `.before`.
+        """Open the file. A file that is not resumed is kept beside it as `.before`.
 
         Raises:
-            RecordingError: It cannot be written, or another version or length of motion made it.
+            RecordingError: The file cannot be written, or is of another version or length of motion.
         """
         super().__init__(path, {"exograv": __version__, "seconds": seconds}, resume, asdict, _run)
 

@@ -1,4 +1,4 @@
-"""Open loop: one method meets a recorded stream, sample by sample, as it would have in the loop."""
+"""Open loop: one method processes a recorded stream sample by sample, as in the loop."""
 
 import gc
 import time
@@ -16,42 +16,42 @@ from exograv.identification.core.interface import Estimate, Method
 from .streams import Samples
 
 DURATIONS_S = (20.0, 60.0, 120.0)
-"""Of motion, after which everything is judged."""
+"""Motion times after which all measures are evaluated [s]."""
 
 NOTE_S = 1.0
-"""From one estimate to the next [s]."""
+"""Time between two estimates [s]."""
 
 WORK = 10.0
-"""An update counts as work where it takes more than so many times as long as one that only sets a clock [-]."""
+"""Factor of an update's time over one that only sets a clock, above which the update counts as work [-]."""
 
 WORK_SHARE_MIN = 0.002
-"""Of the samples; where fewer take so long it is the computer that paused, not the method that worked [-]."""
+"""Smallest share of working samples [-]. A smaller share comes from pauses of the computer, not from the method."""
 
 IDLE_SAMPLES = 2000
 
 
 @dataclass(frozen=True)
 class MethodTrace:
-    """What one method said while the arm moved."""
+    """Estimates and times of one method during the motion."""
 
     estimates: list[Estimate]
     update_us: Float[np.ndarray, " update"]
     """Processor time of the updates that did work [µs]."""
 
     work_share: float
-    """Share of the samples that were worked on [-]."""
+    """Share of the samples on which the method worked [-]."""
 
     estimate_us: Float[np.ndarray, " estimate"]
-    """The same of the estimates; empty where it was not taken [µs]."""
+    """Processor time of each estimate [µs]; empty if not measured."""
 
     method_s: float
-    """The same of everything that the method did [s]."""
+    """Processor time of all updates and estimates [s]."""
 
 
 def replay(method: Method, samples: Samples) -> MethodTrace:
-    """Feed all samples; take the estimate once a second and at the end, of an off-line method after `DURATIONS_S`.
+    """Feed all samples. Estimate once a second and at the end, or after `DURATIONS_S` if the method is off-line.
 
-    Rests that the method took before count as motion: until they are over, its estimate is the first one.
+    The method's earlier rests count as motion time. Until they are over, its first estimate is used.
     """
     rest_s = float(getattr(method, "rest_s", 0.0))
     notes = _note_times(method, float(samples.t[-1]))
@@ -68,7 +68,7 @@ def replay(method: Method, samples: Samples) -> MethodTrace:
     start = time.thread_time()
     with _no_collection():
         for k, sample in enumerate(samples):
-            # Time of this thread, not of the clock on the wall: whatever else the computer does is not the method's.
+            # The thread's processor time is measured, not wall time: other programs must not count.
             before = time.thread_time_ns()
             update(sample)
             times[k] = time.thread_time_ns() - before
@@ -85,26 +85,26 @@ def replay(method: Method, samples: Samples) -> MethodTrace:
 
 
 def is_offline(method: Method) -> bool:
-    """Whether the method computes its estimate from everything at once, and slowly."""
+    """Return True if the method computes its estimate from all samples at once, and slowly."""
     return bool(getattr(method, "offline", False))
 
 
 def _note_times(method: Method, end: float) -> Sequence[float]:
-    """When estimates are due before the end [s]."""
+    """Times before the end at which estimates are due [s]."""
     if is_offline(method):
         return [t for t in DURATIONS_S if t < end - NOTE_S]
     return np.arange(NOTE_S, end - 1e-3, NOTE_S).tolist()
 
 
 def _finish(method: Method) -> None:
-    """As a session ends: a method that can take everything into account once more does."""
+    """Finish as a session does: a method that can relinearise all samples does so once more."""
     relinearise = getattr(method, "relinearise", None)
     if relinearise is not None:
         relinearise()
 
 
 def _idle_us(samples: Samples) -> float:
-    """Median time of an update that does nothing but set a clock [µs]."""
+    """Median time of an update that only sets a clock [µs]."""
     nothing = np.zeros(1)
     update, times = Anthropometric(nothing, np.zeros((1, 1))).update, []
     for sample in islice(samples, IDLE_SAMPLES):
@@ -116,7 +116,7 @@ def _idle_us(samples: Samples) -> float:
 
 @contextmanager
 def _no_collection() -> Iterator[None]:
-    """As in the loop, Python's garbage collector waits."""
+    """Disable Python's garbage collector, as in the loop."""
     gc.disable()
     try:
         yield

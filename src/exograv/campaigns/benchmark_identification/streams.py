@@ -23,32 +23,32 @@ from .cases import Case
 from .options import MOTION_S
 
 DONNING_S = 300.0
-"""Machine time from one wearer to the next, in which the machine warms up [s]."""
+"""Machine time between two wearers, in which the machine warms up [s]."""
 
 Series = Float[np.ndarray, "sample joint"]
 
 
 @dataclass(frozen=True)
 class Samples:
-    """A motion through the sample filter, one row a tick."""
+    """Samples of a motion after the sample filter, one row per tick."""
 
     t: Float[np.ndarray, " sample"]
-    """Seconds of motion since the first sample [s]."""
+    """Motion time since the first sample [s]."""
 
     q: Series
-    """[rad]"""
+    """Joint position [rad]."""
 
     v: Series
-    """[rad/s]"""
+    """Joint velocity [rad/s]."""
 
     a: Series
-    """[rad/s²]"""
+    """Joint acceleration [rad/s²]."""
 
     tau: Series
-    """By motor current [N·m]."""
+    """Joint torque from the motor current [N·m]."""
 
     asked: Float[np.ndarray, "3 sample joint"]
-    """Position, velocity and acceleration that were asked for."""
+    """Requested position, velocity and acceleration."""
 
     def __len__(self) -> int:
         return len(self.t)
@@ -69,7 +69,7 @@ class Stream:
 
 @dataclass(frozen=True)
 class RecordedStream:
-    """A stream, and the truth that only the examiner may read."""
+    """Stream, with the truth that only the examiner may read."""
 
     case: Case
     stream: Stream
@@ -78,19 +78,19 @@ class RecordedStream:
 
 @dataclass(frozen=True)
 class Calibrated:
-    """A calibrated machine, ready for several wearers."""
+    """Calibrated machine, ready for several wearers."""
 
     calibration: Calibration
     t: float
-    """Its clock when stage 0 was done [s]."""
+    """Time on the machine's clock after stage 0 [s]."""
 
     @property
     def machine(self) -> CalibratedMachine:
-        """The machine as calibrated."""
+        """Machine as calibrated."""
         return self.calibration.machine
 
     def worn(self, case: Case, laboratory: VirtualLaboratory, progress: Progress) -> WornTwin:
-        """Put the wearer of this case into the machine, at the time on its clock; of the arm the table is known."""
+        """Put the wearer of this case into the machine at its present time. Only the arm from the table is known."""
         preparation = Preparation(laboratory, case.wearer_seed, progress)
         return preparation.worn(preparation.known(self.calibration, self.t + case.turn * DONNING_S))
 
@@ -109,7 +109,7 @@ def calibrate(case: Case, progress: Progress) -> Calibrated:
 
 
 def record_stream(case: Case, calibrated: Calibrated, progress: Progress, seconds: float = MOTION_S) -> RecordedStream:
-    """Move the wearer's arm by feed-forward of the table's arm and a weak PD; nothing is learned.
+    """Move the wearer's arm by feed-forward of the table's arm and a weak PD controller, without identification.
 
     Raises:
         ExogravError: The wearer does not fit into the machine, or the run was stopped.

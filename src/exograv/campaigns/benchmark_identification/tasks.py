@@ -1,4 +1,4 @@
-"""Runs of the benchmark: every wearer with every method, the wearers of one machine together."""
+"""Runs of the benchmark: every wearer with every method, grouped by machine."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from .work import WearerTask
 
 
 def machines(options: BenchmarkOptions) -> list[list[WearerTask]]:
-    """Everything to be run, the wearers of one machine together."""
+    """List all runs, grouped by machine."""
     cases = [
         case for level in options.levels for profile in options.profiles for case in _cases(options, level, profile)
     ]
@@ -25,7 +25,7 @@ def _cases(options: BenchmarkOptions, level: int, profile: Profile) -> list[Case
     whole = population(profile, level, count, options.first_seed, *more)
     if kind is None:
         return whole
-    # One alone is told from none, one off from all.
+    # A single disturbance is compared with none at all, a missing one with all.
     reference = whole if kind == "without" else population(profile, 0, count, options.first_seed)
     return [*reference, *(replace(case, **{kind: row}) for row in ROWS for case in whole)]
 

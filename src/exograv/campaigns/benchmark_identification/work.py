@@ -1,4 +1,4 @@
-"""The runs of one machine: calibrated once, its wearers one after the other, every method on each."""
+"""Runs of one machine: it is calibrated once, then each wearer runs with every method."""
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -18,15 +18,16 @@ from .streams import Calibrated, RecordedStream, calibrate, record_stream
 from .wearer_judge import WearerJudge
 
 BREAKDOWNS = (ExogravError, np.linalg.LinAlgError, FloatingPointError, ValueError)
-"""How a run can fail: it is counted, and the others go on. Linear algebra says `ValueError` to what is not finite."""
+"""Exceptions that make a run fail. The failure is counted, and the other runs continue. Linear algebra raises
+`ValueError` for non-finite values."""
 
 Tell = Callable[[str], object]
-"""What is going on."""
+"""Callback for progress sentences."""
 
 
 @dataclass(frozen=True)
 class WearerTask:
-    """What is to be done with one wearer."""
+    """Runs of one wearer."""
 
     case: Case
     open_loop: tuple[MethodName, ...]
@@ -34,12 +35,12 @@ class WearerTask:
 
     @property
     def keys(self) -> list[tuple[Setting, MethodName, Case]]:
-        """Of its runs."""
+        """Keys of the runs."""
         opened: list[tuple[Setting, MethodName, Case]] = [("open_loop", name, self.case) for name in self.open_loop]
         return [*opened, *(("closed_loop", name, self.case) for name in self.closed_loop)]
 
     def left(self, done: Collection[object]) -> "WearerTask":
-        """Without the runs whose keys are done."""
+        """Return the task without the runs whose keys are in `done`."""
         return replace(
             self,
             open_loop=tuple(name for name in self.open_loop if ("open_loop", name, self.case) not in done),
@@ -48,7 +49,7 @@ class WearerTask:
 
 
 def run_machine(tasks: Sequence[WearerTask], tell: Tell, seconds: float) -> Iterator[MethodRun]:
-    """All runs of one machine, each as soon as it is done; one that fails is a result too."""
+    """Yield all runs of one machine as they are finished; a failed run is a result too."""
     case = tasks[0].case
     try:
         calibrated = calibrate(case, _spoken(tell, f"machine {case.machine_seed}"))
@@ -103,7 +104,7 @@ def _replayed(name: MethodName, judge: WearerJudge, recorded: RecordedStream, ca
     stream = recorded.stream
     method = build_method(name, stream.assembly, stream.machine, judge.model.again())
     before = take_method_rests(method, judge, calibrated, _silent)
-    # What a method makes of numbers that run away is its own affair; the examiner counts what is not finite.
+    # Overflow inside a method is the method's own result; the examiner counts non-finite values.
     with np.errstate(all="ignore"):
         trace = replay(method, stream.samples)
         end = float(stream.samples.t[-1])
@@ -118,7 +119,7 @@ def _failed(key: tuple[Setting, str, Case], why: str) -> MethodRun:
 
 
 def _spoken(tell: Tell, who: str) -> Callable[[str, float], None]:
-    """A session's progress as a sentence; said once."""
+    """Turn a session's progress into sentences, each told once."""
     last = ""
 
     def note(text: str, _share: float) -> None:
@@ -131,4 +132,4 @@ def _spoken(tell: Tell, who: str) -> Callable[[str, float], None]:
 
 
 def _silent(_text: str, _share: float) -> None:
-    """Who flies has been said."""
+    """Ignore progress, because the run has been announced."""

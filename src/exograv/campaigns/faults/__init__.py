@@ -1,1 +1,1 @@
-"""What goes wrong on purpose, in simulation first: each fault with its injector, its detector and its budget."""
+"""Injected faults, in simulation first: each with its injector, its detector and its reaction budget."""

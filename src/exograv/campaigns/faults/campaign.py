@@ -1,4 +1,4 @@
-"""Many scenarios from one seed, on all cores: what was found how soon, what went out, and what must never have."""
+"""Campaign of fault scenarios from one seed, on all cores: reaction times, false trips and envelope violations."""
 
 import contextlib
 import math
@@ -31,8 +31,8 @@ CHUNK = 20
 REPLAYS_MAX = 20
 
 LOST = (
-    "A process of the campaign was ended from outside, perhaps because memory ran out. Verdicts that were reached are "
-    "kept with --out: go on with --resume, and with fewer --processes."
+    "Another program ended a process of the campaign, perhaps because memory ran out. With --out, the verdicts so far "
+    "are kept: continue with --resume and fewer --processes."
 )
 
 
@@ -41,13 +41,13 @@ class Campaign(FaultOptions):
     """Scenarios of `exograv faults`, and the folder that keeps their verdicts."""
 
     out: Path | None = None
-    """Folder in which verdicts are kept as they are reached; they are not if absent."""
+    """Folder for the verdicts, written as they are reached; without a folder they are not kept."""
 
     def replayed(self) -> Scenario:
-        """The one that is asked for.
+        """Scenario of `--replay`.
 
         Raises:
-            ConfigError: There is no such fault, or no number.
+            ConfigError: The fault does not exist, or the number is missing.
         """
         number, _, faults = (self.replay or "").partition(":")
         names = tuple(names_of(faults))
@@ -61,25 +61,25 @@ class Campaign(FaultOptions):
 
     @property
     def identity(self) -> dict[str, int | str | None]:
-        """Settings that a number's flight depends on."""
+        """Settings that determine the flight of each scenario number."""
         numbered = None if self.through is None else self.scenarios
         named = ("seed", "level", "persons", "through")
         return {name: getattr(self, name) for name in named} | {"numbered": numbered}
 
     @property
     def told(self) -> str:
-        """What a line that replays one of its scenarios has to say besides seed and number."""
+        """Options that a replay command of one of its scenarios needs besides seed and number."""
         usual = Campaign()
         names = [name for name in ("level", "persons", "through") if getattr(self, name) != getattr(usual, name)]
         return "".join(f" --{name} {getattr(self, name)}" for name in names)
 
     @property
     def faults(self) -> Mapping[str, Fault]:
-        """By identifier, those that it may fly."""
+        """Faults by identifier that the campaign may fly."""
         return FAULTS if self.through is None else ALL
 
     def scenario(self, number: int) -> Scenario:
-        """Of this number: first those that the twin alone flies too, then what only drives have."""
+        """Scenario of this number: first those of the twin's fault table, then the faults that only drives have."""
         own = number - self.scenarios
         if own < 0:
             return Scenario.drawn(self.seed, number, self.told)
@@ -87,7 +87,7 @@ class Campaign(FaultOptions):
 
     @property
     def numbers(self) -> range:
-        """Of all its scenarios: through drives, what only they have is flown as often as a row of the table."""
+        """Numbers of all scenarios. Through a driver, faults that only drives have are flown as often as a row."""
         own = 0 if self.through is None else len(ONLY_DRIVES) * math.ceil(self.scenarios / len(FAULTS))
         return range(self.scenarios + own)
 
@@ -104,17 +104,17 @@ def run_campaign(campaign: Campaign, progress: Progress) -> CampaignFigures:
             return _replayed(campaign, Path(folder), progress)
         kept = KeptVerdicts(campaign.out or Path(folder), campaign.identity, campaign.resume)
         verdicts, people = _flown(campaign, Path(folder), kept, progress)
-        # A campaign that was stopped early may know no file of a person whose verdicts it has kept.
+        # A campaign that was stopped early may have verdicts of a participant whose file it has not made yet.
         bad = [one for one in verdicts if is_bad(one) and one.scenario.number % campaign.persons < len(people)]
         bad = bad[:REPLAYS_MAX]
         small = []
         for k, verdict in enumerate(bad):
-            progress("Shrinking what went wrong", k / len(bad))
+            progress("Shrinking failed scenarios", k / len(bad))
             with _ground(people[verdict.scenario.number % campaign.persons], campaign) as (who, ground):
                 small.append(shrunk(who, verdict, ground))
-        # Processes are stopped and their rights taken as Linux does it.
+        # Stopping processes and limiting their resources uses Linux functions.
         may_strike = len(verdicts) == len(campaign.numbers) and sys.platform.startswith("linux")
-        # Strikes are at the processes of a live run on the twin, whatever was flown before.
+        # Strikes hit the processes of a live run on the twin, independent of the scenarios before.
         may_strike = may_strike and campaign.through is None and bool(people)
         figures = replace(_figures(campaign, verdicts), replay=[scenario.command for scenario in small])
         if campaign.strikes and may_strike:
@@ -123,7 +123,7 @@ def run_campaign(campaign: Campaign, progress: Progress) -> CampaignFigures:
 
 
 def _struck(campaign: Campaign, path: Path, progress: Progress) -> Strikes:
-    """After the scenarios: a live run needs the processors for itself."""
+    """Strike a live run. It comes after the scenarios, because it needs the processors for itself."""
     known = load_participant(path)
     return strike(
         LivePlan(
@@ -154,19 +154,19 @@ def _replayed(campaign: Campaign, folder: Path, progress: Progress) -> CampaignF
 def _flown(
     campaign: Campaign, folder: Path, kept: KeptVerdicts, progress: Progress
 ) -> tuple[list[ScenarioVerdict], list[Path]]:
-    """All verdicts in the order of their numbers, whoever flew them, and the persons' files.
+    """Verdicts in the order of their numbers, and the participants' files.
 
-    Ctrl-C ends it with what was flown, if anything was.
+    Ctrl-C ends the campaign with the verdicts so far, if there are any.
     """
     people: list[Path] = []
-    # Processes of their own, even if it is one: a scenario that takes its process down takes no more.
+    # Even a single worker is a separate process, so that a scenario that crashes its process loses nothing else.
     with ProcessPool(campaign.processes or os.cpu_count() or 1) as pool:
         try:
-            progress("Preparing persons", 0.0)
+            progress("Preparing participants", 0.0)
             wanted = range(min(campaign.persons, len(campaign.numbers)))
             for path in in_order(pool.results(partial(_make_known, campaign, folder), wanted, LOST)):
                 people.append(path)
-                progress("Preparing persons", len(people) / len(wanted))
+                progress("Preparing participants", len(people) / len(wanted))
             chunks = _chunks(campaign, kept.verdicts)
             arriving = pool.results(partial(_fly_chunk, campaign, people), chunks, LOST)
             for done, (_, verdicts) in enumerate(arriving, start=1):
@@ -175,12 +175,12 @@ def _flown(
         except KeyboardInterrupt:
             if not kept.verdicts:
                 raise
-            progress("Stopped by the keyboard; what was flown is summed up", 1.0)
+            progress("Stopped by Ctrl-C; the scenarios flown so far are summed up", 1.0)
     return [kept.verdicts[number] for number in campaign.numbers if number in kept.verdicts], people
 
 
 def _chunks(campaign: Campaign, done: Container[int] = ()) -> list[tuple[int, list[int]]]:
-    """Person and numbers of scenarios; all of a chunk have the same person, and neighbours in time different ones."""
+    """Participant and scenario numbers of each chunk, in an order in which consecutive chunks change participant."""
     left = [number for number in campaign.numbers if number not in done]
     by_person = [[number for number in left if number % campaign.persons == k] for k in range(campaign.persons)]
     chunks = [(k, numbers[i : i + CHUNK]) for k, numbers in enumerate(by_person) for i in range(0, len(numbers), CHUNK)]
@@ -201,7 +201,7 @@ def _fly_chunk(
 
 @contextlib.contextmanager
 def _ground(path: Path, campaign: Campaign) -> Iterator[tuple[FaultParticipant, PlantSource]]:
-    """Who is known by this file, and what they are flown on."""
+    """Participant of this file, and the source of plants for their flights."""
     if campaign.through is None:
         yield load_participant(path), THE_TWIN
         return

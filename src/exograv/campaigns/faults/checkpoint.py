@@ -1,4 +1,4 @@
-"""Verdicts of a campaign as rows of a file, so that one that was interrupted goes on."""
+"""Checkpoint of a campaign: verdicts as rows of a file, so that an interrupted campaign can continue."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
@@ -18,15 +18,15 @@ FILE = "faults.jsonl"
 
 
 class KeptVerdicts:
-    """Of one campaign, by number; how many scenarios it was to have is no matter."""
+    """Verdicts of one campaign by number. Campaigns of any number of scenarios can share them."""
 
     def __init__(self, folder: Path, campaign: Mapping[str, int | str | None], resume: bool):
-        """Open.
+        """Open the file.
 
         Args:
-            folder: Where the file is.
-            campaign: What a number's flight depends on besides the code.
-            resume: Whether to go on with what is there; else it is kept beside.
+            folder: Folder of the file.
+            campaign: Settings that determine the flight of a number, besides the code.
+            resume: True to continue with the rows in the file; else the old file is renamed and kept.
 
         Raises:
             RecordingError: The file cannot be used.
@@ -37,18 +37,18 @@ class KeptVerdicts:
 
     @property
     def path(self) -> Path:
-        """Of the file."""
+        """Path of the file."""
         return self._kept.path
 
     def add(self, verdicts: Iterable[ScenarioVerdict]) -> None:
-        """Keep more."""
+        """Append verdicts to the file."""
         new = {verdict.scenario.number: verdict for verdict in verdicts}
         self._kept.add(*new.values())
         self.verdicts |= new
 
 
 def row_of(verdict: ScenarioVerdict) -> dict[str, Any]:
-    """In numbers and words."""
+    """Row of plain numbers and strings for a verdict."""
     row, course = asdict(verdict), verdict.course
     row["course"]["reason"] = None if course.reason is None else course.reason.name
     row["course"]["since"] = {state.name: tick for state, tick in course.since.items()}
@@ -56,10 +56,10 @@ def row_of(verdict: ScenarioVerdict) -> dict[str, Any]:
 
 
 def verdict_of(row: dict[str, Any]) -> ScenarioVerdict:
-    """What `row_of` wrote.
+    """Read a row that `row_of` wrote.
 
     Raises:
-        KeyError, TypeError, ValueError: This is no such row.
+        KeyError, TypeError, ValueError: The row has another form.
     """
     course, scenario = dict(row["course"]), dict(row["scenario"])
     reason = course["reason"]

@@ -1,4 +1,4 @@
-"""Faults of control and of what it believes."""
+"""Faults of control and of its arm parameters."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -30,7 +30,7 @@ class RepeatedLateTicks(Injector):
 
 
 class Hang(Injector):
-    """F15: control goes on saying what it said last."""
+    """F15: control repeats its last answer."""
 
     def draw(self) -> None:
         self.last: ControlRequest | None = None
@@ -41,14 +41,14 @@ class Hang(Injector):
 
 
 class ControlKilled(Injector):
-    """F16: control is gone."""
+    """F16: control stops answering."""
 
     def answered(self, submitted: ControlRequest | None, tick: int) -> ControlRequest | None:
         return None
 
 
 class WrongTorque(Injector):
-    """Control asks for torques that no controller should: not a number, huge, of the wrong sign, or trembling."""
+    """Control asks for faulty torques: NaN, huge, of the wrong sign, or oscillating."""
 
     def draw(self) -> None:
         self.kind = str(self.generator.choice(["nan", "huge", "sign", "tremble"]))
@@ -66,7 +66,7 @@ class WrongTorque(Injector):
 
 
 class WrongArmParameters(Injector):
-    """F25: the arm in force is ten times, 2.2 times or a tenth of the real one, past all checks of the form."""
+    """F25: the arm parameters in force are 10, 2.2 or 0.1 times the real ones, and pass all checks."""
 
     def act(self, world: World, controller: ArmController, tick: int) -> None:
         if tick == self.onset:
@@ -76,7 +76,7 @@ class WrongArmParameters(Injector):
 
 
 class DivergedEstimate(Injector):
-    """F26: identification publishes what is no number, no body, or five times the arm, every 50 ms."""
+    """F26: identification publishes NaN, an impossible body, or five times the arm, every 50 ms."""
 
     def draw(self) -> None:
         self.kind = str(self.generator.choice(["nan", "impossible", "far"]))

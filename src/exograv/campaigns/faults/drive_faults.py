@@ -1,4 +1,4 @@
-"""Faults that simulated drives have themselves, beyond a driver, in place of what the same rows do to the twin."""
+"""Faults injected at the simulated drives, in place of the twin's version of the same table rows."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from .injector import Injector
 
 
 class DriveTorqueConstant(Injector):
-    """F09: a motor gives another torque for the same current, half to twice of it or the opposite."""
+    """F09: a motor gives half, double or reversed torque for the same current."""
 
     def draw(self) -> None:
         self.factor = float(self.generator.choice([-1.0, 0.5, 2.0]))
@@ -29,7 +29,7 @@ class InternalFault(Injector):
 
 
 class Unplugged(Injector):
-    """F12: a drive is not heard any more, and hears nothing."""
+    """F12: a drive neither sends nor receives any more."""
 
     def act(self, world: World, controller: ArmController, tick: int) -> None:
         if tick == self.onset:
@@ -37,7 +37,7 @@ class Unplugged(Injector):
 
 
 class DriveReconnection(Injector):
-    """F12: a drive is lost for 50 to 300 ms, and comes back."""
+    """F12: a drive is lost for 50 to 300 ms and comes back."""
 
     def draw(self) -> None:
         self.lasts = self.ticks(int(self.generator.integers(50, 300)))
@@ -48,19 +48,19 @@ class DriveReconnection(Injector):
 
 
 class Overheated(Injector):
-    """F12: a drive's winding is too hot, and it gives up."""
+    """F12: a drive's winding overheats, and the drive switches off."""
 
     def act(self, world: World, controller: ArmController, tick: int) -> None:
         if tick == self.onset:
             world.at_bench("heat", self.joint, MAX_C + 10.0)
 
     def shows(self, told: np.ndarray, noise_Nm: np.ndarray) -> np.ndarray:
-        """From its status on: that a winding is too hot the drive itself notices in its next step only."""
+        """Ticks from the next status on: the drive itself detects a hot winding only in its next step."""
         return np.arange(len(told)) > self.onset
 
 
 class CableOut(Injector):
-    """F13: nothing comes from the machine, and nothing reaches it."""
+    """F13: no measurement comes from the machine, and no command reaches it."""
 
     def act(self, world: World, controller: ArmController, tick: int) -> None:
         if tick == self.onset:
@@ -69,7 +69,7 @@ class CableOut(Injector):
 
 
 class DriveStopLineOpen(Injector):
-    """F39: the line of the hardware stop is open: every drive says so and gives no torque."""
+    """F39: the line of the hardware stop opens: every drive reports it and gives no torque."""
 
     def act(self, world: World, controller: ArmController, tick: int) -> None:
         if tick == self.onset:

@@ -1,4 +1,4 @@
-"""Fault plant behind a driver: the driver in this process, simulated drives with the wearer in another."""
+"""Fault plant behind a driver: the driver runs in this process, simulated drives with the wearer in another one."""
 
 import contextlib
 import os
@@ -23,14 +23,14 @@ from .fault_participants import load_participant
 from .fault_plant import FaultParticipant, FaultPlant, FlightStart, Joints, TruthSample
 
 ANSWERS_S, STARTS_S = 30.0, 120.0
-"""For an answer of the other process, and for its beginning."""
+"""Time-outs for an answer of the other process and for its start [s]."""
 
 STEP_MS = 1
-"""Of the twin."""
+"""Step of the twin [ms]."""
 
 
 class DrivePlant:
-    """One flight's rig; the world is the examiner's, who is told by another line than the bus."""
+    """Rig of one flight. The examiner's commands and the truth use a pipe of their own, not the bus."""
 
     def __init__(self, rig: DrivenRig, drives: Drives, line: "DriverLine"):
         self._rig, self._drives, self._line = rig, drives, line
@@ -40,18 +40,18 @@ class DrivePlant:
 
     @property
     def t(self) -> float:
-        """The rig's clock [s]."""
+        """Time on the rig's clock [s]."""
         return self._rig.t
 
     @property
     def period_s(self) -> float:
-        """Of the loop [s]."""
+        """Period of the loop [s]."""
         return self._rig.period_s
 
     def read(self) -> JointState:
-        """Ask the drives, which advances them by one period."""
+        """Query the drives, which advances them by one period."""
         self._ticks += 1
-        if self._nobody_answers:  # then the bus cannot tell when they have
+        if self._nobody_answers:  # The bus cannot tell then when the drives have finished their steps.
             self._line.send(AwaitSteps(self._ticks * self._stride))
             self._state = self._rig.read()
             self._line.answer()
@@ -60,77 +60,77 @@ class DrivePlant:
         return self._state
 
     def write(self, command: Command) -> None:
-        """To the drives."""
+        """Send the command to the drives."""
         self._rig.write(command)
 
     def go_on(self, last: Command) -> None:
-        """Nobody writes any more; what is read keeps the drives' time, and tells them nothing."""
+        """End the tick without a command. The next `read` advances the drives' time and sends no command."""
 
     def sights(self) -> list[TruthSample]:
-        """One for every tick, of the hand the fastest in it."""
+        """Return one truth sample per tick, with the fastest hand speed within the tick."""
         return by_tick(self._line.ask(DriveReport()), self._stride)
 
     @property
     def q(self) -> Joints:
-        """As measured last [rad]."""
+        """Position as measured last [rad]."""
         state = self._state if self._state is not None else self.read()
         return state.q
 
     def push(self, joint: int, torque: float) -> None:
-        """By the wearer's muscles."""
+        """Add a torque of the wearer's muscles [N·m]."""
         self._line.ask(Push(joint, torque))
 
     def hang(self, mount: str, mass_kg: float) -> None:
-        """Somebody at the bench."""
+        """Attach a weight through the bench of the simulated drives."""
         self._line.ask(BenchLine(f"hang {mount} {mass_kg:g}"))
 
     def turn_motor(self, joint: int, factor: float) -> None:
-        """Behind its drive, which does not know."""
+        """Scale a motor's torque constant. Its drive does not know of the change."""
         self._line.ask(ScaleMotorConstant(joint, factor))
 
     def at_bench(self, word: str, joint: int | None = None, number: float | None = None) -> None:
-        """Somebody does it."""
+        """Send a command to the bench of the simulated drives."""
         words = [word]
         words += [] if joint is None else [self._drives.joints[joint]]
         words += [] if number is None else [f"{number:g}"]
         self._line.ask(BenchLine(" ".join(words)))
 
     def is_silent(self) -> None:
-        """Nobody is waited for."""
+        """Stop waiting for answers of the drives."""
         self._nobody_answers = True
         self._rig.expect_silence()
 
 
 def by_tick(each: Sequence[TruthSample], stride: int) -> list[TruthSample]:
-    """Of sights before the first step and after each, those at which a tick began; of the hand the fastest since."""
+    """Reduce samples before the first step and after each step to one per tick, with the fastest hand in that tick."""
     ends = range(stride, len(each), stride)
     fastest = (max(one.hand_m_s for one in each[end - stride + 1 : end + 1]) for end in ends)
     return [each[end]._replace(hand_m_s=hand) for end, hand in zip(ends, fastest, strict=True)]
 
 
 class DriverLine:
-    """To the other process."""
+    """Pipe to the process of the simulated drives."""
 
     def __init__(self, ours: Connection):
         self._ours = ours
 
     def ask(self, what: Any) -> Any:
-        """Done, and what came of it."""
+        """Send a request and return its answer."""
         self.send(what)
         return self.answer()
 
     def send(self, what: Any) -> None:
-        """Without waiting."""
+        """Send a request without waiting for the answer."""
         try:
             self._ours.send(what)
         except OSError as error:
             raise RigError(ENDED) from error
 
     def answer(self, within_s: float = ANSWERS_S) -> Any:
-        """To the oldest question.
+        """Return the answer to the oldest request.
 
         Raises:
-            RigError: There is none.
+            RigError: No answer came in time, or the process has ended.
         """
         try:
             if self._ours.poll(within_s):
@@ -140,11 +140,11 @@ class DriverLine:
         raise RigError(f"The simulated drives have not answered for {within_s:g} s.")
 
 
-ENDED = "The process of the simulated drives has ended; what it said is above."
+ENDED = "The process of the simulated drives has ended; see its messages above."
 
 
 class DrivePlants:
-    """A person's machine behind simulated drives on one bus."""
+    """Plants of a participant's machine behind simulated drives on one bus."""
 
     def __init__(self, bus: Bus, drives: Drives, line: DriverLine):
         self.bus: str | None = bus
@@ -153,7 +153,7 @@ class DrivePlants:
 
     @contextlib.contextmanager
     def stand(self, participant: FaultParticipant, start: FlightStart) -> Iterator[FaultPlant]:
-        """The drives are on, and told what carries the arm, before the person is let go in the posture."""
+        """Enable the drives with the torque that carries the arm, then place the person into the machine."""
         self._line.ask(ResetBench(start))
         prepared = participant.prepared
         tau = participant.controller.again(prepared.x).torque_at_rest(start.posture, prepared.x)
@@ -169,14 +169,14 @@ class DrivePlants:
 
 @contextlib.contextmanager
 def driven_ground(bus: Bus, known: Path) -> Iterator[tuple[FaultParticipant, DrivePlants]]:
-    """Begin the other process, and end it.
+    """Start the process of the simulated drives, and end it afterwards.
 
     Args:
-        bus: On which the drives are.
-        known: File of the person (`fault_participants.prepare_participant`).
+        bus: Bus of the drives.
+        known: File of the participant (`fault_participants.prepare_participant`).
 
     Raises:
-        RigError: It does not begin.
+        RigError: The process does not start.
     """
     folder = known.parent / f"{known.stem}_{bus}_{os.getpid()}"
     description = load_participant(known).laboratory.description

@@ -1,6 +1,6 @@
-"""The other process of a flight through a driver: simulated drives with the person behind them, and who examines them.
+"""Process of the simulated drives in a flight through a driver, with the wearer and the examiner of the truth.
 
-It tells what truly happened after a flight alone, and by another way than the bus: nobody flies by it.
+The truth leaves this process only after a flight and through a pipe of its own, so that no controller can use it.
 """
 
 import pickle
@@ -22,47 +22,47 @@ from .fault_plant import FlightStart, SwayingWearer, TruthSample, twin_of
 
 
 class ResetBench(NamedTuple):
-    """All cables in, all motors cool; and who is in the machine next."""
+    """Request: plug in all cables, cool all motors, and prepare the next wearer."""
 
     start: FlightStart
 
 
 class PlacePerson(NamedTuple):
-    """The person is in the machine, in the posture, from now on: somebody has held them there."""
+    """Request: place the person into the machine, in the posture in which it was held so far."""
 
 
 class Push(NamedTuple):
-    """More by the person's own muscles [N·m]."""
+    """Request: add a torque of the person's own muscles [N·m]."""
 
     joint: int
     torque: float
 
 
 class ScaleMotorConstant(NamedTuple):
-    """A motor's constant, times this."""
+    """Request: multiply a motor's torque constant by a factor."""
 
     joint: int
     factor: float
 
 
 class BenchLine(NamedTuple):
-    """A line at the bench."""
+    """Request: carry out a line at the bench."""
 
     line: str
 
 
 class AwaitSteps(NamedTuple):
-    """Answered when so many steps of the plant are over since the beginning."""
+    """Request: answer after this number of plant steps since the start."""
 
     steps: int
 
 
 class DriveReport(NamedTuple):
-    """What truly happened: before the first step, and after each."""
+    """Request: return the truth before the first step and after each step."""
 
 
 class DriveExaminer:
-    """Obeys the campaign between two steps."""
+    """Executor of the campaign's requests between two steps."""
 
     def __init__(self, known: Path, plant: Plant, device: SimulatedDevices, joints: tuple[str, ...], line: Connection):
         self._laboratory, prepared, _ = pickle.loads(known.read_bytes())
@@ -73,7 +73,7 @@ class DriveExaminer:
         self._sights: list[TruthSample] = []
 
     def obey(self) -> bool:
-        """Do what was asked; whether to end."""
+        """Carry out the waiting requests. Return True if the process is to end."""
         if self._awaited and len(self._sights) > self._awaited:
             self._awaited = 0
             self._line.send(None)
@@ -81,12 +81,12 @@ class DriveExaminer:
             while self._line.poll():
                 if not self._do(self._line.recv()):
                     return True
-        except (EOFError, OSError):  # the campaign is gone
+        except (EOFError, OSError):  # The campaign's process has ended.
             return True
         return False
 
     def _do(self, asked: Any) -> bool:
-        """Whether to go on."""
+        """Carry out one request. Return False if the process is to end."""
         if asked is None:
             return False
         if isinstance(asked, AwaitSteps):
@@ -130,7 +130,7 @@ class DriveExaminer:
 
 def serve(known: Path, drives_file: Path, bus: Bus, line: Connection) -> None:
     """Serve simulated drives until the campaign ends them; `known` is the file of a participant."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is ended by who has begun it
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # The process that started this one also ends it.
     laboratory, prepared, _ = pickle.loads(known.read_bytes())
     description = laboratory.description
     drives = load_drives(drives_file, description)

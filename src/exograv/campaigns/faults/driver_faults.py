@@ -1,4 +1,4 @@
-"""The same faults through a driver: which of them the simulated drives have themselves, and which only drives have."""
+"""Fault table for flights through a driver: faults that simulated drives produce, and those that only drives have."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -13,7 +13,7 @@ from .injector import Injector
 BUSES = ("udp", "canopen")
 
 LOST_MS = 10.0
-"""In which a lost drive has to be found: half of its own watchdog, so that the others come down before it brakes."""
+"""Budget to detect a lost drive [ms]: half of the drive's own watchdog, so that the others descend before it brakes."""
 
 _LOST = (StopReason.DRIVE_FAULT,)
 _ONLY = (
@@ -22,7 +22,7 @@ _ONLY = (
     Fault("F12 hot", of_drives.Overheated, _LOST, FAULTS["F12"].budget_ms, SafeState.ISOLATION),
 )
 ONLY_DRIVES: Mapping[str, Fault] = MappingProxyType({fault.id: fault for fault in _ONLY})
-"""By identifier: of a bus with drives, which the twin alone has not."""
+"""Faults by identifier that need drives on a bus; the twin alone does not have them."""
 
 ALL: Mapping[str, Fault] = MappingProxyType({**FAULTS, **ONLY_DRIVES})
 
@@ -35,19 +35,19 @@ AT_DRIVES: Mapping[str, type[Injector]] = MappingProxyType(
         **{name: fault.injector for name, fault in ONLY_DRIVES.items()},
     }
 )
-"""What the drives have themselves in place of what the twin is told by the campaign."""
+"""Injectors by identifier that act at the drives, in place of those that act on the twin."""
 
 IN_PERSON = ("F28", "F29")
-"""Done to the person in the simulated machine; on hardware somebody has to do it."""
+"""Faults that act on the person in the simulated machine. On hardware, a person has to produce them."""
 
 
 def injector_of(name: str, bus: str | None) -> type[Injector]:
-    """Of a fault, on the twin itself or through the driver of a bus."""
+    """Return the injector of a fault, on the twin itself (None) or through the driver of a bus."""
     return ALL[name].injector if bus is None else AT_DRIVES.get(name, ALL[name].injector)
 
 
 def injected_by(name: str) -> str:
-    """What a fault is done to when a driver stands between, in a word for tables."""
+    """Return the place of injection in a flight through a driver, as one word for tables."""
     if name in AT_DRIVES:
         return "drive"
     if name in IN_PERSON:

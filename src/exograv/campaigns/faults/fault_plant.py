@@ -54,7 +54,7 @@ class TruthSample(NamedTuple):
     """[rad]"""
 
     v: Joints
-    """[rad/s]"""
+    """Speed of the hand [m/s]."""
 
     hand_m_s: float
     are_braking: bool
@@ -97,12 +97,12 @@ class FaultPlant(World, Protocol):
 
     @property
     def t(self) -> float:
-        """Its clock [s]."""
+        """Time on the plant's clock [s]."""
         ...
 
     @property
     def period_s(self) -> float:
-        """Between two measurements [s]."""
+        """Time between two measurements [s]."""
         ...
 
     def read(self) -> JointState:
@@ -110,7 +110,7 @@ class FaultPlant(World, Protocol):
         ...
 
     def write(self, command: Command) -> None:
-        """End it."""
+        """Send the command and end the tick."""
         ...
 
     def go_on(self, last: Command) -> None:
@@ -161,12 +161,12 @@ class TwinPlant:
 
     @property
     def t(self) -> float:
-        """The twin's clock [s]."""
+        """Time on the twin's clock [s]."""
         return self._twin.t
 
     @property
     def period_s(self) -> float:
-        """Between two measurements [s]."""
+        """Time between two measurements [s]."""
         return self._twin.period_s
 
     def read(self) -> JointState:
@@ -176,7 +176,7 @@ class TwinPlant:
         return self._twin.read()
 
     def write(self, command: Command) -> None:
-        """End it."""
+        """Send the command and end the tick."""
         self._twin.write(command)
 
     def go_on(self, last: Command) -> None:
@@ -189,7 +189,7 @@ class TwinPlant:
 
     @property
     def q(self) -> Joints:
-        """Positions as measured [rad]."""
+        """Positions as measured last [rad]."""
         return self._twin.read().q
 
     def push(self, joint: int, torque: float) -> None:
@@ -201,7 +201,7 @@ class TwinPlant:
         self._twin.hang(mount, mass_kg)
 
     def turn_motor(self, joint: int, factor: float) -> None:
-        """What flows to it and is said of it, whoever asks for this turns too."""
+        """Scale the motor's torque constant. Status and measurement of the motor change with it."""
         self._twin.turn_motor(joint, factor)
 
     def at_bench(self, word: str, joint: int | None = None, number: float | None = None) -> None:
@@ -210,10 +210,10 @@ class TwinPlant:
         Raises:
             RigError: Always.
         """
-        raise RigError(f"'{word}' is done at simulated drives; this twin has none. Fly it through a driver.")
+        raise RigError(f"'{word}' needs simulated drives; this twin has none. Fly the scenario through a driver.")
 
     def is_silent(self) -> None:
-        """Do nothing: nothing waits for the twin."""
+        """Do nothing, because the twin never waits for answers."""
 
 
 @runtime_checkable

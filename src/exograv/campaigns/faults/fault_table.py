@@ -1,4 +1,4 @@
-"""Every fault in one table: what injects it, what should find it, how soon, and what should protect the person then.
+"""Table of all faults: injector, permitted stop reasons, detection budget, and the safe state that protects the person.
 
 Identifiers and budgets: docs/safety.md, after the project's fault table.
 """
@@ -18,37 +18,37 @@ from .injector import Injector
 
 @dataclass(frozen=True)
 class Fault:
-    """One row."""
+    """Row of the fault table."""
 
     id: str
-    """As in docs/safety.md."""
+    """Identifier as in docs/safety.md."""
 
     injector: type[Injector]
 
     reasons: tuple[StopReason, ...] = ()
-    """What the guard may call it; none where it has to be borne without a stop."""
+    """Stop reasons that the guard may report; empty if the fault has to be tolerated without a stop."""
 
     budget_ms: float | None = None
-    """From its beginning to the first command of the safe state; None where it shows only once the arm moves, or where
-    nothing has to be found."""
+    """Time from the fault's beginning to the first command of the safe state [ms]; None where the fault shows only
+    in motion, or where no detection is required."""
 
     safe_state: SafeState = SafeState.NONE
-    """The least that has to protect the person."""
+    """Weakest safe state that protects the person sufficiently."""
 
     shows_in_motion: bool = False
-    """Nothing tells it from a joint that stands still."""
+    """True if the fault cannot be distinguished from a joint that stands still."""
 
     at_drive: bool = False
-    """Nothing that a guard does reaches the drives any more: what counts is when they brake by themselves."""
+    """True if the guard no longer reaches the drives, so that the time counts until the drives brake by themselves."""
 
     @property
     def is_borne(self) -> bool:
-        """Whether nothing has to be found."""
+        """True if the fault has to be tolerated without a stop."""
         return not self.reasons and not self.at_drive
 
     @property
     def what(self) -> str:
-        """In a sentence."""
+        """Description of the fault as a clause."""
         return (self.injector.__doc__ or "").split(": ", 1)[-1].split(". ")[0].rstrip(".")
 
 
@@ -66,7 +66,8 @@ _FAULTS = (
     Fault("F06 twice", of_machine.Doubled, (), None, BRIDGE),
     Fault("F07", of_machine.SignFlip, (STOP.ENCODERS_PART,), 20.0, ISOLATION, True),
     Fault("F08", of_machine.EncoderSlip, (STOP.ENCODERS_PART, STOP.ENCODER_JUMPED, STOP.TOO_FAST), 112.0, ISOLATION),
-    # Without a model of inertia nothing tells either from a person who pushes (docs/safety.md).
+    # Without a model of inertia, neither of these two faults can be distinguished from a push by the wearer
+    # (docs/safety.md).
     Fault("F09", of_machine.TorqueConstant),
     Fault("F10", of_machine.CurrentBias, (STOP.TORQUE_WRONG,), 250.0, ISOLATION),
     Fault("F11", of_machine.WeakMotor, (STOP.TORQUE_WRONG,), 26.0, ISOLATION),
@@ -87,4 +88,4 @@ _FAULTS = (
 )
 
 FAULTS: Mapping[str, Fault] = MappingProxyType({fault.id: fault for fault in _FAULTS})
-"""By identifier."""
+"""Faults by identifier."""

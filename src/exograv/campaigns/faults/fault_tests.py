@@ -1,6 +1,6 @@
-"""Faults without a scenario: the tests that prove the reaction to each, or the reason why there is none yet.
+"""Faults without a scenario: the tests that prove the reaction to each, or the reason for a missing test.
 
-Together with the table of scenarios and the strikes at real processes they cover F01 to F40.
+Together with the scenario table and the strikes at real processes they cover F01 to F40.
 """
 
 from collections.abc import Mapping
@@ -22,7 +22,7 @@ class TestedFault:
 TESTED_FAULTS = (
     TestedFault(
         "F18",
-        "the recorder dies, or its disk is slow (struck for real too)",
+        "the recorder dies, or its disk is slow (also tested by strikes)",
         (
             "tests/runtime/recorder/test_recorder.py::test_no_acknowledged_tick_is_missing_and_none_is_there_twice_after_kills_at_random_moments",
             "tests/runtime/recorder/test_recorder.py::test_a_slow_disk_delays_nobody_and_loses_nothing",
@@ -30,7 +30,7 @@ TESTED_FAULTS = (
     ),
     TestedFault(
         "F19",
-        "the disk is full, or fails (struck for real too)",
+        "the disk is full or fails (also tested by strikes)",
         (
             "tests/runtime/recorder/test_recorder.py::test_a_full_disk_is_reported_within_a_second_and_leaves_control_alone",
             "tests/recording/test_durability.py::test_a_sync_that_fails_ends_the_recording_and_is_never_repeated",
@@ -80,7 +80,7 @@ TESTED_FAULTS = (
     ),
     TestedFault(
         "F27",
-        "the identifier pauses, hangs or dies: it has a process of its own, and control drops what is of before",
+        "the identifier pauses, hangs or dies: it is a separate process, and control drops its outdated results",
         (
             "tests/runtime/control_loop/test_worker.py::test_a_worker_in_place_of_one_that_died_begins_with_the_first_sample",
             "tests/live/test_live_identification.py::test_a_finding_is_taken_once_and_one_of_an_earlier_time_never",
@@ -122,7 +122,7 @@ TESTED_FAULTS = (
     ),
     TestedFault(
         "F34",
-        "a message is malformed, huge, deep or binary (a hundred thousand: `python benchmarks/console_fuzz.py`)",
+        "a message is malformed, huge, deep or binary (100 000 messages: `python benchmarks/console_fuzz.py`)",
         (
             "tests/console/test_messages.py::test_anything_is_read_without_an_exception",
             "tests/console/test_line.py::test_a_line_that_is_misused_is_closed_with_its_code_and_counted",
@@ -131,7 +131,7 @@ TESTED_FAULTS = (
     ),
     TestedFault(
         "F35",
-        "a client is unauthorised, of another origin, or comes by a name that was bound anew",
+        "a client is unauthorised, of another origin, or uses a rebound host name",
         (
             "tests/console/test_server.py::test_under_another_name_nothing_is_there",
             "tests/console/test_server.py::test_no_line_is_opened_from_another_origin",
@@ -140,7 +140,7 @@ TESTED_FAULTS = (
     ),
     TestedFault(
         "F36",
-        "a role asks for what it may not",
+        "a role asks for an act that it has no permission for",
         (
             "tests/console/test_permissions.py::test_what_a_role_may_not_say_reaches_nobody_and_is_an_alarm",
             "tests/browser/test_roles.py::test_a_participant_page_that_sends_start_is_refused_and_the_operator_is_told",
@@ -156,8 +156,6 @@ TESTED_FAULTS = (
 )
 
 UNTESTED_FAULTS: Mapping[str, str] = MappingProxyType(
-    {
-        "F37": "leaks: `exograv live --seconds 3600` says how memory grew (docs/realtime.md); no test runs so long",
-    }
+    {"F37": "memory leaks: `exograv live --seconds 3600` reports the growth (docs/realtime.md); no test runs so long"}
 )
-"""Why no row and no test stands for them."""
+"""Reason for a missing test, by identifier of the fault."""

@@ -1,4 +1,4 @@
-"""Result of a campaign, in numbers."""
+"""Figures of a fault campaign."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -14,12 +14,12 @@ from .fault_tests import TESTED_FAULTS, UNTESTED_FAULTS
 from .scenario import HAND_MAX_M_S, ScenarioVerdict, is_bad
 
 LINES_MAX = 10
-"""Scenarios that are named of each kind."""
+"""Largest number of scenarios that are listed per kind."""
 
 
 @dataclass(frozen=True)
 class ReactionTimes:
-    """Percentiles of reaction times [ms]; None without any."""
+    """Percentiles of reaction times [ms]; None if there are none."""
 
     p50: float | None = None
     p99: float | None = None
@@ -27,7 +27,7 @@ class ReactionTimes:
 
     @classmethod
     def of(cls, times_ms: Sequence[float]) -> "ReactionTimes":
-        """Percentiles of these."""
+        """Return the percentiles of these times."""
         return cls(*np.percentile(times_ms, [50, 99, 100]).round(2).tolist()) if times_ms else cls()
 
 
@@ -39,7 +39,7 @@ class FaultFigures:
     injected_by: str
     runs: int
     alone: int
-    """Runs without another fault and without a false trip before; all below but `missed` is of these."""
+    """Runs without another fault and without an earlier false trip. All fields below except `missed` refer to these."""
 
     detected: int
     reaction_ms: ReactionTimes
@@ -48,7 +48,7 @@ class FaultFigures:
     safe_state: str
     worst_safe_state: str
     hand_m_s: float | None
-    """Fastest hand of a relaxed arm that was stopped [m/s]."""
+    """Fastest hand of a relaxed arm after a stop [m/s]."""
 
     pushed_hand_m_s: float | None
     extra_speed_rad_s: float
@@ -62,7 +62,7 @@ class StrikeFigures:
     what: str
     runs: int
     alone: int
-    """Strikes without a safe state before."""
+    """Strikes with no safe state in force before."""
 
     detected: int
     reaction_ms: ReactionTimes
@@ -70,7 +70,7 @@ class StrikeFigures:
     missed: int
     safe_state: str
     stall_ms: float | None
-    """Longest delay by the computer itself."""
+    """Longest delay caused by the computer itself [ms]."""
 
     command_p999_us: "AroundStrikes"
     acknowledged_missing: int
@@ -79,7 +79,7 @@ class StrikeFigures:
 
 @dataclass(frozen=True)
 class AroundStrikes:
-    """Age of a period when its command is there, 99.9 % of them, before and after the strikes [µs]."""
+    """Time from the start of a period to its command, 99.9th percentile, before and after the strikes [µs]."""
 
     before: float | None
     after: float | None
@@ -87,7 +87,7 @@ class AroundStrikes:
 
 @dataclass(frozen=True)
 class GuardEndFigures:
-    """Figures of the killed guard."""
+    """Figures of the run whose guard was killed."""
 
     what: str
     runs: int
@@ -95,7 +95,7 @@ class GuardEndFigures:
     detected: int
     reaction_ms: ReactionTimes
     ended_ms: float | None
-    """Until the parent said so."""
+    """Time until the parent process reported the end [ms]."""
 
     budget_ms: None
     missed: int
@@ -105,7 +105,7 @@ class GuardEndFigures:
 
 @dataclass(frozen=True)
 class StruckRun:
-    """Live run under strikes: its recording against what was acknowledged, and every command against the envelope."""
+    """Live run under strikes: recording against acknowledged samples, and all commands against the envelope."""
 
     outcome: str
     recording: str
@@ -113,19 +113,19 @@ class StruckRun:
     envelope_violations: int
     samples_acknowledged: int
     samples_lost: int
-    """Ticks that found the recorder's ring full; none of them was acknowledged."""
+    """Ticks lost because the recorder's ring buffer was full; none of them was acknowledged."""
 
     acknowledged_missing: int
     control_restarts: int
     recorder_restarts: int
     not_struck: list[str] = field(default_factory=list)
     granted: Sequence[str] = ()
-    """Real-time rights."""
+    """Real-time rights that the system granted."""
 
 
 @dataclass(frozen=True)
 class Strikes:
-    """Findings on real processes."""
+    """Results of strikes at real processes."""
 
     live: StruckRun
     by_fault: Mapping[str, StrikeFigures | GuardEndFigures]
@@ -134,7 +134,7 @@ class Strikes:
 
 @dataclass(frozen=True)
 class PairFigures:
-    """Two faults at a time; judged by the sum of their budgets."""
+    """Scenarios with two faults at the same time, judged by the sum of both budgets."""
 
     runs: int
     missed: int
@@ -142,7 +142,7 @@ class PairFigures:
 
 @dataclass(frozen=True)
 class HandFigures:
-    """Relaxed arms after one fault that stopped the run, while nobody pushes [m/s]."""
+    """Hand speeds of relaxed arms after a stop by a single fault, while the wearer does not push [m/s]."""
 
     runs: int
     max: float | None
@@ -153,7 +153,7 @@ class HandFigures:
 
 @dataclass(frozen=True)
 class ScenarioFigures:
-    """Course of one scenario that was replayed."""
+    """Course of one replayed scenario."""
 
     ticks: int
     stopped_tick: int | None
@@ -197,17 +197,17 @@ class CampaignFigures:
     proved_by: Mapping[str, Sequence[str]] = field(
         default_factory=lambda: {row.id: row.proved_by for row in TESTED_FAULTS}
     )
-    """Tests, by faults without a scenario."""
+    """Tests by identifier, for faults without a scenario."""
 
     not_yet: Mapping[str, str] = field(default_factory=lambda: dict(UNTESTED_FAULTS))
     live: StruckRun | None = None
     replay: list[str] = field(default_factory=list)
-    """Commands that fly again what went wrong."""
+    """Commands that replay the failed scenarios."""
 
     course: ScenarioFigures | None = field(default=None, metadata=OPTIONAL)
 
     def with_strikes(self, found: Strikes) -> "CampaignFigures":
-        """Add the findings on real processes; the figures of scenarios stay theirs."""
+        """Add the results of strikes at real processes. The figures of the scenarios stay as they are."""
         missed = sum(row.missed for row in found.by_fault.values())
         return replace(
             self,
@@ -227,7 +227,7 @@ def figures_of(
     level: int = 0,
     through: str | None = None,
 ) -> CampaignFigures:
-    """Figures of all scenarios of a campaign."""
+    """Compute the figures of all scenarios of a campaign."""
     quiet_h = sum(v.quiet_s for v in verdicts) / 3600.0
     false = [v for v in verdicts if v.false_trip]
     pairs = [v for v in verdicts if len(v.scenario.faults) == 2 and not v.false_trip]
@@ -286,12 +286,12 @@ def _hand(verdicts: Sequence[ScenarioVerdict]) -> HandFigures:
 
 
 def _is_stopped(verdict: ScenarioVerdict) -> bool:
-    """By the guard or by the drives; the hand of nobody else has been watched."""
+    """Return True if guard or drives stopped the arm. The hand speed is recorded only then."""
     return verdict.course.stopped_tick is not None or verdict.course.braked_tick is not None
 
 
 def course_of(verdict: ScenarioVerdict) -> ScenarioFigures:
-    """Course of one scenario."""
+    """Return the figures of one scenario."""
     course = verdict.course
     return ScenarioFigures(
         ticks=course.ticks,

@@ -1,6 +1,6 @@
-"""One scenario: a person in a machine, some faults at their times, the guard between, and what came of it.
+"""Flight of one scenario: a person in a machine, faults at their onsets, the guard between, and the resulting log.
 
-The run is in lock-step: on the twin itself the same seed gives the same run, bit for bit.
+The run is in lock-step. On the twin itself, the same seed gives the same run, bit for bit.
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ Joints = Float[np.ndarray, " joint"]
 
 
 class FaultFlight:
-    """Flies one scenario."""
+    """Flight of one scenario."""
 
     def __init__(self, participant: FaultParticipant, stand: FaultPlant, posture: Joints, faults: Sequence[Injector]):
         """Begin with the arm floating in a posture.
@@ -34,8 +34,8 @@ class FaultFlight:
         Args:
             participant: Participant in the machine, as the software knows them.
             stand: Machine and person, in that posture.
-            posture: Where the arm floats at first [rad].
-            faults: What will go wrong.
+            posture: Start posture of the floating arm [rad].
+            faults: Faults of the scenario.
         """
         prepared, period_s = participant.prepared, stand.period_s
         self._stand, self._controller = stand, participant.controller.again(prepared.x)
@@ -53,13 +53,13 @@ class FaultFlight:
         self.watch = TruthWatch(min((fault.onset for fault in faults), default=None), round(1e3 * period_s))
 
     def fly(self, ticks: int) -> ScenarioLog:
-        """So many ticks; whatever breaks is part of the course."""
+        """Run this number of ticks. An exception is noted in the log."""
         course = self.watch.course
         try:
             for tick in range(ticks):
                 self._tick(tick)
                 course.ticks += 1
-        except Exception as error:  # noqa: BLE001 - a scenario that breaks the software is a finding, not an end
+        except Exception as error:  # noqa: BLE001 - a crash of the software is a finding of the campaign
             course.crashed = f"{type(error).__name__}: {error}"
         return self.watch.finish(self._oracle.judge(), self._stand.sights())
 
@@ -98,18 +98,18 @@ class FaultFlight:
 
 
 class _FaultyControl:
-    """Control as in a session, with faults in its answer."""
+    """Control as in a session, with faults in its answers."""
 
     def __init__(self, feedback: OutputFeedback, envelope: Envelope):
-        """No fault is active."""
+        """Begin without an active fault."""
         self._feedback, self._envelope = feedback, envelope
         self._still = np.zeros_like(feedback.q)
         self.faults: Sequence[Injector] = ()
         """Faults that are active in this tick."""
         self.tick = 0
         self.isolated: frozenset[int] = frozenset()
-        """Joints that were isolated when the measurement was believed. A joint that is found too fast afterwards, by
-        the decision, stays where it was."""
+        """Joints that were isolated when the guard accepted the measurement. A joint that the decision then finds too
+        fast is not among them."""
 
     @property
     def closure_slope(self) -> float:
@@ -123,7 +123,7 @@ class _FaultyControl:
             self._feedback.reference = Reference(believed.q, self._still, self._still)
             submitted = self._feedback.answer(believed, now)
         if submitted is not None:
-            # A fault may keep the answer, and the controller overwrites its torque in the next step.
+            # A fault may keep the answer, and the controller overwrites its torque array in the next step.
             submitted = replace(submitted, tau=submitted.tau.copy())
         for fault in self.faults:
             submitted = fault.answered(submitted, self.tick)

@@ -1,7 +1,7 @@
-"""How a fault enters a machine: between drives and guard, between control and guard, or in the world itself.
+"""Interface of fault injectors: between drives and guard, between control and guard, or in the world itself.
 
-An injector sees what passes through the rig's own interface and may change it; what is of the world it asks for there,
-be the machine the twin itself or drives on a bus.
+An injector sees the data at the rig's own interface and may change it. Changes of the world are requested through
+`World`, which is the twin itself or a set of drives on a bus.
 """
 
 from collections.abc import Callable
@@ -22,65 +22,65 @@ TICK_S = 0.001
 
 @dataclass
 class Injector:
-    """Nothing at all; each fault changes what it is about, from its onset on."""
+    """Injector without effect. Each fault overrides the methods that it needs; they act from the onset on."""
 
     generator: np.random.Generator
     joints: int
     onset: int
-    """Tick of the run with which it begins [-]."""
+    """First tick of the fault [-]."""
 
     period_ms: int = 1
-    """Between two ticks."""
+    """Time between two ticks [ms]."""
 
     ends_guard: ClassVar[bool] = False
-    """Whether there is no guard from the onset on."""
+    """True if there is no guard from the onset on."""
 
     joint: int = field(init=False)
-    """Which joint, where it is about one."""
+    """Index of the faulty joint, for faults of one joint."""
 
     def __post_init__(self):
         self.joint = int(self.generator.integers(self.joints))
         self.draw()
 
     def draw(self) -> None:
-        """Whatever else chance decides about it."""
+        """Draw the fault's further random values."""
 
     def ticks(self, ms: int) -> int:
-        """So long in ticks, one at least."""
+        """Convert a duration to ticks, at least one."""
         return max(round(ms / self.period_ms), 1)
 
     def measured(self, state: JointState, tick: int) -> JointState:
-        """What the machine says in a tick, from the onset on."""
+        """Return the measurement of a tick with the fault, from the onset on."""
         return state
 
     def answered(self, submitted: ControlRequest | None, tick: int) -> ControlRequest | None:
-        """What control submits in a tick, from the onset on."""
+        """Return control's answer in a tick with the fault, from the onset on."""
         return submitted
 
     def commanded(self, command: Command, tick: int) -> Command:
-        """What reaches the drives in a tick, from the onset on."""
+        """Return the command that reaches the drives in a tick, from the onset on."""
         return command
 
     def act(self, world: World, controller: ArmController, tick: int) -> None:
-        """What happens in the world or to control at the beginning of a tick, from the onset on."""
+        """Change the world or control at the beginning of a tick, from the onset on."""
 
     def pushes(self, tick: int) -> bool:
-        """Whether it makes the person push in a tick, so that nobody can call the arm relaxed."""
+        """Return True if the fault makes the person push in a tick, so that the arm does not count as relaxed."""
         return False
 
     def shows(
         self, told: Float[np.ndarray, "tick joint"], noise_Nm: Float[np.ndarray, " joint"]
     ) -> Bool[np.ndarray, " tick"]:
-        """Ticks in which anything can tell the fault; all from the onset on.
+        """Return the ticks in which the fault is detectable at all; all ticks from the onset on.
 
         Args:
-            told: What each joint was told in every tick [N·m].
-            noise_Nm: Of the measured currents, one standard deviation [N·m].
+            told: Commanded torque of each joint in every tick [N·m].
+            noise_Nm: Standard deviation of the measured currents, as torque [N·m].
         """
         return np.arange(len(told)) >= self.onset
 
     def at_joint(self, values: np.ndarray, change: Callable[[float], float]) -> np.ndarray:
-        """The same values but for that joint's."""
+        """Return the values with that of the faulty joint changed."""
         changed = values.copy()
         changed[self.joint] = change(changed[self.joint])
         return changed

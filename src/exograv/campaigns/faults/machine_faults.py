@@ -1,4 +1,4 @@
-"""Faults of sensors, drives, lines, and of the guard itself."""
+"""Faults of sensors, drives, cables, and of the guard itself."""
 
 from collections import deque
 from dataclasses import replace
@@ -13,11 +13,11 @@ from .fault_plant import World
 from .injector import TICK_S, Injector
 
 NOISE_SD = 3.0
-"""Of the current's noise, beyond which ten ticks in a row come together [-]."""
+"""Standard deviations of the current's noise that ten ticks in a row do not exceed together [-]."""
 
 
 class NonFiniteMeasurement(Injector):
-    """F01: an encoder or a current sensor says NaN or infinity."""
+    """F01: an encoder or a current sensor reports NaN or infinity."""
 
     def draw(self) -> None:
         self.value = float(self.generator.choice([np.nan, np.inf, -np.inf]))
@@ -28,7 +28,7 @@ class NonFiniteMeasurement(Injector):
 
 
 class StuckEncoder(Injector):
-    """F02: an encoder keeps what it said."""
+    """F02: an encoder repeats its last value."""
 
     def draw(self) -> None:
         self.kept: float | None = None
@@ -41,7 +41,7 @@ class StuckEncoder(Injector):
 
 
 class EncoderSpike(Injector):
-    """F03: one position in one tick is far off."""
+    """F03: a position is far off in one tick."""
 
     def draw(self) -> None:
         self.size = float(self.generator.choice([-1.0, 1.0]) * self.generator.uniform(0.02, 2.0))
@@ -51,27 +51,27 @@ class EncoderSpike(Injector):
 
 
 class EncoderJump(EncoderSpike):
-    """F03: and stays there."""
+    """F03: a position jumps and stays there."""
 
     def measured(self, state: JointState, tick: int) -> JointState:
         return replace(state, q=self.at_joint(state.q, lambda q: q + self.size))
 
 
 class FrozenMeasurement(Injector):
-    """F04: the machine says nothing new."""
+    """F04: the machine repeats its last measurement."""
 
     def draw(self) -> None:
         self.last: JointState | None = None
 
     def measured(self, state: JointState, tick: int) -> JointState:
         if self.last is None:
-            # The first measurement that does not come: the one before is still there.
+            # The first missing measurement: the rig still returns the one before.
             self.last = replace(state, sequence=state.sequence - 1)
         return self.last
 
 
 class DelayedMeasurement(Injector):
-    """F05: what the machine says is some milliseconds old."""
+    """F05: measurements are several milliseconds old."""
 
     def draw(self) -> None:
         self.late = self.ticks(int(self.generator.integers(4, 20)))
@@ -83,7 +83,7 @@ class DelayedMeasurement(Injector):
 
 
 class ReorderedMeasurement(Injector):
-    """F06: now and then two measurements change places."""
+    """F06: two measurements swap places from time to time."""
 
     def draw(self) -> None:
         self.every = self.ticks(int(self.generator.integers(150, 300)))
@@ -100,7 +100,7 @@ class ReorderedMeasurement(Injector):
 
 
 class Doubled(Injector):
-    """F06: now and then a measurement comes twice."""
+    """F06: a measurement comes twice from time to time."""
 
     def draw(self) -> None:
         self.every = self.ticks(int(self.generator.integers(150, 300)))
@@ -112,7 +112,7 @@ class Doubled(Injector):
 
 
 class SignFlip(Injector):
-    """F07: from one tick to the next an encoder counts the other way."""
+    """F07: an encoder reverses its counting direction from one tick to the next."""
 
     def draw(self) -> None:
         self.start: float | None = None
@@ -130,7 +130,7 @@ class EncoderSlip(Injector):
     def draw(self) -> None:
         self.size = float(self.generator.choice([-1.0, 1.0]) * np.deg2rad(self.generator.uniform(3.0, 20.0)))
         ms = int(self.generator.integers(20, 100))
-        # No faster than a joint can move: what is faster is a jump.
+        # The slip stays slower than the fastest joint; a faster one would be a jump (F03).
         self.lasts = self.ticks(max(ms, int(abs(self.size) / 0.006) + 1))
 
     def measured(self, state: JointState, tick: int) -> JointState:
@@ -139,7 +139,7 @@ class EncoderSlip(Injector):
 
 
 class TorqueConstant(Injector):
-    """F09: a motor gives another torque for the same current, half to twice of it or the opposite."""
+    """F09: a motor gives half, double or reversed torque for the same current."""
 
     def draw(self) -> None:
         self.factor = float(self.generator.choice([-1.0, 0.5, 2.0]))
@@ -152,7 +152,7 @@ class TorqueConstant(Injector):
         flowing = self.at_joint(command.current, lambda i: self.factor * i)
         if command.damping is None:
             return replace(command, current=flowing)
-        # A motor whose phases are shorted brakes by the square of its constant; stronger it is not counted on.
+        # A motor with shorted phases brakes with the square of its constant. No extra braking is assumed.
         brake = min(self.factor**2, 1.0)
         return replace(command, current=flowing, damping=self.at_joint(command.damping, lambda d: brake * d))
 
@@ -161,7 +161,7 @@ class TorqueConstant(Injector):
 
 
 class CurrentBias(Injector):
-    """F10: a current sensor says 2.5 to 6 N·m more or less than there is."""
+    """F10: a current sensor reads 2.5 to 6 N·m too much or too little."""
 
     def draw(self) -> None:
         self.bias_Nm = float(self.generator.choice([-1.0, 1.0]) * self.generator.uniform(2.5, 6.0))
@@ -180,7 +180,7 @@ class CurrentBias(Injector):
 
 
 class WeakMotor(Injector):
-    """F11: a hot motor gives only a part of what it is told; its current says so."""
+    """F11: a hot motor gives only a part of the commanded torque, and its current shows it."""
 
     def draw(self) -> None:
         self.share = float(self.generator.uniform(0.0, 0.3))
@@ -189,7 +189,7 @@ class WeakMotor(Injector):
         return replace(command, current=self.at_joint(command.current, lambda i: self.share * i))
 
     def shows(self, told: np.ndarray, noise_Nm: np.ndarray) -> np.ndarray:
-        """While so much is missing that noise cannot hide it: a motor that is told little gives little."""
+        """Ticks in which the missing torque exceeds the noise. With a small command, little torque is missing."""
         missing = (1.0 - self.share) * np.abs(told[:, self.joint])
         return super().shows(told, noise_Nm) & (missing > TORQUE_OFF_NM + NOISE_SD * noise_Nm[self.joint])
 
@@ -205,26 +205,26 @@ class ReportedDriveFault(Injector):
 
 
 class BusesLost(FrozenMeasurement):
-    """F13: nothing comes from the machine, and nothing reaches it."""
+    """F13: no measurement comes from the machine, and no command reaches it."""
 
     def draw(self) -> None:
         super().draw()
         self.last_command: Command | None = None
 
     def commanded(self, command: Command, tick: int) -> Command:
-        # The drives know it no longer than the last one that reached them.
+        # The last command that reached the drives stays valid for no longer than before.
         self.last_command = self.last_command or replace(command, valid_until=command.valid_until - TICK_S)
         return self.last_command
 
 
 class GuardDies(Injector):
-    """F17: nobody writes to the drives any more."""
+    """F17: the drives receive no more commands."""
 
     ends_guard = True
 
 
 class StopLineOpen(Injector):
-    """F39: the line of the hardware stop is open: every drive says so and gives no torque."""
+    """F39: the line of the hardware stop opens: every drive reports it and gives no torque."""
 
     def measured(self, state: JointState, tick: int) -> JointState:
         return replace(state, faulty=tuple(range(self.joints)))

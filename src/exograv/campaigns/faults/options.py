@@ -1,4 +1,4 @@
-"""Options of a campaign of faults."""
+"""Options of a fault campaign."""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal
@@ -8,7 +8,7 @@ import tyro
 from exograv.options import Level, Options, Seed, Within
 
 STRIKES_MAX = 60
-"""Of each kind; a live run lasts at most two hours."""
+"""Largest number of strikes of each kind. The limit follows from the two hours that a live run may last."""
 
 
 @dataclass(frozen=True)
@@ -16,26 +16,26 @@ class FaultOptions(Options):
     """Options of `exograv faults`."""
 
     scenarios: Annotated[int, Within(1)] = 200
-    """How many; one takes half a second of a processor."""
+    """Number of scenarios; each takes half a second of processor time."""
 
     seed: Seed = 0
     level: Level = 2
 
     persons: Annotated[int, Within(1)] = 2
-    """Persons in machines, each calibrated and identified at first; every second one has quasi-direct drives."""
+    """Number of participants, each calibrated and identified first; every second one has quasi-direct drives."""
 
     processes: Annotated[int | None, Within(1)] = None
-    """At the same time; one a processor if none is named. The result does not depend on it."""
+    """Number of parallel processes; one per processor if absent. The result does not depend on it."""
 
     strikes: Annotated[int, Within(0, STRIKES_MAX, f"0 (none) to {STRIKES_MAX}.")] = 1
-    """How often each process of a live run is killed, stopped and starved for real afterwards; 0 for not at all."""
+    """Number of times that each process of a live run is killed, stopped and starved afterwards; 0 for none."""
 
     replay: Annotated[str | None, tyro.conf.arg(metavar="NUMBER:FAULT")] = None
-    """One scenario, as a campaign prints it."""
+    """Scenario to fly again, as printed by a campaign."""
 
     through: Literal["udp", "canopen"] | None = None
-    """Our driver of this bus, before simulated drives in another process, in place of the twin; ten times as slow,
-    and without strikes."""
+    """Bus of a driver with simulated drives in another process, in place of the twin; ten times
+    as slow, without strikes."""
 
     resume: bool = False
-    """Go on with a campaign that was interrupted, by the verdicts in the folder of `--out`."""
+    """Continue an interrupted campaign with the verdicts in the folder of `--out`."""

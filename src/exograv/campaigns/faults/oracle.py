@@ -1,6 +1,6 @@
-"""Looks at every torque that went out, by the envelope's definition written a second time: numbers, bounds, rate.
+"""Oracle of the envelope: checks every sent torque against a second implementation of its limits.
 
-It takes notes while a run goes on and judges all ticks at once when it is over: in a hundredth of the time.
+The oracle collects data during a run and judges all ticks at once afterwards, which takes a hundredth of the time.
 """
 
 from dataclasses import dataclass
@@ -18,34 +18,35 @@ Rows = Float[np.ndarray, "tick joint"]
 ROUNDING_NM = 1e-9
 
 FADES, SPEED_SHARE = 0.95, 1.7
-"""No low-pass filter of 8 ms is above 1.7 times the greatest difference so far, if that fades by 5 % a tick [-]."""
+"""Decay per tick and factor of the speed bound [-]. The output of an 8 ms low-pass filter never exceeds 1.7 times the
+greatest difference so far, if that difference decays by 5 % per tick."""
 
 SPEED_FLOOR_RAD_S = 1e-30
-"""Below every speed; its logarithm is still a number."""
+"""Speed floor below every real speed [rad/s]; it keeps the logarithm finite."""
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """Of one run, one entry a tick."""
+    """Judgement of one run, one entry per tick."""
 
     wrong: dict[int, str]
-    """What was wrong with a command in words, by tick."""
+    """Violations of the envelope in words, by tick."""
 
     step_Nm: Float[np.ndarray, " tick"]
-    """Greatest change of a command over the one before [N·m]."""
+    """Largest change of a command from the previous one [N·m]."""
 
 
 class EnvelopeOracle:
-    """Of one run; knows what the guard believed of the posture, and nothing of its state."""
+    """Oracle for one run. It knows the posture that the guard accepted, and none of the guard's state."""
 
     def __init__(self, limits: Limits, person: PersonLimits, period_s: float, rounding_Nm: float = ROUNDING_NM):
-        """Nothing has gone out yet.
+        """Begin before the first command.
 
         Args:
-            limits: The machine's.
-            person: Who is in it.
-            period_s: Between two commands [s].
-            rounding_Nm: By which a torque may be off for the numbers alone [N·m].
+            limits: Limits of the machine.
+            person: Limits of the wearer.
+            period_s: Time between two commands [s].
+            rounding_Nm: Tolerance for rounding of a torque [N·m].
         """
         self._limits, self._person, self._period_s, self._rounding = limits, person, period_s, rounding_Nm
         self._step = limits.torque_rate_max_Nm_per_s * period_s + rounding_Nm
@@ -55,10 +56,10 @@ class EnvelopeOracle:
         self._unknown = np.full_like(limits.torque_max_Nm, np.nan)
 
     def note(self, tau: Joints, q: Joints | None, isolated: frozenset[int], gravity_level: float) -> None:
-        """One tick: what went out, and what the guard believed of the posture; None where nothing came."""
+        """Note the command of one tick and the posture that the guard accepted; None without a measurement."""
         before = self._q[-1] if self._q else self._unknown
         if q is not None and isolated:
-            # First: what a joint says that nobody believes any more makes no other joint's position worse.
+            # Isolated joints come first: their rejected positions must not affect the positions of other joints.
             kept = list(isolated)
             q = q.copy()
             q[kept] = before[kept]
@@ -69,9 +70,9 @@ class EnvelopeOracle:
         self._level.append(gravity_level)
 
     def judge(self) -> Judgement:
-        """Of all ticks that were noted.
+        """Judge all noted ticks.
 
-        A torque may be beyond what its posture allows only on its way back, as fast as torque may change.
+        A torque may exceed the bounds of its posture only while it returns at the full rate limit.
         """
         n = len(self._unknown)
         tau, q = np.array(self._tau).reshape(-1, n), np.array(self._q).reshape(-1, n)
@@ -99,12 +100,12 @@ class EnvelopeOracle:
         return np.logical_or.reduce(np.abs(tau) > self._limits.torque_max_Nm + self._rounding, axis=1)
 
     def _off(self, tau: Rows, change: Rows, high: Rows) -> Bool[np.ndarray, "tick joint"]:
-        """Above a bound, and not on the way back; where nothing is known of the posture yet, nothing is off it."""
+        """Return True where a torque is above its bound and not returning. NaN bounds (unknown posture) give False."""
         off = (tau > high + self._rounding) & (change > 2.0 * self._rounding - self._step)
         return np.asarray(off, dtype=bool)
 
     def _allowed(self, q: Rows, gravity_level: Float[np.ndarray, " tick"]) -> tuple[Rows, Rows]:
-        """The widest bounds of the rows: outside of all walls, with friction at any speed that the guard may see."""
+        """Widest bounds of each tick: outside of all walls, with friction at any speed that the guard may estimate."""
         person, table = self._person, self._person.table
         plausible = carrying(table, q, gravity_level)
         beyond = table.error + table.dry + table.viscous * SPEED_SHARE * self._fastest(q)
@@ -114,14 +115,14 @@ class EnvelopeOracle:
         return low, high
 
     def _fastest(self, q: Rows) -> Rows:
-        """Greatest speed so far, fading: max over i of FADES^(k − i) · speed_i, by logarithms [rad/s]."""
+        """Greatest speed so far with decay: max over i of FADES^(k − i) · speed_i, computed with logarithms [rad/s]."""
         speed = np.nan_to_num(np.abs(np.diff(q, axis=0, prepend=q[:1])) / self._period_s)
         fading = np.arange(len(q))[:, None] * np.log(FADES)
         return np.exp(np.maximum.accumulate(np.log(speed + SPEED_FLOOR_RAD_S) - fading) + fading)
 
 
 def carrying(table: PlausibleTable, q: Rows, gravity_level: Float[np.ndarray, " tick"]) -> Rows:
-    """What `table.torque` says at each posture [rad], without its code [N·m]."""
+    """Torque of `table.torque` at each posture [rad], computed without the guard's code [N·m]."""
     tau = np.empty_like(q)
     for chain in table.chains:
         joints = list(chain.joints)
@@ -131,7 +132,7 @@ def carrying(table: PlausibleTable, q: Rows, gravity_level: Float[np.ndarray, " 
 
 
 def _features(chain: LimbTable, q: Rows) -> Float[np.ndarray, "tick feature"]:
-    """Products of one of 1, cos, sin a joint with at most so many factors; the first joint changes fastest."""
+    """Products of 1, cos or sin of each joint with a limited number of factors; the first joint changes fastest."""
     products, factors = np.ones((len(q), 1)), np.zeros(1)
     for column in q.T:
         each = np.stack([np.ones_like(column), np.cos(column), np.sin(column)], axis=1)

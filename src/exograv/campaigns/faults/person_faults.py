@@ -1,4 +1,4 @@
-"""What the person does."""
+"""Acts of the person: pushes, hidden weights, the Stop button."""
 
 from exograv.loop.arm_controller import ArmController
 
@@ -23,7 +23,7 @@ class PersonPush(Injector):
 
 
 class HiddenWeight(Injector):
-    """F28: a kilogram that nobody has told of is put into the hand."""
+    """F28: a kilogram is put into the hand without telling the software."""
 
     def act(self, world: World, controller: ArmController, tick: int) -> None:
         if tick == self.onset:
@@ -31,4 +31,4 @@ class HiddenWeight(Injector):
 
 
 class StopPressed(Injector):
-    """F30: somebody presses Stop; the flight tells the guard."""
+    """F30: the Stop button is pressed."""

@@ -1,4 +1,4 @@
-"""Process faults for real: a live run under strikes, and what guard, control and recording made of each."""
+"""Faults of real processes: a live run under strikes, and the reactions of guard, control and recording."""
 
 import tempfile
 import time
@@ -24,29 +24,29 @@ from .oracle import EnvelopeOracle
 from .strikes import KINDS, Strike, Striker
 
 SECONDS_A_STRIKE = 60.0
-"""More than any of them takes: a run ends when all are made."""
+"""Time limit per strike [s], more than any strike takes; a run ends when all strikes are made."""
 
 AROUND_S = 2.0
-"""Before and after a strike, in which control's timing is compared."""
+"""Time before and after a strike in which control's timing is compared [s]."""
 
 FLOATS_AFTER_S = 8.0
-"""A rest and a ramp after the loop's start the arm floats."""
+"""Time from the loop's start until the arm floats: a rest and a ramp [s]."""
 
 AFTER_MS = 1000.0
-"""Beyond, a stop is of another cause."""
+"""Time after a strike beyond which a stop has another cause [ms]."""
 
 ALARM_MAX_MS = 1000.0
-"""From a full disk to the alarm (docs/safety.md, F19)."""
+"""Time allowed from a full disk to the alarm [ms] (docs/safety.md, F19)."""
 
 ROUNDING_NM = 1e-4
-"""Of what a recording holds in 32 bits, positions through the table included."""
+"""Rounding of values recorded with 32 bits, positions through the table included [N·m]."""
 
 
 def strike(plan: LivePlan, times: int, progress: Progress) -> Strikes:
-    """Fly a person live and disturb every process so often, and kill the guard of another run.
+    """Fly a person live and strike each process `times` times, then kill the guard of another run.
 
     Raises:
-        RigError: A process died that nobody had struck.
+        RigError: A process died without a strike.
         RecordingError: There is no room for the recording.
     """
     strikers: list[Striker] = []
@@ -64,7 +64,7 @@ def strike(plan: LivePlan, times: int, progress: Progress) -> Strikes:
                 striker.end()
         made, (live, violations) = strikers[0].made, _recorded(plan, flown)
     rows = {kind: _row(kind, [one for one in made if one.kind == kind], flown, live) for kind in KINDS}
-    # A loop that the computer could not keep up ends before its time; what was not struck is not proved.
+    # A loop that the computer cannot keep up with ends early. Kinds without a valid strike are not proved.
     live = replace(
         live, not_struck=[kind for kind, row in rows.items() if not row.alone], granted=flown.report.rights.granted
     )
@@ -76,11 +76,11 @@ def _named(progress: Progress, name: str) -> Progress:
 
 
 def _recorded(plan: LivePlan, flown: LiveResult) -> tuple[StruckRun, list[str]]:
-    """The run by its recording, and the first commands that left the envelope."""
+    """Figures of the run from its recording, and the first commands outside of the envelope."""
     ticks, lost = read_recording(flown.path).ticks, flown.recording.lost
     gaps = np.diff(ticks["sequence"].astype(np.int64)) - 1
     wrong = [what for part in np.split(ticks, np.flatnonzero(gaps) + 1) for what in _judged(plan, part)]
-    # What found the ring full was never acknowledged; a gap beyond that was.
+    # Ticks that found the ring buffer full were never acknowledged; ticks in a larger gap were.
     missing = max(flown.recording.acknowledged - len(ticks), 0) + max(int(gaps.sum()) - lost, 0)
     run = StruckRun(
         outcome=flown.report.timing.outcome.value,
@@ -97,7 +97,7 @@ def _recorded(plan: LivePlan, flown: LiveResult) -> tuple[StruckRun, list[str]]:
 
 
 def _judged(plan: LivePlan, ticks: np.ndarray) -> list[str]:
-    """What is wrong with commands that followed one another."""
+    """Violations in consecutive commands, in words."""
     oracle = EnvelopeOracle(limits(plan.description), plan.person, 1e-9 * plan.period_ns, ROUNDING_NM)
     for tau, q in zip(ticks["tau_commanded"].astype(float), ticks["q_measured"].astype(float), strict=True):
         oracle.note(tau, q, frozenset(), plan.gravity_level)
@@ -132,18 +132,18 @@ def _row(kind: str, made: Sequence[Strike], flown: LiveResult, live: StruckRun) 
 
 
 def reaction_ms(one: Strike, flown: LiveResult) -> float | None:
-    """From a signal to the end of the tick in which the guard let the arm down; None where it did not."""
+    """Time from a strike to the end of the tick in which the guard began the descent [ms]; None if there was none."""
     after = [1e3 * latch.at_s - _ms(one, flown) for latch in flown.report.latches]
     return min((ms for ms in after if 0.0 <= ms < AFTER_MS), default=None)
 
 
 def _ms(one: Strike, flown: LiveResult) -> float:
-    """When it was, on the loop's own clock."""
+    """Time of a strike on the loop's own clock [ms]."""
     return 1e-6 * (one.at_ns - flown.report.started_ns)
 
 
 def _stall_ms(one: Strike, flown: LiveResult) -> float:
-    """By how much the computer itself delayed the guard about then."""
+    """Delay of the guard by the computer itself, near the strike [ms]."""
     first = next((latch.period for latch in flown.report.latches if latch.at_s * 1e3 >= _ms(one, flown)), None)
     if first is None:
         return 0.0
@@ -165,9 +165,9 @@ def _any(masks: Sequence[np.ndarray], timing: Timing) -> float | None:
 
 
 def end_of_guard(plan: LivePlan, progress: Progress) -> GuardEndFigures:
-    """Kill the guard (-9): whether the parent says so, and whether the recording is whole.
+    """Kill the guard (-9) and check that the parent reports it and that the recording is complete.
 
-    The twin's drives die with the process that flies them; their watchdog is timed in lock-step (F17).
+    The twin's drives end with the process that runs them, so their watchdog is timed in lock-step (F17).
     """
     at_ns = [0]
 
@@ -184,7 +184,7 @@ def end_of_guard(plan: LivePlan, progress: Progress) -> GuardEndFigures:
             ended = round(1e-6 * (time.monotonic_ns() - at_ns[0]), 1)
         recording = read_recording(Path(folder) / "live.mcap")
     return GuardEndFigures(
-        what="the guard is killed (-9): its parent ends the others, completes the recording and says so",
+        what="the guard is killed (-9): its parent ends the other processes, completes the recording and reports it",
         runs=1,
         alone=1,
         detected=int(ended is not None),

@@ -1,4 +1,4 @@
-"""A scenario from its seed: who, where, which faults and when; and the verdict over its course."""
+"""Scenario from its seed: participant, posture, faults and onsets; and the verdict on its log."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -19,36 +19,36 @@ from .scenario_log import ScenarioLog
 POSTURES = 64
 ONSET_MS = (300, 700)
 AFTER_MS = 1300
-"""From the last onset on: the hand is fastest within the first second of a descent."""
+"""Time flown after the last onset [ms]. The hand is fastest within the first second of a descent."""
 
 DOUBLE_SHARE, SWARM_SHARE = 0.2, 0.1
-"""Of the scenarios with two faults, and with three to five."""
+"""Shares of scenarios with two faults, and with three to five."""
 
 MOVES_SHARE, MOVES_NM = 0.6, 6.0
-"""Share of the people who move by themselves, and how much they push at most [N·m]."""
+"""Share of wearers who move by themselves [-], and the amplitude of their push [N·m]."""
 
 HAND_MAX_M_S = 1.0
-"""After a fault of a relaxed arm."""
+"""Largest hand speed allowed after a fault with a relaxed arm [m/s]."""
 
 SPIKE_STEP_NM = 0.15
-"""What one tick may change, up to rounding [N·m]."""
+"""Largest change of a command per tick, up to rounding [N·m]."""
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """What its number says."""
+    """Scenario of a campaign, determined by its number."""
 
     campaign: int
     number: int
     faults: tuple[str, ...]
-    """Identifiers."""
+    """Identifiers of the faults."""
 
     options: str = ""
-    """Of the campaign, where they are not the usual ones: without them its number means another flight."""
+    """Options of the campaign that differ from the defaults. Without them the same number is another flight."""
 
     @classmethod
     def drawn(cls, campaign: int, number: int, options: str = "") -> "Scenario":
-        """Singles go through the whole table in turn; doubles and swarms are drawn."""
+        """Draw a scenario. Single faults take the table's rows in turn; pairs and larger sets are drawn at random."""
         generator, names = np.random.default_rng([campaign, number, 0]), list(FAULTS)
         kind = generator.random()
         if kind < SWARM_SHARE:
@@ -61,24 +61,24 @@ class Scenario:
 
     @property
     def command(self) -> str:
-        """Which replays it."""
+        """Command line that replays the scenario."""
         return f"exograv faults --seed {self.campaign}{self.options} --replay '{self.number}:{'+'.join(self.faults)}'"
 
 
 @dataclass(frozen=True)
 class ScenarioVerdict:
-    """Of one scenario."""
+    """Verdict on one scenario."""
 
     scenario: Scenario
     course: ScenarioLog
     false_trip: bool
-    """The guard stopped before anything was wrong."""
+    """True if the guard stopped before the first fault."""
 
     found: dict[str, float | None]
-    """By fault: after how many milliseconds its safe state was there; None where it was not found."""
+    """Time until the safe state was reached, by fault [ms]; None if the fault was not detected."""
 
     missed: tuple[str, ...]
-    """Faults whose budget was missed, or that led to the wrong state."""
+    """Faults with a missed budget or a wrong safe state."""
 
     quiet_s: float
     """Time before the first fault [s]."""
@@ -90,7 +90,7 @@ THE_TWIN = TwinPlants()
 
 
 def fly(participant: FaultParticipant, scenario: Scenario, ground: PlantSource = THE_TWIN) -> ScenarioVerdict:
-    """Run it."""
+    """Fly a scenario and judge it."""
     generator = np.random.default_rng([scenario.campaign, scenario.number, 1])
     joints = len(participant.limits.torque_max_Nm)
     postures = sample_postures(participant.laboratory.description, POSTURES)[1:]
@@ -98,7 +98,7 @@ def fly(participant: FaultParticipant, scenario: Scenario, ground: PlantSource =
     moves = np.zeros(joints)
     relaxed = bool(generator.random() >= MOVES_SHARE)
     push = generator.uniform(-MOVES_NM, MOVES_NM, joints)
-    # Every number is drawn whatever it is for, so that a scenario shrunk to fewer faults has the same beginning.
+    # All numbers are drawn in any case, so that a scenario shrunk to fewer faults has the same beginning.
     onsets = {name: int(generator.integers(*ONSET_MS)) // ground.period_ms for name in FAULTS}
     seeds = {name: int(seed) for name, seed in zip(FAULTS, generator.integers(2**32, size=len(FAULTS)), strict=True)}
     if not relaxed:
@@ -125,10 +125,10 @@ def fly(participant: FaultParticipant, scenario: Scenario, ground: PlantSource =
 
 
 def _begin(course: ScenarioLog, fault: Fault, shows: Bool[np.ndarray, " tick"]) -> float:
-    """Tick from which on the time runs to find a fault; infinite where it never showed for long enough.
+    """Tick from which the detection time counts; infinite if the fault never showed for long enough.
 
-    What stops and shows again begins anew: its time runs from the beginning of the last stretch before the stop, or of
-    the first one that was long enough to find it in.
+    A fault that stops showing and shows again starts anew. Its time counts from the beginning of the last stretch
+    before the stop, or of the first stretch that was long enough for a detection.
     """
     ticks, budget = len(shows), _budget(fault) / course.period_ms
     edges = np.flatnonzero(np.diff(shows.astype(int), prepend=0, append=0)).reshape(-1, 2)
@@ -162,7 +162,7 @@ def _verdict(
 
 
 def _found(course: ScenarioLog, fault: Fault, begin: float) -> float | None:
-    """After how many milliseconds the safe state was there, by the right reason; None where it was not."""
+    """Time until the safe state was reached for a permitted reason [ms]; None if it was not reached."""
     if fault.at_drive:
         tick = course.braked_tick
     else:
@@ -180,9 +180,9 @@ def _is_missed(course: ScenarioLog, fault: Fault, found: float | None, begin: fl
 
 
 def _is_pair_missed(course: ScenarioLog, begins: dict[str, float]) -> bool:
-    """Whether nothing protected the person within both budgets together, from the first that could be found on.
+    """Return True if no safe state was reached within the sum of both budgets after the first detectable fault.
 
-    One of the two may hide the other, or the state for it; then what is asked for is the lesser of both.
+    One fault may hide the other or the other's safe state, so the weaker of both safe states is required.
     """
     to_find = {name: begin for name, begin in begins.items() if not ALL[name].is_borne}
     until = min(to_find.values(), default=np.inf) + sum(_budget(ALL[name]) for name in begins) / course.period_ms
@@ -197,7 +197,7 @@ def _is_pair_missed(course: ScenarioLog, begins: dict[str, float]) -> bool:
 
 
 def shrunk(participant: FaultParticipant, verdict: ScenarioVerdict, ground: PlantSource = THE_TWIN) -> Scenario:
-    """The same scenario with as few faults as still go wrong."""
+    """Return the same scenario with as few faults as still fail."""
     scenario = verdict.scenario
     for name in list(scenario.faults):
         fewer = tuple(other for other in scenario.faults if other != name)
@@ -207,10 +207,10 @@ def shrunk(participant: FaultParticipant, verdict: ScenarioVerdict, ground: Plan
 
 
 def is_bad(verdict: ScenarioVerdict) -> bool:
-    """Whether anything happened that must never happen."""
+    """Return True for a violation of the envelope, a missed budget, a crash or a false trip."""
     return bool(verdict.course.violated_ticks or verdict.missed or verdict.course.crashed or verdict.false_trip)
 
 
 def names_of(text: str) -> Sequence[str]:
-    """Identifiers in the form of a replay line."""
+    """Split the fault identifiers of a replay line."""
     return text.split("+")

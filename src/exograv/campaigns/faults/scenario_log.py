@@ -1,4 +1,4 @@
-"""What happened in one scenario: notes while it flies, figures when it is over."""
+"""Log of one scenario: notes during the flight, figures after it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -15,76 +15,76 @@ from .oracle import Judgement
 Joints = Float[np.ndarray, " joint"]
 
 MOVING_RAD_S = 0.2
-"""Speed at which a fault that shows in motion has to show [rad/s]."""
+"""Joint speed from which on a fault of a moving joint has to show [rad/s]."""
 
 RELEASE_MS = 100
-"""After a push, in which the braked hand loses what the push gave it."""
+"""Time after a push in which the braked hand loses the speed of the push [ms]."""
 
 
 @dataclass
 class ScenarioLog:
-    """Of one scenario."""
+    """Log of one scenario."""
 
     ticks: int = 0
     period_ms: int = 1
-    """Between two ticks."""
+    """Time between two ticks [ms]."""
     violations: list[str] = field(default_factory=list)
-    """What went out that should not have; the first ones, in words."""
+    """First violations of the envelope, in words."""
 
     violated_ticks: int = 0
     stopped_tick: int | None = None
     reason: StopReason | None = None
     since: dict[SafeState, int] = field(default_factory=dict)
-    """Tick with which that state, or a worse one, came first."""
+    """First tick of each safe state or of a stronger one."""
 
     braked_tick: int | None = None
-    """From the first onset on: at the beginning of which all drives were braking by themselves."""
+    """First tick after the first onset that began with all drives braking by themselves."""
 
     extra_speed: float = 0.0
-    """By which a joint grew faster between the first onset and the safe state [rad/s]."""
+    """Largest change of a joint's speed between the first onset and the safe state [rad/s]."""
 
     extra_way_deg: float = 0.0
     hand_m_s: float = 0.0
-    """The hand's greatest speed from the safe state on, while nobody pushes it."""
+    """Fastest hand after the safe state began, while the wearer does not push [m/s]."""
 
     pushed_hand_m_s: float = 0.0
-    """The same while somebody does, and until the hand has had time to slow down."""
+    """Fastest hand after the safe state began, during a push and until the hand has had time to slow down [m/s]."""
 
     torque_step_Nm: float = 0.0
-    """Greatest change of a command from one tick to the next after the first onset [N·m]."""
+    """Largest change of a command from one tick to the next after the first onset [N·m]."""
 
     crashed: str | None = None
-    """The twin or the software gave up."""
+    """Exception of the twin or the software, in words."""
 
     @property
     def worst(self) -> SafeState:
-        """Greatest safe state that came."""
+        """Strongest safe state of the run."""
         return max(self.since, default=SafeState.NONE)
 
 
 class TruthWatch:
-    """Takes notes of one flight, and sums it up by the twin's truth: the examiner's business, nobody flies by it."""
+    """Collector of one flight's data and of the twin's truth. Only the examiner uses it, never a controller."""
 
     def __init__(self, onset: int | None, period_ms: int = 1):
-        """Nothing has happened; `onset` is the tick of the first fault."""
+        """Begin before the first tick; `onset` is the tick of the first fault."""
         self.course = ScenarioLog(period_ms=period_ms)
         self._onset = onset
         self._told: list[Joints] = []
         self._pushed: list[bool] = []
         self.moves: Bool[np.ndarray, "tick joint"] = np.zeros((0, 0), bool)
-        """Joints that clearly move in each tick from the first onset on; known when it is over."""
+        """Joints that clearly move in each tick from the first onset on; known after the flight."""
 
     @property
     def told(self) -> Float[np.ndarray, "tick joint"]:
-        """What each joint was told in every tick [N·m]."""
+        """Commanded torque of each joint in every tick [N·m]."""
         return np.array(self._told)
 
     def pushed(self, is_so: bool) -> None:
-        """Whether somebody pushes in the next tick."""
+        """Note whether the wearer pushes in the next tick."""
         self._pushed.append(is_so)
 
     def commanded(self, tick: int, tau: Joints, safe_state: SafeState, stop: StopReason | None) -> None:
-        """What the guard decided in a tick."""
+        """Note the guard's decision in a tick."""
         course = self.course
         self._told.append(tau)
         if stop is not None and course.stopped_tick is None:
@@ -93,7 +93,7 @@ class TruthWatch:
             course.since |= {state: tick for state in SafeState if course.worst < state <= safe_state}
 
     def finish(self, judgement: Judgement, sights: Sequence[TruthSample]) -> ScenarioLog:
-        """Sum up; the sights are of the ticks in turn, and one may be of the end."""
+        """Compute the figures. `sights` has one sample per tick, and may have one more for the end."""
         course, onset = self.course, self._onset
         course.violated_ticks = len(judgement.wrong)
         course.violations = [f"tick {tick}: {what}" for tick, what in list(judgement.wrong.items())[:3]]
@@ -116,7 +116,7 @@ class TruthWatch:
             course.extra_way_deg = float(np.rad2deg(np.abs(q[:until] - q[0]).max()))
 
     def _sum_up_hand(self, sights: Sequence[TruthSample]) -> None:
-        """From the safe state on; after a push the hand needs time to slow down."""
+        """Compute the hand speeds from the safe state on. After a push the hand needs time to slow down."""
         course, release = self.course, RELEASE_MS // self.course.period_ms
         protected = [tick for tick in (course.stopped_tick, course.braked_tick) if tick is not None]
         pushed_tick = -release - 1

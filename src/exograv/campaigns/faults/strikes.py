@@ -1,4 +1,4 @@
-"""Processes of a live run are killed, stopped and starved for real, one after another, on the machine's own clock."""
+"""Strikes at a live run: its processes are killed, stopped and starved in turn, timed by the machine's own clock."""
 
 import contextlib
 import multiprocessing
@@ -16,46 +16,46 @@ from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.safety.guard import SafeState
 
 CALM_S = 1.5
-"""Without a safe state, before the next strike: what was before it is its own measure."""
+"""Time without a safe state before the next strike [s], so that each strike is measured alone."""
 
 CALM_WAIT_MAX_S = 40.0
-"""For the arm to be taken again after a strike: a descent of 3 s, and another control that has to be built."""
+"""Longest wait for the arm to be carried again after a strike [s]: a descent of 3 s, and the build of a new control."""
 
 LOOK_S = 0.02
 
 HANG_S = 1.0
-"""For which a stopped process stays so: shorter than a control is waited for, far longer than a guard waits."""
+"""Duration of a stopped process [s]: shorter than the time-out for control, far longer than the guard waits."""
 
 SLOW_S, QUICK_S, SLOW_TIMES = 0.3, 0.05, 6
-"""A recorder that stands still and goes on by turns: a disk that takes 300 ms for every sync."""
+"""Pauses and runs of a recorder in turn [s], and their number. They mimic a disk that takes 300 ms for every sync."""
 
 HOG_S = 3.0
 FULL_BYTES = 4096
-"""What a full disk still takes."""
+"""Number of bytes that a full disk still accepts."""
 
 ALARM_WAIT_S = 3.0
 
 
 @dataclass(frozen=True)
 class Strike:
-    """One that was made; times on CLOCK_MONOTONIC."""
+    """Strike that was made; times on CLOCK_MONOTONIC."""
 
     kind: str
     at_ns: int
     was_calm: bool
-    """Whether no safe state was in force before; if one was, nothing can be told from this strike."""
+    """True if no safe state was in force before. Otherwise the strike is not evaluated."""
 
     alarm_ms: float | None = None
-    """Until the recording was said to be in danger."""
+    """Time until the recording was reported to be in danger [ms]."""
 
 
 @dataclass(frozen=True)
 class StrikeKind:
-    """One way to disturb a live run."""
+    """Kind of disturbance of a live run."""
 
     what: str
     budget_ms: float | None
-    """From the signal to the guard's first safe command; None where nothing has to come down."""
+    """Time allowed from the signal to the guard's first safe command [ms]; None if no descent is required."""
 
     hit: Callable[[Running], None]
 
@@ -84,7 +84,7 @@ def _slow_disk(running: Running) -> None:
 
 
 def _full_disk(running: Running) -> None:
-    import resource  # Linux only, as all of `exograv live`
+    import resource  # Available on Linux only, as `exograv live` is.
 
     size = running.recorder.path.stat().st_size + FULL_BYTES
     _, hard = resource.prlimit(running.recorder.pid, resource.RLIMIT_FSIZE)
@@ -120,27 +120,27 @@ KINDS: Mapping[str, StrikeKind] = MappingProxyType(
             "control stands still for a second", 10.0, lambda r: _stand_still(r.control.pid, HANG_S)
         ),
         "F16 live": StrikeKind("control is killed (-9)", 5.0, _kill_control),
-        "F19": StrikeKind("the disk takes no more: the kernel refuses the recorder's writes", None, _full_disk),
+        "F19": StrikeKind("the disk is full: the kernel refuses the recorder's writes", None, _full_disk),
     }
 )  # fmt: skip
-"""In the order in which they are struck: what ends the recording comes last."""
+"""Kinds in the order of the strikes. The kind that ends the recording comes last."""
 
 
 class Striker(threading.Thread):
-    """Strikes each kind so often, waits for calm between, then presses Stop."""
+    """Thread that makes strikes of each kind, waits for a calm run between them, and presses Stop at the end."""
 
     def __init__(self, running: Running, times: int):
         super().__init__(daemon=True)
         self.made: list[Strike] = []
         self._running, self._times = running, times
         self._over = threading.Event()
-        # Of its own: the run may end and take its memory along at any time.
+        # The thread opens its own mailboxes, because the run may end and free its memory at any time.
         joints = running.recorder.inlet.n_joints
         self._states = Mailbox(state_dtype(joints), running.states.name)
         self._answers = Mailbox(answer_dtype(joints), running.answers.name)
 
     def run(self) -> None:
-        """Until all is done, or the guard is gone."""
+        """Strike until all strikes are made or the guard has ended."""
         with contextlib.suppress(OSError), contextlib.closing(self._states), contextlib.closing(self._answers):
             for kind in self._order():
                 was_calm = self._await_calm()
@@ -153,7 +153,7 @@ class Striker(threading.Thread):
             self._running.stop()
 
     def end(self) -> None:
-        """Strike no more; returns when that is so."""
+        """Stop striking. Return after the thread has ended."""
         self._over.set()
         self.join()
 
@@ -164,7 +164,7 @@ class Striker(threading.Thread):
         yield last
 
     def _await_calm(self) -> bool:
-        """Wait until the arm has been carried for some time; whether that came."""
+        """Wait until the arm has been carried for some time. Return True if it was."""
         until, calm_since = time.monotonic() + CALM_WAIT_MAX_S, time.monotonic()
         while time.monotonic() < until and not self._over.is_set():
             if not self._floats():
@@ -175,14 +175,14 @@ class Striker(threading.Thread):
         return False
 
     def _floats(self) -> bool:
-        """No safe state is in force, and all of the arm is carried."""
+        """Return True if no safe state is in force and the whole arm is carried."""
         told, answered = self._states.read(), self._answers.read()
         if told is None or answered is None:
             return False
         return int(told[1]["safe_state"]) < SafeState.DESCENT and float(answered[1]["arm_share"]) >= 1.0
 
     def _alarm_ms(self, at_ns: int) -> float | None:
-        """Time from a strike to the word that the recording is in danger; the parent asks for it all the time."""
+        """Wait for the alarm that the recording is in danger. Return its delay [ms], or None without an alarm."""
         while time.monotonic_ns() - at_ns < 1e9 * ALARM_WAIT_S:
             if self._running.recorder.failure:
                 return 1e-6 * (time.monotonic_ns() - at_ns)

@@ -1,1 +1,1 @@
-"""Many virtual wearers, machines and methods: one list of tasks, run here, by processes, or by a cluster."""
+"""Sweeps over virtual wearers, machines and methods: a list of tasks for this process, several, or a cluster."""

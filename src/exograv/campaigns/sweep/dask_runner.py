@@ -1,4 +1,4 @@
-"""A cluster by Dask: its scheduler hands our batches to workers on any computers, and again when one is lost."""
+"""Runner on a Dask cluster. The scheduler sends batches to workers, and again when it loses a worker."""
 
 import contextlib
 import logging
@@ -17,22 +17,22 @@ from .work import place, same_versions, work_off
 
 CONNECT_S = 10.0
 WORKERS_S = 60.0
-"""So long a cluster may take to have its first worker [s]."""
+"""Time-out for the first worker of a cluster [s]."""
 
 AHEAD = 2
-"""Batches a worker that wait at the scheduler: few enough that a million need no memory there."""
+"""Batches per worker that wait at the scheduler. The number is small, so that a million tasks need no memory there."""
 
 
 class OnDask:
-    """Workers of a running cluster, one task each at a time."""
+    """Workers of a running cluster, each with one task at a time."""
 
     name = "Dask"
 
     def __init__(self, address: str):
-        """Connect.
+        """Connect to the scheduler.
 
         Raises:
-            ConfigError: No such package or scheduler, no workers, or workers of another exograv.
+            ConfigError: The package, the scheduler or the workers are missing, or the workers have another exograv.
         """
         try:
             import distributed
@@ -42,12 +42,12 @@ class OnDask:
                 "--scheduler needs dask.distributed, which is not installed: pip install 'exograv[cluster]'."
             ) from error
         self._address, self._distributed = address, distributed
-        # What it says of itself is for who operates the cluster; what concerns the sweep is said here, in a sentence.
+        # Dask's own messages are for the operator of the cluster; this class reports problems of the sweep itself.
         for name in ("distributed", "distributed.client", "tornado", "asyncio"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
         try:
             get_address_host_port(address)
-            # A client that is told nothing else answers at once; its types leave that open.
+            # With these arguments the client connects at once; Dask's types leave the return value open.
             self._client: Any = distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:
             raise ConfigError(
@@ -63,7 +63,7 @@ class OnDask:
         self._starts: Counter[str] = Counter()
 
     def _examined(self) -> int:
-        """Workers that are there, all of them fit."""
+        """Check the workers and return their number."""
         try:
             self._client.wait_for_workers(1, timeout=WORKERS_S)
         except TimeoutError as error:
@@ -74,20 +74,20 @@ class OnDask:
         if wide := [worker for worker, count in threads.items() if count != 1]:
             raise ConfigError(
                 f"The worker {wide[0]} runs {threads[wide[0]]} tasks at a time in one process, where they would wait "
-                "for each other. Start workers with --nthreads 1, and --nworkers for as many as it has cores."
+                "for each other. Start workers with --nthreads 1, and with --nworkers equal to the number of cores."
             )
         told_by = self._client.run(same_versions, versions(), on_error="return")
         for worker, told in told_by.items():
-            # A worker that goes this moment is the scheduler's affair; each says it again before it begins.
+            # A worker that leaves now is handled by the scheduler; every worker checks its versions again at the start.
             if told is not None and not isinstance(told, OSError):
                 raise ConfigError(f"{worker}: {told}. Put the same exograv and packages on all computers.")
         return len(threads)
 
     def run(self, take: Take) -> Generator[Event, None, None]:
-        """Results a batch at a time.
+        """Yield results, one batch at a time.
 
         Raises:
-            RigError: The scheduler went away, or a worker of another exograv came.
+            RigError: The scheduler went away, or a worker with another exograv joined.
         """
         waiting: dict[Any, TaskBatch] = {}
         self._client.subscribe_topic(self._topic, self._started)
@@ -105,7 +105,7 @@ class OnDask:
                 future = next(arriving)
                 yield from self._came(future, waiting.pop(future))
         finally:
-            with contextlib.suppress(OSError):  # where nobody is any more, nothing runs
+            with contextlib.suppress(OSError):  # Without a scheduler, nothing runs any more.
                 self._client.cancel(list(waiting))
                 self._client.close()
 
@@ -134,7 +134,7 @@ class OnDask:
             raise RigError(f"A worker cannot do the tasks: {error}. {GO_ON}")
 
     def _again(self, batch: TaskBatch) -> int:
-        """How often a batch was begun anew since it was handed over."""
+        """Count the restarts of a batch since it was submitted."""
         again = max(0, self._starts[batch.key] - 1)
         del self._starts[batch.key]
         return again
@@ -143,11 +143,11 @@ class OnDask:
         self._starts[event[1]] += 1
 
 
-GO_ON = "What is done is kept; when the cluster is put right, the same command goes on."
+GO_ON = "Finished tasks are kept. Repair the cluster and run the same command again to continue."
 
 
 def work_remotely(batch: TaskBatch, expected: dict[str, str], topic: str) -> list[Result]:
-    """On a worker; it says when it begins, so that beginnings can be counted.
+    """Run a batch on a worker. The worker logs the start, so that starts can be counted.
 
     Raises:
         ConfigError: This worker has another exograv.

@@ -1,4 +1,4 @@
-"""How soon and how well a method knows an arm: the identification benchmark's run of one method on one wearer."""
+"""Task kind `identify`: the benchmark's run of one identification method on one wearer."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, fields
@@ -28,12 +28,12 @@ from .wearers import Several, WearerGrid, refuse_other_rig
 
 @dataclass(frozen=True, kw_only=True)
 class CaseTask(Case):
-    """A wearer in a machine whose files are known."""
+    """Case of the benchmark with a machine whose files are known."""
 
     rig: Annotated[str, "machine"] = ""
-    """By name or folder; a sweep always names it."""
+    """Machine by name or folder; a sweep always names it."""
 
-    rig_sha256: Annotated[str, "of its rig.toml and URDF"]
+    rig_sha256: Annotated[str, "SHA-256 of the machine's rig.toml and URDF"]
 
     @property
     def case(self) -> Case:
@@ -43,48 +43,48 @@ class CaseTask(Case):
 
 @dataclass(frozen=True, kw_only=True)
 class IdentifyTask(CaseTask):
-    """One method on one wearer."""
+    """Settings of one run of a method on one wearer."""
 
     method: Annotated[MethodName, "identification method"]
     setting: Annotated[Setting, "`open_loop` or `closed_loop`"]
-    motion_s: Annotated[float, "of motion"]
+    motion_s: Annotated[float, "duration of the motion"]
 
 
 @dataclass(frozen=True)
 class IdentifyResult:
-    """One run of a method."""
+    """Result of one run of a method."""
 
-    time_to_target_s: Annotated[float | None, "until within the target to the end; NA if never"]
-    time_to_coarse_s: Annotated[float | None, "the same of 2.5 times the target"]
+    time_to_target_s: Annotated[float | None, "time until within the target to the end; NA if never"]
+    time_to_coarse_s: Annotated[float | None, "time until within 2.5 times the target to the end"]
     left_over_shoulder_Nm: Annotated[float | None, "worst axis, RMS over held-out postures"]
-    left_over_elbow_Nm: Annotated[float | None, "the same at the elbow"]
-    possible_share: Annotated[float | None, "of the estimates, physically possible"]
-    verdict: Annotated[str | None, "of the stop rule"]
-    stop_s: Annotated[float | None, "when it would have ended the motion"]
-    restless_s: Annotated[float | None, "when the wearer was seen not to relax"]
-    rejected_share: Annotated[float | None, "of the samples"]
-    noise_scale: Annotated[float | None, "noise against the calibration's"]
+    left_over_elbow_Nm: Annotated[float | None, "elbow, RMS over held-out postures"]
+    possible_share: Annotated[float | None, "share of physically possible estimates"]
+    verdict: Annotated[str | None, "verdict of the stop rule"]
+    stop_s: Annotated[float | None, "time at which the stop rule would have ended the motion"]
+    restless_s: Annotated[float | None, "time at which the wearer was found not to relax"]
+    rejected_share: Annotated[float | None, "share of rejected samples"]
+    noise_scale: Annotated[float | None, "noise relative to that of the calibration"]
     parameters_covered: Annotated[int | None, "95 % intervals that hold the truth, after at most 120 s"]
-    parameters_intervals: Annotated[int | None, "of so many"]
-    torque_covered: Annotated[int | None, "the same of torque at held-out postures"]
-    torque_intervals: Annotated[int | None, "of so many"]
+    parameters_intervals: Annotated[int | None, "number of these intervals"]
+    torque_covered: Annotated[int | None, "95 % intervals of torque at held-out postures that hold the truth"]
+    torque_intervals: Annotated[int | None, "number of these intervals"]
 
 
 class IdentifyGrid(WearerGrid):
-    """Methods on wearers."""
+    """Grid of methods and wearers."""
 
     methods: Annotated[list[MethodName], Several] = Field(default=["recursive"])
     settings: Annotated[list[Setting], Several] = Field(default=["open_loop"])
-    """A recorded stream that every method meets alike, or the method drives the arm."""
+    """Settings: a recorded stream that every method processes alike, or the method drives the arm."""
 
     motion_s: Annotated[list[Annotated[float, Field(ge=5.0, le=600.0)]], Several] = Field(default=[60.0])
-    """Seconds of motion; each is a motion of its own."""
+    """Durations of motion [s]; each is a separate motion."""
 
     def __len__(self) -> int:
         return self.cases_count * len(self.methods) * len(self.settings) * len(self.motion_s)
 
     def groups(self) -> Iterator[Sequence[IdentifyTask]]:
-        """One machine, calibrated once, with its wearers and all methods."""
+        """Yield the tasks of one machine together; it is calibrated once for its wearers and all methods."""
         for sha256, cases in self.cases():
             for motion_s in self.motion_s:
                 yield [

@@ -1,4 +1,4 @@
-"""Every kind of task that a sweep can be made of; a new one is a file beside these and a line here."""
+"""Kinds of tasks for a sweep. A new kind is a file beside these and a line here."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -13,4 +13,4 @@ from .transparency_task import TRANSPARENCY
 KINDS: Mapping[str, TaskKind] = MappingProxyType(
     {kind.name: kind for kind in (IDENTIFY, TABLE, TRANSPARENCY, PARTICIPANTS, PROBE)}
 )
-"""By the word after `kind =`."""
+"""Kinds by the word after `kind =`."""

@@ -17,26 +17,26 @@ class SweepOptions(Options):
     """Options of the workers of `exograv sweep`."""
 
     workers: Annotated[int, Within(1, 1024)] = 1
-    """Processes of this computer."""
+    """Number of processes of this computer."""
 
     scheduler: str | None = None
-    """Address of a Dask scheduler whose workers do the tasks, such as tcp://10.0.0.5:8786."""
+    """Address of a Dask scheduler whose workers run the tasks, such as tcp://10.0.0.5:8786."""
 
     part: Annotated[str | None, tyro.conf.arg(metavar="K/N")] = None
-    """The K-th of N shares, for jobs that know nothing of each other; without it afterwards, once, for the table."""
+    """K-th of N shares, for independent jobs; run the command once without it afterwards, for the table."""
 
     def __post_init__(self):
         super().__post_init__()
         if self.scheduler is not None and self.workers != 1:
-            raise ConfigError("--scheduler and --workers exclude each other: the cluster's workers do the tasks.")
+            raise ConfigError("--scheduler and --workers exclude each other: the cluster's workers run the tasks.")
         _ = self.share
 
     @property
     def share(self) -> tuple[int, int]:
-        """Which one of how many.
+        """Index and number of shares.
 
         Raises:
-            ConfigError: It is none.
+            ConfigError: `part` is not of the form K/N.
         """
         k, _, n = (self.part or "1/1").partition("/")
         if not (k.isdecimal() and n.isdecimal() and 1 <= int(k) <= int(n)):
@@ -44,13 +44,13 @@ class SweepOptions(Options):
         return int(k) - 1, int(n)
 
     def runner(self) -> "Runner":
-        """Who does it.
+        """Return the runner of the tasks.
 
         Raises:
-            ConfigError: There is no such cluster, or it cannot be used.
+            ConfigError: The cluster does not exist or cannot be used.
         """
         if self.scheduler is not None:
-            from .dask_runner import OnDask  # of the extra `cluster`
+            from .dask_runner import OnDask  # The module needs the extra `cluster`.
 
             return OnDask(self.scheduler)
         from .process_runner import OnProcesses

@@ -1,4 +1,4 @@
-"""Where one virtual participant points in flight after a training, as in `exograv simulate-study`."""
+"""Task kind `participants`: flight touches of one virtual participant after a training (`exograv simulate-study`)."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -29,21 +29,21 @@ Constants = dict[str, Annotated[list[float], Several]]
 
 @dataclass(frozen=True)
 class ParticipantsTask:
-    """One person, from the first session through a flight."""
+    """Settings of one person, from the first session to a flight."""
 
-    condition: Annotated[str, "of the training"]
-    """`FAMILIARISED`: gets used to the passive machine only."""
+    condition: Annotated[str, "condition of the training"]
+    """Condition of the training. `FAMILIARISED`: the person only gets used to the passive machine."""
 
-    constants: Annotated[str, "of the person, changed; `name=value` by spaces"]
-    sessions: Annotated[int, "before the flight"]
-    windows: Annotated[int | None, "of each; the protocol's where empty"]
-    flight_windows: Annotated[int | None, "of the flight"]
-    level: Annotated[int, "of the disturbances"]
+    constants: Annotated[str, "changed constants of the person; `name=value` separated by spaces"]
+    sessions: Annotated[int, "sessions before the flight"]
+    windows: Annotated[int | None, "windows of each session; the protocol's number where empty"]
+    flight_windows: Annotated[int | None, "windows of the flight"]
+    level: Annotated[int, "level of the disturbances"]
     seed: Annotated[int, "draws person and machine"]
 
     @property
     def options(self) -> StudyOptions:
-        """Of a study in which this person is."""
+        """Options of a study with this person."""
         changed = (text.split("=") for text in self.constants.split())
         return StudyOptions(
             level=self.level,
@@ -55,36 +55,36 @@ class ParticipantsTask:
 
 @dataclass(frozen=True)
 class ParticipantsResult:
-    """One flight."""
+    """Result of one flight."""
 
     first_window_up_mm: Annotated[float | None, "mean height of the flight's first window"]
-    first_touch_up_mm: Annotated[float | None, "height of its first accepted touch"]
+    first_touch_up_mm: Annotated[float | None, "height of the flight's first accepted touch"]
     median_px: Annotated[float | None, "median deviation in the flight"]
-    touches: Annotated[int | None, "accepted in the flight"]
-    left_over_Nm: Annotated[float | None, "by the machine of the training, worst shoulder axis"]
+    touches: Annotated[int | None, "accepted touches in the flight"]
+    left_over_Nm: Annotated[float | None, "left over by the machine of the training, worst shoulder axis"]
     friction_Nm: Annotated[float | None, "Coulomb friction of that machine, mean over its joints"]
 
 
 class ParticipantsGrid(Grid):
-    """People in conditions, with constants of theirs changed."""
+    """Grid of people and conditions, with changed constants."""
 
     first_seed: Seed
-    """Of the first person; the others follow. Tune from 1000 on, report from 0."""
+    """Seed of the first person; the others follow. Tune from 1000 on, report from 0."""
 
     people: Annotated[int, Field(ge=1, le=100_000_000, strict=True)]
-    """The same in everything else."""
+    """Number of people for each combination of the other settings."""
 
     conditions: Annotated[list[str], Several] = Field(default=[FAMILIARISED, "dam"])
-    """Of docs/simulate_study_conditions.md, and "familiarised", from which transfer is counted."""
+    """Conditions of docs/simulate_study_conditions.md, and "familiarised", the reference of transfer."""
 
     sessions: Annotated[list[Sessions], Several] = Field(default=[4])
-    """Before the flight, of 31 windows each unless there are fewer `windows`."""
+    """Sessions before the flight, each of 31 windows unless `windows` asks for fewer."""
 
     windows: Windows | None = None
     flight_windows: Windows | None = 1
     levels: Annotated[list[Level], Several] = Field(default=[2])
     constants: Constants = Field(default={})
-    """Every combination of these values."""
+    """Values of each constant; every combination of them is run."""
 
     @field_validator("conditions")
     @classmethod
@@ -98,7 +98,7 @@ class ParticipantsGrid(Grid):
             if len(set(values)) < len(values):
                 raise ValueError(f"{name} has a value twice; name each once.")
             for value in values:
-                with_constants({name: value})  # refuses what cannot be
+                with_constants({name: value})  # Raises an error for an impossible value.
         return constants
 
     @cached_property
@@ -110,7 +110,7 @@ class ParticipantsGrid(Grid):
         return len(self.conditions) * len(self._changed) * len(self.sessions) * len(self.levels) * self.people
 
     def groups(self) -> Iterator[Sequence[ParticipantsTask]]:
-        """Each by itself."""
+        """Yield each task alone, because tasks share no work."""
         for k in range(self.people):
             for level, name, count, changed in product(self.levels, self.conditions, self.sessions, self._changed):
                 yield [
@@ -129,7 +129,7 @@ def _run(task: SweepTask) -> ParticipantsResult:
         raise IdentificationError(lived.refused)
     (flight,) = lived.flights
     if not flight.first_window:
-        raise ConfigError("No touch of the flight's first window counts: this person found the screen too late.")
+        raise ConfigError("No touch in the flight's first window is accepted: this person found the screen too late.")
     median_px = float(np.median([touch.deviation_px for touch in flight.touches]))
     return ParticipantsResult(
         constant_error_mm(flight), first_touch_mm(flight), median_px, len(flight.touches), flight.left_over_Nm,
@@ -139,7 +139,7 @@ def _run(task: SweepTask) -> ParticipantsResult:
 
 PARTICIPANTS = TaskKind(
     "participants",
-    "Where one virtual participant points in flight, after a training.",
+    "One virtual participant points in flight, after a training.",
     ParticipantsGrid,
     ParticipantsTask,
     ParticipantsResult,

@@ -1,4 +1,4 @@
-"""What many more wearers would take, by the times that a sweep has measured."""
+"""Estimated cost of more wearers, from the times that a sweep has measured."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,23 +16,23 @@ WEARERS = (10_000, 1_000_000, 100_000_000)
 
 @dataclass(frozen=True)
 class PlanRow:
-    """Cost of so many wearers."""
+    """Cost of one number of wearers."""
 
     wearers: int
     core_h: float
     price: float | None
     table_bytes: float
     hours: dict[str, float]
-    """By number of workers."""
+    """Hours by number of workers."""
 
 
 @dataclass(frozen=True)
 class SweepPlanResult:
-    """Cost of a sweep of more wearers."""
+    """Estimated cost of a sweep of more wearers."""
 
     title: str
     measured: str
-    """Sentence about the tasks that were measured."""
+    """Sentence about the measured tasks."""
 
     wearers_measured: int
     core_s_per_wearer: float
@@ -40,17 +40,17 @@ class SweepPlanResult:
 
 
 def plan(study: Study, folder: Path, workers: Sequence[int], price: float | None) -> SweepPlanResult:
-    """A row for each number of wearers, every wearer in all that the study asks of one.
+    """Estimate the cost for each number of wearers, with all tasks of the study for every wearer.
 
     Args:
-        study: What was swept.
-        folder: Where its tables are.
-        workers: Numbers of workers, one a core.
-        price: Of a core hour; none where nobody told it.
+        study: Study of the sweep that was run.
+        folder: Folder of its tables.
+        workers: Numbers of workers, one per core.
+        price: Price of a core hour; None if unknown.
 
     Raises:
         ConfigError: An option cannot be used.
-        RecordingError: No sweep was finished there.
+        RecordingError: The folder holds no finished sweep.
     """
     if not workers or min(workers) < 1:
         raise ConfigError(f"--plan-workers is {','.join(map(str, workers))}; allowed: 1 and above, by commas.")
@@ -71,7 +71,7 @@ def plan(study: Study, folder: Path, workers: Sequence[int], price: float | None
     core_h, bytes_each = busy_s / 3600 / people, size / people
     measured = (
         f"Measured: {len(rows)} tasks on {people} wearers, {busy_s:.1f} s of a core in all, "
-        f"{busy_s / people:.3g} s a wearer. Workers that wait for each other or for a disk are not in it."
+        f"{busy_s / people:.3g} s a wearer. Waiting times of workers are not included."
     )
     costs = tuple(
         PlanRow(

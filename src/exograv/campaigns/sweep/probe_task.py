@@ -1,4 +1,4 @@
-"""Tasks that take time and find nothing: a cluster is tried with them before a long sweep."""
+"""Task kind `probe`: tasks that only take time, to try a cluster before a long sweep."""
 
 import os
 import time
@@ -12,46 +12,46 @@ from pydantic import Field
 from .task import Grid, SweepTask, TaskKind, each
 
 Does = Literal["work", "fail", "die"]
-"""Computes; raises an error; or ends its own process, as a worker ends that has no memory left."""
+"""Behaviour: compute; raise an error; or end its own process, as a worker without memory does."""
 
 
 @dataclass(frozen=True)
 class ProbeTask:
-    """Settings of one."""
+    """Settings of one probe."""
 
-    number: Annotated[int, "which one"]
-    seconds: Annotated[float, "of a processor", "s"]
+    number: Annotated[int, "number of the task"]
+    seconds: Annotated[float, "processor time", "s"]
     does: Annotated[Does, "`work`, `fail` or `die`"]
 
 
 @dataclass(frozen=True)
 class ProbeResult:
-    """Result of one."""
+    """Result of one probe."""
 
     drawn: Annotated[float | None, "one normal number from the task's own seed"]
 
 
 class ProbeGrid(Grid):
-    """So many of them."""
+    """Grid of probes."""
 
     count: Annotated[int, Field(ge=1, le=10_000_000)]
     seconds: Annotated[float, Field(ge=0.0, le=3600.0)] = 0.1
-    """What each takes of a processor [s]."""
+    """Processor time of each task [s]."""
 
     batch: Annotated[int, Field(ge=1, le=1000)] = 1
-    """Tasks that a worker is given at once."""
+    """Number of tasks in a batch for one worker."""
 
     fail: list[int] = Field(default=[])
     """Numbers of tasks that raise an error."""
 
     die: list[int] = Field(default=[])
-    """Numbers of tasks that take their worker down."""
+    """Numbers of tasks that end their worker's process."""
 
     def __len__(self) -> int:
         return self.count
 
     def groups(self) -> Iterator[Sequence[ProbeTask]]:
-        """Neighbours together."""
+        """Yield tasks with consecutive numbers as batches."""
         for first in range(0, self.count, self.batch):
             numbers = range(first, min(first + self.batch, self.count))
             yield [ProbeTask(number, self.seconds, self._does(number)) for number in numbers]
@@ -76,7 +76,7 @@ def _run(task: SweepTask) -> ProbeResult:
 
 PROBE = TaskKind(
     "probe",
-    "Takes time and finds nothing: tries a cluster.",
+    "Takes time and computes nothing: tries a cluster.",
     ProbeGrid,
     ProbeTask,
     ProbeResult,

@@ -1,4 +1,4 @@
-"""Processes of this computer: one that dies takes down nothing but its batch."""
+"""Runner on processes of this computer. A process that dies loses only its batch."""
 
 from collections.abc import Generator, Iterator
 from dataclasses import replace
@@ -11,7 +11,7 @@ from .work import place, work_off
 
 
 class OnProcesses:
-    """Several processes; one that is lost is replaced."""
+    """Runner on several processes. A lost process is replaced."""
 
     name = "processes"
 
@@ -20,7 +20,7 @@ class OnProcesses:
         self.pool = ProcessPool(workers)
 
     def run(self, take: Take) -> Generator[Event, None, None]:
-        """Results as they are done."""
+        """Yield results as they are finished."""
         done = set[str]()
         with self.pool:
             for event in self.pool.run(_work, take):

@@ -1,4 +1,4 @@
-"""Who does the tasks: one interface for this process, processes of this computer, and a cluster."""
+"""Runners of tasks: one interface for this process, processes of this computer, and a cluster."""
 
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from .task import Result, TaskBatch
 from .work import place, work_off
 
 LOSSES_MAX = 3
-"""After so many losses of its worker a task is given up: it may be what takes the workers down."""
+"""Number of lost workers after which a task is given up, because the task itself may end the workers."""
 
 
 @dataclass(frozen=True)
@@ -20,42 +20,42 @@ class FinishedBatch:
 
 @dataclass(frozen=True)
 class LostBatch:
-    """A worker was lost with these tasks; they are to run again."""
+    """Tasks whose worker was lost; they have to run again."""
 
     batch: TaskBatch
 
 
 @dataclass(frozen=True)
 class RescheduledTasks:
-    """A cluster lost a worker with so many tasks, and runs them again by itself."""
+    """Tasks that a cluster runs again by itself after a lost worker."""
 
     tasks: int
 
 
 Event = FinishedBatch | LostBatch | RescheduledTasks
 Take = Callable[[], TaskBatch | None]
-"""The next batch; none while there is none. A lost one comes back through it."""
+"""Source of batches; None while there is no batch. A lost batch comes back through it."""
 
 
 @runtime_checkable
 class Runner(Protocol):
-    """Runs batches until there are no more."""
+    """Interface of a runner, which runs batches until there are no more."""
 
     workers: int
     name: str
 
     def run(self, take: Take) -> Generator[Event, None, None]:
-        """Everything that happens; closing it ends what runs."""
+        """Yield all events. Closing the generator ends the running tasks."""
         ...
 
 
 class InThisProcess:
-    """One after the other."""
+    """Runner in this process, one task after the other."""
 
     name, workers = "this process", 1
 
     def run(self, take: Take) -> Generator[Event, None, None]:
-        """A task at a time."""
+        """Yield results, one task at a time."""
         while (batch := take()) is not None:
             for result in work_off(batch.tasks, place()):
                 yield FinishedBatch([result])

@@ -1,4 +1,4 @@
-"""Rows of a sweep as Parquet: parts as they are done, one table of results and one of times at the end."""
+"""Storage of a sweep's rows as Parquet: parts during the sweep, one table of results and one of times at the end."""
 
 import contextlib
 import secrets
@@ -18,10 +18,10 @@ from .study_file import Study
 from .task import Result, TaskKind
 
 SCHEMA_VERSION = 1
-"""Of the tables; raised whenever a column's name, type or meaning changes."""
+"""Version of the tables; raised whenever a column's name, type or meaning changes."""
 
 KEY = (
-    Column("key", "string", "-", "of the task: its kind and settings, hashed"),
+    Column("key", "string", "-", "key of the task: hash of its kind and settings"),
     Column("task_seed", "int64", "-", "the task's own seed, from its key"),
 )
 *OUTCOME, WALL, WORKER, RETRIES = columns_of(Result)
@@ -29,35 +29,35 @@ TIMES = (WALL, WORKER, RETRIES)
 
 
 def table_columns(kind: TaskKind) -> tuple[Column, ...]:
-    """What does not depend on who computed it, or when."""
-    named = [Column(f"version_{name}", "string", "-", "of the worker") for name in versions()]
+    """Columns that depend neither on the computer nor on the time of the run."""
+    named = [Column(f"version_{name}", "string", "-", "version on the worker") for name in versions()]
     return (*KEY, *columns_of(kind.settings), *OUTCOME, *columns_of(kind.results), *named)
 
 
 class Store:
-    """Parts in a folder; each task counts once."""
+    """Part files in a folder. Each task counts once."""
 
     def __init__(self, folder: Path, kind: TaskKind):
-        """Open.
+        """Open the folder.
 
         Raises:
-            RecordingError: What is there cannot be read, or another state of exograv has made it.
+            RecordingError: A part cannot be read, or another state of exograv made it.
         """
         self.folder, self._kind = folder, kind
         self.parts = folder / "sweep_parts" / kind.name
         self._whole = schema((*table_columns(kind), *TIMES))
         self.done: dict[str, str] = {}
-        """Outcome by key, of all that need not run again."""
+        """Outcome by key of all tasks that need not run again."""
         for path in self._paths():
             self._refuse_other(path)
             rows = self._read(path).select(["key", "outcome"]).to_pydict()
             self._note(zip(rows["key"], rows["outcome"], strict=True))
 
     def add(self, results: Sequence[Result], name: str) -> None:
-        """Keep results as a part of this name, at once or not at all.
+        """Write results as a part of this name, atomically.
 
         Raises:
-            RecordingError: The disk takes no more.
+            RecordingError: The disk is full.
         """
         ours = {f"version_{name}": value for name, value in versions().items()}
         rows = [
@@ -76,7 +76,7 @@ class Store:
         self._note((result.task.key, result.outcome) for result in results)
 
     def compact(self) -> None:
-        """Make one part of many; a stop in the middle leaves rows twice, which count once."""
+        """Merge all parts into one. After an interruption some rows exist twice; they count once."""
         paths = self._paths()
         if len(paths) > 1:
             rows = self._rows(paths)
@@ -87,10 +87,10 @@ class Store:
                     path.unlink(missing_ok=True)
 
     def write_tables(self, study: Study, keys: Collection[str]) -> tuple[Path, Path]:
-        """Results and times of these tasks, sorted by settings; the results' bytes follow from the tasks alone.
+        """Write results and times of these tasks, by settings. The bytes of the results depend only on the tasks.
 
         Raises:
-            RecordingError: The disk takes no more.
+            RecordingError: The disk is full.
         """
         rows = self._rows(self._paths())
         rows = rows.filter(_mask(key in keys for key in rows["key"].to_pylist()))
@@ -109,11 +109,11 @@ class Store:
         return table, times
 
     def _note(self, rows: Iterable[tuple[str, str]]) -> None:
-        # What was lost with its worker runs again when the sweep is resumed.
+        # Tasks that were lost with their worker run again when the sweep is resumed.
         self.done.update((key, outcome) for key, outcome in rows if outcome != "lost")
 
     def _rows(self, paths: Sequence[Path]) -> pa.Table:
-        """Each task once, and as done rather than as lost."""
+        """Read each task once, and prefer a finished row to a lost one."""
         if not paths:
             return self._whole.empty_table()
         rows = pa.concat_tables([self._read(path) for path in paths])
@@ -140,8 +140,8 @@ class Store:
             if all(row[f"version_{name}"] == value for name, value in versions().items()):
                 return
         raise RecordingError(
-            f"{path} was made by another state of exograv or of its packages: its rows and new ones would not be one "
-            "table. Give another folder with --out, or go back to that state."
+            f"{path} was made by another state of exograv or of its packages: its rows and new ones do not fit into "
+            "one table. Give another folder with --out, or return to that state."
         )
 
 
@@ -154,7 +154,7 @@ def _readable(path: Path) -> Iterator[None]:
 
 
 def _whole(path: Path) -> pa.Table:
-    # One file and no data set: a folder of the user's that is named a=b is no column.
+    # A single file is read, not a data set: a data set would turn a user's folder named a=b into a column.
     with pq.ParquetFile(path) as file:
         return file.read()
 

@@ -1,4 +1,4 @@
-"""`STUDY.toml`: which kind of task, and the grid that all its tasks are made of."""
+"""`STUDY.toml`: the kind of task, and the grid from which all tasks follow."""
 
 import tomllib
 from collections.abc import Iterator
@@ -16,11 +16,11 @@ from .kinds import KINDS
 from .task import Grid, SweepTask, TaskBatch, TaskKind
 
 TASKS_MAX = 10_000_000
-"""Keys of all tasks are kept in memory."""
+"""Largest number of tasks; the keys of all tasks are kept in memory."""
 
 
 class StudyFile(Settings):
-    """The file as a whole; what may stand in `grid` the kind of task says."""
+    """Contents of the file. The kind of task defines the keys of `grid`."""
 
     schema_version: Literal[1] = 1
     title: Annotated[str, Field(min_length=1, max_length=200)]
@@ -30,32 +30,32 @@ class StudyFile(Settings):
 
 @dataclass(frozen=True)
 class Study:
-    """A sweep as its file asks for it."""
+    """Sweep as its file describes it."""
 
     kind: TaskKind
     grid: Grid
     title: str
     text: str
-    """Of the file, as it stands in the table."""
+    """Text of the file, as stored in the table."""
 
     def batches(self) -> Iterator[TaskBatch]:
-        """All tasks."""
+        """Yield all tasks in batches."""
         for group in self.grid.groups():
             yield TaskBatch(tuple(SweepTask(self.kind.name, settings) for settings in group))
 
 
 def load_study(path: Path) -> Study:
-    """Read it.
+    """Read a study file.
 
     Raises:
-        ConfigError: It cannot be read, or holds something that cannot be used.
+        ConfigError: The file cannot be read, or holds a value that cannot be used.
     """
     try:
         text = path.read_text(encoding="utf-8")
         file = StudyFile.model_validate(tomllib.loads(text))
         if file.kind not in KINDS:
             known = " ".join(f"{kind.name}: {kind.what}" for kind in KINDS.values())
-            raise ConfigError(f"{path}: kind is '{file.kind}', which is none. {known}")
+            raise ConfigError(f"{path}: kind is '{file.kind}'; allowed: {known}")
         kind = KINDS[file.kind]
         grid = kind.grid.model_validate(file.grid)
     except OSError as error:
@@ -69,6 +69,6 @@ def load_study(path: Path) -> Study:
             raise ConfigError(f"{path}: grid.{name} has a value twice. Name each once.")
     if not 1 <= len(grid) <= TASKS_MAX:
         raise ConfigError(
-            f"{path} asks for {len(grid)} tasks; allowed: 1 to {TASKS_MAX}. Divide it: other seeds in another file."
+            f"{path} asks for {len(grid)} tasks; allowed: 1 to {TASKS_MAX}. Divide it into files with other seeds."
         )
     return Study(kind, grid, file.title, text)

@@ -1,4 +1,4 @@
-"""`exograv sweep`: what is not done yet is done, whoever does it; what is done is kept, whoever stops it."""
+"""`exograv sweep`: run the remaining tasks. Several workers may do so, and finished tasks survive an interruption."""
 
 import time
 from collections import Counter, deque
@@ -15,11 +15,11 @@ from .study_file import Study
 from .task import Result, TaskBatch
 
 FLUSH_S = 5.0
-"""Results are kept at least so often: each part file is forced to the disk."""
+"""Longest time between two part files [s]; each is flushed to the disk."""
 
 
 class SweepRun:
-    """The course of one sweep: what is left, what came, what has to run again."""
+    """State of one sweep: remaining tasks, results, and tasks to run again."""
 
     def __init__(self, study: Study, store: Store, options: SweepOptions, progress: Progress):
         self._store, self._progress = store, progress
@@ -33,10 +33,10 @@ class SweepRun:
         self.ran = self.retried = 0
         self.busy_s = 0.0
         self.given_up: set[str] = set()
-        """Keys of tasks whose workers were lost time after time."""
+        """Keys of tasks that were given up after several lost workers."""
 
     def work_off(self, runner: Runner) -> None:
-        """All of it; whoever stops it, what is done is kept."""
+        """Run all remaining tasks. Finished tasks are kept if it is interrupted."""
         events = runner.run(self._take)
         try:
             for event in events:
@@ -53,7 +53,7 @@ class SweepRun:
             self.flush()
 
     def flush(self) -> None:
-        """Put what came since the last time on the disk."""
+        """Write the results since the last flush to the disk."""
         if self._open:
             results, self._open = self._open, []
             self._store.add(results, TaskBatch(tuple(result.task for result in results)).key)
@@ -83,12 +83,12 @@ class SweepRun:
     def _run_again(self, batch: TaskBatch) -> None:
         batch = batch.lost()
         self._losses.update(task.key for task in batch.tasks)
-        # Once may be chance; who it is that takes workers down shows when each is alone.
+        # A single loss may be chance. After a second one each task runs alone, to show which one ends the workers.
         alone = batch.losses > 1 and len(batch.tasks) > 1
         pieces = [replace(batch, tasks=(task,)) for task in batch.tasks] if alone else [batch]
         for piece in pieces:
             if piece.losses >= LOSSES_MAX:
-                told = f"Its worker was lost {piece.losses} times: no memory left, or the task takes it down."
+                told = f"Its worker was lost {piece.losses} times: no memory left, or the task ends the worker."
                 self.given_up.update(task.key for task in piece.tasks)
                 self._keep([Result(task, "lost", error=told) for task in piece.tasks])
             else:
@@ -110,18 +110,18 @@ class SweepResult:
     done: int
     failed: int
     retried: int
-    """Tasks that ran again because their worker was lost."""
+    """Number of tasks that ran again because their worker was lost."""
 
     wall_s: float
     table: Path | None
-    """Results; None for a part of a sweep."""
+    """Table of results; None for a share of a sweep."""
 
     times: Path | None
     lost: int
-    """Tasks that were given up."""
+    """Number of tasks that were given up."""
 
     before: int
-    """Tasks that an earlier command had done."""
+    """Number of tasks that an earlier command finished."""
 
     ran: int
     busy_s: float
@@ -132,7 +132,7 @@ class SweepResult:
 
 
 def run_sweep(study: Study, options: SweepOptions, folder: Path, progress: Progress) -> SweepResult:
-    """Do what is left, and write the tables.
+    """Run the remaining tasks and write the tables.
 
     Raises:
         ConfigError: The cluster cannot be used.

@@ -1,4 +1,4 @@
-"""What the table of anthropometry alone leaves over of an arm's weight: a third of a second a wearer, no motion."""
+"""Task kind `table`: left over of an arm with anthropometric tables alone, without motion; 0.3 s per wearer."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
@@ -18,17 +18,17 @@ class TableResult:
     """Left over of the arm by the table."""
 
     arm_left_over_shoulder_Nm: Annotated[float | None, "worst axis, RMS over held-out postures"] = None
-    arm_left_over_elbow_Nm: Annotated[float | None, "the same at the elbow"] = None
+    arm_left_over_elbow_Nm: Annotated[float | None, "elbow, RMS over held-out postures"] = None
 
 
 class TableGrid(WearerGrid):
-    """Wearers."""
+    """Grid of wearers."""
 
     def __len__(self) -> int:
         return self.cases_count
 
     def groups(self) -> Iterator[Sequence[CaseTask]]:
-        """The wearers of one machine."""
+        """Yield the wearers of one machine together."""
         for sha256, cases in self.cases():
             yield [CaseTask(**asdict(case), rig_sha256=sha256) for case in cases]
 
@@ -39,7 +39,7 @@ def _run(task: SweepTask) -> TableResult:
     laboratory = case.laboratory()
     assembly = laboratory.assembly()
     machine = nominal_machine(case.description, assembly.exo.phi)
-    # Of the arm only: this machine was not calibrated.
+    # Only the arm is scored, because this machine was not calibrated.
     arm = Examination(laboratory, assembly, machine).score(table_guess(assembly, machine)).arm
     at = {
         where: [j for j, place in enumerate(case.description.places) if place == where]
@@ -52,7 +52,7 @@ def _run(task: SweepTask) -> TableResult:
 
 TABLE = TaskKind(
     "table",
-    "What the table of anthropometry alone leaves over of a wearer's arm.",
+    "Left over of a wearer's arm with the anthropometric table alone.",
     TableGrid,
     CaseTask,
     TableResult,

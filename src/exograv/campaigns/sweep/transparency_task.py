@@ -1,4 +1,4 @@
-"""What a person feels of a machine: muscle effort of one movement in six conditions, as `exograv transparency`."""
+"""Task kind `transparency`: muscle effort of one movement in six conditions, as in `exograv transparency`."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, make_dataclass
@@ -17,11 +17,11 @@ from .wearers import Level, Seed, Several
 
 @dataclass(frozen=True)
 class TransparencyTask:
-    """One machine with its wearer."""
+    """Settings of one machine with its wearer."""
 
     rig: Annotated[str, "machine"]
-    rig_sha256: Annotated[str, "of its rig.toml and URDF"]
-    level: Annotated[int, "of the disturbances"]
+    rig_sha256: Annotated[str, "SHA-256 of the machine's rig.toml and URDF"]
+    level: Annotated[int, "level of the disturbances"]
     seed: Annotated[int, "draws machine and wearer"]
     movement: Annotated[MovementName, "`pointing` or `recorded`"]
 
@@ -32,11 +32,11 @@ TransparencyResult = make_dataclass(
     [*EFFORTS, ("tracking_error_deg", Annotated[float | None, "worst joint in the worst condition"])],
     frozen=True,
 )
-"""Muscle effort in each condition."""
+"""Muscle effort in each condition [N·m·s], and the tracking error."""
 
 
 class TransparencyGrid(Grid):
-    """Machines with their wearers."""
+    """Grid of machines with their wearers."""
 
     first_seed: Seed
     machines: Annotated[int, Field(ge=1, le=100_000_000)]
@@ -48,7 +48,7 @@ class TransparencyGrid(Grid):
         return self.machines * len(self.rigs) * len(self.levels)
 
     def groups(self) -> Iterator[Sequence[TransparencyTask]]:
-        """Each by itself."""
+        """Yield each task alone, because tasks share no work."""
         for rig in self.rigs:
             sha256 = load_rig(rig).sha256
             for level in self.levels:
@@ -60,7 +60,7 @@ def _run(task: SweepTask) -> object:
     settings: TransparencyTask = task.settings
     description = load_rig(settings.rig)
     if description.sha256 != settings.rig_sha256:
-        raise ConfigError(f"The machine '{settings.rig}' of this worker is another one. Put the same folder there.")
+        raise ConfigError(f"The machine '{settings.rig}' of this worker has other files. Copy the folder there.")
     trial = TransparencyTrial(description, settings.level, settings.seed)
     efforts = run_trial(trial, movement_for(settings.movement, description), lambda _text, _share: None)
     values = {f"effort_{name}_Nms": float(effort.absolute.sum()) for name, effort in efforts.items()}

@@ -1,4 +1,4 @@
-"""The part of a grid that says who is in which machine; people and machines are those of the benchmark."""
+"""Grid of wearers and machines, drawn as in the benchmark."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -20,34 +20,34 @@ Seed = Annotated[int, Field(ge=0, strict=True)]
 Several = Field(min_length=1, max_length=1000)
 
 BLOCK = 4 * WEARERS_A_MACHINE
-"""Wearers drawn at a time: after so many the turns of machines and of third parties' arms begin anew."""
+"""Number of wearers drawn at a time. The turns of machines and of third parties' arms repeat after it."""
 
 
 class WearerGrid(Grid):
-    """Wearers in machines, at levels, with disturbances switched."""
+    """Grid of wearers, machines, levels and switched disturbances."""
 
     first_seed: Seed
-    """Of the first wearer; the others follow. Tune from 1000 on, report from 0."""
+    """Seed of the first wearer; the others follow. Tune from 1000 on, report from 0."""
 
     wearers: Annotated[int, Field(ge=1, le=100_000_000, strict=True)]
     arms: Literal["drawn", "mixed"] = "drawn"
-    """Drawn, or every sixth a third party's as in the benchmark."""
+    """Source of the arms: drawn, or mixed with every sixth from a third party as in the benchmark."""
 
     rigs: Annotated[list[str], Several] = Field(default=["recupera_like"])
-    """Names of machines, or folders that every worker can read."""
+    """Machines by name, or by folders that every worker can read."""
 
     machine_seeds: list[Seed] | None = None
-    """Every wearer in each of these; a machine for every three wearers where it is left out."""
+    """Seeds of machines for every wearer; one machine for every three wearers if absent."""
 
     levels: Annotated[list[Level], Several] = Field(default=[2])
     whole: bool = True
-    """Also with no row switched."""
+    """True to include the case without a switched disturbance."""
 
     only: list[str] = Field(default=[])
-    """Each of these rows alone at the level, all others at level 0."""
+    """Rows that are each run alone at the level, with all others at level 0."""
 
     without: list[str] = Field(default=[])
-    """Each of these rows switched off in turn."""
+    """Rows that are each switched off in turn."""
 
     @field_validator("only", "without")
     @classmethod
@@ -58,27 +58,27 @@ class WearerGrid(Grid):
 
     @cached_property
     def variants(self) -> list[tuple[str | None, str | None]]:
-        """What is switched: only, without."""
+        """Pairs of the disturbances `only` and `without`."""
         plain = [(None, None)] if self.whole else []
         return [*plain, *((row, None) for row in self.only), *((None, row) for row in self.without)]
 
     @cached_property
     def machines(self) -> list[tuple[str, str]]:
-        """Name or folder, and hash, of every rig.
+        """Name or folder of every machine, and its hash.
 
         Raises:
-            ConfigError: There is no such machine.
+            ConfigError: A machine does not exist.
         """
         return [(rig, load_rig(rig).sha256) for rig in self.rigs]
 
     @property
     def cases_count(self) -> int:
-        """Wearers in machines."""
+        """Number of pairs of wearer and machine."""
         machines = 1 if self.machine_seeds is None else len(self.machine_seeds)
         return self.wearers * machines * len(self.rigs) * len(self.levels) * len(self.variants)
 
     def cases(self) -> Iterator[tuple[str, list[Case]]]:
-        """The rig's hash, and the wearers of one machine between two calibrations."""
+        """Yield the machine's hash, and the wearers between two of its calibrations."""
         for rig, sha256 in self.machines:
             for level in self.levels:
                 for only, without in self.variants:
@@ -102,13 +102,13 @@ class WearerGrid(Grid):
 
 
 def refuse_other_rig(case: Case, sha256: str) -> None:
-    """A worker's own copy of a machine must be the one that the sweep was made for.
+    """Check that the worker's copy of a machine is the one for which the sweep was made.
 
     Raises:
-        ConfigError: It is another one.
+        ConfigError: The copy differs.
     """
     if (found := case.description.sha256) != sha256:
         raise ConfigError(
             f"The machine '{case.rig}' of this worker has another rig.toml or URDF ({found[:12]}, not "
-            f"{sha256[:12]}). Put the same folder there."
+            f"{sha256[:12]}). Copy the sweep's folder of the machine there."
         )

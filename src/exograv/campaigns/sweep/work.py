@@ -1,4 +1,4 @@
-"""What a worker does with a batch; a task that breaks is a result, whatever breaks it."""
+"""Work on a batch. A task that raises an exception gives a result too."""
 
 import platform
 import time
@@ -11,7 +11,7 @@ from .task import Result, SweepTask
 
 
 def work_off(tasks: Sequence[SweepTask], worker: str = "") -> Iterator[Result]:
-    """All tasks of a batch, each as soon as it is done."""
+    """Run all tasks of a batch. Yield each result as it is finished."""
     left = {task.key: task for task in tasks}
     before = time.perf_counter()
     try:
@@ -23,7 +23,7 @@ def work_off(tasks: Sequence[SweepTask], worker: str = "") -> Iterator[Result]:
                 yield Result(task, "failed", error=found, wall_s=wall_s, worker=worker)
             else:
                 yield Result(task, "done", found, wall_s=wall_s, worker=worker)
-    except Exception as error:  # noqa: BLE001 - what breaks one task of a million must not end the others
+    except Exception as error:  # noqa: BLE001 - a failed task must not end the other tasks of a large sweep
         wall_s = time.perf_counter() - before
         told = f"{type(error).__name__}: {error}"
     else:
@@ -32,18 +32,18 @@ def work_off(tasks: Sequence[SweepTask], worker: str = "") -> Iterator[Result]:
         for task in left.values():
             yield Result(task, "failed", error=told, wall_s=wall_s, worker=worker)
     else:
-        # Whose mistake it was shows when each is alone.
+        # Each task runs alone again, to show which one raised the exception.
         for task in left.values():
             yield from work_off([task], worker)
 
 
 def place() -> str:
-    """This computer, as a row names it."""
+    """Name of this computer, for the table."""
     return platform.node() or "unknown"
 
 
 def same_versions(expected: dict[str, str]) -> str | None:
-    """In which packages this worker differs, as a sentence; none where it does not."""
+    """Sentence about packages in which this worker differs; None if there are none."""
     ours = versions()
     other = [name for name in expected if ours.get(name) != expected[name]]
     if not other:
