@@ -1,4 +1,4 @@
-"""A control step is written once, and every run of a machine takes it."""
+"""Every run of a machine uses the same single implementation of the control step."""
 
 import ast
 from pathlib import Path
@@ -19,7 +19,7 @@ GAIN = np.array([2.0])
 
 
 class Asking(NoTorque):
-    """Asks for a constant torque, and says what its loops' slope is."""
+    """Controller with a constant torque and a given slope of its loops."""
 
     closure_slope = 0.0
 
@@ -44,7 +44,7 @@ def measured(k: int) -> JointState:
 
 
 def calls_of_a_guard(module: Path) -> set[str]:
-    """Halves of a guard's tick that a module calls: `decide` of anything, `see` of something called a guard."""
+    """Calls of the guard's halves of a tick in a module: `decide` of anything, `see` of an object called a guard."""
     found = set[str]()
     for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
         if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)):

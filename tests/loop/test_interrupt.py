@@ -1,4 +1,4 @@
-"""Ctrl-C at a real machine lets it down softly first; one that is only computed may end anywhere."""
+"""Ctrl-C lets a real machine down softly first; a simulated machine may stop anywhere."""
 
 import signal
 from dataclasses import dataclass, field
@@ -20,7 +20,7 @@ CARRIED = np.array([2.0, 1.0])
 
 @dataclass
 class Real:
-    """Two joints that stand still, and do not say that nobody can be in the machine."""
+    """Two joints that stand still, in a machine that counts as real."""
 
     joints: tuple[str, ...] = ("one", "two")
     period_s: float = DT
@@ -61,7 +61,7 @@ class Carrying:
 
 @pytest.fixture(autouse=True)
 def heard():
-    """Ctrl-C as in a terminal: whoever begins the tests in the background has it ignored."""
+    """Handle Ctrl-C as in a terminal. A test run in the background would inherit a signal that is ignored."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -87,7 +87,7 @@ def test_a_real_machine_comes_down_softly_before_ctrl_c_ends_the_session():
     after = np.array([command.tau for command in rig.commands[PRESSED_TICK:]])
     assert len(after) * DT > pilot.envelope.limits.descent_s
     assert np.abs(np.diff(after, axis=0)).max() < 0.2, "no step in the torque on the way down"
-    assert np.abs(after[0] - CARRIED).max() < 0.2, "it begins from what was carried"
+    assert np.abs(after[0] - CARRIED).max() < 0.2, "the descent begins at the carrying torque"
     assert np.abs(after[-1]).max() < 0.01
 
 

@@ -1,4 +1,4 @@
-"""Who may be in the machine decides what may reach it: whom the table allows, then this arm; a weight when weighed."""
+"""The knowledge of the wearer sets the guard's limits: all plausible arms, then this arm, or a weighed weight."""
 
 from collections.abc import Iterator
 
@@ -24,7 +24,7 @@ STILL = np.zeros(4)
 
 
 class Dressed:
-    """A controller of the table's arm, and a guard that is told who is in the machine."""
+    """Controller of the table's arm, and a guard with limits of the wearer."""
 
     def __init__(self):
         description = load_rig("recupera_like_qdd")
@@ -38,7 +38,7 @@ class Dressed:
         self.phi = ParameterLayout.of(self.assembly).phi
 
     def kept_back(self, x: np.ndarray, weight_kg: float = 0.0) -> np.ndarray:
-        """The most that is kept back of what carries this arm and a weight in the hand, joint by joint [N·m]."""
+        """Largest torque that the guard removes from carrying this arm and a weight in the hand, by joint [N·m]."""
         person, most = self.envelope.person, np.zeros(4)
         assert person is not None
         for q in self.postures:
@@ -52,7 +52,7 @@ class Dressed:
 @pytest.fixture(scope="module")
 def dressed() -> Iterator[Dressed]:
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(plausible_table, "CHECKED", 256)  # what is certified is not the question here
+        patched.setattr(plausible_table, "CHECKED", 256)  # The certified error does not matter here.
         yield Dressed()
 
 

@@ -42,7 +42,7 @@ def test_the_live_ramp_lasts_as_long_as_that_in_lock_step(mode: Mode, is_known: 
     for _ in range(round(RAMPS_S["drive"] / DT) - 1):
         drive = next_drive(drive, mode, is_known, DT)
         assert drive != goal
-    for _ in range(2):  # one tick for the rounding of a thousand sums
+    for _ in range(2):  # One more tick allows for the rounding of a thousand sums.
         drive = next_drive(drive, mode, is_known, DT)
     assert drive == goal
 
@@ -66,7 +66,7 @@ def test_an_arm_is_identified_before_it_is_verified_and_floats_last():
 
 
 def test_no_procedure_has_a_drive_of_its_own():
-    """A number in place of a phase's goal would be a second table."""
+    """A number in place of a phase's goal would be a second table of goals."""
     literal = re.compile(r'"drive",\s*[0-9]|\.mode\.drive = [0-9]')
     sources = Path(exograv.__file__).parent.rglob("*.py")
     assert [str(path) for path in sources if literal.search(path.read_text(encoding="utf-8"))] == []

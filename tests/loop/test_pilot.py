@@ -1,4 +1,4 @@
-"""What the guard does not believe nobody learns from, and the recording says who was in charge."""
+"""No listener receives a measurement that the guard rejects, and the recording names the safe state."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,7 +20,7 @@ DT, BAD_TICK = 0.001, 50
 
 @dataclass
 class Standing:
-    """Two joints that stand still; in one tick an encoder says something else."""
+    """Two joints that stand still, with one wrong encoder value in one tick."""
 
     bad: float
     joints: tuple[str, ...] = ("one", "two")
@@ -51,7 +51,7 @@ class Carrying:
     tau_feedforward, closure_slope, clearance = np.zeros(2), 0.0, 1.0
 
     def step(self, q: np.ndarray, v: np.ndarray, reference: Reference) -> np.ndarray:
-        assert np.isfinite(q).all(), "control answers to what is believed only"
+        assert np.isfinite(q).all(), "control answers only measurements that the guard accepts"
         return np.array([0.1, 0.2])
 
 

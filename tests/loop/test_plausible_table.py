@@ -1,4 +1,4 @@
-"""The guard's table says what control's own model says, in postures that neither was fitted to."""
+"""The guard's table agrees with control's own model in postures that were not used for the fit."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ from exograv.procedures.identification.estimator_session import table_guess
 
 BODY = Body(1.78, 75.0, "male")
 ERROR_MAX_NM = 0.15
-"""Half the least margin that it stands beside would still be ten times as much."""
+"""Largest error of the table [N·m]; half of the smallest margin beside it would still be ten times as much."""
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +95,7 @@ def test_a_margin_covers_nine_in_ten_of_the_arms_that_are_believed_possible_at_a
     tau = found.tau_desired.reshape(201, len(q), -1)
     usable = found.is_closed.reshape(201, len(q)).all(axis=1)
     within = (np.abs(tau[1:] - tau[0]) <= margin).all(axis=(1, 2))
-    # Of a normal law three deviations would hold 99 %; how an arm lies in its cuffs is not linear: 94 %.
+    # For a normal distribution three deviations would hold 99 %. The cuffs make the posture nonlinear: 94 %.
     assert within[usable[1:]].mean() > 0.9
     assert (maker.table(mean, margin=margin).error > margin).all()
 

@@ -1,4 +1,4 @@
-"""What a recording says of a person is the same wherever the limits come from, and is read back to the last bit."""
+"""A recording has the same limits of a person from any process, and they are read back to the last bit."""
 
 import json
 import pickle

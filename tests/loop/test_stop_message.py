@@ -1,4 +1,4 @@
-"""Whoever stands beside a stopped machine reads why, where, which value, what is kept and what to do, in one line."""
+"""The text for a stopped machine states reason, joint, value, recording and next step, in one line."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The benchmark treats all methods alike, counts failures, and lets another method win."""
+"""The benchmark treats all methods equally, counts failures, and lets another method win."""
 
 import json
 from collections.abc import Sequence
@@ -21,11 +21,11 @@ from exograv.results import json_value
 PLACES = ["shoulder", "shoulder", "shoulder", "elbow"]
 CASE = Case("harmonic", 2, wearer_seed=0, machine_seed=0)
 NEVER = 9.0
-"""Left over that meets no target [N·m]."""
+"""Left over above every target [N·m]."""
 
 
 def run(method: str, seed: int, shoulder: Sequence[float], **more) -> MethodRun:
-    """A run whose worst shoulder axis is left over as said, one estimate a second; the elbow half of it."""
+    """Run with this left over at the worst shoulder axis and half of it at the elbow, with one estimate per second."""
     rows: list[list[float | None]] = [[0.0, value, 0.0, 0.5 * value] for value in shoulder]
     case = replace(CASE, wearer_seed=seed)
     return MethodRun(
@@ -34,7 +34,7 @@ def run(method: str, seed: int, shoulder: Sequence[float], **more) -> MethodRun:
 
 
 def reached_at(method: str, seed: int, t: int, **more) -> MethodRun:
-    """A run of two minutes that reaches the target after `t` seconds."""
+    """Run of two minutes that reaches the target after `t` seconds."""
     return run(method, seed, [NEVER] * (t - 1) + [0.1] * (121 - t), **more)
 
 

@@ -1,4 +1,4 @@
-"""Every method gets every sample; what is done is kept, whoever stops it."""
+"""Every method gets every sample, and finished runs survive an interruption."""
 
 from dataclasses import replace
 from functools import partial
@@ -23,13 +23,13 @@ CASE = Case("harmonic", 2, wearer_seed=0, machine_seed=0)
 
 
 def done(method: str, seed: int, **more) -> MethodRun:
-    """A run of one second."""
+    """Run of one second."""
     case, places = replace(CASE, wearer_seed=seed), ["shoulder", "elbow"]
     return MethodRun("open_loop", method, case, places, t=[1.0], left_over_Nm=[[0.1, 0.1]], **more)
 
 
 class Counting:
-    """A method that says how many samples it was given."""
+    """Method that counts its samples."""
 
     name = "counting"
 
@@ -106,7 +106,7 @@ def test_the_keyboard_stops_it_and_what_is_done_is_kept(tmp_path: Path, monkeypa
 
 
 def test_several_processes_bring_the_same_runs_as_one():
-    # A level that does not exist: refused in every process, in a moment, and counted.
+    # The level does not exist, so every process refuses it at once and counts the failure.
     tasks = [[WearerTask(replace(CASE, level=9, wearer_seed=k), ("recursive", "ekf"), ())] for k in range(2)]
     work = partial(run_machine, seconds=1.0)
     alone, together = (

@@ -1,4 +1,4 @@
-"""Wearers and machines of the benchmark are drawn alike for all methods; bad options are refused in one line."""
+"""The benchmark draws the same wearers and machines for all methods, and refuses bad options in one line."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""A verdict is the same when it comes back from its file."""
+"""A verdict that is read from its file equals the one that was written."""
 
 from pathlib import Path
 

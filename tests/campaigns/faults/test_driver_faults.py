@@ -1,4 +1,4 @@
-"""The same faults are found through a driver, be they done to its interface, to a drive, or to the person behind it."""
+"""Faults are found through a driver too, at its interface, at a drive, or at the person behind it."""
 
 import pickle
 from collections.abc import Iterator
@@ -105,7 +105,7 @@ def test_a_process_that_has_ended_is_an_error_in_one_line():
 
 @pytest.fixture(scope="module")
 def known(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A person whom the software knows as well as can be."""
+    """Person whom the software knows perfectly."""
     laboratory = draw_laboratory("recupera_like", None, 2, SEED)
     prepared = ideal_knowledge(laboratory, WARM_S)
     of_person = person_limits(prepared.assembly, prepared.machine, prepared.x)

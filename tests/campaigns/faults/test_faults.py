@@ -1,4 +1,4 @@
-"""The table of faults is whole, scenarios are their numbers, and the oracle sees what must never go out."""
+"""The fault table is complete, a number determines its scenario, and the oracle detects forbidden torques."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -20,12 +20,12 @@ from exograv.signals import Command, JointState, TorqueSource
 
 DT = 0.001
 LIMITS = Limits(np.array([30.0, 20.0]), np.array([10.0, 4.0]))
-BEYOND_NM = 1.0  # friction and the table's error
+BEYOND_NM = 1.0  # Friction and the table's error.
 CARRIED_NM = 8.0
 
 
 def person() -> PersonLimits:
-    """Joint 0 carries 8 N·m in every posture, joint 1 nothing."""
+    """Limits of a person: joint 0 carries 8 N·m in every posture, joint 1 nothing."""
     constant = np.zeros((2, Features(2, 2).count))
     constant[0, 0] = CARRIED_NM
     chain = LimbTable((0, 1), 2, np.zeros_like(constant), constant)
@@ -76,7 +76,7 @@ def test_the_oracle_reads_the_same_table_as_the_guard_without_its_code():
 
 
 def heavy_at_zero() -> PersonLimits:
-    """Joint 0 carries 20 N·m times the cosine of its position."""
+    """Limits of a person: joint 0 carries 20 N·m times the cosine of its position."""
     weight = np.zeros((2, Features(2, 2).count))
     weight[0, 1] = 20.0
     table = PlausibleTable((LimbTable((0, 1), 2, np.zeros_like(weight), weight),), *[np.zeros(2)] * 3)

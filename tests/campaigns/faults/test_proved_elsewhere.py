@@ -1,4 +1,4 @@
-"""Every fault of F01 to F40 is flown, struck, proved by a test that exists, or named as missing."""
+"""Every fault of F01 to F40 has a scenario, a strike, an existing test, or a reason for a missing test."""
 
 import ast
 from dataclasses import replace
@@ -50,7 +50,7 @@ def test_what_proves_a_row_exists(row):
 
 
 STAMP_ONLY = ("runtime/ros2/bridge.py", "runtime/ros2/node.py")
-"""A process of its own that publishes: ROS stamps by the clock on the wall, and no torque hangs on it."""
+"""Modules of a publishing process: ROS stamps use the wall clock, and no torque depends on them."""
 
 
 def asks_for_the_time_of_day(source: str) -> bool:

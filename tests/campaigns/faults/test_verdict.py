@@ -1,4 +1,4 @@
-"""A fault's time runs while it can show, two at a time have both their budgets, and who pushes is not relaxed."""
+"""A fault's time counts while it shows, two faults have the sum of their budgets, and a pushed arm is not relaxed."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def weak_motor() -> WeakMotor:
 
 
 def told(*stretches: tuple[int, float]) -> np.ndarray:
-    """So many ticks of so much torque at joint 1 [N·m]."""
+    """Torque told to joint 1 in stretches of (ticks, torque [N·m])."""
     column = np.concatenate([np.full(count, torque) for count, torque in stretches])
     return np.stack([np.full_like(column, 20.0), column], axis=1)
 
@@ -75,7 +75,7 @@ def test_without_a_guard_it_counts_when_the_drives_brake(braked: int | None, mis
     assert _verdict(Scenario(0, 0, ("F17",)), course, {"F17": ONSET}, {"F17": float(ONSET)}, True).missed == missed
 
 
-PAIR = ("F12", "F16")  # 3 and 5 ms
+PAIR = ("F12", "F16")  # Their budgets are 3 and 5 ms.
 
 
 @pytest.mark.parametrize(("tick", "is_missed"), [(ONSET + 8, False), (ONSET + 9, True), (None, True)])
@@ -106,7 +106,7 @@ def test_the_hand_of_one_who_pushes_is_told_apart():
 
 
 def flown(speeds: list[float]) -> TruthWatch:
-    """A joint's speed in each tick, beside one that stands still; the first fault is there from the first tick on."""
+    """Watch of a flight in which one joint has these speeds and the other stands still, with a fault from tick 0 on."""
     watch = TruthWatch(0)
     for tick in range(len(speeds)):
         watch.pushed(False)

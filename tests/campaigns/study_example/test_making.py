@@ -1,4 +1,4 @@
-"""The example is a study like any other, and the same again from its seed."""
+"""The example is a study like any other, and its seed gives the same study again."""
 
 import subprocess
 import sys
@@ -25,7 +25,7 @@ def told(_text: str, _share: float) -> None:
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Tables]:
-    # A process of its own: checked shapes would make it many times slower.
+    # The command runs in a separate process, because shape checks would make it many times slower.
     path = tmp_path_factory.mktemp("example") / "study"
     words = ["--participants", "1,0", "--sessions", "1,0", "--seed", str(SEED), "--out", str(path)]
     subprocess.run([sys.executable, "-m", "exograv.cli", "study", "example", *words], check=True, capture_output=True)
@@ -66,7 +66,7 @@ def test_the_arm_is_at_the_screen_when_it_is_touched_and_at_rest_between_windows
     apart = np.abs(at - q[0]).max(axis=1)
     assert apart.min() > 0.5
     assert np.abs(q[np.searchsorted(t, 20.0)] - q[0]).max() < 1e-3
-    assert STAY_S > 0.08, "a touch is reported that late"
+    assert STAY_S > 0.08, "a touch is reported after 80 ms"
 
 
 def test_the_machine_carries_the_arm_where_the_protocol_is_active_only(study: tuple[Path, Tables]):
@@ -88,7 +88,7 @@ def test_the_same_seed_gives_the_same_study_on_any_number_of_processors(tmp_path
 
 @pytest.mark.parametrize(
     ("people", "sessions", "said"),
-    [((0, 0), (1, 1), "somebody"), ((-1, 2), (1, 1), "--participants"), ((1, 1), (1, 100), "--sessions")],
+    [((0, 0), (1, 1), "at least one"), ((-1, 2), (1, 1), "--participants"), ((1, 1), (1, 100), "--sessions")],
 )
 def test_what_is_no_study_is_refused(people: tuple[int, int], sessions: tuple[int, int], said: str):
     with pytest.raises(ConfigError, match=said):

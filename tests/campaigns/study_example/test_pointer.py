@@ -1,4 +1,4 @@
-"""Where a finger lands follows from what is expected of gravity."""
+"""The place where a finger lands follows from the expected gravity."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ QUIET = Character(
 
 
 def tables() -> ArmTables:
-    """One freedom lifts, one goes aside and carries nothing."""
+    """Tables of an arm with two freedoms: one lifts the weight, the other moves aside and carries nothing."""
     slope = np.array([[0.0, 0.6], [0.6, 0.0]])
     return ArmTables(
         rest=np.zeros(2),

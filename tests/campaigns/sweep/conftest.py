@@ -1,4 +1,4 @@
-"""A study's file in a folder of its own."""
+"""Fixture of a study file in its own folder."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +12,7 @@ StudyOf = Callable[..., Study]
 
 @pytest.fixture
 def study_of(tmp_path: Path) -> StudyOf:
-    """Of a kind, and of the values in its grid as TOML has them."""
+    """Maker of studies from a kind and the values of its grid."""
 
     def make(kind: str = "probe", **grid: object) -> Study:
         path = tmp_path / "STUDY.toml"

@@ -1,4 +1,4 @@
-"""On a cluster of real processes a worker that is killed loses nothing, and whoever cannot be used is refused."""
+"""A killed worker of a real cluster loses no task, and unusable workers or schedulers are refused."""
 
 import json
 import subprocess
@@ -23,11 +23,11 @@ START_S = 60.0
 
 
 def silent(_text: str, _share: float) -> None:
-    """Nobody listens."""
+    """Ignore progress."""
 
 
 class Cluster:
-    """A scheduler and workers, each a process."""
+    """Scheduler and workers, each in its own process."""
 
     def __init__(self, folder: Path):
         file = folder / "scheduler.json"
@@ -75,9 +75,9 @@ def test_a_worker_that_is_killed_loses_nothing_and_the_table_is_the_same(
     def strike(_text: str, share: float) -> None:
         if share > 0.3 and not struck:
             struck.append(1)
-            time.sleep(
-                0.3
-            )  # a batch takes 0.8 s: it has said that it began one, as late as it may have come, and is at it
+            # A batch takes 0.8 s. After this time, however late the worker was, it has logged the start of a batch
+            # and is still at work.
+            time.sleep(0.3)
             cluster.workers[0].kill()
 
     result = run_sweep(study, SweepOptions(scheduler=cluster.address), tmp_path / "cluster", strike)

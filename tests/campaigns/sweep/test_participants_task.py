@@ -1,4 +1,4 @@
-"""A sweep over virtual participants flies every one in every condition, and refuses what nobody can be."""
+"""A sweep over virtual participants flies each one in every condition, and refuses impossible conditions."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A sweep gives the same table whoever computes it, loses nothing that is done, and says what failed."""
+"""A sweep gives the same table on any workers, keeps finished tasks, and reports failures."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -22,7 +22,7 @@ StudyOf = Callable[..., Study]
 
 
 def silent(_text: str, _share: float) -> None:
-    """Nobody listens."""
+    """Ignore progress."""
 
 
 def table_of(result: SweepResult) -> bytes:
@@ -94,7 +94,7 @@ def test_rows_of_another_exograv_are_refused(study_of: StudyOf, tmp_path: Path, 
 @pytest.mark.parametrize(
     ("kind", "grid", "told"),
     [
-        ("magic", {}, "which is none"),
+        ("magic", {}, "kind is 'magic'; allowed"),
         ("probe", {"count": 0}, "count"),
         ("probe", {"count": 1, "colour": 3}, "colour"),
         ("identify", {"first_seed": 1000, "wearers": 1, "without": ["magic"]}, "no disturbance 'magic'"),

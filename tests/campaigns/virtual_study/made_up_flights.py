@@ -1,4 +1,4 @@
-"""Flights that nobody flew, not even a virtual person: errors by a law that each test can state."""
+"""Invented flights without any simulation: errors follow a law that each test can state."""
 
 from collections.abc import Mapping
 
@@ -8,7 +8,7 @@ from exograv.campaigns.virtual_study.flight import FAMILIARISED, FlownTouch, Gro
 
 PITCH_MM = 0.277
 ERRORS_MM = {1: 24.0, 2: 31.0, 3: 40.0, 4: 28.0, 5: 35.0, 6: 22.0}
-"""First error after familiarisation, by person."""
+"""First error after familiarisation, by person [mm]."""
 
 
 def touch(window: int, number: int, up_mm: float, right_mm: float = 0.0) -> FlownTouch:
@@ -27,14 +27,14 @@ def flight(
     sessions: int = 4,
     windows: tuple[int, ...] = (1, 2, 3),
 ) -> VirtualFlight:
-    """Five touches a window, `share` of the person's error high in the first and half as much in each that follows."""
+    """Flight with five touches per window: `share` of the person's error in the first, half of it in each next one."""
     error = share * (ERRORS_MM[person] if error_mm is None else error_mm)
     touches = tuple(touch(w, k, error * 0.5 ** (w - 1)) for w in windows for k in range(1, 6))
     return VirtualFlight(person, condition, group, sessions, left_over_Nm, friction_Nm, touches)
 
 
 def comparison(shares: Mapping[str, float], people: int = 4, **other) -> list[VirtualFlight]:
-    """Everybody familiarised, and after each of these trainings with this share of the error left."""
+    """Flights of all people familiarised, and after each training with its share of the error left."""
     return [
         flight(person, name, share, **other)
         for person in range(1, people + 1)
@@ -43,6 +43,6 @@ def comparison(shares: Mapping[str, float], people: int = 4, **other) -> list[Vi
 
 
 def main_study(people: int = 3, share: float = 0.4) -> list[VirtualFlight]:
-    """Trained people 1, 2 … and untrained ones after them."""
+    """Flights of trained people 1, 2 … and of untrained people after them."""
     trained = [flight(k, "dam", share, "trained", sessions=16) for k in range(1, people + 1)]
     return trained + [flight(k + people, FAMILIARISED, 1.0, "untrained") for k in range(1, people + 1)]

@@ -1,4 +1,4 @@
-"""An ablation says by how much transfer changes without a mechanism, in the same people."""
+"""An ablation gives the change of transfer without a mechanism, in the same people."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from exograv.campaigns.virtual_study.transfer import PairedCareers, change
 
 
 def flown() -> list:
-    """Without slow states nothing is left of a transfer of one half; nothing else matters."""
+    """Flights in which all transfer of one half is lost without slow states, and no other mechanism matters."""
     shares = {"slow states learn nothing": 1.0, "none of these three learns": 1.0}
     return [comparison({"dam": shares.get(one.name, 0.5)}) for one in MECHANISMS]
 
@@ -53,5 +53,5 @@ def test_the_interval_of_a_change_holds_the_truth_as_often_as_it_says():
         told = change(PairedCareers(people, own, before, ()), PairedCareers(people, usual, before, ()))
         assert told.ci95 is not None
         held += told.ci95[0] <= -0.3 <= told.ci95[1]
-    # Three standard errors of such a share of 500.
+    # Three standard errors of a share of 95 % in 500 studies.
     assert held / studies == pytest.approx(0.95, abs=0.03)

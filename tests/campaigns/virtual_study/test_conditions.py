@@ -1,4 +1,4 @@
-"""A condition has one name, and what is no condition is refused before anybody trains in it."""
+"""A condition has one name, and an unknown condition is refused before a training begins."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Who does what in a virtual study, and what is refused before anybody begins."""
+"""Options give the careers of a virtual study, and impossible options are refused before it begins."""
 
 import pytest
 

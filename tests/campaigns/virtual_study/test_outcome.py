@@ -1,4 +1,4 @@
-"""The figures of a virtual study are those of its report, go through JSON, and claim no more than people can show."""
+"""The figures of a virtual study are those of its report, go through JSON, and claim only what the data support."""
 
 import json
 from dataclasses import asdict
@@ -23,7 +23,7 @@ LEFT_NM = {"ideal": 0.1, "ideal+left=0.1": 0.2, "ideal+left=0.4": 1.0, "ideal+le
 
 
 def with_machines(slope: float = -0.5) -> list:
-    """Transfer that changes by `slope` for ten times as much left over, 0.9 at 0.1 N·m."""
+    """Flights whose transfer changes by `slope` per factor of ten in left over, from 0.9 at 0.1 N·m."""
     from math import log10
 
     flights = []

@@ -1,4 +1,4 @@
-"""The page of a virtual study says SIMULATED on every part, and claims what its figures carry."""
+"""The page of a virtual study has SIMULATED on every part, and claims only what its figures support."""
 
 import re
 from dataclasses import replace
@@ -131,7 +131,7 @@ def test_the_most_telling_constant_is_on_top_and_goes_from_low_to_high():
     assert [own[0].name for own in order] == ["width", "learns_aim", "interval_sd"]
     assert [row.value for row in order[0]] == [0.1, 0.6]
     alone = SensitivityPoint("sees_higher_m", 0.08, -0.3, None)
-    assert spans([*SWEPT, alone], 0.5)[0] == (alone,), "a constant with one end counts from what is usual"
+    assert spans([*SWEPT, alone], 0.5)[0] == (alone,), "a constant with one end counts from the usual transfer"
 
 
 @pytest.mark.parametrize("few", [[flight(1, "dam")], [flight(1, "dam", windows=())], main_study(people=1)])

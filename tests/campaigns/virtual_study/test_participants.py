@@ -1,4 +1,4 @@
-"""Whose sessions are recorded for the study, and how many windows each of them has."""
+"""The right sessions are recorded for the study, each with the right number of windows."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,7 +16,7 @@ CODES = ("VA", "VB")
 
 
 class Told(ParticipantSimulation):
-    """Sits through nothing, and tells what it would have sat through: protocol, windows, whether it is kept."""
+    """Simulation without sessions: it collects their protocol, windows, number and whether they are kept."""
 
     def _sit(self, stage, loaded, day, number, is_kept) -> Any:
         protocol = loaded.settings
@@ -32,7 +32,7 @@ def _no_stage(monkeypatch):
 
 
 def sat_through(condition: str) -> list[tuple[str, int, int, bool]]:
-    """Everything that the trained person does in this condition."""
+    """Sessions of the trained person in this condition."""
     options = StudyOptions((1, 1), (2, 1), ("dam", "parabolic"), compared=(1, 1), windows=8, flight_windows=1)
     career = next(one for one in careers(options, CODES) if one.condition_name == condition)
     life = Told(career, options, Path(), lambda _text, _share: None)

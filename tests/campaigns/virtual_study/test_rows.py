@@ -1,4 +1,4 @@
-"""Rows of a virtual session tell what control asked for from what the machine got."""
+"""Rows of a virtual session keep the torque that control desired apart from the one that was commanded."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""The same person stands in every condition, and feels there what its mechanism leaves of the weight."""
+"""The same person is in every condition, and feels there the weight that its mechanism leaves."""
 
 import pickle
 from functools import cache
@@ -23,16 +23,16 @@ from exograv.loop.output_feedback import NoTorque
 from exograv.signals import Command, Reference
 
 SEED, LEVEL = 1000, 1
-OTHER_BASE_NM = 0.3  # another machine stands a little more or less level, by 2° at most
+OTHER_BASE_NM = 0.3  # The bases of two machines are tilted by up to 2° against each other.
 
 
 def silent(_text: str, _share: float) -> None:
-    """Nobody listens."""
+    """Ignore progress."""
 
 
 @cache
 def prepared(name: str, seed: int = SEED, level: int = LEVEL) -> TrainingKnowledge:
-    """Found once for all tests."""
+    """Prepare a training once for all tests."""
     return prepare_training(condition_of(name), seed, level, silent)
 
 
@@ -41,7 +41,7 @@ def stage_of(name: str, seed: int = SEED, level: int = LEVEL, day: int = 0) -> S
 
 
 def rested(stage: SessionSetup, seconds: float) -> np.ndarray:
-    """The arm's freedoms after the person has done nothing for so long [rad]."""
+    """Return the arm's freedoms after the person has been passive for this time [rad]."""
     twin, still = stage.twin, np.zeros(len(stage.twin.joints))
     for _ in range(round(seconds / twin.period_s)):
         state = twin.read()

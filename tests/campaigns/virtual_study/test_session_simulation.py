@@ -1,4 +1,4 @@
-"""A session that is flown quickly is that of the real task, and a second guard changes no torque of it."""
+"""A fast session equals one of the real task, and a second guard changes no torque of it."""
 
 from functools import cache
 
@@ -54,7 +54,7 @@ def flown(day: int) -> tuple[FlownTouch, ...]:
 
 
 class Watched(Twin):
-    """A machine behind a guard of its own; what this guard would have changed is kept."""
+    """Machine behind a second guard. The largest change by that guard is kept."""
 
     changed_Nm = 0.0
     stops = 0
@@ -73,7 +73,7 @@ class Watched(Twin):
         super().write(command)
 
 
-@pytest.mark.slow  # a guard beside every tick
+@pytest.mark.slow  # A guard runs beside every tick.
 def test_a_second_guard_changes_no_torque_of_a_session_but_the_first_steps_towards_it():
     stage = training_setup(prepared(), 1)
     twin = stage.twin
@@ -82,7 +82,8 @@ def test_a_second_guard_changes_no_torque_of_a_session_but_the_first_steps_towar
     twin.watch(stage)
     sitting = sitting_on(stage, "training", 1)
     assert isinstance(stage.controller, ArmController)
-    # The twin begins held and the guard from nothing: it lets torque in at its own rate, before anybody moves.
+    # The twin begins in equilibrium, but the second guard begins at zero torque. Its rate limit lets the torque rise
+    # here, before the person moves.
     stage.controller.mode.gravity_level = 0.0
     for _ in range(3000):
         state = twin.read()
@@ -95,7 +96,7 @@ def test_a_second_guard_changes_no_torque_of_a_session_but_the_first_steps_towar
     assert twin.changed_Nm < 1e-9
 
 
-@pytest.mark.slow  # three sessions with every shape checked
+@pytest.mark.slow  # Three sessions run with every shape checked.
 def test_the_same_day_gives_the_same_touches_and_another_day_others():
     first = flown(1)
     assert len(first) >= 7

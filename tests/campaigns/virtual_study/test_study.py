@@ -1,4 +1,4 @@
-"""A study's folder: what is expected in it, and what of it is refused in a sentence."""
+"""The folder of a study has the expected sessions, and unusable folders are refused in a sentence."""
 
 import json
 from dataclasses import asdict
@@ -67,7 +67,7 @@ def test_nothing_is_flown_that_is_kept(tmp_path: Path):
         file.write_text(json.dumps(asdict(one)), encoding="utf-8")
     everybody = careers(StudyOptions((1, 0), conditions=("ideal",)), ("V",))
     jobs = [CareerJob(career, StudyOptions(), file) for career, file in zip(everybody, files, strict=False)]
-    # Either would take minutes, and need a folder that is not there.
+    # A simulation of either career would take minutes, and would need a folder that does not exist.
     assert lived_of(jobs, tmp_path / "nowhere", 1, lambda _share: None) == [one, one]
 
 

@@ -1,4 +1,4 @@
-"""Transfer is the share of the first error that a training took away; where it cannot be told, it says why."""
+"""Transfer is the share of the first error that a training removed; an undefined transfer has a reason."""
 
 from dataclasses import replace
 

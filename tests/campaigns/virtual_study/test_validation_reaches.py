@@ -1,4 +1,4 @@
-"""A virtual participant without machine: what was not learned is not known, and no chance makes two people alike."""
+"""A virtual participant without machine knows only what was learned, and equal people differ only by noise."""
 
 from typing import Any
 
@@ -20,10 +20,10 @@ SURE: dict[str, Any] = {
 }
 STEADY = AdaptationRates(felt_sd=0.0)
 PERIODS_MM = 3.0
-"""Between acting every 1 and every 2 ms: muscles lag by 40 ms."""
+"""Tolerance between acts every 1 ms and every 2 ms [mm]; muscles lag by 40 ms."""
 
 ALIKE_MM = 6.0
-"""From window to window: the twin's wearer does not quite relax."""
+"""Tolerance between windows [mm]; the twin's wearer does not relax completely."""
 
 
 def first_up(seed: int, gravity: float, windows: int, habits: Habits) -> list[float]:

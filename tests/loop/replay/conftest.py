@@ -1,4 +1,4 @@
-"""A short run of everything that a session gives control, recorded; and the person in it."""
+"""Fixtures of a short recorded run with all kinds of inputs to control, and of its wearer."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -32,7 +32,7 @@ SEED, LEVEL = 1012, 2
 
 @dataclass(frozen=True)
 class Flown:
-    """A recording, and what the run knew."""
+    """Recording of a run, and the knowledge of the run."""
 
     path: Path
     laboratory: VirtualLaboratory
@@ -41,7 +41,7 @@ class Flown:
 
 
 def nothing(_text: str, _share: float) -> None:
-    """For who wants to be told of progress."""
+    """Ignore progress."""
 
 
 @pytest.fixture(scope="session")
@@ -56,7 +56,7 @@ def assembly(laboratory: VirtualLaboratory) -> Assembly:
 
 @pytest.fixture(scope="session")
 def machine(laboratory: VirtualLaboratory, assembly: Assembly) -> CalibratedMachine:
-    """As a perfect stage 0 finds it."""
+    """Return the machine as a perfect stage 0 would calibrate it."""
     nominal, truth = nominal_machine(laboratory.description, assembly.exo.phi), laboratory.machine
     friction = replace(nominal.friction, coulomb=truth.friction.coulomb, viscous=truth.friction.viscous)
     gains = ActuatorGain(truth.drives.gain, 0.005 * truth.drives.gain)
@@ -70,7 +70,7 @@ def flown(
     assembly: Assembly,
     machine: CalibratedMachine,
 ) -> Flown:
-    """The empty machine with a weight, then an arm: driven, published to, loaded, floated, and stopped."""
+    """Record a run: the empty machine with a weight, then an arm driven, published to, loaded, floated, and stopped."""
     path = tmp_path_factory.mktemp("flown") / "run.mcap"
     settings = json_value(provenance(DemoOptions(level=LEVEL, seed=SEED), laboratory, [0.2] * 4, {}))
     x = table_guess(assembly, machine)
@@ -132,7 +132,7 @@ def fly_worn(laboratory: VirtualLaboratory, arm: ArmController, recording: Recor
 
 
 class _Ending(Twin):
-    """Ends the run by itself when so many commands are left."""
+    """Twin that ends the run with an error after `left` commands."""
 
     left = 1_000_000
 

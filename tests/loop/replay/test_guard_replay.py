@@ -1,4 +1,4 @@
-"""The guard in a replay, told more than it was told in the run."""
+"""The guard in a replay of another run expects the motors to follow the new commands."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A live run decides the same when it is flown again, though control was late, and missed measurements, in it."""
+"""A replayed live run decides the same as the run, though control was late and missed measurements in it."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -35,19 +35,19 @@ from exograv.signals import JointState
 from .conftest import LEVEL, SEED, nothing
 
 FLOATS = 6100
-"""After a rest and a ramp."""
+"""Tick at which the arm floats, after a rest and a ramp."""
 
 TICKS, STOP_AT = FLOATS + 900, FLOATS + 700
-TOLD_AT, LEVEL_BEFORE, LEVEL_TOLD = FLOATS + 100, 0.2, 0.35  # the way there takes 750 ticks: the stop ends it
+TOLD_AT, LEVEL_BEFORE, LEVEL_TOLD = FLOATS + 100, 0.2, 0.35  # The ramp takes 750 ticks, so the stop interrupts it.
 LATE = (FLOATS + 200, FLOATS + 202, FLOATS + 500)
-"""Measurements that control answers to when the guard has given up waiting."""
+"""Measurements that control answers after the guard's time-out."""
 
 MISSED = (FLOATS + 300, FLOATS + 301, FLOATS + 501)
-"""Measurements that control never gets to see."""
+"""Measurements that control never receives."""
 
 
 class Forgetful(GuardLoop):
-    """A guard whose control is forgotten by the computer now and then."""
+    """Guard loop whose control sometimes does not run in time."""
 
     control: LiveControl
     row: np.ndarray
@@ -69,7 +69,7 @@ class Forgetful(GuardLoop):
 
 @pytest.fixture(scope="module")
 def plan(laboratory: VirtualLaboratory, assembly: Assembly, machine: CalibratedMachine) -> LivePlan:
-    """The guard's table is a wide one: what it holds a person to is not looked at here."""
+    """Return a plan whose guard has a wide table, because the limits of the person are not tested here."""
     x = table_guess(assembly, machine)
     prepared = ControllerKnowledge(assembly, machine, x, 400.0)
     return LivePlan(
@@ -90,7 +90,7 @@ def wide_limits() -> PersonLimits:
 
 @pytest.fixture(scope="module")
 def lived(plan: LivePlan, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Guard and control as in their processes, but in turn."""
+    """Run guard and control in turn, as in their processes."""
     joints = plan.description.joints
     n, path = len(joints), tmp_path_factory.mktemp("lived") / "live.mcap"
     states, answers = Mailbox(state_dtype(n)), Mailbox(answer_dtype(n))
@@ -157,7 +157,7 @@ def test_every_torque_is_the_recorded_one_to_the_last_bit_and_the_stop_comes_aga
 
 def test_a_level_that_was_asked_for_is_felt_by_a_ramp_that_a_stop_ends(lived: Path):
     ticks = read_recording(lived).ticks
-    ticks = ticks[np.isfinite(ticks["gravity_level"])]  # where control answered in time
+    ticks = ticks[np.isfinite(ticks["gravity_level"])]  # Only ticks that control answered in time.
     levels, passed = ticks["gravity_level"], np.diff(ticks["sequence"].astype(int))
     assert levels[0] == LEVEL_BEFORE
     assert np.diff(levels).min() >= 0.0
@@ -166,13 +166,13 @@ def test_a_level_that_was_asked_for_is_felt_by_a_ramp_that_a_stop_ends(lived: Pa
 
 
 def test_a_replay_that_is_not_told_of_the_level_differs(lived: Path, tmp_path: Path):
-    """The level is in the recording, and not guessed from what control answered."""
+    """The replay takes the level from the recording, not from the answers of control."""
     found = replayed(copied(lived, tmp_path / "a.mcap", keeps_control=False))
     assert found["bit_identical"] == {"tau_desired": False, "tau_commanded": False}
 
 
 def copied(lived: Path, path: Path, lost: slice = slice(0), keeps_control: bool = True) -> Path:
-    """The recording without these ticks."""
+    """Copy the recording without these ticks."""
     source = read_recording(lived)
     settings = {k: v for k, v in source.settings.items() if k not in ("schema_version", "joints")}
     with RecordingWriter(path, source.joints, settings) as recording:

@@ -1,4 +1,4 @@
-"""A run in lock-step decides the same when it is flown again from its recording, and otherwise where it should."""
+"""A replayed run in lock-step decides the same as the run, and differently only where it should."""
 
 import json
 from pathlib import Path
@@ -26,7 +26,7 @@ def replayed(path: Path, folder: Path | None = None, **instead: Any) -> dict[str
 
 
 def rewritten(flown: Flown, path: Path, ticks: np.ndarray, change: Any = lambda _topic, message: message) -> Path:
-    """The same recording with other ticks, messages or settings."""
+    """Write the same recording with other ticks, messages or settings."""
     source: Recording = read_recording(flown.path)
     settings = {k: v for k, v in source.settings.items() if k not in ("schema_version", "joints")}
     with RecordingWriter(path, source.joints, change("/settings", json.loads(json.dumps(settings)))) as recording:
@@ -81,7 +81,8 @@ def test_a_torque_that_was_altered_is_the_first_difference_and_lost_ticks_are_no
     assert not found["ok"]
     assert found["gaps"] == [{"t": ticks["t"][720], "lost": 20}]
     assert "20 ticks are missing" in " ".join(found["circumstances"])
-    # Filters begin anew: what they do not know yet is not compared. A hand-over and a friction spring go on otherwise.
+    # Filters restart at the gap, and ticks are not compared until they agree. A hand-over and a friction spring
+    # continue with other states.
     assert len(ticks) - 20 - found["compared"]["tau_commanded"] == pytest.approx(500, abs=2)
     assert 0.0 < max(found["difference_Nm"]["tau_commanded"]["max"]) < 0.5
 
@@ -108,7 +109,7 @@ def test_a_recording_that_was_cut_is_replayed_up_to_there(flown: Flown, tmp_path
     (tmp_path / "a.mcap").write_bytes(content[: content.rfind(b"\x28\xb5\x2f\xfd") + 100])
     found = replayed(tmp_path / "a.mcap")
     assert found["bit_identical"] == {"tau_desired": True, "tau_commanded": True}
-    assert "What is before was replayed" in found["circumstances"][0]
+    assert "The part before that was replayed" in found["circumstances"][0]
 
 
 def test_another_gravity_level_shows_only_where_an_arm_is_carried(flown: Flown):
@@ -141,7 +142,7 @@ def test_a_recording_that_says_nothing_of_control_is_refused(tmp_path: Path):
 
 
 def broken(what: str, topic: str, message: dict[str, Any]) -> dict[str, Any]:
-    """One thing in the recording that no exograv writes."""
+    """Change one message to content that exograv never writes."""
     if topic == "/settings" and what == "escape":
         message["settings"]["rig_files"] = {"x/../../rig.toml": "name = 'x'"}
     if topic == "/settings" and what == "absolute":
@@ -177,7 +178,7 @@ def test_content_that_no_exograv_writes_is_a_readable_error(flown: Flown, tmp_pa
 
 
 def test_a_machine_whose_urdf_is_its_neighbours_is_unpacked_with_it(tmp_path: Path):
-    """As recupera_like_qdd, which has the links of recupera_like."""
+    """The URDF of recupera_like_qdd has the links of recupera_like."""
     description = load_rig("recupera_like_qdd")
     machine = _unpack(tmp_path / "a.mcap", written_rig(description), tmp_path)
     assert load_rig(str(machine), description.side).sha256 == description.sha256
@@ -211,5 +212,5 @@ def test_a_machine_that_was_another_then_is_named_and_flown_as_it_was(flown: Flo
 
     ticks = read_recording(flown.path).ticks
     found = replayed(rewritten(flown, tmp_path / "a.mcap", ticks[:1000], older))
-    assert "not those whose hash it states" in " ".join(found["circumstances"])
+    assert "do not match the hash" in " ".join(found["circumstances"])
     assert found["bit_identical"]["tau_desired"]

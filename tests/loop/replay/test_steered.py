@@ -1,4 +1,4 @@
-"""A session that somebody steered decides the same when it is flown again: every word is in the recording."""
+"""A replayed session that an operator steered decides the same, because every command is in the recording."""
 
 from dataclasses import replace
 from functools import partial
@@ -54,7 +54,7 @@ class Clock:
 
 
 class InTurn(GuardLoop):
-    """Guard and control, one after the other."""
+    """Guard loop that runs control in turn with the guard."""
 
     control: LiveControl
     row: np.ndarray

@@ -35,7 +35,7 @@ def worst_of_targets(run: MethodRun, seconds: float) -> float:
 
 
 def paired(runs: Sequence[MethodRun]) -> dict[str, list[MethodRun]]:
-    """Runs by method, only of wearers that every method has met, in the order of their seeds."""
+    """Group runs by method, only of wearers that every method has met, in the order of their seeds."""
     by_method: dict[str, dict[int, MethodRun]] = {}
     for run in runs:
         by_method.setdefault(run.method, {})[run.case.wearer_seed] = run

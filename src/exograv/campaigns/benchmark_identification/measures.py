@@ -101,7 +101,7 @@ def with_interval(values: Values) -> MedianFigures:
 
 
 def rounded_ends(interval: tuple[float, float]) -> Ends:
-    """Ends of an interval, rounded for files."""
+    """Round the ends of an interval for files."""
     return rounded(interval[0]), rounded(interval[1])
 
 

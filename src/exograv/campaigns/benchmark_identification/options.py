@@ -75,10 +75,10 @@ class BenchmarkOptions(Options):
     """Seed of the first wearer, `--seed` if absent; the others follow it. Tune from 1000 on, report from 0."""
 
     only: str | None = None
-    """One disturbance at the level, all others at level 0."""
+    """Disturbance that is alone at the level, with all others at level 0."""
 
     without: str | None = None
-    """One disturbance switched off."""
+    """Disturbance that is switched off."""
 
     never_relaxed: bool = False
     """True for wearers who never relax: their muscles are restless as at level 4, all else stays at the level."""

@@ -90,7 +90,7 @@ def is_offline(method: Method) -> bool:
 
 
 def _note_times(method: Method, end: float) -> Sequence[float]:
-    """Times before the end at which estimates are due [s]."""
+    """List the times before the end at which estimates are due [s]."""
     if is_offline(method):
         return [t for t in DURATIONS_S if t < end - NOTE_S]
     return np.arange(NOTE_S, end - 1e-3, NOTE_S).tolist()

@@ -1,5 +1,5 @@
-"""A whole study without people: end points by a model of adaptation, protocols and recordings as in a real one.
+"""Example of a whole study without people: end points from a model of adaptation, protocols and recordings as usual.
 
-It shows what the study room makes of recordings. No machine is simulated, unlike in `experiment/train/`; it is no
-evidence about people.
+It shows what the study room makes of recordings. No machine is simulated, unlike in `experiment/train/`. The results
+are no evidence about people.
 """

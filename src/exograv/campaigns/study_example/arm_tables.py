@@ -1,4 +1,4 @@
-"""What the example needs to know of an arm: where its finger is along a reach, and what its weight takes there."""
+"""Tables of an arm for the example: position of the finger along a reach, and gravity torque there."""
 
 from dataclasses import dataclass
 
@@ -13,42 +13,42 @@ from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics
 from exograv.task.task_settings import TargetSettings
 
 NODES = 25
-"""Along a reach; what is between is a straight line."""
+"""Number of nodes along a reach, with linear interpolation between them."""
 
 DIFFERENCE = 1e-5
 
 
 @dataclass(frozen=True)
 class ArmTables:
-    """Of one arm, at even shares of the way from lap to screen."""
+    """Tables of one arm, at even shares of the way from lap to screen."""
 
     rest: Float[np.ndarray, " arm"]
     touch: Float[np.ndarray, " arm"]
-    """Postures [rad]."""
+    """Postures at rest and at the touch [rad]."""
 
     weight: Float[np.ndarray, " arm"]
-    """What the arm's whole weight takes at the screen [N·m]."""
+    """Torque of the arm's whole weight at the screen [N·m]."""
 
     screen_slope: Float[np.ndarray, "2 arm"]
-    """How the finger goes right and up of the screen with the freedoms [m/rad]."""
+    """Derivative of the finger's position right and up on the screen by the freedoms [m/rad]."""
 
     tip_slope: Float[np.ndarray, "3 arm"]
-    """The same in the base frame."""
+    """Derivative of the finger's position in the base frame by the freedoms [m/rad]."""
 
     weights: Float[np.ndarray, "node arm"]
-    """What it takes along the way [N·m]."""
+    """Torque of the arm's whole weight along the way [N·m]."""
 
     exo: Float[np.ndarray, "node corner 3"]
     arm: Float[np.ndarray, "node point 3"]
-    """Points to draw [m]."""
+    """Points to draw, of machine and arm [m]."""
 
     def posture_change(self, off_m: Float[np.ndarray, " 2"]) -> Float[np.ndarray, " arm"]:
-        """The smallest one that moves the finger so far right and up [m]."""
+        """Smallest posture change that moves the finger by this distance right and up [m]."""
         return np.linalg.pinv(self.screen_slope) @ off_m
 
 
 def arm_tables(laboratory: VirtualLaboratory, room: SimulatedRoom, target: TargetSettings) -> ArmTables:
-    """Of the wearer of this laboratory before this screen."""
+    """Compute the tables of this laboratory's wearer before this screen."""
     assembly = laboratory.assembly()
     skeleton = skeleton_function(assembly)
     axes = room.around(assembly, target).screen_axes

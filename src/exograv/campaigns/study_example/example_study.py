@@ -1,4 +1,4 @@
-"""All sessions of all participants of the example, one process a participant: learning goes from session to session."""
+"""Sessions of all participants of the example, one process per participant, because learning carries over."""
 
 import os
 import random
@@ -34,41 +34,41 @@ from .session_file import ExampleSession
 ACTIVE_RIG, PASSIVE_RIG = "recupera_like", "recupera_like_passive"
 LEVEL = 2
 GROUPS = {"trained": "training", "untrained": "familiarisation"}
-"""What a group does before the flight."""
+"""Protocol of each group before the flight."""
 
 LOST = (
-    "A process that simulates sessions was ended from outside, perhaps because memory ran out. Begin in another folder."
+    "Another program ended a process that simulates sessions, perhaps because memory ran out. Begin in another folder."
 )
 
 
 @dataclass(frozen=True)
 class ExampleParticipant:
-    """One of the participants."""
+    """Participant of the example."""
 
     code: str
     group: str
     seed: int
     sessions: int
-    """Before the flight."""
+    """Number of sessions before the flight."""
 
     @property
     def files(self) -> tuple[tuple[str, int], ...]:
-        """Protocol and number of each session, in their order."""
+        """Protocol and number of each session, in order."""
         return (*((GROUPS[self.group], k) for k in range(1, self.sessions + 1)), ("flight", 1))
 
 
 def make_example(options: ExampleOptions, path: Path, progress: Progress, workers: int | None = None) -> StudyFolder:
-    """Begin a study, simulate everybody's sessions and add them, as a laboratory would.
+    """Begin a study, simulate the sessions of all participants and add them, as a laboratory would.
 
     Args:
-        options: What is asked for.
-        path: The study's folder; there must be none.
-        progress: Told what is done, and the share of all.
-        workers: Processes; as many as there are processors where absent. The files do not depend on it.
+        options: Options of the example.
+        path: Folder of the study; it must not exist.
+        progress: Receives a sentence and the finished share.
+        workers: Number of processes; one per processor if absent. The files do not depend on it.
 
     Raises:
-        ConfigError: There is something in the folder already.
-        RecordingError: The disk is full; what was added stays.
+        ConfigError: The folder is not empty.
+        RecordingError: The disk is full. Added recordings stay.
     """
     folder = begin_study(path, _settings_of_study(options))
     everybody = _people(options)
@@ -77,17 +77,17 @@ def make_example(options: ExampleOptions, path: Path, progress: Progress, worker
     total, done = sum(len(somebody.files) for somebody in everybody), 0
     with tempfile.TemporaryDirectory(prefix=".simulated-", dir=path) as place:
         work = partial(_sessions_of, folder=Path(place))
-        # The study's files follow the order of participants.
+        # The study's files are added in the order of participants.
         arriving = results_of(work, everybody, workers or os.cpu_count() or 1, lambda _: None, LOST)
         for paths in in_order(arriving):
-            progress("Simulating sessions, adding them", done / total)
+            progress("Simulating and adding sessions", done / total)
             outcomes = add_files(folder, paths, AddOptions())
             if worst(outcomes):
                 raise RecordingError(next(one.sentence for one in outcomes if one.what in ("refused", "quarantined")))
             done += len(paths)
             for one in paths:
                 one.unlink()
-    progress("Simulating sessions, adding them", 1.0)
+    progress("Simulating and adding sessions", 1.0)
     return folder
 
 
@@ -110,7 +110,7 @@ def _settings_of_study(options: ExampleOptions) -> StudySettings:
 
 
 def _people(options: ExampleOptions) -> list[ExampleParticipant]:
-    """Trained ones first; codes and seeds are drawn from that of the study."""
+    """Draw the participants, trained ones first; codes and seeds follow from the seed of the study."""
     groups = [group for group, count in zip(GROUPS, options.participants, strict=True) for _ in range(count)]
     sessions = dict(zip(GROUPS, options.sessions, strict=True))
     chance, codes = random.Random(options.seed), list[str]()
@@ -124,7 +124,7 @@ def _people(options: ExampleOptions) -> list[ExampleParticipant]:
 
 
 def _sessions_of(somebody: ExampleParticipant, _tell: Tell, folder: Path) -> Iterator[list[Path]]:
-    """Write all recordings of one person; learning goes from one to the next."""
+    """Write all recordings of one person; learning carries over from each to the next."""
     paths = list[Path]()
     room, protocols = SimulatedRoom(), {name: load_protocol(name) for name in (*GROUPS.values(), "flight")}
     laboratories = {rig: draw_laboratory(rig, None, LEVEL, somebody.seed) for rig in (ACTIVE_RIG, PASSIVE_RIG)}

@@ -14,15 +14,15 @@ class ExampleOptions:
     """Options of `exograv study example`."""
 
     participants: Annotated[tuple[int, int], pair("--participants")] = (3, 3)
-    """Trained and untrained."""
+    """Numbers of trained and of untrained participants."""
 
     sessions: Annotated[tuple[int, int], pair("--sessions")] = (16, 4)
-    """Of each before the flight."""
+    """Sessions of each participant before the flight: trainings, familiarisations."""
 
     seed: AnySeed = 0
 
     def __post_init__(self):
-        """Refuse what cannot be.
+        """Check the options.
 
         Raises:
             ConfigError: Names the option.
@@ -35,4 +35,4 @@ class ExampleOptions:
                 given = ",".join(str(value) for value in both)
                 raise ConfigError(f"--{name} is {given}; give two numbers, trained and untrained: {low} to {high}.")
         if sum(self.participants) == 0:
-            raise ConfigError("--participants is 0,0; a study has somebody in it.")
+            raise ConfigError("--participants is 0,0; a study needs at least one participant.")

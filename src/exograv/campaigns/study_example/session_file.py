@@ -1,4 +1,4 @@
-"""One session of the example: the run of the protocol by the real task room, and a recording as a real one has it."""
+"""Session of the example: the protocol runs in the real task room, and the recording has the usual form."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,49 +24,49 @@ from .arm_tables import NODES, ArmTables
 from .pointer import Pointer
 
 RATE_HZ = 60.0
-"""Of the ticks: enough for positions of a reach; a real machine has 1000."""
+"""Rate of recorded ticks [Hz], enough for the positions of a reach; a real machine has 1000."""
 
 SKELETON_HZ = 20.0
 STEP_S = 0.1
-"""In which time goes on: the aircraft's own."""
+"""Time step [s], the aircraft's own."""
 
 REACTION_S = 1.4
-"""From a window's opening to the first movement: 0.35 s, and 1 s in which muscles are tensed; assumed, as in
+"""Time from a window's opening to the first movement [s]: 0.35 s, and 1 s to tense the muscles; assumed, as in
 `experiment/train/`."""
 
 REACH_S, STAY_S = 0.9, 0.2
-"""There, and back; on the screen."""
+"""Time to reach the screen or to return [s], and time on the screen [s]."""
 
 ENCODER_RAD = 1e-4
-"""Step of an encoder; assumed."""
+"""Resolution of an encoder [rad]; assumed."""
 
 TORQUE_SD = 0.1
-"""Of what the motors' current says [N·m]; assumed."""
+"""Noise of torque from the motors' current, SD [N·m]; assumed."""
 
 
 @dataclass(frozen=True)
 class ScreenReach:
-    """One movement to the screen and back."""
+    """Movement to the screen and back."""
 
     contact: float
-    """When [s]."""
+    """Time of the touch [s]."""
 
     change: np.ndarray
-    """Of the posture at the screen [rad]."""
+    """Posture change at the screen [rad]."""
 
 
 class ExampleSession:
-    """Somebody before a screen, for one protocol."""
+    """Session of one person before a screen, for one protocol."""
 
     def __init__(self, plan: TaskPlan, room: SimulatedRoom, tables: ArmTables, pointer: Pointer, seed: int):
-        """Nothing has begun.
+        """Begin before the first step.
 
         Args:
             plan: Protocol, machine and screen.
-            room: Where the screen stands.
-            tables: Of the person's arm.
+            room: Room of the screen.
+            tables: Tables of the person's arm.
             pointer: The person.
-            seed: Draws the flight and all noise of this session.
+            seed: Seed of the flight and of all noise of this session.
         """
         self._plan, self._tables, self._pointer, self._seed = plan, tables, pointer, seed
         self._random = np.random.default_rng([seed, 42])
@@ -75,10 +75,10 @@ class ExampleSession:
         self._panel = TouchPanel(room, plan.protocol.target, self._random, "simulated")
 
     def record(self, path: Path, joints: tuple[str, ...], settings: RunSettings) -> None:
-        """Run it and write it.
+        """Run the session and write its recording.
 
         Raises:
-            RecordingError: The place cannot be written.
+            RecordingError: The file cannot be written.
         """
         with RecordingWriter(path, joints, json_value(settings)) as recording:
             recording.phase(0.0, "task")
@@ -92,14 +92,14 @@ class ExampleSession:
 
     @property
     def is_settling(self) -> bool:
-        """False: there is no machine."""
+        """Always false: there is no machine."""
         return False
 
     def fly(self, g: np.ndarray) -> None:
-        """Ignore the acceleration of the aircraft: the pointer takes its level from the windows."""
+        """Ignore the acceleration of the aircraft, because the pointer takes its level from the windows."""
 
     def advance(self, session: ScreenSession) -> None:
-        """Go on by one step; a rest between windows of a clock is passed over in one."""
+        """Advance by one step. A rest between windows of a clocked protocol is skipped in one step."""
         self._step += 1
         if self._plan.is_clocked and self.run.state.window is None and self._panel.is_empty:
             timeline = self._plan.timeline
@@ -121,7 +121,7 @@ class ExampleSession:
         ScreenSession(self.run, (*aircraft, self._panel.reported)).fly(self)
 
     def _see_windows(self, _t: float, records: tuple[Record, ...]) -> None:
-        """Draw the touches of a window that opens; drop those that a closed window does not take any more."""
+        """Draw the touches of a window that opens. Withdraw touches that come after a window has closed."""
         for record in records:
             if isinstance(record, WindowOpened):
                 self._pointer.window(record.gravity_level if self._feels(record) else 1.0)
@@ -130,7 +130,7 @@ class ExampleSession:
                 self._panel.withdraw(record.t)
 
     def _feels(self, record: WindowOpened) -> bool:
-        """Whether the level of the window is there: made by the machine, or by the aircraft."""
+        """Return True if the window's level is real: made by the machine or by the aircraft."""
         return self._plan.exo == "active" or record.by != "clock"
 
     def _plan_window(self, opened: float) -> None:
@@ -150,7 +150,7 @@ class ExampleSession:
             self._pointer.see_arrow(late_s)
 
     def _write_ticks(self, recording: RecordingWriter) -> None:
-        """Where the arm was, and the torque that carried it."""
+        """Write the arm's positions, and the torque that carried the arm."""
         t = np.arange(int(self.run.state.t * RATE_HZ)) / RATE_HZ
         share, change = _along(self._reaches, t, len(self._tables.rest))
         tables, n = self._tables, len(self._tables.rest)
@@ -172,7 +172,7 @@ class ExampleSession:
         self._write_skeletons(recording, t, share, change)
 
     def _levels(self, t: np.ndarray) -> np.ndarray:
-        """What the machine makes [-]."""
+        """Gravity level made by the machine [-]."""
         if self._plan.exo != "active":
             return np.ones(len(t))
         phases = self._plan.timeline.phases
@@ -193,7 +193,7 @@ class ExampleSession:
 
 
 def _along(reaches: list[ScreenReach], t: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """How far on the way to the screen the arm is at each time [-], and to which change of posture [rad]."""
+    """Share of the way to the screen at each time [-], and posture change of the present reach [rad]."""
     share, change = np.zeros(len(t)), np.zeros((len(t), n))
     for reach in reaches:
         begin, end = reach.contact - REACH_S, reach.contact + STAY_S + REACH_S
@@ -205,7 +205,7 @@ def _along(reaches: list[ScreenReach], t: np.ndarray, n: int) -> tuple[np.ndarra
 
 
 def _between(nodes: np.ndarray, share: float) -> np.ndarray:
-    """Of even nodes (node, …), at a share of the way."""
+    """Interpolate between even nodes (node, …) at a share of the way."""
     place = share * (len(nodes) - 1)
     first = min(int(place), len(nodes) - 2)
     return nodes[first] + (place - first) * (nodes[first + 1] - nodes[first])

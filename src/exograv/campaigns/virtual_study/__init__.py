@@ -1,1 +1,1 @@
-"""Virtual people train, fly and are compared: what a training is worth, by mechanism. No evidence about people."""
+"""Virtual study: simulated people train, fly and are compared, by mechanism. It is no evidence about people."""

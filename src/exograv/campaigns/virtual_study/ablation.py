@@ -1,4 +1,4 @@
-"""From which mechanism transfer comes: the small study with one mechanism of the virtual person off at a time."""
+"""Ablation: the small study with one mechanism of the virtual person switched off at a time."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -19,52 +19,52 @@ MECHANISMS = (
     Variant("the fast state learns nothing", {"fast_learns": 0.0}),
     Variant("nothing is aimed away", {"learns_aim": 0.0}),
     Variant("none of these three learns", {"slow_learns": 0.0, "fast_learns": 0.0, "learns_aim": 0.0}),
-    # Levels a sixteenth of g apart are another context then; a width of 0 would be divided by.
+    # At this width, levels a sixteenth of g apart are separate contexts. A width of 0 would cause a division by zero.
     Variant("levels are kept apart", {"width": 0.01}),
     Variant("all levels are one context", {"width": 100.0}),
     Variant("the felt weight is not believed", {"trusts_felt": 0.0}),
-    # At 1 nothing seen could be learned from.
+    # At a value of 1, a person could not learn from anything seen.
     Variant("hardly anything but the felt weight is believed", {"trusts_felt": MOST["trusts_felt"]}),
     Variant("mass is not doubted", {"mass_doubt": 0.0}),
 )
-"""What is off or at its end, and how."""
+"""Variants with one mechanism off or at an end of its range."""
 
 TEXT = (
-    f"The same people in the same conditions with one mechanism of the virtual person off at a time; {SIZE}. E₀ is "
-    "flown with the mechanism off, too. The change is against all mechanisms as they are, person by person; its "
-    "interval is Student's t of each person's share in it, a linear approximation that wants an E₀ well away from 0."
+    f"The same people in the same conditions with one mechanism of the virtual person off at a time; {SIZE}. The "
+    "mechanism is off for E₀ too. The change is relative to the study with all mechanisms, person by person. Its "
+    "interval is Student's t of each person's share in it; this linear approximation needs an E₀ well away from 0."
 )
 
 
 @dataclass(frozen=True)
 class Ablated:
-    """One condition with one mechanism off."""
+    """Figures of one condition with one mechanism off."""
 
     condition: str
     off: str
     constants: dict[str, float]
     people: int
     first_window_up_mm: float | None
-    """E."""
+    """Mean error E in the first window after the training."""
 
     familiarised_up_mm: float | None
-    """E₀."""
+    """Mean error E₀ in the first window after familiarisation only."""
 
     transfer: float | None
     ci95: list[float] | None
     change: float | None
-    """Of transfer, against all as they are."""
+    """Change of transfer relative to the study with all mechanisms."""
 
     change_ci95: list[float] | None
     reason: str | None
-    """Why something is missing."""
+    """Reason for a missing value."""
 
 
 def ablation(options: StudyOptions, means: FlightResources) -> list[Ablated]:
-    """Every compared condition of the study with each of `MECHANISMS`.
+    """Fly each compared condition of the study with each of `MECHANISMS`.
 
     Raises:
-        ExogravError: A machine or run was refused, or the disk is full; careers that were done are kept.
+        ExogravError: A machine or run was refused, or the disk is full. Finished careers are kept.
     """
     conditions = tuple(condition_of(text).name for text in options.conditions)
     flown = fly_variants(options, conditions, MECHANISMS, means)
@@ -72,7 +72,7 @@ def ablation(options: StudyOptions, means: FlightResources) -> list[Ablated]:
 
 
 def ablated_rows(condition: str, flown: Sequence[Sequence[VirtualFlight]]) -> list[Ablated]:
-    """Of one condition, in the order of `MECHANISMS`, whose flights these are."""
+    """Compute the rows of one condition from the flights of each of `MECHANISMS`, in their order."""
     found = [pairs(compared(flights).get(condition, ()), familiarised(flights)) for flights in flown]
     return [_row(condition, one, own, found[0]) for one, own in zip(MECHANISMS, found, strict=True)]
 
@@ -88,18 +88,18 @@ def _row(condition: str, variant: Variant, own: PairedCareers, usual: PairedCare
 
 
 def sentences(rows: Sequence[Ablated]) -> Iterator[str]:
-    """What of transfer goes with which mechanism, condition by condition."""
+    """Yield sentences on the effect of each mechanism on transfer, condition by condition."""
     for condition in dict.fromkeys(row.condition for row in rows if row.condition != FAMILIARISED):
         own = [row for row in rows if row.condition == condition]
         usual = own[0].transfer
         if usual is None:
-            yield f"From which mechanism transfer of {condition} comes cannot be told: {own[0].reason}."
+            yield f"The mechanism behind transfer of {condition} cannot be determined: {own[0].reason}."
             continue
         said = f"In the small study transfer of {condition} is {number(usual)}."
         if moved := [row for row in own if row.change_ci95 is not None and not _holds_0(row.change_ci95)]:
             said += f" It changes where {'; '.join(map(_told, moved))}."
         if open_ := [row for row in own if row.change_ci95 is not None and _holds_0(row.change_ci95)]:
-            said += f" That it changes is not shown where {'; '.join(map(_told, open_))}."
+            said += f" A change is not shown where {'; '.join(map(_told, open_))}."
         if untold := [row.off for row in own[1:] if row.change_ci95 is None]:
             said += f" It cannot be told where {'; '.join(untold)}."
         yield said

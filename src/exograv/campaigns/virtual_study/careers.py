@@ -1,4 +1,4 @@
-"""Careers of all virtual people of a study, from the options."""
+"""Careers of all virtual people of a study, from its options."""
 
 import re
 from dataclasses import dataclass
@@ -12,34 +12,35 @@ from .options import StudyOptions
 
 @dataclass(frozen=True)
 class Career:
-    """One person from the first session to the last flight, in one condition."""
+    """Sessions and flights of one person in one condition."""
 
     person: int
     seed: int
     condition: Condition | None
-    """None: familiarisation only."""
+    """Condition of the training; None for familiarisation only."""
 
     sessions: int
     flights: tuple[tuple[int, Group], ...]
-    """After which sessions it flies, and for what; each flight from what was learned until then."""
+    """Number of sessions before each flight, and the group that it counts for. Each flight starts from the learning so
+    far."""
 
     code: str | None = None
-    """In the study's folder, where its recordings go; nothing is recorded without."""
+    """Code of the person in the study's folder of recordings; None if nothing is recorded."""
 
     @property
     def condition_name(self) -> str:
-        """As flights have it."""
+        """Name of the condition in flights."""
         return FAMILIARISED if self.condition is None else self.condition.name
 
     @property
     def name(self) -> str:
-        """Of the file that keeps what came out."""
+        """Name of the career's checkpoint file."""
         group = "" if self.code is None else "-study"
         return re.sub(r"[^A-Za-z0-9.]+", "-", f"V{self.person:02d}-{self.condition_name}{group}")
 
 
 def careers(options: StudyOptions, codes: tuple[str, ...]) -> list[Career]:
-    """Everybody's, longest first: the main study, then the same trained people in every other way."""
+    """List all careers, longest first: the main study, then the same trained people in the other conditions."""
     trained, untrained = options.participants
     seeds = np.random.default_rng([options.seed, 43]).integers(1000, 2**31, trained + untrained).tolist()
     sessions, familiarisations = options.sessions

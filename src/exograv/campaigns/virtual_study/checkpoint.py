@@ -1,4 +1,4 @@
-"""What came of careers, a file each: read where it is kept, gone through where it is not."""
+"""Checkpoints of careers, one file each: finished careers are read, the others are simulated."""
 
 import json
 from collections.abc import Callable, Iterator, Sequence
@@ -16,17 +16,17 @@ from .options import StudyOptions
 from .participants import ParticipantResult, simulate_participant
 
 TOLD_EVERY = 0.01
-"""Share of a career between two messages of its process."""
+"""Share of a career between two progress messages of its process."""
 
 LOST = (
-    "A process of the study was ended from outside, perhaps because memory ran out. Careers that were done are kept: "
-    "go on with --resume, and with fewer --processes."
+    "Another program ended a process of the study, perhaps because memory ran out. Finished careers are kept: continue "
+    "with --resume and fewer --processes."
 )
 
 
 @dataclass(frozen=True)
 class CareerJob:
-    """A career, the options that hold for it, and the file that keeps what comes of it."""
+    """Career with its options and its checkpoint file."""
 
     career: Career
     options: StudyOptions
@@ -40,17 +40,17 @@ def lived_of(
     tell: Callable[[float], None],
     add: Callable[[ParticipantResult], None] = lambda _lived: None,
 ) -> list[ParticipantResult]:
-    """What came of each, in their order.
+    """Return the result of each career, in order.
 
     Args:
-        jobs: Each with a file of its own.
-        recordings: Folder for those that are made.
-        processes: At the same time.
-        tell: Told the share of all that is done.
-        add: Gets what comes of a career before it is kept.
+        jobs: Careers, each with its own file.
+        recordings: Folder for new recordings.
+        processes: Number of parallel processes.
+        tell: Receives the finished share of all careers.
+        add: Receives the result of a career before it is written.
 
     Raises:
-        ExogravError: A machine or run was refused, a file cannot be read, or the disk is full; what is kept stays.
+        ExogravError: A machine or run was refused, a file cannot be read, or the disk is full. Written files stay.
     """
     done = {k: lived for k, job in enumerate(jobs) if (lived := CAREER_FILE.find(job.file)) is not None}
     left = [k for k in range(len(jobs)) if k not in done]
@@ -97,9 +97,9 @@ CAREER_FILE = StateFile[ParticipantResult](
     pack=lambda lived: json.dumps(asdict(lived)),
     unpack=_unpacked,
     advice=Advice(
-        unreadable="{path} cannot be read: {why}. See whose it is.",
+        unreadable="{path} cannot be read: {why}. Check the owner of the file.",
         unreadable_error=RecordingError,
-        damaged="{path} cannot be read as what came of a career ({why}). Delete this file, and --resume goes through "
+        damaged="{path} cannot be read as the result of a career ({why}). Delete this file, and --resume simulates "
         "that career again.",
     ),
     size_max=None,

@@ -1,4 +1,4 @@
-"""What a virtual study compares: in what people train, by which machine, and what of the weight is left on purpose."""
+"""Conditions of a virtual study: the training, its machine, and the share of the arm's weight left on purpose."""
 
 import re
 from dataclasses import dataclass
@@ -7,8 +7,9 @@ from typing import Literal, cast, get_args
 from exograv.errors import ConfigError
 
 Training = Literal["table", "gcm", "gradient", "dam", "ideal", "water", "parabolic"]
-"""Machine calibrated, arm by the table; machine carried and the arm not; arm identified by the paper's gradient
-descent, or by ours; arm and machine as they truly are; in a tank of water without machine; in flight alone."""
+"""Trainings. table: machine calibrated, arm from the table. gcm: only the machine is carried. gradient, dam: arm
+identified by the paper's gradient descent, or by our method. ideal: true arm and machine. water: in a tank of water,
+without machine. parabolic: in flight only."""
 
 Drives = Literal["harmonic", "quasi-direct"]
 
@@ -24,17 +25,17 @@ _GRAMMAR = re.compile(
 )
 _ALLOWED = (
     f"Allowed: one of {', '.join(get_args(Training))}; with a machine also @quasi-direct, then +left=0 to 1 (share of "
-    f"the arm's weight that is left on purpose), then +friction=0 to {FRICTION_MAX:g} (over the machine's own), such "
-    "as dam@quasi-direct or ideal+left=0.2+friction=2."
+    f"the arm's weight that is left on purpose), then +friction=0 to {FRICTION_MAX:g} (relative to the machine's own), "
+    "such as dam@quasi-direct or ideal+left=0.2+friction=2."
 )
 
 
 @dataclass(frozen=True)
 class Condition:
-    """One of them; two with the same name are the same."""
+    """Condition of a study; conditions with the same name are equal."""
 
     name: str
-    """Canonical text: what is as usual is not said."""
+    """Canonical text, without the parts that have default values."""
 
     training: Training
     drives: Drives
@@ -42,32 +43,32 @@ class Condition:
     """Share of the arm's weight that is left on purpose [-]."""
 
     friction: float
-    """Over the machine's own [-]."""
+    """Friction relative to the machine's own [-]."""
 
     @property
     def rig(self) -> str:
-        """Machine that is trained in."""
+        """Machine of the training."""
         return "recupera_like" if self.drives == "harmonic" else "recupera_like_qdd"
 
     @property
     def has_motors(self) -> bool:
-        """Whether a machine carries anything."""
+        """True if a machine carries anything."""
         return self.training not in MOTORLESS
 
 
 def condition_of(text: str) -> Condition:
-    """The condition of this name.
+    """Parse the name of a condition.
 
     Raises:
-        ConfigError: There is none; the error lists what is allowed.
+        ConfigError: The text is no condition; the error lists what is allowed.
     """
     found = _GRAMMAR.fullmatch(text.strip())
     if found is None:
-        raise ConfigError(f"'{text}' is no condition of a virtual study. {_ALLOWED}")
+        raise ConfigError(f"'{text}' is not a condition of a virtual study. {_ALLOWED}")
     training, drives = cast(Training, found["training"]), cast(Drives, found["drives"] or "harmonic")
     left, friction = float(found["left"] or 0.0), float(1.0 if found["friction"] is None else found["friction"])
     if left > 1.0 or friction > FRICTION_MAX:
-        raise ConfigError(f"'{text}' is no condition of a virtual study: a number is too large. {_ALLOWED}")
+        raise ConfigError(f"'{text}' is not a condition of a virtual study: a number is too large. {_ALLOWED}")
     if training in MOTORLESS and any(found[name] is not None for name in ("drives", "left", "friction")):
         raise ConfigError(f"'{text}' names drives, but '{training}' has no machine that carries. {_ALLOWED}")
     if training == "gcm" and left:

@@ -1,4 +1,4 @@
-"""Transfer against what the machine left over, and against its friction: points, a falling curve, a slope."""
+"""Transfer against left over and against friction: points, a monotone curve, a slope."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -16,35 +16,35 @@ from .flight import FAMILIARISED, VirtualFlight, compared, familiarised
 from .transfer import constant_error_mm, ends_of
 
 BAND_FROM = 5
-"""People from which on resamples of them say anything of others."""
+"""Smallest number of people for a bootstrap band."""
 
 GRID = 60
 LEAST_NM = 0.01
-"""Left over that counts as none, on a logarithmic axis."""
+"""Smallest left over on the logarithmic axis [N·m]; anything below counts as this value."""
 
 ALIKE = 1e-18
-"""Share of their squares below which places do not differ: rounding."""
+"""Relative squared difference below which places count as equal [-]: rounding."""
 
 Xs = Float[np.ndarray, " point"]
 
 ENTERS = (
-    "The curve and its slope are through conditions that differ by {what} alone, such as {such}: {through}. All others "
-    "stand beside it as points, since they differ by more."
+    "The curve and its slope use conditions that differ only by {what}, such as {such}: {through}. All other "
+    "conditions are shown as separate points, because they differ by more."
 )
 
 Kind = tuple[str, str, int]
-"""Training, drives and sessions before the flight: what conditions of one curve have in common."""
+"""Training, drives and sessions before the flight, the same for all conditions of one curve."""
 
 
 @dataclass(frozen=True)
 class CurvePoint:
-    """One person after one training."""
+    """Point of one person after one training."""
 
     person: int
     condition: str
     kind: Kind
     x: float
-    """Left over or friction, of this person's machine [N·m]."""
+    """Left over or friction of this person's machine [N·m]."""
 
     trained_mm: float
     familiarised_mm: float
@@ -52,14 +52,14 @@ class CurvePoint:
 
 @dataclass(frozen=True)
 class Axis:
-    """Over what transfer is told."""
+    """Horizontal axis of a transfer curve."""
 
     what: str
     such: str
-    """Conditions that differ by it alone."""
+    """Example conditions that differ only by this axis."""
 
     step: str
-    """That a slope is for."""
+    """Step of the axis to which the slope refers."""
 
     scale: Callable[[Xs], Xs]
 
@@ -73,7 +73,7 @@ FRICTION = Axis("friction", "ideal, ideal+friction=2 and ideal+friction=4", "1 N
 
 @dataclass(frozen=True)
 class DrawnPoint:
-    """One person after one training, as the figure has it."""
+    """Point of one person after one training, as in the figure."""
 
     person: int
     condition: str
@@ -91,12 +91,12 @@ class FallingCurve:
     low: list[float] | None
     high: list[float] | None
     reason: str | None
-    """Why there is no band."""
+    """Reason for a missing band."""
 
 
 @dataclass(frozen=True)
 class Slope:
-    """Mean slope of people's own straight lines."""
+    """Mean slope of the straight lines of all people."""
 
     value: float | None
     ci95: list[float] | None
@@ -106,7 +106,7 @@ class Slope:
 
 @dataclass(frozen=True)
 class TransferCurve:
-    """Transfer over left over, or over friction."""
+    """Transfer against left over, or against friction."""
 
     which_flights: str
     through: list[str]
@@ -120,17 +120,17 @@ class TransferCurve:
 
 
 def by_left_over(flights: Sequence[VirtualFlight]) -> TransferCurve:
-    """Over the logarithm of what is left over [N·m], friction as it is; the slope is for ten times as much."""
+    """Transfer against the logarithm of left over [N·m], at the machine's own friction; slope per factor of ten."""
     return _curve(_points(flights, "left_over_Nm", lambda one: one.friction == 1.0), LEFT_OVER)
 
 
 def by_friction(flights: Sequence[VirtualFlight]) -> TransferCurve:
-    """Over friction [N·m], nothing left on purpose; the slope is for one N·m more."""
+    """Transfer against friction [N·m], with nothing left on purpose; slope per N·m."""
     return _curve(_points(flights, "friction_Nm", lambda one: one.left == 0.0), FRICTION)
 
 
 def through(points: Sequence[CurvePoint]) -> list[CurvePoint]:
-    """Those of the kind of which most conditions were flown, the first of several; none where each is of its own."""
+    """Select the points of the kind with the most conditions; the first of several, empty if no kind has two."""
     conditions = dict[Kind, set[str]]()
     for one in points:
         conditions.setdefault(one.kind, set()).add(one.condition)
@@ -157,14 +157,14 @@ def _points(flights: Sequence[VirtualFlight], x: str, enters: Callable[[Conditio
 def _curve(points: Sequence[CurvePoint], axis: Axis) -> TransferCurve:
     own = through(points)
     names = list(dict.fromkeys(one.condition for one in own))
-    enters = ENTERS.format(what=axis.what, such=axis.such, through=", ".join(names) or "here there are no two of them")
+    enters = ENTERS.format(what=axis.what, such=axis.such, through=", ".join(names) or "there are no two of them here")
     told = TransferCurve(enters, names)
     if not points:
-        return replace(told, sentence="No such condition was flown: nothing can be read.")
+        return replace(told, sentence="No such condition was flown: nothing can be read from a curve.")
     usual = _usual_mm(points)
     whole = fieller(usual, usual) if len(usual) > 1 else None
     if usual.mean() == 0.0 or (whole is not None and whole.value is None):
-        why = "The error after familiarisation cannot be told from 0: there is nothing to share."
+        why = "The error after familiarisation cannot be distinguished from 0, so transfer is not defined."
         return replace(told, sentence=why)
     drawn = [
         DrawnPoint(one.person, one.condition, one.x, one.condition in names,
@@ -172,7 +172,7 @@ def _curve(points: Sequence[CurvePoint], axis: Axis) -> TransferCurve:
         for one in points
     ]  # fmt: skip
     if not own:
-        why = f"No two conditions that differ by {axis.what} alone were flown: there is no curve."
+        why = f"No two conditions that differ only by {axis.what} were flown: there is no curve."
         return replace(told, points=drawn, sentence=why)
     people, slope = sorted({one.person for one in own}), _slope(own, axis)
     sentence = _sentence(slope, len(people), names)
@@ -181,13 +181,13 @@ def _curve(points: Sequence[CurvePoint], axis: Axis) -> TransferCurve:
 
 
 def _usual_mm(points: Sequence[CurvePoint]) -> Float[np.ndarray, " person"]:
-    """Error after familiarisation, once a person."""
+    """Error after familiarisation, once per person [mm]."""
     by_person = {one.person: one.familiarised_mm for one in points}
     return np.array([by_person[person] for person in sorted(by_person)])
 
 
 def _slope(points: Sequence[CurvePoint], axis: Axis) -> Slope:
-    """Each person has a straight line through the own conditions; their mean slope, over the usual error."""
+    """Mean slope of the people's straight lines through their own conditions, relative to the usual error."""
     by_person = dict[int, list[CurvePoint]]()
     for one in points:
         by_person.setdefault(one.person, []).append(one)
@@ -204,7 +204,7 @@ def _slope(points: Sequence[CurvePoint], axis: Axis) -> Slope:
 
 
 def _monotone(points: Sequence[CurvePoint], people: Sequence[int], scale: Callable[[Xs], Xs]) -> FallingCurve:
-    """Never rising, of no given shape; the band by drawing people, all their points with them."""
+    """Fit a curve that never rises, of no given shape. The band comes from resampled people with all their points."""
     x = np.array([one.x for one in points])
     ends = scale(np.array([x.min(), x.max()]))
     grid = np.linspace(ends[0], ends[1], GRID)
@@ -232,14 +232,15 @@ def _drawn(
 def _falling(
     points: Sequence[CurvePoint], scale: Callable[[Xs], Xs], grid: Xs, people: Sequence[CurvePoint] | None = None
 ) -> Xs:
-    """Of all curves that never rise the nearest to the conditions' means, at the grid; `people`: a point of each."""
+    """Fit the curve that never rises and is nearest to the conditions' means. `people` has one point per person."""
     usual = _usual_mm(points) if people is None else np.array([one.familiarised_mm for one in people])
     x = scale(np.array([one.x for one in points]))
     y = np.array([one.familiarised_mm - one.trained_mm for one in points])
-    # A condition's machines are much alike: by their own places the curve would follow the people's noise.
+    # The curve uses the means of each condition, whose machines are much alike. Through the points of single people it
+    # would follow their noise.
     _, where, counts = np.unique([one.condition for one in points], return_inverse=True, return_counts=True)
     at, means = np.bincount(where, x) / counts, np.bincount(where, y) / counts
-    # Conditions of one place are one.
+    # Conditions at the same place are merged.
     at, same, weights = _merged(at, counts.astype(float))
     means = np.bincount(same, means * counts) / weights
     fitted = optimize.isotonic_regression(means, weights=weights, increasing=False).x
@@ -249,7 +250,7 @@ def _falling(
 def _merged(
     at: Float[np.ndarray, " condition"], counts: Float[np.ndarray, " condition"]
 ) -> tuple[Float[np.ndarray, " place"], Int[np.ndarray, " condition"], Float[np.ndarray, " place"]]:
-    """Different places in their order, which of them each condition has, and how many points there are."""
+    """Merge equal places: the places in order, the place of each condition, and the number of points at each place."""
     places, same = np.unique(at, return_inverse=True)
     return places, same, np.bincount(same, counts)
 
@@ -257,12 +258,12 @@ def _merged(
 def _sentence(slope: Slope, people: int, names: Sequence[str]) -> str:
     who = "one person" if people == 1 else f"{people} people"
     if slope.value is None:
-        return f"No slope can be told: {slope.reason}."
+        return f"The slope cannot be determined: {slope.reason}."
     said = f"With {slope.per} transfer changes by {slope.value:+.2f}".replace("-", "−") + f" over {', '.join(names)}"
     if slope.ci95 is None:
         return f"{said} ({who}; no interval: {slope.reason})."
     low, high = (f"{end:+.2f}".replace("-", "−") for end in slope.ci95)
     said = f"{said} (95 % interval {low} to {high}, {who})"
     if slope.ci95[0] <= 0.0 <= slope.ci95[1]:
-        return f"{said}: that it changes at all is not shown."
+        return f"{said}: a change is not shown."
     return f"{said}: it {'falls' if slope.value < 0 else 'rises'}."

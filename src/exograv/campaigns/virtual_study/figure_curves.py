@@ -1,4 +1,4 @@
-"""Transfer against what the machine left over, and against its friction."""
+"""Figure of transfer against left over, and against friction."""
 
 from collections.abc import Sequence
 
@@ -15,12 +15,12 @@ from .outcome import TransferOutcome
 
 MARKERS = "osD^vPX<>*"
 TEXT = (
-    "Share of the first error that training took away. Small marks: one person after one training; large ones: a "
-    "condition's mean over people, where the machines on average are. Filled: conditions of one kind, which differ by "
-    "what is on the axis alone; the line is through them: of all that never rise the nearest to these means. Its "
-    "band, from five people on, holds 95 % of such curves when people are drawn again, all their points with them. It "
-    "is forced to fall: whether transfer falls at all is told by the slope. Empty: other conditions, which differ by "
-    "more and have no part in the line."
+    "Share of the first error that training took away. Small marks: one person after one training. Large marks: a "
+    "condition's mean over people, at the mean of its machines. Filled: conditions of one kind, which differ only by "
+    "the quantity on the axis. The line is the curve nearest to these means that never rises. Its band, from five "
+    "people on, holds 95 % of such curves when people are resampled with all their points. The line cannot rise; the "
+    "slope tells whether transfer falls at all. Empty: other conditions, which differ by more and are not part of the "
+    "line."
 )
 
 

@@ -1,4 +1,4 @@
-"""Deviation in flight, condition by condition: a box, and every person's median in it."""
+"""Figure of the deviation in flight: one box per condition, with every person's median."""
 
 from collections.abc import Sequence
 
@@ -16,13 +16,13 @@ from .outcome import touches_of
 
 TEXT = (
     "Deviation of all touches of the flight by condition, the smallest median on top, familiarised people below the "
-    "line. Boxes: quartiles of all touches, nine in ten within the whiskers. Dots: each person's median. People are "
-    "the sample, not touches."
+    "line. Boxes: quartiles of all touches; whiskers: 5 and 95 %. Dots: each person's median. The sample is the "
+    "people, not the touches."
 )
 
 
 def draw(flights: Sequence[VirtualFlight]) -> Figure | None:
-    """A row a condition; None where nobody touched anything."""
+    """Draw one row per condition; None without any touch."""
     by_name = {name: touches_of(own) for name, own in compared(flights).items()}
     by_name = {name: touches for name, touches in by_name.items() if not touches.empty}
     if not by_name:

@@ -1,4 +1,4 @@
-"""What each constant that nobody has verified does to transfer, the most telling on top."""
+"""Figure of transfer against each unverified constant, the one with the largest effect on top."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,9 +13,10 @@ from exograv.report.style.figure_style import mark_simulated, name_rows
 from .small_study import SIZE
 
 TEXT = (
-    "Transfer with one constant of the virtual participant at the low (orange, hatched) or the high end (blue) of what "
-    "is plausible, all others as they are; thin lines are 95 % intervals over people. The vertical line is transfer "
-    "with all constants as they are. Constants move one at a time: what two do together is not here. The machine is "
+    "Transfer with one constant of the virtual participant at the low end (orange, hatched) or the high end (blue) of "
+    "its plausible range, all others at their usual values. Thin lines are 95 % intervals over people. The vertical "
+    "line is transfer with all usual values. One constant changes at a time, so joint effects are not shown. The "
+    "machine is "
     f"the ideal one, which knows itself and the arm; {SIZE}."
 )
 
@@ -26,15 +27,15 @@ class SensitivityPoint:
 
     name: str
     value: float | None
-    """None where all are as they are."""
+    """Value of the constant; None if all have their usual values."""
 
     transfer: float | None
     ci95: tuple[float, float] | None
-    """None where it cannot be told."""
+    """Confidence interval of 95 %; None if it cannot be determined."""
 
 
 def draw(rows: Sequence[SensitivityPoint], usual: float | None) -> Figure | None:
-    """A bar a constant and end; `usual` is transfer with all constants as they are. None without anything to show."""
+    """Draw one bar per constant and end; `usual` is transfer with all usual values. None without anything to show."""
     if not rows or usual is None:
         return None
     ends, lowest = spans(rows, usual), {one.name: one.low for one in swept()}
@@ -44,7 +45,7 @@ def draw(rows: Sequence[SensitivityPoint], usual: float | None) -> Figure | None
         for k, row in enumerate(own):
             if row.transfer is None:
                 continue
-            # A constant that usually is at an end has only the other one.
+            # A constant whose usual value is an end has only the other end.
             is_low = k == 0 and (len(own) > 1 or row.value == lowest.get(row.name))
             y = at - 0.19 if is_low else at + 0.19
             ax.barh(y, row.transfer - usual, 0.36, left=usual, color=ORANGE if is_low else BLUE, alpha=0.75,
@@ -60,7 +61,7 @@ def draw(rows: Sequence[SensitivityPoint], usual: float | None) -> Figure | None
 
 
 def spans(rows: Sequence[SensitivityPoint], usual: float) -> list[tuple[SensitivityPoint, ...]]:
-    """Rows of each constant from low to high, the constant that moves transfer most from `usual` first."""
+    """Rows of each constant from low to high. The constant that moves transfer most from `usual` comes first."""
     by_name = dict[str, list[SensitivityPoint]]()
     for row in rows:
         by_name.setdefault(row.name, []).append(row)

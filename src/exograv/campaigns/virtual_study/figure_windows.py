@@ -1,4 +1,4 @@
-"""How high the touches were, window by window of the flight: each condition beside familiarisation only."""
+"""Figure of the height of touches, window by window of the flight: each condition beside familiarisation only."""
 
 from collections.abc import Sequence
 from math import ceil
@@ -17,14 +17,14 @@ from .flight import FAMILIARISED, VirtualFlight, compared
 COLUMNS = 4
 TEXT = (
     "Mean height of the touches above the target (signed), window by window. Thin lines: each person. Thick lines: "
-    "mean over people, only where all of the condition's people have the window, so that nobody's coming or going "
-    "moves it; bands: its 95 % interval by Student's t, without bound and left out for fewer than two people. Blue, "
-    "whole: after the training; grey, broken: after familiarisation only, the same in every panel."
+    "mean over people, only in windows that all of the condition's people have, so that missing people do not move "
+    "it. Bands: its 95 % interval by Student's t, unlimited and left out for fewer than two people. Blue, solid: "
+    "after the training. Grey, dashed: after familiarisation only, the same in every panel."
 )
 
 
 def draw(flights: Sequence[VirtualFlight]) -> Figure | None:
-    """A panel a condition; None where nobody touched anything."""
+    """Draw one panel per condition; None without any touch."""
     by_name = {name: of for name, own in compared(flights).items() if (of := by_window(own)).size}
     if not by_name:
         return None
@@ -50,7 +50,7 @@ def draw(flights: Sequence[VirtualFlight]) -> Figure | None:
 
 
 def by_window(flights: Sequence[VirtualFlight]) -> np.ndarray:
-    """Mean `up_mm` (person, window) of whoever touched anything, window 1 first; NaN where one has no touch."""
+    """Mean `up_mm` (person, window) of people with touches, window 1 first; NaN for a window without a touch."""
     found = list[dict[int, list[float]]]()
     for flight in flights:
         own = dict[int, list[float]]()
@@ -66,7 +66,7 @@ def _course(ax: Axes, up_mm: np.ndarray, colour: str, line: str) -> None:
     windows = np.arange(1, up_mm.shape[1] + 1)
     for own in up_mm:
         ax.plot(windows, own, line, color=colour, linewidth=0.4, alpha=0.5)
-    # A mean where all are there, and a gap elsewhere: NaN goes through it.
+    # The mean is NaN, and the line has a gap, where a person has no touch.
     ax.plot(windows, up_mm.mean(axis=0), line, color=colour, linewidth=1.4, marker="o", markersize=1.8)
     bands = [mean_interval(column) for column in up_mm.T]
     low, high = ([np.nan if band is None else getattr(band, end) for band in bands] for end in ("low", "high"))

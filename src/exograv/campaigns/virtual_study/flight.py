@@ -1,4 +1,4 @@
-"""What comes out of a simulated flight: where each touch landed, of whom, after which training."""
+"""Results of a simulated flight: the person, the training, and the place of each touch."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from exograv.errors import RigError
 from exograv.task.records import TouchRecord
 
 FAMILIARISED = "familiarised"
-"""Condition of those who did nothing before the flight but get used to the passive machine."""
+"""Condition of people who only got used to the passive machine before the flight."""
 
 FIRST_WINDOW = 1
 
@@ -17,16 +17,16 @@ Group = Literal["trained", "untrained", "comparison"]
 
 @dataclass(frozen=True)
 class FlownTouch:
-    """One accepted touch."""
+    """Accepted touch in flight."""
 
     window: int
-    """From 1."""
+    """Number of the window, from 1."""
 
     number: int
-    """Within the window, from 1; accepted ones only."""
+    """Number within the window, from 1; only accepted touches count."""
 
     right_mm: float
-    """Of the target's centre, as the person sees it."""
+    """Distance to the right of the target's centre, as the person sees it [mm]."""
 
     up_mm: float
     deviation_px: float
@@ -34,7 +34,7 @@ class FlownTouch:
 
     @classmethod
     def of(cls, touch: TouchRecord, number: int) -> "FlownTouch":
-        """Touch number `number` of its window, from a record of the task.
+        """Make touch number `number` of its window from a record of the task.
 
         Raises:
             RigError: The screen was not calibrated.
@@ -47,44 +47,44 @@ class FlownTouch:
 
 @dataclass(frozen=True)
 class VirtualFlight:
-    """One person in one flight."""
+    """Flight of one person."""
 
     person: int
-    """The same number is the same person in every condition: body, habits and noise seed."""
+    """Number of the person. It stands for the same body, habits and noise seed in every condition."""
 
     condition: str
     """Name of the training, or `FAMILIARISED`."""
 
     group: Group
-    """Of the main study, or "comparison" for flights that only compare conditions."""
+    """Group of the main study, or "comparison" for flights that only compare conditions."""
 
     sessions: int
-    """Before this flight."""
+    """Number of sessions before this flight."""
 
     left_over_Nm: float | None
-    """By the machine of the training, worst shoulder axis; None without motors."""
+    """Left over of the training's machine at the worst shoulder axis [N·m]; None without motors."""
 
     friction_Nm: float | None
-    """Of that machine, mean Coulomb friction over its joints; None without motors."""
+    """Mean Coulomb friction over that machine's joints [N·m]; None without motors."""
 
     touches: tuple[FlownTouch, ...]
 
     @property
     def first_window(self) -> tuple[FlownTouch, ...]:
-        """Touches of window 1; none where it held none, whatever later windows held."""
+        """Touches of window 1; empty if it has none, even if later windows have some."""
         return tuple(touch for touch in self.touches if touch.window == FIRST_WINDOW)
 
 
 def flight_of(plain: Mapping[str, Any]) -> VirtualFlight:
-    """What `dataclasses.asdict` made of a flight, after any way through JSON."""
+    """Restore a flight from the result of `dataclasses.asdict`, also after JSON."""
     return VirtualFlight(**{**plain, "touches": tuple(FlownTouch(**touch) for touch in plain["touches"])})
 
 
 def compared(flights: Iterable[VirtualFlight]) -> dict[str, tuple[VirtualFlight, ...]]:
-    """Flights that compare conditions, by condition in the order in which they come, one flight a person.
+    """Return flights that compare conditions, one per person, by condition in order of appearance.
 
-    Those of group "comparison"; of a condition that has none, those of the main study. Where a condition was flown
-    after different numbers of sessions, each is a condition of its own: "dam, 4 sessions".
+    These are the flights of group "comparison", or those of the main study if a condition has none. If a condition was
+    flown after different numbers of sessions, each number is a separate condition: "dam, 4 sessions".
     """
     by_name = dict[str, list[VirtualFlight]]()
     for flight in flights:
@@ -102,7 +102,7 @@ def compared(flights: Iterable[VirtualFlight]) -> dict[str, tuple[VirtualFlight,
 
 
 def familiarised(flights: Iterable[VirtualFlight]) -> dict[int, VirtualFlight]:
-    """What every condition is compared with, by person: a flight of "comparison" before one of the main study."""
+    """Return each person's flight after familiarisation: of "comparison" if one exists, else of the main study."""
     known = [flight for flight in flights if flight.condition == FAMILIARISED]
     found = {flight.person: flight for flight in known if flight.group != "comparison"}
     return found | {flight.person: flight for flight in known if flight.group == "comparison"}

@@ -26,32 +26,33 @@ class StudyOptions(Options):
     """Options of `exograv simulate-study` that its figures depend on."""
 
     participants: Annotated[tuple[int, int], pair("--participants")] = (3, 3)
-    """Trained and untrained."""
+    """Numbers of trained and of untrained people."""
 
     sessions: Annotated[tuple[int, int], pair("--sessions")] = (16, 4)
-    """Of each before the flight: trainings, familiarisations."""
+    """Sessions of each person before the flight: trainings, familiarisations."""
 
     conditions: Annotated[tuple[str, ...], words(_names)] = ("dam",)
-    """By commas; the trained group has the first. table, gcm, gradient, dam, ideal, water, parabolic; with a machine
-    also @quasi-direct, +left=0.2 (share of the weight left on purpose), +friction=2 (over the machine's own)."""
+    """Conditions by commas; the trained group has the first. table, gcm, gradient, dam, ideal, water, parabolic; with a
+    machine also @quasi-direct, +left=0.2 (share of the weight left on purpose), +friction=2 (relative to the machine's
+    own)."""
 
     compared: Annotated[tuple[int, int], pair("--compared")] = (4, 1)
-    """Sessions before flights that only compare conditions, at most."""
+    """Most sessions before flights that only compare conditions: trainings, familiarisations."""
 
     seed: AnySeed = 0
     level: Level = 2
 
     windows: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
-    """Only so many of each protocol, to try it."""
+    """Number of windows to run of each protocol, for a quick trial; all if absent."""
 
     flight_windows: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
-    """Only so many of the flight's: one is enough for transfer. As --windows where absent."""
+    """Number of windows to run of the flight; 1 is enough for transfer. The default is --windows."""
 
     constants: NamedNumbers = field(default_factory=dict)
-    """NAME=VALUE of the virtual participants (docs/virtual_participant.md), such as width=0.1."""
+    """Changed constants of the virtual participants as NAME=VALUE (docs/virtual_participant.md), such as width=0.1."""
 
     def __post_init__(self):
-        """Check the study.
+        """Check the options.
 
         Raises:
             ConfigError: Names the option.
@@ -60,10 +61,10 @@ class StudyOptions(Options):
 
         from .conditions import condition_of
 
-        ExampleOptions(self.participants, self.sessions, self.seed)  # the same two pairs
+        ExampleOptions(self.participants, self.sessions, self.seed)  # It checks the same two pairs.
         super().__post_init__()
         if self.participants[0] == 0:
-            raise ConfigError("--participants begins with 0; somebody has to train. Give 1 or more, as in 3,3.")
+            raise ConfigError("--participants begins with 0; a study needs trained people. Give 1 or more: 3,3.")
         if len(self.compared) != 2 or not all(0 <= value <= 99 for value in self.compared):
             raise ConfigError("--compared takes two numbers of 0 to 99, trainings and familiarisations, as 4,1.")
         for option, count in (("--windows", self.windows), ("--flight-windows", self.flight_windows)):
@@ -74,8 +75,8 @@ class StudyOptions(Options):
             raise ConfigError("--conditions names none; the trained group trains in the first. Give one, such as dam.")
         if self.main.training == "parabolic":
             raise ConfigError(
-                "--conditions begins with 'parabolic', whose trainings are flights, which the study's report would "
-                "count. Put another one first, and it is compared all the same."
+                "--conditions begins with 'parabolic'. Its trainings are flights, which the study's report counts. "
+                "Put another condition first; 'parabolic' is compared all the same."
             )
         names = [condition_of(text).name for text in self.conditions]
         if twice := [name for name in names if names.count(name) > 1]:
@@ -84,14 +85,14 @@ class StudyOptions(Options):
 
     @property
     def main(self) -> "Condition":
-        """Of the trained group."""
+        """Condition of the trained group."""
         from .conditions import condition_of
 
         return condition_of(self.conditions[0])
 
     @property
     def habits(self) -> "Habits":
-        """Of everybody."""
+        """Constants of all virtual participants."""
         from exograv.laboratory.participant.habits import with_constants
 
         return with_constants(self.constants)
@@ -99,16 +100,16 @@ class StudyOptions(Options):
 
 @dataclass(frozen=True)
 class WorkOptions(Options):
-    """Options of `exograv simulate-study` that say how it is computed."""
+    """Options of `exograv simulate-study` that do not affect its figures."""
 
     processes: Processes = 2
-    """At the same time; figures do not depend on it."""
+    """Number of parallel processes; figures do not depend on it."""
 
     resume: bool = False
-    """Go on with the study in the folder of `--out`."""
+    """Continue the study in the folder of `--out`."""
 
     sensitivity: bool = False
-    """Sweep every constant of the virtual people that no source was read for, too: transfer at its low and high end."""
+    """Sweep each constant of the virtual people without a verified source too: transfer at its low and high end."""
 
     ablate: bool = False
-    """Fly all conditions with one mechanism of the virtual people off at a time, too: from which transfer comes."""
+    """Fly all conditions with one mechanism of the virtual people off at a time too, to find the origin of transfer."""

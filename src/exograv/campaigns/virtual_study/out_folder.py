@@ -1,4 +1,4 @@
-"""The folder of a virtual study: begun, or gone on with as it was left; one command at a time."""
+"""Folder of a virtual study: new or resumed, used by one command at a time."""
 
 import contextlib
 import json
@@ -23,22 +23,21 @@ SETTINGS, CAREERS, SWEEP, RECORDINGS, STUDY = "simulate_study.json", "careers", 
 
 @contextlib.contextmanager
 def out_folder(folder: Path, options: StudyOptions, everybody: Sequence[Career], resume: bool) -> Iterator[StudyFolder]:
-    """The study in it, new or as it was left, for this command alone; a killed command lets go by itself.
+    """Open the study in the folder, new or resumed, with a lock. The lock of a killed command is released by itself.
 
     Raises:
-        ConfigError: The folder holds another study, or one that was begun, without `resume`; or another command is at
-            it.
-        RecordingError: It cannot be read or written.
+        ConfigError: The folder holds another study, or a study without `resume`. Or another command uses it.
+        RecordingError: The folder cannot be read or written.
     """
     try:
         _refuse(folder, options, resume)
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RecordingError(
-            f"{error.filename or folder} cannot be read or made: {error.strerror}. Give another --out, or see whose it "
-            "is."
+            f"{error.filename or folder} cannot be read or made: {error.strerror}. Give another --out, or check the "
+            "folder's owner."
         ) from error
-    busy = f"Another exograv simulate-study is at {folder}. Wait until it has ended, or give another --out."
+    busy = f"Another exograv simulate-study uses {folder}. Wait until it has ended, or give another --out."
     with locked(folder, busy):
         yield StudyFolder(folder / STUDY) if resume else _begin(folder, options, everybody)
 
@@ -48,24 +47,24 @@ def _refuse(folder: Path, options: StudyOptions, resume: bool) -> None:
     if resume:
         if not path.is_file():
             raise ConfigError(
-                f"There is nothing to go on with: {path} is missing. Leave --resume out, and where {folder} is not "
-                "empty give another --out."
+                f"There is nothing to go on with: {path} is missing. Leave --resume out; if {folder} is not empty, "
+                "also give another --out."
             )
         if path.read_bytes() != _bound(options).encode():
             raise ConfigError(
-                f"{folder} holds a study with other options, or of another version of exograv. Give the same as in "
+                f"{folder} holds a study with other options, or of another version of exograv. Give the options in "
                 f"{path}, or another --out without --resume."
             )
         return
     if folder.exists() and not folder.is_dir():
-        raise ConfigError(f"--out is {folder}, a file; give a folder that is empty or not there yet.")
+        raise ConfigError(f"--out is {folder}, a file; give an empty or new folder.")
     if folder.exists() and any(one.name != LOCK for one in folder.iterdir()):
         further = "Go on with the study in it by --resume, or give" if path.is_file() else "Give"
         raise ConfigError(f"{folder} is not empty. {further} another --out.")
 
 
 def _bound(options: StudyOptions) -> str:
-    """What a run is bound to, as it is kept."""
+    """Options and version that a resumed run must match, as stored."""
     return json.dumps({"version": __version__, **asdict(options)}, indent=1)
 
 
@@ -84,7 +83,7 @@ def _begin(folder: Path, options: StudyOptions, everybody: Sequence[Career]) -> 
 
 
 def settings_of_study(options: StudyOptions) -> StudySettings:
-    """Of the study's folder."""
+    """Return the settings for the study's folder."""
     trained, untrained = options.sessions
     expected = [
         ExpectedSessions(protocol="training", sessions=trained, groups=["trained"]) if trained else None,

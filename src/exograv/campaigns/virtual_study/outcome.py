@@ -1,4 +1,4 @@
-"""All flights of a virtual study in figures: the groups, the conditions, and whether the paper's direction appears."""
+"""Figures of all flights of a virtual study: groups, conditions, and the test of the paper's direction of effect."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -31,7 +31,7 @@ PerPerson = Float[np.ndarray, " person"]
 
 @dataclass(frozen=True)
 class Medians:
-    """Deviation in flight as the study's report counts it: each person weighs the same."""
+    """Deviation in flight as in the study's report: every person has the same weight."""
 
     median_px: float | None
     iqr_px: float | None
@@ -42,7 +42,7 @@ class Medians:
 
 @dataclass(frozen=True)
 class GroupFigures(Medians):
-    """One group of the main study."""
+    """Figures of one group of the main study."""
 
     people: int
     first_window_up_mm_by_person: dict[str, float]
@@ -60,15 +60,15 @@ class TrainingMachine:
 
 @dataclass(frozen=True)
 class ConditionFigures(ConditionTransfer, TrainingMachine, Medians):
-    """One condition; its fields are those of `Medians`, of `TrainingMachine`, of `ConditionTransfer`, and its own."""
+    """Figures of one condition: the fields of `Medians`, `TrainingMachine` and `ConditionTransfer`, and its own."""
 
     sessions_familiarised: list[int]
-    """Before the flights with which it is compared."""
+    """Numbers of sessions before the reference flights."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Effect against none, by the test and the interval together."""
+    """Verdict on an effect, from the test and the interval together."""
 
     appears: bool
     is_shown: bool
@@ -77,7 +77,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class PairsNearer:
-    """Pairs of a trained and an untrained person in which the trained one is nearer."""
+    """Pairs of a trained and an untrained person in which the trained person is nearer to the target."""
 
     pairs_nearer: int
     pairs: int
@@ -85,7 +85,7 @@ class PairsNearer:
 
 @dataclass(frozen=True)
 class DeviationComparison(PairsNearer, Verdict):
-    """Trained over untrained, by the deviation."""
+    """Ratio of the deviation, trained over untrained."""
 
     ratio: float
     ci95: list[float] | None
@@ -95,12 +95,12 @@ class DeviationComparison(PairsNearer, Verdict):
     sentence: str
     limits: list[str]
     reason: str | None
-    """Why there is no interval."""
+    """Reason for a missing interval."""
 
 
 @dataclass(frozen=True)
 class ErrorComparison(PairsNearer, Verdict):
-    """Trained less untrained, by the size of each person's signed error."""
+    """Difference of the size of the signed error, trained minus untrained."""
 
     trained_mm: float
     untrained_mm: float
@@ -113,12 +113,12 @@ class ErrorComparison(PairsNearer, Verdict):
     p_text: str
     sentence: str
     reason: str | None
-    """Why there is no interval."""
+    """Reason for a missing interval."""
 
 
 @dataclass(frozen=True)
 class NotCompared:
-    """Reason why nothing is compared."""
+    """Reason for a missing comparison."""
 
     appears: None = field(default=None, init=False)
     reason: str
@@ -126,7 +126,7 @@ class NotCompared:
 
 @dataclass(frozen=True)
 class Direction:
-    """The trained of the main study against the untrained, as the paper compared its people."""
+    """Comparison of the trained and the untrained of the main study, as in the paper."""
 
     whole_flight: DeviationComparison | NotCompared
     first_window: DeviationComparison | NotCompared
@@ -135,7 +135,7 @@ class Direction:
 
 @dataclass(frozen=True)
 class TransferOutcome:
-    """Transfer over what the machine left over, and over its friction."""
+    """Transfer against left over, and against friction."""
 
     definition: str
     by_left_over: TransferCurve
@@ -149,7 +149,7 @@ class StudyOutcome:
     simulated: bool
     note: str
     main: str
-    """Condition that the trained group of the main study had."""
+    """Condition of the trained group of the main study."""
 
     groups: dict[str, GroupFigures]
     direction: Direction
@@ -158,10 +158,10 @@ class StudyOutcome:
 
 
 def outcome_of(flights: Sequence[VirtualFlight], main: str) -> StudyOutcome:
-    """Sum up the flights of everybody in every condition; `main` is the condition of the main study's trained group.
+    """Compute the figures of all flights; `main` is the condition of the main study's trained group.
 
     Raises:
-        ConfigError: One person flew twice after the same, or there is no flight.
+        ConfigError: A person flew twice in the same condition, or there is no flight.
     """
     _refuse(flights)
     found, before = transfers(flights), familiarised(flights)
@@ -178,23 +178,23 @@ def outcome_of(flights: Sequence[VirtualFlight], main: str) -> StudyOutcome:
 
 def _refuse(flights: Sequence[VirtualFlight]) -> None:
     if not flights:
-        raise ConfigError("Nobody flew: there is nothing to tell. Give --participants of 1 or more.")
+        raise ConfigError("Nobody flew: there are no figures. Give --participants of 1 or more.")
     keys = [(flight.person, flight.condition, flight.group, flight.sessions) for flight in flights]
     if twice := sorted({key for key in keys if keys.count(key) > 1}):
         person, condition, group, sessions = twice[0]
         raise ConfigError(
-            f"Person {person} flew twice after '{condition}' ({group}, {sessions} sessions); nobody counts twice. "
-            "Leave one of the flights out."
+            f"Person {person} flew twice after '{condition}' ({group}, {sessions} sessions); one flight per person "
+            "counts. Leave one of the flights out."
         )
 
 
 def code_of(person: int) -> str:
-    """As tables and pictures name a virtual person."""
+    """Code of a virtual person in tables and figures."""
     return f"V{person:02d}"
 
 
 def touches_of(flights: Sequence[VirtualFlight]) -> pd.DataFrame:
-    """Touches as `study.statistics` takes them; `group` is the condition's name, or the group's of the main study."""
+    """Touches in the form of `study.statistics`; `group` is the condition's name, or the group of the main study."""
     return pd.DataFrame(
         [
             {
@@ -244,10 +244,10 @@ def _group(flights: Sequence[VirtualFlight], group: str) -> GroupFigures:
 
 
 def direction(flights: Sequence[VirtualFlight]) -> Direction:
-    """Whether the trained of the main study deviate less than the untrained, as the paper's people did."""
+    """Compare the trained and the untrained of the main study: less deviation, as in the paper, or not."""
     own = [flight for flight in flights if flight.group in GROUPS]
     if missing := [group for group in GROUPS if not any(flight.group == group for flight in own)]:
-        nothing = NotCompared(f"Nobody of the group {' or '.join(missing)} flew.")
+        nothing = NotCompared(f"No person of the group {' or '.join(missing)} flew.")
         return Direction(nothing, nothing, nothing)
     people = frame(PARTICIPANTS, [{"participant": code_of(one.person), "group": one.group} for one in own])
     touches = touches_of(own)
@@ -276,8 +276,8 @@ def _signed(own: Sequence[VirtualFlight]) -> ErrorComparison | NotCompared:
     groups = [np.array([constant_error_mm(flight) for flight in own if flight.group == group]) for group in GROUPS]
     trained, untrained = (values[np.isfinite(values)] for values in groups)
     if min(len(trained), len(untrained)) == 0:
-        return NotCompared("Nobody of a group has a touch in the first window.")
-    sizes = np.abs(trained), np.abs(untrained)  # who is as far above as others are below is no nearer
+        return NotCompared("No person of one group has a touch in the first window.")
+    sizes = np.abs(trained), np.abs(untrained)  # An error upwards and the same error downwards are equally near.
     difference, welch = welch_interval(*sizes)
     interval = ends_of(welch)
     ways = relabellings(len(trained), len(untrained), np.random.default_rng(0))
@@ -292,7 +292,7 @@ def _signed(own: Sequence[VirtualFlight]) -> ErrorComparison | NotCompared:
 
 
 def _verdict(value: float, none: float, ci95: Sequence[float] | None, p: float | None) -> Verdict:
-    """Judge `value` against one that means no effect; shown is what the test and the interval both show."""
+    """Compare `value` with the value of no effect. An effect is shown only by the test and the interval together."""
     is_told = p is not None and p <= ALPHA and ci95 is not None and not ci95[0] <= none <= ci95[1]
     return Verdict(value < none, is_told and value < none, is_told and value > none)
 

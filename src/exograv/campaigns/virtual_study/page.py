@@ -1,4 +1,4 @@
-"""The page of a virtual study: sentences, tables and four pictures in one file, SIMULATED on every part of it."""
+"""Page of a virtual study: sentences, tables and four figures in one file, with SIMULATED on every part."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -33,24 +33,24 @@ CONDITIONS = (
     "friction [N·m]", "first window, up [mm]", "transfer", "95 % interval", "why not",
 )  # fmt: skip
 MEASURES = ("training", "constant error", "first touch alone", "median deviation")
-SECONDARY = Text("Secondary. A deviation has no sign and holds scatter too, which no training takes away.")
+SECONDARY = Text("Secondary. A deviation has no sign and includes scatter, which no training removes.")
 
 
 @dataclass(frozen=True)
 class Content:
-    """All that the page says."""
+    """Contents of the page."""
 
     outcome: StudyOutcome
 
     flights: Sequence[VirtualFlight]
     settings: Mapping[str, str]
-    """What it was made with, in the order in which it is shown: seed, people, sessions, versions …"""
+    """Settings of the study in the order shown: seed, people, sessions, versions …"""
 
     swept: Sequence[SensitivityPoint] = ()
     swept_usual: float | None = None
-    """Transfer with all constants as they are, in the sweep's own shorter sessions."""
+    """Transfer with all constants at their usual values, in the sweep's own shorter sessions."""
     links: Mapping[str, str] = field(default_factory=dict)
-    """The study's own report, its data set: words and address, best relative to the page."""
+    """Links to the study's report and its data set: text and address, preferably relative to the page."""
 
     ablated: Sequence[Ablated] = ()
     left_out: Sequence[str] = ()
@@ -58,7 +58,7 @@ class Content:
 
 
 def write_virtual_page(folder: Path, content: Content) -> tuple[Path, tuple[Path, ...]]:
-    """Write pictures as SVG and PNG under `figures/`, and `virtual_study.html`.
+    """Write figures as SVG and PNG under `figures/`, and `virtual_study.html`.
 
     Raises:
         RecordingError: The folder cannot be written.
@@ -71,7 +71,7 @@ def write_virtual_page(folder: Path, content: Content) -> tuple[Path, tuple[Path
 
 
 def drawn(content: Content) -> Iterator[Chapter]:
-    """Chapters with a picture, of everything that there is to see."""
+    """Yield the chapters with a figure, for all data that exist."""
     found = (
         ("flights", "Deviation in flight", flights.draw(content.flights), flights.TEXT),
         ("windows", "The course of the flight", windows.draw(content.flights), windows.TEXT),
@@ -85,7 +85,7 @@ def drawn(content: Content) -> Iterator[Chapter]:
 
 
 def page_of(content: Content, pictures: Sequence[Chapter]) -> Page:
-    """Content of the page, with these chapters in its middle; the same content gives the same page."""
+    """Return the page with these chapters in its middle. The same content gives the same page."""
     return Page(
         headline=headline(content.outcome),
         title="Virtual study",
@@ -128,7 +128,7 @@ def _tables(content: Content) -> Iterator[Chapter]:
 
 
 def tiles(outcome: StudyOutcome) -> list[Tile]:
-    """Beside each other under the headline."""
+    """Tiles beside each other under the headline."""
     shown = []
     for name, of in outcome.groups.items():
         if of.median_px is not None:
@@ -144,17 +144,17 @@ def tiles(outcome: StudyOutcome) -> list[Tile]:
 
 
 def ends(interval: Sequence[float] | None) -> str:
-    """Of a 95 % interval in words; empty without one."""
+    """Return the ends of a 95 % interval in words; empty without one."""
     return "" if interval is None else f"{number(interval[0])} to {number(interval[1])}"
 
 
 def told(value: float | None) -> str:
-    """A number, or nothing."""
+    """Format a number; empty for None."""
     return "" if value is None else number(value)
 
 
 def condition_rows(outcome: StudyOutcome) -> list[Row]:
-    """Smallest median first."""
+    """Rows of the table of conditions, the smallest median first."""
     by_median = sorted(outcome.conditions.items(), key=lambda one: (one[1].median_px is None, one[1].median_px))
     return [
         (
@@ -167,7 +167,7 @@ def condition_rows(outcome: StudyOutcome) -> list[Row]:
 
 
 def secondary_rows(outcome: StudyOutcome) -> list[Row]:
-    """The same transfer by other measures of the first window."""
+    """Rows of the same transfer by other measures of the first window."""
     return [
         (
             name,
@@ -182,7 +182,7 @@ def secondary_rows(outcome: StudyOutcome) -> list[Row]:
 
 
 def ablation_rows(rows: Sequence[Ablated]) -> list[Row]:
-    """Condition by condition, all as they are first."""
+    """Rows of the ablation by condition; the row with all mechanisms comes first."""
     return [
         (
             row.condition, row.off, ", ".join(f"{name} = {value:g}" for name, value in row.constants.items()),
@@ -194,7 +194,7 @@ def ablation_rows(rows: Sequence[Ablated]) -> list[Row]:
 
 
 def person_rows(outcome: StudyOutcome) -> list[Row]:
-    """Each person of the main study."""
+    """Rows of each person of the main study."""
     return [
         (code, name, number(median), told(of.first_window_up_mm_by_person.get(code)))
         for name, of in outcome.groups.items()

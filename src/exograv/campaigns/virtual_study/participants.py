@@ -1,4 +1,4 @@
-"""One person's sessions and flights, one after the other: what is learned goes along."""
+"""Sessions and flights of one virtual person in order; learning carries over from each to the next."""
 
 import time
 from dataclasses import dataclass, field
@@ -32,32 +32,32 @@ from .session_setup import (
 from .session_simulation import ACT_TICKS, SimulatedSession
 
 FLIGHT_DAY = 1000
-"""Number of the day of a flight: what the air is like that day does not depend on how often somebody trained."""
+"""Day number of a flight. It is fixed, so that the air of that day does not depend on the number of trainings."""
 
 
 @dataclass(frozen=True)
 class ParticipantResult:
-    """What came of a career."""
+    """Result of a career."""
 
     flights: tuple[VirtualFlight, ...]
     files: tuple[str, ...]
-    """Recordings for the study."""
+    """Paths of the recordings for the study."""
 
     spent_s: dict[str, float] = field(default_factory=dict)
-    """Wall time, by what was done."""
+    """Wall time by activity [s]."""
 
     simulated_s: float = 0.0
-    """In which the twin ran."""
+    """Time that the twin simulated [s]."""
 
     refused: str | None = None
-    """Why this person did nothing at all in this condition."""
+    """Reason why this person was refused in this condition; None if not refused."""
 
 
 class ParticipantSimulation:
-    """Goes through one career."""
+    """Simulation of one career."""
 
     def __init__(self, career: Career, options: StudyOptions, folder: Path, progress: Progress):
-        """Nobody has done anything yet; recordings go into `folder`."""
+        """Begin before the first session. Recordings go into `folder`."""
         self._career, self._options, self._folder, self._progress = career, options, folder, progress
         self._room = SimulatedRoom()
         self._learned: LearnedState | None = None
@@ -67,9 +67,9 @@ class ParticipantSimulation:
         self._prepared: TrainingKnowledge | None = None
 
     def run(self) -> ParticipantResult:
-        """All sessions and flights.
+        """Run all sessions and flights.
 
-        A machine that is refused is one person less in a comparison, and an error for whoever is in the main study.
+        If the machine is refused, a comparison has one person less; in the main study it is an error.
 
         Raises:
             ExogravError: A machine or run was refused, or the disk is full.
@@ -134,7 +134,7 @@ class ParticipantSimulation:
     def _sit(
         self, stage: SessionSetup, loaded: LoadedProtocol, day: int, number: int, is_kept: bool
     ) -> tuple[SimulatedSession, LearnedState]:
-        """One session, from what was learned before to what is known on the next morning."""
+        """Run one session. Return it with the learned state of the next morning."""
         career, room = self._career, self._room
         plan = TaskPlan(loaded, stage.exo, room.calibration)
         person = self._person(stage, loaded, day)
@@ -190,7 +190,7 @@ class ParticipantSimulation:
         return run_settings(stage.laboratory, command, self._options.level, seed, settings, hashes)
 
     def _tell(self, _text: str, share: float) -> None:
-        """The share of all that this person does; that of one part of it comes in."""
+        """Report the finished share of this person's work; `share` is that of the present part."""
         parts = self._career.sessions + len(self._career.flights) + (self._career.condition is not None)
         self._progress(self._career.name, (self._parts_done + share) / parts)
 
@@ -199,7 +199,7 @@ class ParticipantSimulation:
 
 
 class _Timed:
-    """Adds the wall time of a block to an account."""
+    """Context that adds the wall time of a block to an account."""
 
     def __init__(self, account: dict[str, float], what: str):
         self._account, self._what = account, what
@@ -212,7 +212,7 @@ class _Timed:
 
 
 def simulate_participant(career: Career, options: StudyOptions, folder: Path, progress: Progress) -> ParticipantResult:
-    """One career, from the first session to the last flight.
+    """Simulate one career, from the first session to the last flight.
 
     Raises:
         ExogravError: A machine or run was refused, or the disk is full.

@@ -1,4 +1,4 @@
-"""Ticks of a virtual session that are kept: every 20th, as rows of a recording."""
+"""Rows of a recording for every 20th tick of a virtual session."""
 
 import numpy as np
 from jaxtyping import Float
@@ -12,14 +12,14 @@ from exograv.signals import JointState
 Joints = Float[np.ndarray, " joint"]
 
 AT_ONCE = 4096
-"""Rows that are kept in one block."""
+"""Number of rows in one block of memory."""
 
 
 class TickRows:
-    """They wait here until the session is over."""
+    """Buffer of rows until the session is over."""
 
     def __init__(self, joints: int):
-        """None yet."""
+        """Begin with an empty buffer."""
         self._empty = empty_ticks(1, joints)
         self._empty["phase"], self._empty["tick_us"] = 1, np.nan
         for name in ("q_reference", "v_reference", "a_reference", "q_motor"):
@@ -34,14 +34,14 @@ class TickRows:
         controller: Controller,
         tau: tuple[Joints, Joints] | None,
     ) -> None:
-        """One tick; `tau` is what control asked for and what the envelope let through, None in a rest passed over."""
+        """Add one tick. `tau` holds desired and commanded torque; None for a rest that was skipped."""
         if self._count == AT_ONCE:
             self._blocks.append(np.repeat(self._empty, AT_ONCE))
             self._count = 0
         row = self._blocks[-1][self._count]
         self._count += 1
         row["t"] = row["now"] = state.t
-        row["sequence"] = 0  # not counted: most are left out
+        row["sequence"] = 0  # The ticks are not counted, because most of them are left out.
         row["q_measured"], row["v"], row["current"] = state.q, v, state.current
         row["tau_measured"], row["tau_feedforward"] = tau_measured, controller.tau_feedforward
         resting = controller.tau_feedforward, controller.tau_feedforward
@@ -52,7 +52,7 @@ class TickRows:
             row["arm_share"] = controller.mode.arm_share
 
     def write(self, recording: RecordingWriter) -> None:
-        """All of them.
+        """Write all rows.
 
         Raises:
             RecordingError: The disk is full.

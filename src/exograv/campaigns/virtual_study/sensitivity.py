@@ -1,4 +1,4 @@
-"""What transfer depends on: every constant of the virtual person that nobody has verified, at both plausible ends."""
+"""Sensitivity of transfer to each unverified constant of the virtual person, at both ends of its plausible range."""
 
 from collections.abc import Sequence
 
@@ -14,13 +14,13 @@ USUAL = "as they are"
 
 
 def sensitivity(options: StudyOptions, means: FlightResources) -> list[SensitivityPoint]:
-    """Transfer of an ideal machine with one constant changed at a time; the first row has all as they are.
+    """Compute transfer of an ideal machine with one constant changed at a time; the first row has all usual values.
 
-    The machine knows itself and the arm exactly, so that nothing has to be identified: constants of a person do not
-    change what a machine leaves over. The options are those of the study, whose drives and constants are taken.
+    The machine knows itself and the arm exactly, so nothing has to be identified. A person's constants do not change
+    the machine's left over. Drives and constants come from the study's options.
 
     Raises:
-        ExogravError: A machine or run was refused, or the disk is full; careers that were done are kept.
+        ExogravError: A machine or run was refused, or the disk is full. Finished careers are kept.
     """
     condition = "ideal" if options.main.drives == "harmonic" else f"ideal@{options.main.drives}"
     rows: list[tuple[str, float | None, Variant]] = [(USUAL, None, Variant(USUAL))]

@@ -1,4 +1,4 @@
-"""What the figures of a virtual study say, in sentences that claim no more than they carry."""
+"""Sentences on the figures of a virtual study, limited to what the figures support."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -19,14 +19,14 @@ from .outcome import (
 )
 
 MECHANISM = (
-    "No effect is put in. What a training is worth comes of how the arm felt in it: a person recalls what was learned "
-    "at a felt weight like the one now felt, and aims away what was seen to be off. The name of a condition never "
-    "reaches the person."
+    "No effect is built in. The effect of a training comes from how the arm felt in it: a person recalls what was "
+    "learned at a similar felt weight, and corrects the aim by the errors seen. The person does not know the name of "
+    "the condition."
 )
 
 
 def headline(outcome: StudyOutcome) -> str:
-    """Whether the paper's direction of effect appears."""
+    """Sentence on whether the paper's direction of effect appears."""
     whole = outcome.direction.whole_flight
     if whole.appears is None:
         return "Simulated flights after different trainings, compared by what was left of the first error."
@@ -49,7 +49,7 @@ def sentences(
     usual: float | None = None,
     ablated: Sequence[Ablated] = (),
 ) -> list[str]:
-    """Direction, mechanism, what makes it vanish, what it depends on; `usual` is transfer before the sweep."""
+    """Sentences on direction, mechanism, conditions and sensitivity; `usual` is transfer before the sweep."""
     mechanism = [MECHANISM, *ablation.sentences(ablated)]
     return [*_direction(outcome.direction), *mechanism, *_conditions(outcome), *_swept(swept, usual)]
 
@@ -77,7 +77,7 @@ def _in_pairs(of: DeviationComparison | ErrorComparison) -> str:
 
 
 def _test(of: DeviationComparison | ErrorComparison) -> str:
-    """What test and interval show together."""
+    """Clause on the joint result of test and interval."""
     if of.is_shown or of.is_opposite_shown:
         told = "that the trained are " + ("nearer" if of.is_shown else "farther off") + " is shown by both"
     elif of.p_min is not None and of.p_min > ALPHA:
@@ -109,21 +109,21 @@ def _conditions(outcome: StudyOutcome) -> Iterator[str]:
         if names:
             yield f"{words} {', '.join(names)}."
     if untold := [f"{name} ({of.reason})" for name, of in told.items() if of.ci95 is None]:
-        yield f"No interval of transfer can be told for {'; '.join(untold)}."
+        yield f"The interval of transfer cannot be determined for {'; '.join(untold)}."
     for name in ("by_left_over", "by_friction"):
         what = "What is left over" if name == "by_left_over" else "Friction"
         yield f"{what}: {getattr(outcome.transfer, name).sentence}"
 
 
 def _sessions(told: Mapping[str, ConditionFigures]) -> Iterator[str]:
-    """How many sessions come before E and before E₀: what practice there is beside, is in transfer."""
+    """Sentences on the sessions before E and before E₀, because the practice in other sessions is part of transfer."""
     by_number = dict[tuple[int, tuple[int, ...]], list[str]]()
     for name, of in told.items():
         if of.sessions_familiarised:
             by_number.setdefault((of.sessions, tuple(of.sessions_familiarised)), []).append(name)
     for (trained, usual), names in by_number.items():
         said = f"Sessions before the flight of {', '.join(names)}: {trained} before E, {' or '.join(map(str, usual))}"
-        more = "" if usual == (trained,) else "; what the other sessions do as practice is in transfer, too"
+        more = "" if usual == (trained,) else "; transfer includes the practice in the additional sessions"
         yield f"{said} before E₀{more}."
 
 
@@ -133,14 +133,14 @@ def _swept(swept: Sequence[SensitivityPoint], usual: float | None) -> Iterator[s
     gone = [f"{row.name} = {row.value:g}" for row in swept if row.transfer is not None and vanishes(row, usual)]
     held = [row for row in swept if row.transfer is not None]
     if gone:
-        yield f"With {', '.join(gone)} transfer is less than half of {number(usual)}, or cannot be told from 0."
+        yield f"With {', '.join(gone)} transfer is less than half of {number(usual)}, or may be 0."
     elif held:
-        yield "No constant alone, at an end of what is plausible, takes half of the transfer away."
+        yield "No constant alone, at an end of its plausible range, takes half of the transfer away."
     if untold := [f"{row.name} = {row.value:g}" for row in swept if row.transfer is None]:
         yield f"With {', '.join(untold)} no transfer can be told: the error after familiarisation may be 0."
 
 
 def vanishes(row: SensitivityPoint, usual: float) -> bool:
-    """Less than half is left of what there was, or it may be nothing."""
+    """Return True if less than half of the usual transfer remains, or if transfer may be zero."""
     is_small = row.transfer is not None and row.transfer < 0.5 * usual
     return is_small or (row.ci95 is not None and row.ci95[0] <= 0.0)

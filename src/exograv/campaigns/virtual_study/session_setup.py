@@ -1,6 +1,6 @@
 """Setup of a session for each condition of a virtual study: twin, controller and surroundings before the first tick.
 
-The result of an identification is kept in `TrainingKnowledge`: all days of one participant in one condition share it.
+`TrainingKnowledge` keeps the result of an identification, which all days of one participant in one condition share.
 """
 
 from dataclasses import dataclass, replace
@@ -29,7 +29,7 @@ from exograv.task.protocol_schema import ExoMode
 from .conditions import Condition
 
 READY_S = 420.0
-"""Of the rig's clock, to which a machine whose truth is known has warmed up: as after a calibration."""
+"""Time on the rig's clock at which a machine with known truth has warmed up, as after a calibration [s]."""
 
 
 @dataclass
@@ -51,10 +51,11 @@ class SessionSetup:
     surroundings: Surroundings
     exo: ExoMode
     left_over_Nm: float | None
-    """Worst shoulder axis, RMS over the held-out postures, weight left on purpose included; None without motors."""
+    """Left over at the worst shoulder axis, RMS over the held-out postures, weight left on purpose included [N·m]; None
+    without motors."""
 
     friction_Nm: float | None
-    """Coulomb friction of the machine as it truly is, mean over its joints; None where none is worn."""
+    """True Coulomb friction of the machine, mean over its joints [N·m]; None if none is worn."""
 
 
 @dataclass(frozen=True)
@@ -90,11 +91,11 @@ def prepare_training(condition: Condition, seed: int, level: int, progress: Prog
 
 
 _last = dict[tuple[Condition, int, int], TrainingKnowledge]()
-"""Last result of this process: a sweep over a participant's constants uses one machine many times."""
+"""Last result of this process. A sweep over a participant's constants uses one machine many times."""
 
 
 def cached_training(condition: Condition, seed: int, level: int, progress: Progress) -> TrainingKnowledge:
-    """As `prepare_training`; return the last result at once where the arguments are the same.
+    """Prepare as `prepare_training`, or return the last result if the arguments are the same.
 
     Raises:
         ExogravError: Machine, wearer or run was refused.
@@ -148,14 +149,14 @@ def flight_setup(seed: int, level: int, day: int) -> SessionSetup:
 
 
 def free_setup(seed: int, level: int, day: int, gravity_level: float) -> SessionSetup:
-    """Set up the same participant without a machine, under a gravity of so many g."""
+    """Set up the same participant without a machine, at a gravity of `gravity_level` g."""
     stage = _alone(seed, level, day, None)
     stage.twin.fly(np.array([0.0, 0.0, gravity_level]))
     return stage
 
 
 def _alone(seed: int, level: int, day: int, water: Water | None) -> SessionSetup:
-    """Open the cuffs: machine and arm share the room and do not touch."""
+    """Set up a participant beside the machine: the cuffs are open, and machine and arm do not touch."""
     worn = draw_laboratory(PASSIVE_RIG, None, level, seed)
     laboratory = replace(worn, wearer=out_of_the_machine(worn.wearer))
     surroundings = replace(_surroundings(worn), water=water)
@@ -198,7 +199,7 @@ def _laboratory(condition: Condition, seed: int, level: int) -> VirtualLaborator
 
 
 def scaled_friction(machine: Machine, factor: float) -> Machine:
-    """Return the same machine with its friction scaled; breakaway is a ratio to sliding friction and scales with it."""
+    """Scale the friction of a machine. Breakaway is a ratio to sliding friction, so it scales with it."""
     friction = machine.friction
     scaled = {name: factor * getattr(friction, name) for name in ("coulomb", "viscous", "load_share", "ripple")}
     return replace(machine, friction=replace(friction, **scaled))

@@ -1,4 +1,4 @@
-"""One session of one virtual person, quickly: the twin runs while somebody moves, and rests are passed over.
+"""Fast simulation of one session of a virtual person: the twin runs while the person moves, and rests are skipped.
 
 Control step, guard, task, screen and aircraft are those of `exograv train`. A machine without motors takes no control
 step: it gets no torque, so there is nothing to limit.
@@ -37,55 +37,55 @@ from .rows import TickRows
 from .session_setup import SessionSetup
 
 ACT_TICKS = 2
-"""Ticks between two acts of the person: muscles are slower by far."""
+"""Ticks between two acts of the person, because muscles are far slower than the loop."""
 
 LEAD_S = {"clock": 3.0, "aircraft": 7.0}
-"""Before a window from when on the twin runs: an arm gets ready; in flight two seconds of 1.8 g and the way down."""
+"""Time before a window in which the twin runs [s]. The arm gets ready; a flight has 2 s of 1.8 g and the descent."""
 
 TAIL_S = 2.0
-"""After a window, at least: the arm comes back and lies down."""
+"""Shortest time after a window in which the twin runs [s]: the arm returns and comes to rest."""
 
 PASSED_S, PASSED_IN_FLIGHT_S = 0.5, 0.1
-"""Steps in which a rest is passed over; an aircraft sends ten samples a second."""
+"""Steps in which a rest is skipped, on the ground and in flight [s]; an aircraft sends ten samples per second."""
 
 LANDED_S = 60.0
-"""After the end of a flight as it was planned: a window that never became whole does not come any more."""
+"""Time after the planned end of a flight at which the session ends [s]; a window incomplete by then stays so."""
 
 Joints = Float[np.ndarray, " joint"]
 
 
 @dataclass(frozen=True)
 class WindowTimes:
-    """When windows open and close on the twin's clock, as planned [s]."""
+    """Planned opening and closing times of windows on the twin's clock [s]."""
 
     windows: tuple[tuple[float, float], ...]
     lead_s: float
 
     def is_awake(self, t: float) -> bool:
-        """Whether somebody moves, or is about to."""
+        """Return True if the person moves, or is about to move."""
         return any(opens - self.lead_s <= t <= closes + TAIL_S for opens, closes in self.windows)
 
     def until_awake(self, t: float) -> float:
-        """[s]; infinite after the last."""
+        """Time until the person moves [s]; infinite after the last window."""
         return min((opens - self.lead_s - t for opens, _ in self.windows if opens - self.lead_s > t), default=math.inf)
 
 
 class SimulatedSession:
-    """A person on a stage, for one protocol."""
+    """Session of one person for one protocol."""
 
     def __init__(self, stage: SessionSetup, plan: TaskPlan, room: SimulatedRoom, person: PointingPerson, seed: int):
-        """Nothing has begun.
+        """Begin before the first tick.
 
         Args:
-            stage: Where it is, and what carries the arm.
+            stage: Setup of the session, with the controller that carries the arm.
             plan: Protocol, machine and screen.
-            room: Of that screen.
-            person: Acts every `ACT_TICKS` periods of the twin.
-            seed: Draws the panel's delays and the flight.
+            room: Room of that screen.
+            person: Virtual person, who acts every `ACT_TICKS` periods of the twin.
+            seed: Seed of the panel's delays and of the flight.
         """
         self.stage, self.person, self.run = stage, person, TaskRun(plan, sinks=(self._note,))
         self.touches = list[FlownTouch]()
-        """Those that count, so far."""
+        """Accepted touches so far."""
         self._twin, self._seed = stage.twin, seed
         self._seat = ScreenSeat(stage.twin, person, room, plan.protocol.target, seed, "simulated")
         period_s, n = self._twin.period_s, len(self._twin.joints)
@@ -93,7 +93,7 @@ class SimulatedSession:
         self._guard = Guard.of_machine(envelope, period_s, stage.actuators.gain.tolist())
         self._step = ControlStep(self._guard, stage.actuators.gain)
         self.stops = 0
-        """How often the guard brought the machine down."""
+        """Number of stops by the guard."""
         self._feedback = OutputFeedback(n, period_s, stage.controller)
         self._feedback.reference = Reference(self._twin.read().q.copy(), *np.zeros((2, n)))
         self._idle = np.zeros(n)
@@ -106,15 +106,15 @@ class SimulatedSession:
 
     @property
     def simulated_s(self) -> float:
-        """In which the twin ran, rests left out."""
+        """Time that the twin simulated, without the skipped rests [s]."""
         return self._ticks * self._twin.period_s
 
     def fly(self, recording: RecordingWriter | None, progress: Callable[[float], None]) -> None:
-        """To the end of the protocol.
+        """Run to the end of the protocol.
 
         Args:
-            recording: Gets task, aircraft and every 20th tick; nothing is kept without.
-            progress: Told the share that is done, now and then.
+            recording: Receives task, aircraft and every 20th tick; None to record nothing.
+            progress: Receives the finished share from time to time.
 
         Raises:
             RigError: The twin diverged.
@@ -130,16 +130,16 @@ class SimulatedSession:
 
     @property
     def t(self) -> float:
-        """Clock of the twin [s]."""
+        """Time on the twin's clock [s]."""
         return self._twin.t
 
     @property
     def is_settling(self) -> bool:
-        """False: an arm that is carried at the end need not be put down."""
+        """Always false: an arm that is carried at the end need not be put down."""
         return False
 
     def advance(self, session: ScreenSession) -> None:
-        """Run the twin for one step of the task, or pass over a part of a rest."""
+        """Run the twin for one step of the task, or skip a part of a rest."""
         t = self._twin.t
         if self._times.is_awake(t) or self.person.doing is not Activity.LYING:
             self._act(TASK_TICKS)
@@ -149,7 +149,7 @@ class SimulatedSession:
         self._progress(min((self._twin.t - self._begun) / self._duration_s, 1.0))
 
     def why_over(self, run: TaskRun) -> str:
-        """Reason to stop a flight: all windows are complete, or the aircraft has landed."""
+        """Reason to end a flight: all windows are complete, or the aircraft has landed."""
         landed = self._twin.t > self._begun + self._duration_s + run.plan.protocol.after_last_s + LANDED_S
         return "the flight is over" if landed or run.is_over(self._twin.t) else ""
 
@@ -173,7 +173,7 @@ class SimulatedSession:
             flown = tuple((begun + opens, begun + closes) for opens, closes in feed.profile.windows_s)
             return WindowTimes(flown, LEAD_S["aircraft"])
         if self._is_driven:
-            # The twin begins as if held: the torque that carries is there.
+            # The twin begins in equilibrium, with the torque that carries the arm.
             state = twin.read()
             carrying = self.stage.controller.step(state.q, np.zeros_like(state.q), self._feedback.reference)
             self._guard.envelope.begin(carrying)
@@ -181,7 +181,7 @@ class SimulatedSession:
         return WindowTimes(tuple((origin + w.start_s, origin + w.end_s) for w in windows), LEAD_S["clock"])
 
     def _act(self, ticks: int) -> None:
-        """Run the twin, with a person in it who may move."""
+        """Run the twin with a person in it who may move."""
         twin = self._twin
         for k in range(ticks):
             state = twin.read()
@@ -200,7 +200,7 @@ class SimulatedSession:
         self._draw_skeleton()
 
     def _decided(self, state: JointState) -> tuple[Joints, Command]:
-        """Take a control step; after a stop the machine comes down softly, and an operator begins anew."""
+        """Take a control step. After a stop the machine descends softly, and the operator's reset follows."""
         guard, was_stopped = self._guard, self._guard.envelope.stop is not None
         decision = self._step.take(state, self._twin.t, self._feedback)
         if guard.envelope.stop is not None:
@@ -210,12 +210,12 @@ class SimulatedSession:
         return self._unknown if submitted is None else submitted.tau, decision.command
 
     def _let_go(self, state: JointState) -> tuple[Joints, Command]:
-        """Give no torque: the motors are off, or there are none."""
+        """Command zero torque, because the motors are off or absent."""
         t, none = self._twin.t, self._idle
         return self._feedback.step(state.q), Command(t, state.sequence, t + COMMAND_LIFE_S, none, none)
 
     def _pass(self, until_s: float) -> None:
-        """Somebody rests: the clock goes on, and with it the task and the aircraft."""
+        """Skip a part of a rest: clock, task and aircraft advance without the twin's dynamics."""
         step = PASSED_S if self.run.plan.is_clocked else PASSED_IN_FLIGHT_S
         step = min(step, until_s)
         state = self._twin.read()
@@ -230,10 +230,10 @@ class SimulatedSession:
                 self.touches.append(FlownTouch.of(record, number))
 
     def _ignore(self, _t: float, _sample: AircraftSample) -> None:
-        """Keep no sample of the aircraft where nothing is recorded."""
+        """Ignore a sample of the aircraft if nothing is recorded."""
 
     def _set_level(self, level: float) -> None:
-        """Between windows the machine goes on as in them: a ramp over a rest would take longer than the window."""
+        """Set the gravity level at once. It stays between windows: a ramp over the skipped rest would take too long."""
         controller = self.stage.controller
         if isinstance(controller, ArmController) and self.run.plan.exo == "active":
             controller.mode.gravity_level = level

@@ -1,4 +1,4 @@
-"""The small study that is flown again and again with other constants: the same people, an hour of each at most."""
+"""Small study that is flown repeatedly with other constants: the same people, at most an hour of each."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,46 +10,46 @@ from .flight import VirtualFlight
 from .options import StudyOptions
 
 SESSIONS, WINDOWS, FLIGHT_WINDOWS = 1, 3, 1
-"""All that transfer takes."""
+"""Smallest numbers from which transfer can be computed."""
 
 SIZE = (
     f"{SESSIONS} training or {SESSIONS} familiarisation of {WINDOWS} windows before a flight of {FLIGHT_WINDOWS}: "
-    "sizes are those of this small study, not of the one above"
+    "sizes refer to this small study, not to the one above"
 )
 
 
 @dataclass(frozen=True)
 class Variant:
-    """All people with some of their constants changed; nothing changed is how they are."""
+    """Variant of all people with some constants changed; without changes they have the usual constants."""
 
     name: str
     constants: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def folder(self) -> str:
-        """That keeps it: the same constants are the same variant, whatever its name."""
+        """Name of the folder. The same constants give the same folder, whatever the variant's name."""
         return "+".join(f"{name}={value:g}" for name, value in sorted(self.constants.items())) or "usual"
 
 
 @dataclass(frozen=True)
 class FlightResources:
-    """Where and how it is flown."""
+    """Folder, processes and progress of the flights."""
 
     kept: Path
-    """A file a career goes in here."""
+    """Folder for one file per career."""
 
     processes: int
     tell: Callable[[float], None]
-    """Told the share that is done."""
+    """Callback for the finished share [-]."""
 
 
 def fly_variants(
     options: StudyOptions, conditions: tuple[str, ...], variants: Sequence[Variant], means: FlightResources
 ) -> list[list[VirtualFlight]]:
-    """Flights of each variant: the trained people of the study, in each condition and after familiarisation only.
+    """Fly each variant: the trained people of the study in each condition, and after familiarisation only.
 
     Raises:
-        ExogravError: A machine or run was refused, or the disk is full; careers that were done are kept.
+        ExogravError: A machine or run was refused, or the disk is full. Finished careers are kept.
     """
     people = options.participants[0]
     small = replace(
@@ -57,7 +57,7 @@ def fly_variants(
         conditions=conditions, windows=WINDOWS, flight_windows=FLIGHT_WINDOWS,
     )  # fmt: skip
     changed = [replace(small, constants={**options.constants, **one.constants}) for one in variants]
-    # One person in one condition after the other: a machine is calibrated and an arm identified once for all variants.
+    # Jobs are ordered by person and condition, so that calibration and identification run once for all variants.
     jobs = [
         (k, CareerJob(career, changed[k], means.kept / one.folder / f"{career.name}.json"))
         for career in _unrecorded(small)

@@ -1,4 +1,4 @@
-"""`exograv simulate-study`: everybody's sessions and flights, the study's folder, its report, the page."""
+"""`exograv simulate-study`: sessions and flights of all people, the study's folder, its report, and the page."""
 
 import os
 import random
@@ -42,7 +42,7 @@ class RefusedTraining:
 
 @dataclass(frozen=True)
 class TimeSpent:
-    """Time of the study itself, over all processes."""
+    """Computing time of the study, over all processes."""
 
     wall_s: float
     spent_s: dict[str, float]
@@ -68,7 +68,7 @@ class VirtualStudyResult:
 
 @dataclass(frozen=True)
 class StudyComputation(WorkOptions):
-    """Way in which a study is computed, and its place."""
+    """Options of the computation, with the study's folder."""
 
     folder: Path = field(kw_only=True)
 
@@ -79,19 +79,18 @@ def simulate_study(
     progress: Progress,
     keep: Callable[[VirtualStudyResult], None] = lambda _result: None,
 ) -> VirtualStudyResult:
-    """Run it.
+    """Simulate a study, or continue it.
 
     Args:
-        options: What is asked for.
-        work: Where and how.
-        progress: Told what is done, and the share of it.
-        keep: Gets the figures of the study before a sweep or an ablation, which take longer than it, and after each.
+        options: Options that determine the figures.
+        work: Options of the computation, and the folder.
+        progress: Receives a sentence and the finished share.
+        keep: Receives the figures of the study before a sweep or an ablation, which take longer, and after each.
 
     Raises:
-        ConfigError: The folder holds another study, or one that was begun, without `resume`; or another command is at
-            it.
-        ExogravError: A machine or run was refused, or the disk is full; careers that were done are kept.
-        KeyboardInterrupt: The same.
+        ConfigError: The folder holds another study, or a study without `resume`. Or another command uses it.
+        ExogravError: A machine or run was refused, or the disk is full. Finished careers are kept.
+        KeyboardInterrupt: Ctrl-C was pressed. Finished careers are kept.
     """
     begun = time.perf_counter()
     everybody = careers(options, _codes(options))
@@ -124,7 +123,7 @@ def _means(work: StudyComputation, text: str, progress: Progress) -> FlightResou
 
 
 class _Telling:
-    """Report, page and figures of what was flown; the page is written anew when there is more to tell."""
+    """Writer of report, page and figures. The page is written again when more results exist."""
 
     def __init__(
         self,
@@ -134,15 +133,15 @@ class _Telling:
         flights: Sequence[VirtualFlight],
         time: TimeSpent,
     ):
-        """The study's own report is written."""
+        """Write the study's own report."""
         self._options, self._folder, self._study, self._flights, self._time = options, folder, study, flights, time
         self._outcome = outcome_of(flights, options.main.name)
         self.refused = list[RefusedTraining]()
-        """Who did nothing in which condition, and why."""
+        """People whose machine was refused, with condition and reason."""
         self._report = write_study_report(study.path).report
 
     def told(self, swept: Sequence[SensitivityPoint], ablated: Sequence[Ablated]) -> VirtualStudyResult:
-        """Write the page."""
+        """Write the page and return the result."""
         links = {"The report of the study": f"{STUDY}/report/{self._report.name}"}
         content = Content(
             self._outcome, self._flights, _shown(self._options), swept[1:], swept[0].transfer if swept else None, links,
@@ -158,7 +157,7 @@ class _Telling:
 def _everybody_lived(
     everybody: Sequence[Career], options: StudyOptions, work: StudyComputation, study: StudyFolder, progress: Progress
 ) -> list[ParticipantResult]:
-    """Of each career: read where it is kept, gone through else."""
+    """Return the result of each career: read from its file, or simulated."""
     jobs = [CareerJob(career, options, work.folder / CAREERS / f"{career.name}.json") for career in everybody]
     return lived_of(
         jobs, work.folder / RECORDINGS, work.processes,
@@ -167,7 +166,7 @@ def _everybody_lived(
 
 
 def _add(study: StudyFolder, lived: ParticipantResult) -> None:
-    """Into the study's folder, as a laboratory would."""
+    """Add recordings to the study's folder, as a laboratory would."""
     paths = [Path(file) for file in lived.files]
     if not paths:
         return

@@ -1,4 +1,4 @@
-"""What a training is worth: the share of a person's first error in weightlessness that it took away."""
+"""Transfer: the share of a person's first error in weightlessness that a training removed."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -13,11 +13,11 @@ from .flight import FAMILIARISED, VirtualFlight, compared, familiarised
 
 DEFINITION = (
     "Transfer is 1 − E/E₀. E is the mean, over people, of the signed constant error in the first window of the flight "
-    "after this training: the mean of the height over the window's accepted touches. E₀ is the same of the same people "
-    "after familiarisation only. 1: nothing of the error was left; 0: the training was worth nothing; below 0: it did "
-    "harm; above 1: the error was on the other side. Flights that compare conditions enter; those of the main study "
-    "only where a condition has no other. Whoever has no accepted touch in window 1 of both flights is left out. The "
-    "95 % interval is Fieller's over people."
+    "after this training. The constant error is the mean height over the window's accepted touches. E₀ is the same of "
+    "the same people after familiarisation only. 1: no error was left; 0: the training had no effect; below 0: it did "
+    "harm; above 1: the error was on the other side. Flights that compare conditions are used; those of the main "
+    "study only for a condition without others. People without an accepted touch in window 1 of both flights are left "
+    "out. The 95 % interval is Fieller's over people."
 )
 
 Measure = Callable[[VirtualFlight], float]
@@ -29,12 +29,12 @@ def constant_error_mm(flight: VirtualFlight) -> float:
 
 
 def first_touch_mm(flight: VirtualFlight) -> float:
-    """Height of the very first accepted touch [mm]; NaN without one in the first window."""
+    """Height of the first accepted touch [mm]; NaN without one in the first window."""
     return _mean([touch.up_mm for touch in flight.first_window if touch.number == 1])
 
 
 def first_deviation_mm(flight: VirtualFlight) -> float:
-    """Median deviation in the first window [mm], whatever its direction; NaN without a touch there."""
+    """Median deviation in the first window, in any direction [mm]; NaN without a touch there."""
     found = [touch.deviation_mm for touch in flight.first_window]
     return float(np.median(found)) if found else float("nan")
 
@@ -48,7 +48,7 @@ SECONDARY: Mapping[str, Measure] = {"first_touch": first_touch_mm, "median_devia
 
 @dataclass(frozen=True)
 class PairedCareers:
-    """The same people after a training and after familiarisation only."""
+    """Errors of the same people after a training and after familiarisation only."""
 
     people: tuple[int, ...]
     trained: Float[np.ndarray, " person"]
@@ -58,14 +58,14 @@ class PairedCareers:
 
     @property
     def ratio(self) -> Ratio:
-        """Of the means, trained over familiarised."""
+        """Ratio of the means, trained over familiarised."""
         return fieller(self.trained, self.familiarised)
 
 
 def pairs(
     flights: Iterable[VirtualFlight], before: Mapping[int, VirtualFlight], measure: Measure = constant_error_mm
 ) -> PairedCareers:
-    """Pairs of a condition's flights with those of the same people in `before`."""
+    """Pair the flights of a condition with those of the same people in `before`."""
     whole, left_out = dict[int, tuple[float, float]](), list[int]()
     for flight in flights:
         other = before.get(flight.person)
@@ -86,12 +86,12 @@ class TransferFigures:
     transfer: float | None
     ci95: list[float] | None
     reason: str | None
-    """Why one of the two is missing."""
+    """Reason for a missing value."""
 
 
 @dataclass(frozen=True)
 class ConditionTransfer(TransferFigures):
-    """Transfer of one condition by the first window's constant error, and by the measures beside it."""
+    """Transfer of one condition by the first window's constant error, and by secondary measures."""
 
     people: int
     left_out_people: int
@@ -108,7 +108,7 @@ class TransferChange:
     change: float | None = None
     ci95: list[float] | None = None
     reason: str | None = None
-    """Why one of the two is missing."""
+    """Reason for a missing value."""
 
 
 def transfer(found: PairedCareers) -> TransferFigures:
@@ -116,19 +116,19 @@ def transfer(found: PairedCareers) -> TransferFigures:
     ratio = found.ratio
     ends = ends_of(ratio.interval)
     value = None if ratio.value is None else 1.0 - ratio.value
-    # 1 − rho turns the ends round.
+    # 1 − ratio swaps the ends of the interval.
     return TransferFigures(value, ends and [1.0 - ends[1], 1.0 - ends[0]], ratio.reason or None)
 
 
 def change(own: PairedCareers, usual: PairedCareers) -> TransferChange:
-    """By how much transfer differs from the usual one of the same people.
+    """Difference of transfer from the usual one of the same people.
 
-    Each person's share in it is z = (E − ratio·E₀) / mean(E₀), usual less own; its mean over people is 0, and the
-    interval is Student's t of it about the change. First order: it wants an E₀ well away from 0.
+    Each person's share in it is z = (E − ratio·E₀) / mean(E₀), usual minus own. Its mean over people is 0, and the
+    interval is Student's t of it about the change. This is a first-order approximation; E₀ must be well away from 0.
     """
     people = sorted(set(own.people) & set(usual.people))
     if not people:
-        return TransferChange(reason="nobody has flights in both")
+        return TransferChange(reason="no person has flights in both")
     found, shares = list[float](), list[Float[np.ndarray, " person"]]()
     for one in (usual, own):
         where = [one.people.index(person) for person in people]
@@ -145,14 +145,14 @@ def change(own: PairedCareers, usual: PairedCareers) -> TransferChange:
 
 
 def ends_of(interval: Interval | None) -> list[float] | None:
-    """As JSON; None without two ends."""
+    """Return the ends of an interval for JSON; None without two ends."""
     if interval is None or interval.low is None or interval.high is None:
         return None
     return [interval.low, interval.high]
 
 
 def transfers(flights: Iterable[VirtualFlight]) -> dict[str, ConditionTransfer]:
-    """Transfer by condition."""
+    """Compute transfer of each condition."""
     flights = list(flights)
     before = familiarised(flights)
     return {name: _of_condition(own, before) for name, own in compared(flights).items()}
@@ -160,7 +160,7 @@ def transfers(flights: Iterable[VirtualFlight]) -> dict[str, ConditionTransfer]:
 
 def _of_condition(own: tuple[VirtualFlight, ...], before: Mapping[int, VirtualFlight]) -> ConditionTransfer:
     if own[0].condition == FAMILIARISED:
-        told = TransferFigures(None, None, "it is what the others are compared with")
+        told = TransferFigures(None, None, "it is the reference of the comparison")
         others = dict.fromkeys(SECONDARY, told)
         errors = np.array([constant_error_mm(flight) for flight in own])
         errors = errors[np.isfinite(errors)]

@@ -1,7 +1,7 @@
-"""What of the virtual participant agrees with published data, before it is used: no machine, 0, 1 and 1.8 g.
+"""Comparison of the virtual participant with published data, without machine, at 0, 1 and 1.8 g.
 
-Simulated, and no evidence about people. `trusts_felt` and `learns_aim` were chosen with one row each in view, nothing
-with another.
+The results are simulated and no evidence about people. `trusts_felt` and `learns_aim` were each fitted to one row;
+no other constant was fitted to any row.
 """
 
 from collections.abc import Callable
@@ -16,42 +16,42 @@ from exograv.loop.pilot import Progress
 from .validation_reaches import Landing, Reaching
 
 WINDOWS = {0.0: 6, 1.0: 1, 1.8: 1}
-"""With sight, by gravity level."""
+"""Number of windows with sight, by gravity level."""
 
 UNSEEN = 44
-"""Touches without any sight: as many cycles as in PMC5607024."""
+"""Number of touches without any sight, as many as the cycles in PMC5607024."""
 
 UNSEEN_S = 2.75 * UNSEEN + 1.0
 DRAWS = 2000
 REFERENCE = "the project's reference"
 
 SLOWED = 1.05
-"""Movement time over that on the ground from which a reach is called distinctly slower; our reading."""
+"""Ratio of movement time to that on the ground, from which a reach counts as distinctly slower (our choice)."""
 
 MATCHES, DIFFERS, NOT_COMPARED = "matches", "does not match", "cannot be compared"
 
 
 @dataclass(frozen=True)
 class FactRow:
-    """One published figure and ours."""
+    """Published figure beside ours."""
 
     what: str
     unit: str
     published: str
     source: str
     standing: str
-    """Of the published figure, here: "source" or "unverified"."""
+    """Standing of the published figure: "source" or "unverified"."""
 
     allowed: tuple[float | None, float | None] | None
-    """Where ours would be, an open end None; None where it cannot be compared."""
+    """Range for our figure, an open end None; None if it cannot be compared."""
 
     why: str
     ours: float | None = None
     interval: tuple[float, float] | None = None
-    """95 % of bootstrap draws over people."""
+    """Interval of 95 % of bootstrap draws over people."""
 
     verdict: str = field(init=False)
-    """By the mean: no wide interval makes a match."""
+    """Verdict by the mean, so that a wide interval does not make a match."""
 
     def __post_init__(self):
         verdict = NOT_COMPARED
@@ -64,10 +64,10 @@ class FactRow:
 
 @dataclass(frozen=True)
 class ValidatedPerson:
-    """What one person did."""
+    """Touches of one person."""
 
     windows: dict[float, list[list[Landing]]]
-    """By gravity level."""
+    """Touches by gravity level and window."""
 
     unseen: list[Landing]
 
@@ -82,13 +82,13 @@ class ValidationResult:
     rows: list[FactRow]
     constants: list[Constant]
     touches: dict[str, list[list[list[Landing]]]]
-    """By gravity level, participant and window."""
+    """Touches by gravity level, participant and window."""
 
     unseen: list[list[Landing]]
 
 
 def run_validation(people: int, seed: int, progress: Progress, habits: Habits | None = None) -> ValidationResult:
-    """Measure so many people, of this seed and those after it.
+    """Measure `people` virtual people, with seeds from `seed` on.
 
     Raises:
         ConfigError: Fewer than two people, or more than 100.
@@ -108,7 +108,7 @@ def run_validation(people: int, seed: int, progress: Progress, habits: Habits | 
 
 
 def measured_person(seed: int, habits: Habits | None, tell: Callable[[float], None]) -> ValidatedPerson:
-    """Under each gravity as somebody who never was elsewhere, and on the ground once more without sight."""
+    """Measure a person at each gravity without earlier experience, and on the ground once more without sight."""
     windows, total, done = {}, sum(WINDOWS.values()) + UNSEEN_S / 22.0, 0
     for level, count in WINDOWS.items():
         reaching = Reaching(seed, level, sees=True, habits=habits)
@@ -121,7 +121,7 @@ def measured_person(seed: int, habits: Habits | None, tell: Callable[[float], No
 
 
 def rows_of(people: list[ValidatedPerson]) -> list[FactRow]:
-    """The table."""
+    """Return the rows of the table."""
     first = {level: _table(people, lambda p, level=level: [t.up_mm for t in p.windows[level][0]]) for level in WINDOWS}
     n = min(table.shape[1] for table in first.values())
     away = first[0.0][:, :n] - first[1.0][:, :n]
@@ -166,7 +166,7 @@ def rows_of(people: list[ValidatedPerson]) -> list[FactRow]:
 
 
 def half_life(away: np.ndarray) -> float:
-    """Movements after which the mean of (person, touch) is half of its first; as many as there are if never."""
+    """Return the number of movements after which the mean of (person, touch) has halved; all of them if never."""
     mean = away.mean(axis=0) / away[:, 0].mean()
     below = np.flatnonzero(mean <= 0.5)
     if not len(below):

@@ -1,4 +1,4 @@
-"""Reaches of a virtual participant in no machine, under one gravity: what the validation is made of."""
+"""Reaches of a virtual participant without machine at one gravity, for the validation."""
 
 from dataclasses import dataclass
 
@@ -15,31 +15,31 @@ from .session_setup import free_setup
 
 REST_S, WINDOW_S, TAIL_S = 4.0, 22.0, 2.5
 TICKS, LOOK_TICKS = 2, 20
-"""Of the twin, between two acts of the person and two looks at the page."""
+"""Ticks of the twin between two acts of the person, and between two looks at the page."""
 
 LIFT_S = 0.05
 
 
 @dataclass(frozen=True)
 class Landing:
-    """One touch of the screen."""
+    """Touch of the screen."""
 
     right_mm: float
     up_mm: float
-    """From the target's centre."""
+    """Height above the target's centre [mm]."""
 
     took_s: float
-    """From the begin of the reach to the screen."""
+    """Time from the start of the reach to the screen [s]."""
 
     peak_share: float
-    """Of that time, until the hand was fastest [-]."""
+    """Share of that time until the hand was fastest [-]."""
 
 
 class Reaching:
-    """One person, in whose life nothing came before."""
+    """Reaches of one person without earlier experience."""
 
     def __init__(self, seed: int, gravity_level: float, sees: bool, habits: Habits | None = None, level: int = 2):
-        """The same seed is the same person under every gravity; `sees` says whether a touch shows the finger."""
+        """Begin at rest. A seed is the same person at every gravity; `sees` is True if a touch shows the finger."""
         stage = free_setup(seed, level, 0, gravity_level)
         room, protocol = SimulatedRoom(), load_protocol("training").settings
         self._twin, self._sees, self._task = stage.twin, sees, protocol.target
@@ -54,12 +54,12 @@ class Reaching:
         self._landed: list[Landing] = []
 
     def window(self, seconds: float = WINDOW_S) -> list[Landing]:
-        """Rest, and reach for so long."""
+        """Rest, reach for `seconds`, rest again. Return the touches."""
         self._landed = []
         for screen, lasts_s in (("rest", REST_S), ("task", seconds), ("rest", TAIL_S)):
             ends = self._twin.t + lasts_s
             while self._twin.t < ends - 1e-9:
-                # After the window the next one is far away.
+                # After the last window of a run, the countdown shows a time far away.
                 self._tick(screen, ends - self._twin.t if lasts_s != TAIL_S else 100.0)
         return self._landed
 
