@@ -119,7 +119,7 @@ class ArmController:
         self.acts.append(ForceParameters(x.copy()))
 
     def let_lead(self, side: ArmSide | None) -> None:
-        """Let one of two arms (`side`) float and lead the other arm. None: neither arm leads.
+        """Let one of two arms (`side`) float in any drive and lead the other arm. With None, neither arm leads.
 
         Only allowed while nothing is driven, because the change has no ramp.
         """

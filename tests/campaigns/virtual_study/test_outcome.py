@@ -169,5 +169,5 @@ def test_nobody_counts_twice():
 
 
 def test_without_a_flight_there_is_a_sentence():
-    with pytest.raises(ConfigError, match="Nobody flew"):
+    with pytest.raises(ConfigError, match="No person flew"):
         outcome_of([], "dam")

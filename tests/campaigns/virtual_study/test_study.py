@@ -30,7 +30,7 @@ def test_a_folder_of_something_else_is_not_offered_for_resuming(tmp_path: Path):
     (tmp_path / CAREERS).mkdir()
     with pytest.raises(ConfigError, match=r"not empty\. Give another --out"):
         begin(tmp_path)
-    with pytest.raises(ConfigError, match=r"nothing to go on with.*another --out"):
+    with pytest.raises(ConfigError, match=r"nothing to resume.*another --out"):
         begin(tmp_path, resume=True)
 
 

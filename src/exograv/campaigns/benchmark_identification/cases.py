@@ -22,7 +22,7 @@ WEARERS_A_MACHINE = 3
 """Number of people whom a laboratory puts into one machine between two calibrations."""
 
 FOREIGN_EVERY = 6
-"""Interval of third parties' arms: every sixth wearer has one, in turn."""
+"""Number of wearers of which one has a third party's arm; these arms take turns."""
 
 RESTLESS_LEVEL = 4
 """Level of the muscle torque of a wearer who never relaxes."""

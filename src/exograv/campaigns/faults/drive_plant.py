@@ -137,7 +137,7 @@ class DriverLine:
                 return self._ours.recv()
         except (EOFError, OSError) as error:
             raise RigError(ENDED) from error
-        raise RigError(f"The simulated drives have not answered for {within_s:g} s.")
+        raise RigError(f"The simulated drives have not answered for {within_s:g} s. See their messages above.")
 
 
 ENDED = "The process of the simulated drives has ended; see its messages above."

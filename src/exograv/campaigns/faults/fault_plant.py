@@ -51,10 +51,10 @@ class TruthSample(NamedTuple):
     """Truth of the twin at one moment, for the examiner only."""
 
     q: Joints
-    """[rad]"""
+    """Joint positions [rad]."""
 
     v: Joints
-    """Speed of the hand [m/s]."""
+    """Joint velocities [rad/s]."""
 
     hand_m_s: float
     are_braking: bool

@@ -13,7 +13,8 @@ from .fault_plant import World
 from .injector import TICK_S, Injector
 
 NOISE_SD = 3.0
-"""Standard deviations of the current's noise that ten ticks in a row do not exceed together [-]."""
+"""Margin above the guard's threshold, in standard deviations of the current's noise [-]. With this margin the torque
+error of ten ticks in a row exceeds the threshold."""
 
 
 class NonFiniteMeasurement(Injector):
@@ -212,7 +213,7 @@ class BusesLost(FrozenMeasurement):
         self.last_command: Command | None = None
 
     def commanded(self, command: Command, tick: int) -> Command:
-        # The last command that reached the drives stays valid for no longer than before.
+        # The last command that reached the drives is one tick older, so it expires one tick earlier.
         self.last_command = self.last_command or replace(command, valid_until=command.valid_until - TICK_S)
         return self.last_command
 

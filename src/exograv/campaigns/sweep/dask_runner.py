@@ -131,7 +131,7 @@ class OnDask:
         elif error is None:
             raise self._away()
         else:
-            raise RigError(f"A worker cannot do the tasks: {error}. {GO_ON}")
+            raise RigError(f"A worker cannot run the tasks: {error}. {GO_ON}")
 
     def _again(self, batch: TaskBatch) -> int:
         """Count the restarts of a batch since it was submitted."""

@@ -64,7 +64,8 @@ def plan(study: Study, folder: Path, workers: Sequence[int], price: float | None
     kind = (rows.schema.metadata or {}).get(b"exograv_sweep_kind", b"").decode()
     if kind != study.kind.name or not len(rows):
         raise RecordingError(
-            f"{times} has {len(rows)} tasks of kind '{kind}', and the study's kind is '{study.kind.name}'."
+            f"{times} has {len(rows)} tasks of kind '{kind}', and the study's kind is '{study.kind.name}'. "
+            "Give the study of that sweep, or another --out."
         )
     people = len(rows.group_by(list(study.kind.person)).aggregate([]))
     busy_s = sum(rows["wall_s"].to_pylist())

@@ -47,7 +47,7 @@ def _refuse(folder: Path, options: StudyOptions, resume: bool) -> None:
     if resume:
         if not path.is_file():
             raise ConfigError(
-                f"There is nothing to go on with: {path} is missing. Leave --resume out; if {folder} is not empty, "
+                f"There is nothing to resume: {path} is missing. Leave --resume out; if {folder} is not empty, "
                 "also give another --out."
             )
         if path.read_bytes() != _bound(options).encode():
@@ -59,7 +59,7 @@ def _refuse(folder: Path, options: StudyOptions, resume: bool) -> None:
     if folder.exists() and not folder.is_dir():
         raise ConfigError(f"--out is {folder}, a file; give an empty or new folder.")
     if folder.exists() and any(one.name != LOCK for one in folder.iterdir()):
-        further = "Go on with the study in it by --resume, or give" if path.is_file() else "Give"
+        further = "Continue the study in it with --resume, or give" if path.is_file() else "Give"
         raise ConfigError(f"{folder} is not empty. {further} another --out.")
 
 

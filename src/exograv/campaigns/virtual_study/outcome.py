@@ -178,7 +178,7 @@ def outcome_of(flights: Sequence[VirtualFlight], main: str) -> StudyOutcome:
 
 def _refuse(flights: Sequence[VirtualFlight]) -> None:
     if not flights:
-        raise ConfigError("Nobody flew: there are no figures. Give --participants of 1 or more.")
+        raise ConfigError("No person flew: there are no figures. Give --participants of 1 or more.")
     keys = [(flight.person, flight.condition, flight.group, flight.sessions) for flight in flights]
     if twice := sorted({key for key in keys if keys.count(key) > 1}):
         person, condition, group, sessions = twice[0]

@@ -20,7 +20,7 @@ from .columns import Columns, ReplayedDecisions
 
 SETTLED_S = 0.5
 """Time after a gap in which restarted filters differ from those of the run [s]. The observer needs 50 ms, and the
-friction feed-forward needs some motion."""
+returned friction needs some motion."""
 
 
 class GuardReplay:
