@@ -74,7 +74,7 @@ class ArmController:
 
     @property
     def closure_slope(self) -> float:
-        """Slope of the cuff energy of the loops [N·m]; 0 where the loops are closed."""
+        """Remaining slope of the cuff energy [N·m]; close to 0 where the loops are closed."""
         return self._tick.closure_slope
 
     @property

@@ -24,7 +24,7 @@ class Controller(Protocol):
 
     @property
     def closure_slope(self) -> float:
-        """Slope of the cuff energy of the loops [N·m]; 0 where the loops are closed."""
+        """Remaining slope of the cuff energy [N·m]; close to 0 where the loops are closed."""
         ...
 
     @property
