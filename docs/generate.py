@@ -1,16 +1,17 @@
 """Write the pages of the documentation that come from the code: the commands with their options, and the public API.
 
-    python docs/generate.py
+python docs/generate.py
 """
 
 import inspect
 import os
+import re
 from pathlib import Path
 
 import tyro
 
 import exograv
-from exograv.cli import GROUPS
+from exograv.cli import ACTIONS, GROUPS, group_help
 from exograv.cli.shell.command import command_class
 
 FOLDER = Path(__file__).parent / "reference" / "generated"
@@ -28,12 +29,18 @@ def main() -> None:
 def commands() -> str:
     """One section per group and command, with the text of `--help`."""
     parts = ["# Commands", "The text of `exograv COMMAND --help`, for every command."]
-    for group, (about, members) in GROUPS.items():
-        parts += [f"## {group}", about]
-        for name, action in members.items():
-            parser = tyro.extras.get_parser(command_class(action), prog=f"exograv {group} {name}", config=CONFIG)
-            parts += [f"### {name}", f"```text\n{parser.format_help().strip()}\n```"]
+    for name, action in ACTIONS.items():
+        group, _, member = name.rpartition(" ")
+        if group and member == next(iter(GROUPS[group].commands)):
+            parts += [f"## exograv {group}", f"```text\n{group_help(group)}\n```"]
+        parser = tyro.extras.get_parser(command_class(action), prog=f"exograv {name}", config=CONFIG)
+        parts += [f"### exograv {name}", f"```text\n{plain(parser.format_help())}\n```"]
     return "\n\n".join(parts) + "\n"
+
+
+def plain(text: str) -> str:
+    """Text without the colours of a terminal."""
+    return re.sub(r"\x1b\[[0-9;]*m", "", text).strip()
 
 
 CONFIG = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.SuppressFixed)
@@ -41,10 +48,15 @@ CONFIG = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.SuppressFixed)
 
 def api() -> str:
     """One section per public name."""
-    parts = ["# Python API", "Every name below is an attribute of `exograv`. Names that are not listed here may change."]
+    parts = [
+        "# Python API",
+        "Every name below is an attribute of `exograv`. Names that are not listed here may change.",
+    ]
     for name, module in sorted(exograv._MODULES.items()):
         value = getattr(exograv, name)
-        kind = "autofunction" if inspect.isfunction(value) else "autoexception" if name.endswith("Error") else "autoclass"
+        kind = (
+            "autofunction" if inspect.isfunction(value) else "autoexception" if name.endswith("Error") else "autoclass"
+        )
         parts += [f"## {name}", f"```{{eval-rst}}\n.. {kind}:: exograv.{module}.{name}\n```"]
     return "\n\n".join(parts) + "\n"
 

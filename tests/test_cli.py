@@ -13,7 +13,7 @@ from tests.waiting import wait_until
 
 from exograv import __version__
 from exograv.campaigns.faults.figures import FaultFigures, HandFigures, ReactionTimes, figures_of
-from exograv.cli import was_keyboard
+from exograv.cli import FORMER_NAMES, GROUPS, START, resolved, was_keyboard
 from exograv.cli.shell.terminal import show_demo
 from exograv.cli.simulation.faults import show_faults
 from exograv.identification.core.interface import Outcome
@@ -131,6 +131,41 @@ def test_words_that_mean_nothing_are_answered_with_the_way_to_help(words: tuple[
     assert result.returncode == 2
     assert "--help" in result.stderr
     assert "Traceback" not in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [(("calibrat",), "exograv rig calibrate"), (("rig", "chek"), "exograv rig check"), (("dem",), "exograv demo")],
+)
+def test_a_mistyped_command_is_answered_with_the_one_that_was_meant(words: tuple[str, ...], meant: str, tmp_path: Path):
+    result = exograv(*words, folder=tmp_path)
+    assert result.returncode == 2
+    assert f"Did you mean: {meant}" in result.stderr
+
+
+def test_without_a_command_the_first_steps_and_all_groups_are_shown(tmp_path: Path):
+    result = exograv(folder=tmp_path)
+    assert result.returncode == 0
+    assert "exograv demo" in result.stdout
+    assert all(f"\n  {word} " in result.stdout for word in GROUPS)
+
+
+@pytest.mark.parametrize("former", [*FORMER_NAMES, "calibrate", "identify", "replay", "faults"])
+def test_a_former_name_leads_to_the_same_command(former: str, tmp_path: Path):
+    path, _ = resolved([former])
+    assert exograv(former, "--help", folder=tmp_path).stdout == exograv(*path.split(), "--help", folder=tmp_path).stdout
+
+
+def test_every_command_has_a_name_of_its_own_outside_of_its_group():
+    names = [name for word, group in GROUPS.items() if word != "study" for name in group.commands]
+    assert len(names) == len(set(names))
+    assert not set(names) & {*START, *GROUPS}
+
+
+def test_a_reader_that_closes_the_pipe_causes_no_message(tmp_path: Path):
+    command = f"{sys.executable} -m exograv.cli rigs --help | head -1"
+    result = subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert result.stderr == ""
 
 
 def test_it_says_which_version_it_is(tmp_path: Path):

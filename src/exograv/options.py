@@ -160,6 +160,13 @@ GravityLevel = Annotated[
 
 
 @dataclass(frozen=True)
+class SeedOption(Options):
+    """Seed of a command that draws something else than a twin."""
+
+    seed: Seed = 0
+
+
+@dataclass(frozen=True)
 class TwinOptions(Options):
     """Options of a command that runs on the twin."""
 

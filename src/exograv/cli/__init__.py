@@ -1,10 +1,11 @@
 """Command line `exograv`. Each command imports the rooms that it needs, because `--help` must not wait for them."""
 
+import difflib
 import os
+import shutil
 import sys
-from functools import reduce
-from operator import or_
-from typing import Annotated, Any
+import textwrap
+from typing import NamedTuple
 
 import tyro
 
@@ -42,53 +43,105 @@ from exograv.cli.simulation.simulate_study import run_simulate_study
 from exograv.cli.simulation.sweep import run_sweep_command
 from exograv.cli.simulation.transparency import run_transparency_command
 from exograv.cli.simulation.validate_participant import run_validate_participant
-from exograv.errors import ExogravError
+from exograv.errors import ConfigError, ExogravError
 from exograv.extras import missing_package
 
 from .study import COMMANDS as STUDY_COMMANDS
 
 Commands = dict[str, Action]
 
-COMMANDS: Commands = {
-    "demo": run_demo_command,
-    "identify": run_identify_command,
-    "calibrate": run_calibrate_command,
-    "weigh": run_weigh_command,
-    "train": run_train_command,
-    "simulate-study": run_simulate_study,
-    "verify": run_verify_command,
-    "transparency": run_transparency_command,
-    "validate-participant": run_validate_participant,
-    "identify-log": run_identify_log,
-    "export-urdf": run_export_command,
-    "report": run_report,
-    "replay": run_replay_command,
-    "rigs": run_rigs,
-    "new-rig": run_new_rig,
-    "check-rig": run_check_rig,
-    "design-motion": run_design_motion,
-    "doctor": run_doctor,
-    "self-test": run_self_test_command,
-    "live": run_live_command,
-    "console": run_console_command,
-    "drive-sim": run_drive_sim_command,
-    "rig-test": run_rig_test_command,
-    "streams": run_streams,
-    "sync": run_sync,
-    "faults": run_faults_command,
-    "support-level": run_support_level_command,
-    "teach": run_teach_command,
-    "repeat": run_repeat_command,
-    "mirror": run_mirror_command,
-    "assist": run_assist_command,
-    "aircraft": run_aircraft_command,
-    "benchmark-identification": run_benchmark_identification,
-    "sweep": run_sweep_command,
-}
-"""Function of each word on the command line; its signature names the classes of its options."""
 
-GROUPS = {"study": ("Turn a folder of recordings into findings.", STUDY_COMMANDS)}
-"""Groups of commands by their first word: description and commands."""
+class Group(NamedTuple):
+    """Commands that share their first word."""
+
+    about: str
+    commands: Commands
+
+
+START: Commands = {
+    "demo": run_demo_command,
+    "doctor": run_doctor,
+    "rigs": run_rigs,
+    "report": run_report,
+}
+"""Commands without a group."""
+
+GROUPS: dict[str, Group] = {
+    "rig": Group(
+        "A machine: describe, check, bring up, calibrate, and test it.",
+        {
+            "new": run_new_rig,
+            "check": run_check_rig,
+            "test": run_rig_test_command,
+            "calibrate": run_calibrate_command,
+            "self-test": run_self_test_command,
+            "motion": run_design_motion,
+            "export": run_export_command,
+        },
+    ),
+    "arm": Group(
+        "An arm in a machine: identify, weigh, and verify it.",
+        {
+            "identify": run_identify_command,
+            "identify-log": run_identify_log,
+            "weigh": run_weigh_command,
+            "verify": run_verify_command,
+        },
+    ),
+    "run": Group(
+        "A session: float an arm, train, and assist.",
+        {
+            "live": run_live_command,
+            "console": run_console_command,
+            "train": run_train_command,
+            "assist": run_assist_command,
+            "teach": run_teach_command,
+            "repeat": run_repeat_command,
+            "mirror": run_mirror_command,
+            "support-level": run_support_level_command,
+        },
+    ),
+    "study": Group(
+        "A study: from recordings of sessions to findings.", {**STUDY_COMMANDS, "simulate": run_simulate_study}
+    ),
+    "data": Group(
+        "Recordings and streams: replay, record, and synchronise.",
+        {
+            "replay": run_replay_command,
+            "streams": run_streams,
+            "sync": run_sync,
+            "aircraft": run_aircraft_command,
+        },
+    ),
+    "dev": Group(
+        "Campaigns and tools for developers.",
+        {
+            "benchmark-identification": run_benchmark_identification,
+            "sweep": run_sweep_command,
+            "faults": run_faults_command,
+            "transparency": run_transparency_command,
+            "validate-participant": run_validate_participant,
+            "drive-sim": run_drive_sim_command,
+        },
+    ),
+}
+"""Commands by group; the signature of a function names the classes of its options."""
+
+FORMER_NAMES = {
+    "new-rig": ("rig", "new"),
+    "check-rig": ("rig", "check"),
+    "rig-test": ("rig", "test"),
+    "design-motion": ("rig", "motion"),
+    "export-urdf": ("rig", "export"),
+    "simulate-study": ("study", "simulate"),
+}
+"""Names of commands before there were groups. They still work, as does every command without the word of its group."""
+
+FIRST_STEPS = (
+    ("exograv doctor", "check this computer", "some seconds"),
+    ("exograv demo", "identify and float a simulated arm, and write a report", "about a minute"),
+    ("exograv rigs", "list the machines that come with exograv", "a second"),
+)
 
 
 def main() -> None:
@@ -98,6 +151,11 @@ def main() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         _run_as_asked()
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # The reader of a pipe such as `exograv --help | head` has enough. Python would complain once more at its end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(141)
     except ExogravError as error:
         print(f"exograv: {error}", file=sys.stderr)
         sys.exit(1)
@@ -112,18 +170,31 @@ def main() -> None:
 
 
 def _run_as_asked() -> None:
-    if sys.argv[1:] == ["--version"]:
+    words = sys.argv[1:]
+    if words == ["--version"]:
         print(f"exograv {__version__}")
         return
+    try:
+        path, rest = resolved(words)
+    except UnknownCommandError as error:
+        print(f"exograv: {error}", file=sys.stderr)
+        sys.exit(2)
+    if path in GROUPS and (not rest or rest[0] in HELP):
+        print(group_help(path))
+        return
+    if not path:
+        print(overview())
+        return
+    action = ACTIONS[path]
     command: Common = tyro.cli(
-        _one_of(COMMANDS, GROUPS),
-        prog="exograv",
-        description="Take the weight off an arm inside an exoskeleton. Research software, not a medical device.",
+        command_class(action),
+        prog=f"exograv {path}",
+        args=rest,
         config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.SuppressFixed),
     )
     if command.json is not None:
         refuse_unwritable(command.json)
-    result = run(command)
+    result = act(action, command)
     if command.json is not None:
         write_json(command.json, result)
     # A failed check ends with status 1, so that a script does not continue.
@@ -131,11 +202,82 @@ def _run_as_asked() -> None:
         sys.exit(1)
 
 
-def _one_of(commands: Commands, groups: dict[str, tuple[str, Commands]]) -> Any:
-    options = [Annotated[command_class(action), tyro.conf.subcommand(name)] for name, action in commands.items()]
-    for name, (about, members) in groups.items():
-        options.append(Annotated[_one_of(members, {}), tyro.conf.subcommand(name, description=about)])
-    return reduce(or_, options)
+ACTIONS: Commands = START | {
+    f"{word} {name}": action for word, group in GROUPS.items() for name, action in group.commands.items()
+}
+"""Every command by its full name."""
+
+HELP = ("-h", "--help")
+
+
+class UnknownCommandError(ConfigError):
+    """Word on the command line that names no command."""
+
+
+def resolved(words: list[str]) -> tuple[str, list[str]]:
+    """Split the command line into the name of a command or group and its options; empty name for the overview.
+
+    A command is also found without the word of its group, and by its former name.
+
+    Raises:
+        UnknownCommandError: No command has this name.
+    """
+    if not words or words[0] in HELP:
+        return "", words
+    first, rest = words[0], words[1:]
+    if first in FORMER_NAMES:
+        return " ".join(FORMER_NAMES[first]), rest
+    if first in START:
+        return first, rest
+    if first not in GROUPS:
+        for word, group in GROUPS.items():
+            if first in group.commands and word != "study":
+                return f"{word} {first}", rest
+        raise UnknownCommandError(
+            _unknown(first, [*START, *GROUPS, *(name for g in GROUPS.values() for name in g.commands)])
+        )
+    if not rest or rest[0] in HELP:
+        return first, rest
+    if rest[0] not in GROUPS[first].commands:
+        raise UnknownCommandError(
+            _unknown(f"{first} {rest[0]}", [f"{first} {name}" for name in GROUPS[first].commands])
+        )
+    return f"{first} {rest[0]}", rest[1:]
+
+
+def _unknown(name: str, known: list[str]) -> str:
+    near = difflib.get_close_matches(name, dict.fromkeys(known), n=3, cutoff=0.6)
+    full = [next((path for path in ACTIONS if path.split()[-1] == one), one) for one in near]
+    meant = f" Did you mean: {', '.join(dict.fromkeys(f'exograv {one}' for one in full))}?" if near else ""
+    return f"There is no command '{name}'.{meant} `exograv --help` lists all commands."
+
+
+def overview() -> str:
+    """Text of `exograv` without a command: first steps, and all commands by group."""
+    lines = ["exograv takes away the weight of the arm inside an exoskeleton. Research software, not a medical device."]
+    lines += ["", "First steps:"]
+    lines += [f"  {command:16} {purpose} ({duration})" for command, purpose, duration in FIRST_STEPS]
+    lines += ["", "Commands (exograv COMMAND --help shows the options):", f"  {', '.join(START)}", ""]
+    for word, group in GROUPS.items():
+        lines += [f"  {word:6} {group.about}", *_wrapped(", ".join(group.commands), 9), ""]
+    return "\n".join([*lines, "Documentation: docs/index.md"])
+
+
+def group_help(word: str) -> str:
+    """Text of a group: each command with the first sentence of its description."""
+    group = GROUPS[word]
+    width = max(map(len, group.commands)) + 2
+    lines = [group.about, ""]
+    for name, action in group.commands.items():
+        about = (action.__doc__ or "").strip().splitlines()[0]
+        first, *more = _wrapped(about, 4 + width)
+        lines += [f"    {name:{width}}{first.strip()}", *more]
+    return "\n".join([*lines, "", f"exograv {word} COMMAND --help shows the options."])
+
+
+def _wrapped(text: str, indent: int) -> list[str]:
+    columns = max(shutil.get_terminal_size().columns, indent + 20)
+    return textwrap.wrap(text, columns, initial_indent=" " * indent, subsequent_indent=" " * indent)
 
 
 def was_keyboard(error: BaseException | None) -> bool:
@@ -143,9 +285,3 @@ def was_keyboard(error: BaseException | None) -> bool:
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     return error is not None
-
-
-def run(command: Common) -> dict[str, Any]:
-    """Run one command, show its result, and return the object that `--json` writes."""
-    actions = [*COMMANDS.values(), *(action for _, members in GROUPS.values() for action in members.values())]
-    return act(next(action for action in actions if command_class(action) is type(command)), command)

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from exograv.cli.shell.base_options import Common, refuse_unwritable
+from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
 from exograv.procedures.calibration.options import CalibrateOptions
 
 if TYPE_CHECKING:
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from exograv.procedures.calibration.figures import Interval
 
 
-def run_calibrate_command(options: CalibrateOptions, common: Common) -> "CalibrationResult":
+def run_calibrate_command(options: CalibrateOptions, common: OutFolder) -> "CalibrationResult":
     """Calibrate an empty machine: torque gains with known weights, friction, links, base tilt, encoder offsets."""
     from exograv.api.rig_factory import run_calibration
     from exograv.cli.shell.terminal import bars, say

@@ -2,14 +2,14 @@
 
 from typing import TYPE_CHECKING, Any
 
-from exograv.cli.shell.base_options import Common
+from exograv.cli.shell.base_options import OutFolder
 from exograv.procedures.machine_tools.options import CheckOptions
 
 if TYPE_CHECKING:
     from exograv.procedures.machine_tools.check_rig.check_result import CheckResult
 
 
-def run_check_rig(options: CheckOptions, common: Common) -> "CheckResult":
+def run_check_rig(options: CheckOptions, common: OutFolder) -> "CheckResult":
     """Check a machine's folder: missing answers, support by the cuffs, reach, and the largest arm that it can carry."""
     from exograv.cli.shell.terminal import bars
     from exograv.procedures.machine_tools.check_rig import check_rig

@@ -3,14 +3,14 @@
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from exograv.cli.shell.base_options import Common
+from exograv.cli.shell.base_options import OutFolder
 from exograv.procedures.machine_tools.options import DesignOptions
 
 if TYPE_CHECKING:
     from exograv.procedures.machine_tools.design_motion import DesignFigures
 
 
-def run_design_motion(options: DesignOptions, common: Common) -> "DesignFigures":
+def run_design_motion(options: DesignOptions, common: OutFolder) -> "DesignFigures":
     """Design the most informative motion for an arm in a machine, and print the block for its rig.toml."""
     from exograv.cli.shell.terminal import bars
     from exograv.procedures.machine_tools.design_motion import design_motion, excitation_text

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from exograv.cli.shell.base_options import Common
+from exograv.cli.shell.base_options import OutFolder
 from exograv.results import MERGED, OPTIONAL
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ class DoctorResult:
     loop: "LoopTest | None" = field(metadata=OPTIONAL)
 
 
-def run_doctor(command: Doctor, common: Common) -> DoctorResult:
+def run_doctor(command: Doctor, common: OutFolder) -> DoctorResult:
     """Check if this computer meets the requirements of exograv, and how fast its control loop is."""
     from exograv.cli.shell.terminal import bars, say, show_loop
     from exograv.procedures.self_test.loop_timing import loop_test, refuse_unusable

@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from exograv.cli.shell.base_options import Common
+from exograv.cli.shell.base_options import OutFolder
 from exograv.laboratory.options import DriveSimOptions
 
 
-def run_drive_sim_command(options: DriveSimOptions, common: Common) -> dict[str, Any]:
+def run_drive_sim_command(options: DriveSimOptions, common: OutFolder) -> dict[str, Any]:
     """Simulate drives on a bus with the twin behind them, to try drivers and a bring-up."""
     from exograv.laboratory.drive_sim import run_drive_sim
 

@@ -2,14 +2,14 @@
 
 from typing import TYPE_CHECKING
 
-from exograv.cli.shell.base_options import Common
+from exograv.cli.shell.base_options import OutFolder
 from exograv.procedures.machine_tools.options import ExportOptions
 
 if TYPE_CHECKING:
     from exograv.procedures.machine_tools.export_urdf import ExportedMachine
 
 
-def run_export_command(options: ExportOptions, common: Common) -> "ExportedMachine":
+def run_export_command(options: ExportOptions, common: OutFolder) -> "ExportedMachine":
     """Write the machine and arm of a participant as URDF, their kinematic loops as TOML, and both together as MJCF."""
     from rich.console import Console
 

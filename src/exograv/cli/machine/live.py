@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from exograv.cli.shell.base_options import Common, refuse_unwritable
+from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
 from exograv.live.options import LiveOptions, PersonForm
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ NOT_LEARNED = (
 )
 
 
-def run_live_command(options: LiveOptions, person: PersonForm, common: Common) -> "LiveFigures":
+def run_live_command(options: LiveOptions, person: PersonForm, common: OutFolder) -> "LiveFigures":
     """Float the arm in real time on the twin or on drives, with guard, control and recorder in separate processes."""
     from exograv.api.rig_factory import run_live, simulated_wearer
     from exograv.cli.shell.terminal import bars, say

@@ -2,14 +2,14 @@
 
 from typing import TYPE_CHECKING
 
-from exograv.cli.shell.base_options import Common
+from exograv.cli.shell.base_options import OutFolder
 from exograv.live.options import RigTestOptions
 
 if TYPE_CHECKING:
     from exograv.live.on_drives.bring_up_command import BringUpResult
 
 
-def run_rig_test_command(options: RigTestOptions, common: Common) -> "BringUpResult":
+def run_rig_test_command(options: RigTestOptions, common: OutFolder) -> "BringUpResult":
     """Bring up an empty machine on the bench, step by step in order of danger. No step can be skipped."""
     from exograv.cli.shell.terminal import bars, say
     from exograv.live.on_drives.bring_up_command import run_rig_test

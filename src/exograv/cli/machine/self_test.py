@@ -2,14 +2,14 @@
 
 from typing import TYPE_CHECKING
 
-from exograv.cli.shell.base_options import Common, refuse_unwritable
+from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
 from exograv.procedures.self_test.options import SelfTestOptions
 
 if TYPE_CHECKING:
     from exograv.procedures.self_test.self_test_command import SelfTestResult
 
 
-def run_self_test_command(options: SelfTestOptions, common: Common) -> "SelfTestResult":
+def run_self_test_command(options: SelfTestOptions, common: OutFolder) -> "SelfTestResult":
     """Test the empty machine and this computer before a person wears it: each day, and after every stop by a fault."""
     from exograv.api.rig_factory import run_self_test
     from exograv.cli.shell.terminal import bars, say

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Literal
 
 import tyro
 
-from exograv.cli.shell.base_options import Common
+from exograv.options import SeedOption
 
 if TYPE_CHECKING:
     from exograv.experiment.aircraft import HeardAircraft
@@ -49,7 +49,7 @@ class Aircraft:
     """Mean delay of the emulated datagrams [ms]."""
 
 
-def run_aircraft_command(command: Aircraft, common: Common) -> "HeardAircraft | dict[str, int | None]":
+def run_aircraft_command(command: Aircraft, drawn: SeedOption) -> "HeardAircraft | dict[str, int | None]":
     """Listen to the live data of an aircraft in parabolic flight, or send such data on the ground."""
     from pydantic import ValidationError
 
@@ -77,7 +77,7 @@ def run_aircraft_command(command: Aircraft, common: Common) -> "HeardAircraft | 
             f"The emulated flight is not possible: {validation_sentences(error)} Correct the option."
         ) from error
     try:
-        sent = emulate(Emulation(profile, network, command.host, command.port, command.speed, common.seed), say)
+        sent = emulate(Emulation(profile, network, command.host, command.port, command.speed, drawn.seed), say)
     except KeyboardInterrupt:
         say("Ended by the keyboard.")
         return {"sent": None}

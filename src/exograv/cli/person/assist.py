@@ -4,7 +4,7 @@ import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from exograv.cli.shell.base_options import Common
+from exograv.cli.shell.base_options import OutFolder
 from exograv.errors import ConfigError
 from exograv.laboratory.assist.options import AssistOptions
 
@@ -30,7 +30,7 @@ class AssistMode:
             )
 
 
-def run_assist_command(mode: AssistMode, options: AssistOptions, common: Common) -> "AssistResult":
+def run_assist_command(mode: AssistMode, options: AssistOptions, common: OutFolder) -> "AssistResult":
     """Run a session that lowers support after success and raises it after failure, and explain each step."""
     from exograv.cli.shell.terminal import bars
     from exograv.console.words import said_in

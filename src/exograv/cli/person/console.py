@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from exograv.cli.shell.base_options import Common
+from exograv.cli.shell.base_options import OutFolder
 from exograv.console.options import Address
 from exograv.experiment.steered.options import SteeredOptions
 
@@ -57,7 +57,7 @@ def _port(given: tuple[int, ...]) -> int:
 
 
 def run_console_command(
-    options: SteeredOptions, trial: TrialOptions, address: Address, common: Common
+    options: SteeredOptions, trial: TrialOptions, address: Address, common: OutFolder
 ) -> "ConsoleResult":
     """Serve pages for operator, therapist, participant and viewers of a live machine, and print the operator's link."""
     from exograv.console.feed import receiver_of

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from exograv.cli.shell.base_options import Common, refuse_unwritable
+from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
 from exograv.laboratory.options import DemoOptions
 from exograv.procedures.identification.options import ParticipantOptions
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from exograv.laboratory.demo_result import DemoResult
 
 
-def run_demo_command(options: DemoOptions, files: ParticipantOptions, common: Common) -> "DemoResult":
+def run_demo_command(options: DemoOptions, files: ParticipantOptions, common: OutFolder) -> "DemoResult":
     """Identify a virtual arm in a virtual machine, float it, estimate a known weight, and write a report."""
     from exograv.cli.shell.terminal import bars, show_demo
     from exograv.laboratory.demo import run_demo
@@ -24,6 +24,6 @@ def run_demo_command(options: DemoOptions, files: ParticipantOptions, common: Co
     return result
 
 
-def run_identify_command(options: DemoOptions, files: ParticipantOptions, common: Common) -> "DemoResult":
+def run_identify_command(options: DemoOptions, files: ParticipantOptions, common: OutFolder) -> "DemoResult":
     """Calibrate the empty machine and identify the arm only."""
     return run_demo_command(replace(options, only_identify=True), files, common)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from exograv.cli.shell.base_options import Common, refuse_unwritable
+from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
 from exograv.laboratory.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class TaughtPath:
     """Code of the participant, if the path was taught with one. A path of another participant is refused."""
 
 
-def run_teach_command(options: GuidedOptions, new: NewPath, common: Common) -> "GuidedResult[TaughtFigures]":
+def run_teach_command(options: GuidedOptions, new: NewPath, common: OutFolder) -> "GuidedResult[TaughtFigures]":
     """Float the arm while a therapist leads it once, and store the path, checked and slowed down where necessary."""
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.guided.guided_command import run_teach
@@ -53,7 +53,9 @@ def run_teach_command(options: GuidedOptions, new: NewPath, common: Common) -> "
     return result
 
 
-def run_repeat_command(options: RepeatOptions, taught: TaughtPath, common: Common) -> "GuidedResult[RepeatedFigures]":
+def run_repeat_command(
+    options: RepeatOptions, taught: TaughtPath, common: OutFolder
+) -> "GuidedResult[RepeatedFigures]":
     """Lead the weightless arm along a taught path, and release it if the person resists."""
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.guided.guided_command import run_repeat
@@ -66,7 +68,7 @@ def run_repeat_command(options: RepeatOptions, taught: TaughtPath, common: Commo
     return result
 
 
-def run_mirror_command(options: MirrorOptions, common: Common) -> "GuidedResult[FollowedFigures]":
+def run_mirror_command(options: MirrorOptions, common: OutFolder) -> "GuidedResult[FollowedFigures]":
     """Lead one arm along the mirror image of the sound arm, in a machine for both arms."""
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.guided.mirror_command import run_mirror

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from exograv.cli.shell.base_options import Common
+from exograv.cli.shell.base_options import OutFolder
 from exograv.errors import ConfigError
 from exograv.laboratory.support_level.options import SupportOptions
 
@@ -21,7 +21,7 @@ class Recorded:
 
 
 def run_support_level_command(
-    options: SupportOptions, recorded: Recorded, common: Common
+    options: SupportOptions, recorded: Recorded, common: OutFolder
 ) -> "SupportResult | RecordedSupport":
     """Find the smallest weight support with which a weak person, virtual or recorded, reaches most targets."""
     from exograv.cli.shell.terminal import bars

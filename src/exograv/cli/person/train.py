@@ -4,7 +4,7 @@ import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from exograv.cli.shell.base_options import Common
+from exograv.cli.shell.base_options import OutFolder
 from exograv.errors import ConfigError
 from exograv.experiment.train.options import TrainOptions
 
@@ -27,7 +27,7 @@ class TrainMode:
             )
 
 
-def run_train_command(_mode: TrainMode, options: TrainOptions, common: Common) -> "TrainResult":
+def run_train_command(_mode: TrainMode, options: TrainOptions, common: OutFolder) -> "TrainResult":
     """Run a session of a protocol: a virtual participant in the machine touches a target, window after window."""
     from exograv.cli.shell.terminal import bars
     from exograv.experiment.train.train_command import how_to_go_on, run_training

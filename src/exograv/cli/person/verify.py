@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from exograv.cli.shell.base_options import Common, refuse_unwritable
+from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
 from exograv.live.options import PersonForm
 from exograv.procedures.verification.options import VerifyOptions
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from exograv.procedures.verification.figures import VerifyResult
 
 
-def run_verify_command(options: VerifyOptions, person: PersonForm, common: Common) -> "VerifyResult":
+def run_verify_command(options: VerifyOptions, person: PersonForm, common: OutFolder) -> "VerifyResult":
     """Measure what is left over of the arm's weight at twelve postures that the identification did not visit."""
     from exograv.api.rig_factory import run_verification
     from exograv.cli.shell.terminal import bars, say

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from exograv.cli.shell.base_options import Common, refuse_unwritable
+from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
 from exograv.loop.replay.options import InsteadOptions
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ class Recording:
     """Recording of `exograv demo`, `exograv identify` or `exograv live` (.mcap)."""
 
 
-def run_replay_command(recording: Recording, options: InsteadOptions, common: Common) -> "ReplayResult":
+def run_replay_command(recording: Recording, options: InsteadOptions, common: OutFolder) -> "ReplayResult":
     """Let control and guard decide again on the measurements of a recording; exit status 1 if they decide differently.
 
     With another person, calibration, gravity level or machine, the result shows how the torque would have differed.

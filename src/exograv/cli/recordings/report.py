@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from exograv.cli.shell.base_options import Common
+from exograv.cli.shell.base_options import OutFolder
 from exograv.errors import RecordingError
 
 
@@ -18,7 +18,7 @@ class Report:
     """Recording of a run (.mcap)."""
 
 
-def run_report(command: Report, common: Common) -> dict[str, Any]:
+def run_report(command: Report, common: OutFolder) -> dict[str, Any]:
     """Write the report of a recording again."""
     from exograv.report.of_recording.recording_report import write_report
 

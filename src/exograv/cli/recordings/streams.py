@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from exograv.cli.shell.base_options import Common
+from exograv.cli.shell.base_options import OutFolder
 from exograv.results import json_value
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ class Streams:
     """Duration of the recording [s]. Ctrl-C ends it earlier with a complete file."""
 
 
-def run_streams(command: Streams, common: Common) -> "RecordedStreams | dict[str, Any]":
+def run_streams(command: Streams, common: OutFolder) -> "RecordedStreams | dict[str, Any]":
     """List the visible streams of Lab Streaming Layer, or record some of them without a robot."""
     from exograv.cli.shell.terminal import bars
 

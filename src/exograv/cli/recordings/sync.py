@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from exograv.cli.shell.base_options import Common
+from exograv.cli.shell.base_options import OutFolder
 from exograv.results import MERGED
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ class SyncShown:
     figure: Path
 
 
-def run_sync(command: Sync, common: Common) -> SyncShown:
+def run_sync(command: Sync, common: OutFolder) -> SyncShown:
     """Show how well the streams in a recording are synchronised with the robot's clock, and their missing samples."""
     from exograv.recording import read_recording
     from exograv.report.figures.sync import draw_streams

@@ -7,17 +7,19 @@ from pathlib import Path
 from typing import Any
 
 from exograv.errors import RecordingError
-from exograv.options import AnySeed
 
 
 @dataclass(frozen=True)
 class Common:
     """Options of every command."""
 
-    seed: AnySeed = 0
-
     json: Path | None = None
     """Write the figures to this file."""
+
+
+@dataclass(frozen=True)
+class OutFolder(Common):
+    """Options of a command that writes recordings, reports or pictures."""
 
     out: Path = Path("out")
     """Folder for recordings and reports."""

@@ -22,9 +22,11 @@ def option_classes(action: Action) -> dict[str, type]:
 @cache
 def command_class(action: Action) -> type[Common]:
     """Build one flat class of all options of a command, which tyro reads. Its instances are not checked."""
-    kinds = tuple(kind for kind in option_classes(action).values() if kind is not Common)
+    classes = option_classes(action).values()
+    shared = next((kind for kind in classes if issubclass(kind, Common)), Common)
+    kinds = tuple(kind for kind in classes if not issubclass(kind, Common))
     namespace = {"__doc__": action.__doc__, "__post_init__": lambda _: None}
-    return make_dataclass(action.__name__, [], bases=(*kinds, Common), frozen=True, namespace=namespace)
+    return make_dataclass(action.__name__, [], bases=(*kinds, shared), frozen=True, namespace=namespace)
 
 
 def act(action: Action, parsed: Common) -> dict[str, Any]:

@@ -4,7 +4,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from exograv.campaigns.benchmark_identification.options import BenchmarkOptions
-from exograv.cli.shell.base_options import Common, write_json
+from exograv.cli.shell.base_options import OutFolder, write_json
+from exograv.options import SeedOption
 from exograv.results import json_value
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ TEXTS = ("method", "where", "stop rule, wearers", "drives", "disturbance")
 """Columns of text. All other columns hold numbers."""
 
 
-def run_benchmark_identification(options: BenchmarkOptions, common: Common) -> "BenchmarkResult":
+def run_benchmark_identification(options: BenchmarkOptions, drawn: SeedOption, common: OutFolder) -> "BenchmarkResult":
     """Compare all identification methods on the same virtual wearers: time, accuracy, intervals and failures."""
     from exograv.campaigns.benchmark_identification.benchmark import run_benchmark
     from exograv.campaigns.benchmark_identification.tasks import machines
@@ -27,7 +28,7 @@ def run_benchmark_identification(options: BenchmarkOptions, common: Common) -> "
     from exograv.report.of_benchmarks.identification_benchmark import write_benchmark_page
 
     if options.seed_from is None:
-        options = replace(options, seed_from=common.seed)
+        options = replace(options, seed_from=drawn.seed)
     planned = machines(options)
     tasks = [task for group in planned for task in group]
     runs = sum(len(task.keys) for task in tasks)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from exograv.campaigns.faults.options import FaultOptions
-from exograv.cli.shell.base_options import Common
+from exograv.cli.shell.base_options import OutFolder
 from exograv.results import json_value
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ ROOM_FOR_TABLE = 72
 """Terminal width below which a table would cut off figures, so that each fault has a line of text [columns]."""
 
 
-def run_faults_command(options: FaultOptions, common: Common) -> "CampaignFigures":
+def run_faults_command(options: FaultOptions, common: OutFolder) -> "CampaignFigures":
     """Inject thousands of faults into simulated machine, control and person, and evaluate the guard's reactions."""
     from exograv.campaigns.faults.campaign import Campaign, run_campaign
     from exograv.cli.shell.terminal import bars

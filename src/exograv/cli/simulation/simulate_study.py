@@ -4,14 +4,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exograv.campaigns.virtual_study.options import StudyOptions, WorkOptions
-from exograv.cli.shell.base_options import Common, write_json
+from exograv.cli.shell.base_options import OutFolder, write_json
 from exograv.results import json_value
 
 if TYPE_CHECKING:
     from exograv.campaigns.virtual_study.study import VirtualStudyResult
 
 
-def run_simulate_study(options: StudyOptions, work: WorkOptions, common: Common) -> "VirtualStudyResult":
+def run_simulate_study(options: StudyOptions, work: WorkOptions, common: OutFolder) -> "VirtualStudyResult":
     """Simulate a study on the benefit of training for flight, with virtual participants. No evidence about people."""
     from exograv.campaigns.virtual_study.study import StudyComputation, simulate_study
     from exograv.cli.shell.terminal import bars

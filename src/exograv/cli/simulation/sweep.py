@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from exograv.campaigns.sweep.options import SweepOptions
-from exograv.cli.shell.base_options import Common, write_json
-from exograv.errors import ConfigError
+from exograv.cli.shell.base_options import OutFolder, write_json
 from exograv.options import read_numbers, words
 from exograv.results import json_value
 
@@ -38,14 +37,12 @@ class SweepPlan:
     """Numbers of workers for `--plan`, separated by commas."""
 
 
-def run_sweep_command(asked: SweepPlan, options: SweepOptions, common: Common) -> "SweepResult | SweepPlanResult":
+def run_sweep_command(asked: SweepPlan, options: SweepOptions, common: OutFolder) -> "SweepResult | SweepPlanResult":
     """Run thousands of wearers, machines, disturbances and methods, here or on a cluster. Run it again to continue."""
     from exograv.campaigns.sweep.study_file import load_study
     from exograv.campaigns.sweep.sweep_command import run_sweep
     from exograv.cli.shell.terminal import bars
 
-    if common.seed != 0:
-        raise ConfigError(f"--seed is {common.seed}; the seeds of a sweep are set in {asked.study}. Leave --seed out.")
     study = load_study(asked.study)
     if asked.plan:
         return _plan(asked, common.out)

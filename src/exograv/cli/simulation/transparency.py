@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from exograv.cli.shell.base_options import Common
+from exograv.cli.shell.base_options import OutFolder
 from exograv.laboratory.options import TransparencyOptions
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ MINUTES_A_MACHINE = 2.0
 """Time per machine on two shared cores of a server [min]. Recorded movements take twice as long."""
 
 
-def run_transparency_command(options: TransparencyOptions, common: Common) -> "TransparencyResult":
+def run_transparency_command(options: TransparencyOptions, common: OutFolder) -> "TransparencyResult":
     """Compare the muscle effort of one movement in six conditions, over several machines."""
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.transparency import run_transparency

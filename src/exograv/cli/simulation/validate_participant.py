@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from exograv.cli.shell.base_options import Common, refuse_unwritable
-from exograv.options import NamedNumbers
+from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
+from exograv.options import NamedNumbers, SeedOption
 from exograv.results import MERGED
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ class ValidationShown:
     picture: Path
 
 
-def run_validate_participant(options: ValidationOptions, common: Common) -> ValidationShown:
+def run_validate_participant(options: ValidationOptions, drawn: SeedOption, common: OutFolder) -> ValidationShown:
     """Compare the virtual participant with published data, before conclusions are drawn from simulations."""
     from exograv.campaigns.virtual_study.validation import run_validation
     from exograv.cli.shell.terminal import bars
@@ -43,7 +43,7 @@ def run_validate_participant(options: ValidationOptions, common: Common) -> Vali
     path = common.out / "participant_validation.png"
     refuse_unwritable(path, "--out")
     with bars() as progress:
-        result = run_validation(options.people, common.seed, progress, habits)
+        result = run_validation(options.people, drawn.seed, progress, habits)
     _show(result)
     up_mm = {
         level: [[touch.up_mm for touch in windows[0]] for windows in people] for level, people in result.touches.items()

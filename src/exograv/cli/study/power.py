@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from exograv.cli.shell.base_options import Common
+from exograv.cli.shell.base_options import OutFolder
 from exograv.errors import ConfigError
 from exograv.results import MERGED
 from exograv.study.power.options import CurveOptions, Price
@@ -92,7 +92,7 @@ class PlannedPower:
     figure: Path
 
 
-def run_power(command: PowerAssumptions, asked: CurveOptions, price: Price, common: Common) -> PlannedPower:
+def run_power(command: PowerAssumptions, asked: CurveOptions, price: Price, common: OutFolder) -> PlannedPower:
     """Compute how many people the next study needs, from a pilot or assumptions. All spreads are of log deviation."""
     from exograv.cli.shell.terminal import bars
     from exograv.report.study_figures.power import draw
