@@ -3,7 +3,9 @@
 python docs/generate.py
 """
 
+import contextlib
 import inspect
+import io
 import os
 import re
 from pathlib import Path
@@ -12,7 +14,7 @@ import tyro
 
 import exograv
 from exograv.cli import ACTIONS, GROUPS, group_help
-from exograv.cli.shell.command import command_class
+from exograv.cli.shell.command import Action, command_class
 
 FOLDER = Path(__file__).parent / "reference" / "generated"
 COLUMNS = "100"
@@ -33,14 +35,15 @@ def commands() -> str:
         group, _, member = name.rpartition(" ")
         if group and member == next(iter(GROUPS[group].commands)):
             parts += [f"## exograv {group}", f"```text\n{group_help(group)}\n```"]
-        parser = tyro.extras.get_parser(command_class(action), prog=f"exograv {name}", config=CONFIG)
-        parts += [f"### exograv {name}", f"```text\n{plain(parser.format_help())}\n```"]
+        parts += [f"### exograv {name}", f"```text\n{help_of(name, action)}\n```"]
     return "\n\n".join(parts) + "\n"
 
 
-def plain(text: str) -> str:
-    """Text without the colours of a terminal."""
-    return re.sub(r"\x1b\[[0-9;]*m", "", text).strip()
+def help_of(name: str, action: Action) -> str:
+    """Text of `--help`, without the colours of a terminal."""
+    with contextlib.redirect_stdout(io.StringIO()) as said, contextlib.suppress(SystemExit):
+        tyro.cli(command_class(action), prog=f"exograv {name}", args=["--help"], config=CONFIG)
+    return re.sub(r"\x1b\[[0-9;]*m", "", said.getvalue()).strip()
 
 
 CONFIG = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.SuppressFixed)

@@ -29,7 +29,7 @@ def test_no_option_of_a_command_is_declared_twice(word: str):
 @pytest.mark.parametrize("word", sorted(ACTIONS))
 def test_no_command_copies_what_every_command_takes(word: str):
     kinds = [kind for kind in option_classes(ACTIONS[word]).values() if not issubclass(kind, Common)]
-    assert not {field.name for kind in kinds for field in fields(kind)} & {"json", "out"}
+    assert not {field.name for kind in kinds for field in fields(kind)} & {"json"}
 
 
 def test_a_range_is_checked_where_the_option_is_declared():
