@@ -15,7 +15,7 @@ PACKAGE = ROOT / "src" / "exograv"
 LOCKS = ("requirements.lock", "requirements-dev.lock", "requirements-bench.lock")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-MAP = (ROOT / "docs" / "map.md").read_text(encoding="utf-8")
+MAP = (ROOT / "docs" / "explanation" / "map.md").read_text(encoding="utf-8")
 
 
 def run_python(program: str) -> subprocess.CompletedProcess[str]:
@@ -156,6 +156,6 @@ def test_every_dependency_is_explained():
     stated = [*PROJECT["project"]["dependencies"], *(item for extra in extras for item in extra)]
     stated += [item for group in groups.values() for item in group if isinstance(item, str)]
     names = {re.split(r"[\[<>=]", item)[0] for item in stated} - {"exograv"}
-    table = (ROOT / "docs" / "stack.md").read_text(encoding="utf-8").split("## What it does not use")[0]
+    table = (ROOT / "docs" / "explanation" / "stack.md").read_text(encoding="utf-8").split("## What it does not use")[0]
     explained = {name for row in re.findall(r"^\| ([^|]+) \|", table, flags=re.MULTILINE) for name in row.split(", ")}
     assert names <= explained

@@ -23,7 +23,7 @@ PAIRS = [rig for rig in RIGS if load_rig(rig).settings.urdf.sides == ("right", "
 MIRROR = np.diag([1.0, -1.0, 1.0])
 """Reflection on the xz plane: what it does to positions; a pseudo-vector gets the opposite sign."""
 
-PAGE = Path(__file__).parents[1] / "docs" / "robots.md"
+PAGE = Path(__file__).parents[1] / "docs" / "reference" / "robots.md"
 WEARER = Body(1.75, 75.0, "male")
 ALIGNED_M = 1e-6
 """The arm's angles at donning are written with four decimals: 0.25 m × 1e-4° is half a micrometre."""

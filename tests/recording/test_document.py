@@ -10,7 +10,7 @@ from exograv.recording.document import format_document
 from exograv.recording.encoding import tick_definition
 from exograv.recording.schema import CHANNELS, RESULT
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "recording_format.md"
+DOCUMENT = Path(__file__).parents[2] / "docs" / "reference" / "recording_format.md"
 
 
 def test_the_document_is_the_table():

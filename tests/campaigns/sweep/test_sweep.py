@@ -115,13 +115,13 @@ def test_an_example_can_be_used(path: Path):
 
 
 def test_the_file_on_the_page_can_be_used(tmp_path: Path):
-    page = (ROOT / "docs" / "sweep.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "howto" / "sweep.md").read_text(encoding="utf-8")
     (tmp_path / "STUDY.toml").write_text(page.split("```toml\n")[1].split("```")[0])
     assert len(load_study(tmp_path / "STUDY.toml").grid) == 6 * 2 * 2 * 2
 
 
 def test_every_kind_of_task_stands_on_the_page_with_its_keys():
-    page = (ROOT / "docs" / "sweep.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "howto" / "sweep.md").read_text(encoding="utf-8")
     for kind in KINDS.values():
         assert f"| `{kind.name}` |" in page
         assert all(f"`{name}`" in page for name in kind.grid.model_fields)

@@ -29,7 +29,7 @@ from exograv.rig.drives.udp.layout import (
 )
 
 ROOT = Path(__file__).parents[4]
-PAGE = (ROOT / "docs" / "udp_protocol.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "reference" / "udp_protocol.md").read_text(encoding="utf-8")
 PEER = ROOT / "examples" / "udp_peer"
 PARTS = {
     "header": (HEADER, 0),
