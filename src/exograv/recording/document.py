@@ -1,4 +1,4 @@
-"""docs/recording_format.md, made from the table. `python -m exograv.recording.document` prints it."""
+"""docs/reference/recording_format.md, made from the table. `python -m exograv.recording.document` prints it."""
 
 from .encoding import tick_definition
 from .fields import POINTS, Channel, Field
@@ -10,13 +10,13 @@ INTRODUCTION = f"""\
 # Recording format
 
 Made from the table in `src/exograv/recording/schema.py`; a test fails when the two differ. To renew it:
-`python -m exograv.recording.document > docs/recording_format.md`
+`python -m exograv.recording.document > docs/reference/recording_format.md`
 
 A recording is one [MCAP](https://mcap.dev) file, version {SCHEMA_VERSION} of this format (`schema_version` in
 `/settings`); older versions are still read. It is written while the run goes on, in chunks of at most about 1 MB
 (zstd): what is killed loses at most its last chunk, and the reader says so. A live recording is forced to the disk
 every {1e3 * SYNC_EVERY_S:.0f} ms, and its recorder, if killed, goes on in the same file
-([realtime.md](realtime.md)). It holds no wall-clock time. Log times are the rig's clock in nanoseconds, so the same
+([realtime.md](../explanation/realtime.md)). It holds no wall-clock time. Log times are the rig's clock in nanoseconds, so the same
 seed gives the same messages, but for `tick_us`, `lateness_us` and `monotonic`.
 
 Each chunk has a checksum and an index that must agree with it; a complete file has a checksum over all that was
@@ -51,7 +51,7 @@ version 3 do not hold what control was given.
 STREAMS = f"""\
 ## `{TOPICS}…`: streams of other devices
 
-One channel a stream of Lab Streaming Layer ([lsl.md](lsl.md)), named after it; their number stands when the file
+One channel a stream of Lab Streaming Layer ([lsl.md](../howto/lsl.md)), named after it; their number stands when the file
 begins. A message holds the samples of about a tenth of a second. Encoding `cdr`, with sequences: a length of four
 bytes, then the entries, each value aligned to its own size, counted from the end of the four bytes at the beginning.
 `values` has the stream's own type, `float32`, `float64` (LSL's `double64`), `int8`, `int16`, `int32`, `int64` or
