@@ -1,4 +1,4 @@
-"""Two other engines that read the same URDF text: oracles that share no line with the package."""
+"""Fixtures: two other engines that read the same URDF text and share no code with the package."""
 
 from collections.abc import Callable, Sequence
 
@@ -17,7 +17,7 @@ WEARER = Body(1.75, 75.0, "male", {"upper_arm": 0.305, "forearm": 0.262})
 
 
 class PinocchioTree:
-    """A URDF in Pinocchio, its joints taken in the order of `joints`."""
+    """Model of a URDF in Pinocchio, with joints in the order of `joints`."""
 
     def __init__(self, text: str, joints: Sequence[str]):
         self.model = pinocchio.buildModelFromXML(text)
@@ -26,7 +26,7 @@ class PinocchioTree:
         self.columns = [self.model.joints[i].idx_v for i in self.ids]
 
     def configuration(self, q: np.ndarray) -> np.ndarray:
-        """Pinocchio's own coordinates: a continuous joint is a point on the unit circle."""
+        """Coordinates of Pinocchio: a continuous joint is a point on the unit circle."""
         own = pinocchio.neutral(self.model)
         for i, angle in zip(self.ids, q, strict=True):
             joint = self.model.joints[i]
@@ -45,11 +45,11 @@ class PinocchioTree:
         return own[self.columns]
 
     def gravity_torque(self, q: np.ndarray) -> np.ndarray:
-        """Of the tree at rest [N·m]."""
+        """Torque of the tree at rest [N·m]."""
         return self.torque(q, np.zeros(len(q)), np.zeros(len(q)))
 
     def potential_energy(self, q: np.ndarray) -> float:
-        """Of gravity [J]."""
+        """Potential energy in gravity [J]."""
         return pinocchio.computePotentialEnergy(self.model, self.data, self.configuration(q))
 
     def body_phi(self, i: int) -> np.ndarray:
@@ -57,13 +57,13 @@ class PinocchioTree:
         return self.model.inertias[self.ids[i]].toDynamicParameters()
 
     def pose(self, q: np.ndarray, frame: str) -> tuple[np.ndarray, np.ndarray]:
-        """Rotation and origin [m] of a frame in the base."""
+        """Rotation and origin [m] of a frame in the base frame."""
         pinocchio.framesForwardKinematics(self.model, self.data, self.configuration(q))
         placement = self.data.oMf[self.model.getFrameId(frame)]
         return placement.rotation.copy(), placement.translation.copy()
 
     def jacobian(self, q: np.ndarray, frame: str) -> np.ndarray:
-        """Velocity of the frame's origin, then angular velocity, in the base, per joint velocity (6, joint)."""
+        """Velocity of the frame's origin, then angular velocity, in the base frame, per joint velocity (6, joint)."""
         own = pinocchio.computeFrameJacobian(
             self.model,
             self.data,
@@ -75,7 +75,7 @@ class PinocchioTree:
 
 
 class MujocoTree:
-    """A URDF in MuJoCo, constraints off, its joints taken in the order of `joints`."""
+    """Model of a URDF in MuJoCo, without constraints, with joints in the order of `joints`."""
 
     def __init__(self, text: str, joints: Sequence[str]):
         self.model = mujoco.MjModel.from_xml_string(text)
@@ -92,7 +92,7 @@ class MujocoTree:
 
 
 def urdf_text(tree: Tree, bodies: np.ndarray) -> str:
-    """A tree with these inertial parameters (body, 10) as URDF, frames as fixed links; massless bodies stay bare."""
+    """URDF of a tree with these inertial parameters (body, 10); frames are fixed links, massless bodies bare links."""
     lines = [f'<robot name="{tree.name}">', '<link name="base"/>']
     links = [f"body_of_{joint.name}" for joint in tree.joints]
     for joint, link, phi in zip(tree.joints, links, bodies, strict=True):
@@ -164,7 +164,7 @@ def either_assembly(request: pytest.FixtureRequest) -> Assembly:
 
 
 def random_urdf(seed: int) -> str:
-    """A branched tree of six links on joints of all kinds, half of them with further links fixed to them."""
+    """URDF of a branched tree of six links on joints of all kinds, half of them with fixed links."""
     generator = np.random.default_rng(seed)
     lines = [f'<robot name="random_{seed}">', '<link name="base"/>']
     for i in range(6):

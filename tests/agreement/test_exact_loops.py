@@ -1,4 +1,4 @@
-"""Where the cuffs hold each freedom of the arm exactly once, closure is Pinocchio's closed loop of two rigid trees."""
+"""Closure with cuffs that hold each freedom exactly once agrees with Pinocchio's closed loop of two rigid trees."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -34,7 +34,7 @@ AXES = {
     "flexion first": (0, 1, 2),
     "abduction first": (1, 0, 2),
 }
-"""Order of the machine's shoulder axes; the arm's own stays."""
+"""Orders of the machine's shoulder axes; the order of the arm's axes stays."""
 
 OFFSET = np.array([0.015, -0.01, 0.008, 0.0, 0.004, 0.0, 0.0])
 
@@ -54,7 +54,7 @@ def with_axes(assembly: Assembly, order: tuple[int, ...]) -> Assembly:
 
 
 def compiled(assembly: Assembly) -> kernel.Kernel:
-    """One Newton step, then what holds the arm at rest there."""
+    """Function of one Newton step, then the torque that holds the arm at rest there."""
     cuffs = cuff_energy(assembly)
     n = assembly.n
     y, z, fit = ca.SX.sym("y", n), ca.SX.sym("z", n), ca.SX.sym("fit", len(FIT))
@@ -66,7 +66,7 @@ def compiled(assembly: Assembly) -> kernel.Kernel:
 
 
 class RigidLoop:
-    """The same two trees in Pinocchio, and the cuffs' rows that are held."""
+    """Both trees in Pinocchio, with the rows that the cuffs hold."""
 
     def __init__(self, assembly: Assembly, make_pinocchio: Callable, write_urdf: Callable):
         exo, arm = assembly.exo, assembly.arm.tree
@@ -89,7 +89,7 @@ class RigidLoop:
         return x
 
     def residual_and_jacobians(self, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Held rows of all cuffs, and their derivatives with respect to y and z."""
+        """Residuals of the held rows of all cuffs, and their derivatives with respect to y and z."""
         x = self.arm_joints(z)
         parts = []
         for (exo_frame, segment, R_segment_cuff, p_segment_cuff), rows in zip(self.cuffs, self.rows, strict=True):
@@ -112,7 +112,7 @@ class RigidLoop:
 
 
 def cross(u: np.ndarray) -> np.ndarray:
-    """Matrix that takes a vector to u times it, as a cross product."""
+    """Matrix of the cross product with u."""
     return np.array([[0.0, -u[2], u[1]], [u[2], 0.0, -u[0]], [-u[1], u[0], 0.0]])
 
 

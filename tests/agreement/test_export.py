@@ -1,4 +1,4 @@
-"""Exported machines and arms are the same in Pinocchio and MuJoCo as in ours: tree by tree, and closed by the cuffs."""
+"""Exported machines and arms agree in Pinocchio, MuJoCo and exograv: each tree alone, and closed by the cuffs."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -24,8 +24,8 @@ from exograv.model.urdf_writer import roll_pitch_yaw, urdf_text
 from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.machine_tools.export_urdf import possible_links, springs_of
 
-TORQUE_TOLERANCE = 1e-9  # N·m, of inverse dynamics tree by tree
-CLOSED_TOLERANCE = 5e-3  # N·m: a cuff's twist is the sine in ours and an angle in the exported hinges
+TORQUE_TOLERANCE = 1e-9  # N·m, of inverse dynamics of each tree
+CLOSED_TOLERANCE = 5e-3  # N·m: a cuff's rotation residual is a sine in exograv and an angle in the exported hinges
 WORN_FIT = {
     "shoulder_offset_x": 0.01,
     "shoulder_offset_y": -0.012,
@@ -34,13 +34,13 @@ WORN_FIT = {
     "cuff_log_stiffness": 0.2,
     "cuff_log_rotational_stiffness": -0.3,
 }
-"""Without a shift of the shoulder's centre: MJCF holds it, ours lets it follow."""
-SETTLE_STEPS = 6_000  # 3 s, half of them on the way
+"""Fit without a shift of the shoulder's centre: MJCF holds it fixed, while in exograv it follows the arm."""
+SETTLE_STEPS = 6_000  # 3 s, half of them for the motion
 
 
 @pytest.fixture(scope="module")
 def worn(either_assembly: Assembly) -> tuple[Assembly, np.ndarray]:
-    """A machine and everything that was learned about an arm in it."""
+    """Machine with all learned parameters of an arm."""
     machine = nominal_machine(either_assembly.description, either_assembly.exo.phi)
     x, _ = prior(either_assembly, machine)
     x = x.copy()
@@ -107,14 +107,14 @@ def test_mujoco_opens_both_and_each_tree_has_the_same_torque(worn: tuple[Assembl
             data.qpos[:], data.qvel[:], data.qacc[:] = 0.0, 0.0, 0.0
             data.qpos[columns], data.qvel[columns], data.qacc[columns] = q, v, a
             mujoco.mj_inverse(model, data)
-            # Almost nothing: the cuffs' bodies have a gram, whose weight is taken off and whose inertia is not.
+            # Nearly zero: the cuffs' bodies have a mass of 1 g; their weight is compensated, but not their inertia.
             np.testing.assert_allclose(
                 data.qfrc_inverse[columns], inverse_dynamics(tree, q, v, a), atol=cuffs_inertia(tree, person)
             )
 
 
 def cuffs_inertia(tree: Tree, person: Personal) -> float:
-    """Of cuffs that ride on the machine: a gram at 0.7 m, at speeds and accelerations of up to 4 of each joint."""
+    """Torque from the inertia of cuffs: 1 g at 0.7 m, at speeds and accelerations of up to 4 for each joint [N·m]."""
     return TORQUE_TOLERANCE if tree is person.arm else 2e-3 * len(person.cuffs)
 
 

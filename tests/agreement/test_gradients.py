@@ -1,4 +1,4 @@
-"""Every derivative that identification and control rely on is that of finite differences."""
+"""Every derivative in identification and control agrees with finite differences."""
 
 import numpy as np
 import pytest
@@ -13,8 +13,8 @@ from exograv.identification.core.interface import Sample
 
 STEP = 1e-4  # of each parameter's own unit
 TOLERANCE = 2e-6  # N·m per unit: fourth-order differences of torques of 30 N·m, whose closure is exact to 1e-10
-STIFFER = 1e5  # times the cuffs of rig.toml: the arm hardly sags, and only the sag bends the line
-SAG_Nm = 1e-3  # what it still does to torques of 30 N·m: about (10 N·m)² over 50 N·m/rad · STIFFER
+STIFFER = 1e5  # times the stiffness of rig.toml: the arm hardly sags, and only the sag is non-linear
+SAG_Nm = 1e-3  # remaining effect of the sag on torques of 30 N·m: about (10 N·m)² over 50 N·m/rad · STIFFER
 LAYOUT = parameters.ParameterLayout(segments=2, freedoms=4, arms=1, joints=4)
 
 
@@ -59,7 +59,7 @@ def test_the_torque_of_a_motion_depends_on_every_parameter_as_differences_say(as
     x = likely_parameters(assembly)
 
     def settled(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        # The same sample again and again: each time the load brings the sagged posture some ten times nearer.
+        # The same sample is repeated: each repetition brings the sagged posture about ten times nearer.
         model.restart()
         sample = Sample(0.0, q, v, a, np.zeros(4))
         for _ in range(8):
@@ -84,7 +84,7 @@ def test_the_torque_at_rest_knows_neither_springs_nor_speed(assembly, model):
 
 
 def test_in_stiff_cuffs_the_torque_is_linear_in_all_but_the_fit(assembly, model):
-    # The load enters friction by its size, which bends the line: without load-dependent friction it is straight.
+    # Friction depends on the absolute load, which is non-linear; without load-dependent friction the torque is linear.
     none = np.zeros(4)
     friction = Friction(none, none, none + 1.0, none, none, none + 0.05, 0.02)
     machine = CalibratedMachine(

@@ -1,4 +1,4 @@
-"""Controller, twin and Pinocchio read the same machine from one URDF, although each has its own reader."""
+"""Controller, twin and Pinocchio read the same machine from one URDF, each with its own reader."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Torques of a tree are those of Pinocchio and MuJoCo, and linear in the inertial parameters in Pinocchio's order."""
+"""Torques of a tree agree with Pinocchio and MuJoCo, and are linear in the inertial parameters as in Pinocchio."""
 
 from pathlib import Path
 
@@ -74,7 +74,7 @@ def test_the_arm_costs_the_torque_that_pinocchio_says(either_assembly, write_urd
 def test_the_arm_with_mass_on_every_joint_costs_the_torque_that_both_engines_say(
     either_assembly, write_urdf, make_pinocchio, make_mujoco
 ):
-    # MuJoCo takes no massless body between two joints.
+    # MuJoCo does not accept a massless body between two joints.
     tree = either_assembly.arm.tree
     phi = physical_bodies(len(tree.joints), 3)
     text = write_urdf(tree, phi)

@@ -1,4 +1,4 @@
-"""Where cuffs are soft and shoulders misaligned, the torque is the slope of the total energy, and nearly the twin's."""
+"""Torque with soft cuffs and misaligned shoulders is the gradient of the total energy and close to the twin's."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -25,18 +25,18 @@ from exograv.rig.twin import Disturbances, Examiner, Wearer, draw_machine, draw_
 from exograv.signals import Reference
 
 ENERGY_TOLERANCE = 1e-8  # N·m: six-point differences of energies of about 30 J, rounded to 1e-14 of that
-STEP = 4e-3  # rad: of those differences
+STEP = 4e-3  # rad: step of those differences
 FIT_OF_WEARER = np.array([0.015, -0.012, 0.008, 0.02, 0.006, 0.2, -0.3])
 
-SETTLING = 25  # steps; the sag converges by a factor of ten a step where the arm is held softly
+SETTLING = 25  # steps; the sag of a softly held arm converges by a factor of ten per step
 
 WEARERS = range(1000, 1005)
-TWIN_TOLERANCE_Nm = 0.05  # RMS per joint, median over wearers: the sag under the arm's weight, which closure leaves out
-"""Issue 2, item 4."""
+TWIN_TOLERANCE_Nm = 0.05  # RMS per joint, median over wearers: effect of the sag under the arm's weight
+"""Tolerance from issue 2, item 4."""
 
 
 class Energies:
-    """Cuffs, machine and arm in NumPy and Pinocchio."""
+    """Energies of cuffs, machine and arm by NumPy and Pinocchio."""
 
     def __init__(self, assembly: Assembly, make_pinocchio: Callable, write_urdf: Callable):
         exo, arm = assembly.exo, assembly.arm.tree
@@ -54,7 +54,7 @@ class Energies:
             self.cuffs.append((cuff.exo_frame, cuff.segment, *fastened, scale * cuff.stiffness))
 
     def of_cuffs(self, y: np.ndarray, z: np.ndarray) -> float:
-        """Elastic energy [J]."""
+        """Elastic energy of the cuffs [J]."""
         energy = 0.0
         for exo_frame, segment, R_segment_cuff, p_segment_cuff, stiffness in self.cuffs:
             R_exo, p_exo = self.exo.pose(y, exo_frame)
@@ -67,7 +67,7 @@ class Energies:
         return energy
 
     def total(self, y: np.ndarray, z: np.ndarray) -> float:
-        """With gravity [J]."""
+        """Total energy with gravity [J]."""
         return self.of_cuffs(y, z) + self.exo.potential_energy(y) + self.arm.potential_energy(arm_joints(z))
 
 
@@ -81,12 +81,12 @@ ARM_JOINTS = _arm_joints()
 
 
 def arm_joints(z: np.ndarray) -> np.ndarray:
-    """The shoulder centre's path is no part of this agreement: tests/model has it."""
+    """Joint positions of the arm from its freedoms; the path of the shoulder centre is tested in tests/model."""
     return np.array(ARM_JOINTS(z, FIT_OF_WEARER)).ravel()
 
 
 def compiled(assembly: Assembly, sags: bool) -> kernel.Kernel:
-    """One Newton step to the posture of the cuffs alone or of cuffs and weight, then the torque at rest."""
+    """Function of one Newton step to the posture of the cuffs, or of cuffs and weight, then the torque at rest."""
     cuffs = cuff_energy(assembly)
     y, z, fit = ca.SX.sym("y", 4), ca.SX.sym("z", 4), ca.SX.sym("fit", len(FIT))
     none = ca.SX.zeros(4)
@@ -101,7 +101,7 @@ def compiled(assembly: Assembly, sags: bool) -> kernel.Kernel:
 
 
 def closed_posture(function: kernel.Kernel, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Posture and torque: of least cuff energy, or of least total energy where the arm sags under its weight."""
+    """Posture and torque at least cuff energy, or at least total energy if the arm sags under its weight."""
     for _ in range(SETTLING):
         z = function.of(y, z, FIT_OF_WEARER)[0]
     return z, function.of(y, z, FIT_OF_WEARER)[1]
@@ -156,7 +156,7 @@ def with_true_cuffs(assembly: Assembly, wearer: Wearer) -> Assembly:
 
 
 def left_over_of_truth(seed: int) -> np.ndarray:
-    """What the production tick leaves over when it knows the wearer, RMS per joint [N·m]."""
+    """Left over of the production tick with the wearer's true parameters, RMS per joint [N·m]."""
     description = load_rig("recupera_like")
     wearer = draw_wearer(Disturbances.at_level(2), seed)
     machine = draw_machine(description, Disturbances.at_level(0), seed)

@@ -1,4 +1,4 @@
-"""A wearer in a calibrated machine whose model has every term."""
+"""Fixtures: a wearer in a calibrated machine whose model has every term."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def machine(assembly) -> CalibratedMachine:
 
 @pytest.fixture(scope="session")
 def wearer(assembly) -> np.ndarray:
-    """Parameters of an arm with springs, off the machine's axes."""
+    """Parameters of an arm with springs, misaligned with the machine's axes."""
     x = parameters.table_parameters(assembly.arm, np.full(4, 0.2), np.full(4, 2.0), np.full(4, 1.0))
     layout = parameters.ParameterLayout.of(assembly)
     x[layout.stiffness], x[layout.spring_offset], x[layout.damping] = 1.5, 0.8, 0.4

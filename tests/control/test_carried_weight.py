@@ -1,4 +1,4 @@
-"""A known weight is carried beside the arm, in full at every gravity level, and leaves no trace."""
+"""A known weight is carried in addition to the arm, in full at every gravity level, and can be removed exactly."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The empty machine is carried with the weight that hangs on it, and pulled to its reference."""
+"""The controller carries the empty machine with a known weight, and pulls it to its reference."""
 
 import numpy as np
 import pytest
@@ -52,7 +52,7 @@ def test_rotors_cost_torque_when_the_reference_accelerates(tick, assembly):
 
 @pytest.mark.parametrize("name", ["recupera_like", "recupera_like_qdd", "recupera_like_7"])
 def test_damping_stays_slower_than_drives_and_delays_however_light_the_joint(name: str):
-    """Of the lightest joint's own inertia and rotor, all others free."""
+    """The damping is compared with the inertia of the lightest joint with its rotor, while all others are free."""
     description = load_rig(name)
     tree = read_exoskeleton(description)
     kp, kd = empty_gains(description, tree)
@@ -62,7 +62,7 @@ def test_damping_stays_slower_than_drives_and_delays_however_light_the_joint(nam
 
 
 def test_weights_hang_where_they_hang():
-    """On a machine for two arms the other arm feels nothing."""
+    """A weight on one arm of a machine for two arms changes no torque of the other arm."""
     description = load_rig("recupera_like_dual")
     tree = read_exoskeleton(description)
     tick, q = ExoTick(description, tree), np.zeros(8)

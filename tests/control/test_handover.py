@@ -1,4 +1,4 @@
-"""New parameters enter by a ramp that nobody feels as a push, and every mixture on the way is an arm."""
+"""New parameters enter by a ramp with limited torque rate, and every mixture on the way is a possible arm."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from exograv.model.tree import is_physical
 DT = 1e-3
 HALF_A_TICK = 0.5 / (RAMP_MIN_S / DT)  # share: a ramp is a whole number of ticks
 ROWS = np.random.default_rng(0).normal(size=(4, 44))
-"""Torque per parameter in some posture."""
+"""Torque per parameter in one posture."""
 
 
 def ramp(handover: Handover, seconds: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Of two arms in one machine the one that leads floats, whatever drives the other."""
+"""The leading arm in a machine for two arms floats, at any drive of the other arm."""
 
 import numpy as np
 import pytest
@@ -18,14 +18,14 @@ Q = np.tile([0.8, 0.3, -0.2, 1.3], 2)
 V = np.tile([0.5, -0.4, 0.3, 1.0], 2)
 RIGHT, LEFT = slice(0, 4), slice(4, 8)
 WAYS = 12
-"""Ticks in which the joints go on, so that friction is returned and the loops are closed."""
+"""Ticks in which the joints move on, so that friction is compensated and the loops are closed."""
 
 PARITY_NM = 1e-9
 
 
 @pytest.fixture(scope="module")
 def two_arms() -> tuple[Tick, np.ndarray]:
-    """The tick of a machine for both arms, and arms with elastic joints in it."""
+    """Controller of a machine for both arms, and parameters of arms with elastic joints."""
     assembly = assemble(load_rig("recupera_like_dual"), Body(1.75, 75.0, "male"))
     none, one = np.zeros(8), np.ones(8)
     friction = Friction(2.0 * one, one, none, none, none, none, 0.02)
@@ -39,7 +39,7 @@ def two_arms() -> tuple[Tick, np.ndarray]:
 
 
 def torque(two_arms: tuple[Tick, np.ndarray], drive: float, led: list[float]) -> np.ndarray:
-    """Desired torque after some ticks on the way, beside a reference that is elsewhere."""
+    """Desired torque after some ticks of motion, with a reference at another posture."""
     tick, x = two_arms[0].again(), two_arms[1]
     tick.mode, tick.led[:] = ControlMode(drive), led
     for k in range(WAYS):

@@ -35,7 +35,7 @@ def test_the_first_reading_is_taken_whole_so_that_torque_does_not_jump():
 
 def test_a_wrong_velocity_is_forgotten_within_fifty_milliseconds():
     t = np.arange(51) * DT
-    _, v = estimates(1.5 * t)  # it starts with a velocity of 0
+    _, v = estimates(1.5 * t)  # the observer starts with a velocity of 0
     assert v[50] == pytest.approx(1.5, rel=0.01)
 
 

@@ -1,4 +1,4 @@
-"""The batch at rest is the tick at rest: at every posture, for every arm, and it says where it found none."""
+"""The batch at rest equals the tick at rest, at every posture and for every arm; it marks postures not found."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from exograv.procedures.identification.estimator_session import table_guess
 
 PARITY = 1e-9  # N·m: rounding, and postures closed to 1e-10 rad
 POSTURES = 31
-FAR = 1.0  # rad: arm and machine differ by 0.8 at most in a true rest
+FAR = 1.0  # rad: in a true minimum, arm and machine differ by 0.8 at most
 LAYOUT = parameters.ParameterLayout(segments=2, freedoms=4, arms=1, joints=4)
 
 
@@ -67,7 +67,7 @@ def test_a_posture_that_is_not_found_is_marked_and_harms_no_other(resting, postu
 
 
 def test_an_arm_that_lies_twisted_in_its_cuffs_is_not_closed(resting, postures, wearer):
-    """Newton's method can end in a rest that no arm in these cuffs has: a turn away from the machine."""
+    """Newton's method can end in a false minimum, with the arm turned away from the machine."""
     starts = resting.cold_start(postures, wearer)
     twisted = 0
     for turn in (np.array([np.pi, np.pi, np.pi, 0.0]), np.array([0.0, 0.0, 2 * np.pi, 0.0])):
@@ -87,7 +87,7 @@ def test_an_arm_in_slack_cuffs_is_not_closed(resting, postures, wearer):
 
 
 def test_an_arm_of_seven_freedoms_is_found_from_where_one_lies_whose_shoulder_is_elsewhere():
-    """Straight on, Newton's method loses every second posture: the roll is held too softly for 2 cm."""
+    """Newton's method fails directly in every second posture: a shift of 2 cm is too large for the soft roll."""
     description = load_rig("recupera_like_7")
     assembly = assemble(description, Body(1.78, 75.0, "male"))
     machine = nominal_machine(description, assembly.exo.phi)

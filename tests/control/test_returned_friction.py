@@ -1,4 +1,4 @@
-"""What is returned of friction never outweighs friction: not at rest, not in motion, not over any way to and fro."""
+"""The compensation never exceeds friction: not at rest, not in motion, and not over any path back and forth."""
 
 from dataclasses import dataclass, replace
 
@@ -20,12 +20,12 @@ SD = Friction(0.05 * ONE, 0.1 * ONE, 0.05 * ONE, 0.004 * ONE, 0.03 * ONE, 0.01 *
 LOAD = 5.0  # N·m
 ROUNDING_J = 1e-9
 STORED_J = 0.5 * SHARE**2 * (2.5 + 0.15 + 0.06 * LOAD) ** 2 / (2.5 / TRAVEL)
-"""Most that the spring holds: s² / 2 stiffness at the torque where it slips [J]."""
+"""Largest energy of the spring: s² / (2 · stiffness) at the torque s where it slips [J]."""
 
 ELBOW = 3
 DT = 0.0005
 WAYS = st.lists(st.floats(-5.0, 5.0), min_size=1, max_size=60)
-"""Of a joint between two ticks, in `TRAVEL`."""
+"""Travel of a joint between two ticks, in units of `TRAVEL`."""
 
 
 def law(known: Friction = KNOWN, sd: Friction = SD) -> ca.Function:
@@ -45,17 +45,17 @@ def least(known: Friction = KNOWN, sd: Friction = SD, load: float = LOAD) -> np.
 
 @dataclass
 class Slider:
-    """Friction in its purest form: a spring that slips, of another stiffness for either direction's torque."""
+    """Ideal friction: a spring that slips, at another torque in each direction."""
 
     forward: float
-    """[N·m]"""
+    """Torque at which it slips in forward direction [N·m]."""
     backward: float
     stiffness: float
-    """[N·m/rad]"""
+    """Stiffness of the spring [N·m/rad]."""
     tau: float = 0.0
 
     def taken(self, way: float) -> float:
-        """Energy that it takes over a way [J]."""
+        """Energy that friction takes over a travel [J]."""
         before, stretched = self.tau, self.tau + self.stiffness * way
         self.tau = min(max(stretched, -self.backward), self.forward)
         elastic = (self.tau - before) / self.stiffness
@@ -63,7 +63,7 @@ class Slider:
 
 
 def returned_energy(function: ca.Function, ways: list[float], load: float = LOAD) -> float:
-    """Of the spring's part [J]; a motor holds its torque while the joint goes the next way."""
+    """Energy from the spring's part [J]; the motor holds its torque during the next travel of the joint."""
     spring, tau, energy = 0.0, 0.0, 0.0
     for way in ways:
         energy += tau * way
@@ -102,7 +102,7 @@ def test_after_its_travel_the_share_is_returned_whole_either_way():
 def test_over_any_way_less_is_returned_than_any_friction_of_the_interval_takes(
     ways: list[float], coulomb: float, load_share: float, asymmetry: float, warmth: float, travel: float
 ):
-    """But for what the spring holds, once. `travel`: over which the true friction breaks away, in `TRAVEL`."""
+    """The energy stored in the spring is excepted once. `travel`: breakaway travel of true friction, in `TRAVEL`."""
     size = warmth * 2.5 + coulomb * 0.05 + (0.06 + load_share * 0.004) * LOAD
     more = 0.15 + asymmetry * 0.03
     true = Slider(size + more, size - more, (size - more) / (travel * TRAVEL))
@@ -112,7 +112,7 @@ def test_over_any_way_less_is_returned_than_any_friction_of_the_interval_takes(
 
 @given(ways=WAYS, v=st.floats(-3.0, 3.0))
 def test_to_and_fro_without_end_gains_nothing(ways: list[float], v: float):
-    """Energy does not add up: a way that is repeated returns less than sliding friction takes on it."""
+    """A repeated path returns less energy than sliding friction takes on it, so that energy does not accumulate."""
     there_and_back = [way * TRAVEL for way in (*ways, *(-way for way in reversed(ways)))]
     forward, backward = least()
     sliding = min(forward, backward) * np.abs(there_and_back).sum()
@@ -159,14 +159,14 @@ def test_a_parameter_that_is_no_number_is_not_hidden(field: str):
 
 
 def friction_of(machine: Machine) -> ca.Function:
-    """The twin's friction, warm: torque and next bristle."""
+    """Friction of the twin when warm: torque and next state of the bristle."""
     bristle, theta, omega, load = (ca.SX.sym(name) for name in ("bristle", "theta", "omega", "load"))
     now = FrictionState(theta, omega, load, ca.SX(1.0))
     return ca.Function("friction", [bristle, theta, omega, load], list(friction_step(machine, ELBOW, bristle, now, DT)))
 
 
 def as_calibrated(machine: Machine) -> Friction:
-    """What a calibration without errors would say of the cold machine's elbow."""
+    """Friction of the cold machine's elbow, as from a calibration without errors."""
     true, only = machine.friction, slice(ELBOW, ELBOW + 1)
     coulomb = true.coulomb[only]
     asymmetry = true.asymmetry[only] * coulomb
@@ -189,7 +189,7 @@ def test_of_every_swing_the_twins_warm_friction_takes_more_than_is_returned(leve
         bristle, spring, tau, energy = 0.0, 0.0, 0.0, 0.0
         for k, way in enumerate(np.diff(theta)):
             rubbed, bristle = (float(value) for value in friction(bristle, theta[k], way / DT, LOAD))
-            if k >= period:  # of the second swing, when both have settled
+            if k >= period:  # only the second swing, when both have settled
                 energy += (tau - rubbed) * way
             tau, spring = (float(value) for value in returned(way, way / DT, LOAD, spring))
         assert energy < 0.0

@@ -1,4 +1,4 @@
-"""Through postures in which the arm's angles are singular the torque stays smooth, and the posture is recognised."""
+"""The torque stays smooth through postures in which the arm's angles are singular, and these are recognised."""
 
 import numpy as np
 import pytest
@@ -10,13 +10,14 @@ from exograv.signals import Reference
 
 DT = 1e-3
 TORQUE_STEP_MAX_Nm = {0.0: 0.15, 1.0: 0.2}
-"""A tick, floating and driven. Floating: what the envelope's rate of 150 N·m/s lets through; driven the wearer's
-damping, which fades, adds to it [N·m]."""
+"""Largest torque step per tick, floating and driven [N·m]. Floating: the limit of the envelope's rate of 150 N·m/s.
+Driven: the wearer's damping, which is faded, adds to it."""
 SPEED = 1.0  # rad/s
 UPRIGHT = np.pi / 2
-"""Abduction at which flexion and rotation turn the arm about one axis."""
+"""Abduction at which flexion and rotation turn the arm about the same axis [rad]."""
 START_TICKS = 20
-"""The path begins with speed, which no joint does: over its first millirad the friction of the machine is returned."""
+"""Ticks at the start that are not checked. The path starts at full speed, which no real joint does, and in its first
+millirad the compensation of friction builds up."""
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +26,7 @@ def tick(assembly, machine) -> Tick:
 
 
 def path_through(generator: np.random.Generator) -> np.ndarray:
-    """Joint angles (tick, 4), straight through the singular posture or near it, 0.35 rad to either side."""
+    """Joint angles (tick, 4) on a straight path through or near the singular posture, 0.35 rad to either side."""
     middle = np.array([generator.uniform(0.0, 1.5), UPRIGHT, generator.uniform(-0.6, 0.6), generator.uniform(0.5, 1.8)])
     way = np.array([*generator.uniform(-0.3, 0.3, 1), 0.35, *generator.uniform(-0.3, 0.3, 2)])
     ticks = round(2 * 0.35 / SPEED / DT)

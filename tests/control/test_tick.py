@@ -1,4 +1,4 @@
-"""The tick takes away the arm's weight and nothing else, by as much as the gravity level says, with closed loops."""
+"""The tick removes the arm's weight and nothing else, according to the gravity level, with closed loops."""
 
 from itertools import pairwise
 
@@ -18,10 +18,10 @@ STILL = np.zeros(4)
 DT = 1e-3
 LAYOUT = parameters.ParameterLayout(segments=2, freedoms=4, arms=1, joints=4)
 SETTLED_Nm = 1e-4  # one tick after the drive has ended; friction would be 1.5
-SETTLING = 12  # ticks; the sag under the arm's weight settles by a factor of ten a tick
-SAG_Nm = 0.1  # the arm hangs up to 2° deeper in its cuffs under 1.8 times its weight, which changes its levers
-SLOPE_OF_CUFFS_Nm = 1e-8  # predictor and one Newton step leave no more
-SLOPE_OF_LOAD_Nm = 1e-8  # Newton with the load's own stiffness loses nothing from one tick to the next
+SETTLING = 12  # ticks; the sag under the arm's weight settles by a factor of ten per tick
+SAG_Nm = 0.1  # the arm sags by up to 2° more in its cuffs under 1.8 times its weight, which changes its lever arms
+SLOPE_OF_CUFFS_Nm = 1e-8  # remaining gradient after predictor and one Newton step
+SLOPE_OF_LOAD_Nm = 1e-8  # Newton's method with the load's stiffness keeps its accuracy from tick to tick
 
 
 @pytest.fixture
@@ -47,7 +47,7 @@ def changed(x: np.ndarray, block: slice, value: float) -> np.ndarray:
 def test_level_one_leaves_the_arm_its_own_weight(tick, wearer):
     weightless, earth = (at_rest(tick, wearer, ControlMode(gravity_level=level)) for level in (0.0, 1.0))
     without_arm = at_rest(tick, changed(wearer, LAYOUT.phi, 0.0), ControlMode())
-    # On Earth the motors carry what they carry for an arm without mass: the machine and the strained cuffs.
+    # On Earth the motors carry the same as for an arm without mass: the machine and the strained cuffs.
     np.testing.assert_allclose(earth, without_arm, atol=PARITY)
     assert np.abs(weightless - earth).max() > 2.0
 
@@ -97,7 +97,7 @@ def test_the_arms_share_enters_linearly(tick, wearer):
 
 
 def moved(tick: Tick, x: np.ndarray, mode: ControlMode, ways: list[np.ndarray], v: np.ndarray = STILL) -> np.ndarray:
-    """Desired torque after small ways one after another, beside that of a machine that was always there."""
+    """Desired torque after a sequence of small travels, minus that of a machine that was always at the last posture."""
     q = Q.copy()
     at_rest(tick, x, mode)
     for way in ways:

@@ -1,4 +1,4 @@
-"""An identified elasticity that the cuffs could not hold never turns the arm out of them; what they hold is carried."""
+"""Elasticity that the cuffs cannot hold does not turn the arm out of them; elasticity that they hold is carried."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from exograv.signals import Reference
 DT = 1e-3
 STILL = np.zeros(4)
 SLOPE_MAX_Nm = 0.01  # beyond it the guard stops the run
-TORQUE_STEP_MAX_Nm = 0.15  # what the envelope's rate of 150 N·m/s lets through in a tick
+TORQUE_STEP_MAX_Nm = 0.15  # limit of the envelope's rate of 150 N·m/s in one tick
 
 
 @pytest.fixture(scope="module")
@@ -20,14 +20,14 @@ def tick(assembly, machine) -> Tick:
 
 
 def straightened(seconds: float = 0.7) -> np.ndarray:
-    """Joint angles (tick, 4) of a raised arm whose elbow is straightened: then the upper arm's cuff alone holds it."""
+    """Joint angles (tick, 4) of a raised arm whose elbow is straightened: then only the upper arm's cuff holds it."""
     share = np.linspace(0.0, 1.0, round(seconds / DT))[:, None]
     return (1 - share) * np.array([0.0, 0.45, 1.0, 1.0]) + share * np.array([-0.15, 0.75, 0.82, 0.2])
 
 
 @pytest.fixture
 def restless(tick: Tick, wearer) -> np.ndarray:
-    """As once identified of a wearer who did not relax: his muscles were taken for springs and soft cuffs."""
+    """Parameters as identified from a wearer who did not relax: the fit explained muscles by springs and soft cuffs."""
     x, layout = wearer.copy(), parameters.ParameterLayout.of(tick.assembly)
     x[layout.stiffness], x[layout.spring_offset] = [2.9, 2.55, 3.0, 1.2], [2.3, 1.9, -1.2, 2.0]
     x[layout.fit] = [-0.022, -0.019, -0.009, 0.021, -0.0065, 0.047, -0.57]

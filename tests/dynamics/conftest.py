@@ -1,4 +1,4 @@
-"""A wearer whose shoulder, length and cuffs differ from what the machine assumes."""
+"""Fixtures: a wearer whose shoulder, length and cuffs differ from the machine's assumptions."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What nothing holds sinks until its weight no longer turns it, or its limits end the way."""
+"""A machine without torque sinks until its weight gives no torque, or until it reaches its limits."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What a machine must give to carry an arm is the slope of their height energy, and linear in their masses."""
+"""The torque that carries machine and arm is the gradient of their potential energy, and linear in their masses."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ from exograv.model.tree import Tree
 
 STEP = 1e-5  # rad
 SLOPE_TOLERANCE = 1e-6
-"""Of central differences at that step; the closed posture is found to 1e-9 rad [N·m]."""
+"""Tolerance of central differences at that step [N·m]; the closed posture is exact to 1e-9 rad."""
 
 
 @pytest.fixture(scope="module", params=["recupera_like", "nesm_like", "recupera_like_7", "recupera_like_dual"])
@@ -28,7 +28,7 @@ def assembly(request: pytest.FixtureRequest) -> Assembly:
 
 
 def height_energy(tree: Tree, phi: np.ndarray, poses) -> ca.SX:
-    """−g · Σ (m·p + R·h) [J]."""
+    """Potential energy −g · Σ (m·p + R·h) [J]."""
     moment = sum(
         (row[0] * pose.p + pose.R @ ca.DM(row[1:4]) for row, pose in zip(phi, poses, strict=True)), ca.SX.zeros(3)
     )
@@ -36,7 +36,7 @@ def height_energy(tree: Tree, phi: np.ndarray, poses) -> ca.SX:
 
 
 def energies(assembly: Assembly, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Of the machine, the arm and 1 kg in each hand, at one posture [J]."""
+    """Potential energies of the machine, the arm and 1 kg in each hand, at one posture [J]."""
     arm, fit = assembly.arm, ca.SX.zeros(len(fit_names(assembly)))
     exo = height_energy(assembly.exo, assembly.exo.phi, body_poses(assembly.exo, ca.SX(ca.DM(y))))
     poses = body_poses(arm.tree, arm_positions(arm, ca.SX(ca.DM(z)), fit), arm_roots(assembly, fit))

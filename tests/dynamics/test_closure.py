@@ -1,4 +1,4 @@
-"""The closed posture has the derivatives that are claimed for it, and one step a tick keeps it closed."""
+"""The closed posture has the stated derivatives, and one Newton step per tick keeps it closed."""
 
 from itertools import pairwise
 
@@ -13,7 +13,7 @@ from exograv.model.loops import FIT, LoopSolver
 DERIVATIVE_TOLERANCE = 1e-8  # -: fourth-order differences of postures that are closed to 1e-14 rad
 BIAS_TOLERANCE = 1e-7  # rad/s²: the same of G·v, of size 10
 STEP = 1e-3
-SLOPE_LEFT_Nm = 1e-8  # a thousandth of what a rounding of the encoder does
+SLOPE_LEFT_Nm = 1e-8  # a thousandth of the effect of one encoder step
 DT = 1e-3
 
 
@@ -29,7 +29,7 @@ def step(assembly) -> kernel.Kernel:
 
 
 def closed_at(step: kernel.Kernel, y: np.ndarray, z: np.ndarray, fit: np.ndarray, v: np.ndarray):
-    """Outputs after Newton has converged."""
+    """Outputs after Newton's method has converged."""
     for _ in range(4):
         z = step.of(y, z, fit, v)[0]
     return step.of(y, z, fit, v)
@@ -115,7 +115,7 @@ def test_nothing_is_strained_where_the_cuffs_were_fastened(assembly, fit, step):
 
 
 def test_the_gauss_newton_hessian_would_be_wrong(assembly, fit, step):
-    # It is not the full one as soon as cuffs are strained; G by it was wrong by up to 0.3 per entry.
+    # It differs from the full Hessian if cuffs are strained; G computed with it had errors of up to 0.3 per entry.
     solver, worst = LoopSolver(assembly), 0.0
     for y in postures(assembly, 20):
         z, G, *_, H = closed_at(step, y, solver.solve(y, fit=fit)[0], fit, np.zeros(4))

@@ -1,4 +1,4 @@
-"""The cuffs' derivatives by geometry are those of their energy, everywhere: far from closed, and in motion."""
+"""The derivatives of the cuff energy by geometry are correct everywhere: far from closed postures, and in motion."""
 
 import casadi as ca
 import numpy as np
@@ -10,12 +10,12 @@ from exograv.model.assembly import Assembly
 from exograv.model.loops import cuff_residuals, scaled_stiffness
 
 PARITY = 1e-12
-"""Relative to the largest entry: some hundred roundings."""
+"""Tolerance relative to the largest entry: some hundred rounding errors."""
 
 
 @pytest.fixture(scope="module")
 def compared(assembly: Assembly) -> kernel.Kernel:
-    """Every derivative by geometry, then by differentiating ½ Σ k r²."""
+    """Every derivative by geometry, then by differentiation of ½ Σ k r²."""
     cuffs: CuffEnergy = cuff_energy(assembly)
     y, z, fit, along = cuffs.y, cuffs.z, cuffs.fit, cuffs.along
     residual, _ = cuff_residuals(assembly, y, z, fit)

@@ -12,7 +12,7 @@ from exograv.model.loops import arm_positions, arm_roots, cuff_pairs
 from exograv.model.support import assemble
 
 STEP = 1e-6  # rad
-TOLERANCE = 1e-6  # of works per radian of some tens of N·m
+TOLERANCE = 1e-6  # N·m, for torques of some tens of N·m
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -27,7 +27,7 @@ def test_torque_is_work_per_angle(seed: int):
 
     generator = np.random.default_rng(seed)
     q = np.array([0.6, 0.3, -0.2, 1.2])
-    # The arm lies askew in its cuffs, so that a wrong point of action would show.
+    # The arm is misaligned in its cuffs, so that a wrong point of action would show.
     at, applied = q + generator.normal(0.0, 0.2, 4), 20.0 * generator.standard_normal((6, 2))
     works = []
     for direction in STEP * np.eye(4):

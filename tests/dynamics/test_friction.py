@@ -67,7 +67,7 @@ def test_friction_without_asymmetry_is_odd_in_velocity(v: float, load: float):
 
 @given(v=SPEEDS, load=LOADS)
 def test_friction_added_to_a_command_leaves_the_load(v: float, load: float):
-    # What the joint gets is the command less its friction.
+    # The joint receives the command minus its friction.
     commanded = load + torque(v, load)
     assert commanded - torque(v, load) == pytest.approx(load)
 

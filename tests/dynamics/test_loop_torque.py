@@ -1,4 +1,4 @@
-"""Exoskeleton, cuffs and arm together neither make nor lose energy, and mirrored arms cost mirrored torques."""
+"""Exoskeleton, cuffs and arm conserve energy, and mirrored arms need mirrored torques."""
 
 from collections.abc import Callable
 
@@ -18,7 +18,7 @@ from exograv.model.support import assemble
 from exograv.options import Side
 
 POWER_TOLERANCE = 2e-6  # W: fourth-order differences at 1 ms of energies of 30 J
-PARITY = 1e-9  # N·m: the same sums with other signs; two searches end within 1e-10 rad
+PARITY = 1e-9  # N·m: the same sums with other signs; two searches agree within 1e-10 rad
 DT = 1e-3
 ROTOR = 0.25
 PASSIVE = (1.5, 0.8, 0.4)
@@ -26,7 +26,7 @@ PASSIVE = (1.5, 0.8, 0.4)
 
 
 def torque_kernel(assembly: Assembly, passive: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> kernel.Kernel:
-    """Torques by origin, and the cuffs' energy."""
+    """Torques by origin, and the energy of the cuffs."""
     cuffs = cuff_energy(assembly)
     y, z, fit = ca.SX.sym("y", 4), ca.SX.sym("z", 4), ca.SX.sym("fit", len(FIT))
     v, a, phi, gravity = ca.SX.sym("v", 4), ca.SX.sym("a", 4), ca.SX.sym("phi", 20), ca.SX.sym("gravity", 3)
@@ -43,7 +43,7 @@ def torque_kernel(assembly: Assembly, passive: tuple[float, float, float] = (0.0
 
 
 def settled(compiled: kernel.Kernel, y: np.ndarray, z: np.ndarray, *rest: np.ndarray) -> list[np.ndarray]:
-    """Outputs after Newton has converged."""
+    """Outputs after Newton's method has converged."""
     for _ in range(3):
         z = compiled.of(y, z, *rest)[0]
     return list(compiled.of(y, z, *rest))
@@ -73,7 +73,7 @@ def test_the_power_of_all_torques_is_the_rate_of_all_energies(torque):
 
     def kinetic_and_cuffs(t: float) -> float:
         y, v, _ = motion(t)
-        # At rest, without gravity, an acceleration of v costs M v.
+        # At rest, without gravity, an acceleration of v needs the torque M v.
         _, exo, arm, _, _, cuffs = torque(y, none, v, gravity=np.zeros(3))
         return 0.5 * float(v @ (exo + arm)) + cuffs.item()
 
@@ -94,7 +94,7 @@ def test_gravity_does_no_work_around_a_closed_path(torque):
     for moment in t:
         y, way = centre + reach * np.sin(moment + phase), reach * np.cos(moment + phase)
         outputs = torque(y, none, none)
-        # The arm sags by its cuffs alone: exo and arm need the slope of their potentials at the closed posture.
+        # The posture is closed without load: exo and arm need the gradient of their potentials at this posture.
         work += float(way @ outputs[4]) * (t[1] - t[0])
     assert work == pytest.approx(0.0, abs=1e-8)  # the trapezoid rule is exact for a smooth periodic path
 

@@ -1,4 +1,4 @@
-"""On every machine the torque at rest is the slope of all energies; two arms are two machines that share a base."""
+"""The torque at rest is the gradient of all energies on every machine; two arms are independent of each other."""
 
 from collections.abc import Callable
 
@@ -34,7 +34,7 @@ def weight_energy(tree: Tree, poses: list[Transform]) -> ca.SX:
 
 
 class AtRest:
-    """Torque and energy where cuffs and weight balance."""
+    """Torque and energy in the equilibrium of cuffs and weight."""
 
     def __init__(self, assembly: Assembly):
         self.n = assembly.n

@@ -1,4 +1,4 @@
-"""Control and identification agree on one order of all parameters, and a drive's gain turns one way and back."""
+"""Names, blocks and vector of all parameters agree, and the conversion of a drive's gain is invertible."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A tree neither makes nor loses energy, and gravity is an acceleration of its base."""
+"""Inverse dynamics of a tree conserves energy, and gravity equals an acceleration of its base."""
 
 import casadi as ca
 import numpy as np
@@ -10,7 +10,7 @@ from exograv.dynamics.rnea import rnea
 from exograv.model.kinematics import body_poses
 from exograv.model.tree import Tree, inertial_parameters
 
-POWER_TOLERANCE = 1e-9  # W: rounding of powers of some hundred watts
+POWER_TOLERANCE = 1e-9  # W: rounding of powers of some hundred W
 TORQUE_TOLERANCE = 1e-10  # N·m: rounding
 
 

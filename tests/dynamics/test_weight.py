@@ -1,4 +1,4 @@
-"""A tree's weight is inverse dynamics at rest; its stiffness is the derivative of that, symmetric as a potential's."""
+"""The weight of a tree equals inverse dynamics at rest, and its stiffness is the symmetric derivative of the torque."""
 
 import casadi as ca
 import numpy as np
@@ -10,7 +10,7 @@ from exograv.dynamics.weight import weight
 from exograv.model.kinematics import body_poses
 
 PARITY = 1e-12
-"""Relative to the largest entry: some hundred roundings."""
+"""Tolerance relative to the largest entry: some hundred rounding errors."""
 
 
 @pytest.mark.parametrize("name", ["exo", "arm"])

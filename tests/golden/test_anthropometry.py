@@ -1,4 +1,4 @@
-"""The table's arm is de Leva's (1996), doi 10.1016/0021-9290(95)00178-6."""
+"""The table's arm agrees with de Leva (1996), doi 10.1016/0021-9290(95)00178-6."""
 
 import casadi as ca
 import numpy as np
@@ -29,7 +29,7 @@ ROUNDING_MM = 0.3  # half of the last digit of a radius in % of 270 mm, twice
 
 MEAN_MAN = Body(1.741, 73.0, "male")
 TORQUES_Nm = {"arm_flexion": 10.55, "arm_elbow": 2.90}
-"""A 73 kg man of mean lengths, arm straight and level; computed from the table."""
+"""Gravity torque of a 73 kg man of mean lengths, with straight horizontal arm; computed from the table."""
 
 LAST_DIGIT = 0.005  # N·m
 
@@ -50,7 +50,7 @@ def test_a_row_says_the_same_body_as_that_of_other_end_points(sex: Sex, segment:
 
 
 def level_torque(phi: np.ndarray) -> dict[str, float]:
-    """What holds the straight arm level [N·m]."""
+    """Torque that holds the straight arm horizontal [N·m]."""
     tree = build_arm(MEAN_MAN, "right").tree
     x = ca.SX([0.0, np.pi / 2, 0.0, 0.0, 0.0, 0.0])
     bodies = ca.SX(ca.DM.zeros(10, 6))

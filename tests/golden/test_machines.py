@@ -1,7 +1,8 @@
-"""Machines made from published tables are where these put them, whatever the order and the zeros of their joints.
+"""Machines from published tables have their frames at the published poses, at any order and zeros of their joints.
 
-Frames of the NESM's model (MuJoCo: a body in its parent by axes or by axis and angle, and its place) and the modified
-Denavit-Hartenberg table of the AGREE, built here once more from the published numbers; sources in docs/robots.md.
+The reference poses are built again from the published numbers: the frames of the NESM's model (MuJoCo: each body in its
+parent by axes, or by axis and angle, and position), and the modified Denavit-Hartenberg table of the AGREE. Sources are
+in docs/robots.md.
 """
 
 import casadi as ca
@@ -36,7 +37,7 @@ def nesm_frames(q_deg: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
 
 def agree_frames(q_deg: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     table = [(0, 0, 0, 0), (0, 0.8, 0.2, 0), (90, 0, 0, 90), (0, 0, 0, 90), (-90, 0.242, 0, -90), (0, 0, 0, 90)]
-    R, p, frames = turn("z", -90), np.zeros(3), []  # its x is to the right, its y forward
+    R, p, frames = turn("z", -90), np.zeros(3), []  # x of the table's base is to the right, y forward
     theta = [0.0, 0.0, *q_deg]
     for i in range(1, 6):
         (_, _, a, alpha), (offset, d, _, _) = table[i - 1], table[i]

@@ -1,4 +1,4 @@
-"""What the machine of the fit's own model measures, with whatever is hidden in it; and a linear model for laws."""
+"""Fixtures: measurements of a machine of the fit's own model with hidden parameters, and a linear model."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ HIDDEN: Mapping[str, np.ndarray] = {
 
 @dataclass(frozen=True)
 class Exo:
-    """A machine, and its model for the fit."""
+    """Machine with its model for the fit."""
 
     description: RigDescription
     tree: Tree
@@ -44,7 +44,7 @@ def exo() -> Exo:
 
 @pytest.fixture(scope="session")
 def make_sweeps(exo: Exo) -> Callable[..., Sweeps]:
-    """Sweeps of a machine with `hidden` unknowns; weights hang as `shares` of what they are said to be."""
+    """Function that makes sweeps of a machine with `hidden` unknowns; `shares` are true over stated weights."""
 
     def make(shares: tuple[float, float] = (1.0, 1.0), **hidden: np.ndarray) -> Sweeps:
         layout = exo.model.prior.layout
@@ -86,7 +86,7 @@ def _measured(exo: Exo, theta: np.ndarray) -> Sweeps:
 
 @dataclass
 class LinearModel:
-    """A linear torque of one body and one more parameter, on two joints; `scale` makes all torques larger."""
+    """Torque model of two joints, linear in one body and one more parameter; `scale` multiplies all torques."""
 
     scale: float = 1.0
     n_joints: int = 2
@@ -113,7 +113,7 @@ LINEAR_SD = np.append(0.15 * np.array([2.0, *[0.3] * 3, *[0.05] * 6]), 1.0)
 
 @pytest.fixture
 def linear_setting() -> Callable[..., Setting]:
-    """The linear model before anything has moved, with one body in it or with plain numbers only."""
+    """Function that makes the setting of the linear model, with or without a body among its parameters."""
 
     def make(scale: float = 1.0, has_body: bool = True) -> Setting:
         return Setting(
@@ -131,7 +131,7 @@ def linear_setting() -> Callable[..., Setting]:
 
 @pytest.fixture
 def linear_stream() -> Callable[..., list[Sample]]:
-    """What a linear model measures, for parameters this many standard deviations from the mean."""
+    """Function that makes samples of a linear model; `off` is the distance from the mean in standard deviations."""
 
     def make(setting: Setting, off: np.ndarray, seconds: float = 8.0, noise_seed: int | None = None) -> list[Sample]:
         samples = []
@@ -151,7 +151,7 @@ def linear_stream() -> Callable[..., list[Sample]]:
 
 @pytest.fixture
 def posterior() -> Callable[..., tuple[np.ndarray, np.ndarray]]:
-    """Mean and covariance after weighted samples of a linear model, by the textbook's batch formula."""
+    """Function that computes mean and covariance after weighted samples of a linear model, by the batch formula."""
 
     def of(setting: Setting, samples: list[Sample], weights: np.ndarray, prior_weight: float = 1.0):
         information = prior_weight * np.linalg.inv(setting.covariance)

@@ -1,4 +1,4 @@
-"""Every method meets the same battery: possible bodies, its own clock, no hidden ties to its samples, one result."""
+"""Every method passes the same tests: possible bodies, correct time, no references to samples, repeatable results."""
 
 from typing import get_args
 
@@ -19,7 +19,7 @@ from exograv.procedures.identification.method_names import MethodName
 
 METHODS: tuple[MethodName, ...] = get_args(MethodName)
 UNPROJECTED = ("nlms", "kaczmarz", "rls")
-"""Methods without a notion of a possible body: their estimate is published as it is, and the controller refuses it."""
+"""Methods without a constraint to possible bodies. They publish impossible bodies too; the controller refuses these."""
 
 LEFT_AFTER: dict[MethodName, float] = {
     "recursive": 0.1,
@@ -33,27 +33,27 @@ LEFT_AFTER: dict[MethodName, float] = {
     "least-squares": 0.1,
     "oracle": 0.1,
 }
-"""Share of the torque error that remains after 6 s of a noise-free arm of its own model. `gradient` has another model
-and its own test; the rest learn nothing from motion."""
+"""Largest share of the torque error that remains after 6 s, for a noise-free arm of the method's own model. `gradient`
+has another model and its own test; the other methods learn nothing from motion."""
 
 PERIOD_S, SECONDS = 0.02, 6.0
 
 
 @pytest.fixture(scope="module")
 def arm():
-    """Assembly and machine."""
+    """Return assembly and machine."""
     assembly = assemble(load_rig("recupera_like"), Body(1.75, 75.0, "male"))
     return assembly, nominal_machine(assembly.description, assembly.exo.phi)
 
 
 @pytest.fixture(scope="module")
 def model(arm) -> ArmModel:
-    """Compiled once; each method takes another of it."""
+    """Model, compiled once; each method uses a copy of it."""
     return ArmModel(*arm)
 
 
 def stream(arm, model: ArmModel, x: np.ndarray, noise_Nm: float) -> list[Sample]:
-    """What the model measures along the machine's motion."""
+    """Samples of the model along the machine's motion."""
     noise, other = np.random.default_rng(0), model.again()
     path = identification_motion(arm[0], SECONDS, PERIOD_S)
     made = []
@@ -66,7 +66,7 @@ def stream(arm, model: ArmModel, x: np.ndarray, noise_Nm: float) -> list[Sample]
 
 @pytest.fixture(scope="module")
 def samples(arm, model: ArmModel) -> list[Sample]:
-    """A heavier arm than the table's, with noise."""
+    """Samples of an arm heavier than the table's, with noise."""
     x = table_guess(*arm)
     x[:20] *= 1.2
     return stream(arm, model, x, 0.1)

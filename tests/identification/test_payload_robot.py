@@ -1,4 +1,4 @@
-"""The empty robot is found from its unloaded log: torque it must give, friction, and what is left over."""
+"""The unloaded robot is identified from its log: torque, friction and residual."""
 
 import numpy as np
 import pytest
@@ -72,7 +72,7 @@ def test_the_torque_of_a_new_posture_is_right_though_the_description_is_not(
 ):
     for q in (-1.0, 0.2, 1.2):
         s = Sample(0.0, np.array([q]), np.array([0.5]), np.array([1.0]), np.zeros(1))
-        # A tenth of the weight is 0.6 N·m; the description alone would be off by 1.5.
+        # A tenth of the weight is 0.6 N·m; the description alone has an error of 1.5 N·m.
         np.testing.assert_allclose(model.linearise(s, found.x)[0], model.linearise(s, truth)[0], atol=0.3)
 
 

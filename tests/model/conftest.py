@@ -1,4 +1,4 @@
-"""One wearer in the machine for the tests of how the two are joined."""
+"""Fixture: a wearer in the machine, for tests of the connection between both."""
 
 import pytest
 

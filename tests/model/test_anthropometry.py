@@ -1,4 +1,4 @@
-"""What a form says of a person is checked, and the prior is as wide as the spread between people."""
+"""Body data from a form are checked, and the prior is as wide as the spread between people."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from exograv.model.anthropometry import MASS_SD, Body, Sex, segment_lengths, seg
 from exograv.model.tree import is_physical
 
 PERSON = Body(1.78, 80.0, "male")
-LINEARISED = 0.03  # share: the covariance is that of the tangent, the inertia's spread is lognormal
+LINEARISED = 0.03  # share: the covariance is linearised, but the spread of the inertia is lognormal
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_the_prior_is_the_spread_of_drawn_people(segment: str):
     generator = np.random.default_rng(0)
     drawn = np.array([segment_parameters(PERSON, segment, d) for d in 0.2 * generator.normal(size=(4000, 10))])
     _, covariance = segment_prior(PERSON, segment)
-    # 4000 draws know a standard deviation to 1.1 %; the bend of the inertia adds up to 3 %.
+    # The standard deviation of 4000 draws is exact to 1.1 %; the non-linear inertia adds up to 3 %.
     np.testing.assert_allclose(drawn.std(axis=0) / 0.2, np.sqrt(np.diag(covariance)), rtol=0.06)
 
 

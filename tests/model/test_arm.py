@@ -1,4 +1,4 @@
-"""The arm's tree means the same on both sides, and its bodies move as rigid bodies do."""
+"""The angles of the arm's tree have the same meaning on both sides, and its bodies move as rigid bodies."""
 
 import casadi as ca
 import numpy as np
@@ -18,7 +18,7 @@ PERSON = Body(1.7, 70.0, "female")
 PARITY = 1e-12
 MIRROR = np.diag([1.0, -1.0, 1.0])
 MIRRORED_PHI = np.tile([1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0], 2)
-"""Of a body reflected on the xz plane: y of the centre and products with y change sign."""
+"""Signs of a body reflected on the xz plane: y of the centre and products with y change sign."""
 
 
 def point(arm: Arm, x: np.ndarray, frame: str) -> np.ndarray:

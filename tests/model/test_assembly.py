@@ -1,4 +1,4 @@
-"""Machine, rig file and wearer are put together, or refused with what does not agree."""
+"""Machine, rig file and wearer are assembled, or refused with the values that disagree."""
 
 import shutil
 from pathlib import Path

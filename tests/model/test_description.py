@@ -1,4 +1,4 @@
-"""A machine's folder is read whole, and refused with file, place and value where it holds a mistake."""
+"""A machine's folder is read completely, and a mistake in it is refused with file, place and value."""
 
 import shutil
 from pathlib import Path

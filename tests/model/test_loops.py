@@ -1,4 +1,4 @@
-"""Cuffs are strain-free where they were fastened, and the arm rests where it would have gone from there."""
+"""Cuffs are strain-free where they were fastened, and the solver finds the posture that a followed arm reaches."""
 
 from collections.abc import Callable
 
@@ -10,15 +10,15 @@ from exograv import kernel
 from exograv.dynamics.closure import closure, cuff_energy, newton_step
 from exograv.model.loops import ELEVATION_ROUNDING, FIT, LoopSolver, arm_positions, cuff_residuals, elevation
 
-SAME_REST = 1e-7  # rad: a false rest is 1.8 rad away
+SAME_REST = 1e-7  # rad: a false minimum is 1.8 rad away
 PARITY = 1e-12
-SLOPE_LEFT_Nm = 1e-5  # where the search no longer sees the energy change; one Newton step of the tick takes the rest
+SLOPE_LEFT_Nm = 1e-5  # limit of the search, where the energy no longer changes; one Newton step of the tick removes it
 POSTURES = 150
-STAGES = 40  # of a followed path: 2° at most
+STAGES = 40  # steps of a followed path: 2° each at most
 
 
 def random_fit(generator: np.random.Generator) -> np.ndarray:
-    """A wearer up to 30 mm off, with a moving shoulder and cuffs that are not quite those of the file."""
+    """Fit of a wearer up to 30 mm off, with a moving shoulder and cuff stiffness that differs from the file."""
     return np.concatenate(
         [
             generator.uniform(-0.03, 0.03, 3),
@@ -31,7 +31,7 @@ def random_fit(generator: np.random.Generator) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def follow(assembly) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-    """Carries the arm from the donning posture to `y`: predictor and Newton steps, never far from rest."""
+    """Function that moves the arm from the donning posture to `y` by predictor and Newton steps."""
     cuffs = cuff_energy(assembly)
     y, z, fit = ca.SX.sym("y", 4), ca.SX.sym("z", 4), ca.SX.sym("fit", len(FIT))
     closed = closure(cuffs, y, newton_step(cuffs, y, z, fit), fit)
@@ -94,7 +94,7 @@ def numbers(expression: ca.SX) -> np.ndarray:
 )
 def test_elevation_is_the_angle_from_hanging(flexion: float, abduction: float, expected: float):
     z = ca.SX(np.deg2rad([flexion, abduction, 30.0, 60.0]))
-    # Rounding lengthens the sine; it matters near hanging alone.
+    # Rounding increases the sine; this matters only near hanging.
     assert numbers(elevation(z))[0] == pytest.approx(np.deg2rad(expected), abs=ELEVATION_ROUNDING**2)
 
 

@@ -1,4 +1,4 @@
-"""A question in a rig file is found with its place and its comment, and refused before anything else is read."""
+"""An open question in a rig file is found with its place and comment, and refused before anything else is read."""
 
 import shutil
 from pathlib import Path

@@ -16,15 +16,15 @@ NOTHING = {**POINT, "along_N_per_mm": 0.0, "across_N_per_mm": 0.0}
 
 
 def cuffs_of(assembly: Assembly, *kinds: Mapping[str, object] | None) -> Assembly:
-    """`None` leaves a cuff away."""
+    """Assembly with other kinds of cuffs; `None` removes a cuff."""
     chosen: list[Cuff] = [
         cuff.model_copy(update=kind) for cuff, kind in zip(assembly.cuffs, kinds, strict=True) if kind is not None
     ]
     return replace(assembly, cuffs=tuple(chosen))
 
 
-# One point on the forearm has rank 3 of 4: the swivel about the line from the shoulder to the cuff is free (measured
-# in the reference; it turns mainly the upper arm about its length).
+# A point contact on the forearm has rank 3 of 4: the swivel about the line from the shoulder to the cuff is free
+# (measured in the reference). It turns mainly the upper arm about its long axis.
 def test_one_point_on_the_forearm_is_refused_with_the_freedom_it_leaves(assembly):
     single = cuffs_of(assembly, None, POINT)
     found = unsupported_freedoms(single)
@@ -54,7 +54,7 @@ def test_cuffs_of_full_rank_are_accepted(assembly, kinds: tuple[dict[str, float]
 HINGE_ACROSS, SLIDE = {"free": ["about_y"]}, {"free": ["z"]}
 
 
-# With the upper arm welded, the forearm's cuff need not know the elbow's axis, nor the forearm's length.
+# With a welded upper arm, the forearm's cuff may leave rotation about the elbow's axis, or the long axis, free.
 @pytest.mark.parametrize("kind", [HINGE_ACROSS, SLIDE, {"free": ["z", "about_y"]}], ids=["hinge", "slide", "both"])
 def test_a_hinge_or_a_slide_beside_a_weld_holds_the_arm(assembly, kind: dict[str, list[str]]):
     freed = cuffs_of(assembly, {}, kind)

@@ -1,4 +1,4 @@
-"""A URDF that could hurt later is refused with what, where, what is allowed and what to do; any other is read."""
+"""A URDF that could cause harm is refused with fault, place, allowed values and next step; any other is read."""
 
 import time
 from pathlib import Path
@@ -14,7 +14,7 @@ from exograv.model.tree import is_physical
 from exograv.model.urdf import SIZE_MAX_BYTES, read_urdf
 
 MACHINE = load_rig("recupera_like").urdf_path.read_text(encoding="utf-8")
-PATIENCE_S = 5.0  # far above the 20 ms that a good file takes; a hang is minutes
+PATIENCE_S = 5.0  # far above the 20 ms for a valid file; a hang takes minutes
 PARITY = 1e-12
 
 YOKE = '<mass value="1.68"/>'

@@ -1,4 +1,4 @@
-"""What is guessed about a machine from its URDF is what those who made it wrote down."""
+"""The inferences from a machine's URDF agree with its rig file."""
 
 import numpy as np
 import pytest

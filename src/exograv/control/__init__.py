@@ -1,1 +1,1 @@
-"""From state, reference and parameters to the torque that is desired."""
+"""Control laws: desired torque from state, reference and parameters."""

@@ -1,4 +1,4 @@
-"""Commands that a controller was given. A recording holds them in `/control`, so that the run can be flown again."""
+"""Commands to a controller. A recording holds them in `/control`, so that the run can be replayed."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
@@ -17,14 +17,14 @@ Joints = Float[np.ndarray, " joint"]
 
 @dataclass(frozen=True)
 class EmptyControllerRecord:
-    """Controller of the empty machine, which the machine's own files make."""
+    """Controller of the empty machine; the machine's own files define it."""
 
     kind: Literal["empty"] = "empty"
 
 
 @dataclass(frozen=True)
 class ArmControllerRecord:
-    """Controller of a worn machine, beside the machine's own files and the person as told."""
+    """Controller of a worn machine; the machine's own files and the person's data complete it."""
 
     kind: Literal["arm"] = field(default="arm", init=False)
     machine: CalibratedMachine
@@ -33,7 +33,7 @@ class ArmControllerRecord:
 
 @dataclass(frozen=True)
 class HangWeight:
-    """Carry a known weight at a mount; zero takes it off."""
+    """Command to carry a known weight at a mount; zero removes it."""
 
     act: Literal["hang"] = field(default="hang", init=False)
     place: str
@@ -42,7 +42,7 @@ class HangWeight:
 
 @dataclass(frozen=True)
 class PublishParameters:
-    """Head for new parameters."""
+    """Command to ramp to new parameters."""
 
     act: Literal["publish"] = field(default="publish", init=False)
     x: Parameters
@@ -52,7 +52,7 @@ class PublishParameters:
 
 @dataclass(frozen=True)
 class ForceParameters:
-    """Put parameters in force at once."""
+    """Command to apply parameters at once, without a ramp."""
 
     act: Literal["force"] = field(default="force", init=False)
     x: Parameters
@@ -60,7 +60,7 @@ class ForceParameters:
 
 @dataclass(frozen=True)
 class LeadArm:
-    """Float one of two arms, which leads the other one."""
+    """Command to float one of two arms, which leads the other arm."""
 
     act: Literal["lead"] = field(default="lead", init=False)
     side: ArmSide | None
@@ -68,7 +68,7 @@ class LeadArm:
 
 @dataclass(frozen=True)
 class CarryWeight:
-    """Carry a known weight beside the arm; zero takes it off."""
+    """Command to carry a known weight in addition to the arm; zero removes it."""
 
     act: Literal["carry"] = field(default="carry", init=False)
     place: WeightPlace
@@ -83,10 +83,10 @@ ACTS = {kind.act: kind for kind in (HangWeight, PublishParameters, ForceParamete
 
 
 def read_act(message: Mapping[str, Any]) -> ControllerAct:
-    """Read a command from its message, to the last bit.
+    """Read a command from its message, without loss of precision.
 
     Raises:
-        KeyError: The message is none of a command.
+        KeyError: The message is not a command.
     """
     kind = ACTS[message["act"]]
     values: dict[str, Any] = {one.name: message[one.name] for one in fields(kind) if one.init}

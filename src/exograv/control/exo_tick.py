@@ -1,4 +1,4 @@
-"""The control law of the empty machine: follow a reference with feed-forward and PD, known weights on its mounts."""
+"""Control law of the empty machine: it follows a reference with feed-forward and PD, with known weights at mounts."""
 
 import casadi as ca
 import numpy as np
@@ -16,17 +16,17 @@ from .controller_acts import ControllerAct, EmptyControllerRecord, HangWeight
 Joints = Float[np.ndarray, " joint"]
 
 STIFFER_KP, STIFFER_KD = 2.0, 1.5
-"""Times the weak PD: nobody is in the machine, and stick-slip would spoil slow sweeps."""
+"""Factors on the weak PD gains [-]: the machine has no wearer, and stick-slip would disturb slow sweeps."""
 DAMPING_RATE, STIFFNESS_RATE = 35.0, 15.0
-"""But at most so much damping per inertia [1/s], or it meets the delays and the drives' bandwidth of 25 Hz (a light
-machine without an arm in it would shake), and so much stiffness per damping [1/s]."""
+"""Largest damping per inertia [1/s], and largest stiffness per damping [1/s]. More damping conflicts with the delays
+and the drives' bandwidth of 25 Hz: a light machine without an arm would shake."""
 
 
 class ExoTick:
-    """By URDF and data sheet alone: it serves the calibration that will correct both."""
+    """Controller from URDF and data sheet alone; the calibration that corrects both needs it."""
 
     def __init__(self, description: RigDescription, tree: Tree, gravity: Float[np.ndarray, " 3"] = GRAVITY):
-        """For a tree and the `gravity` (3,) in its base [m/s²]; a calibrated machine's where there is one."""
+        """Take a tree and the `gravity` (3,) in its base [m/s²], from the calibration if there is one."""
         n = len(tree.joints)
         self._mounts = description.mounts
         q, v, weights = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("weights", len(self._mounts))
@@ -44,15 +44,15 @@ class ExoTick:
         function = ca.Function("exo_tick", arguments, [desired, feedforward], names, ["tau_desired", "tau_feedforward"])
         self._kernel = kernel.compile(function)
         self.closure_slope = 0.0
-        """There is no loop."""
+        """Remaining gradient of the closure [N·m]: zero, because the empty machine has no loop."""
         self.clearance = 1.0
-        """And no arm whose angles could be singular."""
+        """Distance from a singular posture [-]: 1, because there is no arm."""
         self.acts: list[ControllerAct] = []
-        """Commands since they were last recorded."""
+        """Commands since the last recording of commands."""
 
     @property
     def tau_feedforward(self) -> Joints:
-        """What the model expects the motors to give [N·m]."""
+        """Motor torque that the model predicts [N·m]."""
         return self._kernel.outputs["tau_feedforward"]
 
     def described(self) -> EmptyControllerRecord:
@@ -60,12 +60,12 @@ class ExoTick:
         return EmptyControllerRecord()
 
     def hang(self, mount: str, mass_kg: float) -> None:
-        """Carry a known weight at a mount from now on; zero takes it off."""
+        """Carry a known weight at a mount from now on; zero removes it."""
         self._kernel.inputs["weights"][self._mounts.index(mount)] = mass_kg
         self.acts.append(HangWeight(mount, mass_kg))
 
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
-        """Desired torque (joint,) [N·m]; arguments as in `Tick.step`."""
+        """Compute the desired torque (joint,) [N·m]; arguments as in `Tick.step`."""
         buffers = self._kernel.inputs
         buffers["q"][:] = q
         buffers["v"][:] = v
@@ -83,12 +83,12 @@ def empty_gains(description: RigDescription, tree: Tree) -> tuple[Joints, Joints
 
 
 def most_damping(description: RigDescription, tree: Tree) -> Joints:
-    """With which a joint of the empty machine may be braked from the computer without shaking [N·m·s/rad]."""
+    """Largest damping by the computer at which no joint of the empty machine shakes [N·m·s/rad]."""
     return DAMPING_RATE * _least_inertia(description, tree)
 
 
 def _least_inertia(description: RigDescription, tree: Tree) -> Joints:
-    """What each joint accelerates while all others are free, least of the sweeps' postures [kg·m²]."""
+    """Inertia of each joint while all others are free, minimum over the postures of the sweeps [kg·m²]."""
     n = len(tree.joints)
     q, a = ca.SX.sym("q", n), ca.SX.sym("a", n)
     tau = rnea(tree, q, ca.SX.zeros(n), a, ca.SX(ca.DM(tree.phi.T)), ca.SX.zeros(3))

@@ -1,4 +1,4 @@
-"""New parameters enter the loop by a ramp: no update may be felt as a push."""
+"""Ramp of new parameters into the loop, so that the wearer feels no push."""
 
 import math
 
@@ -11,7 +11,7 @@ RAMP_MIN_S = 0.2  # assumed: one publication period of an identifier
 
 
 class Handover:
-    """Holds the parameters in force and moves them to the newest ones no faster than the torque may change."""
+    """Active parameters, ramped to the newest ones within the allowed torque rate."""
 
     def __init__(self, x: Parameters, dt: float):
         self._dt = dt
@@ -20,17 +20,17 @@ class Handover:
         self._ticks = 0
         self._tick = 0
         self.x = x.copy()
-        """In force now. Between two physical arms every mixture is physical."""
+        """Active parameters. Every mixture of two physical arms is physical."""
 
     def publish(self, x: Parameters, torque_change_Nm: float) -> None:
-        """Head for `x`, which would change some joint's torque by this much in the present posture."""
+        """Start a ramp to `x`; its largest torque change in the present posture is `torque_change_Nm`."""
         self._start[:] = self.x
         self._goal[:] = x
         seconds = max(RAMP_MIN_S, abs(torque_change_Nm) / TORQUE_RATE_MAX_Nm_per_s)
         self._ticks, self._tick = math.ceil(seconds / self._dt), 0
 
     def step(self) -> Parameters:
-        """Parameters for this tick."""
+        """Advance the ramp by one tick and return the parameters."""
         if self._tick < self._ticks:
             self._tick += 1
             np.subtract(self._goal, self._start, out=self.x)

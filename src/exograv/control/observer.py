@@ -1,4 +1,4 @@
-"""Position and velocity from a quantised encoder, with little lag: what the weak PD and the friction direction need."""
+"""Observer of position and velocity from a quantised encoder; little lag, for PD control and friction direction."""
 
 import casadi as ca
 import numpy as np
@@ -22,7 +22,7 @@ class Observer:
         """Estimated velocity [rad/s]."""
 
     def update(self, q_measured: Joints) -> None:
-        """Take one encoder reading [rad] into `q` and `v`."""
+        """Update `q` and `v` with one encoder reading [rad]."""
         if not self._started:
             self.q[:] = q_measured
             self._started = True
@@ -32,10 +32,10 @@ class Observer:
 
 
 def observer_function(joints: int, dt: float, bandwidth_Hz: float) -> ca.Function:
-    """Reading and estimates (joint,) [rad, rad/s] to the next estimates."""
+    """CasADi function from reading and estimates (joint,) [rad, rad/s] to the next estimates."""
     q_measured, q, v = (ca.SX.sym(name, joints) for name in ("q_measured", "q", "v"))
     omega = 2 * np.pi * bandwidth_Hz
-    # Poles of the discrete error dynamics both at exp(−ω dt).
+    # Both poles of the discrete error dynamics are at exp(−ω dt).
     pole = np.exp(-omega * dt)
     position_gain, velocity_gain = 1 - pole**2, (1 - pole) ** 2 / dt
     predicted = q + v * dt

@@ -1,4 +1,4 @@
-"""What the control law asks for at rest, at many postures and for many arms at once: to plan, examine and doubt."""
+"""Torque of the control law at rest, for many postures and arms at once; for planning, checks and uncertainty."""
 
 from dataclasses import dataclass, fields
 
@@ -20,29 +20,29 @@ Arms = Float[np.ndarray, "state parameter"]
 Freedoms = Float[np.ndarray, "state freedom"]
 
 STAGES = (4, 16)
-"""In so many steps an arm is led to its parameters where Newton's method loses it on the direct way [-]. A shoulder
-that is elsewhere by 2 cm, or the weight of an arm whose roll is held softly, turns freedoms by up to 30°."""
+"""Numbers of continuation steps to an arm's parameters if Newton's method fails on the direct way [-]. A shoulder
+offset of 2 cm, or the weight of an arm whose roll is held softly, turns freedoms by up to 30°."""
 
 
 @dataclass(frozen=True)
 class Resting:
-    """One row a state."""
+    """Result at rest, one row per state."""
 
     tau_desired: Postures
-    """[N·m]"""
+    """Desired torque [N·m]."""
 
     tau_arm: Postures
-    """The arm's share of it [N·m]."""
+    """Part of the desired torque that carries the arm [N·m]."""
 
     z: Freedoms
     """Closed posture of the arm [rad]."""
 
     is_closed: Bool[np.ndarray, " state"]
-    """Whether the posture was found; where not, the torques mean nothing."""
+    """True if the posture was found; otherwise the torques are invalid."""
 
 
 class RestingTorque:
-    """The tick without motion, as a batch: its postures are closed by Newton's method, all at the same time."""
+    """Batch of ticks without motion; Newton's method closes all postures at the same time."""
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine):
         self._n = assembly.n
@@ -53,14 +53,14 @@ class RestingTorque:
     def __call__(
         self, q: Postures, x: Arms, z_start: Freedoms, mode: ControlMode | None = None, x_start: Arms | None = None
     ) -> Resting:
-        """Torques at rest.
+        """Compute the torques at rest.
 
         Args:
-            q: Joint positions as measured [rad].
+            q: Measured joint positions [rad].
             x: Parameters, in the order of `dynamics.parameters`.
-            z_start: Near the closed postures [rad]; `cold_start` finds them.
-            mode: Gravity level and share of the arm; as while floating if none is given.
-            x_start: Of the arms whose closed postures `z_start` are; `x` without weight, as in `cold_start`, if absent.
+            z_start: Arm angles near the closed postures [rad]; `cold_start` finds them.
+            mode: Gravity level and share of the arm; those of floating if None.
+            x_start: Parameters for which `z_start` is closed; if None, `x` without weight, as in `cold_start`.
         """
         mode = mode or ControlMode()
         found = self._settled(q, x, z_start, mode)
@@ -78,13 +78,13 @@ class RestingTorque:
         return found
 
     def weightless(self, x: Arms) -> Arms:
-        """The same arms without mass: their closed postures are those of the cuffs alone."""
+        """Return the same arms without mass; their closed postures depend on the cuffs alone."""
         light = x.copy()
         light[:, self._layout.phi] = 0.0
         return light
 
     def _settled(self, q: Postures, x: Arms, z_start: Freedoms, mode: ControlMode) -> Resting:
-        """By Newton's method straight from `z_start`."""
+        """Close the postures by Newton's method directly from `z_start`."""
         bound = self._memory(len(q))
         inputs, outputs = bound.inputs, bound.outputs
         inputs["q"][...], inputs["x"][...] = q.T, x.T
@@ -101,7 +101,7 @@ class RestingTorque:
         return Resting(outputs["tau_desired"].T.copy(), outputs["tau_arm"].T.copy(), z, held & untwisted)
 
     def cold_start(self, q: Postures, x: Parameters) -> Freedoms:
-        """Postures of the cuffs alone [rad]: where Newton's method finds the loaded ones from."""
+        """Solve for the closed postures of the cuffs alone [rad], from which Newton's method starts."""
         fit = x[self._layout.fit]
         return np.array([self._solver.solve(posture, fit=fit)[0] for posture in q])
 
@@ -112,7 +112,7 @@ class RestingTorque:
 
 
 def _resting_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:
-    """The tick with everything that moves set to zero, so that what it costs falls away."""
+    """Tick function with all motion set to zero, which removes the terms of motion from the program."""
     n, freedoms = assembly.n, assembly.n_freedoms
     q, x, z_before = (
         ca.SX.sym("q", n),

@@ -1,8 +1,8 @@
-"""How much of the machine's friction is taken off the wearer while floating: a share, by a spring that slips.
+"""Partial compensation of the machine's friction while floating, by a virtual spring that slips.
 
-The way of a joint stretches the spring; what it pulls, the motor gives along the way. It slips at a share of the least
-friction that the calibration allows, so that it never outweighs friction, whatever the delay or the noise; and it is
-softer than friction is before it breaks away, so that it feeds no tremor either (docs/friction.md).
+The travel of a joint stretches the spring, and the motor applies the spring torque along the travel. The spring slips
+at a share of the least friction that the calibration allows. It therefore never exceeds friction, at any delay or
+noise. It is also softer than friction before breakaway, so that it does not amplify tremor (docs/friction.md).
 """
 
 from dataclasses import dataclass
@@ -12,50 +12,51 @@ import casadi as ca
 from exograv.dynamics.friction import Friction, Joints
 
 SHARE = 0.8
-"""Returned of the least friction [-]; the rest is kept for what no calibration sees, as ripple (docs/safety.md)."""
+"""Compensated share of the least friction [-]. The rest covers effects that calibration does not see, as
+ripple (docs/safety.md)."""
 
 WARMED = 0.9
-"""Friction of a warm machine over that of the cold one, at least [-]: it falls by as much in a good laboratory."""
+"""Smallest friction of a warm machine over that of the cold one [-]; it falls by this much in a good laboratory."""
 
 CERTAINTY = 2.0
-"""Standard deviations below the estimate that count as least: 97.5 % on this side [-]."""
+"""Standard deviations between estimate and least friction [-]: 97.5 %, one-sided."""
 
 TRAVEL = 8e-4
-"""Way over which the spring would be stretched to Coulomb friction [rad]. It has to be more than friction itself takes
-to break away: assumed, some 4e-4 in the twin. 17 encoder steps of 17 bits."""
+"""Travel that stretches the spring to Coulomb friction [rad]. It must be longer than the travel at which friction
+breaks away, which is assumed; the twin has about 4e-4. It equals 17 steps of a 17-bit encoder."""
 
 
 @dataclass(frozen=True)
 class ReturnedFriction:
-    """One step of the law."""
+    """Result of one step of the law."""
 
     tau: ca.SX
-    """Along the motion (joint,) [N·m]."""
+    """Compensating torque along the motion (joint,) [N·m]."""
 
     spring: ca.SX
-    """The spring's part of it, where the next step starts from (joint,) [N·m]."""
+    """Spring part of the torque, the start of the next step (joint,) [N·m]."""
 
 
 def returned_friction(
     friction: Friction, friction_sd: Friction, load: ca.SX, way: ca.SX, v: ca.SX, spring: ca.SX
 ) -> ReturnedFriction:
-    """What the motors give back of friction; zero where the joints have not moved yet.
+    """Compute the compensation of friction; zero if the joints have not moved yet.
 
     Args:
-        friction: As believed now.
-        friction_sd: One standard deviation of each parameter.
+        friction: Current estimate of the friction.
+        friction_sd: Standard deviation of each friction parameter.
         load: Torque that the gears carry (joint,) [N·m].
-        way: Since the last step (joint,) [rad].
+        way: Travel since the last step (joint,) [rad].
         v: Joint velocities (joint,) [rad/s].
-        spring: Of the last step (joint,) [N·m].
+        spring: Spring torque of the last step (joint,) [N·m].
 
-    Source: friction returned by a model of less of it, for passivity, after Mahvash & Okamura (2007), IEEE T-RO
-    23:1240; a spring that slips in place of their Dahl model, over way in place of time as in Hayward et al. (2009),
-    IEEE TCST 17:688.
+    Source: compensation by a model of smaller friction, for passivity, after Mahvash & Okamura (2007), IEEE T-RO
+    23:1240. A slipping spring replaces their Dahl model; it depends on travel, not on time, as in Hayward et al.
+    (2009), IEEE TCST 17:688.
     """
     forward, backward = least_friction(friction, friction_sd, load)
     stretched = spring + friction.coulomb / TRAVEL * way
-    # Taken off, not clipped: minimum and maximum would turn a NaN into a torque.
+    # The excess is subtracted, not clipped: minimum and maximum would turn a NaN into a torque.
     slipped = ca.fmax(stretched - SHARE * forward, 0) - ca.fmax(-SHARE * backward - stretched, 0)
     spring = stretched - slipped
     viscous = WARMED * friction.viscous - CERTAINTY * _column(friction_sd.viscous)
@@ -63,7 +64,7 @@ def returned_friction(
 
 
 def least_friction(friction: Friction, friction_sd: Friction, load: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Least sliding friction without its viscous part against motion forward and backward (joint,) [N·m]."""
+    """Least sliding friction without its viscous part, for forward and backward motion (joint,) [N·m]."""
     coulomb = WARMED * friction.coulomb - CERTAINTY * _column(friction_sd.coulomb)
     load_share = ca.fmax(_column(friction.load_share) - CERTAINTY * _column(friction_sd.load_share), 0)
     least = coulomb + load_share * ca.fabs(load) - CERTAINTY * _column(friction_sd.asymmetry)

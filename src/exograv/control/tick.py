@@ -1,4 +1,4 @@
-"""One tick: where the joints are, to the torque that the motors should give; the whole of it is one kernel."""
+"""Control law of one tick: desired motor torque from joint positions and velocities, in one compiled kernel."""
 
 import copy
 from dataclasses import dataclass, replace
@@ -23,49 +23,50 @@ Joints = Float[np.ndarray, " joint"]
 Freedoms = Float[np.ndarray, " freedom"]
 
 NEWTON_STEPS = 5
-"""From the posture of the cuffs alone to that under load; quadratic convergence."""
+"""Newton steps from the posture of the cuffs alone to the posture under load; convergence is quadratic."""
 
 SETTLED_SLOPE = 1e-9
-"""Remaining slope at which further Newton steps change nothing [N·m]."""
+"""Remaining gradient at which further Newton steps change nothing [N·m]."""
 
 SLOPE_MAX = 1e-6
-"""Remaining slope of the cuffs' energy up to which the loops at rest count as closed [N·m]."""
+"""Largest remaining gradient of the cuff energy at which loops at rest count as closed [N·m]."""
 
 HELD_COSINE, TURNED_COSINE = 0.86, 0.7
-"""Of the most turned cuff [-]: up to 31° the arm's identified elasticity is carried in full, from 46° on, where a cuff
-resists no further turning, none of it."""
+"""Cosines of the rotation of the most turned cuff [-]. Up to 31° the arm's identified elasticity is carried in full.
+Above 46° a cuff resists no further rotation, and no elasticity is carried."""
 
 HELD_TICKS = 20
-"""In which it follows the turning: what followed at once would bend the posture that it depends on [-]."""
+"""Time constant with which the carried elasticity follows the cuff rotation [ticks]. An immediate change would move the
+posture that it depends on."""
 
 
 @dataclass
 class ControlMode:
-    """What the tick is for; changed between ticks."""
+    """Mode of the control law; changed between ticks."""
 
     drive: float = 0.0
-    """1 follows the reference with inertial feed-forward and weak PD; 0 only carries."""
+    """Drive [-]: 1 follows the reference with inertial feed-forward and weak PD; 0 only carries."""
 
     gravity_level: float = 0.0
-    """Felt fraction of the arm's own weight: 0 weightless, 1 Earth."""
+    """Fraction of the arm's own weight that the wearer feels [-]: 0 weightless, 1 Earth."""
 
     arm_share: float = 1.0
-    """Share of the arm that is known to be in the machine: 0 carries the exoskeleton alone; ramped, never stepped."""
+    """Share of the arm that the machine carries [-]: 0 carries the exoskeleton alone. It is ramped, never stepped."""
 
 
 class Tick:
-    """The control law of an arm in a machine. Memory is fixed; `step` allocates nothing but what NumPy returns."""
+    """Control law of an arm in a machine. Memory is fixed; `step` allocates only the arrays that NumPy returns."""
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine):
         self.assembly = assembly
-        # The posture of this tick is where the next one starts from.
+        # The posture of this tick is the warm start of the next one.
         carry = {"q_before": "q", "z_before": "z", "G_before": "G", "spring_before": "spring", "held_before": "held"}
         self._solver, self._layout = LoopSolver(assembly), ParameterLayout.of(assembly)
         self._start(kernel.compile(tick_function(assembly, machine), carry=carry))
         self.n_instructions = self._kernel.n_instructions
 
     def again(self) -> "Tick":
-        """Another tick of the same arm and machine, with a posture and a mode of its own; nothing is compiled anew."""
+        """Return a second controller with its own posture and mode; it shares the compiled code."""
         other = copy.copy(self)
         other._start(self._kernel.again())
         return other
@@ -73,23 +74,23 @@ class Tick:
     def _start(self, compiled: kernel.Kernel) -> None:
         self.mode = ControlMode()
         self.payload = np.zeros(self._layout.phi.stop)
-        """What the arm carries besides itself, as a change of its inertial parameters (phi,); written between ticks.
-        It is carried in full at every gravity level."""
+        """Payload of the arm, as a change of its inertial parameters (phi,); written between ticks. The machine carries
+        it in full at every gravity level."""
         self.led = np.ones(len(self.assembly.arm.limbs))
-        """Share of `mode.drive` that each arm takes (limb,); written between ticks. Of two arms the one that leads the
-        other takes none, and floats."""
+        """Share of `mode.drive` for each arm (limb,); written between ticks. An arm that leads the other arm has zero
+        and floats."""
         self._kernel = compiled
         self._in, self._out, self._evaluate = compiled.inputs, compiled.outputs, compiled.evaluate
         self._closed = False
 
     @property
     def tau_desired(self) -> Joints:
-        """What the motors should give [N·m]."""
+        """Desired motor torque [N·m]."""
         return self._out["tau_desired"]
 
     @property
     def tau_feedforward(self) -> Joints:
-        """What the model expects the motors to give, friction included, feedback not [N·m]."""
+        """Motor torque that the model predicts [N·m]; with friction, without feedback."""
         return self._out["tau_feedforward"]
 
     @property
@@ -99,21 +100,21 @@ class Tick:
 
     @property
     def closure_slope(self) -> float:
-        """What is left of the cuffs' slope, summed over freedoms [N·m]; above `SLOPE_MAX` the loops are not closed."""
+        """Remaining gradient of the closure, summed over freedoms [N·m]; above `SLOPE_MAX` the loops are not closed."""
         return self._out["slope"].item()
 
     @property
     def clearance(self) -> float:
-        """How far the arm is from a singular posture, as `model.loops.clearance` [-]; below `NEAR_SINGULAR` near."""
+        """Distance of the arm from a singular posture (`model.loops.clearance`) [-]; near if below `NEAR_SINGULAR`."""
         return self._out["clearance"].item()
 
     def step(self, q: Joints, v: Joints, reference: Reference, x: Parameters) -> Joints:
-        """Desired torque (joint,) [N·m].
+        """Compute the desired torque (joint,) [N·m].
 
         Args:
-            q: Joint positions by the observer [rad].
-            v: Joint velocities by the observer [rad/s].
-            reference: Used where `mode.drive` is not 0.
+            q: Joint positions from the observer [rad].
+            v: Joint velocities from the observer [rad/s].
+            reference: Reference motion; used if `mode.drive` is not 0.
             x: All parameters, in the order of `dynamics.parameters`.
         """
         buffers = self._in
@@ -135,44 +136,44 @@ class Tick:
         return self._out["tau_desired"]
 
     def at_rest(self, q: Joints, x: Parameters, z_start: Freedoms) -> tuple[Joints, Joints, Freedoms]:
-        """What this controller asks for at a posture `q` at rest: to plan and to examine, not in the loop.
+        """Compute the desired torque at rest at a posture `q`. Use it for planning and checks, not in the loop.
 
         Args:
-            q: Joint positions as measured (joint,) [rad].
-            x: Parameters.
+            q: Measured joint positions (joint,) [rad].
+            x: All parameters, in the order of `dynamics.parameters`.
             z_start: Freedoms of the arm near the closed posture (freedom,) [rad].
 
         Returns:
-            Desired torque, the arm's share of it (both (joint,) [N·m]) and the closed posture (freedom,) [rad].
+            Desired torque, its part for the arm (both (joint,) [N·m]) and the closed posture (freedom,) [rad].
         """
         still = np.zeros(len(q))
         self._start_from(q, z_start)
         reference = Reference(q, still, still)
         self._settle(q, still, reference, x)
         if not self.is_closed:
-            # Newton from too far off ends on a saddle of the cuffs' energy; the cold solver does not.
+            # From a distant start Newton's method can end on a saddle of the cuff energy; the cold solver cannot.
             self.close(q, x)
             self._settle(q, still, reference, x)
         return self._out["tau_desired"].copy(), self._out["tau_arm"].copy(), self._out["z"].copy()
 
     def _settle(self, q: Joints, v: Joints, reference: Reference, x: Parameters) -> None:
-        """Newton steps until the posture is at rest."""
+        """Make Newton steps until the posture is at rest."""
         for _ in range(NEWTON_STEPS):
             self.step(q, v, reference, x)
             if self.closure_slope < SETTLED_SLOPE:
                 break
 
     def forget(self) -> None:
-        """Whatever happened before is unknown: the next step finds the closed posture from cold."""
+        """Discard the posture: the next step finds the closed posture from a cold start."""
         self._closed = False
 
     def close(self, q: Joints, x: Parameters) -> None:
-        """Find the closed posture from cold, outside the loop: at the start and after a jump of `q`."""
+        """Find the closed posture from a cold start, outside the loop: at the beginning and after a jump of `q`."""
         self._start_from(q, self._solver.solve(q, fit=x[self._layout.fit])[0])
 
     @property
     def is_closed(self) -> bool:
-        """Whether the arm's posture is the one of least cuff energy, and well held there."""
+        """True if the arm's posture is the minimum of the cuff energy and is held there with enough stiffness."""
         z = self._out["z"]
         untwisted = self._out["cosine"][0] > TWIST_COSINE_MIN and self.assembly.arm.is_reachable(z)
         return bool(self.closure_slope < SLOPE_MAX and self._out["pivot"][0] > PIVOT_MIN and untwisted)
@@ -187,7 +188,7 @@ class Tick:
 
 
 def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:
-    """The control law as one CasADi function."""
+    """Control law as one CasADi function."""
     n, freedoms, layout = assembly.n, assembly.n_freedoms, ParameterLayout.of(assembly)
     q, v, q_before = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("q_before", n)
     z_before, G_before = ca.SX.sym("z_before", freedoms), ca.SX.sym("G_before", freedoms, n)
@@ -210,7 +211,7 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
         x[layout.spring_offset],
         x[layout.damping],
     )
-    # The gravity level is felt of the arm alone: at full gravity the machine carries that share of it, and the payload.
+    # The gravity level applies to the arm alone: the machine carries 1 − gravity_level of it, and the whole payload.
     carried = replace(arm, phi=(1 - gravity_level) * arm_share * x[layout.phi] + payload)
     unfelt = replace(arm, phi=gravity_level * payload)
     clear = clearance(assembly.arm, predicted)
@@ -228,7 +229,7 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     coulomb, viscous = x[layout.coulomb], x[layout.viscous]
     friction = replace(machine.friction, coulomb=coulomb, viscous=viscous)
     driven_friction = friction_torque(friction, v_reference, torque.total)
-    # A driven machine lets the spring go: it begins anew when the arm does. Between the two its torque fades.
+    # The spring is reset while the machine is driven, and it starts relaxed. In between, its torque is faded.
     spring = ca.if_else(drive < 1, spring_before, 0)
     returned = returned_friction(friction, machine.friction_sd, torque.total, q - q_before, v, spring)
     tau_feedforward = torque.total + drive * driven_friction + (1 - drive) * returned.tau
@@ -247,7 +248,7 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
         "G": closed.G,
         "spring": returned.spring,
         "held": held_before + (_held_share(closed.cosine) - held_before) / HELD_TICKS,
-        # Not the largest: CasADi's fmax would hide a NaN.
+        # The sum, not the maximum: CasADi's fmax would hide a NaN.
         "slope": ca.norm_1(closed.slope),
         "pivot": closed.pivot,
         "cosine": closed.cosine,
@@ -257,9 +258,9 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
 
 
 def _drive(assembly: Assembly, of_arm: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """How far each joint (joint,) and each of the arms' freedoms (freedom,) is driven, by that of its arm (limb,).
+    """Drive of each joint (joint,) and of each arm freedom (freedom,), from the drive of its arm (limb,).
 
-    A joint of both arms, as of a torso, is driven as far as both are.
+    The drive of a joint that moves both arms, as in a torso, is the product of both.
     """
     limbs = assembly.arm.limbs
     joints = []
@@ -270,6 +271,6 @@ def _drive(assembly: Assembly, of_arm: ca.SX) -> tuple[ca.SX, ca.SX]:
 
 
 def _held_share(cosine: ca.SX) -> ca.SX:
-    """Share of the arm's elasticity that its cuffs can hold, by the cosine of the most turned one."""
+    """Share of the arm's elasticity that its cuffs can hold, from the cosine of the most turned cuff."""
     s = ca.fmin(ca.fmax((cosine - TURNED_COSINE) / (HELD_COSINE - TURNED_COSINE), 0), 1)
     return 3 * s**2 - 2 * s**3

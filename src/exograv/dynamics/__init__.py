@@ -1,1 +1,1 @@
-"""From model and state to torque: the tree, the closed loops, friction, actuators and passive joints."""
+"""Dynamics: torque from model and state, by trees, closed loops, friction, actuators and passive joints."""

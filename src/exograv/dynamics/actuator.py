@@ -1,4 +1,4 @@
-"""A drive: motor current to joint torque and back."""
+"""Drive of a joint: conversion between motor current and joint torque."""
 
 from dataclasses import dataclass
 
@@ -12,19 +12,19 @@ Joints = Float[np.ndarray, " joint"]
 class ActuatorGain:
     """Joint torque per motor current: current × torque constant × gear ratio × efficiency, as calibrated.
 
-    The efficiency is a constant factor here; losses that grow with the load belong to `Friction.load_share`.
+    The efficiency is a constant factor here. Losses that grow with the load belong to `Friction.load_share`.
     """
 
     gain: Joints
-    """[N·m/A]"""
+    """Joint torque per current [N·m/A]."""
 
     gain_sd: Joints
     """Standard deviation of the calibrated gain [N·m/A]."""
 
     def torque(self, current: Float[np.ndarray, "*state joint"]) -> Float[np.ndarray, "*state joint"]:
-        """Torque [N·m] that the motor puts on the joint, before friction."""
+        """Motor torque on the joint [N·m], before friction."""
         return self.gain * current
 
     def current(self, tau: Float[np.ndarray, "*state joint"]) -> Float[np.ndarray, "*state joint"]:
-        """Current [A] for a torque [N·m]."""
+        """Motor current [A] for a torque [N·m]."""
         return tau / self.gain

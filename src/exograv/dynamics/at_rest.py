@@ -1,4 +1,4 @@
-"""Where a machine hangs that nothing holds: the posture of least height that its joints allow."""
+"""Posture in which a machine without torque comes to rest: the least height that its joints allow."""
 
 import casadi as ca
 import numpy as np
@@ -12,30 +12,30 @@ from .loop_torque import GRAVITY
 from .weight import weight
 
 STEPS = 300
-SOFTEST = 0.1  # N·m/rad: a joint without weight must not take an endless step
+SOFTEST = 0.1  # N·m/rad: bounds the step of a joint without weight
 
 Joints = Float[np.ndarray, " joint"]
 
 
 def carrying_torque(tree: Tree, q: Joints) -> Joints:
-    """What the joints need to carry the tree's own weight at rest at `q` (joint,) [rad], in [N·m]."""
+    """Joint torque that carries the tree's own weight at rest at `q` (joint,) [rad], in [N·m]."""
     return _weight(tree).of(q)[0]
 
 
 def weight_stiffness(tree: Tree, q: Joints) -> Float[np.ndarray, "joint joint"]:
-    """How the torque that carries the tree's own weight changes with its posture `q` (joint,) [N·m/rad]."""
+    """Compute the derivative of the torque that carries the tree's own weight by the posture `q` (joint,) [N·m/rad]."""
     return _weight(tree).of(q)[1]
 
 
 def hanging_posture(tree: Tree, margin: float) -> Joints:
-    """Posture (joint,) [rad] that the tree sinks into by its own weight, `margin` [rad] inside its joints' limits."""
+    """Posture (joint,) [rad] to which the tree sinks by its own weight, `margin` [rad] inside its joints' limits."""
     torque = _weight(tree)
     lower = np.array([joint.lower for joint in tree.joints]) + margin
     upper = np.maximum(np.array([joint.upper for joint in tree.joints]) - margin, lower)
     posture = np.clip(np.zeros(len(lower)), lower, upper)
     for _ in range(STEPS):
         tau, stiffness = torque.of(posture)
-        # No step beyond where the torque could vanish: row sums bound the curvature.
+        # Row sums bound the curvature, so that no step passes the zero of the torque.
         posture = np.clip(posture - tau / (np.abs(stiffness).sum(axis=1) + SOFTEST), lower, upper)
     return posture
 

@@ -1,6 +1,6 @@
-"""What the drives must give to hold an arm at rest, by origin: linear in the arm's mass, to judge a machine by.
+"""Drive torque that holds an arm at rest, by origin; linear in the arm's mass, to assess a machine.
 
-The cuffs do not sag here: where the arm is well aligned that changes some percent. The tick knows better.
+The sag of the cuffs is neglected, which changes some percent for a well aligned arm. The tick includes the sag.
 """
 
 from dataclasses import dataclass
@@ -23,26 +23,26 @@ Postures = Float[np.ndarray, "posture joint"]
 
 @dataclass(frozen=True)
 class CarriedTorque:
-    """Torque of the drives at rest, one row a posture [N·m]."""
+    """Torque of the drives at rest, one row per posture [N·m]."""
 
     exo: Postures
-    """That carries the machine's links."""
+    """Torque that carries the machine's links [N·m]."""
 
     arm: Postures
-    """That carries the arm of the table, or both."""
+    """Torque that carries the arm of the table, or both arms [N·m]."""
 
     hand: Postures
-    """That carries 1 kg in each hand."""
+    """Torque that carries 1 kg in each hand [N·m]."""
 
 
 def carried(assembly: Assembly, postures: Postures, solver: LoopSolver | None = None) -> CarriedTorque:
-    """By origin, at these postures of the machine [rad]; with the solver of these loops, if there is one already."""
+    """Drive torque by origin at these postures of the machine [rad]; an existing `solver` of these loops is reused."""
     evaluate, solver = kernel.compile(_function(assembly)), solver or LoopSolver(assembly)
     rows = []
     for y in postures:
         z, _ = solver.solve(y)
         exo, loads, by_joint, by_freedom = evaluate.of(y, z)
-        # Least strain of the cuffs gives how the arm follows: Gauss and Newton's, exact where nothing is strained.
+        # G = ∂z/∂y of least cuff strain by Gauss–Newton, which is exact if the cuffs are not strained.
         G = -np.linalg.lstsq(by_freedom, by_joint, rcond=None)[0]
         rows.append(np.vstack([exo, loads.T @ G]))
     return CarriedTorque(*np.array(rows).transpose(1, 0, 2))

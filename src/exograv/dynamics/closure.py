@@ -1,4 +1,4 @@
-"""Where the arm is, given where the exoskeleton is: the posture of least energy, and how it moves along."""
+"""Closure of the loops: arm posture of least energy for a posture of the exoskeleton, and its derivatives."""
 
 from dataclasses import dataclass
 
@@ -9,50 +9,50 @@ from exograv.spatial import solve_symmetric
 from .cuff_energy import CuffEnergy as CuffEnergy
 from .cuff_energy import cuff_energy as cuff_energy
 
-PIVOT_MIN = 0.05  # N·m/rad: a freedom held more softly than this is treated as near singular and damped
+PIVOT_MIN = 0.05  # N·m/rad: a freedom with less stiffness is treated as near singular and damped
 
 
 @dataclass(frozen=True)
 class StaticLoad:
-    """What the arm's freedoms need at rest, at one posture z."""
+    """Load of the arm's freedoms at rest, at one posture z."""
 
     torque: ca.SX
-    """Weight and elasticity (freedom,) [N·m]."""
+    """Torque of weight and elasticity (freedom,) [N·m]."""
 
     stiffness: ca.SX
-    """Its derivative with respect to z (freedom, freedom) [N·m/rad]."""
+    """Derivative of the torque with respect to z (freedom, freedom) [N·m/rad]."""
 
 
 @dataclass(frozen=True)
 class Closure:
-    """The closed posture at one y, as expressions."""
+    """Closed posture at one y, as expressions."""
 
     z: ca.SX
     """Arm freedoms (freedom,) [rad]."""
 
     G: ca.SX
-    """∂z/∂y (freedom, joint)."""
+    """Derivative ∂z/∂y (freedom, joint)."""
 
     strain: ca.SX
-    """dE/dy along the closed posture (joint,) [N·m]: what the strained cuffs ask of the motors."""
+    """Total derivative dE/dy along the closed posture (joint,) [N·m]: motor torque for the strained cuffs."""
 
     slope: ca.SX
-    """What is left of ∂E/∂z + load (freedom,) [N·m]; zero where closed. The caller checks it every tick."""
+    """Remaining gradient ∂E/∂z + load (freedom,) [N·m]; zero if closed. The caller checks it every tick."""
 
     pivot: ca.SX
-    """Smallest pivot of the Hessian [N·m/rad]; below `PIVOT_MIN` the posture is near singular and G damped."""
+    """Smallest pivot of the Hessian [N·m/rad]; below `PIVOT_MIN` the posture is near singular and G is damped."""
 
     H: ca.SX
     """Full Hessian (freedom, freedom) of cuffs and load at the posture [N·m/rad]."""
 
     cosine: ca.SX
-    """Of the most turned cuff's rotation [-]; below `TWIST_COSINE_MIN` the arm lies twisted in its cuffs."""
+    """Cosine of the most turned cuff's rotation [-]; below `TWIST_COSINE_MIN` the arm is twisted in its cuffs."""
 
 
 def newton_step(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: StaticLoad | None = None) -> ca.SX:
-    """One full Newton step from z (freedom,) towards the closed posture at y; after the predictor one is enough.
+    """Make one full Newton step from z (freedom,) towards the closed posture at y; after the predictor one is enough.
 
-    Under a `load`, taken at z, the arm sags in its cuffs: closed is where cuffs and load balance.
+    Under a `load`, taken at z, the arm sags in its cuffs. The closed posture balances cuffs and load.
     """
     H, slope = _at(cuffs, [cuffs.H, cuffs.slope], y, z, fit)
     if load is not None:
@@ -62,7 +62,7 @@ def newton_step(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: StaticL
 
 
 def closure(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: StaticLoad | None = None) -> Closure:
-    """All that follows from a posture z (freedom,) that is closed under `load` at y."""
+    """Compute derivatives and strain of a posture z (freedom,) that is closed under `load` at y."""
     wanted = [cuffs.H, cuffs.H_zy, cuffs.slope, cuffs.strain, cuffs.cosine]
     H, H_zy, cuff_slope, strain, cosine = _at(cuffs, wanted, y, z, fit)
     slope = cuff_slope
@@ -70,15 +70,15 @@ def closure(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: StaticLoad 
         H, slope = H + load.stiffness, slope + load.torque
     minus_G, pivot = solve_symmetric(H, H_zy, PIVOT_MIN)
     G = -minus_G
-    # Along the posture's path; where nothing loads the arm ∂E/∂z is zero and the second term too.
+    # Total derivative along the closed posture. Without load ∂E/∂z is zero, and the second term vanishes.
     return Closure(z, G, strain + G.T @ cuff_slope, slope, pivot, H, cosine)
 
 
 def velocity_bias(cuffs: CuffEnergy, closed: Closure, y: ca.SX, fit: ca.SX, v: ca.SX) -> ca.SX:
     """Acceleration (freedom,) of the arm's freedoms at constant velocity `v` (joint,) of the exoskeleton: Ġ v [rad/s²].
 
-    −H⁻¹ · (second derivative of ∂E/∂z by time at the velocity (v, G v)): exact, and less than half the size of
-    differentiating G.
+    −H⁻¹ · (second time derivative of ∂E/∂z at the velocity (v, G v)). The expression is exact and has less than half
+    the instructions of a derivative of G.
     """
     evaluate = ca.Function("bent", [cuffs.y, cuffs.z, cuffs.fit, cuffs.along], [cuffs.slope_bent])
     bias, _ = solve_symmetric(closed.H, evaluate(y, closed.z, fit, ca.vertcat(v, closed.G @ v)), PIVOT_MIN)

@@ -1,15 +1,15 @@
-"""The cuffs' elastic energy and its first two derivatives, by the geometry of the chain from cuff to cuff.
+"""Elastic energy of the cuffs and its first two derivatives, by the geometry of the chain from cuff to cuff.
 
-One cuff sees a serial chain: from its exoskeleton frame down the machine to the base and up the arm to its arm frame.
-With all vectors in the exoskeleton's cuff frame, joint j turns the chain's end by w_j and moves it by l_j; joints of
-the machine count negatively. A joint k nearer to the beginning carries the later ones along, ∂w_j/∂x_k = w_k × w_j and
-∂l_j/∂x_k = w_k × l_j, so that
+Each cuff closes a serial chain: from its exoskeleton frame along the machine to the base, and along the arm to its arm
+frame. With all vectors in the exoskeleton's cuff frame, joint j turns the chain's end by w_j and moves it by l_j.
+Joints of the machine count negatively. A joint k nearer to the beginning moves the later ones,
+∂w_j/∂x_k = w_k × w_j and ∂l_j/∂x_k = w_k × l_j, so that
 
     ∂E/∂x_j       = f·l_j + m·w_j
     ∂²E/∂x_j∂x_k  = l_j·K l_k + w_j·M w_k + w_k·(l_j × f + w_j × m)
 
-with f the cuff's force, m its moment and M the moment's derivative by a rotation. Differentiating the energy's program
-gives the same to rounding, with twice as many instructions.
+with f the cuff's force, m its moment and M the moment's derivative by a rotation. Automatic differentiation of the
+energy gives the same up to rounding, with twice as many instructions.
 """
 
 from dataclasses import dataclass
@@ -26,53 +26,53 @@ from exograv.spatial import Transform, cosine_of, rotation_residual, skew
 
 @dataclass(frozen=True)
 class CuffEnergy:
-    """The cuffs' elastic energy and its derivatives, on expressions of y (joint,), z (freedom,) and fit (fit,)."""
+    """Elastic energy of the cuffs and its derivatives, on expressions of y (joint,), z (freedom,) and fit (fit,)."""
 
     y: ca.SX
     z: ca.SX
     fit: ca.SX
     energy: ca.SX
-    """[J]"""
+    """Elastic energy E [J]."""
 
     slope: ca.SX
-    """∂E/∂z (freedom,) [N·m]."""
+    """Gradient ∂E/∂z (freedom,) [N·m]."""
 
     strain: ca.SX
-    """∂E/∂y (joint,) [N·m] at fixed z."""
+    """Gradient ∂E/∂y (joint,) [N·m] at fixed z."""
 
     H: ca.SX
-    """∂²E/∂z² (freedom, freedom) [N·m/rad], in full: JᵀKJ alone makes G wrong by up to 0.3 where shoulders differ."""
+    """Full Hessian ∂²E/∂z² (freedom, freedom) [N·m/rad]; JᵀKJ alone gives errors of G up to 0.3 if shoulders differ."""
 
     H_zy: ca.SX
-    """∂²E/∂z∂y (freedom, joint) [N·m/rad]."""
+    """Mixed derivative ∂²E/∂z∂y (freedom, joint) [N·m/rad]."""
 
     along: ca.SX
     """Velocity of y, then of z (joint + freedom,) [rad/s]."""
 
     slope_bent: ca.SX
-    """Second derivative of ∂E/∂z by time (freedom,) [N·m/s²], at the constant velocity `along`."""
+    """Second time derivative of ∂E/∂z (freedom,) [N·m/s²], at the constant velocity `along`."""
 
     cosine: ca.SX
-    """Of the most turned cuff's rotation [-]: near 1 in a true rest, small where the arm lies twisted in its cuffs."""
+    """Cosine of the most turned cuff's rotation [-]: near 1 in a true minimum, small if the arm lies twisted."""
 
 
 @dataclass(frozen=True)
 class _Link:
-    """One joint of a cuff's chain, in the exoskeleton's cuff frame."""
+    """Joint of a cuff's chain, in the exoskeleton's cuff frame."""
 
     index: int
-    """Of the joint in its tree."""
+    """Index of the joint in its tree."""
 
     turn: ca.SX
-    """w_j: how it turns the chain's end (3,) [rad/rad]; zero for a sliding joint."""
+    """Rotation w_j of the chain's end per joint position (3,) [rad/rad]; zero for a sliding joint."""
 
     move: ca.SX
-    """l_j: how it moves the chain's end (3,) [m/rad or m/m]."""
+    """Displacement l_j of the chain's end per joint position (3,) [m/rad or m/m]."""
 
 
 @dataclass(frozen=True)
 class _CuffLoad:
-    """What one cuff does at the chain's end, in the exoskeleton's cuff frame."""
+    """Load of one cuff at the chain's end, in the exoskeleton's cuff frame."""
 
     P: ca.SX
     """Displacement (3,) [m]."""
@@ -123,17 +123,17 @@ class _CuffLoad:
         return stretched - self.kappa @ self.rho.T - 0.5 * self.Q.T @ skew(self.kappa)
 
     def slope(self, link: _Link) -> ca.SX:
-        """∂E/∂x of a joint."""
+        """Return the derivative ∂E/∂x with respect to a joint position."""
         return ca.dot(self.f, link.move) + ca.dot(self.m, link.turn)
 
     def curvature(self, link: _Link, before: _Link) -> ca.SX:
-        """∂²E/∂x∂x of a joint and one before it in the chain, or the same."""
+        """Second derivative of E with respect to a joint and an earlier joint of the chain, or the same joint."""
         carried = ca.cross(link.move, self.f) + ca.cross(link.turn, self.m)
         stretched = ca.dot(link.move, self.k * before.move) + ca.dot(link.turn, self.M @ before.turn)
         return stretched + ca.dot(before.turn, carried)
 
     def moment_rates(self, turning: ca.SX, turning_rate: ca.SX) -> tuple[ca.SX, ca.SX]:
-        """First and second derivative of m by time, where the end turns at this rate [rad/s] and [rad/s²]."""
+        """Time derivatives of m, first and second, if the end turns at this rate [rad/s] and [rad/s²]."""
         Q_rate = skew(turning) @ self.Q
         B_rate = 0.5 * (ca.trace(Q_rate) * ca.SX.eye(3) - Q_rate)
         rho_rate = self.B @ turning
@@ -149,7 +149,7 @@ class _CuffLoad:
 
 
 def cuff_energy(assembly: Assembly) -> CuffEnergy:
-    """E = ½ Σ k r² over all cuffs, differentiated once and for all."""
+    """Energy E = ½ Σ k r² over all cuffs, with its derivatives."""
     n, tree = assembly.n, assembly.arm.tree
     y, z = ca.SX.sym("y", n), ca.SX.sym("z", assembly.n_freedoms)
     fit, along = ca.SX.sym("fit", len(fit_names(assembly))), ca.SX.sym("along", n + assembly.n_freedoms)
@@ -169,7 +169,7 @@ def cuff_energy(assembly: Assembly) -> CuffEnergy:
     H_xx, H_xy = ca.SX.zeros(x.numel(), x.numel()), ca.SX.zeros(x.numel(), n)
     for i, pair in enumerate(cuff_pairs(assembly, exo, arm, fit)):
         cuff = _CuffLoad(pair.T_exo_arm.p, pair.T_exo_arm.R, stiffness[:3, i], stiffness[3:, i])
-        # From the chain's beginning: the machine from the cuff to the base, then the arm from the base to the cuff.
+        # Order of the chain: the machine from the cuff to the base, then the arm from the base to the cuff.
         machine = _links(assembly.exo, exo, pair, pair.exo_body, turned=-1.0)[::-1]
         limb = _links(tree, arm, pair, pair.arm_body, turned=1.0)
         energy += cuff.energy
@@ -186,7 +186,7 @@ def cuff_energy(assembly: Assembly) -> CuffEnergy:
         for link, bent in zip(limb, _bent_slopes(cuff, machine + limb, speeds)[len(machine) :], strict=True):
             g_bent[link.index] += bent
     H_xx = ca.tril2symm(ca.tril(H_xx))
-    # The shoulder's shift bends with the arm's posture: that counts where the cuffs pull along it.
+    # The shoulder's shift is non-linear in the arm's posture: its second derivative matters under cuff forces.
     pull = ca.SX.sym("pull", x.numel())
     shift_slope = ca.gradient(ca.dot(pull, x), z)
     shift_turn, shift_bent = ca.jtimes(shift_slope, z, u_z), ca.jtimes(ca.jtimes(shift_slope, z, u_z), z, u_z)
@@ -199,15 +199,15 @@ def cuff_energy(assembly: Assembly) -> CuffEnergy:
 
 
 def _bent_slopes(cuff: _CuffLoad, chain: list[_Link], speeds: list[ca.SX]) -> list[ca.SX]:
-    """Second derivative by time of every joint's slope at constant joint speeds.
+    """Second time derivative of ∂E/∂x of each joint at constant joint speeds.
 
-    As inverse dynamics goes: outwards for what the earlier joints do to a link, back for what the later ones do to the
-    chain's end.
+    The recursion is as in inverse dynamics: outwards for the effect of earlier joints on a link, and back for the
+    effect of later joints on the chain's end.
     """
     zero = ca.SX.zeros(3)
     turning, turning_rate, w_rates, w_bents = [zero], [zero], [], []
     for link, u in zip(chain, speeds, strict=True):
-        # Angular velocity up to here, and its rate; ẇ_j = Ω × w_j.
+        # Angular velocity of the chain up to this joint, and its rate; ẇ_j = Ω × w_j.
         w_rates.append(ca.cross(turning[-1], link.turn))
         w_bents.append(ca.cross(turning_rate[-1], link.turn) + ca.cross(turning[-1], w_rates[-1]))
         turning.append(turning[-1] + u * link.turn)
@@ -215,7 +215,7 @@ def _bent_slopes(cuff: _CuffLoad, chain: list[_Link], speeds: list[ca.SX]) -> li
     moving, moving_rate, l_rates, l_bents = zero, zero, [], []
     for j in reversed(range(len(chain))):
         w, move = chain[j].turn, chain[j].move
-        # Carried by the earlier joints and this one, and its lever changed by the later ones.
+        # The earlier joints and this one rotate l_j; the later ones change its lever arm.
         l_rate = ca.cross(turning[j + 1], move) + ca.cross(w, moving)
         l_bent = ca.cross(turning_rate[j + 1], move) + ca.cross(turning[j + 1], l_rate)
         l_bent += ca.cross(w_rates[j], moving) + ca.cross(w, moving_rate)
@@ -232,7 +232,7 @@ def _bent_slopes(cuff: _CuffLoad, chain: list[_Link], speeds: list[ca.SX]) -> li
 
 
 def _links(tree: Tree, poses: list[Transform], pair: CuffPair, body: int, turned: float) -> list[_Link]:
-    """Joints between the base and a body, from the base on; `turned` −1 if the chain runs through them backwards."""
+    """Joints between the base and a body, starting at the base; `turned` is −1 if the chain passes them backwards."""
     R, p_end = pair.T_world_exo.R.T, pair.T_world_arm.p
     links = []
     while body >= 0:

@@ -1,4 +1,4 @@
-"""What wrenches measured at the cuffs do to the arm's own joints, by virtual work."""
+"""Torque on the arm's joints from wrenches measured at the cuffs, by virtual work."""
 
 import casadi as ca
 
@@ -12,8 +12,8 @@ def cuff_torque(assembly: Assembly, y: ca.SX, z: ca.SX, fit: ca.SX, wrenches: ca
 
         tau_k = f · ∂p/∂z_k + (m − p × f) · ω_k,   ω_k = vee(∂R/∂z_k Rᵀ)
 
-    A wrench is force [N] and moment [N·m] about the origin of the machine's cuff frame, in its axes; there R, p is the
-    pose of the arm's cuff frame, which need not coincide.
+    A wrench is force [N] and moment [N·m] about the origin of the machine's cuff frame, in its axes. R and p are the
+    pose of the arm's cuff frame in the machine's cuff frame; the two frames need not coincide.
     """
     exo = body_poses(assembly.exo, y)
     arm = body_poses(assembly.arm.tree, arm_positions(assembly.arm, z, fit), arm_roots(assembly, fit))
@@ -26,7 +26,7 @@ def cuff_torque(assembly: Assembly, y: ca.SX, z: ca.SX, fit: ca.SX, wrenches: ca
 
 
 def _turning(R: ca.SX, z: ca.SX) -> ca.SX:
-    """How a rotation R (3, 3) turns with each entry of z (3, freedom), in the outer frame's axes."""
+    """Angular velocity of a rotation R (3, 3) per rate of each entry of z (3, freedom), in the outer frame's axes."""
     by_z = ca.jacobian(ca.vec(R), z)
     turns = []
     for k in range(z.numel()):

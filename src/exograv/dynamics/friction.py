@@ -1,4 +1,4 @@
-"""Joint friction: the torque a motor spends before the arm feels anything."""
+"""Joint friction: motor torque that is lost before it acts on the arm."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 Joints = Float[np.ndarray, " joint"] | ca.SX
-"""One entry per joint: numbers, or an expression where it is being learned."""
+"""Values per joint: numbers, or an expression if they are being learned."""
 
 
 @dataclass(frozen=True)
@@ -27,10 +27,10 @@ class Friction:
     """Further Coulomb torque per torque that the gear carries [-]."""
 
     asymmetry: Joints
-    """Torque added in positive and taken from the opposing one in negative direction [N·m]."""
+    """Friction added in positive direction of motion, and subtracted in negative direction [N·m]."""
 
     v_stribeck: Joints
-    """Speed over which the breakaway excess falls to 1/e [rad/s]."""
+    """Speed at which the breakaway excess has fallen to 1/e [rad/s]."""
 
     v_rest: float
     """Speed below which the encoder cannot tell the direction of motion [rad/s]."""
@@ -43,8 +43,8 @@ def friction_torque(friction: Friction, v: ca.SX, load: ca.SX) -> ca.SX:
         sign = tanh(v / v_rest),   stribeck = 1 + (breakaway − 1) · exp(−|v / v_stribeck|^1.3)
 
     Returns:
-        Joint torque [N·m] with the sign of `v`: added to a command it cancels friction, taken from a measured torque
-        it leaves the load.
+        Joint torque [N·m] with the sign of `v`. Added to a command it cancels friction; subtracted from a measured
+        torque it gives the load.
 
     Source: form after Bittencourt & Gunnarsson 2012, without temperature (unverified, docs/robots.md).
     """

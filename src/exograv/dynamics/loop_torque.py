@@ -1,4 +1,4 @@
-"""What the actuated joints must give for a motion of the closed loop exoskeleton + arm."""
+"""Torque of the actuated joints for a motion of the closed loop of exoskeleton and arm."""
 
 from dataclasses import dataclass
 
@@ -16,18 +16,18 @@ from .rnea import rnea
 from .weight import weight
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
-"""In the base frame, z up [m/s²]."""
+"""Gravity in the base frame, z up [m/s²]."""
 
 
 @dataclass(frozen=True)
 class ArmExpression:
-    """An arm's parameters as expressions."""
+    """Parameters of an arm, as expressions."""
 
     phi: ca.SX
     """Inertial parameters (10 · segment,) of its segments in order."""
 
     fit: ca.SX
-    """How the arm sits in the machine (fit,), as `model.loops.fit_names`."""
+    """Fit of the arm in the machine (fit,), as in `model.loops.fit_names`."""
 
     stiffness: ca.SX
     """Passive joint stiffness (freedom,) [N·m/rad]."""
@@ -41,20 +41,20 @@ class ArmExpression:
 
 @dataclass(frozen=True)
 class LoopTorque:
-    """Torque on the actuated joints by origin; the sum is what the motors give before friction."""
+    """Torque of the actuated joints by origin; the sum is the motor torque before friction."""
 
     exo: ca.SX
-    """The machine's links and rotors (joint,) [N·m]."""
+    """Torque of the machine's links and rotors (joint,) [N·m]."""
 
     arm: ca.SX
-    """The wearer's arm through the cuffs (joint,) [N·m]: Gᵀ times what its own joints would need."""
+    """Torque of the wearer's arm through the cuffs (joint,) [N·m]: Gᵀ times the torque on its own freedoms."""
 
     strain: ca.SX
-    """The strained cuffs (joint,) [N·m]; part of every gravity level."""
+    """Torque of the strained cuffs (joint,) [N·m]; carried in full at every gravity level."""
 
     @property
     def total(self) -> ca.SX:
-        """All three (joint,) [N·m]."""
+        """Sum of the three parts (joint,) [N·m]."""
         return self.exo + self.arm + self.strain
 
 
@@ -65,7 +65,7 @@ def exo_torque(
     motion: tuple[ca.SX, ca.SX, ca.SX],
     gravity: ca.SX | ca.DM | np.ndarray,
 ) -> ca.SX:
-    """Torque (joint,) of the machine alone for a motion (y, v, a), rotors with reflected inertia `rotor` (joint,)."""
+    """Torque (joint,) [N·m] of the machine alone for a motion (y, v, a), with reflected inertia `rotor` (joint,)."""
     y, v, a = motion
     phi = _expression(phi_exo.T)
     return rnea(assembly.exo, y, v, a, phi, _expression(gravity)) + rotor * a
@@ -78,14 +78,14 @@ def static_load(
     gravity: ca.SX | ca.DM | np.ndarray,
     passive_share: ca.SX | float = 1.0,
 ) -> StaticLoad:
-    """What the arm's freedoms need at rest at z (freedom,): `arm_load` without motion, and its derivative.
+    """Load of the arm's freedoms at rest at z (freedom,): `arm_load` without motion, and its derivative.
 
-    Of the arm's elasticity a share is counted, one for all freedoms or one of each (freedom,).
+    `passive_share` scales the arm's elasticity: one value for all freedoms, or one per freedom (freedom,).
     """
     tree, stretched = assembly.arm.tree, arm_positions(assembly.arm, z, arm.fit)
     poses = body_poses(tree, stretched, arm_roots(assembly, arm.fit))
     torque, stiffness = weight(tree, poses, _tree_parameters(assembly, arm), _expression(gravity))
-    # By the freedoms: the shoulder's shift and its bend follow them.
+    # Chain rule to the freedoms, with the second derivative of the shoulder's shift.
     at, pull = ca.SX.sym("at", z.numel()), ca.SX.sym("pull", stretched.numel())
     x = arm_positions(assembly.arm, at, arm.fit)
     bend, slope = ca.hessian(ca.dot(pull, x), at)
@@ -108,7 +108,7 @@ def arm_load(
 ) -> ca.SX:
     """Torque (freedom,) on the arm's own freedoms that moves and carries it, for a motion (y, v, a) of the machine.
 
-    Gᵀ times it is what the actuated joints must give; the cuffs transmit it, and sag under it.
+    Gᵀ times this torque is the part of the actuated joints. The cuffs transmit it and sag under it.
     """
     y, v, a = motion
     v_z = closed.G @ v

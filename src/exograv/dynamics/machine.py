@@ -1,4 +1,4 @@
-"""A machine as its calibration knows it: what every torque of control and identification is computed with."""
+"""Calibrated machine: the parameters with which control and identification compute torques."""
 
 from dataclasses import dataclass
 
@@ -18,19 +18,19 @@ class CalibratedMachine:
     actuators: ActuatorGain
     friction: Friction
     friction_sd: Friction
-    """One standard deviation of each friction parameter."""
+    """Standard deviation of each friction parameter."""
 
     phi: Float[np.ndarray, "joint 10"]
     """Inertial parameters of the links."""
 
     gravity: Float[np.ndarray, " 3"]
-    """In the base frame, as the base stands [m/s²]."""
+    """Gravity in the base frame, with the tilt of the base [m/s²]."""
 
     rotor_inertia: Joints
-    """At the joints [kg·m²]."""
+    """Rotor inertias, reflected to the joints [kg·m²]."""
 
     residual_sd: Joints
-    """What the calibrated model could not explain of the measured torque [N·m]."""
+    """Standard deviation of the residual torque of the calibrated model [N·m]."""
 
     correlation_s: Joints
-    """Integrated autocorrelation time of that residual [s]: how long one sample says the same as the next."""
+    """Integrated autocorrelation time of that residual [s]: time within which samples repeat each other."""

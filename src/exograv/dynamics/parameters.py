@@ -1,6 +1,6 @@
-"""The order in which everything that is learned about an arm in a machine stands in one vector `x`.
+"""Order of all learned parameters of an arm in a machine in one vector `x`.
 
-Control and identification share it: what one learns, the other uses, without knowing each other.
+Identification writes the vector and control reads it; the two rooms do not import each other.
 """
 
 from collections.abc import Iterator
@@ -23,63 +23,63 @@ PHI_UNITS = ("kg", "kg·m", "kg·m", "kg·m", *["kg·m²"] * 6)
 
 @dataclass(frozen=True)
 class ParameterLayout:
-    """Where everything stands in `x`, for arms of this size in a machine of this size."""
+    """Slices of `x`, for the sizes of arms and machine."""
 
     segments: int
     freedoms: int
     arms: int
     joints: int
-    """Of the machine."""
+    """Number of joints of the machine."""
 
     @classmethod
     def of(cls, assembly: Assembly) -> "ParameterLayout":
-        """For these arms in this machine."""
+        """Layout for these arms in this machine."""
         arm = assembly.arm
         return cls(len(arm.segments), len(arm.freedoms), len(arm.limbs), assembly.n)
 
     @property
     def phi(self) -> slice:
-        """Inertial parameters of all segments, (10,) each."""
+        """Slice of the inertial parameters of all segments, ten per segment."""
         return slice(0, 10 * self.segments)
 
     @property
     def bodies(self) -> tuple[slice, ...]:
-        """The same, segment by segment."""
+        """Slices of the inertial parameters, one per segment."""
         return tuple(slice(10 * i, 10 * i + 10) for i in range(self.segments))
 
     @property
     def stiffness(self) -> slice:
-        """Passive stiffness of the arm's joints [N·m/rad]."""
+        """Slice of the passive stiffness of the arm's joints [N·m/rad]."""
         return self._after(self.phi, self.freedoms)
 
     @property
     def spring_offset(self) -> slice:
-        """Stiffness times neutral angle [N·m]."""
+        """Slice of stiffness times neutral angle [N·m]."""
         return self._after(self.stiffness, self.freedoms)
 
     @property
     def damping(self) -> slice:
-        """Passive damping [N·m·s/rad]."""
+        """Slice of the passive damping [N·m·s/rad]."""
         return self._after(self.spring_offset, self.freedoms)
 
     @property
     def fit(self) -> slice:
-        """How each arm sits in the machine, as `model.loops.FIT`."""
+        """Slice of the fit of each arm in the machine, as in `model.loops.FIT`."""
         return self._after(self.damping, self.arms * len(FIT))
 
     @property
     def rotor(self) -> slice:
-        """Rotor inertias at the machine's joints [kg·m²]."""
+        """Slice of the rotor inertias at the machine's joints [kg·m²]."""
         return self._after(self.fit, self.joints)
 
     @property
     def coulomb(self) -> slice:
-        """Coulomb friction [N·m]."""
+        """Slice of the Coulomb friction [N·m]."""
         return self._after(self.rotor, self.joints)
 
     @property
     def viscous(self) -> slice:
-        """Viscous friction [N·m·s/rad]."""
+        """Slice of the viscous friction [N·m·s/rad]."""
         return self._after(self.coulomb, self.joints)
 
     @property
@@ -93,7 +93,7 @@ class ParameterLayout:
 
 
 def names_and_units(assembly: Assembly) -> Iterator[tuple[str, str]]:
-    """Name and unit of each entry of `x`."""
+    """Yield name and unit of each entry of `x`."""
     arm, joints = assembly.arm, assembly.description.joints
     for segment in arm.segments:
         yield from ((f"{segment}.{name}", unit) for name, unit in zip(PHI_NAMES, PHI_UNITS, strict=True))
@@ -105,6 +105,6 @@ def names_and_units(assembly: Assembly) -> Iterator[tuple[str, str]]:
 
 
 def table_parameters(arm: Arm, rotor_inertia: Joints, coulomb_Nm: Joints, viscous_Nms: Joints) -> Parameters:
-    """What is known before anything moved: the table's arm without elasticity, aligned, in the calibrated machine."""
+    """Parameters before any motion: the table's arm, aligned and without elasticity, in the calibrated machine."""
     unknown = np.zeros(3 * len(arm.freedoms) + len(arm.limbs) * len(FIT))
     return np.concatenate([arm.phi, unknown, rotor_inertia, coulomb_Nm, viscous_Nms])

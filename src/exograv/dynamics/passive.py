@@ -1,14 +1,14 @@
-"""What the relaxed arm's own joints resist with: a spring about a neutral angle, and damping."""
+"""Passive torque of the relaxed arm's joints: a spring about a neutral angle, and damping."""
 
 import casadi as ca
 
 
 def passive_torque(stiffness: ca.SX, spring_offset: ca.SX, damping: ca.SX, z: ca.SX, v_z: ca.SX) -> ca.SX:
-    """Torque (freedom,) [N·m] that moving the arm's freedoms `z` [rad] at `v_z` [rad/s] costs beside its weight.
+    """Torque (freedom,) [N·m] against the passive joints of the arm at `z` [rad] and `v_z` [rad/s].
 
         tau = stiffness · z − spring_offset + damping · v_z,   spring_offset = stiffness · neutral angle
 
-    Written with the product, so that it is linear in what is identified. It is identified, or it would bias the
-    masses, and never compensated: weightlessness takes away weight, not elasticity.
+    The product `spring_offset` makes the torque linear in the identified parameters. The passive torque is identified,
+    because it would otherwise bias the masses. It is never compensated: weightlessness removes weight, not elasticity.
     """
     return stiffness * z - spring_offset + damping * v_z

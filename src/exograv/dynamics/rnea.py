@@ -1,4 +1,4 @@
-"""Inverse dynamics of one tree: the torque that a motion costs, by the recursive Newton–Euler algorithm."""
+"""Inverse dynamics of one tree: joint torque for a motion, by the recursive Newton–Euler algorithm."""
 
 import casadi as ca
 
@@ -11,12 +11,12 @@ def rnea(tree: Tree, q: ca.SX, v: ca.SX, a: ca.SX, phi: ca.SX, gravity: ca.SX) -
     """Generalised forces (joint,) of a tree: M a + bias, with gravity.
 
     Args:
-        tree: The joints; its own inertial parameters are not used.
+        tree: Joints of the tree; its own inertial parameters are not used.
         q: Joint positions (joint,) [rad or m].
         v: Joint velocities (joint,).
         a: Joint accelerations (joint,).
         phi: Inertial parameters (10, body); the result is linear in them.
-        gravity: Gravity vector (3,) in the base frame [m/s²]; (0, 0, −9.81) where z is up.
+        gravity: Gravity vector (3,) in the base frame [m/s²]; (0, 0, −9.81) if z is up.
 
     Returns:
         Force along each joint axis that the motors must give [N·m or N].
@@ -39,14 +39,14 @@ def rnea(tree: Tree, q: ca.SX, v: ca.SX, a: ca.SX, phi: ca.SX, gravity: ca.SX) -
 
 
 def _body_wrenches(tree, transforms, v, a, phi, gravity):
-    """Force and moment about its origin that each body needs, in the body's frame."""
+    """Force and moment about the body's origin that move each body, in the body's frame."""
     omegas, alphas, accelerations, forces, moments = [], [], [], [], []
     for i, (joint, T) in enumerate(zip(tree.joints, transforms, strict=True)):
         axis = ca.DM(joint.axis)
         if joint.parent >= 0:
             omega_p, alpha_p, acc_p = omegas[joint.parent], alphas[joint.parent], accelerations[joint.parent]
         else:
-            # The base accelerates upwards: then gravity needs no term of its own.
+            # An upward acceleration of the base replaces the gravity terms.
             omega_p, alpha_p, acc_p = ca.SX.zeros(3), ca.SX.zeros(3), -gravity
         acc_at_origin = acc_p + ca.cross(alpha_p, T.p) + ca.cross(omega_p, ca.cross(omega_p, T.p))
         omega, alpha, acc = T.R.T @ omega_p, T.R.T @ alpha_p, T.R.T @ acc_at_origin

@@ -1,9 +1,9 @@
-"""The weight of a tree: what its joints need to carry it at rest, and how that changes with their positions.
+"""Weight of a tree: joint torque that carries it at rest, and its derivative with respect to the joint positions.
 
 With M_j the mass from joint j on, h_j its first moment about the joint's origin, a_j the joint's axis and g gravity,
 
     ∂U/∂q_j      = −g·(a_j × h_j)              (sliding joint: −M_j g·a_j)
-    ∂²U/∂q_j∂q_k = −g·(a_k × (a_j × h_j))      for a turning joint k before j, or j itself; all else follows by symmetry
+    ∂²U/∂q_j∂q_k = −g·(a_k × (a_j × h_j))      for a turning joint k before j, or j itself; the rest by symmetry
 """
 
 from collections.abc import Sequence
@@ -15,18 +15,18 @@ from exograv.spatial import Transform
 
 
 def weight(tree: Tree, poses: Sequence[Transform], phi: ca.SX, gravity: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Torque (joint,) [N·m or N] that holds the bodies still, and its derivative (joint, joint) by the positions.
+    """Torque (joint,) [N·m or N] that holds the bodies at rest, and its derivative (joint, joint) by the positions.
 
     Args:
-        tree: Its joints.
-        poses: Of its bodies in the frame of `gravity`.
+        tree: Joints of the tree.
+        poses: Poses of its bodies in the frame of `gravity`.
         phi: Inertial parameters (10, body).
-        gravity: (3,) [m/s²].
+        gravity: Gravity vector (3,) [m/s²].
     """
     n = len(tree.joints)
     torque, stiffness = ca.SX.zeros(n), ca.SX.zeros(n, n)
     mass = [phi[0, i] for i in range(n)]
-    # Of the whole subtree, about its own joint's origin once its children have been added.
+    # First moment of the whole subtree about its joint's origin, once its children have been added.
     moment = [poses[i].R @ phi[1:4, i] for i in range(n)]
     for j in reversed(range(n)):
         joint, axis = tree.joints[j], poses[j].R @ ca.DM(tree.joints[j].axis)

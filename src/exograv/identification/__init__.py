@@ -1,1 +1,1 @@
-"""From motion and torque to the arm's parameters with their uncertainty; one file per method."""
+"""Estimation of the arm's parameters and their uncertainty from motion and torque; one file per method."""

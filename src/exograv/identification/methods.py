@@ -1,4 +1,4 @@
-"""All methods that serve any model, by name: each takes the same setting and makes of it what it can."""
+"""Identification methods for any torque model, by name; every method is built from the same `Setting`."""
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
@@ -19,7 +19,10 @@ Builder = Callable[..., Method]
 
 
 def _recursive(setting: Setting) -> Method:
-    """With the fast part of the wearer's springs beside what every method learns, along the motion asked for."""
+    """Build the filter, with the fast stiffness of the wearer's joints as additional hidden parameters.
+
+    Rows may be taken along the requested motion (`Instrumented`).
+    """
     s = setting
     if s.springs is None:
         return Recursive(s.model, s.mean, s.covariance, s.noise, s.bodies, s.discrepancy)
@@ -47,7 +50,7 @@ BUILDERS: Mapping[str, Builder] = MappingProxyType(
         "oracle": oracle.OracleMethod,
     }
 )
-"""From a setting, and where one is tuned the method's own setting, to the method."""
+"""Builders by name of the method. Arguments: the setting, and the method's tuning if it has one."""
 
 CANDIDATES: Mapping[str, tuple[Mapping[str, float], ...]] = MappingProxyType(
     {
@@ -61,9 +64,9 @@ CANDIDATES: Mapping[str, tuple[Mapping[str, float], ...]] = MappingProxyType(
         "least-squares": least_squares.CANDIDATES,
     }
 )
-"""What each may be tuned to: at most nine settings. `recursive` and `oracle` have none: theirs is prior and noise."""
+"""Tuning candidates of each method, nine at most. `recursive` and `oracle` have none: prior and noise set them."""
 
 
 def built(name: str, setting: Setting, tuning: Mapping[str, Any] = MappingProxyType({})) -> Method:
-    """The method of that name."""
+    """Build the method with this name."""
     return BUILDERS[name](setting, **tuning)

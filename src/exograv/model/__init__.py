@@ -1,1 +1,1 @@
-"""What is true before anything moves: exoskeleton, arm, anthropometry and how cuffs join the two."""
+"""Models of exoskeleton and wearer before any motion: machine, arm, anthropometry, and the cuffs between them."""

@@ -1,4 +1,4 @@
-"""What a table knows of an arm from height, mass and sex, and how little it knows: the estimator's prior.
+"""Anthropometric table of an arm from height, mass and sex, with its uncertainty: the estimator's prior.
 
 Source: de Leva 1996, doi 10.1016/0021-9290(95)00178-6, as tabulated in docs/arm.md.
 """
@@ -18,14 +18,14 @@ Sex = Literal["male", "female"]
 
 @dataclass(frozen=True)
 class SegmentRow:
-    """One row of the table."""
+    """Row of the table, for one segment."""
 
     length_mm: float
     mass_percent: float
-    """Of body mass."""
+    """Segment mass in % of body mass."""
 
     com_percent: float
-    """Of length, from the proximal joint centre."""
+    """Distance of the centre of mass from the proximal joint centre, in % of length."""
 
     gyration_percent: tuple[float, float, float]
     """Radii of gyration in % of length about the antero-posterior, medio-lateral and long axis."""
@@ -46,26 +46,26 @@ TABLE: dict[Sex, dict[str, SegmentRow]] = {
 }
 SAMPLE_STATURE_M: dict[Sex, float] = {"male": 1.741, "female": 1.735}  # of the table's people
 
-# One standard deviation of a person about the table: project choice, to cover the spread between studies (docs/arm.md).
+# Standard deviations of a person around the table: chosen to cover the spread between studies (docs/arm.md).
 MASS_SD = {"upper_arm": 0.15, "forearm": 0.12, "hand": 0.20}  # share
 COM_ALONG_SD = 0.06  # share of segment length
 COM_ACROSS_SD_M = 0.015
 INERTIA_SD = 0.25  # of the logarithm of the moments about the centre
-PRODUCT_SD = 0.10  # products of inertia, share of the mean moment: the table has none, a real segment does
+PRODUCT_SD = 0.10  # products of inertia, share of the mean moment: the table has none, but real segments do
 
 
 @dataclass(frozen=True)
 class Body:
-    """The person as far as a scale, a tape and a form know."""
+    """Body data of a person, from scale, tape measure and form."""
 
     height_m: float
     mass_kg: float
     sex: Sex
     lengths_m: dict[str, float] | None = None
-    """Measured: upper_arm (shoulder to elbow centre), forearm (elbow to wrist), hand (wrist to finger tip)."""
+    """Measured lengths: upper_arm (shoulder to elbow centre), forearm (elbow to wrist), hand (wrist to finger tip)."""
 
     def __post_init__(self):
-        # Ranges of safety.md F25: outside them a unit is wrong or a digit slipped.
+        # Ranges of safety.md F25: outside them a unit is wrong or a digit was mistyped.
         if not 1.2 <= self.height_m <= 2.2:
             raise ConfigError(f"height is {self.height_m} m; allowed: 1.2 to 2.2 m. Was it given in cm or feet?")
         if not 30.0 <= self.mass_kg <= 200.0:
@@ -84,7 +84,7 @@ class Body:
 
 
 def segment_lengths(body: Body) -> dict[str, float]:
-    """Lengths [m] of upper arm, forearm and hand: measured where given, else the table's scaled with stature."""
+    """Lengths [m] of upper arm, forearm and hand: measured if given, otherwise the table's, scaled with stature."""
     scale = body.height_m / SAMPLE_STATURE_M[body.sex]
     table = {name: scale * row.length_mm / 1000.0 for name, row in TABLE[body.sex].items()}
     return {**table, **(body.lengths_m or {})}
@@ -94,10 +94,10 @@ def segment_parameters(body: Body, name: str, deviation: Float[np.ndarray, " 10"
     """Inertial parameters (10,) of a segment about its proximal joint centre, x forward, y left, z up when hanging.
 
     Args:
-        body: The person.
+        body: Body data of the person.
         name: upper_arm, forearm or hand.
-        deviation: From the table in standard deviations: mass, centre (x, y, z), logarithm of the three moments
-            about the centre, three products (xy, xz, yz).
+        deviation: Deviation from the table in standard deviations: mass, centre (x, y, z), logarithm of the three
+            moments about the centre, three products (xy, xz, yz).
     """
     row, length = TABLE[body.sex][name], segment_lengths(body)[name]
     mass = body.mass_kg * row.mass_percent / 100.0 * (1.0 + MASS_SD[name] * deviation[0])
@@ -112,7 +112,7 @@ def segment_parameters(body: Body, name: str, deviation: Float[np.ndarray, " 10"
 
 
 def segment_prior(body: Body, name: str) -> tuple[Float[np.ndarray, " 10"], Float[np.ndarray, "10 10"]]:
-    """Mean and covariance of a segment's inertial parameters; the covariance by differences of one deviation each."""
+    """Mean and covariance of a segment's inertial parameters; the covariance by finite differences per deviation."""
     step = 1e-4  # of a standard deviation: small against curvature, large against rounding
     mean = segment_parameters(body, name, np.zeros(10))
     jacobian = np.column_stack(

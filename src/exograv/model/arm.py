@@ -1,8 +1,8 @@
-"""The wearer's arms beside the exoskeleton: freedoms and bodies scaled to the person, with the prior's spread.
+"""Model of the wearer's arms: freedoms and bodies scaled to the person, with the prior's uncertainty.
 
-An arm in a machine for shoulder and elbow has four freedoms, a fifth where its forearm is rolled, a sixth and seventh
-where its wrist is moved. It is two bodies, the hand straight and part of the forearm; with a wrist that moves three.
-Two arms are one tree with two roots.
+An arm in a machine for shoulder and elbow has four freedoms. A machine that rolls the forearm adds a fifth, and one
+that moves the wrist a sixth and seventh. The arm has two bodies, with the straight hand as part of the forearm. With a
+moving wrist it has three. Two arms are one tree with two roots.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,7 +23,8 @@ LIMITS = {
     "flexion": (-1.0, 3.0), "abduction": (-0.6, 2.4), "rotation": (-1.6, 1.6), "elbow": (0.0, 2.6),
     "forearm_roll": (-1.5, 1.5), "wrist_flexion": (-1.2, 1.3), "wrist_deviation": (-0.6, 0.4),
 }  # fmt: skip
-"""Reach of each freedom [rad], assumed: it tells angles from others that mean the same posture, half a turn apart."""
+"""Assumed range of each freedom [rad]. It distinguishes angles from a second set, half a turn apart, with the same
+posture."""
 
 REACH_MARGIN = 0.5  # rad
 
@@ -31,11 +32,11 @@ COMFORT_DEG = {
     "flexion": (-45.0, 165.0), "abduction": (-15.0, 165.0), "rotation": (-75.0, 55.0), "elbow": (0.0, 135.0),
     "forearm_roll": (-65.0, 65.0), "wrist_flexion": (-45.0, 55.0), "wrist_deviation": (-20.0, 10.0),
 }  # fmt: skip
-"""Where a relaxed joint is at least 15° from its end: clinical ranges of healthy adults, the usual textbook figures,
+"""Range in which a relaxed joint is at least 15° from its end [°]: clinical ranges of healthy adults from textbooks,
 unverified. The elbow may be straight: its end is bone, and the machine's own limit lies before it."""
 
 WeightPlace = Literal["hand", "forearm"]
-"""Where a person can carry a known weight."""
+"""Places where a person can carry a known weight."""
 
 WEIGHT_FRAME: Mapping[WeightPlace, str] = {"hand": "hand", "forearm": "mid_forearm"}
 
@@ -44,29 +45,29 @@ GRIP_SHARE_OF_HAND = 0.36  # grip centre from the wrist, as the hand's centre of
 
 @dataclass(frozen=True)
 class Arm:
-    """The wearer's one or two arms: their tree, with the table's inertial parameters and how far they can be off."""
+    """Arm of the wearer, or both arms: tree, inertial parameters of the table and their covariance."""
 
     tree: Tree
-    """Each root at a shoulder centre, x forward, y left, z up. Two prismatic joints without mass in each arm: one
-    shifts the shoulder centre, one sets the upper arm longer than it was measured."""
+    """Tree with a root at each shoulder centre, x forward, y left, z up. Each arm has two massless prismatic joints:
+    one shifts the shoulder centre, one lengthens the upper arm beyond its measured length."""
 
     limbs: tuple[Limb, ...]
     lengths: Mapping[str, float]
-    """Upper arm, forearm, hand, alike on both sides [m]."""
+    """Lengths of upper arm, forearm and hand, equal on both sides [m]."""
 
     phi: Float[np.ndarray, " phi"]
-    """Of all segments in order: (10,) each, about the proximal joint centre."""
+    """Inertial parameters of all segments in order, (10,) each, about the proximal joint centre."""
 
     phi_covariance: Float[np.ndarray, "phi phi"]
 
     @property
     def freedoms(self) -> tuple[str, ...]:
-        """Names of the arm's own freedoms z, in order."""
+        """Names of the arm's freedoms z, in order."""
         return tuple(limb.prefix + name for limb in self.limbs for name in FREEDOMS[: limb.n_freedoms])
 
     @property
     def segments(self) -> tuple[str, ...]:
-        """Names of the bodies that have a mass, in order."""
+        """Names of the bodies with mass, in order."""
         return tuple(limb.prefix + name for limb in self.limbs for name in limb.bodies)
 
     @property
@@ -75,17 +76,17 @@ class Arm:
         return tuple(body for limb in self.limbs for body in limb.bodies.values())
 
     def is_reachable(self, z: Float[np.ndarray, "*state freedom"]) -> Bool[np.ndarray, "*state"]:
-        """Whether angles [rad] lie in the freedoms' reach, with a margin."""
+        """Return True if angles [rad] lie in the range of the freedoms, with a margin."""
         lower, upper = np.array([LIMITS[name] for limb in self.limbs for name in FREEDOMS[: limb.n_freedoms]]).T
         return np.asarray(np.all((z > lower - REACH_MARGIN) & (z < upper + REACH_MARGIN), axis=-1))
 
     def limb(self, side: ArmSide | None) -> Limb:
-        """The arm of a side; the only one if no side is named."""
+        """Return the arm of a side; the only arm if `side` is None."""
         return self.limbs[0] if side is None else next(limb for limb in self.limbs if limb.side == side)
 
 
 def build_arm(body: Body, *sides: ArmSide, kind: ArmKind = "shoulder_elbow") -> Arm:
-    """The arm of a person by the table, or both."""
+    """Build one or both arms of a person from the table."""
     limbs = tuple(Limb(side, kind, number, f"{side}_" if len(sides) > 1 else "") for number, side in enumerate(sides))
     lengths = segment_lengths(body)
     phi, covariance = _prior(body, kind, lengths)
@@ -112,7 +113,7 @@ def _arm(
 def _prior(
     body: Body, kind: ArmKind, lengths: Mapping[str, float]
 ) -> tuple[Float[np.ndarray, " phi"], Float[np.ndarray, "phi phi"]]:
-    """Of one arm's segments."""
+    """Mean and covariance of the inertial parameters of one arm's segments."""
     segments = [segment_prior(body, name) for name in SEGMENTS]
     if kind not in HAND_APART:
         upper_arm, (phi_forearm, covariance_forearm), (phi_hand, covariance_hand) = segments
@@ -132,7 +133,7 @@ def _block_diagonal(blocks: Sequence[Float[np.ndarray, "..."]]) -> Float[np.ndar
 
 
 def _joints(limb: Limb, lengths: Mapping[str, float]) -> list[Joint]:
-    """A chain; angles mean the same on both sides."""
+    """Joints of one arm as a chain; angles have the same meaning on both sides."""
     outward = 1.0 if limb.side == "right" else -1.0
     along, forward = (0.0, 0.0, outward), (0.0, -1.0, 0.0)
     # Shift of the shoulder centre: up and medial in the frontal plane (docs/arm.md; the direction is unverified).
@@ -166,7 +167,7 @@ def _joints(limb: Limb, lengths: Mapping[str, float]) -> list[Joint]:
 
 
 def _frames(limb: Limb, lengths: Mapping[str, float]) -> dict[str, Frame]:
-    """Segments by name, the middle of the forearm, the wrist, the middle of the grip ("hand") and the finger tip."""
+    """Frames of the segments, middle of the forearm, wrist, middle of the grip ("hand") and finger tip."""
     forearm, below = limb.bodies["forearm"], lengths["forearm"]
     last, from_last = (limb.bodies["hand"], 0.0) if "hand" in limb.bodies else (forearm, below)
     grip = from_last + GRIP_SHARE_OF_HAND * lengths["hand"]
@@ -181,14 +182,14 @@ def _frames(limb: Limb, lengths: Mapping[str, float]) -> dict[str, Frame]:
 def held_weight(
     arm: Arm, mass: float, limb: int = 0, at: WeightPlace = "hand", farther_m: float = 0.0
 ) -> Float[np.ndarray, " phi"]:
-    """What a point mass adds to the arm's parameters.
+    """Change of the arm's parameters by a point mass.
 
     Args:
-        arm: Who carries it.
-        mass: [kg]
-        limb: Of two arms the one of this number.
-        at: In the middle of the grip, or strapped to the middle of the forearm.
-        farther_m: From the shoulder than that, along the limb [m].
+        arm: Arm or arms of the wearer.
+        mass: Point mass [kg].
+        limb: Number of the arm that carries the mass.
+        at: Middle of the grip, or middle of the forearm.
+        farther_m: Distance of the mass beyond that place, away from the shoulder along the limb [m].
     """
     frame = arm.tree.frame(arm.limbs[limb].prefix + WEIGHT_FRAME[at])
     added = np.zeros((len(arm.segments), 10))
@@ -198,7 +199,7 @@ def held_weight(
 
 
 def translation_of_parameters(z: float) -> Float[np.ndarray, "10 10"]:
-    """Matrix (10, 10) that takes inertial parameters about the point (0, 0, z) [m] to those about the origin."""
+    """Matrix (10, 10) from inertial parameters about the point (0, 0, z) [m] to those about the origin."""
     move = np.eye(10)
     move[3, 0] = z
     # I_origin = I_point + 2·z·m·c_z·1 − z·(e_z hᵀ + h e_zᵀ) + m·z²·(1 − e_z e_zᵀ), h = m·c about the point.

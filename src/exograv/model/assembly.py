@@ -1,4 +1,4 @@
-"""Exoskeleton and arm side by side: two trees and the cuffs between them."""
+"""Assembly of exoskeleton and arm: two trees and the cuffs between them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from .urdf import read_urdf
 
 @dataclass(frozen=True)
 class Assembly:
-    """A machine, adjusted to the wearer's measured lengths, with the arm of the table in it."""
+    """Machine that is adjusted to the wearer's measured lengths, with the arm of the table."""
 
     description: RigDescription
     exo: Tree
@@ -27,12 +27,12 @@ class Assembly:
 
     @property
     def n_freedoms(self) -> int:
-        """Number of the arm's own freedoms, of both arms together."""
+        """Number of freedoms of the arm, or of both arms together."""
         return len(self.arm.freedoms)
 
 
 def read_exoskeleton(description: RigDescription) -> Tree:
-    """The machine's tree, joints in the order of `description.joints`.
+    """Read the machine's tree, with joints in the order of `description.joints`.
 
     Raises:
         ModelError: URDF and `rig.toml` do not agree, or the URDF cannot be used.
@@ -53,10 +53,10 @@ def read_exoskeleton(description: RigDescription) -> Tree:
 
 
 def adjusted(tree: Tree, description: RigDescription, lengths: Mapping[str, float]) -> Tree:
-    """The machine set to the wearer's measured lengths [m].
+    """Set the machine to the wearer's measured lengths [m].
 
     Raises:
-        ModelError: The machine cannot be set that short or long.
+        ModelError: A length is outside the machine's range of adjustment.
     """
     for adjustment in description.settings.adjustments:
         length = lengths[adjustment.segment]

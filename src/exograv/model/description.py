@@ -1,4 +1,4 @@
-"""A machine's folder: its URDF and what URDF cannot say (cuffs, drives, adjustments), read and checked first."""
+"""Description of a machine from its folder: URDF, and cuffs, drives and adjustments from `rig.toml`, both checked."""
 
 import difflib
 import hashlib
@@ -28,7 +28,7 @@ from .rig_settings import RigSettings as RigSettings
 
 @dataclass(frozen=True)
 class RigDescription:
-    """A machine of one side, as its folder describes it."""
+    """Machine of one side, as described in its folder."""
 
     settings: RigSettings
     side: Side
@@ -46,17 +46,17 @@ class RigDescription:
 
     @property
     def arm_sides(self) -> tuple[ArmSide, ...]:
-        """The arms in this machine."""
+        """Sides of the arms in this machine."""
         return ("right", "left") if self.side == "both" else (self.side,)
 
     def shoulder_centre(self, side: ArmSide) -> str:
-        """Frame of the machine where the shoulder of this arm should be."""
+        """Name of the machine's frame where the shoulder of this arm should be."""
         centre = self.settings.wearer.shoulder_centre
         return centre if isinstance(centre, str) else centre[side]
 
     @property
     def places(self) -> tuple[Place, ...]:
-        """Where each joint is beside the arm."""
+        """Place of each joint along the arm."""
         return tuple(actuator.place for actuator in self.settings.actuators)
 
     @property
@@ -66,10 +66,10 @@ class RigDescription:
 
     @property
     def calibration(self) -> CalibrationSettings:
-        """How the empty machine is calibrated.
+        """Settings of the calibration of the empty machine.
 
         Raises:
-            ConfigError: It has no motor.
+            ConfigError: The machine has no motor.
         """
         if self.settings.calibration is None:
             raise ConfigError(self._cannot("be calibrated: no motor's gain or friction is to be found"))
@@ -77,10 +77,10 @@ class RigDescription:
 
     @property
     def excitation(self) -> Excitation:
-        """The motion that identifies an arm in it.
+        """Excitation motion that identifies an arm in the machine.
 
         Raises:
-            ConfigError: It has no motor.
+            ConfigError: The machine has no motor.
         """
         if self.settings.excitation is None:
             raise ConfigError(self._cannot("move an arm by itself, nor carry it"))
@@ -88,7 +88,7 @@ class RigDescription:
 
     @property
     def mounts(self) -> tuple[str, ...]:
-        """Frames where known weights can hang on the empty machine, the calibration's own first."""
+        """Frames where known weights can hang on the empty machine, the calibration's main mount first."""
         return () if self.settings.calibration is None else self.settings.calibration.mounts
 
     def _cannot(self, what: str) -> str:
@@ -96,16 +96,16 @@ class RigDescription:
 
     @property
     def urdf_path(self) -> Path:
-        """The URDF of this side."""
+        """Path of the URDF of this side."""
         return self.folder / getattr(self.settings.urdf, self.side)
 
     @property
     def nominal_gain(self) -> Float[np.ndarray, " joint"]:
-        """Joint torque per motor current by the data sheets [N·m/A]."""
+        """Joint torque per motor current from the data sheets [N·m/A]."""
         return np.array([actuator.nominal_gain for actuator in self.settings.actuators])
 
     def per_actuator(self, field: str) -> Float[np.ndarray, " joint"]:
-        """One numeric field of all actuators; NaN where a joint has no motor."""
+        """Values of a numeric field of all actuators; NaN if a joint has no motor."""
         return np.array([getattr(actuator, field) for actuator in self.settings.actuators], dtype=float)
 
     @property
@@ -127,28 +127,28 @@ class RigDescription:
 
     @cached_property
     def sha256(self) -> str:
-        """Hash of `rig.toml` and the URDF, stored in every recording."""
+        """Hash of `rig.toml` and the URDF; every recording contains it."""
         digest = hashlib.sha256((self.folder / "rig.toml").read_bytes())
         digest.update(self.urdf_path.read_bytes())
         return digest.hexdigest()
 
 
 def robots_folder() -> Path:
-    """Folder of the machines that come with exograv: beside the package when installed, else in the source tree."""
+    """Folder of the machines of exograv: inside the installed package, or in the source tree."""
     installed = Path(__file__).parents[1] / "robots"
     return installed if installed.is_dir() else Path(__file__).parents[3] / "robots"
 
 
 def rig_names() -> list[str]:
-    """Machines that come with exograv."""
+    """Names of the machines of exograv."""
     return sorted(path.parent.name for path in robots_folder().glob("*/rig.toml"))
 
 
 def load_rig(rig: str, side: Side | None = None) -> RigDescription:
-    """Read a machine by its name, or by the path of its folder; its first side if none is named.
+    """Read a machine by its name, or by the path of its folder; its first side if `side` is None.
 
     Raises:
-        ConfigError: No such machine, or its `rig.toml` holds something that cannot be used, or still asks questions.
+        ConfigError: The machine is unknown, or its `rig.toml` is invalid or has open questions.
     """
     folder = rig_folder(rig)
     path = folder / "rig.toml"
@@ -164,10 +164,10 @@ def load_rig(rig: str, side: Side | None = None) -> RigDescription:
 
 
 def rig_folder(rig: str) -> Path:
-    """Folder of a machine by its name or path.
+    """Find the folder of a machine by its name or path.
 
     Raises:
-        ConfigError: No such machine.
+        ConfigError: The machine is unknown.
     """
     folder = Path(rig) if (Path(rig) / "rig.toml").is_file() else robots_folder() / rig
     if (folder / "rig.toml").is_file():
@@ -197,12 +197,12 @@ def _settings(path: Path) -> RigSettings:
 
 
 def validation_sentences(error: ValidationError) -> str:
-    """What pydantic found, one sentence a finding, with place and value."""
+    """Describe the findings of pydantic, one sentence each, with place and value."""
     return " ".join(map(validation_sentence, error.errors(include_url=False)))
 
 
 def validation_sentence(finding: ErrorDetails) -> str:
-    """One of pydantic's findings, with place and value."""
+    """Describe one finding of pydantic in a sentence, with place and value."""
     place = ".".join(str(part) for part in finding["loc"]) or "file"
     value = finding["input"]
     shown = f" (value {value!r})" if isinstance(value, (str, int, float, bool)) else ""

@@ -1,4 +1,4 @@
-"""Where the bodies and frames of a tree are, as CasADi expressions of its joint positions."""
+"""Kinematics of a tree: poses of bodies and frames, as CasADi expressions of the joint positions."""
 
 from collections.abc import Sequence
 from itertools import repeat
@@ -26,7 +26,7 @@ def joint_transforms(tree: Tree, q: ca.SX) -> list[Transform]:
 def body_poses(tree: Tree, q: ca.SX, T_world_root: Sequence[Transform] | None = None) -> list[Transform]:
     """Pose of each body in the world, at joint positions `q` (joint,).
 
-    `T_world_root`: where the tree's base is for each joint on it, in their order; the world's origin if absent.
+    `T_world_root`: pose of the tree's base for each joint on it, in their order; the world's origin if None.
     """
     roots = iter(T_world_root) if T_world_root is not None else repeat(identity())
     poses: list[Transform] = []
@@ -43,10 +43,10 @@ def frame_pose(tree: Tree, poses: Sequence[Transform], name: str) -> Transform:
 
 
 def constant(R: np.ndarray, p: np.ndarray) -> Transform:
-    """A fixed pose."""
+    """Pose that is constant, as an expression."""
     return Transform(ca.SX(ca.DM(R)), ca.SX(ca.DM(p)))
 
 
 def identity() -> Transform:
-    """No displacement."""
+    """Identity pose."""
     return constant(np.eye(3), np.zeros(3))

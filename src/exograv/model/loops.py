@@ -1,4 +1,4 @@
-"""The kinematic loops between exoskeleton and arm: what stretches each cuff, and the posture that stretches least."""
+"""Kinematic loops between exoskeleton and arm: strain of each cuff, and the posture of least strain."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,48 +23,46 @@ FIT = (
     "cuff_log_stiffness",
     "cuff_log_rotational_stiffness",
 )
-"""How one arm sits in the machine; zero is as the machine's description and the tape measure have it. Centre of the
-wearer's shoulder minus the machine's (base axes) [m]; its migration along up-and-medial per elevation, mean over the
-first 90° [m/rad]; upper
-arm longer than measured [m]; logarithm of the cuffs' stiffness over `rig.toml`'s, in translation and rotation [-]."""
+"""Fit of one arm in the machine; zero agrees with the machine's description and the tape measure. Offset of the
+wearer's shoulder centre from the machine's, in base axes [m]; its migration up and medially per elevation, mean over
+the first 90° [m/rad]; upper arm length minus measured length [m]; logarithm of the cuffs' stiffness over that in
+`rig.toml`, in translation and rotation [-]."""
 
 TWIST_COSINE_MIN = 0.3
-"""Least cosine of a cuff's rotation in a true rest: there it is 0.86 and more with 30 mm of offset, in a false one,
-where the arm lies twisted in its cuffs, -0.7 and less (1500 random starts). Between the two [-]."""
+"""Smallest cosine of a cuff's rotation in a true minimum of energy [-]. True minima have 0.86 or more with 30 mm of
+offset. False minima, with the arm twisted in its cuffs, have -0.7 or less (1500 random starts)."""
 
 NEAR_SINGULAR, SINGULAR = 0.17, 0.05
-"""Clearance at 66° and 77° of abduction, beyond a workspace of 50° and what a design of motions adds to it [-]."""
+"""Clearance at 66° and 77° of abduction [-], outside a workspace of 50° plus the margin of excitation motions."""
 
-DIFFERENCE = 1e-3  # rad: for a first guess
+DIFFERENCE = 1e-3  # rad: finite difference for the first guess
 
 Posture = Float[np.ndarray, " joint"]
 Freedoms = Float[np.ndarray, " freedom"]
 
-STAGE = (
-    0.1  # rad: of the way from the donning posture; short enough that every start lies in the basin of the next rest
-)
+STAGE = 0.1  # rad: step on the way from the donning posture; each start must be in the basin of the next minimum
 
-ELEVATION_ROUNDING = 0.05  # rad: the elevation of a hanging arm has no direction; rounded so that it has a gradient
+ELEVATION_ROUNDING = 0.05  # rad: elevation has no gradient at a hanging arm; rounding gives it one
 
 
 def fit_names(assembly: Assembly) -> tuple[str, ...]:
-    """Of all entries of `fit`, arm after arm."""
+    """Names of all entries of `fit`, arm after arm."""
     return tuple(limb.prefix + name for limb in assembly.arm.limbs for name in FIT)
 
 
 def fit_of(limb: Limb, fit: ca.SX) -> ca.SX:
-    """The part (7,) of `fit` that belongs to one arm."""
+    """Part (7,) of `fit` that belongs to one arm."""
     return fit[limb.number * len(FIT) : (limb.number + 1) * len(FIT)]
 
 
 def elevation(z: ca.SX) -> ca.SX:
-    """Angle between the upper arm and hanging [rad] at one arm's freedoms z, rounded near zero."""
+    """Angle of the upper arm from hanging [rad] at one arm's freedoms z, rounded near zero."""
     cosine = ca.cos(z[0]) * ca.cos(z[1])
     return ca.atan2(ca.sqrt(1 - cosine**2 + ELEVATION_ROUNDING**2), cosine)
 
 
 def shift_shape(z: ca.SX) -> ca.SX:
-    """How far the shoulder centre has shifted at one arm's z, in units of its mean slope over the first 90° [rad].
+    """Shift of the shoulder centre at one arm's z over its mean slope in the first 90° [rad].
 
     Source: 12, 25, 39 and 54 mm at 30°, 60°, 90° and 120° are 22.0 θ + 1.83 θ² mm within 0.2 mm (docs/arm.md).
     """
@@ -74,7 +72,7 @@ def shift_shape(z: ca.SX) -> ca.SX:
 
 
 def arm_positions(arm: Arm, z: ca.SX, fit: ca.SX) -> ca.SX:
-    """All joint positions (arm joint,) of the arm's tree from its freedoms z: shift and lengthening follow."""
+    """Joint positions (arm joint,) of the arm's tree from its freedoms z, including shift and lengthening."""
     positions = []
     for limb in arm.limbs:
         z_limb, fit_limb = z[limb.freedoms], fit_of(limb, fit)
@@ -92,10 +90,10 @@ def arm_roots(assembly: Assembly, fit: ca.SX) -> list[Transform]:
 
 
 def clearance(arm: Arm, z: ca.SX) -> ca.SX:
-    """How far z is from the postures in which an arm's angles are singular: squared cosine of abduction [-].
+    """Distance of z from the postures in which an arm's angles are singular: squared cosine of abduction [-].
 
-    There flexion and rotation turn the arm about one axis, and its angles spin while it hardly moves. Of two arms the
-    nearer one's.
+    In a singular posture flexion and rotation turn the arm about the same axis, and its angles change fast while the
+    arm hardly moves. With two arms, the smaller distance counts.
     """
     nearest = ca.SX(1)
     for limb in arm.limbs:
@@ -104,9 +102,9 @@ def clearance(arm: Arm, z: ca.SX) -> ca.SX:
 
 
 def away_from_singular(clear: ca.SX) -> ca.SX:
-    """1 at a clearance of `NEAR_SINGULAR` and more, 0 at `SINGULAR`, a smooth step between.
+    """Smooth step from 0 at a clearance of `SINGULAR` to 1 at `NEAR_SINGULAR`.
 
-    By so much springs and damping of angles still mean something.
+    It scales springs and damping of the angles, which have no meaning in a singular posture.
     """
     s = ca.fmin(ca.fmax((clear - SINGULAR) / (NEAR_SINGULAR - SINGULAR), 0), 1)
     return 3 * s**2 - 2 * s**3
@@ -114,26 +112,26 @@ def away_from_singular(clear: ca.SX) -> ca.SX:
 
 @dataclass(frozen=True)
 class CuffPair:
-    """The two frames that one cuff holds together; they coincide where it was fastened."""
+    """Frames that one cuff holds together; they coincide where the cuff was fastened."""
 
     T_world_exo: Transform
     T_world_arm: Transform
     exo_body: int
-    """The body of the machine's tree that carries the first."""
+    """Index of the body in the machine's tree that carries the exoskeleton's frame."""
 
     arm_body: int
-    """The body of the arm's tree that carries the second."""
+    """Index of the body in the arm's tree that carries the arm's frame."""
 
     @property
     def T_exo_arm(self) -> Transform:
-        """The arm's frame as the machine's sees it: no displacement where the cuff was fastened."""
+        """Pose of the arm's frame in the machine's frame; identity where the cuff was fastened."""
         return self.T_world_exo.inverse() @ self.T_world_arm
 
 
 def cuff_pairs(assembly: Assembly, exo: list[Transform], arm: list[Transform], fit: ca.SX) -> list[CuffPair]:
-    """All cuffs where the bodies of machine and arm are at `exo` and `arm`.
+    """Frames of all cuffs for body poses `exo` of the machine and `arm` of the arm.
 
-    Fastened: machine and arm each in its donning posture.
+    The cuffs are fastened with machine and arm in their donning postures.
     """
     description, tree = assembly.description, assembly.arm.tree
     exo_donning = body_poses(assembly.exo, ca.SX(ca.DM(description.donning_posture)))
@@ -156,11 +154,11 @@ def cuff_pairs(assembly: Assembly, exo: list[Transform], arm: list[Transform], f
 
 
 def cuff_residuals(assembly: Assembly, y: ca.SX, z: ca.SX, fit: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """What the cuffs are strained by at one posture.
+    """Strain of the cuffs at one posture.
 
     Returns:
-        Stretch and twist of all cuffs (6 · cuff,) in the exoskeleton's cuff frames, [m] (3,), then [-] (3,) each; and
-        the cosine of each cuff's rotation (cuff,).
+        Displacement and rotation residual of all cuffs (6 · cuff,) in the exoskeleton's cuff frames, [m] (3,), then
+        [-] (3,) each; and the cosine of each cuff's rotation (cuff,).
     """
     exo = body_poses(assembly.exo, y)
     arm = body_poses(assembly.arm.tree, arm_positions(assembly.arm, z, fit), arm_roots(assembly, fit))
@@ -172,12 +170,12 @@ def cuff_residuals(assembly: Assembly, y: ca.SX, z: ca.SX, fit: ca.SX) -> tuple[
 
 
 def cuff_stiffness(assembly: Assembly) -> Float[np.ndarray, " row"]:
-    """Stiffness that belongs to each entry of `cuff_residuals` [N/m] or [N·m/rad]."""
+    """Stiffness of each entry of `cuff_residuals` [N/m] or [N·m/rad]."""
     return np.concatenate([cuff.stiffness for cuff in assembly.cuffs])
 
 
 def scaled_stiffness(assembly: Assembly, fit: ca.SX) -> ca.SX:
-    """The same as learned (row,): translation and rotation each scaled by their arm's factor in `fit`."""
+    """Learned stiffness (row,): translation and rotation are scaled by their arm's factors in `fit`."""
     factors = []
     for cuff in assembly.cuffs:
         fit_limb = fit_of(assembly.arm.limb(cuff.side), fit)
@@ -186,7 +184,7 @@ def scaled_stiffness(assembly: Assembly, fit: ca.SX) -> ca.SX:
 
 
 class LoopSolver:
-    """Cold start: the arm's freedoms for a posture of the machine. Not for the tick."""
+    """Cold-start solver of the arm's freedoms for a posture of the machine; too slow for the tick."""
 
     def __init__(self, assembly: Assembly):
         self._donning = assembly.description.donning_posture
@@ -208,11 +206,11 @@ class LoopSolver:
     def solve(
         self, y: Posture, z_start: Freedoms | None = None, fit: Float[np.ndarray, " fit"] | None = None
     ) -> tuple[Freedoms, float]:
-        """Freedoms z [rad] of least cuff energy at y [rad], and the energy's remaining slope [N·m].
+        """Solve for the freedoms z [rad] of least cuff energy at y [rad]; also return the remaining gradient [N·m].
 
-        The cuffs have other rests, with the arm twisted in them, and a posture has more than one set of angles. Meant
-        are those which the arm reaches when the machine moves there from the donning posture; a search from `z_start`,
-        or from a guess, that ends elsewhere is done again along that way, in 5 ms instead of 0.5.
+        The energy has other minima, with the arm twisted in its cuffs, and a posture has several sets of angles. The
+        result is the one that the arm reaches when the machine moves from the donning posture to y. A search from
+        `z_start`, or from a guess, that ends in another minimum is repeated along this way; it takes 5 ms, not 0.5 ms.
         """
         fit = self._nominal_fit if fit is None else fit
         z, slope = self._descend(y, self._guess(y) if z_start is None else z_start, fit)
@@ -225,12 +223,12 @@ class LoopSolver:
         return z, slope
 
     def _guess(self, y: Posture) -> Freedoms:
-        """As if the arm turned on from where it was fastened as it begins to."""
+        """First guess: linear extrapolation from the donning posture."""
         return self._arm_donning + self._beginning @ (y - self._donning)
 
     @cached_property
     def _beginning(self) -> Float[np.ndarray, "freedom joint"]:
-        """How the arm's freedoms follow the machine's joints at the donning posture."""
+        """Derivative of the arm's freedoms by the machine's joints at the donning posture."""
         turned = [
             self._descend(self._donning + DIFFERENCE * way, self._arm_donning, self._nominal_fit)[0]
             for way in np.eye(len(self._donning))
@@ -238,8 +236,8 @@ class LoopSolver:
         return (np.array(turned) - self._arm_donning).T / DIFFERENCE
 
     def _descend(self, y: Posture, z_start: Freedoms, fit: Float[np.ndarray, " fit"]) -> tuple[Freedoms, float]:
-        """The rest downhill of `z_start`; Levenberg–Marquardt does not diverge where a full Newton step would."""
-        from scipy.optimize import least_squares  # 0.1 s that an empty machine does not have to wait for
+        """Find the local minimum from `z_start`; Levenberg–Marquardt converges where a full Newton step diverges."""
+        from scipy.optimize import least_squares  # imported here: takes 0.1 s, and an empty machine does not need it
 
         result = least_squares(
             lambda z: self._kernel.of(y, z, fit)[0],
@@ -255,12 +253,12 @@ class LoopSolver:
     def gauss_newton_hessian(
         self, y: Posture, z: Freedoms, fit: Float[np.ndarray, " fit"] | None = None
     ) -> Float[np.ndarray, "freedom freedom"]:
-        """Stiffness with which the cuffs hold the arm's freedoms [N·m/rad]."""
+        """Stiffness matrix with which the cuffs hold the arm's freedoms [N·m/rad]."""
         jacobian = self._kernel.of(y, z, self._nominal_fit if fit is None else fit)[1]
         return jacobian.T @ jacobian
 
     def strain(self, y: Posture, z: Freedoms) -> tuple[float, float]:
-        """Largest stretch [m] and largest turn [rad] of any cuff."""
+        """Largest displacement [m] and largest rotation [rad] of any cuff."""
         _, _, cosines, residuals = self._kernel.of(y, z, self._nominal_fit)
         stretch = np.linalg.norm(residuals.reshape(-1, 6)[:, :3], axis=1)
         return float(stretch.max()), float(np.arccos(np.clip(cosines.min(), -1.0, 1.0)))

@@ -1,7 +1,7 @@
-"""Machine and arm with their cuffs as MJCF, MuJoCo's own format.
+"""Writer of machine, arm and cuffs as MJCF, MuJoCo's own format.
 
-A cuff is a body of almost no mass on the machine, on three slides and three hinges with the cuff's springs, welded to
-the arm's segment: so each direction has its own stiffness, which a soft weld cannot have.
+A cuff is a nearly massless body on the machine, with three slides and three hinges that have the cuff's springs. The
+body is welded to the arm's segment. Each direction then has its own stiffness, which a soft weld cannot provide.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,14 +17,14 @@ from .urdf_writer import mass_centre_inertia, words
 Vector = Float[np.ndarray, " 3"]
 
 CUFF_MASS, CUFF_INERTIA = 1e-3, 1e-6
-"""Of a cuff's body [kg], [kg·m²]; its weight is taken off."""
+"""Mass [kg] and inertia [kg·m²] of a cuff's body; its weight is compensated."""
 CUFF_DAMPING, CUFF_DAMPING_ROTATION = 60.0, 0.15
-"""[N·s/m], [N·m·s/rad]: assumed, so that the arm settles; no part of what is identified."""
+"""Damping of a cuff [N·s/m], [N·m·s/rad]: assumed, so that the arm settles; it is not identified."""
 CUFF_ARMATURE, CUFF_ARMATURE_ROTATION = 0.05, 1e-3
-"""Inertia against the machine [kg], [kg·m²]: so that springs do not outrun the time step; nothing at rest sees it."""
+"""Armature of the cuff's joints [kg], [kg·m²]: keeps the springs slow against the time step; no effect at rest."""
 TIMESTEP_S = 0.0005
 WELD = 'solref="0.002 1" solimp="0.9999 0.9999 0.001 0.5 2"'
-"""As stiff as the time step allows; the springs give, not the weld."""
+"""Options of the weld: as stiff as the time step allows, so that the springs deform and not the weld."""
 
 
 @dataclass(frozen=True)
@@ -32,16 +32,16 @@ class ArmSprings:
     """Elasticity of the wearer's joints, by joint of the arm's tree."""
 
     stiffness: Mapping[str, float]
-    """[N·m/rad]"""
+    """Stiffness [N·m/rad]."""
     neutral: Mapping[str, float]
-    """[rad]"""
+    """Neutral angle [rad]."""
     damping: Mapping[str, float]
-    """[N·m·s/rad]"""
+    """Damping [N·m·s/rad]."""
 
 
 @dataclass(frozen=True)
 class Posture:
-    """Where everything is as the cuffs are fastened, by joint [rad] or [m]; what is not named is at zero."""
+    """Posture in which the cuffs are fastened, by joint [rad] or [m]; joints that are not named are at zero."""
 
     positions: Mapping[str, float]
 
@@ -54,15 +54,16 @@ def mjcf_text(
     shifts: Mapping[str, float],
     donned: Posture,
 ) -> str:
-    """Both trees, the cuffs, a motor at each joint of the machine and a key frame `donned`.
+    """Write both trees, the cuffs, a motor at each joint of the machine and a key frame `donned`.
 
     Args:
         personal: Machine and arm.
-        springs: Of the arm's joints.
-        rotor: Inertia of the machine's rotors at the joints [kg·m²].
-        gravity: In the machine's base frame [m/s²].
-        shifts: Where the joints that shift a shoulder's centre are held [m]; MuJoCo has no joint that follows two.
-        donned: Of the key frame.
+        springs: Springs of the arm's joints.
+        rotor: Rotor inertias, reflected to the machine's joints [kg·m²].
+        gravity: Gravity in the machine's base frame [m/s²].
+        shifts: Fixed positions of the joints that shift a shoulder's centre [m]; in MuJoCo no joint can follow two
+            others.
+        donned: Posture of the key frame.
     """
     exo, arm = personal.exo, personal.arm
     order: list[str] = []
@@ -132,20 +133,20 @@ def _roots(tree: Tree) -> Iterator[int]:
 
 @dataclass
 class _Writer:
-    """One tree as nested bodies; joints whose bodies have no mass move the next body that has one."""
+    """Writer of one tree as nested bodies; joints of massless bodies move the next body with mass."""
 
     tree: Tree
     cuffs: Mapping[int, Sequence[CuffHold]]
-    """On each body, -1 the base."""
+    """Cuffs by the body that carries them; -1 is the base."""
     attributes: Mapping[str, str]
-    """Of joints."""
+    """Attributes by joint."""
     prefix: str
-    """Of the names of sites."""
+    """Prefix of the names of sites."""
     order: list[str]
-    """Names of joints as they are written."""
+    """Names of joints in the order of writing."""
 
     def bodies(self, parent: int, offset: Vector, indent: int) -> Iterator[str]:
-        """All that hangs on a body, `offset` [m] from where the tree says."""
+        """Write all children of a body, shifted by `offset` [m] from the tree's positions."""
         for cuff in self.cuffs.get(parent, ()):
             yield from self._cuff(cuff, indent)
         for i, joint in enumerate(self.tree.joints):
@@ -153,7 +154,7 @@ class _Writer:
                 yield from self.group(i, offset, indent)
 
     def group(self, first: int, offset: Vector, indent: int) -> Iterator[str]:
-        """Joints up to the next body that has a mass, as one body with so many joints."""
+        """Write the joints up to the next body with mass, as one body with several joints."""
         members = self._members(first)
         joint, last, space = self.tree.joints[first], members[-1], " " * indent
         place = _place(joint.R_parent_joint, offset + joint.p_parent_joint)
@@ -166,7 +167,7 @@ class _Writer:
         yield f"{space}</body>"
 
     def sites(self, bodies: Sequence[int], indent: int) -> Iterator[str]:
-        """Frames of these bodies."""
+        """Write the frames of these bodies as sites."""
         for name, frame in self.tree.frames.items():
             if frame.body in bodies and name != "base":
                 place = _place(frame.R_body_frame, frame.p_body_frame)

@@ -1,10 +1,10 @@
-"""Questions that a new machine's `rig.toml` still asks: values that only somebody who knows the machine can give."""
+"""Open questions in a new machine's `rig.toml`: values that only a person who knows the machine can give."""
 
 import re
 from dataclasses import dataclass
 
 MARK = "?"
-"""Stands in place of a value that has not been given yet."""
+"""Placeholder of a value that is not given yet."""
 
 _QUESTION = re.compile(r"""^\s*([\w.-]+)\s*=[^#]*?["']\?["'][^#]*(?:#\s*(.*))?$""")
 _TABLE = re.compile(r"^\s*\[+\s*([\w.-]+)\s*\]+")
@@ -12,25 +12,25 @@ _TABLE = re.compile(r"^\s*\[+\s*([\w.-]+)\s*\]+")
 
 @dataclass(frozen=True)
 class Question:
-    """One value that is missing."""
+    """Missing value."""
 
     line: int
-    """In the file, from 1."""
+    """Line in the file, from 1."""
 
     key: str
-    """With the table that it stands in."""
+    """Key with the name of its table."""
 
     comment: str
-    """How to answer it; empty where the line says nothing."""
+    """Instruction from the line's comment; empty if there is none."""
 
     @property
     def sentence(self) -> str:
-        """For whoever fills the file in."""
+        """Sentence for the person who fills in the file."""
         return f"line {self.line}, {self.key}: {self.comment or 'not answered'}"
 
 
 def open_questions(text: str) -> list[Question]:
-    """All questions in the text of a `rig.toml`, in order."""
+    """Find all questions in the text of a `rig.toml`, in order."""
     found, table = [], ""
     for number, line in enumerate(text.splitlines(), start=1):
         if heading := _TABLE.match(line):

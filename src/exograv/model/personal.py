@@ -1,4 +1,4 @@
-"""One person's arm in one machine in plain numbers: trees with identified masses, and the frames that cuffs hold."""
+"""Person's arm in a machine in plain numbers: trees with identified parameters, and the frames of the cuffs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ Vector = Float[np.ndarray, " 3"]
 
 @dataclass(frozen=True)
 class CuffHold:
-    """A cuff: two frames that coincide where it was fastened, and the stiffness between them."""
+    """Cuff in numbers: two frames that coincide where it was fastened, and the stiffness between them."""
 
     name: str
     exo_frame: str
@@ -27,22 +27,22 @@ class CuffHold:
     segment: str
     R_segment_cuff: Matrix
     p_segment_cuff: Vector
-    """[m]"""
+    """Position of the cuff in the segment's frame [m]."""
     stiffness: Float[np.ndarray, " 6"]
-    """Along x, y, z [N/m], then about x, y, z [N·m/rad], in the machine's cuff frame."""
+    """Stiffness along x, y, z [N/m], then about x, y, z [N·m/rad], in the machine's cuff frame."""
 
 
 @dataclass(frozen=True)
 class Personal:
-    """A machine and the arm in it."""
+    """Machine with the arm of one person."""
 
     exo: Tree
     arm: Tree
-    """The length that was learned is built in; the shoulder's shift is a joint, `shift` gives its position."""
+    """Tree of the arm with the learned length built in; the shoulder's shift is a joint, `shift` gives its position."""
     bases: Mapping[ArmSide, Vector]
-    """Where each arm's base is in the machine's: the wearer's shoulder centre [m]."""
+    """Position of each arm's base in the machine's base frame: the wearer's shoulder centre [m]."""
     offsets: Mapping[ArmSide, Vector]
-    """The same from the machine's shoulder centre [m]."""
+    """Offset of each arm's base from the machine's shoulder centre [m]."""
     slopes: Mapping[ArmSide, float]
     """Shift of the shoulder's centre per elevation, mean over the first 90° [m/rad]."""
     cuffs: tuple[CuffHold, ...]
@@ -54,7 +54,7 @@ def personal(
     phi_arm: Float[np.ndarray, " phi"],
     fit: Float[np.ndarray, " fit"],
 ) -> Personal:
-    """The assembly with these inertial parameters and this fit (`model.loops.fit_names`)."""
+    """Build the numbers of an assembly with these inertial parameters and this fit (`model.loops.fit_names`)."""
     arm = assembly.arm
     masses = np.zeros((len(arm.tree.joints), 10))
     masses[list(arm.bodies)] = phi_arm.reshape(-1, 10)
@@ -78,7 +78,7 @@ def personal(
 
 
 def without_joint(tree: Tree, index: int, position: float) -> Tree:
-    """The same tree with one prismatic joint, of a body without mass, fixed at a position [m]."""
+    """Return a copy of the tree in which one prismatic joint, of a massless body, is fixed at a position [m]."""
     gone = tree.joints[index]
     R, p = gone.R_parent_joint, gone.p_parent_joint + gone.R_parent_joint @ gone.axis * position
 
@@ -108,7 +108,7 @@ def without_joint(tree: Tree, index: int, position: float) -> Tree:
 
 
 def _holds(assembly: Assembly, fit: Float[np.ndarray, " fit"]) -> tuple[CuffHold, ...]:
-    """Where each cuff is on its segment: as fastened in the donning posture."""
+    """Poses of the cuffs on their segments, as fastened in the donning posture."""
     description, tree = assembly.description, assembly.arm.tree
     y, z = _constant(description.donning_posture), _constant(description.arm_donning_posture)
     exo = body_poses(assembly.exo, y)

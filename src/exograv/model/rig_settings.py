@@ -1,4 +1,4 @@
-"""Everything a `rig.toml` may say, checked on load: cuffs, drives, adjustments, known weights, motions."""
+"""Settings of a `rig.toml`, checked on load: cuffs, drives, adjustments, known weights, motions."""
 
 from typing import Annotated, Literal
 
@@ -10,10 +10,10 @@ from exograv.options import Side
 
 ArmSide = Literal["right", "left"]
 Place = Literal["shoulder", "elbow", "wrist"]
-"""Where a joint of a machine is beside the arm; forearm roll belongs to the wrist."""
+"""Place of a machine's joint along the arm; forearm roll belongs to the wrist."""
 Segment = Literal["upper_arm", "forearm", "hand"]
 ArmKind = Literal["shoulder_elbow", "forearm", "wrist_flexion", "whole"]
-"""How far down its joints a machine moves an arm; those farther out stay straight."""
+"""Kind of arm by the joints that a machine moves, from the shoulder outwards; the other joints stay straight."""
 FREEDOMS_OF_ARM: dict[ArmKind, int] = {"shoulder_elbow": 4, "forearm": 5, "wrist_flexion": 6, "whole": 7}
 """Freedoms of one arm by the kind of arm a machine moves (`model.arm`)."""
 HAND_APART: frozenset[ArmKind] = frozenset({"wrist_flexion", "whole"})
@@ -22,13 +22,13 @@ Degrees = Annotated[list[float], Field(min_length=1)]
 
 
 class Settings(BaseModel):
-    """Read once, never changed, unknown keys refused."""
+    """Base of all settings: immutable, unknown keys are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class Urdf(Settings):
-    """One file a side, relative to the folder; a machine for both arms has one for both."""
+    """URDF files, one per side, relative to the folder; a machine for both arms has one file for both."""
 
     right: str | None = None
     left: str | None = None
@@ -42,20 +42,20 @@ class Urdf(Settings):
 
 
 class WearerSettings(Settings):
-    """Where the wearer's shoulder is, as far as the machine knows, and which of the arm's joints it moves."""
+    """Nominal position of the wearer's shoulder, and the arm joints that the machine moves."""
 
     shoulder_centre: str | dict[ArmSide, str]
-    """Frame, or one frame a side in a machine for both arms."""
+    """Frame of the shoulder centre; one frame per side in a machine for both arms."""
 
     arm: ArmKind = "shoulder_elbow"
-    """Shoulder and elbow; the forearm's roll too; wrist flexion too; or all, wrist deviation too. Where the wrist does
-    not move the hand is part of the forearm."""
+    """Joints that the machine moves: shoulder and elbow; also forearm roll; also wrist flexion; or all, with wrist
+    deviation. If the wrist does not move, the hand is part of the forearm."""
 
 
 class Adjustment(Settings):
-    """A length of the machine, set to the wearer's measured one: the joint's origin moves along an axis of its parent.
+    """Adjustable length of the machine: the joint's origin moves along an axis of its parent to the measured length.
 
-    It stays on the side of the parent's origin where the URDF has it.
+    The origin stays on the side of the parent's origin where the URDF has it.
     """
 
     joint: str
@@ -64,30 +64,31 @@ class Adjustment(Settings):
     min_m: PositiveFloat
     max_m: PositiveFloat
     axis: Literal["x", "y", "z"] = "z"
-    """Of the parent's frame."""
+    """Axis of the parent's frame."""
 
 
 CUFF_AXES = ("x", "y", "z", "about_x", "about_y", "about_z")
 
 
 class Cuff(Settings):
-    """A soft hold between a frame of the exoskeleton, z along the limb, and a segment of the arm.
+    """Soft connection between a frame of the exoskeleton, z along the limb, and a segment of the arm.
 
-    A weld holds all six directions. A stiffness of 0 leaves a direction free: no rotational stiffness is a point, none
-    along the limb a sleeve; and `free` names single axes, such as the one of a hinge or of a slide.
+    A cuff with stiffness in all six directions holds like a weld. A stiffness of 0 leaves a direction free: without
+    rotational stiffness the cuff is a point contact, without stiffness along the limb a sleeve. `free` names single
+    axes, such as that of a hinge or slide.
     """
 
     name: str
     exo_frame: str
     segment: Segment
     side: ArmSide | None = None
-    """Which arm, in a machine for both."""
+    """Side of the arm, in a machine for both arms."""
     along_N_per_mm: NonNegativeFloat
     across_N_per_mm: NonNegativeFloat
     about_limb_Nm_per_deg: NonNegativeFloat
     about_others_Nm_per_deg: NonNegativeFloat
     free: list[Literal["x", "y", "z", "about_x", "about_y", "about_z"]] = []
-    """Axes of the cuff's frame along or about which it does not hold, whatever its stiffness; z is along the limb."""
+    """Free axes of the cuff's frame, regardless of its stiffness; z is along the limb."""
 
     @property
     def stiffness(self) -> Float[np.ndarray, " 6"]:
@@ -100,26 +101,26 @@ class Cuff(Settings):
 
 
 class Donning(Settings):
-    """The posture in which the cuffs are fastened."""
+    """Posture in which the cuffs are fastened."""
 
     posture_deg: Degrees
-    """Of the machine's joints."""
+    """Posture of the machine's joints [°]."""
 
     arm_posture_deg: Degrees | None = None
-    """Of the arm's freedoms (`model.arm`); the machine's own where its joints are the arm's, in the same order."""
+    """Posture of the arm's freedoms (`model.arm`) [°]; the machine's posture if its joints are the arm's, in order."""
 
 
 MOTOR = (
     "torque_constant_Nm_per_A", "gear_ratio", "efficiency", "torque_max_Nm", "rotor_inertia_kgm2",
     "weak_kp_Nm_per_rad", "weak_kd_Nms_per_rad",
 )  # fmt: skip
-"""Fields of an actuator that a joint without motor has not."""
+"""Fields of an actuator that a joint without motor does not have."""
 
 
 class Actuator(Settings):
-    """A drive by its data sheet; what it really does is calibrated (`dynamics.actuator`).
+    """Drive by its data sheet; the real gain is calibrated (`dynamics.actuator`).
 
-    A joint that has an encoder and no motor is "passive"; it has none of the fields of `MOTOR`.
+    A joint with an encoder and no motor is "passive"; it has none of the fields of `MOTOR`.
     """
 
     joint: str
@@ -144,7 +145,7 @@ class Actuator(Settings):
 
     @property
     def nominal_gain(self) -> float:
-        """Joint torque per motor current by the data sheet [N·m/A]; zero without a motor."""
+        """Joint torque per motor current from the data sheet [N·m/A]; zero without a motor."""
         if self.torque_constant_Nm_per_A is None or self.gear_ratio is None or self.efficiency is None:
             return 0.0
         return self.torque_constant_Nm_per_A * self.gear_ratio * self.efficiency
@@ -158,19 +159,19 @@ class TaskWorkspace(Settings):
 
 
 class JointSweep(Settings):
-    """One joint moved to and fro while the others stay, with nothing and with each known weight on the mount."""
+    """Sweep of one joint back and forth, others at rest, without weight and with each known weight at the mount."""
 
     joint: str
     from_deg: float
     to_deg: float
     posture_deg: Degrees
-    """Of all joints; that of the moving one is not used."""
+    """Posture of all joints [°]; the entry of the moving joint is not used."""
     mount: str | None = None
-    """Where the weights hang in this sweep; the calibration's own mount if none is named."""
+    """Mount of the weights in this sweep; the calibration's main mount if None."""
 
 
 class CalibrationSettings(Settings):
-    """Where and which known weights hang while the empty machine is calibrated, and how it moves."""
+    """Known weights, their mounts and the sweeps of the calibration of the empty machine."""
 
     mount: str
     weights_kg: Annotated[list[PositiveFloat], Field(min_length=2)]
@@ -178,12 +179,12 @@ class CalibrationSettings(Settings):
 
     @property
     def mounts(self) -> tuple[str, ...]:
-        """All frames where weights hang, the calibration's own first."""
+        """Frames where weights hang, the calibration's main mount first."""
         return tuple(dict.fromkeys([self.mount, *(sweep.mount for sweep in self.sweeps if sweep.mount is not None)]))
 
 
 class Excitation(Settings):
-    """The motion that identifies the arm: harmonics of one period about a posture, one row a harmonic."""
+    """Excitation motion that identifies the arm: harmonics of one period around a posture, one row per harmonic."""
 
     period_s: PositiveFloat
     centre_deg: Degrees
@@ -192,7 +193,7 @@ class Excitation(Settings):
 
 
 class RigSettings(Settings):
-    """The whole `rig.toml`."""
+    """Content of a `rig.toml`."""
 
     name: str
     title: str
@@ -204,9 +205,9 @@ class RigSettings(Settings):
     actuators: Annotated[list[Actuator], Field(min_length=1)]
     task_workspace: TaskWorkspace
     calibration: CalibrationSettings | None = None
-    """None in a machine without any motor: nothing moves it, and nothing needs to be known of its drives."""
+    """Settings of the calibration; None in a machine without motors, which has no drives to calibrate."""
     excitation: Excitation | None = None
-    """None in a machine without any motor."""
+    """Excitation motion; None in a machine without motors."""
 
     @model_validator(mode="after")
     def _one_entry_per_actuator(self) -> "RigSettings":
@@ -247,11 +248,11 @@ class RigSettings(Settings):
 
     @property
     def sweeps(self) -> list[JointSweep]:
-        """Of the calibration; none where nothing moves the machine."""
+        """Sweeps of the calibration; empty in a machine without motors."""
         return [] if self.calibration is None else self.calibration.sweeps
 
     def _refuse_motors_without_plan(self) -> None:
-        """Raises ValueError where a motor's gain and friction would stay unknown, or the arm in the machine."""
+        """Raise ValueError if a machine with motors has no calibration or excitation motion."""
         motors = [actuator.joint for actuator in self.actuators if actuator.drive != "passive"]
         missing = [name for name in ("calibration", "excitation") if getattr(self, name) is None]
         if motors and missing:
@@ -261,7 +262,7 @@ class RigSettings(Settings):
             raise ValueError("excitation.sine_deg and cosine_deg need as many rows as each other, one a harmonic")
 
     def _refuse_wrong_sides(self) -> None:
-        """Raises ValueError where arms, cuffs and postures do not belong together."""
+        """Raise ValueError if arms, cuffs and postures do not agree."""
         if not self.urdf.sides:
             raise ValueError("urdf names no file; give right, left or both")
         for_both = self.urdf.both is not None

@@ -1,4 +1,4 @@
-"""Can these cuffs carry this arm? The person is put into the machine, or refused, with the freedom nothing holds."""
+"""Assembly of a person and a machine, and the check that the cuffs hold all freedoms of the arm."""
 
 from dataclasses import dataclass
 
@@ -13,12 +13,14 @@ from .assembly import Assembly, adjusted, read_exoskeleton
 from .description import RigDescription
 from .loops import LoopSolver
 
-STIFFNESS_RATIO_MIN = 1e-6  # weakest over strongest freedom: below it rounding, not a cuff, holds the arm
-POSTURES = 16  # of the task workspace, beside the donning posture
+STIFFNESS_RATIO_MIN = (
+    1e-6  # weakest over strongest freedom: a smaller stiffness is a rounding error and does not hold the arm
+)
+POSTURES = 16  # of the task workspace, in addition to the donning posture
 
 
 def assemble(description: RigDescription, body: Body) -> Assembly:
-    """Put the person of these measures into the machine.
+    """Assemble the machine with a person of these body measures, and check the support of the arm.
 
     Raises:
         ModelError: The machine's files disagree, it does not fit the person, or its cuffs leave a freedom of the arm
@@ -30,7 +32,7 @@ def assemble(description: RigDescription, body: Body) -> Assembly:
 
 
 def put_together(description: RigDescription, body: Body) -> Assembly:
-    """The same, whatever the cuffs hold: only to find out what they do.
+    """Assemble machine and person without the check of the cuffs; use it only to examine the cuffs.
 
     Raises:
         ModelError: The machine's files disagree, or it does not fit the person.
@@ -41,8 +43,8 @@ def put_together(description: RigDescription, body: Body) -> Assembly:
 
 
 def sample_postures(description: RigDescription, count: int) -> Float[np.ndarray, "posture joint"]:
-    """The donning posture, then `count` postures spread over the task workspace [rad]."""
-    from scipy.stats import qmc  # 0.3 s that no tick has to wait for
+    """Return the donning posture, then `count` postures spread over the task workspace [rad]."""
+    from scipy.stats import qmc  # imported here: takes 0.3 s, and the tick does not need it
 
     lower, upper = description.workspace
     points = qmc.Sobol(len(lower), scramble=False).random(count)
@@ -51,23 +53,23 @@ def sample_postures(description: RigDescription, count: int) -> Float[np.ndarray
 
 @dataclass(frozen=True)
 class Support:
-    """What the cuffs hold of the arm, in the postures of `sample_postures`."""
+    """Support of the arm by the cuffs, in the postures of `sample_postures`."""
 
     rank: int
-    """Freedoms that they hold in every posture; where it is less than the arm has, some weight cannot be carried."""
+    """Smallest number of held freedoms in any posture; if the arm has more, part of its weight cannot be carried."""
 
     unsupported: dict[str, int]
-    """Freedoms that no cuff holds, with the number of postures where that is so."""
+    """Freedoms that no cuff holds, with the number of such postures."""
 
     softest: str
-    """The freedom that is held most softly."""
+    """Freedom with the smallest stiffness."""
 
     softest_Nm_per_rad: float
-    """With which stiffness, in the worst posture [N·m/rad]."""
+    """Smallest stiffness, in the worst posture [N·m/rad]."""
 
 
 def support(assembly: Assembly, solver: LoopSolver | None = None) -> Support:
-    """How the cuffs hold the arm; with the solver of these loops, if there is one already."""
+    """Compute the support of the arm by the cuffs; an existing `solver` of these loops is reused."""
     solver, freedoms = solver or LoopSolver(assembly), assembly.arm.freedoms
     unsupported: dict[str, int] = {}
     rank, softest = len(freedoms), (np.inf, "")
@@ -84,15 +86,15 @@ def support(assembly: Assembly, solver: LoopSolver | None = None) -> Support:
 
 
 def unsupported_freedoms(assembly: Assembly) -> dict[str, int]:
-    """Freedoms of the arm that no cuff holds, with the number of sampled postures where that is so."""
+    """Freedoms of the arm that no cuff holds, with the number of such postures in the sample."""
     return support(assembly).unsupported
 
 
 def refuse_unsupported(assembly: Assembly) -> None:
-    """Refuse cuffs of too low a rank: the motors could not make that freedom weightless, whatever they do.
+    """Refuse cuffs that leave a freedom unsupported: the motors cannot make this freedom weightless.
 
     Raises:
-        ModelError: Names the freedoms.
+        ModelError: A freedom is unsupported; the message names it.
     """
     found = unsupported_freedoms(assembly)
     if found:

@@ -1,4 +1,4 @@
-"""A kinematic tree in numbers: one body a joint, massless frames on the bodies, nothing symbolic."""
+"""Kinematic tree in numbers: one body per joint, and massless frames on the bodies."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -16,7 +16,7 @@ InertialParameters = Float[np.ndarray, "body 10"]
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint and where it sits; the body of the same index moves with it, its frame in the joint's."""
+    """Joint and its pose; the body of the same index moves with the joint and has the joint's frame."""
 
     name: str
     kind: Literal["revolute", "prismatic"]
@@ -25,80 +25,81 @@ class Joint:
 
     R_parent_joint: Matrix
     p_parent_joint: Vector
-    """[m]"""
+    """Origin of the joint in the parent's frame [m]."""
 
     axis: Vector
     """Unit vector in the joint's frame; positive motion and torque are along it."""
 
     lower: float
-    """[rad] or [m]"""
+    """Smallest position [rad] or [m]."""
 
     upper: float
-    """[rad] or [m]"""
+    """Largest position [rad] or [m]."""
 
     effort: float
     """Largest torque or force [N·m] or [N]."""
 
     velocity: float
-    """[rad/s] or [m/s]"""
+    """Largest speed [rad/s] or [m/s]."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A massless frame on a body."""
+    """Massless frame on a body."""
 
     body: int
     """Index of the body; -1 is the base."""
 
     R_body_frame: Matrix
     p_body_frame: Vector
-    """[m]"""
+    """Origin of the frame in the body's frame [m]."""
 
 
 @dataclass(frozen=True)
 class Tree:
-    """Joints in an order in which a parent comes before its children."""
+    """Kinematic tree; in the order of joints, parents come before their children."""
 
     name: str
     joints: tuple[Joint, ...]
     bodies: tuple[str, ...]
     phi: InertialParameters
-    """[m, m·c (3), Ixx, Ixy, Iyy, Ixz, Iyz, Izz] of each body about its frame's origin [kg, kg·m, kg·m²]."""
+    """Inertial parameters [m, m·c (3), Ixx, Ixy, Iyy, Ixz, Iyz, Izz] of each body about the origin of its frame
+    [kg, kg·m, kg·m²]."""
 
     frames: Mapping[str, Frame]
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Names in order."""
+        """Names of the joints, in order."""
         return tuple(joint.name for joint in self.joints)
 
     def index(self, name: str) -> int:
-        """Position of a joint in the order.
+        """Index of a joint by name.
 
         Raises:
-            ModelError: No joint of that name.
+            ModelError: The tree has no joint with this name.
         """
         if name not in self.joint_names:
             raise ModelError(f"No joint '{name}' in {self.name}. Joints there: {', '.join(self.joint_names)}.")
         return self.joint_names.index(name)
 
     def frame(self, name: str) -> Frame:
-        """A frame by name.
+        """Frame by name.
 
         Raises:
-            ModelError: No frame of that name.
+            ModelError: The tree has no frame with this name.
         """
         if name not in self.frames:
             raise ModelError(f"No frame '{name}' in {self.name}. Frames there: {', '.join(sorted(self.frames))}.")
         return self.frames[name]
 
     def with_distance(self, joint: str, axis: Literal["x", "y", "z"], distance: float) -> "Tree":
-        """The same tree with the origin of one joint at another distance [m] along an axis of its parent.
+        """Return a copy with the origin of one joint at another distance [m] along an axis of its parent.
 
-        It stays on the side where it is.
+        The origin stays on its side of the parent's origin.
 
         Raises:
-            ModelError: It is on no side: at zero along that axis.
+            ModelError: The origin is at zero along this axis, so that its side is not defined.
         """
         i, k = self.index(joint), "xyz".index(axis)
         p = self.joints[i].p_parent_joint.copy()
@@ -121,13 +122,13 @@ def inertial_parameters(mass: float, com: Vector, inertia_com: Matrix) -> Float[
 
 
 def inertia_about_origin(phi: Float[np.ndarray, " 10"]) -> Matrix:
-    """Inertia (3, 3) about the body's origin [kg·m²]."""
+    """Inertia matrix (3, 3) about the body's origin [kg·m²]."""
     xx, xy, yy, xz, yz, zz = phi[4:]
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def pseudo_inertia(phi: Float[np.ndarray, " 10"]) -> Float[np.ndarray, "4 4"]:
-    """Pseudo-inertia (4, 4); positive definite means physically possible.
+    """Pseudo-inertia (4, 4) of a body; it is positive definite if the body is physically possible.
 
     Source: Wensing, Kim, Slotine 2018, RA-L 3:60, eq. 9.
     """
@@ -140,12 +141,12 @@ def pseudo_inertia(phi: Float[np.ndarray, " 10"]) -> Float[np.ndarray, "4 4"]:
 
 
 def from_pseudo_inertia(J: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, " 10"]:
-    """The inertial parameters (10,) of a pseudo-inertia (4, 4)."""
+    """Inertial parameters (10,) of a pseudo-inertia (4, 4)."""
     inertia = np.trace(J[:3, :3]) * np.eye(3) - J[:3, :3]
     moments = [inertia[0, 0], inertia[0, 1], inertia[1, 1], inertia[0, 2], inertia[1, 2], inertia[2, 2]]
     return np.array([J[3, 3], *J[:3, 3], *moments])
 
 
 def is_physical(phi: Float[np.ndarray, " 10"]) -> bool:
-    """Whether some distribution of positive mass has these parameters."""
+    """Return True if a distribution of positive mass with these parameters exists."""
     return bool(np.linalg.eigvalsh(pseudo_inertia(phi))[0] > 0.0)

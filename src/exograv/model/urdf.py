@@ -1,6 +1,6 @@
-"""URDF to tree: a small reader that refuses what could hurt later.
+"""Reader of URDF files; it refuses files that could cause harm later.
 
-Not MuJoCo's or Pinocchio's importer: the twin and the test oracles use those, and must stay independent.
+It does not use the importers of MuJoCo or Pinocchio: the twin and the test oracles use those and must stay independent.
 """
 
 import math
@@ -21,7 +21,9 @@ MOVING = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prisma
 
 
 def read_urdf(path: Path) -> Tree:
-    """The kinematic tree of a URDF file; links behind fixed joints become frames, their masses join their parents.
+    """Read the kinematic tree of a URDF file.
+
+    Links behind fixed joints become frames, and their masses are added to the parents.
 
     Raises:
         ModelError: The file cannot be used; the message says what, where, what is allowed and what to do next.
@@ -84,7 +86,7 @@ def _root(links: dict[str, ElementTree.Element], joints: dict[str, ElementTree.E
 
 
 class _Builder:
-    """Walks the links from the root and collects joints, bodies and frames."""
+    """Builder that walks the links from the root and collects joints, bodies and frames."""
 
     def __init__(self, where: str, links: dict[str, ElementTree.Element], joints: dict[str, ElementTree.Element]):
         self.where, self.links = where, links
@@ -113,7 +115,7 @@ class _Builder:
         return self._checked(Tree(name, tuple(self.joints), tuple(self.bodies), np.array(self.phi), self.frames))
 
     def _joints_of(self, link: str) -> list[tuple[str, str, ElementTree.Element]]:
-        """What a link carries, the first at the end."""
+        """Joints on a link, in reversed order for the stack."""
         return [(link, *entry) for entry in reversed(self.children.get(link, []))]
 
     def _child(self, name: str, joint: ElementTree.Element, parent: Frame) -> tuple[str, Frame]:
@@ -158,7 +160,7 @@ class _Builder:
         return _inertial_parameters(inertial, link, self.where)
 
     def _carries_mass(self, link: str) -> bool:
-        """Whether a link fixed to this one brings a mass: many files put the inertial there."""
+        """Return True if a link that is fixed to this one has a mass; many files put the inertial there."""
         pending = [link]
         while pending:
             for name, joint in self.children.get(pending.pop(), []):
@@ -200,7 +202,7 @@ def _inertial_parameters(inertial: ElementTree.Element, link: str, where: str) -
 
 
 def _moved(phi: Float[np.ndarray, " 10"], R: Matrix, p: Vector) -> Float[np.ndarray, " 10"]:
-    """Parameters of the same body about another origin: R, p is its frame there."""
+    """Parameters of the same body about another origin; R, p is the pose of its frame there."""
     mass = phi[0]
     com = phi[1:4] / mass
     about_com = inertia_about_origin(phi) - mass * (com @ com * np.eye(3) - np.outer(com, com))
@@ -246,7 +248,7 @@ def _origin(element: ElementTree.Element, label: str, where: str) -> tuple[Matri
 
 
 def _rotation_rpy(rpy: Vector) -> Matrix:
-    """URDF's fixed-axis roll, pitch, yaw [rad]."""
+    """Rotation matrix from URDF's fixed-axis roll, pitch, yaw [rad]."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
     return np.array(
         [
@@ -292,7 +294,7 @@ def _vector(element: ElementTree.Element, key: str, label: str, where: str) -> V
 
 
 def _plain_number(text: str) -> float:
-    """NaN for what no URDF means: words, infinities, and the digit groups of Python, which make 168 of 1_68."""
+    """Convert text to a number; NaN for words, infinities and Python's digit groups, which read 1_68 as 168."""
     try:
         value = math.nan if "_" in text else float(text)
     except ValueError:

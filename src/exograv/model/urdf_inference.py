@@ -1,4 +1,4 @@
-"""What a URDF tells about a machine beyond itself: which arm, which joint is where, where its shoulder's axes meet."""
+"""Inference from a URDF: side of the arm, place of each joint, and meeting point of the shoulder axes."""
 
 from dataclasses import dataclass
 
@@ -17,10 +17,10 @@ WORDS: dict[Place, tuple[str, ...]] = {
     "wrist": ("wrist", "forearm", "prona", "supina", "hand", "radial", "ulnar"),
     "shoulder": ("shoulder", "humer", "gleno", "upperarm", "upper_arm"),
 }
-"""Parts of names; the first place with a match counts, so that "forearm" is not an arm's beginning."""
+"""Parts of names by place. The first place with a match counts, so that "forearm" belongs to the wrist."""
 CUFF_WORDS = ("cuff", "strap", "brace", "orthosis", "handle", "interface")
 MEET_M = 0.005
-"""Axes that pass a point this closely are said to meet there."""
+"""Largest distance of axes from a common point at which they count as meeting there [m]."""
 SAME_M = 0.001
 
 Point = Float[np.ndarray, " 3"]
@@ -28,7 +28,7 @@ Point = Float[np.ndarray, " 3"]
 
 @dataclass(frozen=True)
 class Length:
-    """A joint's distance from its parent along one axis."""
+    """Distance of a joint from its parent along one axis."""
 
     joint: str
     axis: str
@@ -37,39 +37,39 @@ class Length:
 
 @dataclass(frozen=True)
 class ArmGuess:
-    """One arm's part of the machine, as far as its names and geometry tell."""
+    """Inferred part of the machine for one arm, from names and geometry."""
 
     side: ArmSide | None
     joints: tuple[int, ...]
-    """Index of its moving joints."""
+    """Indices of the arm's moving joints."""
 
     meeting: Point | None
-    """Where its shoulder's axes meet in the base's frame [m]."""
+    """Meeting point of the shoulder's axes in the base frame [m]; None if they do not meet."""
 
     shoulder_centre: str | None
-    """A link that is fixed to the base there."""
+    """Link that is fixed to the base at this point."""
 
     cuffs: tuple[str, ...]
-    """Links that are called like cuffs, nearest to the shoulder first."""
+    """Links with names of cuffs, nearest to the shoulder first."""
 
     upper_arm: Length | None
 
 
 def place_of(name: str) -> Place | None:
-    """Where a joint of this name is beside the arm."""
+    """Place of a joint along the arm, from its name; None if the name does not tell."""
     lower = name.lower()
     return next((place for place, words in WORDS.items() if any(word in lower for word in words)), None)
 
 
 def side_of(tree: Tree) -> Side | None:
-    """Which arm, by the names of robot and joints."""
+    """Side of the machine, from the names of robot and joints; None if they do not tell."""
     names = [tree.name, *tree.joint_names, *tree.bodies]
     found: set[Side] = {side for name in names for side in _sides(name)}
     return "both" if len(found) == 2 else next(iter(found), None)
 
 
 def arms(tree: Tree) -> list[ArmGuess]:
-    """One for each arm: of a machine for both, joints whose names hold the side."""
+    """Infer each arm; in a machine for both, the names of joints contain the side."""
     if side_of(tree) != "both":
         return [_arm(tree, None, tuple(range(len(tree.joints))))]
     sides: tuple[ArmSide, ArmSide] = ("right", "left")
@@ -91,7 +91,7 @@ def _arm(tree: Tree, side: ArmSide | None, joints: tuple[int, ...]) -> ArmGuess:
 
 
 def _meeting_point(axes: list[Point], points: list[Point]) -> Point | None:
-    """The point of least distance to all axes, where they pass it closely."""
+    """Point of least distance to all axes; None if an axis is farther than `MEET_M`."""
     across = [np.eye(3) - np.outer(axis, axis) for axis in axes]
     A, b = np.vstack(across), np.concatenate([P @ p for P, p in zip(across, points, strict=True)])
     found, _, rank, _ = np.linalg.lstsq(A, b, rcond=None)
@@ -117,7 +117,7 @@ def _cuffs(tree: Tree, side: ArmSide | None, joints: tuple[int, ...]) -> tuple[s
 
 
 def _upper_arm(tree: Tree, joints: tuple[int, ...]) -> Length | None:
-    """From the shoulder's axes to the elbow's: the one distance among the first joints, if it is along one axis."""
+    """Distance from the shoulder axes to the elbow axis, if the first offset between joints is along one axis."""
     for i in joints[1:]:
         p = tree.joints[i].p_parent_joint
         along = np.flatnonzero(np.abs(p) > SAME_M)

@@ -1,4 +1,4 @@
-"""A tree as URDF, with its limits and frames, so that other tools compute the same machine or arm."""
+"""Writer of a tree as URDF, with limits and frames, so that other tools compute the same machine or arm."""
 
 import numpy as np
 from jaxtyping import Float
@@ -7,13 +7,16 @@ from .tree import Joint, Tree, inertia_about_origin
 
 Matrix = Float[np.ndarray, "3 3"]
 GIMBAL = 1e-9
-"""Cosine of the pitch below which roll and yaw turn about one axis, and roll takes all [-]."""
+"""Cosine of the pitch below which roll and yaw turn about the same axis [-]; roll then contains both."""
 UNLIMITED = 1e3
-"""Effort [N·m] and speed [rad/s] where the tree has no limit; URDF wants a number."""
+"""Effort [N·m] and speed [rad/s] if the tree has no limit; URDF requires a number."""
 
 
 def urdf_text(tree: Tree) -> str:
-    """Bodies are called after their joints; a body without mass is a link without inertial, a frame a fixed link."""
+    """Write a tree as URDF.
+
+    Bodies are named after their joints. A massless body is a link without inertial, and a frame is a fixed link.
+    """
     links = [f"body_of_{joint.name}" for joint in tree.joints]
     lines = ['<?xml version="1.0"?>', f'<robot name="{tree.name}">', '  <link name="base"/>']
     for joint, link, phi in zip(tree.joints, links, tree.phi, strict=True):
@@ -26,19 +29,19 @@ def urdf_text(tree: Tree) -> str:
 
 
 def words(values: Float[np.ndarray, " entry"]) -> str:
-    """Numbers with all their digits."""
+    """Format numbers with all their digits."""
     return " ".join(repr(float(value)) for value in values)
 
 
 def mass_centre_inertia(phi: Float[np.ndarray, " 10"]) -> tuple[float, Float[np.ndarray, " 3"], Matrix]:
-    """Mass [kg], centre [m] and inertia about it [kg·m²] of a body with these parameters."""
+    """Mass [kg], centre [m] and inertia about the centre [kg·m²] of a body with these parameters."""
     mass = float(phi[0])
     com = phi[1:4] / mass
     return mass, com, inertia_about_origin(phi) - mass * (com @ com * np.eye(3) - np.outer(com, com))
 
 
 def roll_pitch_yaw(R: Matrix) -> Float[np.ndarray, " 3"]:
-    """Angles about fixed x, y, z [rad]."""
+    """Roll, pitch and yaw about the fixed axes x, y, z [rad]."""
     across = np.hypot(R[0, 0], R[1, 0])
     pitch = np.arctan2(-R[2, 0], across)
     if across < GIMBAL:

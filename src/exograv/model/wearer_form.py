@@ -1,4 +1,4 @@
-"""The form of a wearer: body data, and the lengths to which the machine is set."""
+"""Form of a wearer: body data, and the lengths to which the machine is set."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,8 +8,8 @@ from .anthropometry import Body
 
 @dataclass(frozen=True)
 class WearerForm:
-    """What is told of the person and of the machine's settings."""
+    """Body data of the person and settings of the machine."""
 
     body: Body
     lengths: Mapping[str, float]
-    """What the machine is set to, by segment [m]."""
+    """Lengths to which the machine is set, by segment [m]."""

@@ -1,4 +1,4 @@
-"""Descents go downhill by their own rule: plain by the slope, Adam by its sign, the third by what the prior allows."""
+"""Each descent follows its rule: plain by the gradient, Adam by its sign, the third scaled by the prior."""
 
 from dataclasses import replace
 

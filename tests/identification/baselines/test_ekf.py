@@ -1,4 +1,4 @@
-"""On a linear model the filter is Kalman's; with a body in its state it stays possible and holds bursts off."""
+"""The method is a Kalman filter on a linear model; a body in its state stays possible, and bursts are rejected."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""The paper's method, fairly: its gradient is the derivative of its error, and in its own world it finds the arm."""
+"""The paper's method has the correct gradient, and finds an arm of its own model."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ PERIOD_S = 1e-3
 HEAVIER = 1.2
 SECONDS = 20.0
 QUICK_STEP = 3e-6
-"""Best of 1e-7 to 3e-4 in this world, where the model is right; against elasticity a shorter one is better."""
+"""Best step of 1e-7 to 3e-4 if the model is right; with elasticity, a shorter one is better."""
 
 
 @pytest.fixture(scope="module")
@@ -37,9 +37,9 @@ def theta_of(phi: np.ndarray) -> np.ndarray:
 
 
 def expected_torque(evaluate, theta: np.ndarray, sample: Sample) -> np.ndarray:
-    """The method's own torque, from its loss alone: |τ|²/2 at no torque, against a unit torque of each joint.
+    """Torque of the method's model, from its loss alone: |τ|²/2 without measured torque, and with a unit torque each.
 
-    An aligned arm has the machine's angles: the posture to start from is at hand.
+    An aligned arm has the machine's angles, which are the start of the closure.
     """
     at = [evaluate.of(theta, sample.q, sample.v, sample.a, tau, sample.q)[0][0] for tau in (np.zeros(4), *np.eye(4))]
     return at[0] - np.array(at[1:]) + 0.5
@@ -47,7 +47,7 @@ def expected_torque(evaluate, theta: np.ndarray, sample: Sample) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def world(arm, evaluate) -> list[Sample]:
-    """A stream that the method's own model made, of an arm heavier than the table's."""
+    """Samples of the method's own model, for an arm heavier than the table's."""
     x = table_guess(*arm)
     theta = theta_of(HEAVIER * x[:20])
     path = identification_motion(arm[0], SECONDS, PERIOD_S)
@@ -60,7 +60,7 @@ def world(arm, evaluate) -> list[Sample]:
 
 
 def descent(arm, step: float = STEP) -> Gradient:
-    """From the table."""
+    """Build the method, starting from the table."""
     assembly, machine = arm
     return Gradient(assembly, machine, table_guess(assembly, machine), step)
 

@@ -1,4 +1,4 @@
-"""Projections meet their equations, never leave the solution of equations that agree, and average those that do not."""
+"""Projections fulfil their equations, approach the solution of consistent ones, and average inconsistent ones."""
 
 import numpy as np
 
@@ -46,7 +46,7 @@ def test_without_noise_the_windows_error_falls(linear_setting, linear_stream):
 
 
 def test_the_whole_step_of_nlms_meets_the_last_joints_equation(linear_setting, linear_stream):
-    # Torques so large that the noise is nothing beside them.
+    # Torques so large that the noise is negligible.
     setting = linear_setting(scale=1e4)
     sample = linear_stream(setting, 0.5 * np.ones(11))[0]
     method = Nlms(setting, share=1.0)

@@ -1,4 +1,4 @@
-"""Nobody is better by the oracle's own cost, and it never publishes an impossible body."""
+"""No method has a lower cost than the oracle, and the oracle publishes only possible bodies."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from exograv.identification.methods import built
 from exograv.model.tree import is_physical
 
 ROUNDING = 1e-3
-"""The barrier of the projection stops so far above the cone's edge, in half squared standard deviations."""
+"""Distance of the projection's barrier from the boundary of the cone, in half squared standard deviations."""
 
 
 def after(name: str, setting, samples: list[Sample]) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Just et al.'s methods keep their promises where their assumptions hold: aligned, relaxed, with perfect sensors."""
+"""The methods of Just et al. are exact if their assumptions hold: aligned, relaxed, with perfect sensors."""
 
 from collections.abc import Callable
 
@@ -40,7 +40,7 @@ def make_arm() -> Callable[..., Worn]:
 
 
 def hidden_arm(worn: Worn, seed: int = 0) -> np.ndarray:
-    """Inertial parameters of somebody two standard deviations off the table in some direction."""
+    """Inertial parameters of a person two standard deviations from the table in a random direction."""
     arm = worn[0].arm
     direction = np.random.default_rng(seed).standard_normal(len(arm.phi))
     root = np.linalg.cholesky(arm.phi_covariance + 1e-15 * np.eye(len(arm.phi)))
@@ -48,7 +48,7 @@ def hidden_arm(worn: Worn, seed: int = 0) -> np.ndarray:
 
 
 def perfect_rest(statics: RestStatics, q: np.ndarray, phi: np.ndarray, pull: np.ndarray | float = 0.0) -> Rest:
-    """The least wrenches that carry an arm in aligned cuffs, with a torque of its own joints beside its weight."""
+    """Rest with the smallest wrenches that carry an arm in aligned cuffs, with torque `pull` of its own joints."""
     cuffs, n = len(statics.assembly.cuffs), len(q)
     units = np.eye(6 * cuffs).reshape(-1, cuffs, 6)
     by_wrench = np.column_stack([statics.balance(Rest(q, np.zeros(n), unit, 0.0)).tau for unit in units])

@@ -1,4 +1,4 @@
-"""Without forgetting it is least squares; with it, least squares whose samples have an age."""
+"""The method is batch least squares without forgetting, and least squares weighted by age with forgetting."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""A calibration that cannot be true is refused: the joint or the weight, the value, what is allowed, what to do."""
+"""An implausible calibration is refused with joint or weight, value, allowed range and next step."""
 
 from collections.abc import Callable
 
@@ -55,21 +55,21 @@ def test_an_encoder_that_is_five_degrees_off_is_refused(exo: Exo, make_sweeps: C
 
 def test_a_base_that_leans_like_no_base_is_refused(exo: Exo, make_sweeps: Callable[..., Sweeps]):
     text = refused(exo, make_sweeps(tilt=np.sin(np.deg2rad([12.0, 0.0]))))
-    assert text.startswith("As the weights say, the base leans by +12")
+    assert text.startswith("The base leans by +12")
     assert "4.5° are allowed" in text
 
 
 def test_the_first_joints_encoder_is_not_excused_by_the_base(exo: Exo, make_sweeps: Callable[..., Sweeps]):
-    """Half the error each would be within their limits."""
+    """Half of the error would be within the limits of each."""
     text = refused(exo, make_sweeps(offset=np.deg2rad([5.0, 0.0, 0.0, 0.0])))
     assert "or the encoder of joint 'shoulder_flexion' is off by as much" in text
 
 
 def test_a_link_that_carries_something_is_refused(exo: Exo, make_sweeps: Callable[..., Sweeps]):
-    """Four kilograms beside the upper arm, on the axis of the rotation, where they turn no other joint."""
+    """A mass of 4 kg next to the upper arm, on the axis of rotation, loads no other joint."""
     heavier = exo.tree.phi.copy()
     heavier[1, :4] += 4.0 * np.array([1.0, 0.0, -0.05, 0.0])
-    assert "weighs other than in the URDF" in refused(exo, make_sweeps(links=heavier.ravel()))
+    assert "differs from the URDF by" in refused(exo, make_sweeps(links=heavier.ravel()))
 
 
 def test_torque_that_nothing_explains_is_refused(exo: Exo, make_sweeps: Callable[..., Sweeps]):

@@ -1,4 +1,4 @@
-"""Stage 0 finds gain and friction from sweeps with known weights, as they are at its end."""
+"""Stage 0 finds gain and friction at the end of the sweeps with known weights."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,7 +11,7 @@ from exograv.errors import IdentificationError
 from exograv.identification.calibration.empty_machine import SAMPLE_PERIOD_S, Calibration, Sweeps, calibrate, recheck
 
 SIGMAS = 3.5
-"""Sixteen values: one in a hundred runs would have a larger one."""
+"""Largest of sixteen normalised errors; one in a hundred runs exceeds it."""
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,7 @@ def test_gains_and_friction_are_found_within_their_intervals(exo: Exo, found: Ca
 
 
 def test_friction_is_that_of_the_end_though_the_machine_was_cold_at_the_start(exo: Exo, sweeps: Sweeps):
-    """Without the slow state the mean over the run is found, some percent too large."""
+    """A fit without warming parameters would find the mean friction of the run, some percent too large."""
     prior = exo.model.prior
     for name in ("coulomb_warming", "viscous_warming"):
         prior = prior.with_sd(prior.layout.of(name), 1e-6)

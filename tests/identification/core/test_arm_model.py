@@ -1,4 +1,4 @@
-"""The model follows a motion, and says where it cannot."""
+"""The model follows a motion, and marks samples whose loops it cannot close."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def expected(model) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def of_lead(assembly, expected) -> np.ndarray:
-    """The same of an arm of half a tonne."""
+    """Parameters of an arm of half a tonne."""
     x = expected.copy()
     x[ParameterLayout.of(assembly).phi] *= 150.0
     return x

@@ -1,4 +1,4 @@
-"""Any coordinates are a possible arm; they start where they are told and move as their derivative says."""
+"""Any coordinates describe a possible arm; they start at the given parameters and have the correct derivative."""
 
 import numpy as np
 from hypothesis import given
@@ -61,5 +61,5 @@ def test_a_pace_takes_the_first_sample_and_then_one_in_each_period():
     pace = SamplePace(0.02)
     taken = [k for k in range(100) if pace.takes(0.001 * k)]
     assert taken[0] == 0
-    # A twentieth early is early enough.
+    # A sample may be early by a twentieth of the period.
     assert set(np.diff(taken)) <= {19, 20}

@@ -1,4 +1,4 @@
-"""The integrated correlation time says how many samples repeat one another."""
+"""The integrated correlation time is the number of samples that repeat each other."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ PERIOD_S = 0.04
 
 
 def autoregressive(keep: float, samples: int, seed: int) -> np.ndarray:
-    """AR(1): each sample keeps a share of the one before."""
+    """Samples of an AR(1) process: each sample keeps a share of the previous one."""
     noise = np.random.default_rng(seed).standard_normal(samples)
     return np.asarray(lfilter([1.0], [1.0, -keep], noise))
 

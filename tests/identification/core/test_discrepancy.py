@@ -1,4 +1,4 @@
-"""The considered fields have the size and the length that are asked for, and joints err independently."""
+"""The considered fields have the requested size and length, and are independent between joints."""
 
 import numpy as np
 import pytest
@@ -8,14 +8,14 @@ from exograv.identification.core.discrepancy import Discrepancy
 SD = np.array([0.3, 0.05, 0.2, 0.1])
 LENGTH_RAD = 0.5
 FIELD = Discrepancy(SD, LENGTH_RAD, features=2000)  # many, so that a law of large numbers can be tested
-MONTE_CARLO = 0.05  # of the correlation, by 2000 features: 1/√2000 and some
+MONTE_CARLO = 0.05  # of the correlation, for 2000 features: about two times 1/√2000
 
 
 STILL, FORTH = np.zeros(4), np.array([0.5, -0.7, 0.6, -0.5])  # far beyond the speed at which friction turns
 
 
 def covariance(q: np.ndarray, other: np.ndarray, v: np.ndarray = STILL, other_v: np.ndarray = STILL) -> np.ndarray:
-    """Between the fields' values at two postures and speeds (joint, joint) [(N·m)²]."""
+    """Covariance of the fields' values at two postures and speeds (joint, joint) [(N·m)²]."""
     return FIELD.errors(q, v) @ FIELD.errors(other, other_v).T
 
 
@@ -33,7 +33,7 @@ def test_two_postures_share_their_error_as_a_gaussian_of_their_distance(distance
     np.testing.assert_allclose(shared, np.exp(-0.5 * (distance / LENGTH_RAD) ** 2), atol=MONTE_CARLO)
 
 
-def test_of_two_passes_in_opposite_directions_the_mean_is_off_by_the_one_field_and_half_the_difference_by_the_other():
+def test_two_opposite_passes_err_in_their_mean_by_one_field_and_in_half_their_difference_by_the_other():
     q = np.array([0.8, 0.2, -0.1, 1.0])
     there, back = FIELD.errors(q, FORTH), FIELD.errors(q, -FORTH)
     for share in (0.5 * (there + back), 0.5 * (there - back)):

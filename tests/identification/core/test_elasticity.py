@@ -1,4 +1,4 @@
-"""Two exponentials are monotone, start as the spring they replace, and have the tangent and slope that they claim."""
+"""The two exponentials are monotone, start as the spring that they replace, and have correct derivatives."""
 
 import numpy as np
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""The report on identifiability says what the data told and what only the prior did."""
+"""The report on identifiability separates parameters that the data determined from those of the prior."""
 
 import numpy as np
 import pytest

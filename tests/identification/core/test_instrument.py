@@ -1,4 +1,4 @@
-"""A wearer's own torque moves the arm; the motion that was asked for keeps it out of the estimate."""
+"""A wearer's own torque moves the arm; rows along the requested motion keep it out of the estimate."""
 
 from dataclasses import dataclass
 
@@ -19,7 +19,7 @@ SEEDS = range(2)
 
 @dataclass
 class Joint:
-    """Inertia, damping and elasticity of one joint."""
+    """Joint with inertia, damping and elasticity."""
 
     n_joints: int = 1
     n_parameters: int = 3
@@ -29,14 +29,14 @@ class Joint:
         return derivative @ x, derivative
 
     def restart(self) -> None:
-        """It has no memory."""
+        """Do nothing: the model has no memory."""
 
     def direction_uncertainty(self, v: np.ndarray) -> np.ndarray:
         return np.array([100.0 * (abs(v[0]) < 0.01)])
 
 
 def restless(seed: int, seconds: float = 40.0, dt: float = 0.02) -> list[Sample]:
-    """What a weak controller measures of somebody who pushes now and then, as people who do not relax do."""
+    """Samples under a weak controller of a wearer who does not relax and pushes from time to time."""
     rng, samples, own, q, v = np.random.default_rng(seed), [], 0.0, 0.0, 0.0
     keeps = np.exp(-dt / CORRELATION_S)
     for t in np.arange(0.0, seconds, dt):
@@ -57,7 +57,7 @@ WAVES = (np.sin, np.cos, lambda phase: -np.sin(phase))
 
 
 def z_of_damping(model: TorqueModel, samples: list[Sample]) -> float:
-    """Error of the damping in its stated standard deviations."""
+    """Error of the damping in stated standard deviations."""
     method = Recursive(model, MEAN, np.diag(SD**2), Noise(np.full(1, 0.1), np.full(1, 0.1), np.full(1, 0.5)), ())
     for sample in samples:
         method.update(sample)

@@ -16,7 +16,7 @@ def estimate(t: float, rejected_share: float = 0.0) -> Estimate:
 
 
 def judged(ratio_at, seconds: int = 60, rejected_share: float = 0.0) -> list[Outcome]:
-    """One verdict a second for a predicted left over of this multiple of the target."""
+    """Outcomes, one per second, for a predicted left over of this multiple of the target."""
     rule = StopRule(PLACES)
     return [rule.judge(estimate(float(t), rejected_share), ratio_at(t) * TARGETS) for t in range(1, seconds + 1)]
 

@@ -1,4 +1,4 @@
-"""Any ten numbers are a possible body, and every possible body has its ten numbers."""
+"""Any ten log-Cholesky coordinates describe a possible body, and every possible body has such coordinates."""
 
 import casadi as ca
 import numpy as np
@@ -30,7 +30,7 @@ def test_the_numbers_come_back_from_the_body(theta: np.ndarray):
 
 @given(theta=numbers)
 def test_the_pseudo_inertia_is_a_triangle_times_itself(theta: np.ndarray):
-    # exp(2 (α + d1)) … : the determinant is the product of the squared diagonal, whatever stands beside it.
+    # exp(2 (α + d1)) … : the determinant is the product of the squared diagonal, independent of the other entries.
     determinant = np.exp(8 * theta[0] + 2 * theta[1:4].sum())
     np.testing.assert_allclose(np.linalg.slogdet(pseudo_inertia(phi_of(theta)))[1], np.log(determinant), atol=1e-6)
 

@@ -1,4 +1,4 @@
-"""What is published is possible, near, and untouched where it was possible already."""
+"""The projection returns the nearest possible body, and leaves a possible body unchanged."""
 
 import numpy as np
 from hypothesis import given, settings
@@ -12,7 +12,7 @@ SCALE = np.array([0.3, *[0.03] * 3, *[0.01] * 6])
 
 
 def covariance(seed: int, size: int = 10) -> np.ndarray:
-    """Badly conditioned, as after a motion that shows some directions a thousand times better than others."""
+    """Ill-conditioned covariance, as after a motion that shows some directions a thousand times better than others."""
     generator = np.random.default_rng(seed)
     directions, _ = np.linalg.qr(generator.standard_normal((size, size)))
     scale = np.tile(SCALE, size // 10)

@@ -1,4 +1,4 @@
-"""What fades within a second is told apart from what stays and from damping, and the caller never sees it."""
+"""Decaying elasticity is separated from permanent elasticity and damping, and is not published."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ DT = 0.001
 
 
 class Joint:
-    """One elastic joint: stiffness, its offset, damping."""
+    """Elastic joint with stiffness, spring offset and damping."""
 
     n_joints, n_parameters = 1, 3
 
@@ -73,7 +73,7 @@ def test_the_derivative_is_that_of_the_torque():
 
 
 def yielding_stream(seed: int) -> list[Sample]:
-    """A joint whose tissue yields, integrated in steps of a millisecond, its own way: by a memory of the angle."""
+    """Samples of a joint with relaxing tissue, simulated independently: a memory of the angle in steps of 1 ms."""
     generator, relaxed, samples = np.random.default_rng(seed), 0.0, []
     for k in range(round(60.0 / DT)):
         t = k * DT

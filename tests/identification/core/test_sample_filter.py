@@ -1,4 +1,4 @@
-"""Position and torque pass through the same filter, delayed alike; speed and acceleration belong to that position."""
+"""Position and torque have the same delay; velocity and acceleration are derivatives of the filtered position."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def copied(sample: Sample) -> Sample:
 
 
 def passed(q: np.ndarray, tau: np.ndarray) -> list[Sample]:
-    """Filtered samples after the start's transient; one joint."""
+    """Filtered samples of one joint, after the transient of the start."""
     kept, one = [], SampleFilter(1, DT, DELAY_S)
     for position, torque in zip(q, tau, strict=True):
         sample = one.update(np.array([position]), np.array([torque]))
@@ -46,7 +46,7 @@ def test_speed_and_acceleration_are_derivatives_of_the_filtered_position():
     noisy = np.random.default_rng(0).standard_normal(2000).cumsum() * 1e-3
     samples = passed(noisy, noisy)
     q, v, a = (np.array([getattr(s, name)[0] for s in samples]) for name in ("q", "v", "a"))
-    # Between two ticks the input is constant and the states are smooth: the trapezoidal rule is off by dt²/12 of jerk.
+    # Between two ticks the input is constant and the states are smooth: the trapezoidal error is dt²/12 of jerk.
     np.testing.assert_allclose(np.diff(q) / DT, 0.5 * (v[1:] + v[:-1]), atol=1e-3)
     np.testing.assert_allclose(np.diff(v) / DT, 0.5 * (a[1:] + a[:-1]), atol=0.05)
 
@@ -55,7 +55,7 @@ def test_speed_and_acceleration_are_derivatives_of_the_filtered_position():
 def test_a_slow_motion_comes_out_as_it_went_in_but_later_by_the_delay(hz: float):
     t, w = np.arange(8000) * DT, 2 * np.pi * hz
     samples = passed(np.sin(w * t), np.cos(w * t))
-    late = t[-len(samples) :] - DELAY_S + 0.5 * DT  # an input is held for one tick: half a tick's delay less than it
+    late = t[-len(samples) :] - DELAY_S + 0.5 * DT  # the input is held for one tick, which counts as half a tick
     settled = slice(500, None)
     for found, expected in (
         (np.array([s.q[0] for s in samples]), np.sin(w * late)),
@@ -72,7 +72,7 @@ def test_position_and_torque_are_delayed_alike():
 
 
 def test_the_filter_is_settled_only_once_its_start_has_died_out():
-    # A motion that starts with full speed, and the same one watched for 4 s before.
+    # A motion that starts at full speed, and the same motion filtered since 4 s before.
     t = np.arange(-4000, 1000) * DT
     q = 1.0 + np.sin(2 * np.pi * SLOW_HZ * t)
     samples, watched = passed(q[4000:], q[4000:]), passed(q, q)
@@ -93,11 +93,11 @@ FILTERED_NM = 0.03  # a fifth of what an identification may leave at a shoulder
 
 
 def test_the_model_at_the_filtered_motion_gives_the_filtered_torque_of_the_whole_machine():
-    """Else a regressor filtered by parts (Slotine & Li 1991) would be needed to do without accelerations."""
+    """Otherwise a regressor filtered by parts (Slotine & Li 1991) would be needed to avoid accelerations."""
     assembly = assemble(load_rig("recupera_like"), Body(1.75, 75.0, "male"))
     machine = nominal_machine(assembly.description, assembly.exo.phi)
     x, _ = prior(assembly, machine)
-    # Where dry friction turns around, its direction is uncertain to either way; the estimator says so.
+    # At a reversal the direction of dry friction is uncertain, which the estimator models by its noise.
     x[ParameterLayout.of(assembly).coulomb] = 0.0
     true, one = ArmModel(assembly, machine), SampleFilter(assembly.n, DT)
     filtered = true.again()

@@ -13,7 +13,7 @@ SAME = 1e-8  # of numbers of size 1: rounding of a few hundred operations
 
 
 class Dense:
-    """All samples of one assumed size of the disturbance at once, as one Gaussian."""
+    """Reference: all samples at once as one Gaussian, for one assumed size of the disturbance."""
 
     def __init__(self, stream: "Stream", sd: np.ndarray):
         t = np.cumsum(stream.dt)
@@ -152,7 +152,7 @@ def test_the_information_stays_positive_over_thousands_of_precise_samples():
 
 
 def test_dense_algebra_is_told_the_noise_of_each_joint_and_not_their_mean():
-    # The oracle itself: a wrong layout of joints and samples would agree with a wrong filter only by symmetry.
+    # Check of the reference itself: a wrong order of joints and samples could agree with a wrong filter by symmetry.
     stream = Stream(0)
     R = Dense(stream, np.zeros(JOINTS)).R
     np.testing.assert_array_equal(R, block_diag(*(np.diag(sd**2) for sd in stream.noise_sd)))

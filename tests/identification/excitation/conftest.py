@@ -1,4 +1,4 @@
-"""A nominal person in a nominal machine."""
+"""Fixtures: a nominal person in a nominal machine."""
 
 from collections.abc import Callable
 
@@ -43,7 +43,7 @@ def prediction(assembly: Assembly, machine: CalibratedMachine, model: ArmModel) 
 def make_problem(
     assembly: Assembly, machine: CalibratedMachine, model: ArmModel, prediction: LeftOverPrediction
 ) -> Callable[..., MotionProblem]:
-    """The least left over after one and three periods of a basis."""
+    """Problem of the least left over after one and three periods of a basis."""
     mean, covariance = prior(assembly, machine)
     places = assembly.description.places
     criterion = LeftOverCriterion(prediction, covariance, places)

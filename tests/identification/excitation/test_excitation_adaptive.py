@@ -1,4 +1,4 @@
-"""The next piece of motion tells more than repeating the last one, from rest to rest and within all limits."""
+"""The next piece of motion is more informative than the last one repeated, and keeps all limits."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ DT = 0.01
 
 @pytest.fixture(scope="module", autouse=True)
 def small():
-    """Runtime shape checks make the model a hundred times slower; the laws hold for any size of search."""
+    """Reduce the size of the search: runtime shape checks make the model a hundred times slower."""
     with pytest.MonkeyPatch.context() as patch:
         for name, size in (("LIBRARY", 6), ("POLISH_ITERATIONS", 1), ("SAMPLES", 20)):
             patch.setattr(adaptive, name, size)

@@ -1,4 +1,4 @@
-"""Every shape says what the motion does between the samples too: derivatives, direction, rest."""
+"""The bases state the motion between samples too: derivatives, direction, rest."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The optimiser is told the truth, and what it designs keeps every limit and is never worse than its start."""
+"""The gradients for the optimiser are correct; a design keeps every limit and is never worse than its start."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,10 +15,10 @@ from exograv.identification.excitation.optimiser import solve
 from exograv.identification.excitation.problem import MotionProblem
 
 SLOPE_TOLERANCE = 0.02
-"""Share: slopes of the regressor are forward differences over 1e-3 rad, and the closed posture is carried along."""
+"""Relative tolerance: gradients of the regressor are forward differences over 1e-3 rad with a warm-started closure."""
 
 FINE = 4000
-"""Points of a period at which a design is looked at: 200 between those at which it was held."""
+"""Points of a period at which a design is checked: 200 between those of the constraints."""
 
 
 def start_of(problem: MotionProblem, seed: int = 0) -> np.ndarray:
@@ -62,7 +62,7 @@ def test_a_design_keeps_posture_speed_acceleration_comfort_and_torque_between_sa
     assert not problem.limits.broken_by_motion(path.q, path.v, path.a).any()
     between = make_problem(problem.basis, samples=93)
     seen = between.follow(design, slopes=False)
-    # The arm is held at every fourth of these, and where it is looked at it strays by a degree.
+    # The arm's limits are constrained at every fourth sample, and between them exceeded by a degree.
     assert not problem.limits.broken_by_arm(seen.z, seen.tau, slack=np.deg2rad(2.0))
 
 

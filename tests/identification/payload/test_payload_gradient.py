@@ -1,4 +1,4 @@
-"""Plain descent goes downhill, and what any method is tuned to is chosen without the log that it is judged on."""
+"""Plain descent lowers the error, and the tuning of a method does not use the log of the evaluation."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def x(model: PayloadModel) -> np.ndarray:
 
 
 def setting_of(model: PayloadModel, x: np.ndarray) -> Setting:
-    """A payload of which nothing is known on a robot that is known."""
+    """Setting of an unknown payload on a known robot."""
     mean, covariance = x.copy(), np.zeros((len(x), len(x)))
     mean[PAYLOAD], covariance[PAYLOAD, PAYLOAD] = payload_prior()
     payload = np.arange(len(x)) < PAYLOAD.stop
@@ -48,7 +48,7 @@ def setting_of(model: PayloadModel, x: np.ndarray) -> Setting:
 
 
 def swing(model: PayloadModel, x: np.ndarray, phi: np.ndarray, seed: int) -> list[Sample]:
-    """Ten seconds of one joint, with noise on the torque."""
+    """Samples of one joint over ten seconds, with noise on the torque."""
     noise = np.random.default_rng(seed).normal(0.0, NOISE_SD, 1000)
     loaded = x.copy()
     loaded[PAYLOAD] = phi
@@ -90,7 +90,7 @@ def test_the_rehearsed_step_finds_another_load_and_stays_possible(model: Payload
     held = Sample(0.0, np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1))
     true = x.copy()
     true[PAYLOAD] = BODY
-    # One joint shows the payload's moment, not its mass; within a tenth, as noise keeps plain descent moving.
+    # One joint shows the payload's moment, not its mass. The tolerance is a tenth: noise keeps plain descent moving.
     np.testing.assert_allclose(model.linearise(held, descent.estimate().x)[0], model.linearise(held, true)[0], rtol=0.1)
 
 

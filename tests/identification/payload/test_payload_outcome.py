@@ -1,4 +1,4 @@
-"""The sentence at the end says what the interval says."""
+"""The outcome of an identification of a payload agrees with the interval of its mass."""
 
 import numpy as np
 import pytest

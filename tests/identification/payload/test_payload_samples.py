@@ -12,7 +12,7 @@ ROUNDING = 1e-4  # of a common log
 
 
 def swinging(jitter_s: float = 0.0, rounding: float = 0.0) -> MotionLog:
-    """One joint swings; its current is 2 A per rad/s²."""
+    """Log of one swinging joint; its current is 2 A per rad/s²."""
     t = np.arange(0.0, 10.0, 0.01)
     table = np.column_stack([np.sin(W * t), W * np.cos(W * t), -2.0 * W**2 * np.sin(W * t)])
     if rounding:

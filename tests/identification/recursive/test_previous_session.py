@@ -1,4 +1,4 @@
-"""Yesterday's belief: never wider than the table's, never without the fit's freedom, and the table again in the end."""
+"""A prior from the previous session is never wider than the table's, frees the fit, and ends as the table's."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def table() -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.fixture(scope="module")
 def sure(table: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """A hundredth of the table's variance, elsewhere."""
+    """Estimate with a hundredth of the table's variance, and another mean."""
     kept = kept_part(LAYOUT)
     return table[0][kept] + 0.1, 0.01 * table[1][kept, kept]
 
@@ -26,7 +26,7 @@ def sure(table: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
 def test_a_belief_that_is_the_tables_stays_the_tables(table: tuple[np.ndarray, np.ndarray]):
     kept = kept_part(LAYOUT)
     block = np.zeros_like(table[1])
-    # The fit forgets at its own pace: only what is uncorrelated with it can stay exactly.
+    # The fit has its own share of new variance: only parameters that are uncorrelated with it stay exactly.
     for part in (slice(0, LAYOUT.fit.start), LAYOUT.fit):
         block[part, part] = np.diag(np.diag(table[1])[part])
     mean, covariance = carried_over(LAYOUT, (table[0][kept], block[kept, kept]), (table[0], block), 1.0)

@@ -1,4 +1,4 @@
-"""Motion speaks for the belief that foretold it, and for none of two where both foretold the same."""
+"""Samples favour the prior that predicts them, and neither of two priors with the same prediction."""
 
 import numpy as np
 import pytest
@@ -13,12 +13,12 @@ NOISE = Noise(np.array([0.1, 0.1]), np.array([0.1, 0.1]), np.array([0.3, 0.3]))
 UNEXPLAINED = UnexplainedTorque(NOISE, Discrepancy(np.array([0.05, 0.05]), 0.5, 8))
 T = np.arange(0.0, 10.0, 0.32)
 BURST_NM, BURST_EVERY_S, BURST_S = 2.0, 5.0, 1.0
-TWITCH_NM, TWITCH_EVERY = 15.0, 10  # one sample in so many
+TWITCH_NM, TWITCH_EVERY = 15.0, 10  # samples per twitch
 CLEAR_ODDS = 5.0  # as a logarithm: 150 to 1
 
 
 class TwoLinks:
-    """Two first moments, seen through the sine of two angles."""
+    """Torque model of two first moments, multiplied by the sines of two angles."""
 
     n_joints, n_parameters = 2, 2
 

@@ -1,4 +1,4 @@
-"""The recursive method finds what made the stream, says how well, and never publishes an impossible body."""
+"""The recursive method finds the true parameters, states correct intervals, and publishes only possible bodies."""
 
 from dataclasses import dataclass
 
@@ -18,14 +18,14 @@ JOINTS, BODY = 2, slice(0, 10)
 NOISE = Noise(np.array([0.1, 0.05]), np.zeros(JOINTS), np.array([0.1, 0.05]))
 MEAN = np.append(inertial_parameters(2.0, np.array([0.02, 0.0, -0.15]), 0.5 * np.eye(3)), 0.0)
 SD = np.append(0.15 * np.array([2.0, *[0.3] * 3, *[0.05] * 6]), 1.0)
-CREDIBLE = 0.1  # of the inertia's standard deviation: so that every body drawn from the prior exists
+CREDIBLE = 0.1  # of the inertia's standard deviation: so that every body drawn from the prior is physically possible
 COVERED_EACH = 0.86
-"""Lowest share of one parameter alone: 90 % less two standard errors of 200 streams."""
+"""Lowest coverage of a single parameter: 90 % minus two standard errors of 200 streams."""
 
 
 @dataclass
 class Toy:
-    """A linear torque of one body, and one more parameter that enters as sin(bend · x)/bend."""
+    """Torque model: linear in one body, and one more parameter that enters as sin(bend · x)/bend."""
 
     bend: float = 0.0
     n_joints: int = JOINTS
@@ -50,7 +50,7 @@ class Toy:
 
 
 def motion(seconds: float, period_s: float = BATCH_PERIOD_S) -> list[Sample]:
-    """Two joints on incommensurable sines."""
+    """Motion of two joints on incommensurable sines."""
     samples = []
     for t in np.arange(0.0, seconds, period_s):
         w, phase = np.array([1.1, 1.7]), np.array([0.0, 0.5])
@@ -67,7 +67,7 @@ def stream(
     scale: float = 1.0,
     period_s: float = BATCH_PERIOD_S,
 ) -> list[Sample]:
-    """The model's own world: torque of `x`, a slow disturbance of `scale` times the assumed size, and white noise."""
+    """Samples of the model: torque of `x`, a slow disturbance of `scale` times the assumed size, and white noise."""
     generator, samples = np.random.default_rng(seed), motion(seconds, period_s)
     keep = np.exp(-period_s / NOISE.disturbance_correlation_s)
     b = scale * NOISE.disturbance_sd * generator.standard_normal(JOINTS)
@@ -86,7 +86,7 @@ def prior_covariance() -> np.ndarray:
 
 
 def drawn(seed: int) -> np.ndarray:
-    """A truth from the prior."""
+    """Draw true parameters from the prior."""
     return MEAN + np.sqrt(np.diag(prior_covariance())) * np.random.default_rng([seed, 1]).standard_normal(11)
 
 
@@ -174,7 +174,7 @@ def test_every_published_body_is_possible_whatever_the_torques_say():
 def test_what_was_learned_at_a_wrong_place_is_forgotten():
     bent = Toy(bend=1.5)
     x = MEAN.copy()
-    x[10] = 0.9  # sin(1.5 · 0.9) is 28 % less than its slope at zero promises
+    x[10] = 0.9  # sin(1.5 · 0.9) is 28 % less than its linearisation at zero
     method = taught(stream(x, 0, 10.0, bent, scale=0.3), bent)
     for _ in range(5):
         method.relinearise()
@@ -200,7 +200,7 @@ def test_an_estimate_far_from_the_prior_is_fitted_once_more_from_there_and_the_b
     method = taught(stream(x, 0, 20.0, bent, scale=0.3), bent)
     right = method.estimate().x[10]
     assert abs(right - x[10]) < 0.1
-    # As if the first seconds had led it to the next branch of the sine.
+    # The first seconds may lead the estimate to the next branch of the sine.
     wrong = method._mean.copy()
     wrong[10] = np.pi - x[10]
     method._x = wrong
@@ -215,7 +215,7 @@ def test_an_estimate_far_from_the_prior_is_fitted_once_more_from_there_and_the_b
 
 
 class Astray(Toy):
-    """Foretells torques that no arm has: whatever is fitted with it explains less."""
+    """Model that predicts torques of no arm: every fit with it has a lower likelihood."""
 
     def linearise(self, sample: Sample, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         tau, derivative = super().linearise(sample, x)

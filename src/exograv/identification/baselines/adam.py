@@ -1,4 +1,4 @@
-"""Adam: gradient descent whose step in each direction is measured by the gradients that it has seen there."""
+"""Adam: gradient descent whose step in each coordinate is scaled by the past gradients of that coordinate."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -18,14 +18,15 @@ RATE = 1e-3
 
 DECAY_MEAN, DECAY_SQUARE = 0.9, 0.999
 TINY = 1e-12
-"""Against division by zero, of the largest mean square [-]; the paper's 1e-8 is for losses of about one."""
+"""Guard against division by zero, relative to the largest mean square [-]; the paper's 1e-8 assumes losses near 1."""
 
 
 class Adam:
-    """`Method` on our model, with the same bodies as `gradient-full`; it states no uncertainty.
+    """Adam on our model, with the same bodies as `gradient-full` (a `Method`); it states no uncertainty.
 
-    The paper leaves the unit of each parameter to the user, and all move by about the same number: here a share of the
-    prior's standard deviation, or an offset of millimetres would jump as far as a stiffness. Decays are the paper's.
+    Adam moves all parameters by about the same number, and the paper leaves their units to the user. Here the unit is
+    the prior's standard deviation; otherwise an offset of millimetres would move as far as a stiffness. The decay rates
+    are the paper's.
 
     Source: Kingma & Ba 2015, ICLR, algorithm 1.
     """
@@ -43,7 +44,7 @@ class Adam:
         self._steps = 0
 
     def update(self, sample: Sample) -> None:
-        """One step, at 50 Hz."""
+        """Make one step, at 50 Hz."""
         slope = self._descent.slope(sample)
         if slope is None:
             return
@@ -51,7 +52,7 @@ class Adam:
         self._steps += 1
         self._mean += (1.0 - DECAY_MEAN) * (slope - self._mean)
         self._square += (1.0 - DECAY_SQUARE) * (slope**2 - self._square)
-        # Both averages start from zero and would be too small at first.
+        # Bias correction: both averages start from zero and would be too small at first.
         mean = self._mean / (1.0 - DECAY_MEAN**self._steps)
         square = self._square / (1.0 - DECAY_SQUARE**self._steps)
         largest = square.max()
@@ -59,5 +60,5 @@ class Adam:
             self._descent.c -= self._rate * self._sd * mean / np.sqrt(square + TINY * largest)
 
     def estimate(self) -> Estimate:
-        """Where the descent is now."""
+        """Return the current parameters of the descent."""
         return self._descent.estimate()

@@ -1,10 +1,10 @@
-"""The table and nothing else: the baseline that measures nothing."""
+"""Anthropometric baseline: the table's arm, without any measurement."""
 
 from exograv.identification.core.interface import Covariance, Estimate, Parameters, Sample
 
 
 class Anthropometric:
-    """`Method` that never learns; its interval is the prior's."""
+    """Method that does not learn; its interval is the prior's."""
 
     name = "anthropometric"
 
@@ -13,9 +13,9 @@ class Anthropometric:
         self._t = 0.0
 
     def update(self, sample: Sample) -> None:
-        """Only the clock runs."""
+        """Advance the clock; the sample is not used."""
         self._t = sample.t
 
     def estimate(self) -> Estimate:
-        """The prior."""
+        """Return the prior."""
         return Estimate(self._t, self._mean, self._covariance, 0.0, 1.0)

@@ -1,11 +1,11 @@
-"""Average: two rigid bodies from an anthropometric table, scaled by height, weight and lengths; nothing is measured.
+"""Average: two rigid bodies from an anthropometric table, scaled by height, weight and lengths, without measurement.
 
-Four parameters: mass and distance of the centre of mass along the bone, for upper arm and forearm with hand. With a
-wrist that moves the hand is a body of its own, with two more. The table is the one that every other method starts
-from. Aligned shoulders, no passive torque.
+It has four parameters: mass and distance of the centre of mass along the bone, for upper arm and forearm with hand. If
+the machine moves the wrist, the hand is a body of its own, with two more parameters. The table is the start of all
+other methods too. Shoulders are aligned, and there is no passive torque.
 
-Source: the method *Average* of Just et al. 2020, J NeuroEng Rehabil 17:13, doi 10.1186/s12984-020-0644-3; which table
-was used there could not be read.
+Source: the method *Average* of Just et al. 2020, J NeuroEng Rehabil 17:13, doi 10.1186/s12984-020-0644-3. We
+could not read which table was used there.
 """
 
 from exograv.dynamics.machine import CalibratedMachine
@@ -16,7 +16,7 @@ from .resting_correction import table_arm
 
 
 class Average:
-    """`Method` that never learns; it states no uncertainty."""
+    """Method that does not learn; it states no uncertainty."""
 
     name = "average"
 
@@ -24,14 +24,14 @@ class Average:
         self._table, self._t = table.copy(), 0.0
 
     def update(self, sample: Sample) -> None:
-        """Only the clock runs."""
+        """Advance the clock; the sample is not used."""
         self._t = sample.t
 
     def estimate(self) -> Estimate:
-        """The table."""
+        """Return the table's arm."""
         return Estimate(self._t, self._table.copy(), None, 0.0, 1.0)
 
 
 def average(assembly: Assembly, machine: CalibratedMachine) -> Average:
-    """The method for this arm in this machine."""
+    """Build the method for this arm in this machine."""
     return Average(table_arm(assembly, machine))

@@ -1,4 +1,4 @@
-"""Extended Kalman filter whose state can only be a possible arm."""
+"""Extended Kalman filter whose state always describes a physically possible arm."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -18,25 +18,25 @@ CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     for drift in (0.0, 1e-2, 5e-2)
 )
 NOISE_FACTOR, DRIFT = 1e3, 1e-2
-"""By how much the variance of a sample exceeds stage 0's residual, and how far the state may wander in a second, in
-standard deviations of the prior [-]; python benchmarks/tune_methods.py."""
+"""Variance of a sample over that of stage 0's residual [-], and random walk of the state in one second, in standard
+deviations of the prior [-]; from python benchmarks/tune_methods.py."""
 
 GATE = 18.5
-"""Squared innovation of four joints in standard deviations that noise exceeds once in a thousand samples [-]."""
+"""Squared normalised innovation of four joints that noise exceeds once in a thousand samples [-]."""
 
 GATE_JOINTS = 4
 
 
 class LogCholeskyFilter:
-    """`Method`: predict P += Q, update K = P Hᵀ (H P Hᵀ + R)⁻¹, c += K (τ − τ̂), at 50 Hz.
+    """Filter with predict P += Q, update K = P Hᵀ (H P Hᵀ + R)⁻¹, c += K (τ − τ̂), at 50 Hz (a `Method`).
 
-    The state c is the log-Cholesky numbers of each body and all else in the prior's scale. Its covariance starts from
-    the table's, carried over by the slope at the mean. A sample whose innovation is beyond the gate is left out, as in
-    Foster's filter; Q and R are tuned there by hand, here on the training wearers. Foster's wrist weights start from a
-    robot's known links; ours from the table. Covariance is carried back by the slope at the estimate, and is that of
-    white noise.
+    The state c holds the log-Cholesky coordinates of each body, and all other parameters in the prior's scale. Its
+    covariance starts from the table's, transformed by the derivative at the mean. A sample whose innovation exceeds the
+    gate is rejected, as in Foster's filter. Foster tunes Q and R by hand; here they are tuned on the training wearers.
+    Foster's wrist weights start from a robot's known links, ours from the table. The published covariance is
+    transformed back by the derivative at the estimate, and it assumes white noise.
 
-    Source: Foster et al. 2024, arXiv 2405.07901; numbers: Rucker & Wensing 2022, RA-L 7:2771.
+    Source: Foster et al. 2024, arXiv 2405.07901; coordinates: Rucker & Wensing 2022, RA-L 7:2771.
     """
 
     name = "ekf"
@@ -52,7 +52,7 @@ class LogCholeskyFilter:
         self._samples = self._rejected = 0
 
     def update(self, sample: Sample) -> None:
-        """One prediction and one update, at 50 Hz."""
+        """Make one prediction and one update, at 50 Hz."""
         self._t = sample.t
         if not self._pace.takes(sample.t):
             return
@@ -76,13 +76,13 @@ class LogCholeskyFilter:
         innovation: Float[np.ndarray, " joint"],
         variance: Float[np.ndarray, " joint"],
     ) -> None:
-        """Joseph's form: the covariance stays one whatever rounding does."""
+        """Update state and covariance in Joseph's form, which keeps the covariance positive despite rounding."""
         self._c += gain @ innovation
         keep = np.eye(len(self._c)) - gain @ H
         self._P = keep @ self._P @ keep.T + (gain * variance) @ gain.T
 
     def estimate(self) -> Estimate:
-        """The state as an arm, possible by its numbers."""
+        """Return the state as parameters; the coordinates make them physically possible."""
         x, x_by_c = self._coordinates.at(self._c)
         covariance: Covariance = x_by_c @ self._P @ x_by_c.T
         return Estimate(self._t, x, covariance, self._rejected / max(self._samples, 1), 1.0)

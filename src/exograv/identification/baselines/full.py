@@ -1,14 +1,14 @@
 """Full: mass and centre of mass of each rigid body from force/torque sensors at the cuffs, in two resting postures.
 
-Eight parameters: mass and three first moments of upper arm and forearm. Each posture gives one equilibrium per freedom
-of the arm (`rest_statics`), in which cuff torque is taken for weight alone: there are no passive torques in this model,
-so the elasticity of relaxed joints goes into the masses. Aligned shoulders, no sag of the cuffs.
+It has eight parameters: mass and three first moments of upper arm and forearm. Each posture gives one equilibrium per
+freedom of the arm (`rest_statics`). The model has no passive torque. All cuff torque counts as weight, so that the
+elasticity of relaxed joints biases the masses. Shoulders are aligned, and the cuffs do not sag.
 
-Choices where the source could not be read. *Poses*: the two of the task workspace after which the weight is expected to
-err least elsewhere (`rest_choice`). *Solution*: the least change of the table, in units of its spread, that explains
-both rests; at rest only sums of masses and first moments show, and their split stays as near to the table as they
-allow. No noise is assumed, as nothing says that the method has any. *Other arms*: with a wrist three bodies and twelve
-parameters, two arms twice as many.
+These points are our choices, because we could not read the full source. *Poses*: the two postures of the task workspace
+with the smallest expected weight error elsewhere (`rest_choice`). *Solution*: the smallest change of the table, in
+units of its spread, that explains both rests. At rest only sums of masses and first moments are observable; their split
+stays as near to the table as possible. No noise is assumed, because no text that we could read mentions any. *Other
+arms*: three bodies and twelve parameters with a wrist, twice as many with two arms.
 
 Source: the method *Full* of Just et al. 2020, J NeuroEng Rehabil 17:13, doi 10.1186/s12984-020-0644-3, table 1 and
 abstract.
@@ -27,11 +27,11 @@ from .resting_correction import RestingCorrection, measured_body
 RESTS = 2
 
 UNSEEN = 1e-9
-"""Share of the largest variance of torque below which a combination does not show: rounding is 1e-16 [-]."""
+"""Share of the largest torque variance below which a combination is not observable [-]; rounding is 1e-16."""
 
 
 def full(assembly: Assembly, machine: CalibratedMachine) -> RestingCorrection:
-    """The method for this arm in this machine."""
+    """Build the method for this arm in this machine."""
     statics = RestStatics(assembly, machine)
     spread = gravity_spread(statics)
 

@@ -1,7 +1,7 @@
-"""The paper's method: at every sample, one step of plain gradient descent on the squared torque error.
+"""Gradient method of the paper: one step of plain gradient descent on the squared torque error at every sample.
 
-The arm is the paper's: two rigid bodies in loops that close without misalignment, no elasticity, static and Coulomb
-friction. The gradient is taken by automatic differentiation, in the loop, while the arm moves.
+The arm model is the paper's: two rigid bodies in loops that close without misalignment, no elasticity, static and
+Coulomb friction. The gradient is computed by automatic differentiation, in the loop, while the arm moves.
 """
 
 from dataclasses import replace
@@ -21,18 +21,18 @@ from exograv.model.assembly import Assembly
 from exograv.model.loops import LoopSolver
 
 STEP = 1e-7
-"""Of the descent, for every parameter alike [1/(N·m)²].
+"""Step of the descent, the same for every parameter [1/(N·m)²].
 
-The best of 1e-8 to 1e-4 on wearers 1000-1009 at level 2 that still reaches the target on 1000-1002 at level 0: larger
-steps put the elasticity, which the paper's model lacks, into the masses faster (docs/identification.md).
+It is the best of 1e-8 to 1e-4 on wearers 1000-1009 at level 2 that still reaches the target on 1000-1002 at level 0.
+The paper's model has no elasticity, and larger steps bias the masses by it faster (docs/identification.md).
 """
 
 V_MIDDLE = 0.3
-"""Speed at which Coulomb friction stands for the viscous part too [rad/s]: half of a usual excitation's largest."""
+"""Speed at which the paper's Coulomb friction also contains our viscous part [rad/s]: half of the usual peak speed."""
 
 
 class Gradient:
-    """`Method`: it states no uncertainty, because plain descent has none."""
+    """Gradient descent of the paper (a `Method`); plain descent states no uncertainty."""
 
     name = "gradient"
 
@@ -47,7 +47,7 @@ class Gradient:
         self._t: float | None = None
 
     def update(self, sample: Sample) -> None:
-        """One step downhill."""
+        """Make one step of the descent."""
         inputs = self._kernel.inputs
         if self._t is None:
             inputs["z_before"][:] = self._solver.solve(sample.q)[0]
@@ -60,7 +60,7 @@ class Gradient:
         self._theta -= self._step * self._kernel()["gradient"]
 
     def estimate(self) -> Estimate:
-        """Where the descent is now; possible by its parameters."""
+        """Return the current parameters; the coordinates make them physically possible."""
         for body, theta in zip(self._layout.bodies, np.split(self._theta, len(self._layout.bodies)), strict=True):
             self._x[body] = self._phi.of(theta)[0]
         return Estimate(self._t or 0.0, self._x.copy(), None, 0.0, 1.0)
@@ -69,8 +69,8 @@ class Gradient:
 def squared_error(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:
     """Half the squared error between expected and measured torque, and its gradient.
 
-    The measured torque is data: with the commanded torque as source it holds the feed-forward, and a gradient through
-    that would cancel the model.
+    The measured torque enters as data, without a gradient. If it comes from the commanded torque it contains the
+    feed-forward, and a gradient through the feed-forward would cancel the model.
     """
     n, layout = assembly.n, ParameterLayout.of(assembly)
     theta, z_before = ca.SX.sym("theta", layout.phi.stop), ca.SX.sym("z_before", layout.freedoms)
@@ -78,7 +78,7 @@ def squared_error(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
     phi = ca.vertcat(*(phi_from_theta(theta[body]) for body in layout.bodies))
     aligned, none = ca.SX.zeros(layout.fit.stop - layout.fit.start), ca.SX.zeros(layout.freedoms)
     cuffs = cuff_energy(assembly)
-    # With aligned shoulders the cuffs close without strain; at the loop's rate one Newton step follows the motion.
+    # With aligned shoulders the cuffs close without strain; at the loop's rate one Newton step per sample is enough.
     closed = closure(cuffs, q, newton_step(cuffs, q, z_before, aligned), aligned)
     motion = (q, v, a)
     arm = ArmExpression(phi, aligned, none, none, none)

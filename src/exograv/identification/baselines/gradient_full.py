@@ -1,4 +1,4 @@
-"""Plain gradient descent on our model: what of the paper's result is its algorithm, and what its model."""
+"""Plain gradient descent on our model; it separates the effect of the paper's algorithm from that of its model."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -12,14 +12,14 @@ CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"step": step}) for step in (1e-7, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3)
 )
 STEP = 3e-7
-"""Of the descent, for every parameter alike, at 50 Hz [1/(N·m)²]; python benchmarks/tune_methods.py."""
+"""Step of the descent at 50 Hz, the same for every parameter [1/(N·m)²]; from python benchmarks/tune_methods.py."""
 
 
 class GradientFull:
-    """`Method`: the descent of `gradient`, with elasticity, misalignment and friction among what it learns.
+    """Descent of `gradient` that also learns elasticity, misalignment and friction (a `Method`).
 
-    One step length for all parameters in their own units, as plain descent has it; bodies by their log-Cholesky
-    numbers, so that they stay possible. It states no uncertainty.
+    All parameters have the same step length, in their own units, as in plain descent. Bodies are in log-Cholesky
+    coordinates, so they stay physically possible. It states no uncertainty.
     """
 
     def __init__(self, setting: Setting, step: float = STEP, name: str = "gradient-full"):
@@ -27,11 +27,11 @@ class GradientFull:
         self._descent, self._step = Descent(setting), step
 
     def update(self, sample: Sample) -> None:
-        """One step downhill, at 50 Hz."""
+        """Make one step of the descent, at 50 Hz."""
         slope = self._descent.slope(sample)
         if slope is not None:
             self._descent.c -= self._step * slope
 
     def estimate(self) -> Estimate:
-        """Where the descent is now."""
+        """Return the current parameters of the descent."""
         return self._descent.estimate()

@@ -1,4 +1,4 @@
-"""Gradient descent in the prior's own scale: far where little is known, hardly where much is."""
+"""Gradient descent scaled by the prior covariance: large steps for uncertain parameters, small ones for known."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -15,14 +15,14 @@ CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"step": step}) for step in (3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)
 )
 STEP = 1e-2
-"""Of the descent at 50 Hz, in units of prior covariance [1/(N·m)²]; python benchmarks/tune_methods.py."""
+"""Step of the descent at 50 Hz, in units of prior covariance [1/(N·m)²]; from python benchmarks/tune_methods.py."""
 
 
 class GradientPrior:
-    """`Method`: c += step · P₀ Hᵀ R⁻¹ (τ − τ̂), with the prior covariance P₀ and the joints' noise R, 1 on average.
+    """Descent c += step · P₀ Hᵀ R⁻¹ (τ − τ̂), with prior covariance P₀ and noise R of the joints, 1 on average.
 
-    A quasi-Newton step whose curvature is the prior's and never learns. c is the log-Cholesky numbers of each body, so
-    that it stays possible, and all else in the prior's scale. It states no uncertainty.
+    It is a quasi-Newton step with the constant curvature of the prior. c holds the log-Cholesky coordinates of each
+    body, so that bodies stay possible, and all other parameters in the prior's scale. It states no uncertainty.
     """
 
     name = "gradient-prior"
@@ -36,7 +36,7 @@ class GradientPrior:
         self._pace, self._t = SamplePace(DESCENT_PERIOD_S), 0.0
 
     def update(self, sample: Sample) -> None:
-        """One step downhill, at 50 Hz."""
+        """Make one step of the descent, at 50 Hz."""
         self._t = sample.t
         if not self._pace.takes(sample.t):
             return
@@ -53,5 +53,5 @@ class GradientPrior:
         return float(np.linalg.eigvalsh(H @ self._P @ H.T)[-1])
 
     def estimate(self) -> Estimate:
-        """Where the descent is now."""
+        """Return the current parameters of the descent."""
         return Estimate(self._t, self._coordinates.at(self._c)[0], None, 0.0, 1.0)

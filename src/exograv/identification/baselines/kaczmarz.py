@@ -1,4 +1,4 @@
-"""Tail-averaged greedy Kaczmarz: of a window of equations, the one that is violated most is met exactly; again."""
+"""Tail-averaged greedy Kaczmarz: repeated projections onto strongly violated equations of a time window."""
 
 from collections import deque
 from collections.abc import Mapping
@@ -16,29 +16,29 @@ CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"window_s": window_s, "ridge": ridge}) for window_s in (1.0, 4.0) for ridge in (1e-2, 1e-1, 1.0)
 )
 WINDOW_S, RIDGE = 4.0, 1e-2
-"""How long an equation stays [s], and the weight of the prior's own equations, as a share of the mean square of the
-others [-]; python benchmarks/tune_methods.py."""
+"""Length of the window of equations [s], and weight of the prior's equations, as a share of the mean square of the
+others [-]; from python benchmarks/tune_methods.py."""
 
 ROUND_EVERY = 4  # snapshots
 
 TURNING = 0.1
-"""Share of its uncertainty at rest up to which a joint's direction of motion counts as known [-]."""
+"""Share of the uncertainty at rest below which a joint's direction of motion counts as known [-]."""
 
 SEED = 20_251_004
-"""Of the choice among violated equations; part of the method, not of the data."""
+"""Seed of the choice among violated equations; it belongs to the method, not to the data."""
 
 
 class Kaczmarz:
-    """`Method`: TAG-K, every 0.32 s, over the equations H ξ = y of the last `window_s` seconds and √λ ξ = 0.
+    """Method TAG-K, run every 0.32 s on the equations H ξ = y of the last `window_s` seconds and √λ ξ = 0.
 
         ξ += h (y − hᵀξ) / hᵀh,  of an equation drawn among those with (y − hᵀξ)² ≥ ε ‖r‖² hᵀh by their squared error,
         ε = ½ (max (y − hᵀξ)²/hᵀh / ‖r‖² + 1/‖H‖²),
 
-    as often as there are equations; one snapshot in 0.08 s. Published is the mean of all these ξ. The paper stacks the
-    newest snapshots and leaves their number and the time between rounds to the user, gives λ as a share of ‖H‖² per
-    equation, and starts from the last ξ: as here. Its unknowns are ten of one body; ours have no common unit, so ξ is
-    in the prior's scale, and λ pulls to the prior. What is published is not projected: the paper gates its estimates
-    instead. It states no uncertainty.
+    with as many projections as equations and one snapshot in 0.08 s. The published estimate is the mean of all these ξ.
+    As in the paper, the newest snapshots are stacked, λ is a share of ‖H‖² per equation, and a round starts from the
+    last ξ. The paper leaves the number of snapshots and the time between rounds to the user. Its unknowns are the ten
+    of one body. Ours have no common unit, so ξ is in the prior's scale, and λ pulls towards the prior. Estimates are
+    not projected onto possible bodies; the paper gates its estimates instead. It states no uncertainty.
 
     Source: Sha et al., arXiv 2510.04839 (TAG-K with Tikhonov rows); Bai & Wu 2018, SIAM J. Sci. Comput. 40:A592 (ε).
     """
@@ -56,13 +56,13 @@ class Kaczmarz:
         self._averages, self._t = Averages(BATCH_PERIOD_S), 0.0
 
     def update(self, sample: Sample) -> None:
-        """Take the equations of each 0.08 s into the window, and go round, every fourth time."""
+        """Add the equations of each 0.08 s to the window; run a round every fourth time."""
         self._t = sample.t
         mean = self._averages.take(sample)
         if mean is None:
             return
         error, H = self._model.rows(mean, self._tail)
-        # A projection meets its equation however unsure that is: of a joint about to turn it is left out.
+        # A projection fulfils its equation exactly, so the uncertain equation of a joint about to reverse is left out.
         unsure = self._torque.direction_uncertainty(mean.v)
         told = unsure <= TURNING * self._torque.direction_uncertainty(np.zeros_like(mean.v))
         self._rows.append((H[told], (error + H @ self._tail)[told]))
@@ -81,7 +81,7 @@ class Kaczmarz:
         self._xi, self._tail = tail_average(A, y, self._xi, self._generator)
 
     def estimate(self) -> Estimate:
-        """Mean of the newest round, possible or not."""
+        """Return the mean of the newest round; its bodies may be physically impossible."""
         return Estimate(self._t, self._model.x(self._tail), None, 0.0, 1.0)
 
 
@@ -91,10 +91,10 @@ def tail_average(
     xi: Unknowns,
     generator: np.random.Generator,
 ) -> tuple[Unknowns, Unknowns]:
-    """As many greedy projections from `xi` as there are rows of A ξ = y: the last ξ, and the mean of all."""
+    """Make as many greedy projections from `xi` as A ξ = y has rows; return the last ξ and the mean of all."""
     norms = np.maximum((A**2).sum(axis=1), 1e-300)
     least = 1.0 / norms.sum()
-    # All pairs of rows at once: a projection then costs one row of this table, not a product with A.
+    # The Gram matrix of all rows: each projection then costs one row of it, not a product with A.
     gram = A @ A.T
     left = y - A @ xi
     moves, total = np.zeros(len(A)), np.zeros(len(A))

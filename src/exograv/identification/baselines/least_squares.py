@@ -1,4 +1,4 @@
-"""Off line and in stages: the machine is known from stage 0, then arm and elasticity are fitted to the whole motion."""
+"""Offline least squares in stages: stage 0 gives the machine; arm and elasticity are fitted to the whole motion."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,10 +15,10 @@ from exograv.identification.core.setting import Setting
 
 CANDIDATES: tuple[Mapping[str, float], ...] = tuple(MappingProxyType({"ridge": ridge}) for ridge in (1.0, 30.0, 1e3))
 RIDGE = 1e3
-"""Weight of the start, in units of the prior's information [-]; python benchmarks/tune_methods.py."""
+"""Weight of the start, in units of the prior's information [-]; from python benchmarks/tune_methods.py."""
 
 STEPS_MAX, SETTLED = 25, 1e-4
-"""Steps of Levenberg and Marquardt, and the share of the cost below which the last one ends the search."""
+"""Largest number of Levenberg–Marquardt steps, and relative decrease of the cost that ends the search [-]."""
 
 DAMPING, DAMPING_MAX = 1e-3, 1e6
 
@@ -27,7 +27,7 @@ Unknowns = Float[np.ndarray, " unknown"]
 
 @dataclass(frozen=True)
 class _Here:
-    """The fit at one place."""
+    """Cost, gradient and information of the fit at one point."""
 
     cost: float
     slope: Unknowns
@@ -35,14 +35,15 @@ class _Here:
 
 
 class LeastSquares:
-    """`Method`, off line: least Σ ((τ − τ̂)/σ)² + ridge · (distance from the start), by Levenberg and Marquardt.
+    """Offline minimum of Σ ((τ − τ̂)/σ)² + ridge · (distance from the start), by Levenberg–Marquardt (a `Method`).
 
-    Li et al. identify actuators, then the empty machine, then wearer and machine, with the elasticity of the joints as
-    a double exponential, by optimisation over inverse dynamics. Here stages one and two are stage 0; friction and
-    rotors stay as found there. Unknown are the bodies (log-Cholesky, for a possible arm), two exponentials and a
-    damping for each freedom, and the fit of our cuffs, without which their aligned machine would be misjudged. They
-    need no ridge for their few parameters; ours has one or the data would leave most of them open. Covariance is the
-    textbook's: s² times the inverse information, for white residuals.
+    Li et al. identify actuators, then the empty machine, then wearer and machine. They model the elasticity of the
+    joints as a double exponential and optimise over inverse dynamics. Here stage 0 replaces their first two stages;
+    friction and rotors keep its values. The unknowns are the bodies (log-Cholesky, for a possible arm), two
+    exponentials and a damping for each freedom, and the fit of our cuffs. Their machine is aligned; without this
+    fit their method would be judged unfairly here. Their few parameters need no ridge. Ours do, because the data would
+    leave most of them undetermined. The covariance is the textbook's: s² times the inverse information, for white
+    residuals.
 
     Source: Li et al. 2022, IEEE TMRB 4:206 (abstract); search: Marquardt 1963.
     """
@@ -64,7 +65,7 @@ class LeastSquares:
             self._done = None
 
     def estimate(self) -> Estimate:
-        """The fit to all samples so far; some seconds for a long motion."""
+        """Return the fit to all samples so far; takes some seconds for a long motion."""
         if self._done is None:
             x, covariance = self._fit.solved()
             self._done = Estimate(self._t, x, covariance, 0.0, 1.0)
@@ -73,7 +74,7 @@ class LeastSquares:
 
 
 class _StagedFit:
-    """The unknowns: coordinates of bodies and what is linear, then the curves of elasticity."""
+    """Fit of the unknowns: coordinates of bodies and linear parameters, then the curves of elasticity."""
 
     def __init__(self, setting: Setting, ridge: float):
         self.samples: list[Sample] = []
@@ -97,7 +98,7 @@ class _StagedFit:
         self._prior[self._split :, self._split :] = ridge * np.diag(curve_sd**-2.0)
 
     def solved(self) -> tuple[Parameters, Covariance | None]:
-        """Parameters in the model's order, and their covariance; the start before the first sample."""
+        """Parameters in the model's order, and their covariance; the start if there is no sample."""
         u = self._start
         if not self.samples:
             return self._coordinates.at(u[: self._split])[0], None
@@ -130,7 +131,7 @@ class _StagedFit:
         return x, x_by_c @ of_u[: self._split, : self._split] @ x_by_c.T
 
     def _angles(self, u: Unknowns) -> Float[np.ndarray, "sample freedom"] | None:
-        """The arm's angles along the motion, with the machine's start; the elasticity hardly moves them."""
+        """Arm angles along the motion at the start parameters [rad]; the elasticity hardly changes them."""
         if self._springs is None:
             return None
         self._model.restart()
@@ -141,7 +142,7 @@ class _StagedFit:
         return np.array(angles)
 
     def _at(self, u: Unknowns, angles: Float[np.ndarray, "sample freedom"] | None) -> _Here:
-        """Half the sum of squares, its slope and information."""
+        """Half the sum of squares, its gradient and information."""
         x, x_by_c = self._coordinates.at(u[: self._split])
         slope, information = self._prior @ (u - self._start), self._prior.copy()
         cost = 0.5 * float((u - self._start) @ slope)
@@ -162,7 +163,7 @@ class _StagedFit:
         u: Unknowns,
         z: Float[np.ndarray, " freedom"] | None,
     ) -> tuple[Float[np.ndarray, " joint"], Float[np.ndarray, "joint unknown"]]:
-        """Expected less measured torque and its derivative, in units of the sample's noise."""
+        """Return expected minus measured torque and its derivative, in units of the sample's noise [-]."""
         springs, curves = self._springs, u[self._split :]
         if springs is not None and z is not None:
             x = x.copy()
@@ -170,7 +171,7 @@ class _StagedFit:
         tau, derivative = self._model.linearise(sample, x)
         by_u = derivative @ x_by_c
         if springs is not None and z is not None:
-            # Torque of a spring is stiffness · angle − offset: the offset's column is its direction, reversed.
+            # Spring torque is stiffness · angle − offset: the offset's column is the negative direction of the torque.
             by_u = np.hstack([by_u, -derivative[:, springs.offset] @ self._elasticity.by_numbers(curves, z)])
         sd = np.hypot(self._sd, self._model.direction_uncertainty(sample.v))
         return (tau - sample.tau) / sd, by_u / sd[:, None]

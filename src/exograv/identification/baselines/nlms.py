@@ -1,4 +1,4 @@
-"""Normalised least mean squares: each equation is met by the same share, however large its numbers are."""
+"""Normalised least mean squares: each step removes the same share of an equation's error, at any scale."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -14,15 +14,16 @@ CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     MappingProxyType({"share": share}) for share in (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0)
 )
 SHARE = 0.03
-"""Of an equation's error that one step takes away [-], stable from 0 to 2; python benchmarks/tune_methods.py."""
+"""Share of an equation's error that a step removes [-], stable from 0 to 2; from python benchmarks/tune_methods.py."""
 
 
 class Nlms:
-    """`Method`: ξ += share · h (y − hᵀξ) / (1 + hᵀh), joint by joint, in the prior's scale x = mean + L ξ.
+    """Method ξ += share · h (y − hᵀξ) / (1 + hᵀh), joint by joint, in the prior's scale x = mean + L ξ.
 
-    The length of h needs a common unit of the parameters, which the method leaves open: the prior's. The 1 is the noise
-    of the equation in its own unit: a regressor smaller than its noise is not blown up to be met. What it publishes is
-    not projected, as the method has no notion of a possible body. It states no uncertainty.
+    The length of h needs a common unit of the parameters, which the method leaves open; ours is the prior's standard
+    deviation. The 1 is the variance of the equation's noise in its own unit: a regressor smaller than its noise causes
+    no large step. Estimates are not projected onto possible bodies, because the method has no such constraint. It
+    states no uncertainty.
 
     Source: Widrow & Hoff 1960; Nagumo & Noda 1967, IEEE TAC 12:282; regularised form: Haykin, Adaptive Filter Theory.
     """
@@ -35,7 +36,7 @@ class Nlms:
         self._pace, self._t = SamplePace(DESCENT_PERIOD_S), 0.0
 
     def update(self, sample: Sample) -> None:
-        """One step for each joint's equation, at 50 Hz."""
+        """Make one step for each joint's equation, at 50 Hz."""
         self._t = sample.t
         if not self._pace.takes(sample.t):
             return
@@ -46,5 +47,5 @@ class Nlms:
             self._xi += self._share * left / (1.0 + h @ h) * h
 
     def estimate(self) -> Estimate:
-        """Where it is now, possible or not."""
+        """Return the current parameters; their bodies may be physically impossible."""
         return Estimate(self._t, self._model.x(self._xi), None, 0.0, 1.0)

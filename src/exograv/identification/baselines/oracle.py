@@ -1,4 +1,4 @@
-"""How much a stream can tell at all: the most probable possible arm, off line, with every sample at once."""
+"""Offline reference: the most probable physically possible arm, given all samples of a motion at once."""
 
 from dataclasses import dataclass
 
@@ -14,33 +14,35 @@ from exograv.identification.core.whitened_model import PLAUSIBLE_SD, Unknowns, W
 from exograv.identification.recursive.recursive import USUAL_SCALES
 
 SAMPLES_MAX = 800
-"""Of a longer motion every second, third, … is taken: the noise's covariance is a full matrix a joint."""
+"""Largest number of samples; of a longer motion every second, third, … is used. The noise covariance of each joint
+is a full matrix."""
 
 ROUNDS, SETTLED_SD = 8, 0.02
-"""Gauss–Newton steps, and the change in standard deviations of the prior below which no further one is taken."""
+"""Largest number of Gauss–Newton steps, and change below which they end [standard deviations of the prior]."""
 
 GATE = 2.5
-"""Standard deviations beyond which a residual loses weight, as in `recursive`."""
+"""Residual above which a sample loses weight, as in `recursive` [standard deviations]."""
 
 
 @dataclass(frozen=True)
 class _Rows:
-    """All equations y = H ξ + noise at one place of linearisation."""
+    """Equations y = H ξ + noise of all samples, linearised at one point."""
 
     y: Float[np.ndarray, "sample joint"]
     H: Float[np.ndarray, "sample joint unknown"]
     told_sd: Float[np.ndarray, "sample joint"]
-    """For want of a known direction of motion [N·m]."""
+    """Standard deviation because the direction of motion is uncertain [N·m]."""
 
 
 class OracleMethod:
-    """`Method`, off line: least ½ rᵀ Σ⁻¹ r + ½ ξᵀξ over possible bodies, x = mean + L ξ.
+    """Offline minimum of ½ rᵀ Σ⁻¹ r + ½ ξᵀξ over possible bodies, x = mean + L ξ (a `Method`).
 
-    An oracle of algorithm: it sees the future and takes its time, but never the twin's truth. Same prior, same model
-    and same noise as `recursive`, without its approximations: Σ has stage 0's coloured residual, the wearer's slow
-    torque with the size that explains all residuals best, and the model's discrepancy over postures, all as full
-    matrices; every sample is linearised at the optimum. Gauss–Newton steps, each projected onto the cone of positive
-    definite pseudo-inertias in the metric of its covariance, which is that step's exact constrained optimum.
+    The method is an oracle in its algorithm only: it uses all samples and has no time limit, but no access to the
+    twin's parameters. Prior, model and noise are those of `recursive`, without its approximations. Σ contains stage 0's
+    coloured residual, the wearer's slow torque with the size that explains all residuals best, and the model's
+    discrepancy over postures, all as full matrices. Every sample is linearised at the optimum. Each Gauss–Newton step
+    is projected onto the cone of positive definite pseudo-inertias in the metric of its covariance. This projection is
+    the exact constrained optimum of the step.
 
     Source: cone: Wensing, Kim, Slotine 2018, RA-L 3:60; weights of outliers: Huber 1964.
     """
@@ -67,14 +69,14 @@ class OracleMethod:
             self._done = None
 
     def estimate(self) -> Estimate:
-        """The optimum for all samples so far; seconds for a long motion."""
+        """Return the optimum for all samples so far; takes seconds for a long motion."""
         if self._done is None:
             self._done = self._solved()
         done = self._done
         return Estimate(self._t, done.x.copy(), done.covariance, done.rejected_share, done.noise_scale)
 
     def cost(self, x: Parameters) -> float:
-        """What is minimised, at any parameters, by the noise of the last estimate [-]."""
+        """Cost that is minimised, at any parameters, with the noise of the last estimate [-]."""
         xi = self._inverse @ (x - self._model.mean)
         residual = self._linearised(x).y
         parts = [solve_triangular(F, r, lower=True) for F, r in zip(self._factors, residual.T, strict=True)]
@@ -105,7 +107,7 @@ class OracleMethod:
         return Estimate(self._t, x, covariance, rejected, scale)
 
     def _linearised(self, x: Parameters) -> _Rows:
-        """Residual at `x` and derivative, sample by sample."""
+        """Return residual and derivative of each sample at `x`."""
         self._torque.restart()
         y, H, told = [], [], []
         for sample in self._used():
@@ -116,7 +118,7 @@ class OracleMethod:
         return _Rows(np.array(y), np.array(H), np.array(told))
 
     def _step(self, rows: _Rows, near: Unknowns) -> tuple[Unknowns, Float[np.ndarray, "unknown unknown"]]:
-        """Where the linearised cost is least, bodies possible or not, and the covariance there."""
+        """Minimum of the linearised cost without the constraint on bodies, and its covariance."""
         information, slope = np.eye(len(near)), np.zeros(len(near))
         for j, factor in enumerate(self._factors):
             white = solve_triangular(factor, np.column_stack([rows.H[:, j], rows.y[:, j]]), lower=True)
@@ -129,14 +131,14 @@ class OracleMethod:
     def _noise_of(
         self, residual: Float[np.ndarray, "sample joint"], rows: _Rows, held: Float[np.ndarray, "sample joint"]
     ) -> tuple[float, Float[np.ndarray, "sample joint"], float]:
-        """The size of the slow torque that explains the residuals best, and what is added to outliers' noise."""
+        """Size of the slow torque that fits the residuals best, noise added to outliers [N·m], share of outliers."""
         best, scale, factors = -np.inf, 1.0, self._factors
         for candidate in USUAL_SCALES:
             trial = self._factorised(float(candidate), rows.told_sd, held)
             likelihood = sum(_log_likelihood(F, r) for F, r in zip(trial, residual.T, strict=True))
             if likelihood > best:
                 best, scale, factors = likelihood, float(candidate), trial
-        # How far each residual is from what all others say of it.
+        # Leave-one-out error of each residual: its distance from the prediction of all others.
         alone = [cho_solve((F, True), np.eye(len(F))) for F in factors]
         variance = 1.0 / np.column_stack([np.diag(inverse) for inverse in alone])
         off = np.column_stack([inverse @ r for inverse, r in zip(alone, residual.T, strict=True)]) * variance
@@ -147,7 +149,7 @@ class OracleMethod:
     def _factorised(
         self, scale: float, told_sd: Float[np.ndarray, "sample joint"], held: Float[np.ndarray, "sample joint"]
     ) -> list[Float[np.ndarray, "sample sample"]]:
-        """Lower triangle of the noise's covariance, joint by joint."""
+        """Lower Cholesky factor of the noise covariance of each joint."""
         samples, noise, discrepancy = self._used(), self._setting.noise, self._setting.discrepancy
         t = np.array([sample.t for sample in samples])
         apart = np.abs(t[:, None] - t)
@@ -157,7 +159,7 @@ class OracleMethod:
         )
         factors, sd = [], self._setting.residual_sd
         for j in range(self._torque.n_joints):
-            # An exponential correlation of this integrated time; and a little of it white, as no sensor is exact.
+            # Exponential correlation with this integrated time, plus 5 % white noise because no sensor is exact.
             own = np.exp(-2.0 * apart / max(noise.correlation_s[j], BATCH_PERIOD_S)) + 0.05 * np.eye(len(t))
             covariance = sd[j] ** 2 * own + (scale * noise.disturbance_sd[j]) ** 2 * slow
             covariance += np.diag(told_sd[:, j] ** 2 + held[:, j] ** 2)
@@ -168,6 +170,6 @@ class OracleMethod:
 
 
 def _log_likelihood(factor: Float[np.ndarray, "sample sample"], residual: Joints) -> float:
-    """Of residuals with this covariance, but for a constant."""
+    """Logarithm of the likelihood of residuals with this covariance, up to a constant."""
     white = solve_triangular(factor, residual, lower=True)
     return -0.5 * float(white @ white) - float(np.log(np.diag(factor)).sum())

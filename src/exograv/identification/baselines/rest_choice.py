@@ -1,4 +1,4 @@
-"""In which postures an arm should rest, so that what is learned there errs least elsewhere."""
+"""Choice of resting postures that give the smallest expected weight error in all other postures."""
 
 import itertools
 from collections.abc import Callable, Sequence
@@ -12,13 +12,13 @@ from exograv.identification.core.prior import prior
 from .rest_statics import Balance, RestStatics
 
 Gain = Float[np.ndarray, "phi row"]
-"""Correction of the inertial parameters per torque at the rests that the table does not explain."""
+"""Correction of the inertial parameters per residual torque at the rests, after subtraction of the table's weight."""
 
 GainOf = Callable[[Float[np.ndarray, "row phi"]], Gain]
 
 
 def gravity_spread(statics: RestStatics) -> Float[np.ndarray, "phi phi"]:
-    """The table's covariance of masses and first moments; of what gravity does not show, zero."""
+    """Covariance of masses and first moments in the table; zero for parameters that gravity does not show."""
     covariance = statics.assembly.arm.phi_covariance.copy()
     unseen = np.arange(len(covariance)) % 10 > 3
     covariance[unseen] = 0.0
@@ -27,16 +27,16 @@ def gravity_spread(statics: RestStatics) -> Float[np.ndarray, "phi phi"]:
 
 
 def best_rests(statics: RestStatics, gain_of: GainOf, count: int) -> Float[np.ndarray, "rest joint"]:
-    """The `count` postures [rad] after which the arm's gravity torque is expected to err least over the workspace.
+    """Return the postures [rad] with the smallest expected error of the arm's gravity torque over the workspace.
 
-    The expectation is over arms as far from the table as tables are from people, and over the elastic torque of usual
-    joints, which these methods take for weight. It needs no measurement, so the postures are the same for everyone of
-    the same measures.
+    The expectation is over arms with the table's spread, and over the elastic torque of usual joints, which these
+    methods count as weight. It needs no measurement, so the postures are the same for all people with the same body
+    measures.
 
     Args:
-        statics: Of the arm in the machine.
-        gain_of: From the stacked rows `Y` of the rests to the gain of the method.
-        count: One or two; all pairs of candidates are tried.
+        statics: Statics of the arm in the machine.
+        gain_of: Function from the stacked rows `Y` of the rests to the gain of the method.
+        count: Number of postures, one or two; all combinations of candidates are tried.
     """
     postures = statics.candidates()
     balances = [statics.weight_at(q) for q in postures]
@@ -55,7 +55,7 @@ def best_rests(statics: RestStatics, gain_of: GainOf, count: int) -> Float[np.nd
 
 
 def _elastic_squares(statics: RestStatics, balances: Sequence[Balance]) -> Float[np.ndarray, "posture freedom"]:
-    """Expected square of the elastic torque K z − c of each freedom [N²·m²]."""
+    """Mean square of the elastic torque K z − c of each freedom [N²·m²], over the prior."""
     layout = ParameterLayout.of(statics.assembly)
     mean, covariance = prior(statics.assembly, statics.machine)
     K, c = layout.stiffness, layout.spring_offset

@@ -1,8 +1,8 @@
-"""The arm at rest in aligned cuffs: what the cuffs give its joints, and what its weight asks of them.
+"""Static equilibrium of an arm in aligned cuffs: torque of the cuffs and torque of the weight.
 
-    Σ_cuffs Jᵀ w = Y(z) φ,   for each freedom z of the arm; nothing else pulls (no passive torque)
+    Σ_cuffs Jᵀ w = Y(z) φ,   for each freedom z of the arm, without passive torque
 
-The joints' reactions, unknown at shoulder and elbow, do no work on the freedoms and drop out.
+The unknown reaction forces at shoulder and elbow do no work on the freedoms and do not appear.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from exograv.model.loops import LoopSolver
 from exograv.model.support import sample_postures
 
 CANDIDATES = 32
-"""Postures of the task workspace among which those of rest are chosen."""
+"""Number of candidate postures in the task workspace."""
 
 Freedoms = Float[np.ndarray, " freedom"]
 Rows = Float[np.ndarray, "freedom phi"]
@@ -33,17 +33,17 @@ class Balance:
     """Equilibrium of the arm's freedoms at one posture: `tau` = `Y` φ."""
 
     tau: Freedoms
-    """From the cuffs [N·m]."""
+    """Torque of the cuffs on the freedoms [N·m]."""
 
     Y: Rows
-    """Torque per inertial parameter, (10,) a segment."""
+    """Torque per inertial parameter, ten columns per segment."""
 
     z: Freedoms
-    """Where the arm is, aligned and without sag [rad]."""
+    """Arm angles, aligned and without sag [rad]."""
 
 
 class RestStatics:
-    """Of one arm in one machine."""
+    """Statics of one arm in one machine."""
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine):
         self.assembly, self.machine = assembly, machine
@@ -51,11 +51,11 @@ class RestStatics:
         self._kernel = kernel.compile(_balance(assembly, machine))
 
     def balance(self, rest: Rest) -> Balance:
-        """What a rest says about the arm."""
+        """Equilibrium of the arm at a measured rest."""
         return self._at(rest.q, rest.wrenches)
 
     def weight_at(self, q: Joints) -> Balance:
-        """What the arm's weight asks at a posture (joint,) [rad]; `tau` is zero."""
+        """Equilibrium at a posture `q` (joint,) [rad] without cuff forces: `Y` of the weight; `tau` is zero."""
         return self._at(q, np.zeros((len(self.assembly.cuffs), 6)))
 
     def candidates(self) -> Float[np.ndarray, "posture joint"]:

@@ -1,4 +1,4 @@
-"""Recursive least squares that forgets: old samples count less and less, so that the estimate can follow."""
+"""Recursive least squares with exponential forgetting: the weight of samples decreases with their age."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -16,16 +16,16 @@ CANDIDATES: tuple[Mapping[str, float], ...] = tuple(
     for noise_factor in (1e2, 1e3, 1e4)
 )
 MEMORY_S, NOISE_FACTOR = np.inf, 1e3
-"""Age at which a sample counts 1/e [s], and by how much the variance of a sample exceeds stage 0's residual [-]: the
-start's P against R, which the textbook leaves to the user; python benchmarks/tune_methods.py."""
+"""Age at which the weight of a sample is 1/e [s], and variance of a sample over that of stage 0's residual [-]. The
+latter sets the initial P against R, which the textbook leaves to the user; from python benchmarks/tune_methods.py."""
 
 
 class RecursiveLeastSquares:
-    """`Method`: K = P Hᵀ (λ R + H P Hᵀ)⁻¹, x += K (τ − τ̂), P = (P − K H P) / λ, every 0.02 s.
+    """Method K = P Hᵀ (λ R + H P Hᵀ)⁻¹, x += K (τ − τ̂), P = (P − K H P) / λ, every 0.02 s.
 
-    λ = exp(−period/memory). P starts from the prior covariance, not from a large multiple of one; R is a multiple of
-    stage 0's, white as the method believes. Samples are linearised when they come, and never again. What it publishes
-    is not projected, as the method has no notion of a possible body.
+    λ = exp(−period/memory). P starts from the prior covariance, not from a large multiple of the identity. R is a
+    multiple of stage 0's variance and assumed white. Each sample is linearised once, when it arrives. Estimates are not
+    projected onto possible bodies, because the method has no such constraint.
 
     Source: Ljung 1999, System Identification, ch. 11.2.
     """
@@ -40,7 +40,7 @@ class RecursiveLeastSquares:
         self._pace, self._t = SamplePace(DESCENT_PERIOD_S), 0.0
 
     def update(self, sample: Sample) -> None:
-        """One step, at 50 Hz."""
+        """Make one step, at 50 Hz."""
         self._t = sample.t
         if not self._pace.takes(sample.t):
             return
@@ -49,9 +49,9 @@ class RecursiveLeastSquares:
         gain = np.linalg.solve(self._keep * self._variance * np.eye(len(error)) + H @ PH, PH.T).T
         self._xi += gain @ error
         self._P = (self._P - gain @ PH.T) / self._keep
-        # Rounding would slowly make it lopsided.
+        # Rounding errors would slowly make P asymmetric.
         self._P = 0.5 * (self._P + self._P.T)
 
     def estimate(self) -> Estimate:
-        """Where it is now, possible or not."""
+        """Return the current estimate; its bodies may be physically impossible."""
         return Estimate(self._t, self._model.x(self._xi), self._model.covariance(self._P), 0.0, 1.0)

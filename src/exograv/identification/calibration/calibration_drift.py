@@ -1,7 +1,7 @@
-"""A calibrated machine is weighed again by its own links: are gains, encoders and torque zeros still what they were?
+"""Drift of a calibrated machine: gains, encoders and torque zeros, measured again by the weight of its own links.
 
-The model and its fit are those of the calibration. What the calibration is sure of, links and lean, is taken from it;
-what a fault changes between two days is free.
+Model and fit are those of the calibration. Links and tilt of the base are taken from the calibration. The quantities
+that a fault may change between two days are free.
 """
 
 from dataclasses import dataclass
@@ -16,36 +16,36 @@ from .empty_fit import EmptyMachine, Sweeps
 from .empty_machine import Calibration, as_it_was
 
 GAIN_FREE_SD = 0.5
-"""Of a motor's inverse gain, as share: torque constants that are half or double must not be pulled back [-]."""
+"""Standard deviation of a motor's inverse gain, as a share [-]; wide, to find torque constants of half or double."""
 
-OFFSET_FREE_SD = np.deg2rad(5.0)  # of an encoder against its calibration [rad]
-BIAS_FREE_SD = 2.0  # of a torque's zero [N·m]
+OFFSET_FREE_SD = np.deg2rad(5.0)  # standard deviation of an encoder's change since its calibration [rad]
+BIAS_FREE_SD = 2.0  # standard deviation of a torque zero [N·m]
 
 Joints = Float[np.ndarray, " joint"]
 
 
 @dataclass(frozen=True)
 class CalibrationChange:
-    """What a machine is now against its calibration; each with its standard deviation."""
+    """Change of a machine since its calibration; each value with its standard deviation."""
 
     scale: Joints
-    """Torque that a motor gives per current over that of the calibration [-]."""
+    """Torque per current of a motor over that of the calibration [-]."""
 
     scale_sd: Joints
     offset: Joints
-    """What an encoder reads more than in the calibration [rad]."""
+    """Change of an encoder's reading since the calibration [rad]."""
 
     offset_sd: Joints
     bias: Joints
-    """Torque that is measured, and not there, more than in the calibration [N·m]."""
+    """Change of the torque zero since the calibration: measured minus true torque [N·m]."""
 
     bias_sd: Joints
     unexplained: Joints
-    """What is left of the torque, as standard deviation [N·m]."""
+    """Standard deviation of the residual torque [N·m]."""
 
 
 def weigh_again(description: RigDescription, tree: Tree, sweeps: Sweeps, before: Calibration) -> CalibrationChange:
-    """Fit what may have changed to the motion of the empty machine; `tree` as in the calibration."""
+    """Fit the quantities that may have changed to a motion of the empty machine; `tree` as in the calibration."""
     model = EmptyMachine(description, tree)
     prior = as_it_was(description, model.prior, before)
     layout = prior.layout
@@ -61,7 +61,7 @@ def weigh_again(description: RigDescription, tree: Tree, sweeps: Sweeps, before:
         scale_sd=scale * sd[gain] / np.abs(value[gain]),
         offset=value[offset] - before.offset,
         offset_sd=sd[offset],
-        # Friction that is larger one way is a torque that is always there.
+        # A direction-dependent friction acts like a constant torque, as a shifted torque zero does.
         bias=value[bias] - np.asarray(before.machine.friction.asymmetry),
         bias_sd=sd[bias],
         unexplained=fit.noise_and_ripple.sd,

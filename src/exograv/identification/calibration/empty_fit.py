@@ -1,4 +1,4 @@
-"""Fits the model of an empty machine to its sweeps: Gauss–Newton, maximum a posteriori."""
+"""Fit of the model of an empty machine to its sweeps: Gauss–Newton, maximum a posteriori."""
 
 from dataclasses import dataclass
 
@@ -13,17 +13,18 @@ from .empty_model import AGE_S, compile_model
 from .empty_prior import COULOMB, EmptyPrior, Unknowns, data_sheet_prior, usual_friction
 
 V_CLEAR = 0.04
-"""Slower samples are left out: there friction has no clear direction [rad/s]."""
+"""Speed below which samples are left out, because friction has no clear direction [rad/s]."""
 SINCE_TURN_S = 0.1
-"""Nor is it clear so soon after a turn: the samples' filter still holds some of the friction before it [s]."""
+"""Time after a reversal in which samples are left out [s]: the sample filter still contains earlier friction."""
 V_START = 0.002
-"""Stands for a start from rest: fast for `empty_model.V_SHARP`, slow for any Stribeck speed [rad/s]."""
+"""Speed that represents a start from rest [rad/s]: fast for `empty_model.V_SHARP`, slow for any Stribeck speed."""
 START_SD = 0.05
-"""Of the usual Coulomb friction: what a push grows by while a joint creeps that does not yet slide [-]."""
+"""Standard deviation of a start, as a share of the usual Coulomb friction [-]: a push grows by this much while a joint
+creeps before it slides."""
 SAMPLE_PERIOD_S = 0.04
 ITERATIONS = 40
-STEP_MAX_SD = 1.5  # prior standard deviations: a Stribeck speed must not leap over all speeds that were seen
-SETTLED_SD = 0.01  # a step this small against the uncertainty changes nothing
+STEP_MAX_SD = 1.5  # prior standard deviations: a Stribeck speed must not jump out of the measured range of speeds
+SETTLED_SD = 0.01  # a step that is this small against the uncertainty is negligible
 FIRST_NOISE_NM = 0.2  # before the residuals are known
 
 Joints = Float[np.ndarray, " joint"]
@@ -32,63 +33,63 @@ Samples = Float[np.ndarray, "sample joint"]
 
 @dataclass(frozen=True)
 class Sweeps:
-    """What was measured on the empty machine, one row a sample: sweeps, `SAMPLE_PERIOD_S` apart, and starts from rest.
+    """Measurements on the empty machine, one row per sample: sweeps, `SAMPLE_PERIOD_S` apart, and starts from rest.
 
-    A start is what it took to move a joint: a sample at ± `V_START` without acceleration.
+    A start gives the torque at which a joint began to move: a sample at ± `V_START` without acceleration.
     """
 
     t: Float[np.ndarray, " sample"]
-    """On the rig's clock [s]."""
+    """Time on the rig's clock [s]."""
 
     q: Samples
     v: Samples
     a: Samples
     current: Samples
-    """[A]"""
+    """Motor current [A]."""
 
     hung: Float[np.ndarray, "sample hanging"]
-    """Which known weight hangs at which mount [-]: mount × weight, all weights of the first mount first."""
+    """Known weights at the mounts [-]: mount × weight, all weights of the first mount first."""
 
     start: Bool[np.ndarray, " sample"]
-    """Whether the row is a start from rest."""
+    """True if the row is a start from rest."""
 
     @property
     def clear(self) -> Bool[np.ndarray, "sample joint"]:
-        """Where friction has a clear direction."""
+        """True where friction has a clear direction."""
         slowest = np.where(self.start[:, None], 0.0, np.maximum(V_CLEAR, SINCE_TURN_S * np.abs(self.a)))
         return np.abs(self.v) > slowest
 
 
 @dataclass(frozen=True)
 class ResidualNoise:
-    """A residual in two numbers a joint."""
+    """Size and correlation time of a residual, per joint."""
 
     sd: Joints
-    """[N·m]"""
+    """Standard deviation [N·m]."""
     correlation_s: Joints
     """Integrated autocorrelation time [s]."""
 
 
 @dataclass(frozen=True)
 class _Left:
-    """What a model leaves of the nominal torque [N·m]."""
+    """Residuals of the nominal torque [N·m]."""
 
     residual: Samples
     with_ripple: Samples
-    """Where it does not know the ripple."""
+    """Residual of a model without ripple [N·m]."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Where a fit ended."""
+    """Result of a fit."""
 
     prior: EmptyPrior
     theta: Unknowns
     covariance: Float[np.ndarray, "unknown unknown"]
     noise: ResidualNoise
-    """What the fit leaves of the nominal torque."""
+    """Noise of the residual of the nominal torque."""
     noise_and_ripple: ResidualNoise
-    """The same for a model without ripple."""
+    """Noise of the residual of a model without ripple."""
 
     @property
     def sd(self) -> Unknowns:
@@ -97,7 +98,7 @@ class Fit:
 
 
 class EmptyMachine:
-    """The model of a machine, compiled once, to be fitted to its sweeps."""
+    """Model of an empty machine, compiled once, with the fit to its sweeps."""
 
     def __init__(self, description: RigDescription, tree: Tree):
         self.description = description
@@ -106,15 +107,15 @@ class EmptyMachine:
         self.batch = compile_model(description, tree, self.prior.layout)
 
     def fit(self, sweeps: Sweeps, prior: EmptyPrior, first: Fit | None = None) -> Fit:
-        """Maximum a posteriori; a `first` fit tells how large and how correlated the residuals are.
+        """Fit the maximum a posteriori; a `first` fit gives size and correlation of the residuals.
 
-        The current stands on the output side: as a regressor its noise would shrink the gain.
+        The current is the output of the model: as a regressor, its noise would bias the gain towards zero.
         """
         clear = sweeps.clear
         noise, repeats = np.full(clear.shape[1], FIRST_NOISE_NM), np.ones(clear.shape[1])
         if first is not None:
             noise, repeats = first.noise.sd, np.maximum(first.noise.correlation_s / SAMPLE_PERIOD_S, 1.0)
-        # What is wrong with one start is wrong with all of a joint.
+        # The errors of all starts of a joint are the same, so that their number must not reduce the variance.
         starts = np.maximum((clear & sweeps.start[:, None]).sum(axis=0), 1)
         of_start = np.hypot(noise, self._start_sd * np.sqrt(starts))
         sd = np.where(sweeps.start[:, None], of_start, noise * np.sqrt(repeats))
@@ -126,7 +127,7 @@ class EmptyMachine:
     def _descend(
         self, sweeps: Sweeps, prior: EmptyPrior, theta: Unknowns, weight: Samples
     ) -> tuple[Unknowns, Float[np.ndarray, "unknown unknown"], "_Left"]:
-        """Gauss–Newton from `theta` to the optimum; each sample and joint with its weight [1/(N·m)]."""
+        """Run Gauss–Newton from `theta` to the optimum; each sample and joint has its weight [1/(N·m)]."""
         tau_nominal = self.description.nominal_gain * sweeps.current
         samples = self.batch.bind(len(sweeps.q))
         for name in ("q", "v", "a", "hung"):

@@ -1,4 +1,4 @@
-"""Stage 0, the empty machine: torque gain, friction and what its own links weigh, from sweeps with known weights."""
+"""Stage 0, the empty machine: torque gain, friction and weight of its links, from sweeps with known weights."""
 
 from dataclasses import dataclass, replace
 
@@ -26,36 +26,36 @@ from .empty_prior import V_STRIBECK as V_STRIBECK
 from .empty_prior import VISCOUS as VISCOUS
 
 V_REST = 0.02
-MOVED_S = 2.0  # least time of clear motion
+MOVED_S = 2.0  # shortest time of clear motion
 CHANGING = ("coulomb", "viscous", "asymmetry")
-"""What a re-check measures again."""
-CHANGE_SD = 0.3  # share: of that between two days
-KNOWN_SD = 1e-6  # what a re-check takes as it was
-WEIGHT_LOOSE_SD = 1.0  # share: a first fit does not trust what is written on the weights
+"""Names of the parameters that a re-check measures again."""
+CHANGE_SD = 0.3  # share: standard deviation of their change between two days
+KNOWN_SD = 1e-6  # standard deviation of parameters that a re-check keeps
+WEIGHT_LOOSE_SD = 1.0  # share: the first fit does not trust the stated masses of the weights
 
 Joints = Float[np.ndarray, " joint"]
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """What stage 0 found of an empty machine, at the time of its last sample."""
+    """Calibration of an empty machine by stage 0, at the time of its last sample."""
 
     machine: CalibratedMachine
     tilt: Float[np.ndarray, " 2"]
-    """Lean of the base: horizontal part of gravity along x and y of the base, over its size [-]."""
+    """Tilt of the base: horizontal part of gravity along x and y of the base, over the size of gravity [-]."""
     tilt_sd: Float[np.ndarray, " 2"]
     offset: Joints
-    """Of the encoders: measured minus true position [rad]."""
+    """Encoder offsets: measured minus true position [rad]."""
     offset_sd: Joints
     phi_sd: Float[np.ndarray, "joint 10"]
-    """Of the links' inertial parameters."""
+    """Standard deviations of the links' inertial parameters."""
 
 
 def calibrate(description: RigDescription, tree: Tree, sweeps: Sweeps) -> Calibration:
-    """The machine that explains the sweeps best, with the data sheet as prior.
+    """Fit the machine to its sweeps, with the data sheet as prior.
 
     Raises:
-        IdentificationError: A joint moved too little, or what was found cannot be.
+        IdentificationError: A joint moved too little, or the result is not plausible.
     """
     _refuse_unmoved(description, sweeps)
     model = EmptyMachine(description, tree)
@@ -68,7 +68,7 @@ def calibrate(description: RigDescription, tree: Tree, sweeps: Sweeps) -> Calibr
 
 
 def recheck(description: RigDescription, tree: Tree, sweeps: Sweeps, before: Calibration) -> Calibration:
-    """Friction as it is now, from sweeps without weights; all else stays as it was `before`.
+    """Measure the current friction from sweeps without weights; all other values stay as in `before`.
 
     Raises:
         IdentificationError: A joint moved too little.
@@ -88,7 +88,7 @@ def recheck(description: RigDescription, tree: Tree, sweeps: Sweeps, before: Cal
 
 
 def as_it_was(description: RigDescription, data_sheets: EmptyPrior, before: Calibration) -> EmptyPrior:
-    """What a re-check believes: all is as it was but for what changes with the day, and ripple, which is not kept."""
+    """Prior of a re-check: the previous calibration, with free friction and free ripple, which is not stored."""
     layout, machine, friction = data_sheets.layout, before.machine, before.machine.friction
     mean, sd = data_sheets.mean.copy(), np.full(len(data_sheets.mean), KNOWN_SD)
     known = {
@@ -106,7 +106,7 @@ def as_it_was(description: RigDescription, data_sheets: EmptyPrior, before: Cali
         mean[layout.of(name)] = values
     mean[layout.tilt], mean[layout.links] = before.tilt, machine.phi.ravel()
     coulomb, viscous, asymmetry = (np.abs(np.asarray(known[name])) for name in CHANGING)
-    # Asymmetry may also come where there was none: a tenth of what rubs.
+    # Asymmetry may also appear where there was none: a tenth of the Coulomb friction.
     for name, size in zip(CHANGING, (coulomb, viscous, np.hypot(asymmetry, 0.1 * coulomb)), strict=True):
         sd[layout.of(name)] = CHANGE_SD * size
     for name in ("ripple_sine", "ripple_cosine"):
@@ -125,7 +125,7 @@ def _refuse_unmoved(description: RigDescription, sweeps: Sweeps) -> None:
 
 
 def _calibration(description: RigDescription, fit: Fit) -> Calibration:
-    """The calibrated machine; torque unit: true newton metres."""
+    """Build the calibration from a fit; torques are in true N·m, not in nominal ones."""
     layout, theta = fit.prior.layout, fit.theta
     value = {name: theta[layout.of(name)] for name in PER_JOINT}
     sd = {name: fit.sd[layout.of(name)] for name in PER_JOINT}
@@ -162,5 +162,5 @@ def _calibration(description: RigDescription, fit: Fit) -> Calibration:
 
 
 def tilted_gravity(tilt: Float[np.ndarray, " 2"]) -> Float[np.ndarray, " 3"]:
-    """In a base that leans by `tilt` (2,), as in `Calibration` [m/s²]."""
+    """Gravity (3,) in a base with `tilt` (2,), as in `Calibration` [m/s²]."""
     return float(np.linalg.norm(GRAVITY)) * np.array([tilt[0], tilt[1], -np.sqrt(1 - tilt @ tilt)])

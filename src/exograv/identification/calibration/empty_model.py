@@ -1,4 +1,4 @@
-"""The torque of an empty machine and its derivative, as a function of everything that calibration does not know."""
+"""Torque of an empty machine and its derivative, as a function of all unknowns of the calibration."""
 
 import casadi as ca
 import numpy as np
@@ -13,14 +13,14 @@ from exograv.model.tree import Tree, inertial_parameters
 from .empty_prior import PER_JOINT, EmptyLayout
 
 AGE_S = 600.0
-"""Over which warming is stated [s]."""
+"""Time to which the warming parameters refer [s]."""
 
 V_SHARP = 2e-4
-"""In place of `Friction.v_rest`: samples without a clear direction of friction are left out, and the others keep all of
-their friction; a start from rest is a sample ten times as fast [rad/s]."""
+"""Replacement of `Friction.v_rest` [rad/s]. It is small so that all used samples have their full friction; samples
+without a clear direction are left out. A start from rest is a sample ten times as fast."""
 
 FILTER_DELAY_S = 0.04
-"""Of the filter that all samples have passed: fast ripple reaches them weakened [s]."""
+"""Delay of the sample filter [s]; it attenuates fast ripple."""
 
 ARGUMENTS = ("q", "v", "a", "age", "hung", "theta")
 
@@ -28,8 +28,8 @@ ARGUMENTS = ("q", "v", "a", "age", "hung", "theta")
 def compile_model(description: RigDescription, tree: Tree, layout: EmptyLayout) -> kernel.Batch:
     """Nominal torque, gain × current by the data sheet (joint,) [N·m], and its derivative (joint, unknown).
 
-    Of measured position q [rad], v, a, the age of the sample, counted back from the end [AGE_S], and which of the known
-    weights hang at which mount (mount × weight, mounts together) [-].
+    Arguments: measured position q [rad], v, a, age of the sample before the end [AGE_S], known weights at the mounts
+    (mount × weight, all weights of the first mount first) [-], and the unknowns theta.
     """
     n, mounts = layout.joints, description.mounts
     q, v, a = (ca.SX.sym(name, n) for name in ("q", "v", "a"))
@@ -57,7 +57,7 @@ def _gravity(tilt: ca.SX) -> ca.SX:
 
 
 def _friction(unknown: dict[str, ca.SX], age: ca.SX, v: ca.SX, load: ca.SX) -> ca.SX:
-    """Friction (joint,) [N·m] at the age of a sample; what depends on load and direction breaks away like the rest."""
+    """Friction (joint,) [N·m] at the age of a sample; breakaway also applies to the parts by load and direction."""
     coulomb = unknown["coulomb"] * (1 + age * unknown["coulomb_warming"])
     none = ca.SX.zeros(v.numel())
     friction = Friction(
@@ -73,7 +73,7 @@ def _friction(unknown: dict[str, ca.SX], age: ca.SX, v: ca.SX, load: ca.SX) -> c
 
 
 def _ripple(description: RigDescription, unknown: dict[str, ca.SX], q: ca.SX, v: ca.SX) -> ca.SX:
-    """Friction (joint,) [N·m] that comes and goes once a turn of the motor, as the filter lets it through."""
+    """Friction (joint,) [N·m] with a period of one motor turn, attenuated by the sample filter."""
     turns = ca.DM(description.per_actuator("gear_ratio"))
     # |15 / (s³ + 6 s² + 15 s + 15)|: the filter's Bessel polynomial at the ripple's frequency.
     s = turns * ca.fabs(v) * FILTER_DELAY_S

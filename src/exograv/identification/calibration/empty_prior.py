@@ -1,4 +1,4 @@
-"""What is believed of an empty machine before it moved, and in which order its unknowns stand in one vector."""
+"""Prior of an empty machine, and the order of its unknowns in one vector."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,12 +10,12 @@ from scipy.linalg import block_diag
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 
-# What is believed of a drive before it moved, by its kind: mean and standard deviation (docs/robots.md).
+# Prior of a drive by its kind: mean and standard deviation (docs/robots.md).
 GAIN_SD = 0.08  # share: unit tolerance of a torque constant 5-10 %
 COULOMB = {"harmonic": (2.5, 1.5), "quasi_direct": (0.3, 0.2)}  # N·m
 VISCOUS = {"harmonic": (1.5, 1.5), "quasi_direct": (0.08, 0.08)}  # N·m·s/rad
 RATED_NM = {"harmonic": 30.0, "quasi_direct": 15.0}
-"""Largest torque of the drives above; smaller ones rub less in proportion (assumed)."""
+"""Largest torque of the drives above [N·m]; the friction of smaller ones is assumed proportional to it."""
 LOAD_SHARE = {"harmonic": (0.06, 0.05), "quasi_direct": (0.01, 0.02)}
 ASYMMETRY_SD = {"harmonic": 0.3, "quasi_direct": 0.05}  # N·m
 BREAKAWAY, BREAKAWAY_SD = 1.25, 0.25  # static over Coulomb friction
@@ -25,50 +25,50 @@ ROTOR_SD = 0.4  # share
 WARMING_SD = (
     0.15  # share by which friction falls in ten minutes: a tenth to a fifth in half an hour, most of it at first
 )
-OFFSET_SD = np.deg2rad(0.7)  # of an encoder: set against a jig or a stop, on any day
+OFFSET_SD = np.deg2rad(0.7)  # of an encoder whose zero is set at a jig or a stop
 LINK_MASS_SD = 0.04  # share: links against their drawings
 LINK_CENTRE_SD_M = 0.004
 LINK_INERTIA_SD = 0.10  # share of the mean moment
-TILT_SD = np.deg2rad(1.0)  # of the base: set up by eye and a spirit level, on any day
+TILT_SD = np.deg2rad(1.0)  # of a base that is set up by eye and a spirit level
 WEIGHT_SD = 0.002  # share: a known weight is put on a scale before it hangs
 
 PER_JOINT = (
     "inverse_gain", "coulomb", "viscous", "load_share", "asymmetry", "rotor", "breakaway", "log_v_stribeck",
     "coulomb_warming", "viscous_warming", "offset", "ripple_sine", "ripple_cosine",
 )  # fmt: skip
-"""Unknowns of every joint. The gain is a share of the nominal one; warming is how much larger the friction was ten
-minutes before the end, as a share; offset is measured minus true position [rad]; ripple is friction that comes and goes
-once a turn of the motor [N·m]."""
+"""Unknowns of every joint. The gain is a share of the nominal one. Warming is the relative excess of friction ten
+minutes before the end. Offset is measured minus true position [rad]. Ripple is friction with a period of one turn of
+the motor [N·m]."""
 
 Unknowns = Float[np.ndarray, " unknown"]
 
 
 @dataclass(frozen=True)
 class EmptyLayout:
-    """Where each unknown stands: per joint in the order of `PER_JOINT`, tilt, shares of the weights, links."""
+    """Slices of the unknowns: per joint in the order of `PER_JOINT`, tilt, shares of the weights, links."""
 
     joints: int
     weights: int
 
     def of(self, name: str) -> slice:
-        """One kind of unknown of all joints."""
+        """Slice of the unknown `name` of all joints."""
         k = PER_JOINT.index(name)
         return slice(k * self.joints, (k + 1) * self.joints)
 
     @property
     def tilt(self) -> slice:
-        """Direction of gravity: its horizontal part over its size (2,) [-]."""
+        """Slice of the direction of gravity: its horizontal part over its size (2,) [-]."""
         start = len(PER_JOINT) * self.joints
         return slice(start, start + 2)
 
     @property
     def weight(self) -> slice:
-        """True mass of each known weight over the stated one [-]."""
+        """Slice of the known weights: true mass over stated mass [-]."""
         return slice(self.tilt.stop, self.tilt.stop + self.weights)
 
     @property
     def links(self) -> slice:
-        """Inertial parameters, ten a joint."""
+        """Slice of the links' inertial parameters, ten per joint."""
         return slice(self.weight.stop, self.weight.stop + 10 * self.joints)
 
 
@@ -81,7 +81,7 @@ class EmptyPrior:
     covariance: Float[np.ndarray, "unknown unknown"]
 
     def with_sd(self, block: slice, sd: float) -> "EmptyPrior":
-        """The same with another, independent standard deviation of a block."""
+        """Return a copy with another, independent standard deviation of a block."""
         covariance = self.covariance.copy()
         covariance[block, :] = covariance[:, block] = 0.0
         covariance[block, block] = sd**2 * np.eye(block.stop - block.start)
@@ -89,7 +89,7 @@ class EmptyPrior:
 
 
 def drive_sizes(description: RigDescription) -> Float[np.ndarray, " joint"]:
-    """Share of the friction in the tables that a drive of this size has (joint,) [-]."""
+    """Friction of drives of this size, as a share of that in the tables (joint,) [-]."""
     rated = np.array([RATED_NM[actuator.drive] for actuator in description.settings.actuators])
     return np.minimum(description.per_actuator("torque_max_Nm") / rated, 1.0)
 
@@ -97,14 +97,14 @@ def drive_sizes(description: RigDescription) -> Float[np.ndarray, " joint"]:
 def usual_friction(
     description: RigDescription, table: Mapping[str, tuple[float, float]]
 ) -> tuple[Float[np.ndarray, " joint"], Float[np.ndarray, " joint"]]:
-    """Mean and standard deviation (joint,) by a table for drives of this machine's sizes."""
+    """Mean and standard deviation (joint,) of a friction table for drives of this machine's sizes."""
     rows = np.array([table[actuator.drive] for actuator in description.settings.actuators])
     mean, sd = (rows * drive_sizes(description)[:, None]).T
     return mean, sd
 
 
 def data_sheet_prior(description: RigDescription, tree: Tree) -> EmptyPrior:
-    """By the URDF, `rig.toml` and what is usual of such drives."""
+    """Prior from the URDF, `rig.toml` and usual values of such drives."""
     n, weights = len(tree.joints), len(description.calibration.weights_kg)
     kinds = [actuator.drive for actuator in description.settings.actuators]
     rotor = description.per_actuator("rotor_inertia_kgm2")
@@ -133,7 +133,7 @@ def data_sheet_prior(description: RigDescription, tree: Tree) -> EmptyPrior:
 
 
 def _link_covariance(phi: Float[np.ndarray, " 10"]) -> Float[np.ndarray, "10 10"]:
-    """Of a link's inertial parameters: mass, centre and inertia off their drawing."""
+    """Covariance of a link's inertial parameters: errors of mass, centre and inertia against the drawing."""
     mass, com = phi[0], phi[1:4] / phi[0]
     by_mass = LINK_MASS_SD * phi
     covariance = np.outer(by_mass, by_mass)

@@ -1,1 +1,1 @@
-"""What every identification method shares: model, prior, samples, uncertainty."""
+"""Parts that all identification methods share: model, prior, samples, uncertainty."""

@@ -1,4 +1,4 @@
-"""Expected torque of the arm in the machine, and its derivative with respect to everything that is learned."""
+"""Expected torque of the arm in the machine, and its derivative with respect to all learned parameters."""
 
 import copy
 from dataclasses import replace
@@ -20,20 +20,21 @@ from exograv.spatial import solve_symmetric
 from .interface import Joints, Parameters, Sample
 
 SLOW_V = 0.1
-"""Below this speed the direction of friction is uncertain: the filters' delays blur a turn [rad/s]."""
+"""Speed below which the direction of friction is uncertain [rad/s]: the delays of the filters blur a reversal."""
 
 SAG_STEPS = 5
-"""Newton steps from the posture of the cuffs alone to that under load; quadratic convergence."""
+"""Newton steps from the posture of least cuff energy to the posture under load; convergence is quadratic."""
 
 SINGULAR_SD = 1e3
-"""Of a sample near a singular posture of the arm: its springs and damping mean nothing there [N·m]."""
+"""Standard deviation of a sample near a singular posture of the arm [N·m]: spring and damping torques have no
+meaning there."""
 
 SLOPE_MAX = 0.01
-"""Remaining slope of the cuffs' energy beyond which the posture is lost and closed from cold [N·m]."""
+"""Largest gradient of the cuff energy after closure [N·m]; above it the closure is repeated from a cold start."""
 
 
 class ArmModel:
-    """`TorqueModel` of an arm in a calibrated machine; parameters as in `dynamics.parameters`."""
+    """Model of an arm in a calibrated machine (a `TorqueModel`); parameters in the order of `dynamics.parameters`."""
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine):
         self.assembly, self.machine = assembly, machine
@@ -45,11 +46,11 @@ class ArmModel:
 
     @property
     def z(self) -> Float[np.ndarray, " freedom"]:
-        """The arm's angles in the sample linearised last [rad]."""
+        """Arm angles in the sample that was linearised last [rad]."""
         return self._z
 
     def again(self) -> "ArmModel":
-        """Another model of the same arm and machine, which follows a motion of its own; nothing is compiled anew."""
+        """Return a second model of the same arm and machine for another motion; it shares the compiled code."""
         other = copy.copy(self)
         other._kernel = self._kernel.again()
         other._forget()
@@ -62,7 +63,10 @@ class ArmModel:
         self._G = np.zeros((self.assembly.n_freedoms, self.n_joints))
 
     def linearise(self, sample: Sample, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
-        """Follows the motion: the closed posture is carried on from the sample before."""
+        """Return the expected torque (joint,) [N·m] and its derivative.
+
+        The closure starts from the posture of the previous sample (warm start).
+        """
         motion = (sample.q, sample.v, sample.a)
         if self._q_before is None:
             self._close(motion, x)
@@ -75,17 +79,20 @@ class ArmModel:
             tau, derivative, slope = self._evaluate(motion, x)
         self._is_lost = not slope < SLOPE_MAX
         if self._is_lost:
-            # With parameters far from any person's the arm would fall out of its cuffs: that sample tells nothing.
+            # With implausible parameters the closure does not converge: zero rows keep the sample out of the estimate.
             self.restart()
             return np.zeros_like(tau), np.zeros_like(derivative)
         return tau, derivative
 
     def restart(self) -> None:
-        """The next sample does not follow the one before: its posture is closed from cold."""
+        """Start a new motion: the next sample is closed from a cold start."""
         self._q_before = None
 
     def at_rest(self, q: Joints, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
-        """Torque that holds exoskeleton and arm still at `q` (joint,) [rad], friction and passive joints apart."""
+        """Torque (joint,) that holds exoskeleton and arm at rest at `q` [rad], and its derivative.
+
+        Friction and the elasticity of the wearer's joints are not included.
+        """
         motion = (q, np.zeros(self.n_joints), np.zeros(self.n_joints))
         springs = slice(self._layout.stiffness.start, self._layout.spring_offset.stop)
         held = x.copy()
@@ -97,7 +104,7 @@ class ArmModel:
         return tau, derivative
 
     def _close(self, motion: tuple[Joints, Joints, Joints], x: Parameters) -> None:
-        """The posture under load, from cold."""
+        """Close the loops under load from a cold start."""
         q = motion[0]
         self._z[:] = self._solver.solve(q, fit=x[self._layout.fit])[0]
         for _ in range(SAG_STEPS):
@@ -106,14 +113,14 @@ class ArmModel:
     def _evaluate(
         self, motion: tuple[Joints, Joints, Joints], x: Parameters
     ) -> tuple[Joints, Float[np.ndarray, "joint parameter"], float]:
-        """Torque, its derivative, and how far the loops are from closed; posture and load are carried on."""
+        """Torque, its derivative, and largest remaining gradient of the cuff energy [N·m]; updates posture and load."""
         tau, derivative, self._z[:], self._G[:], slope = self._kernel.of(*motion, self._z, x)
         return tau, derivative, float(np.abs(slope).max())
 
     def direction_uncertainty(self, v: Joints) -> Joints:
-        """Standard deviation [N·m]: all of the Coulomb torque at rest, none of it in clear motion.
+        """Return the standard deviation of the torque [N·m]: the whole Coulomb torque at rest, zero in clear motion.
 
-        Beyond all torque where the sample linearised last was near a singular posture, or closed no loops.
+        It is `SINGULAR_SD` if the last sample was near a singular posture or its closure did not converge.
         """
         if self._is_lost:
             return np.full(self.n_joints, SINGULAR_SD)
@@ -139,12 +146,12 @@ def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca
     )
     friction = replace(machine.friction, coulomb=x[layout.coulomb], viscous=x[layout.viscous])
     tau = carried + friction_torque(friction, v, carried)
-    # The posture moves with the parameters so that its slope stays zero; cheaper than to differentiate Newton's step.
+    # Implicit differentiation: the posture keeps the gradient zero. Cheaper than a derivative of the Newton step.
     z_by_x, _ = solve_symmetric(closed.H, -ca.jacobian(closed.slope, x), PIVOT_MIN)
     by_both = ca.jacobian(tau, ca.vertcat(x, z))
     derivative = by_both[:, : x.numel()] + by_both[:, x.numel() :] @ z_by_x
     at = ca.Function("at", [q, v, a, z, x], [tau, derivative, closed.z, closed.G, closed.slope])
-    # One Newton step from a posture that is nearly closed leaves nothing worth another.
+    # One Newton step is enough: the warm start is nearly closed.
     z_closed = newton_step(cuffs, q, z_before, fit, static_load(assembly, arm, z_before, machine.gravity))
     names = ["q", "v", "a", "z_before", "x"], ["tau", "derivative", "z", "G", "slope"]
     return ca.Function("torque_and_derivative", [q, v, a, z_before, x], at.call([q, v, a, z_closed, x]), *names)

@@ -1,4 +1,4 @@
-"""The setting of an arm in a calibrated machine."""
+"""Identification setting of an arm in a calibrated machine."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from .setting import Setting, Springs
 
 
 def arm_setting(model: ArmModel, mean: Parameters, covariance: Covariance, discrepancy: Discrepancy) -> Setting:
-    """What every method starts from, with this belief about the arm; `model` becomes the method's own."""
+    """Build the setting that every method starts from, with this prior; the method takes ownership of `model`."""
     assembly, machine, layout = model.assembly, model.machine, ParameterLayout.of(model.assembly)
     of_machine = np.zeros(len(mean), dtype=bool)
     of_machine[layout.rotor.start : layout.viscous.stop] = True

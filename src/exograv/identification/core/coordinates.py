@@ -1,4 +1,4 @@
-"""Numbers that a method may move freely: whatever they become, every body stays possible."""
+"""Unconstrained coordinates of the parameters: every value of them describes physically possible bodies."""
 
 import casadi as ca
 import numpy as np
@@ -10,22 +10,22 @@ from .interface import Covariance, Parameters
 from .log_cholesky import phi_from_theta, theta_from_phi
 
 THETA_SD_MAX = 1.0
-"""Largest standard deviation of a log-Cholesky number [-, m for t]: a body known so little that its prior, carried over
-by the slope at the mean, would allow it to weigh e³⁰ times as much is known to within a factor of about e² instead."""
+"""Largest standard deviation of a log-Cholesky coordinate [-, m for t]. The prior is transformed by the derivative at
+the mean. For a wide prior this would allow e³⁰ times the mass; the limit allows a factor of about e²."""
 
 Coordinate = Float[np.ndarray, " coordinate"]
 
 
 class Coordinates:
-    """Parameters x from c: log-Cholesky numbers of each body, then multiples of the columns of a basis."""
+    """Map from coordinates c to parameters x: log-Cholesky coordinates of each body, then factors of basis columns."""
 
     def __init__(self, bodies: tuple[slice, ...], x: Parameters, basis: Float[np.ndarray, "parameter direction"]):
         """Start at `x`.
 
         Args:
-            bodies: Where the bodies stand in `x`; possible ones.
-            x: Where c is zero but for the bodies.
-            basis: What one unit of each further coordinate does to `x`; zero for the bodies.
+            bodies: Slices of `x` with the inertial parameters of each body, physically possible.
+            x: Start. All further coordinates are zero there.
+            basis: Change of `x` per unit of each further coordinate; zero in the rows of the bodies.
         """
         theta = ca.SX.sym("theta", 10)
         phi = phi_from_theta(theta)
@@ -34,10 +34,10 @@ class Coordinates:
         self._split = 10 * len(bodies)
         thetas = [theta_from_phi(x[body]) for body in bodies]
         self.start: Coordinate = np.concatenate([*thetas, np.zeros(basis.shape[1])])
-        """The coordinates of `x`."""
+        """Coordinates of the start `x`."""
 
     def at(self, c: Coordinate) -> tuple[Parameters, Float[np.ndarray, "parameter coordinate"]]:
-        """Parameters, and their derivative by the coordinates."""
+        """Parameters, and their derivative with respect to the coordinates."""
         x = self._x + self._basis @ c[self._split :]
         derivative = np.zeros((len(x), len(c)))
         derivative[:, self._split :] = self._basis
@@ -47,7 +47,7 @@ class Coordinates:
         return x, derivative
 
     def prior(self, covariance: Covariance) -> Float[np.ndarray, "coordinate coordinate"]:
-        """Covariance of the coordinates at the start, from that of the bodies; the others' by their basis is one."""
+        """Covariance of the coordinates at the start, from that of the parameters; identity for the further ones."""
         P = np.eye(len(self.start))
         if not self._bodies:
             return P

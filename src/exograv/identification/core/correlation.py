@@ -1,4 +1,4 @@
-"""How long a residual says the same thing: without it every interval is too small."""
+"""Correlation time of a residual; intervals that ignore the correlation are too small."""
 
 import numpy as np
 from jaxtyping import Float

@@ -1,8 +1,8 @@
-"""What no parameter explains: smooth fields of torque over the postures, so that intervals stay true.
+"""Discrepancy of the model: smooth torque fields over posture that no parameter explains.
 
-A model is never right everywhere. Without this every further pass through the same posture would be taken as new
-evidence, and the intervals would shrink past the truth. The field is considered, not estimated: it widens the
-covariance by what it could have done to the estimate.
+Every model has errors that depend on posture. Without the fields, each repeated pass through the same posture would
+count as new evidence, and the intervals would become smaller than the real error. The fields are considered, not
+estimated (Schmidt): they widen the covariance by their possible effect on the estimate.
 """
 
 import numpy as np
@@ -11,20 +11,20 @@ from jaxtyping import Float
 Joints = Float[np.ndarray, " joint"]
 
 CLOSURE_ERROR_NM = 0.05
-"""Of the soft loops, as tests/agreement holds them to [N·m]."""
+"""Torque error of the soft loops, as bounded in tests/agreement [N·m]."""
 
 POSTURE_LENGTH_RAD = 0.5
-"""Distance in posture over which an error of the model changes: half a joint's range [rad]."""
+"""Correlation length of a model error over posture [rad]: half a joint's range."""
 
 FEATURES = 16
-"""Of a joint's field, and again of the one that turns its sign with the motion [-]."""
+"""Number of random features of each joint's field, and of the field that changes sign with the direction [-]."""
 
 TURNS_RAD_S = 0.05
-"""Joint speed over which an error of the friction turns its sign [rad/s]."""
+"""Joint speed over which a friction error changes sign [rad/s]."""
 
 
 class Discrepancy:
-    """Two Gaussian fields per joint, by random Fourier features: one that stays, and one that turns with the motion.
+    """Two Gaussian fields per joint, by random Fourier features: one static, one that changes sign with the direction.
 
     Source: Rahimi & Recht 2007, NeurIPS 20 (features); Kennedy & O'Hagan 2001, JRSS B 63:425 (the idea).
     """
@@ -33,11 +33,11 @@ class Discrepancy:
         """Draw the features.
 
         Args:
-            sd: Size of the field per joint [N·m].
-            length_rad: Distance in posture over which the error changes [rad].
-            features: Per joint; more follow the field more closely.
-            seed: Of the features; part of the method, not of the data.
-            turning: Whether there is an error that turns its sign with the motion.
+            sd: Standard deviation of the field per joint [N·m].
+            length_rad: Correlation length of the error over posture [rad].
+            features: Number of features per joint; more of them approximate the field better.
+            seed: Seed of the features; it belongs to the method, not to the data.
+            turning: True to add an error that changes sign with the direction of motion.
         """
         generator = np.random.default_rng(seed)
         self._frequencies = generator.standard_normal((2 * features, len(sd))) / length_rad
@@ -48,11 +48,14 @@ class Discrepancy:
 
     @classmethod
     def of_machine(cls, residual_sd: Joints) -> "Discrepancy":
-        """What stage 0 left unexplained (joint,) [N·m] may be a function of posture as well as noise."""
+        """Discrepancy of a calibrated machine.
+
+        The residual of stage 0 `residual_sd` (joint,) [N·m] may be a function of posture as well as noise.
+        """
         return cls(np.hypot(CLOSURE_ERROR_NM, residual_sd), POSTURE_LENGTH_RAD, FEATURES)
 
     def errors(self, q: Joints, v: Joints) -> Float[np.ndarray, "joint considered"]:
-        """What each error of standard size adds to the torque [N·m] at posture `q` [rad] and speed `v` [rad/s]."""
+        """Torque [N·m] of each error at one standard deviation, at posture `q` [rad] and velocity `v` [rad/s]."""
         n, values = self._features, np.cos(self._frequencies @ q + self._phases)
         turning = np.outer(self._turning_sd * np.tanh(v / TURNS_RAD_S), values[n:])
         by_joint = np.hstack([np.outer(self._sd, values[:n]), turning])

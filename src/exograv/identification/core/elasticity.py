@@ -9,26 +9,26 @@ Freedoms = Float[np.ndarray, " freedom"]
 Curves = Float[np.ndarray, " curve"]
 
 CURVATURE = 1.0
-"""Of both exponentials at the start [1/rad]: stiffness grows by a half at one radian from the middle."""
+"""Start value of both exponents [1/rad]: stiffness grows by a half at one radian from the middle."""
 
 SD = np.array([0.7, 0.5, 0.7, 0.5, 0.3])
-"""Standard deviation of each number at the start [-, 1/rad, -, 1/rad, N·m]; shares of it scale a ridge."""
+"""Prior standard deviation of the five curve parameters [-, 1/rad, -, 1/rad, N·m]; the ridge is scaled by it."""
 
 
 @dataclass(frozen=True)
 class DoubleExponential:
-    """Torque that holds each freedom at angle z against its own elasticity, from five numbers a freedom.
+    """Torque that holds each freedom at angle z against its elasticity, from five parameters per freedom.
 
         τ = exp(p₁ + p₂ z) − exp(p₃ − p₄ z) + p₅
 
-    The numbers of one freedom stand together. Source: Riener & Edrich 1999, J Biomech 32:539; in
-    identification with an exoskeleton: Li et al. 2022, IEEE TMRB 4:206.
+    The five parameters of one freedom are adjacent. Source: Riener & Edrich 1999, J Biomech 32:539; used to
+    identify a wearer in an exoskeleton: Li et al. 2022, IEEE TMRB 4:206.
     """
 
     freedoms: int
 
     def start(self, stiffness: Freedoms, offset: Freedoms) -> Curves:
-        """Numbers whose torque near the neutral angle is stiffness · z − offset [N·m]."""
+        """Curve parameters whose torque near the neutral angle is stiffness · z − offset [N·m]."""
         neutral = offset / stiffness
         size = np.log(0.5 * stiffness / CURVATURE)
         slope = np.full(self.freedoms, CURVATURE)
@@ -37,23 +37,23 @@ class DoubleExponential:
 
     @property
     def sd(self) -> Curves:
-        """Of all numbers."""
+        """Prior standard deviation of all curve parameters."""
         return np.tile(SD, self.freedoms)
 
     def tangent(self, p: Curves, z: Freedoms) -> tuple[Freedoms, Freedoms]:
-        """Stiffness [N·m/rad] and offset [N·m] of the line that touches the curves at `z` [rad]."""
+        """Stiffness [N·m/rad] and offset [N·m] of the tangent to the curves at `z` [rad]."""
         up, down, shift = self._parts(p, z)
         numbers = p.reshape(self.freedoms, 5)
         stiffness = numbers[:, 1] * up + numbers[:, 3] * down
         return stiffness, stiffness * z - (up - down + shift)
 
     def torque(self, p: Curves, z: Freedoms) -> Freedoms:
-        """Of the formula [N·m]."""
+        """Elastic torque by the formula above [N·m]."""
         up, down, shift = self._parts(p, z)
         return up - down + shift
 
     def by_numbers(self, p: Curves, z: Freedoms) -> Float[np.ndarray, "freedom curve"]:
-        """Derivative of the torque by the numbers."""
+        """Return the derivative of the torque with respect to the curve parameters."""
         up, down, _ = self._parts(p, z)
         blocks = np.column_stack([up, z * up, -down, z * down, np.ones(self.freedoms)])
         derivative = np.zeros((self.freedoms, 5 * self.freedoms))
@@ -62,7 +62,7 @@ class DoubleExponential:
         return derivative
 
     def straightened(self, p: Curves, z: Float[np.ndarray, "sample freedom"]) -> tuple[Freedoms, Freedoms]:
-        """Stiffness and offset of the lines nearest to the curves over the angles that were visited."""
+        """Stiffness [N·m/rad] and offset [N·m] of the least-squares lines over the visited angles `z` [rad]."""
         torque = np.array([self.torque(p, row) for row in z])
         centred = z - z.mean(axis=0)
         power = np.maximum((centred**2).sum(axis=0), 1e-12)

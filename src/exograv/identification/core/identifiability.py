@@ -1,4 +1,4 @@
-"""What the motion told, and what the prior decided: the combinations of parameters that the data know."""
+"""Identifiability: which parameter combinations the data determined, and which the prior determined."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,74 +12,74 @@ from .interface import Covariance, Parameters
 from .square_root import square_root
 
 TOLD = 0.5
-"""A parameter counts as told by the data where less than this share of the prior's standard deviation is left [-]."""
+"""Share of the prior's standard deviation [-]; below it, the data determined the parameter."""
 
 CONFUSED = 0.9
-"""Correlation from which on the data cannot tell two parameters apart [-]."""
+"""Correlation above which the data cannot separate two parameters [-]."""
 
 SHOWN = 0.1
-"""Smallest part in a combination that is written out, in prior standard deviations [-]."""
+"""Smallest weight in a combination that is listed, in prior standard deviations [-]."""
 
 
 @dataclass(frozen=True)
 class BaseParameter:
-    """A combination of parameters that the data know better than the prior did."""
+    """Combination of parameters that is known better from the data than from the prior."""
 
     weights: dict[str, float]
-    """Of each parameter in it; the first one's is 1."""
+    """Weights by parameter name; the first is 1."""
 
     value: float
     sd: float
-    """One standard deviation, in the unit of the first parameter."""
+    """Standard deviation, in the unit of the first parameter."""
 
 
 @dataclass(frozen=True)
 class Identifiability:
-    """How much of an estimate is measured."""
+    """Identifiability of an estimate: which part of it was measured."""
 
     learned: int
-    """Parameters that could be learned [-]."""
+    """Number of parameters that could be learned [-]."""
 
     base: tuple[BaseParameter, ...]
-    """Independent combinations that the data decided, the best known first."""
+    """Independent combinations that the data determined, the most certain first."""
 
     condition: float
-    """Of the weighted regressor, over those combinations: largest through smallest singular value [-]."""
+    """Condition number of the weighted regressor over those combinations: largest by smallest singular value [-]."""
 
     left: dict[str, float]
-    """Share of the prior's standard deviation that is left, by parameter [-]."""
+    """Posterior over prior standard deviation, by parameter [-]."""
 
     confused: tuple[tuple[str, str, float], ...]
-    """Pairs that the data cannot tell apart, with their correlation; the prior held them apart."""
+    """Pairs that the data cannot separate, with their correlation; the prior did not correlate them."""
 
     @property
     def by_data(self) -> tuple[str, ...]:
-        """Parameters that the data told."""
+        """Parameters that the data determined."""
         return tuple(name for name, left in self.left.items() if left < TOLD)
 
     @property
     def by_prior(self) -> tuple[str, ...]:
-        """Parameters whose value is mostly the prior's."""
+        """Parameters whose value comes mostly from the prior."""
         return tuple(name for name, left in self.left.items() if left >= TOLD)
 
 
 def identifiability(names: Sequence[str], prior: Covariance, posterior: Covariance, x: Parameters) -> Identifiability:
-    """Compare what was believed before the motion with what is after it.
+    """Compare the prior with the posterior.
 
-    The difference of the two informations is the data's. A pivoted QR of its square root, every column in units of the
-    prior's standard deviation, picks independent parameters and says what else they carry: base parameters
-    (Gautier 1991), cut where the data know less than the prior did.
+    The difference of the two information matrices is the information of the data. A pivoted QR of its square root, each
+    column in units of the prior's standard deviation, selects independent parameters and the other parameters that
+    each of them contains: base parameters (Gautier 1991). Combinations that the prior knows better are cut.
 
     Args:
-        names: Of the parameters, as `dynamics.parameters.names_and_units`.
+        names: Parameter names, as from `dynamics.parameters.names_and_units`.
         prior: Covariance before the motion (parameter, parameter).
         posterior: Covariance after it.
-        x: The estimate (parameter,).
+        x: Estimate (parameter,).
     """
     sd = np.sqrt(np.diag(prior))
     free = np.flatnonzero(sd > 0.0)
     regressor = _data_square_root(prior[np.ix_(free, free)], posterior[np.ix_(free, free)]) * sd[free]
-    decomposed: Any = qr(regressor, mode="r", pivoting=True)  # what it returns depends on its arguments
+    decomposed: Any = qr(regressor, mode="r", pivoting=True)  # the return type depends on the arguments
     R, order = np.asarray(decomposed[0]), np.asarray(decomposed[1])
     singular = np.abs(np.diag(R))
     rank = int((singular > 1.0).sum())
@@ -102,7 +102,7 @@ def identifiability(names: Sequence[str], prior: Covariance, posterior: Covarian
 
 
 def _data_square_root(prior: Covariance, posterior: Covariance) -> Float[np.ndarray, "row parameter"]:
-    """Rows whose squares add to the information that the data brought."""
+    """Square root of the information of the data: the sum of the rows' outer products equals it."""
     L = square_root(prior)
     inverse = np.linalg.pinv(L)
     told = np.linalg.inv(inverse @ posterior @ inverse.T) - np.eye(L.shape[1])

@@ -1,4 +1,4 @@
-"""Rows of a motion that the person has not moved: what was asked for, in place of what was measured."""
+"""Instrumental variables: regressor rows along the requested motion in place of the measured motion."""
 
 import numpy as np
 from jaxtyping import Float
@@ -6,31 +6,34 @@ from jaxtyping import Float
 from .interface import Joints, Parameters, Sample, TorqueModel
 
 FAR_RAD = 0.3
-"""So far from the asked posture the arm is blocked or led by somebody: what was asked tells nothing then."""
+"""Largest distance from the requested posture [rad]. Beyond it the arm is blocked or led by a person, and the requested
+motion says nothing about the measured one."""
 
 
 class Instrumented:
-    """`TorqueModel` that expects the torque of the measured motion, and derives it along the motion asked for.
+    """Model that predicts torque along the measured motion and its derivative along the requested motion.
 
-    A wearer's own torque moves the arm, so that the measured motion goes along with the very noise of the torque. What
-    is fitted to rows of that motion then takes too little damping and stiffness, the surer the longer it lasts: at two
-    newton metres of own torque the dampings of the shoulder come out negative. No wearer has moved the motion that was
-    asked for: an instrument, as in the econometricians' method of instrumental variables, whose use for robots
-    Janot, Vandanjon and Gautier describe (IEEE Trans. Control Syst. Technol. 22, 2014). What is gained goes with the
-    square of the own torque, and what is lost, a tenth of the accuracy, does not: a method that knows how restless the
-    wearer is says whether to.
+    The wearer's own torque moves the arm, so the measured motion correlates with the noise of the torque. A fit to rows
+    of the measured motion then underestimates damping and stiffness, with more confidence the longer the motion lasts:
+    at 2 N·m of own torque the dampings of the shoulder become negative. The requested motion is independent of the
+    wearer and serves as the instrument (instrumental variables; for robots: Janot, Vandanjon and Gautier, IEEE Trans.
+    Control Syst. Technol. 22, 2014). The gain grows with the square of the own torque. The loss, a tenth of the
+    accuracy, is constant. A method that estimates the own torque therefore switches it on or off.
     """
 
     def __init__(self, measured: TorqueModel, asked: TorqueModel):
-        """Take two models of the same, each of which follows one of the motions."""
+        """Take two models of the same arm: one follows the measured motion, the other the requested motion."""
         self._measured, self._asked = measured, asked
         self.n_joints, self.n_parameters = measured.n_joints, measured.n_parameters
         self._unsure = np.zeros(self.n_joints)
         self.is_on = True
-        """Whether rows are taken along the motion asked for."""
+        """True if rows are taken along the requested motion."""
 
     def linearise(self, sample: Sample, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
-        """Expected torque (joint,) [N·m] where the arm is; its derivative where it should be, if it is not far off."""
+        """Return the expected torque (joint,) [N·m] on the measured motion, and its derivative.
+
+        The derivative is taken on the requested motion unless the arm is more than `FAR_RAD` away from it.
+        """
         tau, derivative = self._measured.linearise(sample, x)
         asked = sample.asked
         if not self.is_on or asked is None or np.abs(asked.q - sample.q).max() > FAR_RAD:
@@ -42,10 +45,10 @@ class Instrumented:
         return tau, derivative
 
     def restart(self) -> None:
-        """The next sample does not follow the one before."""
+        """Start a new motion in both models."""
         self._measured.restart()
         self._asked.restart()
 
     def direction_uncertainty(self, v: Joints) -> Joints:
-        """As of the less certain of the two motions."""
+        """Return the standard deviation of the torque [N·m]: the larger of those of the two motions."""
         return np.maximum(self._measured.direction_uncertainty(v), self._unsure)

@@ -1,4 +1,4 @@
-"""What every identification method is: a stream of samples in; parameters, their uncertainty and a sentence out."""
+"""Interface of all identification methods: samples in; parameters, uncertainty and outcome out."""
 
 import enum
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ Covariance = Float[np.ndarray, "parameter parameter"]
 
 @dataclass(slots=True)
 class RequestedMotion:
-    """The motion that was asked for, through the same filter as what was measured."""
+    """Requested motion, through the same filter as the measurements."""
 
     q: Joints
     """[rad]"""
@@ -31,10 +31,10 @@ class RequestedMotion:
 
 @dataclass(slots=True)
 class Sample:
-    """One moment of the motion, every quantity through the same filter."""
+    """Sample of the motion; all quantities passed the same filter."""
 
     t: float
-    """Seconds of motion since the first sample [s]."""
+    """Time of motion since the first sample [s]."""
 
     q: Joints
     """[rad]"""
@@ -49,51 +49,51 @@ class Sample:
     """Measured torque of the joints [N·m]."""
 
     asked: RequestedMotion | None = None
-    """None where nobody asked for a motion, or nobody knows for which."""
+    """Requested motion; None if none was requested or it is not known."""
 
 
 class Outcome(enum.Enum):
-    """How an identification ended; the value is a sentence for the operator."""
+    """Outcome of an identification; the value is a sentence for the operator."""
 
     RUNNING = "The identification is still running."
     CONVERGED = "The arm is identified: the predicted left over is within its target."
-    EXHAUSTED = "More of this motion would tell little more: the next 10 s improve the prediction by less than 5 %."
+    EXHAUSTED = "More of this motion would add little: the next 10 s improve the prediction by less than 5 %."
     TIME_IS_UP = "The motion ended before the target was reached. Run a longer one."
-    NOT_EXCITED = "The joints moved too little to tell the arm's weight. Run the longer motion."
+    NOT_EXCITED = "The joints moved too little to determine the arm's weight. Run the longer motion."
     NOT_RELAXED = "The person did not relax. Ask the person to let go, then repeat."
     TABLE_ONLY = "Nothing was measured: the arm is the one of the anthropometric table."
     NO_INTERVAL = (
-        "The motion is over. This method states no uncertainty, so nothing says whether the arm is identified."
+        "The motion is over. This method states no uncertainty, so it is not known whether the arm is identified."
     )
 
     @property
     def sentence(self) -> Sentence:
-        """Its value, with the code under which other languages have it."""
+        """Value of the outcome, with the code of its translations."""
         return member_sentence("outcome", self)
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """What is known after some motion."""
+    """Estimate after some motion."""
 
     t: float
-    """Seconds of motion used [s]."""
+    """Time of motion used [s]."""
 
     x: Parameters
     """Parameters in the model's order, physically possible."""
 
     covariance: Covariance | None
-    """Of `x`; None where the method states none."""
+    """Covariance of `x`; None if the method states no uncertainty."""
 
     rejected_share: float
-    """Share of the samples that were given less than half their weight [-]."""
+    """Share of the samples that received less than half their weight [-]."""
 
     noise_scale: float
-    """How restless the wearer was, against the assumed size [-]; 1 where the method does not ask."""
+    """Size of the wearer's slow torque over the assumed size [-]; 1 if the method does not estimate it."""
 
     @property
     def sd(self) -> Parameters:
-        """One standard deviation of each parameter; NaN where the method states none."""
+        """Standard deviation of each parameter; NaN if the method states no uncertainty."""
         if self.covariance is None:
             return np.full_like(self.x, np.nan)
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
@@ -101,70 +101,70 @@ class Estimate:
 
 @runtime_checkable
 class TorqueModel(Protocol):
-    """Expected torque of a motion, and how it depends on the parameters."""
+    """Expected torque of a motion, and its derivative with respect to the parameters."""
 
     n_joints: int
     n_parameters: int
 
     def linearise(self, sample: Sample, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
-        """Expected torque (joint,) [N·m] at `x`, and its derivative with respect to `x`."""
+        """Return the expected torque (joint,) [N·m] at `x`, and its derivative with respect to `x`."""
         ...
 
     def restart(self) -> None:
-        """The next sample does not follow the one before."""
+        """Start a new motion: the next sample does not continue the previous one."""
         ...
 
     def direction_uncertainty(self, v: Joints) -> Joints:
-        """Standard deviation of the torque [N·m] for want of a known direction of motion, at velocity `v` [rad/s]."""
+        """Return the standard deviation of the torque [N·m] from an uncertain direction of motion at `v` [rad/s]."""
         ...
 
 
 @runtime_checkable
 class Method(Protocol):
-    """An identification method."""
+    """Identification method."""
 
     name: str
 
     def update(self, sample: Sample) -> None:
-        """Take one sample, in the order of time, at the loop's rate."""
+        """Take one sample. Samples arrive in the order of time, at the loop's rate."""
         ...
 
     def estimate(self) -> Estimate:
-        """What is known now."""
+        """Estimate from all samples so far."""
         ...
 
 
 @dataclass(frozen=True)
 class Rest:
-    """A posture in which the relaxed arm was held still, and what was measured there, averaged."""
+    """Posture in which the relaxed arm was held at rest, with the averaged measurements."""
 
     q: Joints
     """[rad]"""
 
     tau: Joints
-    """Torque of the motors by their current, friction included [N·m]."""
+    """Motor torque from the current, friction included [N·m]."""
 
     wrenches: Float[np.ndarray, "cuff 6"]
-    """Force [N] and moment [N·m] of each cuff on the arm, as `rig.interface.CuffSensing`."""
+    """Force [N] and moment [N·m] of each cuff on the arm, as in `rig.interface.CuffSensing`."""
 
     seconds: float
-    """What it took, the way there included [s]."""
+    """Duration of the rest, travel to the posture included [s]."""
 
 
 @runtime_checkable
 class RestingMethod(Method, Protocol):
-    """A method that learns from resting postures before any motion; `update` only moves its clock."""
+    """Method that learns from resting postures before any motion; `update` only advances its clock."""
 
     rests_needed: int
 
     rest_s: float
-    """Seconds that its rests took; a comparison adds them to the time of motion."""
+    """Total duration of the rests [s]; a comparison of methods adds it to the time of motion."""
 
     @property
     def postures(self) -> Float[np.ndarray, "rest joint"]:
-        """Where the arm should rest, in this order [rad]."""
+        """Postures in which the arm must rest, in this order [rad]."""
         ...
 
     def take_rests(self, rests: Sequence[Rest]) -> None:
-        """Learn from as many rests as are needed."""
+        """Learn from the rests; `rests_needed` of them are required."""
         ...

@@ -1,4 +1,4 @@
-"""How much torque will be left over once the arm floats, as far as the estimate itself can tell."""
+"""Left over: RMS residual gravity torque after identification, as predicted from the estimate's covariance."""
 
 from collections.abc import Sequence
 
@@ -13,28 +13,28 @@ from .arm_model import ArmModel
 from .interface import Covariance, Estimate, Joints, Outcome, Parameters
 
 TARGET_NM = {"shoulder": 0.15, "elbow": 0.075, "wrist": 0.0375}
-"""Predicted left over at which identification may stop, by where a joint is [N·m]: three quarters of the target."""
+"""Predicted left over at which identification may stop, by place of the joint [N·m]: three quarters of the target."""
 
 POSTURES = 32
 LOOK_AHEAD_S = 10.0
 WORTHWHILE = 0.05  # share by which the look-ahead must still improve the prediction
 
 RESTLESS = 2.0
-"""A wearer does not relax whose slow torque is so many times the usual one [-]."""
+"""Slow torque over its usual size [-]; a wearer above it does not relax."""
 
 REJECTED_MAX = 0.3
-"""Nor one of whose samples so large a share fits no relaxed arm [-]."""
+"""Largest share of samples that fit no relaxed arm [-]; a wearer above it does not relax."""
 
 
 def is_restless(estimate: Estimate) -> bool:
-    """Whether the wearer does not relax; not asked in the first seconds, when a few samples can say anything."""
+    """Return True if the wearer does not relax; always False in the first 10 s, which have too few samples."""
     if estimate.t <= LOOK_AHEAD_S:
         return False
     return estimate.rejected_share > REJECTED_MAX or estimate.noise_scale > RESTLESS
 
 
 class LeftOverPrediction:
-    """Predicted RMS of the torque error over the task workspace, for any covariance of the parameters."""
+    """Prediction of the RMS torque error over the task workspace, for any covariance of the parameters."""
 
     def __init__(self, model: ArmModel, x: Parameters):
         postures = sample_postures(model.assembly.description, POSTURES)
@@ -45,40 +45,40 @@ class LeftOverPrediction:
         self._sensitivity: Float[np.ndarray, "posture joint parameter"] = np.array(rows)
 
     def rms(self, covariance: Covariance) -> Joints:
-        """Expected left over (joint,) [N·m]."""
+        """Predicted left over (joint,) [N·m]."""
         C = self._sensitivity
         return np.sqrt(np.einsum("pji,ik,pjk->j", C, covariance, C, optimize=True) / len(C))
 
 
 class StopRule:
-    """Says when more motion is not worth its time, and why."""
+    """Rule that ends an identification, with the reason."""
 
     def __init__(self, places: Sequence[Place]):
         self._target = np.array([TARGET_NM[place] for place in places])
         self._history: list[tuple[float, float]] = []
 
     def judge(self, estimate: Estimate, predicted: Joints) -> Outcome:
-        """Outcome after this much motion; `RUNNING` until a rule fires. Call about once a second."""
+        """Return the outcome after this much motion; `RUNNING` until a rule applies. Call about once per second."""
         # The joint farthest from its target decides: one number, 1 at the target.
         ratio = float((predicted / self._target).max())
         self._history.append((estimate.t, ratio))
         if estimate.rejected_share > REJECTED_MAX and is_restless(estimate):
             return Outcome.NOT_RELAXED
-        # Before, a belief from another day can be sure of what the first seconds have not shown (docs/participants.md).
+        # Not earlier: a prior from another day may be certain without evidence from today (docs/participants.md).
         if ratio <= 1.0 and estimate.t >= LOOK_AHEAD_S:
             return Outcome.CONVERGED
         earlier = [r for t, r in self._history if t <= estimate.t - LOOK_AHEAD_S]
-        # The motion repeats: the next seconds will teach about as much as the last ones did, never more.
+        # The motion repeats: the next seconds bring at most as much information as the last ones did.
         if estimate.t >= 2 * LOOK_AHEAD_S and earlier and ratio > (1 - WORTHWHILE) * earlier[-1]:
-            # With a restless wearer it is not the motion that is exhausted.
+            # With a restless wearer the stagnation does not come from the motion.
             return Outcome.NOT_RELAXED if is_restless(estimate) else Outcome.EXHAUSTED
         return Outcome.RUNNING
 
     def why(self, predicted: Joints, joints: Sequence[str]) -> str:
-        """The figures behind a verdict, as a sentence."""
+        """State the figures behind the outcome in a sentence."""
         worst = int((predicted / self._target).argmax())
         numbers = ", ".join(f"{value:.2f}" for value in predicted)
         return (
-            f"Predicted to be left over: {numbers} N·m; farthest from its target is {joints[worst]} with "
+            f"Predicted left over: {numbers} N·m. Joint {joints[worst]} is farthest from its target: "
             f"{predicted[worst]:.2f} of {self._target[worst]:.3g} N·m."
         )

@@ -1,4 +1,4 @@
-"""Ten free numbers for one body that always describe a possible one.
+"""Log-Cholesky coordinates: ten unconstrained numbers that always describe a physically possible body.
 
 Source: Rucker & Wensing 2022, RA-L 7:2771, eq. 10-13.
 """
@@ -26,9 +26,9 @@ def phi_from_theta(theta: ca.SX) -> ca.SX:
 
 
 def theta_from_phi(phi: Float[np.ndarray, " 10"]) -> Float[np.ndarray, " 10"]:
-    """The numbers of a physically possible body."""
+    """Log-Cholesky coordinates of a physically possible body."""
     J = pseudo_inertia(phi)
-    # U is upper triangular with J = U Uᵀ: the ordinary factor of the matrix read backwards.
+    # U is upper triangular with J = U Uᵀ: the lower Cholesky factor of J with rows and columns reversed.
     U = np.linalg.cholesky(J[::-1, ::-1])[::-1, ::-1]
     scale = U[3, 3]
     u = U / scale

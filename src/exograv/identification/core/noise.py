@@ -7,17 +7,17 @@ from .interface import Joints
 
 @dataclass(frozen=True)
 class Noise:
-    """What the expected torque cannot explain."""
+    """Noise of the measured torque around the expected torque."""
 
     sd: Joints
-    """Of the calibrated machine's residual [N·m]."""
+    """Standard deviation of the calibrated machine's residual [N·m]."""
 
     correlation_s: Joints
-    """Its integrated autocorrelation time [s]."""
+    """Integrated autocorrelation time of that residual [s]."""
 
     disturbance_sd: Joints
-    """Size of a slow disturbance, as assumed [N·m]: a wearer who does not quite relax, and errors of the model that
-    change with the posture. The filter weighs multiples of it by the data."""
+    """Assumed standard deviation of a slow disturbance [N·m]: a wearer who does not relax completely, and model errors
+    that change with posture. The filter runs for several multiples of it and weights them by the data."""
 
     disturbance_correlation_s: float = 3.0
-    """Of the slow disturbance [s]; people: 1-5 s (docs/arm.md)."""
+    """Correlation time of the slow disturbance [s]; people: 1-5 s (docs/arm.md)."""

@@ -1,4 +1,4 @@
-"""The nearest physically possible arm: what least squares may leave, a published estimate may not."""
+"""Projection onto the nearest physically possible arm; every published estimate passes through it."""
 
 import numpy as np
 from jaxtyping import Float
@@ -6,29 +6,29 @@ from jaxtyping import Float
 from exograv.model.tree import is_physical, pseudo_inertia
 
 BARRIER_MIN = 1e-3
-"""Last weight of −log det of the pseudo-inertia against half the squared distance [-].
+"""Final weight of −log det of the pseudo-inertia against half the squared distance [-].
 
-Eight times it is by how much a body's squared distance may exceed the nearest possible one's: nothing, where one
-standard deviation counts 1.
+The squared distance of a body exceeds the optimum by at most eight times this value. That is negligible: one standard
+deviation counts 1.
 """
 
 BARRIER_STEP = 10.0
-STEPS_MAX = 50  # per barrier; about ten are needed
+STEPS_MAX = 50  # per barrier weight; about ten are needed
 DECREMENT_MIN = 1e-6
 
 UNITS = np.array([pseudo_inertia(unit) for unit in np.eye(10)])
-"""Pseudo-inertia of each parameter alone."""
+"""Pseudo-inertia of each unit parameter vector."""
 
 Entries = Float[np.ndarray, " entry"]
 Information = Float[np.ndarray, "entry entry"]
 
 
 class PhysicalProjection:
-    """Projects the bodies in a parameter vector onto possible ones, in the metric of their covariance.
+    """Projection of the bodies in a parameter vector onto physically possible ones, in the metric of their covariance.
 
-    Possible bodies are a convex cone and the distance is quadratic: Newton steps behind a barrier at the cone's edge
-    always arrive, and inside. The other parameters follow by their covariance with the bodies, as if the bodies had
-    been measured there.
+    Possible bodies form a convex cone and the distance is quadratic. Newton steps with a barrier at the cone's boundary
+    therefore always converge, to a point inside. The other parameters move by their covariance with the bodies, as if
+    the bodies had been measured there.
 
     Source: cone after Wensing, Kim, Slotine 2018, RA-L 3:60; barrier method after Boyd & Vandenberghe 2004, Convex
     Optimization, ch. 11.
@@ -40,19 +40,19 @@ class PhysicalProjection:
         self._prior = prior[self._entries]
 
     def is_physical(self, x: Float[np.ndarray, " parameter"]) -> bool:
-        """Whether every body is possible."""
+        """Return True if every body is physically possible."""
         return all(is_physical(x[body]) for body in self._bodies)
 
     def __call__(
         self, x: Float[np.ndarray, " parameter"], covariance: Float[np.ndarray, "parameter parameter"]
     ) -> Float[np.ndarray, " parameter"]:
-        """The possible parameters nearest to `x`; `x` itself where it is possible."""
+        """Return the physically possible parameters nearest to `x`; `x` itself if it is possible."""
         if self.is_physical(x):
             return x
         entries = self._entries
         goal, moved = x[entries], self._prior
         information = np.linalg.inv(covariance[np.ix_(entries, entries)])
-        # From far away first, or the first steps would be minute.
+        # The barrier starts large: with a small one the first steps would be tiny.
         barrier = max(float((goal - moved) @ information @ (goal - moved)), BARRIER_MIN)
         while barrier > BARRIER_MIN:
             moved = _nearest_behind(barrier, moved, goal, information)

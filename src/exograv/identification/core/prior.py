@@ -1,4 +1,4 @@
-"""What is believed about an arm in a machine before it moves: mean and covariance of everything that is learned."""
+"""Prior of an arm in a machine: mean and covariance of all learned parameters before any motion."""
 
 from collections.abc import Sequence
 
@@ -24,26 +24,26 @@ SPRINGS = {
     "wrist_deviation": ((1.0, 0.6), (0.0, 10.0), (0.05, 0.04)),
 }
 # Donning error 10-30 mm per axis. The shoulder centre migrates 22 mm/rad with free arms (docs/arm.md); how much of that
-# a seated wearer shows is not known: half of it, give or take all of it.
+# a seated wearer shows is not known: assumed are a mean of half of it and a standard deviation of half of it.
 SHOULDER_OFFSET_SD = 0.015  # m
 GLENOHUMERAL_SLOPE, GLENOHUMERAL_SLOPE_SD = 0.011, 0.011  # m/rad
 LENGTH_SD = 0.03  # share of the measured upper arm
 CUFF_LOG_STIFFNESS_SD = 0.4  # between people and straps: linear fits of one cuff reach from 2.1 to 4.6 N/mm
-ROTOR_SD = 0.4  # share: a data sheet's reflected inertia against the real one
-# Warm-up moves friction by a tenth to a fifth within half an hour (docs/arm.md): calibration is that old.
+ROTOR_SD = 0.4  # share: error of the reflected inertia in a data sheet
+# Warm-up changes friction by 10-20 % within half an hour (docs/arm.md), and the calibration is about that old.
 COULOMB_DRIFT, VISCOUS_DRIFT = 0.05, 0.10  # share
 
 
-# Slow torque of a wearer who should be relaxed, as assumed before the data weigh multiples of it, by where a joint is
-# [N·m]. 2-5 % of what muscles can do is 0.5-3 N·m for people who do not let go at all; told to relax, a tenth of the
-# upper end (docs/arm.md).
+# Assumed slow torque of a wearer who should be relaxed, by place of the joint [N·m]; the filter weights multiples of
+# it by the data. People who do not relax use 2-5 % of their maximal torque, 0.5-3 N·m. When told to relax they use
+# a tenth of the upper end (docs/arm.md).
 DISTURBANCE_SD = {"shoulder": 0.3, "elbow": 0.15, "wrist": 0.05}
 
 
 def prior(
     assembly: Assembly, machine: CalibratedMachine
 ) -> tuple[Float[np.ndarray, " parameter"], Float[np.ndarray, "parameter parameter"]]:
-    """Mean (parameter,) and covariance, in the order of `dynamics.parameters`."""
+    """Prior mean (parameter,) and covariance, in the order of `dynamics.parameters`."""
     layout, arm = ParameterLayout.of(assembly), assembly.arm
     friction, sd = machine.friction, machine.friction_sd
     stiffness, neutral, damping = _springs(arm)
@@ -67,7 +67,7 @@ def prior(
 
 
 def _springs(arm: Arm) -> Float[np.ndarray, "3 2 freedom"]:
-    """Stiffness, neutral angle [rad] and damping; mean and standard deviation of each freedom."""
+    """Stiffness [N·m/rad], neutral angle [rad] and damping [N·m·s/rad]; mean and standard deviation per freedom."""
     names = (name.removeprefix(limb.prefix) for limb in arm.limbs for name in arm.freedoms[limb.freedoms])
     table = np.array([SPRINGS[name] for name in names]).transpose(1, 2, 0)
     table[1] = np.deg2rad(table[1])
@@ -87,7 +87,7 @@ def _add_springs(
     stiffness: Float[np.ndarray, "2 freedom"],
     neutral: Float[np.ndarray, "2 freedom"],
 ) -> None:
-    """Stiffness and spring offset belong together: offset = stiffness · neutral angle."""
+    """Add the covariance of stiffness and spring offset, which are correlated: offset = stiffness · neutral angle."""
     K, c = layout.stiffness, layout.spring_offset
     (k, k_sd), (angle, angle_sd) = stiffness, neutral
     covariance[K, K] = np.diag(k_sd**2)

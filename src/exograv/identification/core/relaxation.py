@@ -1,4 +1,4 @@
-"""Tissue that yields: a part of each joint's elastic torque that is there when the joint has moved, and fades."""
+"""Stress relaxation of tissue: a part of each joint's elastic torque that decays after the joint has moved."""
 
 import numpy as np
 from jaxtyping import Float
@@ -6,18 +6,18 @@ from jaxtyping import Float
 from .interface import Joints, Parameters, Sample, TorqueModel
 
 RELAXES_S = 1.0
-"""In which the fast part of a relaxed joint's elasticity fades [s] (docs/arm.md)."""
+"""Time constant of the decaying part of a relaxed joint's elasticity [s] (docs/arm.md)."""
 
 SHARE_SD = 0.3
-"""Of that part, against the elasticity that stays [-]: project ranges reach from none to a half."""
+"""Standard deviation of that part over the permanent elasticity [-]; the project's ranges are 0 to 0.5."""
 
 
 class RelaxationModel:
-    """`TorqueModel` of an arm with one more parameter a spring, behind all others: its fast stiffness [N·m/rad].
+    """Model of an arm with one more parameter per spring, after all others: its fast stiffness [N·m/rad].
 
-    Without it what fades within a second is learned as damping and as stiffness, the surer the longer the motion: on
-    a machine with little friction of its own that is the largest error of both. A standard linear solid; its springs'
-    torque is the model's own, passed through a high-pass filter.
+    Without it, torque that decays within a second is learned as damping and stiffness, with more confidence the longer
+    the motion lasts. On a machine with little friction this is the largest error of both. The law is a standard linear
+    solid: the spring torque of `model`, passed through a high-pass filter.
     """
 
     def __init__(self, model: TorqueModel, stiffness: slice):
@@ -28,23 +28,23 @@ class RelaxationModel:
         self._relaxed = np.zeros((model.n_joints, self._count))
 
     def linearise(self, sample: Sample, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
-        """Expected torque (joint,) [N·m] and its derivative; the samples of a motion one after the other."""
+        """Return the expected torque (joint,) [N·m] and its derivative; call for the samples of a motion in order."""
         tau, derivative = self._model.linearise(sample, x[: -self._count])
         stretched = derivative[:, self._stiffness]
         if self._t is None:
             self._relaxed = stretched.copy()
         else:
-            # Within a step the stretch goes evenly from what it was to what it is.
+            # Exact decay over the step, with the stretch held at its new value.
             self._relaxed += (1.0 - np.exp((self._t - sample.t) / RELAXES_S)) * (stretched - self._relaxed)
         self._t = sample.t
         fast = stretched - self._relaxed
         return tau + fast @ x[-self._count :], np.hstack([derivative, fast])
 
     def restart(self) -> None:
-        """The next sample does not follow the one before; by then the tissue has relaxed."""
+        """Start a new motion, with the tissue relaxed."""
         self._model.restart()
         self._t = None
 
     def direction_uncertainty(self, v: Joints) -> Joints:
-        """As of the arm."""
+        """Return the standard deviation of the torque [N·m], as of the arm model."""
         return self._model.direction_uncertainty(v)

@@ -1,4 +1,4 @@
-"""Positions and torques through the same filter: velocity and acceleration without differentiating noise."""
+"""Filter of the samples: the same low-pass for positions and torques, with velocity and acceleration as states."""
 
 import casadi as ca
 import numpy as np
@@ -15,8 +15,8 @@ Joints = Float[np.ndarray, " joint"]
 class SampleFilter:
     """Third-order Bessel filter whose states are the filtered position, velocity and acceleration.
 
-    Bessel, because its group delay is flat: a slow motion passes as if only delayed, and so do the torques, so that
-    the model may be evaluated at the filtered motion. Corner at 1.75/`delay_s` rad/s.
+    The group delay of a Bessel filter is flat: a slow motion and its torques are only delayed, both equally. The model
+    may therefore be evaluated at the filtered motion. Corner frequency: 1.75/`delay_s` rad/s.
     """
 
     def __init__(self, joints: int, dt: float, delay_s: float = 0.04):
@@ -29,15 +29,15 @@ class SampleFilter:
         self._t = 0.0
         self._transient = self._warm_up = round(6 * delay_s / dt)
         self.settled = False
-        """Whether the start's transient has died out."""
+        """True once the transient of the start has decayed."""
         value, rate, second = self._state.T
         of_q, of_tau, of_asked = (slice(k * joints, (k + 1) * joints) for k in range(3))
         self.sample = Sample(0.0, value[of_q], rate[of_q], second[of_q], value[of_tau])
+        """Newest filtered sample; `update` overwrites its arrays."""
         self._asked = RequestedMotion(value[of_asked], rate[of_asked], second[of_asked])
-        """The newest filtered sample; its arrays are overwritten by `update`."""
 
     def restart(self) -> None:
-        """Begin anew, as after a time in which nothing was measured; the seconds of motion count on."""
+        """Restart the filter, for example after a gap in the measurements; the time of motion continues."""
         self._state[:] = 0.0
         self._warm_up, self.settled = self._transient, False
         if self._of_velocity is not None:
@@ -78,7 +78,7 @@ class SampleFilter:
 
 
 def _filter_function(joints: int, dt: float, delay_s: float) -> ca.Function:
-    """One tick: value and two derivatives of each position and torque, from them and the input held over the tick."""
+    """Filter step of one tick: value and two derivatives of each position and torque; the input is held constant."""
     w = 1.0 / delay_s
     # 15 w³ / (s³ + 6 w s² + 15 w² s + 15 w³)
     continuous = np.zeros((4, 4))

@@ -1,28 +1,28 @@
-"""Which samples of the loop a method takes: after a filter with its corner at 7 Hz most only repeat each other."""
+"""Choice of samples at a lower rate than the loop's: after a 7 Hz filter most samples repeat each other."""
 
 import numpy as np
 
 from .interface import RequestedMotion, Sample
 
 DESCENT_PERIOD_S = 0.02
-"""Of methods that take single steps [s]: 50 Hz is seven times the corner."""
+"""Period of methods that make a step per sample [s]: 50 Hz is seven times the corner frequency."""
 
 BATCH_PERIOD_S = 0.08
-"""Of methods that keep their samples, as means [s]."""
+"""Period of methods that store their samples, as means [s]."""
 
 EARLY = 0.05
-"""Share of the period by which a sample may come early; a log's 100 Hz may be 101."""
+"""Share of the period by which a sample may be early [-]: the 100 Hz of a log may be 101 Hz."""
 
 
 class SamplePace:
-    """Takes the first sample, and then those at least a period after the last one taken."""
+    """Selection of the first sample, then of each sample at least one period after the last selected one."""
 
     def __init__(self, period_s: float):
         self._gap_s = (1.0 - EARLY) * period_s
         self._taken_t: float | None = None
 
     def takes(self, t: float) -> bool:
-        """Whether the sample at `t` [s] is to be taken; asked once per sample."""
+        """Return True if the sample at `t` [s] is selected. Call once per sample."""
         if self._taken_t is not None and t - self._taken_t < self._gap_s:
             return False
         self._taken_t = t
@@ -30,11 +30,11 @@ class SamplePace:
 
 
 class Averages:
-    """Means of the samples over one period after another; the first sample is a mean of its own.
+    """Means of the samples over consecutive periods; the first sample is a mean of its own.
 
-    One sample in 0.08 s would be enough for the motion, not for what rides on it: the ripple of a gear passes the
-    7 Hz filter, and at the speed at which it turns once a period it looks like a torque of the posture, and
-    stays in the estimate of whatever springs there are (docs/identification.md). In the mean it cancels.
+    One sample in 0.08 s would be enough for the motion, but it would alias gear ripple, which passes the 7 Hz filter.
+    At the speed at which the ripple has one cycle per period it looks like a torque of the posture, and it biases the
+    estimated springs (docs/identification.md). The mean cancels it.
     """
 
     def __init__(self, period_s: float):
@@ -43,9 +43,9 @@ class Averages:
         self._start_t = self._before_t = -np.inf
 
     def take(self, sample: Sample) -> Sample | None:
-        """The mean of the period that `sample` is the last of, a copy; None while the period lasts.
+        """Return a copy of the period's mean if `sample` is its last one, otherwise None.
 
-        It is the last if one more, as far off as the one before, would lie beyond the period.
+        A sample is the last one if the next, at the same distance as the previous one, would lie outside the period.
         """
         if not self._values:
             self._start_t = sample.t

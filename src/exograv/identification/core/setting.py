@@ -1,4 +1,4 @@
-"""What every identification method starts from: the same model, the same belief, the same noise."""
+"""Common start of all identification methods: the same model, prior and noise."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,29 +15,29 @@ RESIDUAL_MIN_NM = 0.01
 
 @dataclass(frozen=True)
 class Springs:
-    """Where the elasticity of the wearer's joints stands, for a method with another law than a linear one."""
+    """Parameters of the wearer's joint elasticity, for methods with a non-linear law."""
 
     stiffness: slice
-    """Of each freedom [N·m/rad]."""
+    """Stiffness of each freedom [N·m/rad]."""
 
     offset: slice
     """Stiffness times neutral angle [N·m]."""
 
     angles: Callable[[], Float[np.ndarray, " freedom"]]
-    """The freedoms' angles in the sample that the model linearised last [rad]."""
+    """Function that returns the angles of the sample that the model linearised last [rad]."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """One arm in one machine, or one payload on one robot, before anything has moved."""
+    """Start of an identification: an arm in a machine, or a payload on a robot, before any motion."""
 
     model: TorqueModel
 
     mean: Parameters
-    """Prior mean, where every method starts."""
+    """Prior mean; every method starts there."""
 
     covariance: Covariance
-    """Prior covariance; what has none is known."""
+    """Prior covariance; parameters with zero variance are known."""
 
     noise: Noise
 
@@ -45,20 +45,20 @@ class Setting:
     """Inertial parameters of the bodies that are learned."""
 
     learned: Bool[np.ndarray, " parameter"]
-    """What a method without a covariance to hold the rest by may move. Of a robot with a payload, only the payload:
-    nothing else would tell such a method how little the robot may still differ from its unloaded log."""
+    """Parameters that a method without a covariance may change. On a robot with a payload: only the payload, because
+    such a method cannot know how little the robot differs from its unloaded log."""
 
     machine: Bool[np.ndarray, " parameter"]
-    """What stage 0 has identified before; a method in stages leaves it."""
+    """Parameters that stage 0 has identified; a method in stages keeps them."""
 
     discrepancy: Discrepancy | None = None
 
     springs: Springs | None = None
 
     again: Callable[[], TorqueModel] | None = None
-    """Another model of the same, which follows a motion of its own."""
+    """Function that returns a second model of the same system, which follows another motion."""
 
     @property
     def residual_sd(self) -> Joints:
-        """Stage 0's residual [N·m]; of a machine that was never measured, what no motor is better than."""
+        """Residual of stage 0 [N·m], at least `RESIDUAL_MIN_NM`: no motor is better, and it may not be measured yet."""
         return np.maximum(self.noise.sd, RESIDUAL_MIN_NM)

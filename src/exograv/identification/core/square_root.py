@@ -1,4 +1,4 @@
-"""The recursive filter's arithmetic: a bank of square-root information filters with a coloured disturbance each."""
+"""Arithmetic of the recursive filter: a bank of square-root information filters with coloured disturbances."""
 
 import numpy as np
 from jaxtyping import Float
@@ -8,29 +8,29 @@ from scipy.special import logsumexp
 Joints = Float[np.ndarray, " joint"]
 
 GATE = 2.5
-"""Innovation in standard deviations beyond which a measurement loses weight."""
+"""Innovation above which a measurement loses weight [standard deviations]."""
 
 BLOCK_SAMPLES = 50
-"""Measurements that a batch puts under the triangle at once [-]."""
+"""Measurements per QR update in a batch [-]."""
 
 REFLECTORS = 12
-"""How many LAPACK applies at once [-]; the quickest of 2 to 49 at 51 unknowns."""
+"""Block size of reflectors in LAPACK [-]; the fastest of 2 to 49 at 51 unknowns."""
 
-# QR of a triangle with rows below it, its reflections applied to others, and solving with a triangle.
+# QR of a triangle stacked on rows; application of its reflectors to right sides; triangular solve.
 _tpqrt, _tpmqrt, _trtrs = get_lapack_funcs(("tpqrt", "tpmqrt", "trtrs"), dtype=np.float64)
 
 
 class FilterBank:
-    """Constant unknowns ξ ~ N(0, 1) and, per joint, a slow disturbance b, seen through y = H ξ + b + noise.
+    """Bank of filters for constant unknowns ξ ~ N(0, 1) and a slow disturbance b per joint, with y = H ξ + b + noise.
 
-    The disturbance is an Ornstein–Uhlenbeck process of known correlation time; its size is not known, so one filter
-    runs for each assumed size and the data weigh them. For known ξ a joint's disturbance is a scalar Kalman filter, and
-    a linear one: it goes over every column of (H, y) as over y itself. What it leaves of a row, the innovations over
-    their standard deviation, has unit noise and no memory, and enters the information of ξ: an upper triangle R and a
-    right side r with R ξ = r + unit noise, updated by QR, so that information never becomes negative.
+    The disturbance is an Ornstein–Uhlenbeck process with known correlation time. Its size is unknown, so one filter
+    runs for each assumed size, and the data weight them. For known ξ, the disturbance of a joint is estimated by a
+    scalar Kalman filter. This filter is linear and is applied to each column of (H, y). The normalised innovations of a
+    row have unit variance and are uncorrelated. They enter the information of ξ: an upper triangle R and a right side r
+    with R ξ = r + unit noise. The QR update keeps the information positive.
 
-    `considered` further right sides go through the same updates: what each of so many possible errors of the model
-    would do to the estimate (Schmidt's consider covariance). They widen the covariance and leave the mean alone.
+    `considered` further right sides pass through the same updates: the effect of each possible model error on the
+    estimate (Schmidt's consider covariance). They widen the covariance and do not change the mean.
 
     Source: Bierman 1977, Factorization Methods for Discrete Sequential Estimation, ch. V (square-root information
     filter); whitening by the innovations of the noise's own filter after Kailath 1968, IEEE TAC 13:646.
@@ -57,7 +57,7 @@ class FilterBank:
         self._block = min(REFLECTORS, unknowns)
         self._slow = _SlowDisturbance(self._variance, unknowns + sides)
         self.log_likelihood = np.zeros(self._filters)
-        """How well each assumed size explains the data."""
+        """Logarithm of the likelihood of the data for each assumed size."""
 
     def update(
         self,
@@ -70,11 +70,11 @@ class FilterBank:
         """Let `dt` seconds pass, then take one measurement.
 
         Args:
-            dt: Since the last one [s].
+            dt: Time since the last measurement [s].
             H: Derivative of the measurement with respect to the unknowns.
             y: Measurement.
-            noise_sd: Standard deviation of its white noise.
-            errors: What each considered error of the model, one standard deviation of it, would add.
+            noise_sd: Standard deviation of the white measurement noise.
+            errors: Effect of each considered model error on the measurement, at one standard deviation.
         """
         rows = self._columns(H, y, errors)
         self._measured[:], spread = self._slow.innovations(self._keep(dt), rows, noise_sd**2)
@@ -90,7 +90,7 @@ class FilterBank:
         noise_sd: Float[np.ndarray, "sample joint"],
         errors: Float[np.ndarray, "sample joint considered"] | None = None,
     ) -> None:
-        """Take many measurements, as `update` one after another would, to rounding; some ten times as fast."""
+        """Take many measurements. Same result as repeated `update` up to rounding, about ten times as fast."""
         n, width = self._n, self._n + 1 + self._considered
         keep = np.exp(-dt / self._correlation_s)
         whitened, total = self._slow.all_innovations(keep, self._columns(H, y, errors), noise_sd**2)
@@ -103,7 +103,7 @@ class FilterBank:
         self.log_likelihood += before - _log_determinant(self._R) - spreads
 
     def _absorb(self, R: np.ndarray, r: np.ndarray, seen: np.ndarray, right: np.ndarray) -> float:
-        """Triangle and rows to a triangle, in place, nothing done to the zeros; what is left unexplained, squared."""
+        """Absorb rows into the triangle, in place; return the squared residual that remains unexplained."""
         seen, right = np.asfortranarray(seen), np.asfortranarray(right)
         _, reflectors, scales, _ = _tpqrt(0, self._block, R, seen, overwrite_a=1, overwrite_b=1)
         _, left, _ = _tpmqrt(0, reflectors, scales, r, right, trans="T", overwrite_a=1, overwrite_b=1)
@@ -112,13 +112,13 @@ class FilterBank:
     def held_back(
         self, dt: float, H: Float[np.ndarray, "joint unknown"], y: Joints, noise_sd: Joints
     ) -> tuple[Joints, float]:
-        """Noise to take a measurement with, so that none moves the estimate by more than `GATE` allows (Huber).
+        """Noise with which a measurement is taken, so that no outlier moves the estimate by more than `GATE` (Huber).
 
-        The noise grows until the surprise is `GATE`. A weight on the noise alone would not hold a burst back: where the
-        disturbance is larger than the noise, most of the surprise is believed at any weight.
+        The noise is enlarged until the normalised innovation is `GATE`. A weight on the noise alone would not suppress
+        a burst: if the disturbance is larger than the noise, most of the innovation is accepted at any weight.
 
         Returns:
-            Standard deviation of the noise per joint, and the largest surprise before [standard deviations].
+            Standard deviation of the noise per joint, and the largest original innovation [standard deviations].
         """
         expected, expected_sd = self.predicted(dt, H)
         return _gated(y - expected, expected_sd, noise_sd)
@@ -129,7 +129,7 @@ class FilterBank:
         residual: Float[np.ndarray, "sample joint"],
         noise_sd: Float[np.ndarray, "sample joint"],
     ) -> tuple[Float[np.ndarray, "sample joint"], Float[np.ndarray, " sample"]]:
-        """The same for many measurements from their residuals y − H ξ at a known ξ, by the most likely size."""
+        """Return `held_back` of many measurements, from residuals y − H ξ at known ξ and the most likely size."""
         best = int(np.argmax(self.log_likelihood))
         stationary, mean = self._variance[best], np.zeros(self._joints)
         variance, gated, surprise = stationary, np.empty_like(noise_sd), np.empty_like(noise_sd)
@@ -145,21 +145,21 @@ class FilterBank:
 
     @property
     def weights(self) -> Float[np.ndarray, " filter"]:
-        """Probability of each assumed size of the disturbance, all equal before the first measurement."""
+        """Probability of each assumed size of the disturbance; all equal before the first measurement."""
         likelihood = np.exp(self.log_likelihood - self.log_likelihood.max())
         return likelihood / likelihood.sum()
 
     @property
     def log_evidence(self) -> float:
-        """How well prior and model explain all measurements, over the assumed sizes."""
+        """Logarithm of the evidence of all measurements for prior and model, averaged over the assumed sizes."""
         return float(logsumexp(self.log_likelihood) - np.log(self._filters))
 
     def mean(self) -> Float[np.ndarray, " unknown"]:
-        """Best unknowns, over all filters."""
+        """Mean of the unknowns, weighted over all filters."""
         return self.weights @ np.array([_solved(R, r[:, 0]) for R, r, _, _ in self._each])
 
     def covariance(self) -> Float[np.ndarray, "unknown unknown"]:
-        """Of the unknowns, with the spread between the filters and what the considered errors do."""
+        """Covariance of the unknowns, including the spread between filters and the effect of the considered errors."""
         weights = self.weights
         solutions = np.array([_solved(R, r) for R, r, _, _ in self._each])
         means, moved = solutions[:, :, :1], solutions[:, :, 1:]
@@ -170,7 +170,7 @@ class FilterBank:
         return half @ half.T
 
     def predicted(self, dt: float, H: Float[np.ndarray, "joint unknown"]) -> tuple[Joints, Joints]:
-        """Mean and standard deviation of the next measurement without its noise, by the most likely filter."""
+        """Mean and standard deviation of the next noise-free measurement, by the most likely filter."""
         best = int(np.argmax(self.log_likelihood))
         slow, variance = self._slow.predicted(self._keep(dt))
         slow = slow[best]
@@ -188,7 +188,7 @@ class FilterBank:
 
 
 class _SlowDisturbance:
-    """Scalar Kalman filters of the disturbance, one a filter and joint, over all columns at once."""
+    """Scalar Kalman filters of the disturbance, one per filter and joint, applied to all columns at once."""
 
     def __init__(self, variance: Float[np.ndarray, "filter joint"], columns: int):
         self._stationary = variance
@@ -198,13 +198,13 @@ class _SlowDisturbance:
     def predicted(
         self, keep: float
     ) -> tuple[Float[np.ndarray, "filter joint column"], Float[np.ndarray, "filter joint"]]:
-        """Mean and variance a moment later, of which the share `keep` is remembered."""
+        """Mean and variance after one step in which the share `keep` of the mean persists."""
         return keep * self._mean, keep**2 * self._variance + (1.0 - keep**2) * self._stationary
 
     def innovations(
         self, keep: float, rows: Float[np.ndarray, "joint column"], noise_variance: Joints
     ) -> tuple[Float[np.ndarray, "filter joint column"], Float[np.ndarray, "filter joint"]]:
-        """Rows less what the disturbance explains, over their standard deviation; and that."""
+        """Normalised innovations of the rows, and their standard deviation."""
         whitened, total = self.all_innovations(np.array([keep]), rows[None], noise_variance[None])
         return whitened[0], np.sqrt(total[0])
 
@@ -214,7 +214,7 @@ class _SlowDisturbance:
         rows: Float[np.ndarray, "sample joint column"],
         noise_variance: Float[np.ndarray, "sample joint"],
     ) -> tuple[Float[np.ndarray, "sample filter joint column"], Float[np.ndarray, "sample filter joint"]]:
-        """The same for samples in their order; and their variances."""
+        """Normalised innovations of several samples in order, and their variances."""
         totals = np.empty((len(keep), *self._variance.shape))
         whitened = np.empty((*totals.shape, rows.shape[-1]))
         mean, variance = self._mean, self._variance
@@ -232,7 +232,7 @@ class _SlowDisturbance:
 
 
 def _gated(off: Joints, expected_sd: Joints, noise_sd: Joints) -> tuple[Joints, float]:
-    """Noise grown until the surprise is `GATE`, and the largest surprise before."""
+    """Noise enlarged until the normalised innovation is `GATE`, and the largest original innovation."""
     surprise = float((np.abs(off) / np.hypot(expected_sd, noise_sd)).max())
     return np.sqrt(np.maximum(noise_sd**2, (off / GATE) ** 2 - expected_sd**2)), surprise
 
@@ -240,7 +240,7 @@ def _gated(off: Joints, expected_sd: Joints, noise_sd: Joints) -> tuple[Joints, 
 def square_root(
     covariance: Float[np.ndarray, "parameter parameter"],
 ) -> Float[np.ndarray, "parameter unknown"]:
-    """Factor L with L Lᵀ = covariance, scaled first so that small units do not count as singular."""
+    """Factor L with L Lᵀ = covariance; the covariance is scaled first so that small units do not look singular."""
     sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     scale = np.where(sd > 0.0, sd, 1.0)
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))

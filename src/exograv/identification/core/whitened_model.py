@@ -1,4 +1,4 @@
-"""A model seen through its prior: numbers of which each is, before the motion, as likely to be one off as any other."""
+"""Torque model in whitened unknowns: before any motion each unknown is standard normal."""
 
 import numpy as np
 from jaxtyping import Float
@@ -8,17 +8,17 @@ from .setting import Setting
 from .square_root import square_root
 
 PLAUSIBLE_SD = 2.5
-"""Standard deviations from the prior up to which the model is linearised; beyond it goes on straight. With parameters
-far from any person's the arm would fall out of its cuffs."""
+"""Largest distance from the prior at which the model is linearised [standard deviations]; it is extrapolated linearly
+beyond. With implausible parameters the closure of the cuffs has no solution."""
 
 Unknowns = Float[np.ndarray, " unknown"]
 
 
 class WhitenedModel:
-    """Parameters x = mean + L ξ with ξ ~ N(0, 1): the scale in which a step, a norm or a projection means something.
+    """Model in unknowns ξ ~ N(0, 1), with parameters x = mean + L ξ.
 
-    Kilograms, metres and newton-metres per radian have no common length; a method that steps along a gradient or
-    projects onto an equation needs one. The prior's is the natural one, and the same for all.
+    A method that steps along a gradient or projects onto an equation needs a norm, but kilograms, metres and N·m/rad
+    have no common unit. The prior's standard deviation is the natural unit, and it is the same for all methods.
     """
 
     def __init__(self, setting: Setting):
@@ -28,7 +28,7 @@ class WhitenedModel:
         """Number of unknowns."""
 
     def rows(self, sample: Sample, xi: Unknowns) -> tuple[Joints, Float[np.ndarray, "joint unknown"]]:
-        """Torque that ξ does not explain and its negative derivative by ξ, both in units of the sample's noise [-]."""
+        """Residual torque at ξ, and its negative derivative with respect to ξ, in units of the sample's noise [-]."""
         near = np.clip(xi, -PLAUSIBLE_SD, PLAUSIBLE_SD)
         tau, derivative = self._model.linearise(sample, self.mean + self.L @ near)
         sd = np.hypot(self._sd, self._model.direction_uncertainty(sample.v))
@@ -40,12 +40,12 @@ class WhitenedModel:
         return self.mean + self.L @ xi
 
     def covariance(self, of_xi: Float[np.ndarray, "unknown unknown"]) -> Covariance:
-        """Of the parameters, from that of ξ."""
+        """Covariance of the parameters, from the covariance of ξ."""
         return self.L @ of_xi @ self.L.T
 
 
 def square_root_but(bodies: tuple[slice, ...], covariance: Covariance) -> Float[np.ndarray, "parameter unknown"]:
-    """Square root of the covariance of all but the bodies, whose rows are zero."""
+    """Square root of the covariance without the bodies; the rows of the bodies are zero."""
     others = covariance.copy()
     for body in bodies:
         others[body, :] = others[:, body] = 0.0

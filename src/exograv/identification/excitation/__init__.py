@@ -1,4 +1,4 @@
-"""Motions that tell most about an arm: designed once for a machine, or piece by piece from what is known by now."""
+"""Excitation motions for an arm: designed once for a machine, or piece by piece from the current estimate."""
 
 from .adaptive import PIECE_S as PIECE_S
 from .adaptive import MotionPiece as MotionPiece

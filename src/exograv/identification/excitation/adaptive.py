@@ -1,4 +1,4 @@
-"""The next piece of motion, from what is known by now: a library of pieces, the best one polished."""
+"""Adaptive excitation: the best piece of a random library, refined by the optimiser, for the current estimate."""
 
 from dataclasses import dataclass
 
@@ -20,7 +20,7 @@ from .problem import MotionProblem
 from .regressor import along
 
 PIECE_S = 10.0
-HARMONICS = 6  # 0.6 Hz at most: slower than the sample filter's corner by far
+HARMONICS = 6  # 0.6 Hz at most: far below the corner frequency of the sample filter
 LIBRARY = 32
 SAMPLES = 40
 POLISH_ITERATIONS = 12
@@ -29,15 +29,15 @@ START_SD = 0.3  # rad
 
 @dataclass(frozen=True)
 class MotionPiece:
-    """Ten seconds from rest to rest at the same posture, forth and back."""
+    """Piece of motion from rest to rest, forth and back to the start posture; its usual length is `PIECE_S`."""
 
     path: Trajectory
     merit: float
-    """Predicted left over afterwards, worst joint against its target."""
+    """Predicted left over after the piece, worst joint over its target [-]."""
 
 
 class Planner:
-    """Of one arm in one machine."""
+    """Planner of excitation pieces for one arm in one machine."""
 
     def __init__(
         self,
@@ -55,7 +55,7 @@ class Planner:
 
     @property
     def home(self) -> Float[np.ndarray, " joint"]:
-        """Where pieces go best from: the middle of all postures [rad]."""
+        """Best start posture of pieces: the middle of the posture range [rad]."""
         return 0.5 * (self._limits.lower + self._limits.upper)
 
     def next_motion(
@@ -67,15 +67,15 @@ class Planner:
         seed: int,
         under_way: Trajectory | None = None,
     ) -> MotionPiece:
-        """The piece that tells most now.
+        """Plan the most informative next piece.
 
         Args:
-            covariance: Of all parameters, when the plan is made.
-            posture: Where it starts and ends at rest [rad].
-            x: Parameters as they are known.
-            dt: Of the loop [s].
-            seed: Of the library.
-            under_way: Motion that the covariance has not seen and that comes before.
+            covariance: Covariance of all parameters at the time of planning.
+            posture: Posture at rest at the start and end of the piece [rad].
+            x: Current estimate of the parameters.
+            dt: Period of the loop [s].
+            seed: Seed of the library.
+            under_way: Motion before the piece whose samples are not yet in the covariance.
         """
         if under_way is not None:
             covariance = self.after(covariance, under_way, x)
@@ -84,7 +84,7 @@ class Planner:
         return MotionPiece(self._basis.trajectory(best, self._basis.period_s, dt), problem.value(best))
 
     def after(self, covariance: Covariance, path: Trajectory, x: Parameters) -> Covariance:
-        """What the covariance of all parameters will be once `path` is over."""
+        """Predict the covariance of all parameters at the end of `path`."""
         problem = self._problem(covariance, path.q[0], x)
         rows = np.linspace(0, len(path) - 1, SAMPLES).astype(int)
         q = path.q[rows]

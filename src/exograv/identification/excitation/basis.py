@@ -1,4 +1,4 @@
-"""Motions as sums of few shapes: harmonics of a period, harmonics that come back the way they went, and pieces."""
+"""Bases of excitation motions: free harmonics, harmonics that return along the same path, and pieces."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ Coefficients = Float[np.ndarray, "shape joint"]
 
 @dataclass(frozen=True)
 class Basis:
-    """q(t) = Σ shape(t) · coefficient, each shape a sum of a constant and harmonics of one period."""
+    """Basis of motions q(t) = Σ shape(t) · coefficient; each shape sums a constant and harmonics of one period."""
 
     period_s: float
 
@@ -23,11 +23,11 @@ class Basis:
 
     @property
     def harmonics(self) -> int:
-        """Of the fastest shape."""
+        """Number of harmonics of the fastest shape."""
         return (len(self.mixing) - 1) // 2
 
     def tables(self, t: Float[np.ndarray, " sample"]) -> tuple[Table, Table, Table]:
-        """Shapes, their first and second derivative by time at the times `t` [s]."""
+        """Shapes and their first and second time derivatives at the times `t` [s]."""
         omega = 2 * np.pi / self.period_s * np.arange(1, self.harmonics + 1)
         s, c = np.sin(np.outer(t, omega)), np.cos(np.outer(t, omega))
         zero = np.zeros((len(t), 1))
@@ -39,7 +39,7 @@ class Basis:
         return tuple(row @ self.mixing for row in rows)  # type: ignore[return-value]  # of three, as rows
 
     def trajectory(self, coefficients: Coefficients, seconds: float, dt: float) -> Trajectory:
-        """Table of the motion, its first row one period of the loop after the start, as in `motion.fourier`."""
+        """Table of the motion; its first row is one period of the loop after the start, as in `motion.fourier`."""
         tables = self.tables(np.arange(1, round(seconds / dt) + 1) * dt)
         q, v, a = (table @ coefficients for table in tables)
         return Trajectory(q, v, a, dt)
@@ -47,12 +47,12 @@ class Basis:
     def series(
         self, coefficients: Coefficients
     ) -> tuple[Float[np.ndarray, " joint"], Float[np.ndarray, "harmonic joint"], Float[np.ndarray, "harmonic joint"]]:
-        """Centre, sines and cosines [rad], as a machine's `[excitation]` has them."""
+        """Centre, sines and cosines [rad], as in the table `[excitation]` of a machine's rig file."""
         whole = self.mixing @ coefficients
         return whole[0], whole[1 : 1 + self.harmonics], whole[1 + self.harmonics :]
 
     def overshoot(self, samples: int) -> float:
-        """By how much at most the motion exceeds between `samples` equidistant ones of a period [-].
+        """Largest factor by which the motion between `samples` equidistant samples of a period exceeds them [-].
 
         Source: Jetter, Pfander & Zimmermann 2001, "The crest factor for trigonometric polynomials", Rev Anal Numér
         Théor Approx 30:179 (after Ehlich & Zeller 1964): max |p| ≤ max |p at samples| / cos(degree · π / samples).
@@ -61,19 +61,20 @@ class Basis:
 
 
 def harmonic(period_s: float, harmonics: int) -> Basis:
-    """All harmonics, free: a loop through postures."""
+    """Basis of all harmonics, sines and cosines: a closed path through postures."""
     return Basis(period_s, np.eye(1 + 2 * harmonics))
 
 
 def forth_and_back(period_s: float, harmonics: int) -> Basis:
-    """Cosines alone: the second half of a period is the first one backwards, and every posture is passed both ways."""
+    """Basis of cosines: the second half of a period reverses the first; each posture is passed in both directions."""
     return Basis(period_s, np.delete(np.eye(1 + 2 * harmonics), np.arange(1, 1 + harmonics), axis=1))
 
 
 def piece(seconds: float, harmonics: int) -> Basis:
-    """Forth and back from rest to rest, without a jump of acceleration; the first shape is the posture it starts from.
+    """Basis of forth-and-back motions from rest to rest, without a jump of acceleration.
 
-    The other shapes vanish at both ends with two derivatives: Σ c_k = 0 with the constant, and Σ k² c_k = 0.
+    The first shape is the start posture. The other shapes and their first two derivatives vanish at both ends:
+    Σ c_k = 0 with the constant, and Σ k² c_k = 0.
     """
     k = np.arange(1, harmonics + 1)
     shapes = null_space((k**2)[None, :].astype(float))

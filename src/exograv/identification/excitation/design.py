@@ -1,4 +1,4 @@
-"""A machine's own motion, designed once for a nominal person: several starts, judged by the filter itself."""
+"""Design of a machine's excitation motion for a nominal person: several starts, judged by the estimator's filter."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -22,29 +22,29 @@ from .problem import MotionProblem
 from .standard import standard_basis
 
 HORIZONS_S = (20.0, 60.0)
-"""The predicted left over counts after each of these: the target soon, and accuracy at the end."""
+"""Times of motion at which the predicted left over counts [s]: early for the target, late for final accuracy."""
 
-START_SD = 0.3  # rad: of a random start's coefficients, before they are squeezed into the limits
+START_SD = 0.3  # rad: standard deviation of a random start's coefficients, before they are scaled into the limits
 ITERATIONS = 80
 FORECAST_DT = 0.02  # s
 SAMPLE_S = 0.25
-"""Between samples of the optimiser's information; the filter's noise is turned to it."""
+"""Period of the optimiser's samples [s]; the filter's noise is converted to it."""
 
 Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
 class Design:
-    """A motion, and what the filter expects of it."""
+    """Excitation motion, with its merit as predicted by the filter."""
 
     basis: Basis
     coefficients: Coefficients
     merit: float
-    """Mean over `HORIZONS_S` of the worst joint's predicted left over against its target, by the filter."""
+    """Mean over `HORIZONS_S` of the predicted left over, worst joint over its target [-]."""
 
 
 class Designer:
-    """Of one machine with a nominal person in it."""
+    """Designer of motions for one machine with a nominal person."""
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine):
         places = assembly.description.places
@@ -60,7 +60,10 @@ class Designer:
     def designs(
         self, starts: Sequence[tuple[Basis, Coefficients]], iterations: int, seconds: float, progress: Progress
     ) -> list[Design]:
-        """Improved from each start, best first by the filter; those that time does not reach are left out."""
+        """Optimise from each start; return all designs, best first by the filter.
+
+        Starts are skipped when `seconds` are over, except the first one.
+        """
         end, found = time.monotonic() + seconds, []
         for k, (basis, coefficients) in enumerate(starts):
             left = end - time.monotonic()
@@ -76,7 +79,7 @@ class Designer:
         return sorted(found, key=lambda design: design.merit)
 
     def standard(self, period_s: float, seed: int, iterations: int = ITERATIONS) -> Design:
-        """Five harmonics, D-optimal under the same limits, from a random start."""
+        """Design a D-optimal motion of five harmonics under the same limits, from a random start."""
         basis = standard_basis(period_s)
         problem = self._problem(basis, DeterminantCriterion(self._covariance), is_white=True)
         start = problem.fitted(self.random_start(basis, np.random.default_rng(seed)))
@@ -84,19 +87,19 @@ class Designer:
         return Design(basis, coefficients, self.judged(basis, coefficients))
 
     def judged(self, basis: Basis, coefficients: Coefficients) -> float:
-        """`Design.merit`: the filter's own word, in place of the optimiser's."""
+        """Compute `Design.merit` by the filter, not by the optimiser's approximation."""
         path = basis.trajectory(coefficients, max(HORIZONS_S), FORECAST_DT)
         found = self.forecast.left_over(path, HORIZONS_S)
         return float(np.mean([(left / self._target).max() for left in found.values()]))
 
     def random_start(self, basis: Basis, generator: np.random.Generator) -> Coefficients:
-        """About the middle of all postures."""
+        """Draw random coefficients around the middle of the posture range [rad]."""
         coefficients = START_SD * generator.standard_normal((basis.mixing.shape[1], self.model.n_joints))
         coefficients[0] = 0.5 * (self.limits.lower + self.limits.upper)
         return coefficients
 
     def starts(self, period_s: float, harmonics: int, count: int, seed: int) -> list[tuple[Basis, Coefficients]]:
-        """Loops and motions that come back the way they went, in turn."""
+        """Draw `count` random starts, alternately with free harmonics and forth-and-back motions."""
         generator = np.random.default_rng(seed)
         bases = (harmonic(period_s, harmonics), forth_and_back(period_s, harmonics))
         return [(bases[k % 2], self.random_start(bases[k % 2], generator)) for k in range(count)]
@@ -114,5 +117,5 @@ class Designer:
 
 
 def degrees(values: Float[np.ndarray, "..."]) -> list[float] | list[list[float]]:
-    """As a rig file has them, to a tenth."""
+    """Convert radians to degrees with one decimal, as in a rig file."""
     return np.rad2deg(values).round(1).tolist()

@@ -1,4 +1,4 @@
-"""What the estimator's own filter would say after a motion: the judge of every design, since a surrogate is none."""
+"""Forecast of the left over after a motion by the estimator's own filter; it judges every design."""
 
 from collections.abc import Mapping, Sequence
 
@@ -20,7 +20,7 @@ Joints = Float[np.ndarray, " joint"]
 
 
 class Forecast:
-    """For one arm in one machine: left over that is predicted after so much of a motion."""
+    """Forecast of the left over during a motion, for one arm in one machine."""
 
     def __init__(self, model: ArmModel, x: Parameters, covariance: Covariance, statistics: Statistics):
         self._model, self._x, self._statistics = model, x, statistics

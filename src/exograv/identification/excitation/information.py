@@ -1,11 +1,11 @@
-"""How much of what is left over a motion takes away: the estimator's own statistics in closed form, with slopes.
+"""Information of a motion in closed form, by the estimator's statistics, with gradients.
 
     F = P⁻¹ + passes · Σ_j H_jᵀ S_j⁻¹ H_j               information of the unknowns after so many periods
-    B = passes² · Σ_j H_jᵀ S_j⁻¹ Φ_j S_j⁻¹ H_j          what the field Φ of unmodelled torque does to it
-    ratio_j² = tr(A_j (F⁻¹ + F⁻¹ B F⁻¹))                left over of joint j against its target
+    B = passes² · Σ_j H_jᵀ S_j⁻¹ Φ_j S_j⁻¹ H_j          effect of the field Φ of unmodelled torque
+    ratio_j² = tr(A_j (F⁻¹ + F⁻¹ B F⁻¹))                left over of joint j over its target
 
-S holds the residual and the wearer's slow disturbance: samples within seconds say the same. The field is considered,
-as `discrepancy` has it: passing a posture again is no new evidence against it.
+S contains the residual and the wearer's slow disturbance, which correlates samples within seconds. The field is
+considered as in `discrepancy`: a repeated pass through a posture does not reduce its effect.
 """
 
 from collections.abc import Sequence
@@ -27,31 +27,31 @@ from .regressor import RegressorTrajectory
 
 Joints = Float[np.ndarray, " joint"]
 NORM = 6.0
-"""Of the joints' ratios: near enough to the worst one, and smooth."""
+"""Exponent of the norm of the joints' ratios [-]: close to the maximum, and smooth."""
 
 NOMINAL_RESIDUAL_SD, NOMINAL_REPEAT_S = 0.12, 0.16
-"""Residual [N·m] and how long it says the same [s], as stage 0 leaves them on the twin's machines."""
+"""Residual [N·m] and its correlation time [s], as stage 0 leaves them on the twin's machines."""
 
 CORRELATION_S = 3.0
-"""Of the wearer's slow disturbance, as `recursive.Noise` has it [s]."""
+"""Correlation time of the wearer's slow disturbance, as in `core.noise.Noise` [s]."""
 
 
 @dataclass(frozen=True)
 class Statistics:
-    """What the expected torque cannot explain, as the estimator assumes it."""
+    """Statistics of the unexplained torque, as the estimator assumes them."""
 
     white: Joints
-    """Variance of the white residual times the time over which it says the same [N²m²s]."""
+    """Variance of the residual times its correlation time [N²m²s]."""
 
     disturbance_sd: Joints
-    """[N·m]"""
+    """Standard deviation of the wearer's slow disturbance [N·m]."""
 
     field_sd: Joints
-    """Of what no parameter explains [N·m]."""
+    """Standard deviation of the discrepancy field [N·m]."""
 
     @classmethod
     def of(cls, machine: CalibratedMachine, places: Sequence[Place]) -> "Statistics":
-        """Of a calibrated machine; of one that is known by its data sheet alone the usual residual."""
+        """Statistics of a calibrated machine; joints known only from the data sheet have the usual residual."""
         known = machine.residual_sd > 0.0
         sd = np.where(known, machine.residual_sd, NOMINAL_RESIDUAL_SD)
         repeat = np.where(known, np.maximum(machine.correlation_s, 0.08), NOMINAL_REPEAT_S)
@@ -60,7 +60,7 @@ class Statistics:
 
 @dataclass(frozen=True)
 class Slopes:
-    """Of a figure of merit by what a motion does (sample, joint, …)."""
+    """Gradients of a figure of merit with respect to quantities of a motion (sample, joint, …)."""
 
     H: Float[np.ndarray, "sample joint parameter"]
     direction_sd: Float[np.ndarray, "sample joint"]
@@ -71,17 +71,17 @@ Square = Float[np.ndarray, "unknown unknown"]
 
 
 class LeftOverCriterion:
-    """Predicted left over against its target after some motion, worst joint in front; 1 is the target."""
+    """Predicted left over after a motion over its target, dominated by the worst joint [-]; 1 is the target."""
 
     def __init__(self, prediction: LeftOverPrediction, covariance: Covariance, places: Sequence[Place]):
         self.root = square_root(covariance)
-        """Maps unit unknowns to parameters."""
+        """Matrix from unit unknowns to parameters."""
         target = np.array([TARGET_NM[place] for place in places])
         self._gram = np.array([self.root.T @ A @ self.root for A in gram(prediction, len(covariance))])
         self._gram /= target[:, None, None] ** 2
 
     def __call__(self, F: Square, B: Square) -> tuple[float, Square, Square]:
-        """The figure of merit at information F and field B, and its slopes by both."""
+        """Compute the figure of merit at information F and field B, and its gradients with respect to both."""
         P = np.linalg.inv(F)
         ratio = np.sqrt(np.einsum("jik,ki->j", self._gram, P + P @ B @ P))
         value = float((ratio**NORM).sum() ** (1.0 / NORM))
@@ -91,13 +91,13 @@ class LeftOverCriterion:
 
 
 class DeterminantCriterion:
-    """D-optimality, the field's standard: the ellipsoid of all parameters, whatever they matter for."""
+    """D-optimality, the usual criterion: volume of the ellipsoid of all parameters, regardless of their effect."""
 
     def __init__(self, covariance: Covariance):
         self.root = square_root(covariance)
 
     def __call__(self, F: Square, B: Square) -> tuple[float, Square, Square]:
-        """−log det F per unknown, and its slopes; the field is none of its business."""
+        """Compute −log det F per unknown, and its gradients; the field B is ignored."""
         return -float(np.linalg.slogdet(F)[1]) / len(F), -np.linalg.inv(F) / len(F), np.zeros_like(B)
 
 
@@ -106,17 +106,17 @@ Criterion = LeftOverCriterion | DeterminantCriterion
 
 @dataclass(frozen=True)
 class SeenMotion:
-    """A motion along one period, in the estimator's statistics."""
+    """Motion over one period, with the estimator's statistics."""
 
     criterion: Criterion
     statistics: Statistics
     along: RegressorTrajectory
     q: Float[np.ndarray, "sample joint"]
     dt: float
-    """Between samples [s]."""
+    """Time between samples [s]."""
 
     def residual_covariances(self) -> Float[np.ndarray, "joint sample sample"]:
-        """S of each joint [N²m²]."""
+        """Covariance S of the residual of each joint [N²m²]."""
         tick = np.arange(len(self.q))
         slow = np.exp(-np.abs(np.subtract.outer(tick, tick)) * self.dt / CORRELATION_S)
         S = self.statistics.disturbance_sd[:, None, None] ** 2 * slow
@@ -124,17 +124,17 @@ class SeenMotion:
         return S
 
     def field(self) -> Float[np.ndarray, "joint sample sample"]:
-        """Φ of each joint [N²m²]."""
+        """Covariance Φ of the discrepancy field of each joint [N²m²]."""
         apart = ((self.q[:, None] - self.q[None]) ** 2).sum(axis=2)
         return self.statistics.field_sd[:, None, None] ** 2 * np.exp(-0.5 * apart / POSTURE_LENGTH_RAD**2)
 
     def information(self, passes: float) -> tuple[Square, Square]:
-        """F and B of the unknowns after so many passes."""
+        """Information F and field effect B of the unknowns after `passes` periods."""
         H = np.einsum("sjp,pu->jsu", self.along.H, self.criterion.root)
         return self._information(H, _solved(self.residual_covariances(), H), self.field(), passes)
 
     def merit(self, passes: float) -> tuple[float, Slopes]:
-        """Figure of merit after so many passes, and its slopes by H, by the uncertain direction and by the posture."""
+        """Figure of merit after `passes` periods, and its gradients by H, direction uncertainty and posture."""
         H = np.einsum("sjp,pu->jsu", self.along.H, self.criterion.root)
         S, field = self.residual_covariances(), self.field()
         whitened = _solved(S, H)
@@ -166,7 +166,7 @@ def _solved(
 
 
 def gram(prediction: LeftOverPrediction, count: int) -> Float[np.ndarray, "joint parameter parameter"]:
-    """A_j with left over² of joint j = tr(A_j · covariance), asked of the stop rule's own prediction."""
+    """Matrices A_j with left over² of joint j = tr(A_j · covariance), from the stop rule's own prediction."""
     units = np.eye(count)
     diagonal = np.array([prediction.rms(np.outer(e, e)) ** 2 for e in units])
     A = np.zeros((diagonal.shape[1], count, count))

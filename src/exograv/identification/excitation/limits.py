@@ -1,4 +1,4 @@
-"""What a motion that identifies an arm may ask of a relaxed person and of the machine."""
+"""Limits of an excitation motion, for a relaxed wearer and for the machine."""
 
 from dataclasses import dataclass
 
@@ -11,10 +11,12 @@ from exograv.model.limb import FREEDOMS
 from exograv.model.loops import NEAR_SINGULAR
 
 V_MAX, A_MAX = 1.2, 4.0  # rad/s, rad/s²: gentle for a relaxed arm
-TORQUE_SHARE = 0.7  # of the rated torque: a person may be a quarter heavier than the table says
+TORQUE_SHARE = 0.7  # of the rated torque: a person may be 25 % heavier than the table says
 MARGIN_DEG = {"shoulder": 12.0, "elbow": 12.0, "wrist": 6.0}
-"""Beyond the task workspace, to tell elasticity from weight, by where a joint is."""
-OFF_STOPS_RAD = np.deg2rad(8.0)  # from the machine's own limits: the weak control lets a joint stray
+"""Margin outside the task workspace that separates elasticity from weight, by place of the joint [°]."""
+OFF_STOPS_RAD = np.deg2rad(
+    8.0
+)  # distance from the machine's own limits: the soft position control allows tracking errors
 
 Joints = Float[np.ndarray, " joint"]
 Freedoms = Float[np.ndarray, " freedom"]
@@ -22,32 +24,32 @@ Freedoms = Float[np.ndarray, " freedom"]
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """Of the machine's joints, and of the arm in it."""
+    """Limits of the machine's joints and of the arm."""
 
     lower: Joints
-    """[rad]"""
+    """Smallest joint positions [rad]."""
 
     upper: Joints
-    """[rad]"""
+    """Largest joint positions [rad]."""
 
     v_max: Joints
-    """[rad/s]"""
+    """Largest joint speeds [rad/s]."""
 
     a_max: Joints
-    """[rad/s²]"""
+    """Largest joint accelerations [rad/s²]."""
 
     tau_max: Joints
-    """Torque that a nominal person may ask of the machine [N·m]."""
+    """Largest torque that the machine may need with a nominal person [N·m]."""
 
     z_lower: Freedoms
-    """Of the arm's own angles: comfortable, and away from the singular posture [rad]."""
+    """Smallest arm angles: comfortable, and away from the singular posture [rad]."""
 
     z_upper: Freedoms
-    """[rad]"""
+    """Largest arm angles [rad]."""
 
     @classmethod
     def of(cls, assembly: Assembly) -> "MotionLimits":
-        """Around the task workspace, inside the machine's limits and the person's comfort."""
+        """Limits around the task workspace, inside the machine's limits and the person's comfort range."""
         description, joints = assembly.description, assembly.exo.joints
         margin = np.deg2rad([MARGIN_DEG[place] for place in description.places])
         lower, upper = description.workspace
@@ -69,7 +71,7 @@ class MotionLimits:
         a: Float[np.ndarray, "sample joint"],
         slack: float = 1e-3,
     ) -> Bool[np.ndarray, " joint"]:
-        """Joints (joint,) whose posture, speed or acceleration leaves the limits by more than `slack` of them."""
+        """Joints (joint,) whose posture, speed or acceleration exceeds the limits by more than the share `slack`."""
         room = slack * (self.upper - self.lower)
         outside = (q < self.lower - room) | (q > self.upper + room)
         outside |= (np.abs(v) > (1 + slack) * self.v_max) | (np.abs(a) > (1 + slack) * self.a_max)
@@ -78,7 +80,7 @@ class MotionLimits:
     def broken_by_arm(
         self, z: Float[np.ndarray, "sample freedom"], tau: Float[np.ndarray, "sample joint"], slack: float = 0.02
     ) -> bool:
-        """Whether the arm's angles leave their range by more than `slack` [rad], or the torque by that share."""
+        """Return True if arm angles leave their range by more than `slack` [rad], or torque by more than this share."""
         is_strained = (z < self.z_lower - slack) | (z > self.z_upper + slack)
         return bool(is_strained.any() or (np.abs(tau) > (1 + slack) * self.tau_max).any())
 
@@ -86,7 +88,7 @@ class MotionLimits:
 def _comfort(assembly: Assembly) -> tuple[Freedoms, Freedoms]:
     names = [name for limb in assembly.arm.limbs for name in FREEDOMS[: limb.n_freedoms]]
     lower, upper = np.deg2rad([COMFORT_DEG[name] for name in names]).T
-    # Samples nearer to the singular posture than this are not used by the filter.
+    # The filter does not use samples closer to the singular posture than this.
     usable = np.arccos(np.sqrt(NEAR_SINGULAR)) - np.deg2rad(1.0)
     abductions = [limb.freedoms.start + 1 for limb in assembly.arm.limbs]
     lower[abductions], upper[abductions] = np.maximum(lower[abductions], -usable), np.minimum(upper[abductions], usable)

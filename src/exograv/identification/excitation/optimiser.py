@@ -1,4 +1,4 @@
-"""IPOPT looks for the best motion inside the limits: exact slopes, Hessian by limited-memory BFGS.
+"""Optimiser of motions inside the limits: IPOPT with exact gradients and a limited-memory BFGS Hessian.
 
 Source: Wächter & Biegler 2006, Math Program 106:25 (IPOPT), through CasADi.
 """
@@ -14,22 +14,22 @@ from .basis import Coefficients
 from .problem import MotionProblem
 
 ARM_EVERY = 2
-"""Comfort and torque are held at every so many-th sample; they change slowly."""
+"""Stride of the samples at which comfort and torque are constrained; both change slowly."""
 
 SHARES = (1.0, 0.7, 0.4, 0.2)
-"""Of the way from the start that are tried when the solver is done [-]."""
+"""Shares of the way from the start to the solution that are tried as results [-]."""
 
 Vector = Float[np.ndarray, " coefficient"]
 
 
 def solve(problem: MotionProblem, start: Coefficients, iterations: int, seconds: float) -> Coefficients:
-    """IPOPT from `start`, which keeps the limits; never worse than that, and within the limits too.
+    """Run IPOPT from `start`, which must keep the limits; the result keeps them too and is never worse.
 
     Args:
-        problem: What is asked.
-        start: Coefficients.
-        iterations: At most so many; with them alone the result depends on nothing but the start.
-        seconds: At most so long [s].
+        problem: Figure of merit and limits.
+        start: Coefficients of the start.
+        iterations: Largest number of iterations. If only they end the search, the result depends only on the start.
+        seconds: Largest duration [s].
     """
     evaluation = _Evaluation(problem)
     free = ca.MX.sym("free", start.size)
@@ -46,7 +46,7 @@ def solve(problem: MotionProblem, start: Coefficients, iterations: int, seconds:
         x0=start.ravel(), lbx=(start - held).ravel(), ubx=(start + held).ravel(), lbg=lower, ubg=upper
     )  # fmt: skip
     way = np.asarray(found["x"]).reshape(problem.shape) - start
-    # Broken off early IPOPT stands outside the limits; part of the way often tells more than all of it squeezed.
+    # An early end leaves IPOPT outside the limits. A part of the way is often better than the whole way scaled down.
     candidates = [problem.fitted(start + share * way) for share in SHARES]
     return min([start, *candidates], key=problem.value)
 
@@ -68,7 +68,7 @@ def _options(iterations: int, seconds: float) -> dict[str, Any]:
 
 
 def _linear_limits(problem: MotionProblem, coefficients: ca.MX) -> tuple[ca.MX, Vector]:
-    """Posture about the middle of its range, speed and acceleration on the grid, and their bounds."""
+    """Posture relative to the middle of its range, speed and acceleration on the grid, and their bounds."""
     tables, overshoot = problem.grid()
     limits = problem.limits
     middle = 0.5 * (limits.lower + limits.upper)
@@ -81,7 +81,7 @@ def _linear_limits(problem: MotionProblem, coefficients: ca.MX) -> tuple[ca.MX, 
 
 
 class _Evaluation(ca.Callback):
-    """Figure of merit, the arm's angles and the torque, for IPOPT, with their slopes."""
+    """Callback of IPOPT for figure of merit, arm angles and torque, with their gradients."""
 
     def __init__(self, problem: MotionProblem):
         ca.Callback.__init__(self)
@@ -93,7 +93,7 @@ class _Evaluation(ca.Callback):
         self.construct("evaluation", {})
 
     def bounds(self) -> tuple[Vector, Vector]:
-        """Of the arm's angles, then of the torque."""
+        """Bounds of the arm angles [rad], then of the torque [N·m]."""
         limits, count = self._problem.limits, len(range(0, self._problem.samples, ARM_EVERY))
         sides = ((limits.z_lower, -limits.tau_max), (limits.z_upper, limits.tau_max))
         lower, upper = (np.concatenate([np.tile(side, count) for side in pair]) for pair in sides)
@@ -116,7 +116,7 @@ class _Evaluation(ca.Callback):
         return self._keep[-1]
 
     def both(self, free: Vector) -> tuple[np.ndarray, np.ndarray]:
-        """All values and their slopes; remembered, since IPOPT asks for one after the other."""
+        """Return all values and their gradients; cached, because IPOPT calls for them one after the other."""
         if self._known is None or self._known[0] != free.tobytes():
             self._known = (free.tobytes(), *self._evaluated(free.reshape(self._problem.shape)))
         return self._known[1], self._known[2]

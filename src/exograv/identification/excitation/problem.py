@@ -1,4 +1,4 @@
-"""The motion that tells most, as an optimisation: a figure of merit and limits, by the coefficients of a basis."""
+"""Optimisation problem of an excitation motion: figure of merit and limits as functions of basis coefficients."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,57 +16,57 @@ from .limits import MotionLimits
 from .regressor import RegressorTrajectory, along
 
 SAMPLES = 80
-"""Of one period: 0.25 s of 20, three within the shortest thing that moves."""
+"""Samples of one period: 0.25 s apart at 20 s, which gives three within the fastest part of the motion."""
 
 GRID_PER_HARMONIC = 16
-"""Points at which speed and posture are held per harmonic: the motion between them exceeds by 2 % at most."""
+"""Grid points per harmonic at which the limits are constrained; between them the motion exceeds by 2 % at most."""
 
 
 @dataclass(frozen=True)
 class MotionProblem:
-    """What is asked of a motion."""
+    """Problem of finding the best excitation motion."""
 
     basis: Basis
     limits: MotionLimits
     model: ArmModel
     x: Parameters
-    """Where the model is linearised."""
+    """Parameters at which the model is linearised."""
     statistics: Statistics
     criterion: Criterion
     passes: Sequence[float]
-    """After how many periods the figure of merit is taken; the mean of all counts."""
+    """Numbers of periods after which the figure of merit is computed; their mean counts."""
     start_posture: Float[np.ndarray, " joint"] | None = None
-    """Coefficients of the first shape where they are given: where a piece starts and ends [rad]."""
+    """Fixed coefficients of the first shape: start and end posture of a piece [rad]; None if they are free."""
     samples: int = SAMPLES
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Of the coefficients."""
+        """Shape of the array of coefficients."""
         return self.basis.mixing.shape[1], self.model.n_joints
 
     @property
     def dt(self) -> float:
-        """Between samples [s]."""
+        """Time between samples [s]."""
         return self.basis.period_s / self.samples
 
     def grid(self) -> tuple[list[Float[np.ndarray, "point shape"]], float]:
-        """Shapes with two derivatives where limits are held, and how far the motion may exceed between."""
+        """Shapes with two derivatives at the points of the limits, and the factor of overshoot between them."""
         points = GRID_PER_HARMONIC * self.basis.harmonics
         tables = self.basis.tables(np.arange(points) * self.basis.period_s / points)
         return list(tables), self.basis.overshoot(points)
 
     def follow(self, coefficients: Coefficients, *, slopes: bool) -> RegressorTrajectory:
-        """The motion as the model sees it."""
+        """Evaluate the model along the motion."""
         q, v, a = (table @ coefficients for table in self.tables())
         return along(self.model, self.x, q, v, a, slopes=slopes)
 
     def value(self, coefficients: Coefficients, seen: RegressorTrajectory | None = None) -> float:
-        """The figure of merit."""
+        """Compute the figure of merit."""
         seen = self.follow(coefficients, slopes=False) if seen is None else seen
         return float(np.mean([self._seen(coefficients, seen).merit(passes)[0] for passes in self.passes]))
 
     def slope(self, coefficients: Coefficients, seen: RegressorTrajectory) -> tuple[float, Coefficients]:
-        """The figure of merit and its slope by the coefficients."""
+        """Compute the figure of merit and its gradient with respect to the coefficients."""
         tables = self.tables()
         n, total, by_motion = self.model.n_joints, 0.0, np.zeros((self.samples, 3, self.model.n_joints))
         for passes in self.passes:
@@ -78,7 +78,7 @@ class MotionProblem:
         return total, sum((table.T @ by_motion[:, k] for k, table in enumerate(tables)), np.zeros(self.shape))
 
     def keeps_limits(self, coefficients: Coefficients) -> bool:
-        """Whether machine and person stay within their limits, also between samples."""
+        """Return True if machine and person stay within their limits, also between samples."""
         tables, overshoot = self.grid()
         middle = 0.5 * (self.limits.lower + self.limits.upper)
         q, v, a = (table @ coefficients for table in tables)
@@ -88,7 +88,7 @@ class MotionProblem:
         return not self.limits.broken_by_arm(seen.z, seen.tau)
 
     def fitted(self, coefficients: Coefficients) -> Coefficients:
-        """The same shape, squeezed and moved until it keeps the limits."""
+        """Scale and shift a motion until it keeps all limits."""
         coefficients = self.squeezed(coefficients)
         while not self.keeps_limits(coefficients):
             coefficients[1:] *= 0.9
@@ -99,7 +99,7 @@ class MotionProblem:
         return coefficients
 
     def squeezed(self, coefficients: Coefficients) -> Coefficients:
-        """The same shape within the limits of posture, speed and acceleration; those of the arm are not looked at."""
+        """Scale and shift a motion into the limits of posture, speed and acceleration, without limits of the arm."""
         tables, overshoot = self.grid()
         limits, fitted = self.limits, coefficients.copy()
         if self.start_posture is not None:

@@ -1,4 +1,4 @@
-"""What an arm's torque says about each parameter along a motion, and how that changes with the motion."""
+"""Regressor of an arm along a motion, and its derivatives with respect to the motion."""
 
 from dataclasses import dataclass
 
@@ -8,31 +8,31 @@ from jaxtyping import Float
 from exograv.identification.core.arm_model import SLOW_V, ArmModel
 from exograv.identification.core.interface import Parameters, Sample
 
-STEP = 1e-3  # rad, rad/s, rad/s²: the model's curvature over it is far below what an optimiser sees
+STEP = 1e-3  # rad, rad/s, rad/s²: finite difference; the error by curvature does not matter to the optimiser
 
-WALK = 0.1  # rad: farther apart the model would close its loops from cold, which takes a hundred times as long
+WALK = 0.1  # rad: for larger steps the model needs a cold start of the closure, which takes a hundred times as long
 
 Series = Float[np.ndarray, "sample joint"]
 
 
 @dataclass(frozen=True)
 class RegressorTrajectory:
-    """A motion as the model sees it; slopes follow (q, v, a), 3 · joint entries."""
+    """Regressor and related quantities along a motion; derivatives are with respect to (q, v, a), 3 · joint entries."""
 
     H: Float[np.ndarray, "sample joint parameter"]
-    """Derivative of the torque by the parameters."""
+    """Derivative of the torque with respect to the parameters."""
 
     tau: Series
     """Expected torque [N·m]."""
 
     z: Float[np.ndarray, "sample freedom"]
-    """The arm's angles [rad]."""
+    """Arm angles [rad]."""
 
     direction_sd: Series
-    """Uncertainty of friction's direction [N·m]."""
+    """Standard deviation of the torque from the uncertain direction of friction [N·m]."""
 
     direction_sd_by_v: Series
-    """Its slope by the joint's own speed [N·m·s/rad]."""
+    """Derivative of `direction_sd` with respect to the joint's own velocity [N·m·s/rad]."""
 
     H_by: Float[np.ndarray, "sample direction joint parameter"]
     tau_by: Float[np.ndarray, "sample direction joint"]
@@ -42,7 +42,10 @@ class RegressorTrajectory:
 def along(
     model: ArmModel, x: Parameters, q: Series, v: Series, a: Series, *, slopes: bool = True
 ) -> RegressorTrajectory:
-    """Follow a motion at parameters `x`; slopes by differences, since the closed posture has no expression."""
+    """Evaluate the model along a motion at parameters `x`.
+
+    Derivatives are finite differences, because the closed posture has no symbolic expression.
+    """
     model.restart()
     motion, directions = np.concatenate([q, v, a], axis=1), 3 * q.shape[1] if slopes else 0
     H, tau, z, sd = [], [], [], []
@@ -58,7 +61,7 @@ def along(
             moved[direction] += STEP
             rows.append(_at(model, x, moved))
         if slopes:
-            rows[0] = _at(model, x, row)  # closed to the last digit by now
+            rows[0] = _at(model, x, row)  # the closure has now converged to rounding
         for column, values in zip((H, tau, z), zip(*rows, strict=True), strict=True):
             column.append(np.array(values))
     H_all, tau_all, z_all, direction_sd = (np.array(column) for column in (H, tau, z, sd))
@@ -68,7 +71,7 @@ def along(
 
 
 def _steps_between(q: Float[np.ndarray, " joint"], goal: Float[np.ndarray, " joint"]) -> Float[np.ndarray, " step"]:
-    """Shares of the way at which the model is led along."""
+    """Shares of the way between two postures at which the model is evaluated, so that the closure can follow."""
     count = int(np.abs(goal - q).max() / WALK)
     return np.arange(1, count + 1) / (count + 1)
 

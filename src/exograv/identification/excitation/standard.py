@@ -1,4 +1,4 @@
-"""What others move: harmonics that are D-optimal, and one joint after the other."""
+"""Standard excitation motions of the literature: D-optimal harmonics, and one joint after another."""
 
 from exograv import motion
 from exograv.motion import Trajectory
@@ -11,7 +11,7 @@ FIXED_PERIOD_S = 20.0
 
 
 def standard_basis(period_s: float) -> Basis:
-    """Five harmonics.
+    """Basis of five harmonics.
 
     Source: Swevers 1997, IEEE T-RA 13:730.
     """
@@ -19,7 +19,7 @@ def standard_basis(period_s: float) -> Basis:
 
 
 def fixed_motion(limits: MotionLimits, seconds: float, dt: float) -> Trajectory:
-    """Each joint through its range and back, one after another, the others in the middle; again and again."""
+    """Repeated motion of one joint after another through its range and back, with the others in the middle."""
     middle = 0.5 * (limits.lower + limits.upper)
     parts, joints = [], len(middle)
     for joint in range(joints):

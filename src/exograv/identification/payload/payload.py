@@ -1,4 +1,4 @@
-"""A body of unknown mass on a robot: what it adds to the torques, beside what the robot itself is believed to be."""
+"""Torque model of a robot with a payload: unknown body at a frame, and uncertain parameters of the robot."""
 
 from dataclasses import dataclass
 
@@ -19,15 +19,15 @@ from exograv.model.tree import Frame, Tree, from_pseudo_inertia, inertial_parame
 PAYLOAD = slice(0, 10)
 """Inertial parameters of the payload about the origin of its frame, in that frame."""
 
-# kg, kg·m, kg·m²: of what a hand or a small robot carries next to nothing is known (docs/identification.md).
+# kg, kg·m, kg·m²: wide, because almost nothing is known of a payload of a hand or small robot (docs/identification.md).
 MASS_SD, FIRST_MOMENT_SD, INERTIA_SD = 3.0, 0.3, 0.1
 NOTHING = inertial_parameters(0.1, np.zeros(3), 1e-3 * np.eye(3))
-"""Prior mean: a body of no consequence, but a possible one."""
+"""Prior mean: a body of negligible mass that is physically possible."""
 
 
 @dataclass(frozen=True)
 class RobotBlocks:
-    """Where the robot's own parameters stand, for a robot of n joints: links, then one entry a joint for each law."""
+    """Slices of the robot's own parameters, for n joints: links, then one entry per joint for each drive parameter."""
 
     n: int
 
@@ -38,17 +38,17 @@ class RobotBlocks:
 
     @property
     def rotor(self) -> slice:
-        """Inertia of the rotor, seen at the joint [kg·m²]."""
+        """Rotor inertia, reflected to the joint [kg·m²]."""
         return self._joint_block(0)
 
     @property
     def coulomb(self) -> slice:
-        """Friction at any speed [N·m]."""
+        """Coulomb friction [N·m]."""
         return self._joint_block(1)
 
     @property
     def viscous(self) -> slice:
-        """Further friction per speed [N·m·s/rad]."""
+        """Viscous friction per speed [N·m·s/rad]."""
         return self._joint_block(2)
 
     @property
@@ -58,17 +58,17 @@ class RobotBlocks:
 
     @property
     def asymmetry(self) -> slice:
-        """Torque that the motor gives in both directions of motion: offset of current, or unequal friction [N·m]."""
+        """Torque that is independent of the direction of motion: current offset, or unequal friction [N·m]."""
         return self._joint_block(4)
 
     @property
     def robot(self) -> slice:
-        """Everything but the payload."""
+        """Slice of all parameters except the payload's."""
         return slice(10, self.count)
 
     @property
     def count(self) -> int:
-        """Length of the vector."""
+        """Length of the parameter vector."""
         return 10 + 15 * self.n
 
     def _joint_block(self, i: int) -> slice:
@@ -77,14 +77,14 @@ class RobotBlocks:
 
 
 class PayloadModel:
-    """`TorqueModel` of a robot with a payload; parameters `x`: payload (10,), then the robot as `RobotBlocks`."""
+    """Torque model of a robot with a payload; parameters `x`: payload (10,), then the robot as in `RobotBlocks`."""
 
     def __init__(self, tree: Tree, payload_frame: str):
         self.tree, self.frame = tree, tree.frame(payload_frame)
         if self.frame.body < 0:
             moving = sorted(name for name, frame in tree.frames.items() if frame.body >= 0)
             raise ModelError(
-                f"Frame '{payload_frame}' of {tree.name} does not move: no motor carries what hangs there. "
+                f"Frame '{payload_frame}' of {tree.name} does not move, so no motor carries a payload there. "
                 f"Moving frames: {', '.join(moving)}."
             )
         self.n_joints = len(tree.joints)
@@ -94,21 +94,21 @@ class PayloadModel:
         self._coulomb = np.zeros(self.n_joints)
 
     def linearise(self, sample: Sample, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
-        """Expected torque (joint,) [N·m] at `x`, and its derivative; linear but for friction under load."""
+        """Return expected torque (joint,) [N·m] at `x` and its derivative; linear except for friction under load."""
         self._coulomb[:] = x[self.blocks.coulomb]
         tau, derivative = self._kernel.of(sample.q, sample.v, sample.a, x)
         return tau, derivative
 
     def restart(self) -> None:
-        """Every sample stands for itself here."""
+        """Do nothing: the samples are independent of each other."""
 
     def direction_uncertainty(self, v: Joints) -> Joints:
-        """Standard deviation [N·m]: all of the Coulomb torque last used at rest, none of it in clear motion."""
+        """Return the standard deviation of the torque [N·m]: the last Coulomb torque at rest, zero in clear motion."""
         return np.abs(self._coulomb) / np.cosh(np.minimum(np.abs(v) / SLOW_V, 20.0)) ** 2
 
 
 def payload_prior() -> tuple[Float[np.ndarray, " 10"], Float[np.ndarray, "10 10"]]:
-    """Mean and covariance of a payload of which nothing is known."""
+    """Prior mean and covariance of an unknown payload."""
     sd = np.array([MASS_SD, *[FIRST_MOMENT_SD] * 3, *[INERTIA_SD] * 6])
     return NOTHING.copy(), np.diag(sd**2)
 
@@ -117,10 +117,10 @@ def robot_torque(tree: Tree, motion: tuple[ca.SX, ca.SX, ca.SX], x: ca.SX, phi_e
     """Motor torque (joint,) [N·m] of a robot with extra inertial parameters (10,) on one of its bodies.
 
     Args:
-        tree: The joints.
+        tree: Joints and links of the robot.
         motion: q, v, a (joint,) each.
-        x: All parameters, of which the robot's are read, in the order of `RobotBlocks`.
-        phi_extra: Of what the robot carries, about the body's origin.
+        x: All parameters in the order of `RobotBlocks`; only the robot's are read.
+        phi_extra: Inertial parameters of the payload about the body's origin.
         body: Index of the body that carries it.
     """
     q, v, a = motion
@@ -141,7 +141,7 @@ def robot_torque(tree: Tree, motion: tuple[ca.SX, ca.SX, ca.SX], x: ca.SX, phi_e
 
 
 def about_body(frame: Frame) -> Float[np.ndarray, "10 10"]:
-    """Matrix that takes inertial parameters about the frame's origin to those about the carrying body's."""
+    """Matrix from inertial parameters about the frame's origin to those about the origin of the carrying body."""
     T_body_frame = np.eye(4)
     T_body_frame[:3, :3], T_body_frame[:3, 3] = frame.R_body_frame, frame.p_body_frame
     columns = [from_pseudo_inertia(T_body_frame @ pseudo_inertia(unit) @ T_body_frame.T) for unit in np.eye(10)]

@@ -1,4 +1,4 @@
-"""The paper's method for a payload: at every sample, one step of plain gradient descent on the squared torque error."""
+"""Gradient method of the paper for a payload: one step of plain descent on the squared torque error per sample."""
 
 import casadi as ca
 import numpy as np
@@ -14,17 +14,17 @@ from .trial_load import SHARES_OF_STABLE, TRIAL_LOAD, found_after, with_trial_lo
 
 
 class PayloadGradient:
-    """`Method`: it states no uncertainty, because plain descent has none."""
+    """Gradient descent of the paper for a payload (a `Method`); plain descent states no uncertainty."""
 
     name = "gradient"
 
     def __init__(self, model: PayloadModel, x: Parameters, step: float):
-        """Start from nothing.
+        """Start from a negligible payload.
 
         Args:
-            model: Robot and payload frame.
-            x: The robot by its unloaded log, payload included, which is not read.
-            step: Of the descent, the same for all ten log-Cholesky parameters [1/(N·m)²].
+            model: Model of the robot with the payload frame.
+            x: All parameters, the robot's from its unloaded log; the payload's entries are not read.
+            step: Step of the descent, the same for all ten log-Cholesky parameters [1/(N·m)²].
         """
         self._kernel = kernel.compile(_squared_error(model))
         self._kernel.inputs["x"][:] = x
@@ -33,7 +33,7 @@ class PayloadGradient:
         self._t = 0.0
 
     def update(self, sample: Sample) -> None:
-        """One step downhill."""
+        """Make one step of the descent."""
         self._t = sample.t
         self._theta -= self._step * self.slope_at(sample)
 
@@ -54,18 +54,18 @@ class PayloadGradient:
         return float(np.linalg.eigvalsh(derivative @ derivative.T)[-1])
 
     def estimate(self) -> Estimate:
-        """Where the descent is now; possible by its parameters."""
+        """Return the current parameters; the coordinates make them physically possible."""
         self._kernel.inputs["theta"][:] = self._theta
         self._x[PAYLOAD] = self._kernel()["phi"]
         return Estimate(self._t, self._x.copy(), None, 0.0, 1.0)
 
     def restart(self, phi: Float[np.ndarray, " 10"], step: float) -> None:
-        """From another body, with another step."""
+        """Restart from another body, with another step."""
         self._theta, self._step = theta_from_phi(phi), step
 
 
 def rehearsed_step(setting: Setting, unloaded: list[Sample]) -> float:
-    """The step that finds a trial load soonest in a rehearsal on the unloaded log [1/(N·m)²]; see `rehearsal`."""
+    """Step that finds a trial load soonest in a rehearsal on the unloaded log [1/(N·m)²]; see `trial_load`."""
     model: PayloadModel = setting.model  # pyright: ignore[reportAssignmentType] - by contract
     rehearsal = with_trial_load(setting, unloaded)
     descent = PayloadGradient(model, setting.mean, step=0.0)

@@ -1,4 +1,4 @@
-"""How the identification of a payload ended, in sentences, and the one case that is refused."""
+"""Outcomes of the identification of a payload, and the refusal of a negative mass."""
 
 import enum
 
@@ -12,29 +12,29 @@ from exograv.identification.core.interface import Estimate, Sample
 from .payload import NOTHING, PAYLOAD, PayloadModel, payload_prior
 from .robot_from_log import RobotFromLog, thinned
 
-STRANGE_RATIO = 2.0  # of what is left unexplained with the payload over what was without, in any joint
+STRANGE_RATIO = 2.0  # RMS residual with the payload over that without, in any joint
 WELL_KNOWN = 0.05  # half of the mass interval as a share of the mass
-STRANGE_SHARE = 0.3  # of samples that the model did not explain
+STRANGE_SHARE = 0.3  # share of samples that the model did not explain
 QUANTILE_95 = float(norm.ppf(0.975))
 
 
 class PayloadOutcome(enum.Enum):
-    """The value is a sentence for whoever reads the result."""
+    """Outcome of an identification of a payload; the value is a sentence for the reader of the result."""
 
-    FOUND = "The payload is identified: the 95 % interval of its mass is within 5 % of it."
-    COARSE = "A payload is there, but the motion tells its mass only roughly. Record a longer or livelier one."
-    NOTHING_THERE = "No payload can be told from none: the interval of its mass contains zero. Is this the loaded log?"
+    FOUND = "The payload is identified: the 95 % interval of its mass is within ±5 %."
+    COARSE = "A payload was found, but its mass is known only roughly. Record a longer or faster motion."
+    NOTHING_THERE = "No payload was found: the interval of its mass contains zero. Check that this is the loaded log."
     STRANGE = "The torques fit no rigid payload at this frame. Check frame, gains, and that nothing touched the robot."
-    NO_INTERVAL = "The log is over. This method states no uncertainty, so nothing says how well the payload is known."
+    NO_INTERVAL = "The log is over. This method states no uncertainty, so the accuracy of the payload is not known."
 
 
 def judge(estimate: Estimate, interval_kg: tuple[float, float] | None, unexplained_ratio: float) -> PayloadOutcome:
-    """Outcome at the end of the log.
+    """Determine the outcome at the end of the log.
 
     Args:
-        estimate: The last one.
-        interval_kg: 95 % interval of the mass; None where the method states none.
-        unexplained_ratio: RMS of the loaded residual over that of the unloaded one, in the worst joint [-].
+        estimate: Last estimate.
+        interval_kg: 95 % interval of the mass; None if the method states no uncertainty.
+        unexplained_ratio: RMS of the loaded residual over that of the unloaded residual, in the worst joint [-].
     """
     if interval_kg is None:
         return PayloadOutcome.NO_INTERVAL
@@ -47,12 +47,12 @@ def judge(estimate: Estimate, interval_kg: tuple[float, float] | None, unexplain
 
 
 def mass_interval(estimate: Estimate, gain_sd: float) -> tuple[float, float] | None:
-    """95 % interval of the mass [kg]; None where the method states no uncertainty.
+    """95 % interval of the mass [kg]; None if the method states no uncertainty.
 
     Args:
-        estimate: The payload.
-        gain_sd: Standard deviation of the torque gains, as a share that all joints have in common: then torque, and
-            with it the mass, is off by the same share. Independent errors of the joints would partly cancel.
+        estimate: Estimate of the payload.
+        gain_sd: Relative standard deviation of the torque gains, assumed equal in all joints [-]. Torque and mass then
+            have the same relative error. Independent errors of the joints would partly cancel.
     """
     if estimate.covariance is None:
         return None
@@ -62,10 +62,12 @@ def mass_interval(estimate: Estimate, gain_sd: float) -> tuple[float, float] | N
 
 
 def refuse_negative_mass(model: PayloadModel, robot: RobotFromLog, samples: list[Sample]) -> None:
-    """Refuse a log in which the robot carried less than in the unloaded one; physical parameters would hide that.
+    """Refuse a log in which the robot carried less than in the unloaded log.
+
+    Physical parameters cannot be negative and would hide this mistake.
 
     Raises:
-        IdentificationError: The mass that explains the log best is clearly negative.
+        IdentificationError: The mass that explains the log best is significantly negative.
     """
     _, prior_covariance = payload_prior()
     information, slope = np.linalg.inv(prior_covariance), np.zeros(10)
@@ -81,6 +83,6 @@ def refuse_negative_mass(model: PayloadModel, robot: RobotFromLog, samples: list
     if mass + QUANTILE_95 * sd_mass < -NOTHING[0]:
         raise IdentificationError(
             f"The log fits a payload of {mass:.2f} kg: the robot carried less there than in the unloaded log. "
-            "Are the two logs swapped? Give the one with the payload first, the other one with --unloaded. "
+            "Are the two logs swapped? Give the log with the payload first, the unloaded log with --unloaded. "
             "Or do the gains have the wrong sign?"
         )

@@ -1,4 +1,4 @@
-"""A foreign log as the samples that every method takes; refused where its numbers cannot be this robot's."""
+"""Samples from a log of another robot, and refusal of logs that do not fit the robot's description."""
 
 from pathlib import Path
 
@@ -11,22 +11,22 @@ from exograv.identification.core.sample_filter import SampleFilter
 from exograv.model.tree import Tree
 from exograv.recording import MotionLog
 
-BEYOND_LIMIT_RAD = 0.1  # a joint may stand a little beyond the description's limit, never in other units
+BEYOND_LIMIT_RAD = 0.1  # tolerance for a joint slightly outside the description's limit; wrong units exceed it
 FASTER_THAN_LIMIT = 3.0  # times the description's speed
-SPEED_ERROR_MAX = 0.5  # of the velocity column against the slope of the positions, share of its RMS
-TRAVEL_MIN_RAD = 0.1  # of the joint that moves most
+SPEED_ERROR_MAX = 0.5  # velocity column against the derivative of the positions, share of its RMS
+TRAVEL_MIN_RAD = 0.1  # range of the joint that moves most
 
 Table = Float[np.ndarray, "sample joint"]
 
 
 def samples_of_log(log: MotionLog, gain: Joints) -> list[Sample]:
-    """Positions, velocities, accelerations and torques of a log, all through one filter, at an even period.
+    """Positions, velocities, accelerations and torques of a log, all through the same filter, at a constant period.
 
-    Acceleration is the filtered slope of the log's own velocities. Positions of a log are rounded and their times
-    jitter; differentiated twice, that would weigh more than the motion.
+    The acceleration is the filtered derivative of the log's own velocities. The positions are rounded and their times
+    jitter; their second derivative would contain more noise than motion.
 
     Args:
-        log: The motion.
+        log: Log of the motion.
         gain: Joint torque per current [N·m/A].
     """
     dt = float(np.median(np.diff(log.t)))
@@ -43,10 +43,10 @@ def samples_of_log(log: MotionLog, gain: Joints) -> list[Sample]:
 
 
 def refuse_other_robots(log: MotionLog, tree: Tree, path: Path) -> None:
-    """Refuse a log that this robot cannot have made: degrees, other columns, other joints, no motion.
+    """Refuse a log that does not fit this robot: degrees, other columns, other joints, no motion.
 
     Raises:
-        RecordingError: What is wrong, in which joint, and what to do.
+        RecordingError: A joint leaves its limits, velocities and positions disagree, or no joint moves.
     """
     _refuse_positions(log, tree, path)
     _refuse_velocities(log, tree, path)
@@ -81,9 +81,9 @@ def _refuse_velocities(log: MotionLog, tree: Tree, path: Path) -> None:
         error = float(np.sqrt(np.mean((v - v_of_q) ** 2)))
         if error > SPEED_ERROR_MAX * size and size > 0.05:
             raise RecordingError(
-                f"{path}: the velocities of joint '{joint.name}' are not the slope of its positions: {error:.2f} rad/s "
-                f"apart at {size:.2f} rad/s RMS. The columns must be time, all positions, all velocities [rad/s], all "
-                "currents."
+                f"{path}: the velocities of joint '{joint.name}' are not the derivative of its "
+                f"positions: they differ by {error:.2f} rad/s RMS at {size:.2f} rad/s RMS. The columns must be time, "
+                "all positions, all velocities [rad/s], all currents."
             )
 
 

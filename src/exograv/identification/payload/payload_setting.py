@@ -1,4 +1,4 @@
-"""The setting of a payload on a robot that its own unloaded log has identified."""
+"""Identification setting of a payload on a robot that was identified from its unloaded log."""
 
 import numpy as np
 
@@ -13,17 +13,17 @@ from .robot_from_log import RobotFromLog, felt_covariance
 
 
 def payload_setting(model: PayloadModel, robot: RobotFromLog, motion: list[Sample]) -> Setting:
-    """What every method starts from: next to nothing known of the payload, and what remains unknown of the robot.
+    """Build the setting that every method starts from: a wide prior of the payload, a narrow one of the robot.
 
     Args:
-        model: The robot.
-        robot: By the unloaded log.
-        motion: Of both logs; no torque is read.
+        model: Model of the robot with a payload.
+        robot: Robot as identified from the unloaded log.
+        motion: Samples of both logs; their torque is not read.
     """
     phi, phi_covariance = payload_prior()
     mean = robot.x.copy()
     mean[PAYLOAD] = phi
-    # The unloaded log leaves the robot a little uncertain; and between the logs friction drifts.
+    # The unloaded log leaves the robot slightly uncertain, and friction drifts between the logs.
     drift = np.zeros(model.n_parameters)
     for block, share in ((model.blocks.coulomb, COULOMB_DRIFT), (model.blocks.viscous, VISCOUS_DRIFT)):
         drift[block] = share * robot.x[block]
@@ -35,12 +35,12 @@ def payload_setting(model: PayloadModel, robot: RobotFromLog, motion: list[Sampl
         model=model,
         mean=mean,
         covariance=covariance,
-        # Errors of the model that last for seconds are expected as large as the residual; the data weigh multiples.
+        # Model errors that last for seconds are assumed as large as the residual; the data weight multiples of it.
         noise=Noise(robot.residual_sd, robot.correlation_s, disturbance_sd=robot.residual_sd),
         bodies=(PAYLOAD,),
         learned=payload,
         machine=~payload,
-        # As of an arm: what the unloaded log leaves unexplained may repeat with the posture.
-        # The robot's friction is learned from its own log, and may drift in the state: no second error that turns.
+        # As for an arm, the unexplained torque of the unloaded log may repeat with the posture.
+        # No field that changes sign with the direction: friction is in the state and may drift there.
         discrepancy=Discrepancy(robot.residual_sd, POSTURE_LENGTH_RAD, FEATURES, turning=False),
     )

@@ -1,6 +1,6 @@
-"""The unloaded robot by its own log: links, rotors and friction, as stage 0 finds those of an empty exoskeleton.
+"""Identification of an unloaded robot from its log: links, rotors and friction, as in stage 0 of an exoskeleton.
 
-Known weights are missing here, so torque per current is the user's word; everything else is relative to it.
+There are no known weights here, so the user states the torque per current; all results are relative to it.
 """
 
 from dataclasses import dataclass
@@ -17,19 +17,19 @@ from exograv.model.tree import Tree
 
 from .payload import PayloadModel, RobotBlocks
 
-# The description is a start, not the truth: published inertias of robot arms are nominal, often those of plain bodies.
+# The description is only a prior: published inertias of robot arms are nominal, often those of simple shapes.
 LINK_MASS_SD = 0.3  # share
 LINK_CENTRE_SD_M = 0.10
 LINK_INERTIA_SD = 0.5  # share of the mean moment
-# Drives, in shares of what the description allows them: friction of a geared joint takes some tenths of its effort.
+# Drives, as shares of the description's effort: friction of a geared joint is some tenths of it.
 COULOMB_SD = 0.1  # of the effort
 VISCOUS_SD = 1.0  # of effort over speed
 ASYMMETRY_SD = 0.02  # of the effort
 LOAD_SHARE_SD = 0.1
-ROTOR_SD_S = 0.1  # of effort over speed: a drive reaches its speed in a tenth of a second or later
+ROTOR_SD_S = 0.1  # of effort over speed: a drive needs at least a tenth of a second to reach its speed
 
 ROUNDS, ITERATIONS = 3, 8
-SETTLED = 0.01  # standard deviations by which the last step still moves a parameter
+SETTLED = 0.01  # largest last step, in standard deviations
 NOISE_SD_START = 0.02  # of the effort; the first round replaces it
 CLEAR_SAMPLES_MIN = 50
 FELT_EVERY = 20  # samples
@@ -38,25 +38,25 @@ FELT_MIN = 0.03  # RMS torque per standard deviation, as a share of the residual
 
 @dataclass(frozen=True)
 class RobotFromLog:
-    """What the unloaded log says about the robot."""
+    """Robot as identified from its unloaded log."""
 
     x: Parameters
     """All parameters in the order of `RobotBlocks`; the payload's are zero."""
 
     covariance: Covariance
-    """Of `x`; zero for the payload's."""
+    """Covariance of `x`; zero for the payload's entries."""
 
     residual_sd: Joints
-    """What the model could not explain of the torque in clear motion [N·m]."""
+    """Standard deviation of the residual torque in clear motion [N·m]."""
 
     correlation_s: Joints
     """Integrated autocorrelation time of that residual [s]."""
 
 
 def robot_from_log(model: PayloadModel, samples: list[Sample]) -> RobotFromLog:
-    """The robot that explains an unloaded motion best: Gauss–Newton, maximum a posteriori, current on the output side.
+    """Fit the robot to an unloaded motion: Gauss–Newton, maximum a posteriori, with the current as output.
 
-    Three rounds: the first residuals tell their own size and correlation, the later ones are weighted by it.
+    There are three rounds: each round weights the samples by size and correlation of the previous round's residuals.
     """
     kept = thinned(samples)
     problem = _Fit(model, kept)
@@ -72,7 +72,7 @@ def robot_from_log(model: PayloadModel, samples: list[Sample]) -> RobotFromLog:
 
 
 def thinned(samples: list[Sample]) -> list[Sample]:
-    """Means over `SAMPLE_PERIOD_S`: closer samples repeat each other after the filter."""
+    """Means over `SAMPLE_PERIOD_S`; closer samples repeat each other after the filter."""
     averages = Averages(SAMPLE_PERIOD_S)
     means = (averages.take(sample) for sample in samples)
     return [mean for mean in means if mean is not None]
@@ -81,15 +81,15 @@ def thinned(samples: list[Sample]) -> list[Sample]:
 def felt_covariance(
     model: PayloadModel, robot: RobotFromLog, covariance: Covariance, motion: list[Sample]
 ) -> Covariance:
-    """A covariance of parameters (parameter, parameter) without what changes no torque in this motion.
+    """Covariance (parameter, parameter) without the directions that change no torque in this motion.
 
-    A robot has more inertial parameters than its torques can show; carrying the others along would only cost time.
+    A robot has more inertial parameters than its torques can show; the others would only cost time.
 
     Args:
-        model: The robot.
-        robot: Where it is linearised, and the residual that torque is measured against.
-        covariance: Of all parameters, the payload's zero.
-        motion: Samples whose torque is not read.
+        model: Model of the robot with a payload.
+        robot: Point of linearisation, and residual that the torques are compared with.
+        covariance: Covariance of all parameters; zero for the payload's entries.
+        motion: Samples of the motion; their torque is not read.
     """
     sd = np.sqrt(np.diag(covariance))
     scale = np.where(sd > 0.0, sd, 1.0)
@@ -102,7 +102,7 @@ def felt_covariance(
 
 
 def robot_prior(tree: Tree) -> tuple[Parameters, Parameters]:
-    """Mean and standard deviation of the robot's parameters by its description, without the payload's entries."""
+    """Prior mean and standard deviation of the robot's parameters from its description, without the payload's."""
     effort, speed = (np.array([getattr(joint, name) for joint in tree.joints]) for name in ("effort", "velocity"))
     blocks = RobotBlocks(len(tree.joints))
     mean = np.concatenate([tree.phi.ravel(), np.zeros(5 * blocks.n)])
@@ -124,7 +124,7 @@ def _link_sd(phi: Float[np.ndarray, " 10"]) -> Float[np.ndarray, " 10"]:
 
 
 class _Fit:
-    """Weighted least squares of one log, with the description as prior."""
+    """Weighted least-squares fit of one log, with the description as prior."""
 
     def __init__(self, model: PayloadModel, samples: list[Sample]):
         self._model, self._samples = model, samples
@@ -136,7 +136,7 @@ class _Fit:
     def optimum(
         self, x: Parameters, noise_sd: Joints
     ) -> tuple[Parameters, Covariance, Float[np.ndarray, "sample joint"]]:
-        """Parameters, their covariance, and residuals [N·m], from a start `x`."""
+        """Parameters, their covariance, and residuals [N·m], iterated from a start `x`."""
         step, covariance, residual = self.step(x, noise_sd)
         for _ in range(ITERATIONS):
             x = x + step
@@ -167,7 +167,7 @@ class _Fit:
 def _residual_statistics(
     residual: Float[np.ndarray, "sample joint"], v: Float[np.ndarray, "sample joint"], samples: list[Sample]
 ) -> tuple[Joints, Joints]:
-    """Standard deviation [N·m] and integrated autocorrelation time [s] per joint, of the samples in clear motion."""
+    """Return standard deviation [N·m] and integrated autocorrelation time [s] per joint, of samples in clear motion."""
     period_s = samples[1].t - samples[0].t
     sds, correlations = [], []
     for r, speed in zip(residual.T, np.abs(v).T, strict=True):

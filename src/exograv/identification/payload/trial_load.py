@@ -1,4 +1,4 @@
-"""A method's own setting for a payload, found without the log that it is judged on: a rehearsal with a virtual load."""
+"""Tuning of a method for a payload on the unloaded log with a virtual trial load; the loaded log is not used."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
@@ -16,10 +16,10 @@ from exograv.model.tree import inertial_parameters
 from .payload import MASS_SD, PAYLOAD, PayloadModel
 
 TRIAL_LOAD = inertial_parameters(MASS_SD, np.full(3, 0.1), 0.02 * np.eye(3))
-"""What the rehearsal hangs on the unloaded robot: as heavy as the prior expects, a hand's breadth off the frame."""
+"""Virtual payload of the rehearsal: mass as the prior expects, centre 0.1 m from the frame along each axis."""
 
 SHARES_OF_STABLE = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002)
-"""Steps that are rehearsed, in shares of the largest that is stable for the trial load [-]."""
+"""Candidate steps, as shares of the largest stable step for the trial load [-]."""
 
 FOUND = 0.1  # share of the trial load's mass within which it counts as found
 LOOK_PERIOD_S = 0.1
@@ -28,16 +28,16 @@ Tuning = Mapping[str, float]
 
 
 def rehearsed(name: str, setting: Setting, unloaded: list[Sample], progress: Callable[[float], None]) -> Tuning:
-    """The setting among at most nine that finds a trial load soonest on the unloaded log.
+    """Tuning, of at most nine candidates, that finds a trial load soonest on the unloaded log.
 
-    The trial load's torque is added to the measured one, so the rehearsal has this robot's motion, noise and model
-    error, and the loaded log stays unseen: as good a setting as can be had honestly. Empty for a method without one.
+    The torque of the trial load is added to the measured torque. The rehearsal therefore has this robot's motion, noise
+    and model error, and the loaded log stays unseen. The tuning is empty for a method without candidates.
 
     Args:
-        name: Of a method in `methods.BUILDERS`.
-        setting: Of the payload on its `PayloadModel`.
+        name: Name of a method in `methods.BUILDERS`.
+        setting: Setting of the payload on its `PayloadModel`.
         unloaded: Samples of the log without load.
-        progress: Told the share that is done.
+        progress: Function that receives the finished share [-].
     """
     rehearsal = with_trial_load(setting, unloaded)
     candidates = _candidates(name, setting, rehearsal)
@@ -52,7 +52,7 @@ def rehearsed(name: str, setting: Setting, unloaded: list[Sample], progress: Cal
 
 
 def with_trial_load(setting: Setting, unloaded: Iterable[Sample]) -> list[Sample]:
-    """The unloaded log as if the trial load had hung there."""
+    """Unloaded log with the torque of the trial load added."""
     model: PayloadModel = setting.model  # pyright: ignore[reportAssignmentType] - by contract
     loaded, bare = setting.mean.copy(), setting.mean.copy()
     loaded[PAYLOAD], bare[PAYLOAD] = TRIAL_LOAD, 0.0
@@ -64,9 +64,9 @@ def with_trial_load(setting: Setting, unloaded: Iterable[Sample]) -> list[Sample
 
 
 def found_after(method: Method, rehearsal: list[Sample]) -> tuple[float, float]:
-    """Time until the trial load's mass stays found [s], infinite if never; and the error at the end, for ties.
+    """Time after which the trial load's mass stays found [s], infinite if never; and the final error, for ties.
 
-    A method off line is asked at the end only.
+    An offline method is evaluated only at the end.
     """
     found_t, error, look_t = np.inf, np.inf, rehearsal[0].t
     asked_late = getattr(method, "offline", False)
@@ -84,7 +84,7 @@ def found_after(method: Method, rehearsal: list[Sample]) -> tuple[float, float]:
 
 
 def _candidates(name: str, setting: Setting, rehearsal: list[Sample]) -> tuple[Tuning, ...]:
-    """The arm's; but a step's length depends on the robot, and is told in shares of the largest stable one."""
+    """Candidates of the arm; step lengths depend on the robot and are shares of the largest stable one instead."""
     mean = setting.mean.copy()
     mean[PAYLOAD] = TRIAL_LOAD
     loaded = replace(setting, mean=mean)

@@ -1,4 +1,4 @@
-"""What yesterday's identification still says about the same person today, after the cuffs were fastened anew."""
+"""Prior from the previous session of the same person, after the cuffs were fastened again."""
 
 import numpy as np
 from jaxtyping import Float
@@ -9,20 +9,22 @@ Parameters = Float[np.ndarray, " parameter"]
 Covariance = Float[np.ndarray, "parameter parameter"]
 Kept = Float[np.ndarray, " kept"]
 
-# Share of the table's variance that is new on another day. No source measures all of this on one arm, so all are
-# assumed. The arm: a day moves body mass by about 1 %, and a sleeve weighs as much again: 2 % of a segment's mass,
-# where the table knows it within 10-15 %. Its elasticity: 10 % of stiffness, 4° of neutral angle, against 65 % and 25°.
+# Share of the table's variance that is new on another day. No source measures all of this on one arm, so all values
+# are assumed. Arm: body mass changes by about 1 % per day, and a sleeve adds about 1 %; together 2 % of a segment's
+# mass, against 10-15 % in the table. Elasticity: 10 % of stiffness and 4° of neutral angle, against 65 % and 25°.
 ARM_NEW = 0.03
 FIT_NEW = np.array([1.0, 1.0, 1.0, 0.2, 0.05, 0.25, 0.25])
-"""Of `model.loops.FIT`: the shoulder sits elsewhere; its path is the person's, and the trunk's; the length was told
-once; straps are pulled about as tight as before: 20 % of stiffness, against 40 % between people."""
+"""New share of the variance of each entry of `model.loops.FIT`. The shoulder position is new. The path of the shoulder
+centre belongs to the person and the trunk. The length was stated once. Straps are about as tight as before: 20 % of
+stiffness, against 40 % between people."""
 
 FORGETTING_DAYS = 90.0
-"""Beyond the day-to-day share: an arm gains and loses muscle. The table's spread is back after some such times."""
+"""Time constant of slow changes such as muscle mass [days], added to the day-to-day share. After several such times
+the prior is as wide as the table's."""
 
 
 def kept_part(layout: ParameterLayout) -> slice:
-    """Of all that is learned, what is the person's; rotors and friction are the machine's and calibrated anew."""
+    """Slice of the parameters that belong to the person; rotors and friction belong to the machine."""
     return slice(0, layout.fit.stop)
 
 
@@ -32,19 +34,19 @@ def carried_over(
     table: tuple[Parameters, Covariance],
     days: float,
 ) -> tuple[Parameters, Covariance]:
-    """What to believe before today's motion.
+    """Prior mean and covariance before today's motion.
 
-    Each parameter keeps a share ρ of its distance from the table and takes fresh variance in place of what it loses:
+    Each parameter keeps a share ρ of its distance from the table. New variance replaces the lost share:
 
         x_today = m + ρ (x_yesterday − m) + sqrt(1 − ρ²) · (as uncertain as the table)
 
-    so that a belief as wide as the table's stays as wide, and none is ever wider.
+    A prior as wide as the table's therefore stays as wide, and none becomes wider.
 
     Args:
-        layout: Of the parameters.
+        layout: Order of the parameters.
         yesterday: Mean and covariance of `kept_part`, after the last identification.
-        table: Mean m and covariance of everything before any motion, in the machine as calibrated today.
-        days: Since the last identification [days].
+        table: Mean m and covariance of all parameters before any motion, in the machine as calibrated today.
+        days: Time since the last identification [days].
     """
     kept = kept_part(layout)
     old = (1.0 - new_share(layout)) * np.exp(-max(days - 1.0, 0.0) / FORGETTING_DAYS)

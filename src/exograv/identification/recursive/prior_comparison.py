@@ -1,4 +1,4 @@
-"""Do the first seconds of motion contradict what is believed about this person? A comparison of two beliefs."""
+"""Comparison of two priors by the first seconds of motion: do the samples contradict the prior of this person?"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,10 +16,10 @@ from exograv.identification.core.square_root import FilterBank
 from .recursive import PLAUSIBLE_SD, USUAL_SCALES
 
 LINEARISATIONS = 3
-"""Gauss–Newton steps to where a belief and the samples meet; the torque bends with the fit."""
+"""Gauss–Newton steps to the posterior mode; the torque is non-linear in the fit."""
 
 REWEIGHTINGS = 2
-"""How often bursts are held back anew."""
+"""Number of times the weights of bursts are recomputed."""
 
 Parameters = Float[np.ndarray, " parameter"]
 Covariance = Float[np.ndarray, "parameter parameter"]
@@ -30,7 +30,7 @@ Each = Float[np.ndarray, "sample joint"]
 
 @dataclass(frozen=True)
 class UnexplainedTorque:
-    """What no belief about the arm has to explain."""
+    """Torque that neither prior of the arm explains: noise and discrepancy."""
 
     noise: Noise
     discrepancy: Discrepancy | None
@@ -39,11 +39,11 @@ class UnexplainedTorque:
 def log_odds(
     one: Belief, other: Belief, samples: Sequence[Sample], model: TorqueModel, rest: UnexplainedTorque
 ) -> float:
-    """Logarithm of how much more likely `one` made these samples beforehand than `other`, at any size of unrest.
+    """Logarithm of the Bayes factor of prior `one` over prior `other`, averaged over sizes of the wearer's slow torque.
 
-    A burst of muscle that neither belief explains would speak for the one that happens to lean its way, and the
-    narrower a belief, the more it loses by one. So its noise grows until it is no surprise, as the filter holds it
-    back, in both alike: to what the belief needs that is less surprised.
+    A muscle burst that neither prior explains would favour the prior that happens to fit it, and a narrow prior loses
+    more by it. The noise of a burst is therefore enlarged until its normalised innovation is `GATE`, as in the filter.
+    Both priors use the same noise: the smaller of the two that they need.
 
     Source: MacKay 2003, Information Theory, Inference and Learning Algorithms, ch. 28 (Laplace's approximation).
     """
@@ -57,20 +57,20 @@ def log_odds(
 
 @dataclass(frozen=True)
 class _Evidence:
-    """Of one belief."""
+    """Evidence of one prior."""
 
     log: float
     residual: Each
-    """Torque that the belief, taught by the samples, leaves [N·m]."""
+    """Residual torque at the posterior mode [N·m]."""
 
     scale: float
-    """Most likely size of the unrest, against the assumed one [-]."""
+    """Most likely size of the wearer's slow torque over the assumed size [-]."""
 
 
 def _evidence(
     belief: Belief, samples: Sequence[Sample], model: TorqueModel, rest: UnexplainedTorque, noise_sd: Each
 ) -> _Evidence:
-    """How likely a belief made the samples, over all sizes of the wearer's unrest."""
+    """Evidence of the samples for one prior, averaged over the sizes of the wearer's slow torque."""
     mean, covariance = belief
     sd = np.sqrt(np.diag(covariance))
     tau = np.concatenate([sample.tau for sample in samples])
@@ -85,26 +85,29 @@ def _evidence(
         size = int(np.argmax([value for value, _ in found]))
         step = covariance @ (D.T @ found[size][1])
         residual = y - D @ step
-        # Early, a few samples can point anywhere: no farther than the filter itself dares to linearise.
+        # A few early samples can give any direction, so the step is limited as in the filter's linearisation.
         x = mean + np.clip(step, -PLAUSIBLE_SD * sd, PLAUSIBLE_SD * sd)
     return _Evidence(log, residual.reshape(len(samples), -1), float(USUAL_SCALES[size]))
 
 
 def _held_back(samples: Sequence[Sample], found: _Evidence, noise_sd: Each, noise: Noise) -> Each:
-    """Noise that a belief needs so that nothing of what it leaves is a surprise."""
+    """Noise (sample, joint) [N·m] at which no residual of the prior exceeds the gate."""
     filters = FilterBank(0, found.scale * noise.disturbance_sd[None], noise.disturbance_correlation_s)
     dt = np.diff([sample.t for sample in samples], prepend=samples[0].t)
     return filters.all_held_back(dt, found.residual, noise_sd)[0]
 
 
 def _noise(samples: Sequence[Sample], model: TorqueModel, x: Parameters, noise: Noise) -> Each:
-    """Standard deviation of what is new in each sample; one that comes sooner than the residual changes says less."""
+    """Return the standard deviation of the noise of each sample [N·m].
+
+    The variance grows if the samples are closer together than the correlation time of the residual.
+    """
     apart = np.diff([sample.t for sample in samples]).min()
     own = noise.sd * np.sqrt(np.maximum(noise.correlation_s / apart, 1.0))
     model.restart()
     sd = []
     for sample in samples:
-        model.linearise(sample, x)  # the uncertainty is that of the posture linearised last
+        model.linearise(sample, x)  # `direction_uncertainty` refers to the sample linearised last
         sd.append(np.hypot(own, model.direction_uncertainty(sample.v)))
     model.restart()
     return np.array(sd)
@@ -113,7 +116,7 @@ def _noise(samples: Sequence[Sample], model: TorqueModel, x: Parameters, noise: 
 def _stacked(
     samples: Sequence[Sample], x: Parameters, model: TorqueModel
 ) -> tuple[Stacked, Float[np.ndarray, "measurement parameter"]]:
-    """Expected torque of all samples, and its derivative."""
+    """Stack the expected torque of all samples, and its derivative."""
     model.restart()
     expected, rows = zip(*(model.linearise(sample, x) for sample in samples), strict=True)
     model.restart()
@@ -123,7 +126,7 @@ def _stacked(
 def _unexplained(
     samples: Sequence[Sample], rest: UnexplainedTorque, noise_sd: Each
 ) -> tuple[Float[np.ndarray, "measurement measurement"], Float[np.ndarray, "measurement measurement"]]:
-    """Covariance of what else is in the torques: of known size, and the unrest for each size of one."""
+    """Covariance of noise and discrepancy, and covariance of the wearer's slow torque at scale 1."""
     known = np.diag(noise_sd.ravel() ** 2)
     if rest.discrepancy is not None:
         errors = np.vstack([rest.discrepancy.errors(sample.q, sample.v) for sample in samples])
@@ -134,7 +137,7 @@ def _unexplained(
 
 
 def _gaussian(y: Stacked, covariance: Float[np.ndarray, "measurement measurement"]) -> tuple[float, Stacked]:
-    """Logarithm of the density of y (but for a constant), and covariance⁻¹ y."""
+    """Logarithm of the density of y up to a constant, and covariance⁻¹ y."""
     lower = cholesky(covariance, lower=True)
     solved = cho_solve((lower, True), y)
     return float(-0.5 * y @ solved - np.log(np.diag(lower)).sum()), solved

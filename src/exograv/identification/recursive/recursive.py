@@ -1,4 +1,7 @@
-"""Our method: a Bayesian information filter from the table's prior, with the wearer's restlessness in its state."""
+"""Recursive identification: a Bayesian information filter from the table's prior.
+
+The filter estimates the slow torque of a restless wearer together with the parameters.
+"""
 
 from dataclasses import dataclass
 
@@ -14,41 +17,41 @@ from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
 from exograv.identification.core.square_root import GATE, FilterBank, square_root
 
 DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8, 9.6])
-"""Multiples of `Noise.disturbance_sd` that are weighed against each other [-]."""
+"""Multiples of `Noise.disturbance_sd` that the filter compares [-]."""
 
 USUAL_SCALES = DISTURBANCE_SCALES[:-1]
-"""Those of wearers of whom anything may be decided: the largest would explain another person's arm away."""
+"""Multiples for decisions about the person [-]; the largest one would also explain the arm of another person."""
 
 ASKED_ABOVE = 1.5
-"""Multiple of `Noise.disturbance_sd` above which rows are taken along the motion that was asked for [-]."""
+"""Multiple of `Noise.disturbance_sd` above which rows are taken along the requested motion [-]."""
 
 UNLIKELY = 1e-6
-"""Probability below which an assumed size is not carried on at the next linearisation [-]."""
+"""Probability below which an assumed size is dropped at the next linearisation [-]."""
 
 PLAUSIBLE_SD = 2.5
-"""Standard deviations from the prior up to which the model is linearised; the estimate itself may go farther."""
+"""Largest distance from the prior for linearisation [standard deviations]; the estimate may be farther away."""
 
 RELINEARISE_FIRST_S, RELINEARISE_GROWTH = 2.0, 1.6
-"""When all samples are linearised anew: after 2 s of motion, then at times that grow geometrically."""
+"""First time of relinearisation of all samples [s], and the factor to each later time [-]."""
 
 
 ASTRAY_SD = 4.0
-"""Standard deviations from the prior beyond which an estimate is doubted: the first seconds can lead a bent model to
-another fit of the same torques, from where each step looks right."""
+"""Distance from the prior above which the estimate is checked by a second fit [standard deviations]. The first seconds
+can lead the non-linear model to a wrong local minimum, where each step looks right."""
 
 FRESH_STEPS = 4
-"""Linearisations of a second fit, which starts from the prior again."""
+"""Linearisations of the second fit, which starts from the prior."""
 
 REWEIGHTINGS = 2
-"""How often samples are weighed anew by what the newest estimate leaves of them, at each linearisation [-]."""
+"""Number of times the samples are reweighted by their residuals, at each linearisation [-]."""
 
 _Row = tuple[float, np.ndarray, Joints, Joints, np.ndarray | None]
-"""Seconds since the one before, derivative, measurement, its noise, and what each considered error would add."""
+"""Time since the previous row [s], derivative, measurement, its noise, and effect of each considered error."""
 
 
 @dataclass(frozen=True)
 class _Linear:
-    """All samples as measurements of the unknowns."""
+    """Samples as linear measurements of the unknowns."""
 
     dt: Float[np.ndarray, " sample"]
     H: Float[np.ndarray, "sample joint unknown"]
@@ -58,7 +61,10 @@ class _Linear:
 
 
 class Recursive:
-    """`Method` for any `TorqueModel`; linearised at the newest estimate, robust to bursts, physical when published."""
+    """Recursive method for any `TorqueModel`: linearised at the newest estimate, robust to bursts.
+
+    Published estimates are physically possible.
+    """
 
     name = "recursive"
 
@@ -72,16 +78,16 @@ class Recursive:
         discrepancy: Discrepancy | None = None,
         hidden: int = 0,
     ):
-        """Before any motion.
+        """Start from the prior.
 
         Args:
-            model: Of the torque.
-            mean: Of what is believed beforehand.
-            covariance: Of that.
-            noise: What the model cannot explain.
-            bodies: Inertial parameters of the bodies.
-            discrepancy: Errors of the model that come again with the posture.
-            hidden: So many parameters at the end are learned and not told: they are nobody's outside of this method.
+            model: Torque model.
+            mean: Prior mean.
+            covariance: Prior covariance.
+            noise: Noise of the torque.
+            bodies: Slices with the inertial parameters of the bodies.
+            discrepancy: Model errors that repeat with the posture.
+            hidden: Number of parameters at the end that are learned but not published; only this method uses them.
         """
         self._told = len(mean) - hidden
         self._model, self._noise, self._discrepancy = model, noise, discrepancy
@@ -101,7 +107,7 @@ class Recursive:
         self._choose_rows(False)
 
     def update(self, sample: Sample) -> None:
-        """Take one sample; every 0.08 s their mean is used."""
+        """Take one sample. The filter uses means over 0.08 s."""
         self._t = sample.t
         kept = self._averages.take(sample)
         if kept is None:
@@ -113,11 +119,11 @@ class Recursive:
             self._relinearise_t *= RELINEARISE_GROWTH
 
     def relinearise(self) -> None:
-        """Run over all samples again, linearised at the newest estimate: one Gauss–Newton step of the whole batch.
+        """Repeat the filter over all samples, linearised at the newest estimate: one Gauss–Newton step of the batch.
 
-        What was learned at the wrong place (a shoulder centimetres off) is forgotten that way. It takes some
-        milliseconds per second of motion, five times as many where the estimate is doubted, and belongs to a worker,
-        not to the loop.
+        This removes errors of early linearisations, for example at a shoulder position that was centimetres off. It
+        takes some milliseconds per second of motion, five times as long if the estimate is checked by a second fit.
+        Call it in a worker process, not in the loop.
         """
         if not self._history:
             return
@@ -127,7 +133,7 @@ class Recursive:
             self._doubt()
 
     def _doubt(self) -> None:
-        """Fit everything once more from the prior, and keep what explains the samples better."""
+        """Fit all samples again from the prior, and keep the fit with the larger evidence."""
         before = self._bank, self._x, self._scales, self._rejected
         self._bank, self._x = self._empty_bank(), self._mean.copy()
         for _ in range(FRESH_STEPS):
@@ -136,7 +142,7 @@ class Recursive:
             self._bank, self._x, self._scales, self._rejected = before
 
     def _step(self) -> None:
-        """One Gauss–Newton step of all samples, bursts held back."""
+        """Make one Gauss–Newton step over all samples, with bursts downweighted."""
         self._scales = self._plausible_scales()
         linear, likely = self._linearised(), self._bank
         surprise = np.zeros(len(self._history))
@@ -150,7 +156,7 @@ class Recursive:
         self._x = self._plausible()
 
     def _linearised(self) -> "_Linear":
-        """All samples, linearised at the newest estimate."""
+        """Return all samples, linearised at the newest estimate."""
         self._model.restart()
         x, before, rows = self._x.copy(), -np.inf, []
         for sample in self._history:
@@ -171,16 +177,16 @@ class Recursive:
             self._x = self._plausible()
 
     def _row(self, sample: Sample, x: Parameters, dt: float) -> "_Row":
-        """One sample as measurement of the unknowns, linearised at `x`, `dt` seconds after the one before."""
+        """Return one sample as measurement of the unknowns, linearised at `x`, `dt` seconds after the previous one."""
         tau, derivative = self._model.linearise(sample, x)
-        # A correlated residual says less: its variance grows by the number of samples that say the same.
+        # Correlated residuals carry less information: the variance grows by the number of samples per correlation time.
         repeats = np.maximum(self._noise.correlation_s / dt, 1.0)
         noise_sd = np.hypot(self._noise.sd * np.sqrt(repeats), self._model.direction_uncertainty(sample.v))
         errors = None if self._discrepancy is None else self._discrepancy.errors(sample.q, sample.v)
         return dt, derivative @ self._unwhiten, sample.tau - tau + derivative @ (x - self._mean), noise_sd, errors
 
     def estimate(self) -> Estimate:
-        """What is known now; bodies projected onto possible ones."""
+        """Return the estimate, with bodies projected onto physically possible ones."""
         covariance = self.covariance()
         x = self._project(self._mean + self._unwhiten @ self._bank.mean(), covariance)
         scale = self._restlessness()
@@ -188,22 +194,22 @@ class Recursive:
         return Estimate(self._t, x[told], covariance[told, told], rejected, scale)
 
     def _choose_rows(self, asked: bool) -> None:
-        """Along the motion that was asked for, where the model can; else along the measured one."""
+        """Take rows along the requested motion if `asked` and the model can; otherwise along the measured motion."""
         if isinstance(self._model, Instrumented):
             self._model.is_on = asked
 
     def _restlessness(self) -> float:
-        """Size of the slow disturbance, in multiples of the expected one [-]."""
+        """Size of the slow disturbance over its expected size [-]."""
         return float(self._bank.weights @ self._scales)
 
     def _plausible(self) -> Parameters:
-        """Where to linearise: the mean, but not beyond `PLAUSIBLE_SD`: early, a few samples can point anywhere."""
+        """Point of linearisation: the mean, limited to `PLAUSIBLE_SD` because a few early samples can be misleading."""
         return self._mean + self._unwhiten @ np.clip(self._bank.mean(), -PLAUSIBLE_SD, PLAUSIBLE_SD)
 
     def _plausible_scales(self) -> Float[np.ndarray, " scale"]:
-        """Sizes of the disturbance worth a filter: what the data leave, and the neighbours of the best.
+        """Sizes of the disturbance for which a filter runs: the likely ones, and the neighbours of the best.
 
-        Neighbours, because a person may grow restless later.
+        The neighbours are kept because a wearer may become restless later.
         """
         weights = self._bank.weights
         likely = self._scales[weights > UNLIKELY]
@@ -217,5 +223,5 @@ class Recursive:
         return FilterBank(self._free, disturbance, self._noise.disturbance_correlation_s, considered)
 
     def covariance(self) -> Covariance:
-        """Of all parameters."""
+        """Covariance of all parameters, hidden ones included."""
         return self._unwhiten @ self._bank.covariance() @ self._unwhiten.T
