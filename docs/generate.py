@@ -31,6 +31,7 @@ def main() -> None:
 def commands() -> str:
     """One section per group and command, with the text of `--help`."""
     parts = ["# Commands", "The text of `exograv COMMAND --help`, for every command."]
+    parts += ["## Without a group"]
     for name, action in ACTIONS.items():
         group, _, member = name.rpartition(" ")
         if group and member == next(iter(GROUPS[group].commands)):
