@@ -1,4 +1,4 @@
-"""What the loop talks to: machines, real or virtual, behind one interface."""
+"""Interface of machines, their drives on several buses, and the simulated machine."""
 
 from .interface import Powered as Powered
 from .interface import Rig as Rig

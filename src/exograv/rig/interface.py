@@ -1,4 +1,4 @@
-"""The one interface that every machine has, hardware or twin: read what it measures, write what its motors shall do."""
+"""Interface of every machine, hardware or twin: read its measurements, write the command of its motors."""
 
 from types import TracebackType
 from typing import Protocol, runtime_checkable
@@ -13,9 +13,10 @@ from .drive_status import DriveStatus
 
 @runtime_checkable
 class Rig(Protocol):
-    """A machine under torque control. One `read`, then one `write`, in every period; `with rig:` owns the hardware.
+    """Machine under torque control: one `read`, then one `write`, in every period; `with rig:` owns the hardware.
 
-    A command whose `valid_until` has passed on the rig's clock never becomes torque: the motors get none.
+    A command is never turned into torque after its `valid_until` has passed on the rig's clock. The motors then get
+    zero torque.
     """
 
     @property
@@ -30,11 +31,11 @@ class Rig(Protocol):
 
     @property
     def t(self) -> float:
-        """The rig's clock [s]."""
+        """Time on the rig's clock [s]."""
         ...
 
     def read(self) -> JointState:
-        """What the machine measured last: the same as before where nothing new has come."""
+        """Return the newest measurement; the previous one again if no new one has arrived."""
         ...
 
     def write(self, command: Command) -> None:
@@ -53,13 +54,13 @@ class Rig(Protocol):
 
 @runtime_checkable
 class Powered(Protocol):
-    """A machine whose drives have to be switched on before they give torque, and may be off at any time."""
+    """Machine whose drives must be switched on before they give torque, and may be off at any time."""
 
     def enable(self) -> None:
-        """Switch all motors on, at zero torque; faults that are over are acknowledged by it, and by nothing else.
+        """Switch all motors on at zero torque. Only this call acknowledges faults whose cause is gone.
 
         Raises:
-            RigError: A drive stays off; says which, and why.
+            RigError: A drive stays off. The message names the drive and the reason.
         """
         ...
 
@@ -68,33 +69,33 @@ class Powered(Protocol):
         ...
 
     def status(self) -> tuple[DriveStatus, ...]:
-        """What each drive said last, in the order of the joints."""
+        """Return the newest status of each drive, in the order of the joints."""
         ...
 
 
 @runtime_checkable
 class VirtualRig(Protocol):
-    """A machine that is only computed: nobody can be in it. One that does not say so is real."""
+    """Simulated machine, which no person can wear. A rig without this property is a real machine."""
 
     @property
     def is_virtual(self) -> bool:
-        """Whether nobody can be in it."""
+        """True if the machine is simulated."""
         ...
 
 
 def may_be_worn(rig: Rig) -> bool:
-    """Whether a person may be in this machine, so that everything that protects one is asked for."""
+    """True if a person may be in this machine. Every protection of a person is then required."""
     return not (isinstance(rig, VirtualRig) and rig.is_virtual)
 
 
 @runtime_checkable
 class CuffSensing(Protocol):
-    """A machine with a six-axis force/torque sensor at every cuff, in the order of its description; tared empty."""
+    """Machine with a six-axis force/torque sensor at every cuff, in the order of its description, tared empty."""
 
     def cuff_wrenches(self) -> Float[np.ndarray, "cuff 6"]:
-        """What each cuff exerts on the arm now: force [N], then moment [N·m].
+        """Return the present force [N] and moment [N·m] of each cuff on the arm, force first.
 
-        About the origin of the machine's cuff frame (`exo_frame`), in that frame's axes. Asked twice in one period it
-        says the same.
+        The moment is about the origin of the machine's cuff frame (`exo_frame`); both are in the axes of that frame.
+        Two calls in one period return the same values.
         """
         ...

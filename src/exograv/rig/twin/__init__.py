@@ -1,4 +1,4 @@
-"""The embedded twin: a virtual machine with a virtual wearer, on another engine and with its own truth."""
+"""Embedded twin: a virtual machine and a virtual wearer, with a physics engine and true parameters of their own."""
 
 from exograv.rig.twin.disturbances.levels import Disturbances as Disturbances
 from exograv.rig.twin.foreign_arm.wearer_model import WearerModel as WearerModel

@@ -1,4 +1,4 @@
-"""Scores a controller on the twin's truth: what the motors leave over at postures that no estimator has seen."""
+"""Score of a controller on the twin's truth: residual torque at postures that no estimator has seen."""
 
 from collections.abc import Callable, Mapping
 
@@ -13,31 +13,31 @@ from exograv.rig.twin.world.scene import Scene, build_scene
 from exograv.rig.twin.world.statics import Statics
 
 HELD_OUT = 200
-"""Postures."""
+"""Number of held-out postures."""
 
 HELD_OUT_SEED = 20_260_101
-"""Fixed for ever: the same postures for every method, wearer and motion."""
+"""Seed of the held-out postures. It never changes: every method, wearer and motion is scored at the same postures."""
 
 Joints = Float[np.ndarray, " joint"]
 Postures = Float[np.ndarray, "posture joint"]
 CurrentsOf = Callable[[Postures], Postures]
-"""A controller at rest: from measured joint positions [rad] to motor currents [A], a row a posture."""
+"""Controller at rest: measured joint positions [rad] to motor currents [A], one row per posture."""
 
 
 def held_out_postures(description: RigDescription) -> Postures:
     """Quasi-random true postures in the task workspace [rad]."""
-    from scipy.stats import qmc  # 0.3 s that no tick has to wait for
+    from scipy.stats import qmc  # imported here: the import takes 0.3 s
 
     lower, upper = description.workspace
     sobol = qmc.Sobol(d=len(lower), scramble=True, rng=np.random.default_rng(HELD_OUT_SEED))
-    # Sobol points keep their balance in powers of two; the first 200 of 256 are as good as any.
+    # Sobol points are balanced in powers of two. The first 200 of 256 are as good as any 200 of them.
     return qmc.scale(sobol.random_base2(8)[:HELD_OUT], lower, upper)
 
 
 class Examiner:
-    """Static truth of one wearer in one machine, by the twin's engine.
+    """Static truth of one wearer in one machine, computed by the twin's engine.
 
-    Nothing of control or identification may see it.
+    Controllers and estimators must not use it.
     """
 
     def __init__(
@@ -48,18 +48,18 @@ class Examiner:
         lengths: Mapping[str, float] | None = None,
         postures: Postures | None = None,
     ) -> None:
-        """Build it.
+        """Build the scenes with and without the mass of the arm.
 
         Args:
-            description: Of the machine.
-            machine: As it truly is.
-            wearer: Who is in it.
-            lengths: As for the twin: what the adjustable lengths are set to, by segment [m].
-            postures: Other ones than the held-out [rad].
+            description: Description of the machine.
+            machine: True parameters of the machine.
+            wearer: Wearer in the machine; `None` leaves it empty.
+            lengths: Settings of the adjustable lengths by segment, as for the twin [m].
+            postures: Postures to score instead of the held-out ones [rad].
         """
         self._machine = machine
         self.postures = held_out_postures(description) if postures is None else postures
-        """Where the machine truly is when it is scored [rad]."""
+        """True positions of the machine's joints at which it is scored [rad]."""
 
         self._full = build_scene(description, machine, wearer, lengths)
         self._full_statics = Statics(self._full, wearer, with_passive=False)
@@ -69,12 +69,14 @@ class Examiner:
         self._cache: dict[tuple[float, bool], Postures] = {}
 
     def lock_torque(self, q: Joints, payload_kg: float = 0.0, arm: bool = True) -> Joints:
-        """Torque [N·m] on the locked joints at true positions `q`, the arm at rest in its cuffs, all else silent.
+        """Torque [N·m] on the locked joints at true positions `q`, with the arm at rest in its cuffs.
+
+        Friction and muscles give no torque.
 
         Args:
-            q: Of the machine's joints [rad].
-            payload_kg: Hangs in the wearer's hand.
-            arm: Whether the arm has mass; without it the cuffs are still strained.
+            q: Positions of the machine's joints [rad].
+            payload_kg: Mass that hangs in the wearer's hand.
+            arm: True if the arm has mass. Without mass it still strains the cuffs.
         """
         scene, statics = (self._full, self._full_statics) if arm else (self._weightless, self._weightless_statics)
         if len(scene.arm):
@@ -82,25 +84,25 @@ class Examiner:
         return statics.settle(q)[1]
 
     def lock_torques(self, payload_kg: float = 0.0, arm: bool = True) -> Postures:
-        """The same at all held-out postures; computed once."""
+        """Torque [N·m] on the locked joints at all held-out postures; computed once."""
         key = (payload_kg, arm)
         if key not in self._cache:
             self._cache[key] = np.array([self.lock_torque(q, payload_kg, arm) for q in self.postures])
         return self._cache[key]
 
     def left_over(self, currents_of: CurrentsOf, payload_kg: float = 0.0) -> Postures:
-        """Lock torque minus what the motors deliver, exoskeleton and arm together [N·m]: the headline score."""
+        """Lock torque minus the torque of the motors, for exoskeleton and arm together [N·m]; the main score."""
         return self.lock_torques(payload_kg) - self.delivered(currents_of)
 
     def arm_left_over(self, arm_currents_of: CurrentsOf, payload_kg: float = 0.0) -> Postures:
-        """The arm's share of the lock torque minus what the controller adds for the arm, as delivered [N·m]."""
+        """The arm's share of the lock torque minus the torque that the motors deliver for the arm [N·m]."""
         share = self.lock_torques(payload_kg) - self.lock_torques(arm=False)
         return share - self.delivered(arm_currents_of)
 
     def delivered(self, currents_of: CurrentsOf) -> Postures:
-        """Torque [N·m] of the motors at the held-out postures, as the controller would command it there.
+        """Torque [N·m] that the motors deliver at the held-out postures under this controller.
 
-        The controller sees the positions through the encoders' offsets; their steps and all noise are left out.
+        The controller reads the positions with the encoders' offsets, but without quantisation and noise.
         """
         drives, offset = self._machine.drives, self._machine.sensors.encoder_offset
         currents = currents_of(self.postures + offset)
@@ -118,6 +120,6 @@ def _take_arm_mass(scene: Scene) -> None:
         for body in arm.bodies:
             model.body_mass[body] = 0.0
             model.body_inertia[body] = 0.0
-    # Statics needs no accelerations, but MuJoCo divides by the mass matrix on the way.
+    # Statics needs no accelerations, but MuJoCo still divides by the mass matrix, which must not be singular.
     model.dof_armature[:] = 1.0
     mujoco.mj_setConst(model, mujoco.MjData(model))

@@ -1,4 +1,4 @@
-"""The virtual machine with its virtual wearer: measures what a real one measures, and knows what a real one hides."""
+"""Virtual machine with a virtual wearer: measurements as of a real machine, and the truth behind them."""
 
 import itertools
 import math
@@ -27,9 +27,9 @@ from exograv.signals import Command, JointState, TorqueSource
 
 SUBSTEPS = 2
 PERIOD = SUBSTEPS * TIMESTEP
-"""[s]"""
+"""Time between two measurements [s]."""
 
-# Friction falls most of the way within 30 min of running: three time constants.
+# Friction reaches most of its fall within 30 min of running, which is three of these time constants [s].
 WARM_UP_TIME = 600.0
 
 Joints = Float[np.ndarray, " joint"]
@@ -37,33 +37,33 @@ Joints = Float[np.ndarray, " joint"]
 
 @dataclass(frozen=True)
 class Truth:
-    """What only examiners and tests may read."""
+    """True state of the twin, which only examiners and tests may read."""
 
     machine: Machine
     wearer: Wearer | None
     q: Joints
-    """Of the machine's joints [rad]."""
+    """Positions of the machine's joints [rad]."""
 
     v: Joints
-    """[rad/s]"""
+    """Velocities of the machine's joints [rad/s]."""
 
     q_arm: Float[np.ndarray, " arm"]
-    """Of the freedoms of the wearer's arms, the right one's first [rad]."""
+    """Positions of the freedoms of the wearer's arms, the right arm first [rad]."""
 
     v_arm: Float[np.ndarray, " arm"]
-    """[rad/s]"""
+    """Velocities of the freedoms of the wearer's arms [rad/s]."""
 
     tau_motor: Joints
-    """Delivered by the motors, at the joint and before friction [N·m]."""
+    """Torque of the motors at the joint, before friction [N·m]."""
 
     tau_muscle: Float[np.ndarray, " arm"]
-    """By the wearer, wanted or not [N·m]."""
+    """Muscle torque of the wearer, voluntary and involuntary [N·m]."""
 
 
 class Twin:
-    """A `Rig` in MuJoCo.
+    """`Rig` simulated in MuJoCo.
 
-    Each `write` advances it by one period; the same arguments and commands give the same run, bit for bit.
+    Each `write` advances it by one period. The same arguments and commands give the same run, bit for bit.
     """
 
     def __init__(
@@ -77,17 +77,17 @@ class Twin:
         lengths: Mapping[str, float] | None = None,
         surroundings: Surroundings | None = None,
     ) -> None:
-        """Begin at rest, as if held: the arm in balance in its cuffs, the motors carrying what they must.
+        """Start at rest: the arm in balance in its cuffs, the motors with the torque that holds the posture.
 
         Args:
-            description: The machine as its folder describes it.
-            machine: How it truly is.
-            wearer: Who is in it; `None` leaves it empty.
-            seed: Draws the run: noise and muscles.
-            start_posture: Of the machine's joints, as they truly are [rad]; the donning posture where absent.
+            description: Machine as its folder describes it.
+            machine: True parameters of the machine.
+            wearer: Wearer in the machine; `None` leaves it empty.
+            seed: Seed of the run: noise and muscles.
+            start_posture: True positions of the machine's joints [rad]; the donning posture if absent.
             t0: Time on the rig's clock, which starts when a cold machine is switched on [s].
-            lengths: Adjustable lengths by segment [m]; those measured on the wearer, or nominal, where absent.
-            surroundings: What the wearer's hand can touch; an empty room where absent.
+            lengths: Adjustable lengths by segment [m]; if absent, those measured on the wearer, or the nominal ones.
+            surroundings: Objects that the wearer's hand can touch; an empty room if absent.
         """
         self._description, self._machine, self._wearer, self._seed = description, machine, wearer, seed
         self._scene = build_scene(description, machine, wearer, lengths, surroundings)
@@ -95,7 +95,7 @@ class Twin:
         self._forces = step_forces(self._scene, machine, wearer)
         self._memory = self._forces.inputs
         arms = () if wearer is None else wearer.arms
-        # The second arm has draws of its own, or both would stir at once.
+        # The second arm has random numbers of its own; otherwise both arms would move at the same time.
         self._muscles = tuple(
             Muscles(arm.unrest, seed, PERIOD, owner)
             for arm, owner in zip(arms, ("run", "run, second arm"), strict=False)
@@ -105,14 +105,14 @@ class Twin:
         truth = measured_truth(self._scene, machine)
         self._sensors = Sensors(machine, seed, truth, {name: self._memory[name] for name in truth.name_in()})
         self._no_torque = np.full(len(self.joints), np.nan)
-        self._no_torque.flags.writeable = False  # every measurement shares it
+        self._no_torque.flags.writeable = False  # all measurements share this array
         self._t0, self._steps = t0, 0
         self._measured: JointState | None = None
         self._wrenches: tuple[int, Wrenches] = (-1, np.empty((0, 6)))
         self.tau_voluntary = self._memory["tau_voluntary"]
-        """Muscle torque of a wearer who wants to move, as `Truth.q_arm`; examiners may write into it [N·m]."""
+        """Voluntary muscle torque of the wearer, in the order of `Truth.q_arm` [N·m]; examiners may write it."""
         self.tau_hand = self._memory["tau_hand"]
-        """Of somebody who turns the machine's joints by hand; examiners may write into it (joint,) [N·m]."""
+        """Torque (joint,) of a person who turns the machine's joints by hand [N·m]; examiners may write it."""
         self._start(description.donning_posture if start_posture is None else np.asarray(start_posture, dtype=float))
 
     @property
@@ -127,12 +127,12 @@ class Twin:
 
     @property
     def t(self) -> float:
-        """The rig's clock [s]."""
+        """Time on the rig's clock [s]."""
         return self._t0 + self._steps * TIMESTEP
 
     @property
     def is_virtual(self) -> bool:
-        """Its wearer is as virtual."""
+        """True: the wearer of the twin is virtual, too."""
         return True
 
     def __enter__(self) -> "Twin":
@@ -144,10 +144,10 @@ class Twin:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Nothing to let go of: a twin that is not stepped stands still."""
+        """Do nothing: a twin that is not stepped stands still and owns no hardware."""
 
     def read(self) -> JointState:
-        """What the machine measures now; asked twice in one period it says the same."""
+        """Return the measurement of this period; two calls in one period return the same one."""
         if self._measured is None:
             q, current, q_motor = self._sensors.measure()
             number = self._steps // SUBSTEPS
@@ -158,14 +158,14 @@ class Twin:
         """Give the drives a current and advance by one period.
 
         Raises:
-            RigError: The current is not finite.
+            RigError: The current is not finite, or the simulation has diverged.
         """
-        # Plain numbers, here and below: for four of them NumPy's reductions take five times as long.
+        # Python numbers, here and below: NumPy's reductions take five times as long for four numbers.
         if not all(map(math.isfinite, command.current.tolist())):
             joints = [joint for joint, i in zip(self.joints, command.current, strict=True) if not np.isfinite(i)]
             raise RigError(
                 f"Command {command.sequence} asks {', '.join(joints)} for a current that is not finite; the drives "
-                "refuse it. The envelope must stop such a command before it is written."
+                "reject it. The envelope must stop such a command before it is written."
             )
         memory = self._memory
         memory["current"][:] = command.current
@@ -183,55 +183,58 @@ class Twin:
         self._measured = None
         if not all(map(math.isfinite, data.qvel.tolist())):
             raise RigError(
-                f"The twin diverged before {self.t:.3f} s: a velocity is not finite. A command outside every limit "
-                "does that; look at the commands before this time."
+                f"The twin diverged before {self.t:.3f} s: a velocity is not finite. The cause is usually a command "
+                "outside every limit; look at the commands before this time."
             )
 
     def pass_time(self, seconds: float) -> None:
-        """Let time go by in which nothing moves: clock and warm-up go on, all else is as it was, commands included.
+        """Advance clock and warm-up [s] while nothing moves. All other states stay, commands in force included.
 
         Raises:
             RigError: The time is negative or not finite.
         """
         if not (math.isfinite(seconds) and seconds >= 0.0):
-            raise RigError(f"No time of {seconds} s can pass; give a finite one that is not negative.")
+            raise RigError(f"{seconds} s cannot pass: the time must be finite and not negative. Give such a time.")
         self._t0 += seconds
         pass_clock(self._memory, seconds)
         if self._measured is not None:
             self._measured = replace(self._measured, t=self.t)
 
     def hang(self, mount: str, mass_kg: float) -> None:
-        """Hang a known weight [kg] at a mount; zero takes it off.
+        """Hang a known weight [kg] at a mount; zero removes it.
 
-        Mounts are the machine's by name, "calibration" for the first of them; the wearer's "right_hand" and
-        "left_hand", and "hand" for the first of those; and "forearm" likewise, half-way from elbow to wrist.
+        Mounts are the names of the machine's mounts, and "calibration" for the first of them; "right_hand" and
+        "left_hand" of the wearer, and "hand" for the first of these; and "right_forearm", "left_forearm" and "forearm"
+        in the same way, half-way from elbow to wrist.
 
         Raises:
-            RigError: No such mount, no wearer to hold it, or a negative mass.
+            RigError: The mount does not exist, the machine has no wearer to hold the weight, or the mass is negative.
         """
         self._scene.hang(mount, mass_kg)
 
     def fly(self, g: Float[np.ndarray, " 3"]) -> None:
-        """From now on the room is accelerated as in an aircraft: what a scale in it would show, over that on Earth.
+        """Accelerate the room as in an aircraft from now on.
 
         Args:
-            g: Along the base's axes as if it stood level [-]; (0, 0, 1) on the ground, zero on a parabola.
+            g: Specific force that a scale in the room would show, over Earth's, along the axes of a level base [-]:
+                (0, 0, 1) on the ground, zero on a parabola.
         """
         down = self._machine.gravity / np.linalg.norm(self._machine.gravity)
-        # A base that leans, leans in the aircraft too.
+        # A tilted base keeps its tilt in the aircraft.
         lean = np.array([0.0, 0.0, -1.0]) - down
         size = float(np.linalg.norm(self._machine.gravity))
         self._scene.model.opt.gravity = size * (-np.asarray(g) - g[2] * lean)
 
     @property
     def room_gravity(self) -> float:
-        """Over that on Earth [-]: 1 on the ground, whatever carries the arm."""
+        """Gravity in the room relative to Earth's [-]: 1 on the ground, at any support of the arm."""
         return float(np.linalg.norm(self._scene.model.opt.gravity) / np.linalg.norm(self._machine.gravity))
 
     def turn_motor(self, joint: int, factor: float) -> None:
-        """A motor gives `factor` times the torque that it gives, and that is on its way: for examiners.
+        """Multiply the torque of a motor by `factor`, the torque in its delay lines included; for examiners only.
 
-        Whoever from then on turns its current by as much, to the drive and from it, has a motor of another constant.
+        To simulate a motor with another torque constant, scale the current to and from this drive in the same way from
+        then on.
         """
         memory, joints = self._memory, len(self._machine.drives.gain)
         memory["drives"][TAU_MOTOR, joint] *= factor
@@ -239,7 +242,7 @@ class Twin:
         memory["measurements"][joints + joint] *= factor
 
     def cuff_wrenches(self) -> Wrenches:
-        """Force and moment of each cuff on the arm by force/torque sensors there, as `rig.interface.CuffSensing`."""
+        """Force and moment of each cuff on the arm from force/torque sensors, as in `rig.interface.CuffSensing`."""
         step, wrenches = self._wrenches
         if step != self._steps:
             wrenches = self._cuff_sensors.measure()
@@ -247,22 +250,22 @@ class Twin:
         return wrenches
 
     def put_surroundings(self, is_there: bool) -> None:
-        """Bring what the hand can touch, or take it out of the way of a motion; it is there at first."""
+        """Add or remove the objects that the hand can touch. They are present at the start."""
         if self._screen is not None:
             self._screen.put(is_there)
 
     def finger_on_screen(self) -> Float[np.ndarray, " 2"] | None:
-        """Where the wearer's finger is on a screen: right and up of its centre [m]; None without finger or screen."""
+        """Finger position on the screen, right and up of its centre [m]; None without finger or screen."""
         return None if self._screen is None else self._screen.finger()
 
     @cached_property
     def _cuff_sensors(self) -> CuffSensors:
-        """Made when somebody asks: most machines have none."""
+        """Sensors at the cuffs, made at the first use: most machines have none."""
         return CuffSensors(self._machine.cuff_sensors, self._seed, self._scene, self._wearer)
 
     @property
     def truth(self) -> Truth:
-        """The state behind the measurements, as copies."""
+        """State behind the measurements, as copies."""
         scene, data = self._scene, self._scene.data
         return Truth(
             machine=self._machine,
@@ -276,14 +279,14 @@ class Twin:
         )
 
     def hand_speed(self) -> float:
-        """How fast the first arm's hand truly is; for examiners [m/s]."""
+        """True speed of the hand of the first arm [m/s]; for examiners."""
         velocity = np.empty(6)
         scene = self._scene
         mujoco.mj_objectVelocity(scene.model, scene.data, mujoco.mjtObj.mjOBJ_BODY, scene.mounts["hand"], velocity, 0)
         return float(np.linalg.norm(velocity[3:]))
 
     def drive_damping(self) -> Joints:
-        """With what each drive brakes its own motor since the last step; for examiners (joint,) [N·m·s/rad]."""
+        """Coefficient with which each drive brakes its own motor since the last step (joint,) [N·m·s/rad]."""
         return self._forces.outputs["damping_in_force"].copy()
 
     def _start(self, q: Joints) -> None:
@@ -291,12 +294,13 @@ class Twin:
         memory = self._memory
         memory["start"][0] = self._t0
         drives = memory["drives"]
-        # A joint without motor is let go at once.
+        # A joint without a motor cannot be held: it moves at once.
         tau = np.where(self._machine.drives.gain != 0.0, tau, 0.0)
         drives[TAU_MOTOR] = tau
         drives[THETA] = q + tau / self._machine.drives.gear_stiffness
         drives[OMEGA] = 0.0
         memory["hysteresis"][:] = q_arm
-        # As if the machine had stood still for long; transposed, a delay of one step looks like all others.
+        # The delay lines are filled as if the machine had stood still for long. Transposed, a line of one step has the
+        # same shape as a longer one.
         np.atleast_2d(memory["commands"].T)[:] = [*tau, *np.zeros(len(q)), math.inf]
         np.atleast_2d(memory["measurements"].T)[:] = [*q, *tau, *drives[THETA]]

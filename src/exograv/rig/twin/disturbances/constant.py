@@ -1,37 +1,37 @@
-"""A constant of a model of people: its value stands with its unit, where it comes from, and how far it may be off."""
+"""Constants of models of people, each with value, unit, source, and range of uncertainty."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any, Literal
 
 Standing = Literal["source", "unverified", "assumed", "fitted"]
-"""Read in a source; said to stand in one; chosen; chosen so that a published figure is met."""
+"""Origin of a value: read in a source; reported to be in a source; chosen; fitted to a published figure."""
 
 
 @dataclass(frozen=True)
 class Constant:
-    """One row of the register."""
+    """Row of the register of constants."""
 
     name: str
     value: float
     unit: str
     standing: Standing
     source: str
-    """Of the value, or why it was chosen."""
+    """Source of the value, or reason for the choice."""
 
     low: float
-    """Least and greatest value over which results are swept."""
+    """Lower end of the range over which results are swept; `high` is the upper end."""
 
     high: float
 
 
 def constant(value: float, unit: str, standing: Standing, source: str, low: float, high: float) -> Any:
-    """A field of a frozen dataclass that stands in the register."""
+    """Field of a frozen dataclass that is part of the register."""
     return field(default=value, metadata={"unit": unit, "standing": standing, "source": source, "swept": (low, high)})
 
 
 def constants_of(settings: Any) -> Iterator[Constant]:
-    """Rows of a dataclass and of all dataclasses in it, with the values that they have there."""
+    """Yield the rows of a dataclass and of all dataclasses in it, with their present values."""
     for one in fields(settings):
         value, known = getattr(settings, one.name), one.metadata
         if "standing" in known:

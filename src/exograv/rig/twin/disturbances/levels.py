@@ -1,6 +1,7 @@
-"""Disturbances of the twin: each row of the yardstick's two tables, at levels 0 (none) to 4 (a bad day), with a switch.
+"""Disturbances of the twin: each row of the two tables in docs/disturbances.md, at levels 0 (none) to 4 (a bad day).
 
-A pair (a, b) is a uniform range. The numbers may be widened with a reason; they are never narrowed to reach a figure.
+A pair (a, b) is a uniform range. Each row can also be switched off. The numbers may be widened with a reason. They are
+never narrowed to reach a figure.
 """
 
 import difflib
@@ -11,23 +12,23 @@ from types import MappingProxyType
 from exograv.errors import ConfigError
 
 Value = float | tuple[float, float]
-"""A number, or the lower and upper end of a uniform range."""
+"""Number, or the lower and upper end of a uniform range."""
 
 NONE = float("inf")
-"""A stiffness, bandwidth or resolution without limit: the effect does not exist."""
+"""Stiffness, bandwidth or resolution without limit: the effect does not exist."""
 
 ABSENT = (0.0, 0.0, 0.0, 0.0, 0.0)
-"""What a joint without motor does not have, at every level."""
+"""Sizes of effects that a joint without motor does not have, at every level."""
 
 
 @dataclass(frozen=True)
 class LevelRow:
-    """One disturbance: what it is, and its size at levels 0 to 4, in columns where the table tells cases apart."""
+    """One disturbance: its meaning, and its size at levels 0 to 4, in columns where the table distinguishes cases."""
 
     meaning: str
     columns: Mapping[str, tuple[Value, Value, Value, Value, Value]]
     off: Mapping[str, Value] | None = None
-    """Size when switched off, where that is less than level 0."""
+    """Size when switched off, where this is less than at level 0."""
 
     def value(self, column: str, level: int | None) -> Value:
         """Size in a column at a level; `None` is off."""
@@ -98,7 +99,7 @@ WEARER: Mapping[str, LevelRow] = MappingProxyType(
                 "wrist": (0.0, 0.01, 0.03, 0.08, 0.2),
             },
         ),
-        # Assumed, all of it: docs/participants.md. The first donning of a seed has none of this.
+        # All of these sizes are assumed: docs/participants.md. The first donning of a seed has none of them.
         "day_to_day": LevelRow(
             "next donning against the first, SD: factors on segment mass, on joints' stiffness and damping; neutral "
             "angles [°]; factor on cuff stiffness",
@@ -116,7 +117,8 @@ WEARER: Mapping[str, LevelRow] = MappingProxyType(
 )
 
 # Drives at the wrist are small: about a tenth of the shoulder's where harmonic, a fifth where quasi-direct. A row
-# without such a column takes the drive's own. A joint without motor ("passive") has a bearing and nothing else.
+# without a column for the wrist uses the column of the drive. A joint without motor ("passive") has a bearing and
+# nothing else.
 MACHINE: Mapping[str, LevelRow] = MappingProxyType(
     {
         "coulomb": LevelRow(
@@ -146,7 +148,7 @@ MACHINE: Mapping[str, LevelRow] = MappingProxyType(
             ),
         ),
         "breakaway": LevelRow("breakaway over Coulomb friction", {"ratio": (1.0, 1.1, 1.3, 1.5, 1.8)}),
-        "stribeck_velocity": LevelRow(  # level 0 has no Stribeck effect (ratio 1): its entry is without consequence
+        "stribeck_velocity": LevelRow(  # level 0 has no Stribeck effect (ratio 1): its value has no effect
             "[rad/s]", {"value": (0.05, 0.05, (0.02, 0.1), (0.02, 0.1), (0.02, 0.1))}
         ),
         "viscous": LevelRow(
@@ -236,8 +238,8 @@ MACHINE: Mapping[str, LevelRow] = MappingProxyType(
             "mass and centre of the exoskeleton's links against its URDF, SD",
             {"mass": (0.0, 0.01, 0.03, 0.05, 0.1), "centre_mm": (0.0, 1.0, 3.0, 5.0, 10.0)},
         ),
-        # Only machines with such sensors have this row. A data sheet's ±0.5 % of 200 N and 7 N·m, taken as three SD, is
-        # level 2; another's ±2 % is level 4 (docs/disturbances.md). Gain and noise are assumed.
+        # Only machines with such sensors use this row. Level 2 is a data sheet's ±0.5 % of 200 N and 7 N·m, taken as
+        # three SD; level 4 is another data sheet's ±2 % (docs/disturbances.md). Gain and noise are assumed.
         "cuff_sensors": LevelRow(
             "force/torque sensors at the cuffs, SD: gain; what taring leaves; noise at 1 kHz [N, N·m]",
             {
@@ -256,21 +258,21 @@ ROWS: Mapping[str, LevelRow] = MappingProxyType({**WEARER, **MACHINE})
 
 @dataclass(frozen=True)
 class Disturbances:
-    """A level for every row; `None` switches it off."""
+    """Level of every row; `None` switches a row off."""
 
     levels: Mapping[str, int | None]
 
     @classmethod
     def at_level(cls, level: int) -> "Disturbances":
-        """Every row at one level."""
+        """Set every row to one level."""
         return cls(MappingProxyType(dict.fromkeys(ROWS, _checked(level))))
 
     def with_row(self, row: str, level: int) -> "Disturbances":
-        """The same with one row at another level."""
+        """Return a copy with one row at another level."""
         return self._changed(row, _checked(level))
 
     def without(self, *rows: str) -> "Disturbances":
-        """The same with these rows switched off."""
+        """Return a copy with these rows switched off."""
         changed = self
         for row in rows:
             changed = changed._changed(row, None)
@@ -291,6 +293,6 @@ class Disturbances:
 def _checked(level: int) -> int:
     if level not in range(5):
         raise ConfigError(
-            f"Disturbance level {level} does not exist; choose 0 (none) to 4 (a bad day). 2 is a good laboratory."
+            f"Disturbance level {level} does not exist; choose 0 (none) to 4 (a bad day). Level 2 is a good laboratory."
         )
     return level

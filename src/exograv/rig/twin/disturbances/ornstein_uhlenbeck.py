@@ -1,26 +1,26 @@
-"""What wanders about zero: an Ornstein–Uhlenbeck process per entry, exact at the ticks, drawn in blocks."""
+"""Ornstein–Uhlenbeck process about zero, one per entry, exact at the ticks, drawn in blocks."""
 
 import numpy as np
 from jaxtyping import Float
 
 BLOCK = 4096
-"""Ticks that are drawn at once."""
+"""Number of ticks that are drawn at once."""
 
 PerEntry = Float[np.ndarray, " entry"]
 
 
 class OrnsteinUhlenbeck:
-    """It begins as if it had wandered for long."""
+    """Ornstein–Uhlenbeck process that starts in its stationary distribution."""
 
     def __init__(self, sd: PerEntry, lasts_s: PerEntry | float, period_s: float, random: np.random.Generator):
-        """Standard deviation and correlation time [s] of each entry."""
+        """Set standard deviation and correlation time [s] of each entry, and draw the first values."""
         self._sd, self._random = sd, random
         self._decay = np.broadcast_to(np.exp(-period_s / np.asarray(lasts_s)), sd.shape)
         self._value = sd * random.standard_normal(len(sd))
 
     def block(self) -> Float[np.ndarray, "tick entry"]:
-        """The next `BLOCK` ticks."""
-        from scipy.signal import lfilter  # 0.1 s that an empty machine does not have to wait for
+        """Return the next `BLOCK` ticks."""
+        from scipy.signal import lfilter  # imported here: the import takes 0.1 s
 
         rows = np.empty((BLOCK, len(self._sd)))
         kicks = self._random.standard_normal(rows.shape) * self._sd * np.sqrt(1.0 - self._decay**2)

@@ -1,1 +1,1 @@
-"""The twin's machine: drives, sensors and links as they really are."""
+"""Machine of the twin: drives, sensors and links with their true errors."""

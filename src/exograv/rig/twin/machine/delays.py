@@ -1,4 +1,4 @@
-"""What is on its way between the computer and the machine: commands and measurements, each some whole steps late."""
+"""Delay lines between computer and machine, for commands and measurements, in whole time steps."""
 
 from dataclasses import dataclass
 
@@ -9,22 +9,22 @@ from .machine_bodies import TIMESTEP
 
 @dataclass(frozen=True)
 class Delays:
-    """Half of the delay before the motors, half behind the sensors."""
+    """Dead time in time steps: half of it before the motors, half behind the sensors."""
 
     to_motors: int
-    """Steps of a command."""
+    """Steps by which a command is late."""
 
     to_computer: int
-    """Steps of a measurement."""
+    """Steps by which a measurement is late."""
 
     @classmethod
     def of(cls, seconds: float) -> "Delays":
-        """Of sensor and command together [s]."""
+        """Delays whose sum over sensor and command is `seconds` [s]."""
         steps = round(seconds / TIMESTEP)
         return cls(steps - steps // 2, steps // 2)
 
 
 def passed(line: ca.SX, newest: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """What leaves a line (entry, step) when `newest` enters it, and the line then; oldest first."""
+    """Return the oldest entry of a line (entry, step) and the line after `newest` has entered; oldest first."""
     whole = ca.horzcat(line, newest)
     return whole[:, 0], whole[:, 1:]

@@ -1,7 +1,7 @@
-"""Drives of the twin: torque lag, gear spring, rotor, and friction that truly sticks, on the motor's side of the gear.
+"""Drives of the twin: torque lag, gear spring, rotor, and friction with true sticking on the motor's side of the gear.
 
-Friction is LuGre's bristle law with an elastic zone in which a bristle does not slip at all, so that a stuck joint does
-not creep; the bristle follows its exact exponential over a step, since the explicit form can diverge at 0.5 ms.
+Friction is LuGre's bristle law with an elastic zone in which a bristle does not slip, so that a stuck joint does not
+creep. The bristle follows its exact exponential over a step, because the explicit form can diverge at 0.5 ms.
 
 Source: Canudas de Wit et al. (1995), IEEE TAC 40(3); Dupont et al. (2002), IEEE TAC 47(5), for the elastic zone;
 exponent 1.3 and load-dependent Coulomb friction after Bittencourt & Gunnarsson (2012), form unverified.
@@ -16,19 +16,19 @@ from .machine import Machine
 
 STRIBECK_EXPONENT = 1.3
 BRISTLE_TRAVEL = 3.0e-4
-"""Deflection at which Coulomb friction is reached: a few encoder steps. Assumed [rad]."""
+"""Deflection at which a bristle reaches Coulomb friction: a few encoder steps. Assumed [rad]."""
 
 ELASTIC_SHARE = 0.7
-"""Share of that travel within which nothing slips. Assumed [-]."""
+"""Share of that deflection within which no bristle slips. Assumed [-]."""
 
 BRISTLE_DAMPING_RATIO = 0.3
-"""Of the rotor on its bristles, where passivity allows as much. Assumed [-]."""
+"""Damping ratio of the rotor on its bristles, where passivity allows as much. Assumed [-]."""
 
 GEAR_DAMPING_RATIO = 0.02
-"""Of the rotor on its gear: metal. Assumed [-]."""
+"""Damping ratio of the rotor on its gear, which is metal. Assumed [-]."""
 
 FRICTION_FLOOR = 0.1
-"""Ripple never takes away more than all but this share of Coulomb friction [-]."""
+"""Smallest share of Coulomb friction that is left where ripple lowers it [-]."""
 
 DRIVE_STATES = ("bristle", "theta", "omega", "tau_motor")
 """Bristle deflection [rad]; position [rad] and speed [rad/s] of a rotor behind its gear; motor torque [N·m]."""
@@ -38,27 +38,27 @@ THETA, OMEGA, TAU_MOTOR = (DRIVE_STATES.index(name) for name in ("theta", "omega
 
 @dataclass(frozen=True)
 class FrictionState:
-    """What friction depends on at one instant."""
+    """Quantities on which friction depends at one instant."""
 
     theta: ca.SX
-    """Position on the motor's side, as angle of the joint [rad]."""
+    """Position on the motor's side of the gear, as angle of the joint [rad]."""
 
     omega: ca.SX
-    """Its speed [rad/s]."""
+    """Speed on the motor's side of the gear [rad/s]."""
 
     load: ca.SX
     """Torque through the gear [N·m]."""
 
     warmth: ca.SX
-    """0 cold, 1 after a long run [-]."""
+    """Warm-up of the drive: 0 cold, 1 after a long run [-]."""
 
 
 @dataclass(frozen=True)
 class DriveInput:
-    """What a drive sees at one instant."""
+    """Inputs of a drive at one instant."""
 
     tau_asked: ca.SX
-    """What the current asks of the motor, as torque at the joint [N·m]."""
+    """Torque at the joint that the current asks of the motor [N·m]."""
 
     q: ca.SX
     """Position of the joint [rad]."""
@@ -67,32 +67,33 @@ class DriveInput:
     """Velocity of the joint [rad/s]."""
 
     warmth: ca.SX
-    """0 cold, 1 after a long run [-]."""
+    """Warm-up of the drive: 0 cold, 1 after a long run [-]."""
 
     damping: ca.SX
-    """With which the drive brakes its motor, by the encoder on its shaft [N·m·s/rad]."""
+    """Coefficient with which the drive brakes its motor, from the encoder on the motor's shaft [N·m·s/rad]."""
 
 
 @dataclass(frozen=True)
 class DriveStep:
-    """One step of one drive."""
+    """Result of one step of one drive."""
 
     tau_joint: ca.SX
-    """What reaches the joint [N·m]."""
+    """Torque that reaches the joint [N·m]."""
 
     state_next: ca.SX
-    """In the order of `DRIVE_STATES`."""
+    """Next state, in the order of `DRIVE_STATES`."""
 
 
 def drive_step(machine: Machine, joint: int, state: ca.SX, now: DriveInput, dt: float) -> DriveStep:
-    """One step of `dt` [s] of the drive of a joint, from a state in the order of `DRIVE_STATES`."""
+    """Advance the drive of a joint by `dt` [s] from a state in the order of `DRIVE_STATES`."""
     drives = machine.drives
     bristle, theta, omega, tau_motor = ca.vertsplit(state)
     stiffness, inertia = drives.gear_stiffness[joint], drives.rotor_inertia[joint]
-    # By the encoder on the motor's own shaft, through the same current loop, with no more than the motor has.
+    # The drive brakes by the encoder on the motor's own shaft and through the same current loop, so within the same
+    # torque limit.
     brake = now.damping * (now.v if np.isinf(stiffness) else omega)
     asked = ca.fmin(ca.fmax(now.tau_asked - brake, -drives.torque_max[joint]), drives.torque_max[joint])
-    # exp(-inf) is zero: a motor without lag forgets its torque at once.
+    # exp(-inf) is zero: a motor without lag reaches its new torque at once.
     tau_motor = asked + (tau_motor - asked) * np.exp(-2.0 * np.pi * drives.bandwidth[joint] * dt)
     if np.isinf(stiffness):
         rubbed, bristle = friction_step(machine, joint, bristle, FrictionState(now.q, now.v, tau_motor, now.warmth), dt)
@@ -114,14 +115,14 @@ def friction_step(machine: Machine, joint: int, bristle: ca.SX, now: FrictionSta
     limit = sliding_friction(machine, joint, now) / stiffness
     slip = _slip_share(bristle, limit, now.omega, friction.coulomb[joint] / stiffness)
     decay = slip * ca.fabs(now.omega) / limit * dt
-    # (1 − exp(−x))/x, which is 1 − x/2 near zero.
+    # Mean of the exponential over the step, (1 − exp(−x))/x, which is 1 − x/2 near zero.
     mean = ca.if_else(decay < 1e-6, 1.0 - 0.5 * decay, (1.0 - ca.exp(-decay)) / ca.fmax(decay, 1e-6))
     bristle_next = bristle * ca.exp(-decay) + now.omega * dt * mean
     return stiffness * bristle_next + damping * (bristle_next - bristle) / dt + viscous, bristle_next
 
 
 def sliding_friction(machine: Machine, joint: int, now: FrictionState) -> ca.SX:
-    """Magnitude of friction without its viscous part, while sliding steadily [N·m]."""
+    """Magnitude of friction without its viscous part, in steady sliding [N·m]."""
     friction, turns = machine.friction, machine.drives.gear_ratio[joint]
     coulomb = friction.coulomb[joint]
     ripple = friction.ripple[joint] * ca.sin(turns * now.theta + friction.ripple_phase[joint])
@@ -135,7 +136,7 @@ def sliding_friction(machine: Machine, joint: int, now: FrictionState) -> ca.SX:
 def bristle_law(machine: Machine, joint: int) -> tuple[float, float]:
     """Stiffness [N·m/rad] and damping [N·m·s/rad] of the bristles.
 
-    The damping stays within what keeps the law passive: viscous friction above damping times (breakaway − 1).
+    The damping is limited so that the law stays passive: viscous friction must exceed damping times (breakaway − 1).
     Source: Barabanov & Ortega (2000), IEEE TAC 45(4).
     """
     friction = machine.friction
@@ -147,7 +148,7 @@ def bristle_law(machine: Machine, joint: int) -> tuple[float, float]:
 
 
 def _slip_share(bristle: ca.SX, limit: ca.SX, omega: ca.SX, coulomb_travel: float) -> ca.SX:
-    """0 while the bristle only bends, 1 while it slides; nothing slips on the way back."""
+    """Share of slip: 0 while the bristle only bends, 1 while it slides, 0 on the way back."""
     start = ELASTIC_SHARE * ca.fmin(coulomb_travel, limit)
     position = ca.fmin(ca.fmax((ca.fabs(bristle) - start) / ca.fmax(limit - start, 1e-12), 0.0), 1.0)
     return ca.if_else(bristle * omega > 0.0, 0.5 - 0.5 * ca.cos(np.pi * position), 0.0)

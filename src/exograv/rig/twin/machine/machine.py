@@ -1,4 +1,4 @@
-"""The truth about one machine: what its drives, sensors and links really do, against data sheet and URDF."""
+"""True parameters of one machine: how drives, sensors and links deviate from data sheet and URDF."""
 
 from dataclasses import dataclass
 
@@ -10,10 +10,10 @@ from exograv.rig.twin.disturbances.levels import ROWS, Disturbances
 from exograv.rig.twin.disturbances.streams import stream, uniform
 
 GRAVITY = 9.81
-"""[m/s²]"""
+"""Earth's gravity [m/s²]."""
 
 WATCHDOG_DAMPING = {"shoulder": 10.0, "elbow": 4.0, "wrist": 0.4}
-"""What a drive is set to when the machine is put together [N·m·s/rad]; as in a soft descent, docs/safety.md."""
+"""Braking coefficient of the assembled drives [N·m·s/rad], as in a soft descent of docs/safety.md."""
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -23,28 +23,28 @@ class TrueFriction:
     """Friction of the drives at the joint, on the motor's side of the gear; one entry per joint."""
 
     coulomb: Joints
-    """[N·m]"""
+    """Coulomb friction [N·m]."""
 
     breakaway: Joints
-    """Over Coulomb [-]."""
+    """Breakaway friction over Coulomb friction [-]."""
 
     stribeck_velocity: Joints
-    """[rad/s]"""
+    """Speed over which friction falls from breakaway to Coulomb [rad/s]."""
 
     viscous: Joints
-    """[N·m·s/rad]"""
+    """Viscous friction [N·m·s/rad]."""
 
     load_share: Joints
-    """Further Coulomb friction per torque through the gear [-]."""
+    """Additional Coulomb friction per torque through the gear [-]."""
 
     asymmetry: Joints
-    """Share by which positive motion rubs more, and negative motion less [-]."""
+    """Share by which friction is larger in positive motion and smaller in negative motion [-]."""
 
     ripple: Joints
-    """Amplitude over one turn of the motor [N·m]."""
+    """Amplitude of the friction ripple over one turn of the motor [N·m]."""
 
     ripple_phase: Joints
-    """[rad]"""
+    """Phase of the ripple [rad]."""
 
     warm_up: Joints
     """Share by which Coulomb and viscous friction fall in 30 min [-]."""
@@ -58,80 +58,81 @@ class TrueDrives:
     """Torque at the joint per motor current; zero without a motor [N·m/A]."""
 
     torque_max: Joints
-    """[N·m]"""
+    """Largest motor torque at the joint [N·m]."""
 
     gear_ratio: Joints
     rotor_inertia: Joints
-    """Reflected to the joint [kg·m²]."""
+    """Rotor inertia, reflected to the joint [kg·m²]."""
 
     gear_stiffness: Joints
-    """Infinite where the gear is rigid [N·m/rad]."""
+    """Torsional stiffness of the gear; infinite for a rigid gear [N·m/rad]."""
 
     bandwidth: Joints
-    """Of the torque; infinite where it follows at once [Hz]."""
+    """Bandwidth of the motor torque; infinite for a motor without lag [Hz]."""
 
     watchdog_damping: Joints
-    """With which a drive brakes its motor when it has heard nothing for long [N·m·s/rad]."""
+    """Coefficient with which a drive brakes its motor after its watchdog has expired [N·m·s/rad]."""
 
 
 @dataclass(frozen=True)
 class TrueSensors:
-    """What encoders and current sensors add, one entry per joint."""
+    """Errors of encoders and current sensors, one entry per joint."""
 
     current_noise: Joints
-    """SD at 1 kHz, as torque at the joint [N·m]."""
+    """SD of current noise at 1 kHz, as torque at the joint [N·m]."""
 
     encoder_step: Joints
-    """Zero where the encoder is perfect [rad]."""
+    """Quantisation step; zero for a perfect encoder [rad]."""
 
     encoder_offset: Joints
     """Measured minus true position [rad]."""
 
     delay: float
-    """Sensor and command together [s]."""
+    """Dead time of sensor and command together [s]."""
 
 
 @dataclass(frozen=True)
 class TrueCuffSensors:
-    """What six-axis force/torque sensors at the cuffs do; force [N] before moment [N·m]."""
+    """Errors of six-axis force/torque sensors at the cuffs; force [N] before moment [N·m]."""
 
     gain: Float[np.ndarray, "cuff 6"]
-    """Measured over true [-]."""
+    """Measured over true value [-]."""
 
     bias: Float[np.ndarray, "cuff 6"]
-    """What taring has left."""
+    """Bias after taring [N, N·m]."""
 
     noise: Float[np.ndarray, " 6"]
-    """SD at 1 kHz."""
+    """SD of the noise at 1 kHz [N, N·m]."""
 
 
 @dataclass(frozen=True)
 class Machine:
-    """One machine, drawn once and never changed."""
+    """True parameters of one machine, drawn once and never changed."""
 
     friction: TrueFriction
     drives: TrueDrives
     sensors: TrueSensors
     cuff_sensors: TrueCuffSensors
     gravity: Float[np.ndarray, " 3"]
-    """In the tilted base [m/s²]."""
+    """Gravity in the axes of the tilted base [m/s²]."""
 
     seed: int
-    """Draws the error of each link by its name: `link_error`."""
+    """Seed of the error of each link, drawn by the link's name in `link_error`."""
 
     link_mass_sd: float
     link_centre_sd: float
-    """[m]"""
+    """SD of the shift of a link's centre of mass per axis [m]."""
 
     def link_error(self, link: str) -> tuple[float, Float[np.ndarray, " 3"]]:
-        """Factor on the mass of a link [-] and shift of its centre in its frame [m]."""
+        """Factor on the mass of a link [-] and shift of its centre of mass in its frame [m]."""
         drawn = stream(self.seed, "machine", f"link {link}").standard_normal(4)
-        # A tenth at least: at level 4 a factor below zero would be a ten-sigma draw, but it must not exist.
+        # At level 4 a factor below zero is a ten-sigma draw. The lower bound of 0.1 excludes it, because a negative
+        # mass must not exist.
         return max(0.1, 1.0 + self.link_mass_sd * drawn[0]), self.link_centre_sd * drawn[1:]
 
 
 def draw_machine(description: RigDescription, disturbances: Disturbances, seed: int) -> Machine:
-    """One machine of the kind described."""
+    """Draw one machine of the described kind."""
     draw = _Draw(description, disturbances, seed)
     tilt = np.deg2rad(draw.number("base_tilt", "sd_deg")) * stream(seed, "machine", "base_tilt").standard_normal(2)
     return Machine(
@@ -148,32 +149,32 @@ def draw_machine(description: RigDescription, disturbances: Disturbances, seed: 
 
 @dataclass(frozen=True)
 class _Draw:
-    """One seed's draws, joint by joint."""
+    """Random draws of one seed, joint by joint."""
 
     description: RigDescription
     disturbances: Disturbances
     seed: int
 
     def by_drive(self, row: str) -> Joints:
-        """A row whose columns are kinds of drive, or kinds of drive at shoulder, elbow or wrist."""
+        """Draw a row whose columns are kinds of drive, or kinds of drive at shoulder, elbow or wrist."""
         columns = ROWS[row].columns
         kinds = [(a.drive, f"{a.drive}.{a.place}") for a in self.description.settings.actuators]
         return self._each(row, [at_place if at_place in columns else drive for drive, at_place in kinds])
 
     def alike(self, row: str, column: str) -> Joints:
-        """A row that does not tell the drives apart."""
+        """Draw a row that is the same for all drives."""
         return self._each(row, [column] * len(self.description.joints))
 
     def signs(self, row: str) -> Joints:
-        """-1 or 1 for each joint."""
+        """Draw -1 or 1 for each joint."""
         return stream(self.seed, "machine", f"{row} sign").choice([-1.0, 1.0], len(self.description.joints))
 
     def normal(self, row: str) -> Joints:
-        """Standard normal numbers, one for each joint."""
+        """Draw a standard normal number for each joint."""
         return stream(self.seed, "machine", f"{row} normal").standard_normal(len(self.description.joints))
 
     def number(self, row: str, column: str) -> float:
-        """A row that the whole machine shares."""
+        """Draw a row that has one value for the whole machine."""
         return uniform(stream(self.seed, "machine", row), self.disturbances.value(row, column))
 
     def _each(self, row: str, columns: list[str]) -> Joints:
@@ -200,7 +201,7 @@ def _draw_drives(draw: _Draw) -> TrueDrives:
     description = draw.description
     return TrueDrives(
         gain=description.nominal_gain * (1.0 + draw.alike("gain_error", "sd") * draw.normal("gain_error")),
-        # Without a motor there is neither torque nor gear.
+        # A joint without a motor has neither torque nor gear.
         torque_max=np.nan_to_num(description.per_actuator("torque_max_Nm"), nan=0.0),
         gear_ratio=np.nan_to_num(description.per_actuator("gear_ratio"), nan=1.0),
         rotor_inertia=draw.by_drive("rotor_inertia"),

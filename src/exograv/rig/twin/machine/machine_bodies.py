@@ -1,4 +1,4 @@
-"""The machine's bodies in MuJoCo, as built: its URDF, set to the wearer's lengths, with this one machine's errors."""
+"""Bodies of the machine in MuJoCo: its URDF, set to the wearer's lengths, with the errors of this machine."""
 
 from collections.abc import Mapping
 
@@ -12,18 +12,18 @@ from exograv.model.description import RigDescription
 from .machine import Machine
 
 TIMESTEP = 0.0005
-"""[s]"""
+"""Time step of the simulation [s]."""
 
-# Hard stops lie 5° beyond the limits that software keeps. As in AGREE.
+# Hard stops lie 5° beyond the limits that the software keeps, as in AGREE.
 HARD_STOP_MARGIN = np.deg2rad(5.0)
 
-# MuJoCo would fuse fixed frames into their parents and lose the cuffs; only the compiler's own tag, read with the file,
-# prevents it.
+# MuJoCo would fuse fixed frames into their parents, and the cuffs would be lost. Only the compiler's own tag, read with
+# the file, prevents this.
 COMPILER = '<mujoco><compiler discardvisual="false" fusestatic="false" strippath="false"/></mujoco>'
 
 
 def machine_spec(description: RigDescription, machine: Machine, lengths: Mapping[str, float]) -> mujoco.MjSpec:
-    """The machine, adjusted to these lengths by segment [m]; its weights hang at bodies of `weight_body`.
+    """Return the machine, adjusted to these lengths by segment [m]; its weights hang at bodies of `weight_body`.
 
     Raises:
         ModelError: MuJoCo cannot read the URDF.
@@ -49,7 +49,7 @@ def machine_spec(description: RigDescription, machine: Machine, lengths: Mapping
 
 def _set_lengths(spec: mujoco.MjSpec, description: RigDescription, lengths: Mapping[str, float]) -> None:
     for adjustment in description.settings.adjustments:
-        # A machine can only be set as far as it goes; someone taller or smaller gets the end of its range.
+        # The range of the adjustment is limited: a taller or smaller wearer gets the end of the range.
         wanted = lengths.get(adjustment.segment, adjustment.nominal_m)
         length = float(np.clip(wanted, adjustment.min_m, adjustment.max_m))
         body = spec.joint(adjustment.joint).parent
@@ -67,7 +67,7 @@ def _build_with_errors(spec: mujoco.MjSpec, machine: Machine) -> None:
 
 
 def _fit_joints(spec: mujoco.MjSpec, description: RigDescription, machine: Machine) -> None:
-    """Friction and gears are the twin's own forces; MuJoCo keeps only the hard stops and the rotors of rigid gears."""
+    """Keep only the hard stops and the rotors of rigid gears in MuJoCo; the twin computes friction and gears itself."""
     drives = machine.drives
     rigid = dict(zip(description.joints, np.isinf(drives.gear_stiffness), strict=True))
     rotors = dict(zip(description.joints, drives.rotor_inertia, strict=True))
@@ -80,13 +80,13 @@ def _fit_joints(spec: mujoco.MjSpec, description: RigDescription, machine: Machi
 
 
 def add_weight(parent: mujoco.MjsBody, name: str, pos: Float[np.ndarray, " 3"]) -> None:
-    """A body without mass where a known weight can hang, at a place of its parent [m]."""
+    """Add a body without mass at a position in its parent [m], where a known weight can hang."""
     body = parent.add_body(name=name, pos=pos)
     body.explicitinertial = True
-    # The centre must be told: MuJoCo would take the body's place in its parent for it.
+    # The centre of mass must be given: MuJoCo would otherwise use the position of the body in its parent.
     body.mass, body.ipos = 0.0, np.zeros(3)
 
 
 def weight_body(mount: str) -> str:
-    """Name of the body that stands for a weight at a mount."""
+    """Name of the body that represents a weight at a mount."""
     return f"weight_at_{mount}"

@@ -1,4 +1,4 @@
-"""What the twin's machine tells of itself: late, quantised encoders and noisy motor currents."""
+"""Sensors of the twin's machine: late, quantised encoders and noisy motor currents."""
 
 from collections.abc import Mapping
 
@@ -12,16 +12,19 @@ from exograv.rig.twin.disturbances.streams import stream
 from .machine import Machine
 
 BLOCK = 4096
-"""Measurements whose noise is drawn at once."""
+"""Number of measurements whose noise is drawn at once."""
 
 Joints = Float[np.ndarray, " joint"]
 
 
 class Sensors:
-    """Encoders and current sensors of all joints, on the memory where the truth stands."""
+    """Encoders and current sensors of all joints; they read the memory that holds the truth."""
 
     def __init__(self, machine: Machine, seed: int, truth: ca.Function, memory: Mapping[str, np.ndarray]) -> None:
-        """`truth` gives position, motor torque at the joint and motor position, as late as measured, from `memory`."""
+        """Compile the measurement.
+
+        `truth` gives position, motor torque at the joint and motor position from `memory`, as late as a measurement is.
+        """
         self._kernel = kernel.compile(_measurement(machine, truth), memory)
         outputs = self._kernel.outputs
         self._q, self._current, self._q_motor = outputs["q_measured"], outputs["current"], outputs["q_motor"]
@@ -31,7 +34,7 @@ class Sensors:
         self._reading = 0
 
     def measure(self) -> tuple[Joints, Joints, Joints]:
-        """Positions [rad], currents [A] and motor positions [rad] as measured now."""
+        """Measure positions [rad], currents [A] and motor positions [rad] now."""
         if self._reading == BLOCK:
             self._noise, self._reading = self._draw_noise(), 0
         self._kernel.inputs["noise"][:] = self._noise[self._reading]
@@ -44,7 +47,7 @@ class Sensors:
 
 
 def _per_gain(torque: Joints, gain: Joints) -> Joints:
-    """Motor current [A] for a torque at the joint [N·m]; a joint without motor has none."""
+    """Motor current [A] for a torque at the joint [N·m]; zero for a joint without motor."""
     return np.divide(torque, gain, out=np.zeros_like(gain), where=gain != 0.0)
 
 
@@ -58,6 +61,6 @@ def _measurement(machine: Machine, truth: ca.Function) -> ca.Function:
             q_measured[joint] = ca.floor(q_measured[joint] / step + 0.5) * step
     current = tau_motor * ca.DM(_per_gain(np.ones(len(machine.drives.gain)), machine.drives.gain)) + noise
     names = [*truth.name_in(), "noise"]
-    # Behind a gear of a hundred a motor's encoder has steps that nobody sees.
+    # The steps of a motor's encoder are not modelled: behind a gear of ratio 100 they are too small to matter.
     measured = {"q_measured": q_measured, "current": current, "q_motor": q_motor}
     return ca.Function("twin_sensors", [*arguments, noise], list(measured.values()), names, list(measured))

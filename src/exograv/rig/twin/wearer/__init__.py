@@ -1,1 +1,1 @@
-"""The twin's wearer: body, joints, muscles at rest, and fastening."""
+"""Wearer of the twin: body, joints, muscles at rest, and donning."""

@@ -1,4 +1,4 @@
-"""The same wearer on another day: what a new fastening and a night change, and what stays."""
+"""Changes of a wearer from one donning to the next: what a new fastening and a night change."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -15,19 +15,19 @@ OWNERS = ("wearer", "wearer, second arm")
 
 
 def day_seed(seed: int, donning: int) -> int:
-    """Seed of everything that is drawn anew at each donning, 0 the first.
+    """Seed of everything that is drawn anew at each donning; the first donning is 0.
 
-    The donning's number is the seed's second word, so that all draws of the first donning keep their bits and those of
-    the others have nothing to do with them, or with those of another seed below 2³².
+    The number of the donning is the seed's second 32-bit word. All draws of the first donning stay bit-identical, and
+    draws of other donnings are independent of them and of those of any other seed below 2³².
     """
     return seed + (donning << 32)
 
 
 def donned_again(wearer: Wearer, disturbances: Disturbances, seed: int, donning: int) -> Wearer:
-    """The wearer whose first donning is `wearer`, at the donning of this number.
+    """Return the wearer at a later donning; `wearer` is the same person at the first donning.
 
-    The body stays, with the lengths that somebody measured; the shoulder sits elsewhere, straps are pulled anew, the
-    joints are a little stiffer or softer and rest elsewhere, and food, water and sleeves change the masses a little.
+    The body and its measured lengths stay. The shoulder sits elsewhere, and the straps have another tension. Stiffness,
+    damping and neutral angles of the joints change a little. Food, water and sleeves change the masses a little.
     """
     if donning == 0:
         return wearer

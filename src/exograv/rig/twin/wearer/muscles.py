@@ -1,4 +1,4 @@
-"""A wearer who does not quite relax: slow muscle torque, and bursts now and then, at the joints of the true arm."""
+"""Incomplete relaxation of a wearer: slow muscle torque and occasional bursts at the joints of the true arm."""
 
 import numpy as np
 from jaxtyping import Float
@@ -9,14 +9,14 @@ from exograv.rig.twin.disturbances.streams import stream
 from .wearer import RestlessArm
 
 BURST_TORQUE = (2.0, 6.0)
-"""At shoulder and elbow [N·m]."""
+"""Range of a burst's torque at shoulder and elbow [N·m]."""
 
 BURST_DURATION = (0.3, 1.0)
-"""[s]"""
+"""Range of a burst's duration [s]."""
 
 
 class Muscles:
-    """Muscle torque of one arm tick by tick; the same seed and owner give the same torques."""
+    """Muscle torque of one arm, tick by tick. The same seed and owner give the same torques."""
 
     def __init__(self, unrest: RestlessArm, seed: int, period_s: float, owner: str = "run") -> None:
         self._unrest, self._n = unrest, len(unrest.bias_rms)
@@ -42,9 +42,9 @@ class Muscles:
         return self._bias.block() + self._draw_bursts()
 
     def _draw_bursts(self) -> Float[np.ndarray, "tick freedom"]:
-        """Half waves at one joint, either way, that begin at random.
+        """Draw half waves of either sign, each at one joint, that begin at random times.
 
-        What reaches beyond the block is kept for the next.
+        The part of a wave behind the end of the block is kept for the next block.
         """
         torque = np.zeros((2 * BLOCK, self._n))
         torque[: len(self._overhang)] = self._overhang
@@ -61,7 +61,7 @@ class Muscles:
         return torque[:BLOCK]
 
     def _pause(self) -> float:
-        """Ticks until the next burst."""
+        """Number of ticks until the next burst."""
         if self._unrest.bursts_per_minute == 0.0:
             return np.inf
         return self._burst_stream.exponential(60.0 / self._unrest.bursts_per_minute) / self._period

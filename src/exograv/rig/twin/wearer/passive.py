@@ -1,4 +1,4 @@
-"""What the relaxed arm does by itself: elastic joints, hysteresis, end stops, a shoulder centre that shifts."""
+"""Passive torques of the relaxed arm: elastic joints, hysteresis, end stops, and a shoulder centre that shifts."""
 
 from dataclasses import dataclass
 
@@ -9,12 +9,16 @@ from .skeleton import Skeleton
 from .wearer import PassiveJoints, Wearer
 
 HYSTERESIS_DECAY = 1.0
-"""[s] Source: a major part decays within 1 s, MacKay (1986), J Biomech 19:231, abstract."""
+"""Time constant of the hysteresis [s].
 
-# Rises from nothing, 15° before the end, to its torque at the end, four e-folds on the way.
+Source: a major part decays within 1 s, MacKay (1986), J Biomech 19:231, abstract.
+"""
+
+# The torque rises from zero, 15° before the end, to its value at the end, over four e-folds.
 STOP_ZONE = np.deg2rad(15.0)
 STOP_FOLDS = 4.0
-# Beyond the end the exponential is cut: at six e-folds it is already seven times as strong, more than anyone is.
+# Behind the end the exponential is limited: at six e-folds it is already seven times as strong, which no wearer
+# exceeds.
 STOP_FOLDS_MAX = 6.0
 
 SHIFT_TABLE = np.array([[30.0, 12.0], [60.0, 25.0], [90.0, 39.0], [120.0, 54.0], [150.0, 70.0]])
@@ -23,18 +27,18 @@ SHIFT_TABLE = np.array([[30.0, 12.0], [60.0, 25.0], [90.0, 39.0], [120.0, 54.0],
 Source: computed from a published shoulder rhythm.
 """
 
-# Near the hanging arm elevation has a corner (any direction away is up); 0.1 rad rounds it, or the reaction torque
-# would jump.
+# Near the hanging arm, elevation has a corner, because every direction away from it is upwards. A radius of 0.1 rad
+# rounds the corner; otherwise the reaction torque would jump.
 CORNER = 0.1
 SHIFT_STIFFNESS = 2.0e5
-"""Holds the shoulder centre on its path: 40 N move it by 0.2 mm [N/m].
+"""Stiffness that holds the shoulder centre on its path: 40 N move it by 0.2 mm [N/m].
 
-Stiffer is not better: the shoulder end of an arm weighs only a few hundred grams in some postures, and explicit forces
-are stable only while damping · step / mass + stiffness · step² / (2 · mass) stays below 2.
+A stiffer spring is not better: the shoulder end of an arm has an effective mass of only a few hundred grams in some
+postures. Explicit forces are stable only while damping · step / mass + stiffness · step² / (2 · mass) stays below 2.
 """
 
 SHIFT_DAMPING = 2.0e2
-"""[N·s/m]"""
+"""Damping of the shoulder centre on its path [N·s/m]."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +46,7 @@ class PassiveTorque:
     """Torque of the relaxed joints and the new state of the hysteresis."""
 
     tau: ca.SX
-    """(arm,) [N·m]"""
+    """Passive torque (arm,) [N·m]."""
 
     hysteresis_next: ca.SX
     """Angles to which the fast part of the elasticity has relaxed (arm,) [rad]."""
@@ -57,7 +61,7 @@ def passive_torque(joints: PassiveJoints, q: ca.SX, v: ca.SX, hysteresis: ca.SX,
 
 
 def elastic_torque(joints: PassiveJoints, q: ca.SX) -> ca.SX:
-    """What is left of it at rest (arm,) [N·m]."""
+    """Passive torque of the relaxed joints at rest, when the hysteresis has decayed (arm,) [N·m]."""
     tau = -ca.DM(joints.stiffness) * (q - ca.DM(joints.neutral))
     if not joints.stop.any():
         return tau
@@ -66,9 +70,9 @@ def elastic_torque(joints: PassiveJoints, q: ca.SX) -> ca.SX:
 
 
 def follower_paths(wearer: Wearer, q: ca.SX) -> ca.SX:
-    """Where all that follows the arms' posture `q` (arm,) belongs (follower,) [m, rad].
+    """Positions of all joints that follow the arms' posture `q` (arm,) on their paths (follower,) [m, rad].
 
-    Of each arm the shift of its shoulder's centre, if it has one, then the joints that its freedoms take along.
+    For each arm: the shift of its shoulder centre, if it has one, then the joints that are coupled to its freedoms.
     """
     paths, start = [], 0
     for arm in wearer.arms:
@@ -84,7 +88,7 @@ def follower_paths(wearer: Wearer, q: ca.SX) -> ca.SX:
 
 
 def elevation_cosine(skeleton: Skeleton, q: ca.SX) -> ca.SX:
-    """Cosine of the angle between the upper arm and hanging, at the posture `q` (arm,) of one arm."""
+    """Cosine of the angle between the upper arm and the hanging upper arm, at the posture `q` (arm,) of one arm."""
     if skeleton.is_usual:
         return ca.cos(q[0]) * ca.cos(q[1])
     along = ca.SX([0.0, 0.0, 1.0])
@@ -94,11 +98,11 @@ def elevation_cosine(skeleton: Skeleton, q: ca.SX) -> ca.SX:
 
 
 def shoulder_shift(skeleton: Skeleton, q: ca.SX, share: float) -> ca.SX:
-    """How far the shoulder centre has moved up and inwards at the posture `q` (arm,) of one arm [m]."""
+    """Distance that the shoulder centre has moved up and inwards at the posture `q` (arm,) of one arm [m]."""
     chord = ca.sqrt(2.0 * (1.0 - elevation_cosine(skeleton, q)) + CORNER**2) - CORNER
     powers = np.arange(1, len(SHIFT_TABLE) + 1)
-    # A polynomial without constant through the table; its variable is the chord of the elevation, smooth where the
-    # angle is not.
+    # A polynomial without constant goes through the table. Its variable is the chord of the elevation, which is smooth
+    # where the angle is not.
     at_table = np.sqrt(2.0 * (1.0 - np.cos(np.deg2rad(SHIFT_TABLE[:, 0]))) + CORNER**2) - CORNER
     coefficients = np.linalg.solve(at_table[:, None] ** powers, 1e-3 * SHIFT_TABLE[:, 1])
     shift = ca.SX(0)
@@ -111,11 +115,11 @@ def shift_forces(shift: ca.SX, q: ca.SX, v: ca.SX, x: ca.SX, v_x: ca.SX) -> tupl
     """Force along the shoulder's path [N] and its reaction on the arm's joints (arm,) [N·m].
 
     Args:
-        shift: Where the centre belongs, as an expression of `q` [m].
+        shift: Position of the centre on its path, as an expression of `q` [m].
         q: Posture of the arm (arm,) [rad].
-        v: Its velocity (arm,) [rad/s].
-        x: Where the centre is [m].
-        v_x: Its velocity [m/s].
+        v: Velocity of the arm (arm,) [rad/s].
+        x: Present position of the centre [m].
+        v_x: Present velocity of the centre [m/s].
     """
     slope = ca.gradient(shift, q)
     force = -SHIFT_STIFFNESS * (x - shift) - SHIFT_DAMPING * (v_x - ca.dot(slope, v))
@@ -123,7 +127,7 @@ def shift_forces(shift: ca.SX, q: ca.SX, v: ca.SX, x: ca.SX, v_x: ca.SX) -> tupl
 
 
 def _turned(axis: ca.SX, angle: ca.SX, vector: ca.SX) -> ca.SX:
-    """A vector (3,) turned about an axis (3,) by an angle [rad], after Rodrigues."""
+    """Vector (3,) turned about an axis (3,) by an angle [rad], with Rodrigues' formula."""
     across = ca.cross(axis, vector)
     return ca.cos(angle) * vector + ca.sin(angle) * across + (1.0 - ca.cos(angle)) * ca.dot(axis, vector) * axis
 

@@ -1,4 +1,4 @@
-"""Where the bones of an arm are at a posture, and in which posture an odd arm lies as a usual one would."""
+"""Poses of an arm's bones, and the posture in which an unusual arm lies like a usual one."""
 
 from dataclasses import dataclass, replace
 
@@ -14,27 +14,30 @@ Matrix = Float[np.ndarray, "3 3"]
 Vector = Float[np.ndarray, " 3"]
 
 KEPT = 1e-6
-"""Weight of staying where the search began: a straight elbow leaves the upper arm's rotation open [-]."""
+"""Weight of the distance from the start of the search [-]:
+
+a straight elbow leaves the upper arm's rotation undetermined.
+"""
 
 FASTENED = np.array([0.0, 0.0, 0.0, 0.5 * np.pi, 0.0, 0.0, 0.0])
-"""Hanging, elbow bent, palm to the body: where an arm's segments get their axes [rad]."""
+"""Hanging arm with bent elbow, palm to the body, in which an arm's segments get their axes [rad]."""
 
 
 @dataclass(frozen=True)
 class BonePose:
-    """Of a bone, from the shoulder's centre as the arm hangs."""
+    """Pose of a bone, relative to the shoulder centre of the hanging arm."""
 
     R: Matrix
     p: Vector
-    """[m]"""
+    """Origin of the bone [m]."""
 
     def of(self, point: Vector) -> Vector:
-        """Of a point of the bone [m]."""
+        """Position of a point of the bone [m]."""
         return self.p + self.R @ point
 
 
 def bone_poses(skeleton: Skeleton, q: Angles) -> dict[str, BonePose]:
-    """All bones at the posture `q` [rad], with the joints that follow, without the shoulder's shift."""
+    """Poses of all bones at the posture `q` [rad], with the joints that follow, without the shoulder's shift."""
     values = dict(zip(skeleton.freedoms, q, strict=True))
     for coupling in skeleton.couplings:
         values[coupling.joint] = np.polyval(coupling.polynomial[::-1], values[coupling.freedom])
@@ -66,14 +69,14 @@ def usual_axes(skeleton: Skeleton, q: Angles) -> dict[str, Matrix]:
 
 
 def lying_like(skeleton: Skeleton, q: Angles) -> Angles:
-    """The posture in which the lines between joint centres, and a hand that moves, lie as a usual arm's at `q` [rad].
+    """Posture in which upper arm, forearm and a moving hand lie as those of a usual arm at `q` [rad].
 
-    So people put an arm into a machine: the limbs along its links, whatever the joints between them do for that. A
-    forearm on an oblique elbow gets there by some rotation of the upper arm.
+    People put an arm into a machine in this way: the limbs lie along its links, at whatever joint angles that needs. A
+    forearm on an oblique elbow needs another rotation of the upper arm for that.
     """
     if skeleton.is_straight:
         return q
-    from scipy.optimize import least_squares  # 0.1 s that no usual arm has to wait for
+    from scipy.optimize import least_squares  # imported here: the import takes 0.1 s
 
     wanted = usual_axes(skeleton, q)
 
@@ -91,10 +94,10 @@ def lying_like(skeleton: Skeleton, q: Angles) -> Angles:
 
 
 def fastened_parts(skeleton: Skeleton, segment: str) -> list[Bone]:
-    """Bones of a segment as parts of one body: their frames at its proximal centre, in its axes.
+    """Bones of a segment as parts of one body, with their frames at its proximal centre, in its axes.
 
-    Its axes are those of a usual arm's that lies as this one does in the fastened cuffs: what a software that knows
-    nothing of oblique joints calls so.
+    The axes are those of a usual arm that lies like this one in the fastened cuffs. Software without a model of oblique
+    joints uses these axes.
     """
     bones = [bone for bone in skeleton.bones if bone.segment == segment]
     if skeleton.is_straight:

@@ -1,4 +1,4 @@
-"""What the twin knows about human arms: regressions on body mass and height, never the table of the estimator's prior.
+"""Regressions of arm segments on body mass and height for the twin; never the table of the estimator's prior.
 
     y = b0 + b1 * mass [kg] + b2 * height [cm] + sigma * N(0, 1)
 
@@ -18,16 +18,16 @@ SEGMENTS = ("upper_arm", "forearm", "hand")
 
 @dataclass(frozen=True)
 class Regression:
-    """One row of the tables."""
+    """Regression coefficients: one row of the tables."""
 
     b0: float
     b1: float
     b2: float
     sigma: float
-    """Standard deviation that is left once mass and height are known, in the unit of the row."""
+    """Residual standard deviation at known mass and height, in the unit of the row."""
 
     sample_mean: float | None = None
-    """Mean of the sample, where the row does not pass through it and is rescaled so that it does."""
+    """Mean of the sample. It is given where the row does not pass through it; the row is then rescaled to do so."""
 
     def mean(self, mass: float, height: float) -> float:
         """Expected value for a body mass [kg] and height [m], in the unit of the row."""
@@ -40,13 +40,13 @@ class Regression:
 
 @dataclass(frozen=True)
 class SampleBody:
-    """Means of the sample that a regression was made from."""
+    """Mean body mass and height of the sample behind a regression."""
 
     mass: float
-    """[kg]"""
+    """Mean body mass [kg]."""
 
     height: float
-    """[m]"""
+    """Mean height [m]."""
 
 
 SAMPLE: Mapping[Sex, SampleBody] = {
@@ -57,10 +57,10 @@ SAMPLE: Mapping[Sex, SampleBody] = {
 
 @dataclass(frozen=True)
 class SegmentRows:
-    """Everything the sources say about one segment of one sex."""
+    """Data of the sources about one segment of one sex."""
 
     mass: Regression
-    """[kg]"""
+    """Mass [kg]."""
 
     centre: Regression
     """Centre of mass from the distal landmark (radiale, stylion, fingertip): men [cm], women [% of landmark length]."""
@@ -78,7 +78,7 @@ class SegmentRows:
     """Sample mean between the landmarks, implied by the sample's moments of inertia [m]."""
 
     distal_gap: float
-    """How far the distal landmark lies beyond the distal joint centre [m]."""
+    """Distance of the distal landmark beyond the distal joint centre [m]."""
 
 
 def _rows(*rows: tuple[float, ...]) -> tuple[Regression, ...]:
@@ -141,7 +141,7 @@ TABLE: Mapping[Sex, Mapping[str, SegmentRows]] = {
 }
 
 LENGTH_RESIDUAL_SD: Mapping[str, float] = {"upper_arm": 0.0105, "forearm": 0.0111, "hand": 0.0077}
-"""What is left of a length once stature is known [m].
+"""Residual SD of a length at known stature [m].
 
 Source: computed from ANSUR II, 1986 women; used for both sexes.
 """

@@ -1,4 +1,4 @@
-"""The truth about one virtual wearer; nothing of control or identification may read it."""
+"""True parameters of one virtual wearer. Controllers and estimators must not read them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -22,59 +22,62 @@ PerFreedom = Float[np.ndarray, " freedom"]
 
 @dataclass(frozen=True)
 class Cuffs:
-    """The true cuffs, all alike; z along the limb. A direction that the machine leaves free is free."""
+    """True stiffness and damping of the cuffs, the same for all; z along the limb.
+
+    Directions that the machine leaves free are free.
+    """
 
     stiffness: Float[np.ndarray, " 6"]
-    """x, y, z [N/m], then about x, y, z [N·m/rad]."""
+    """Stiffness along x, y, z [N/m], then about x, y, z [N·m/rad]."""
 
     damping: float
-    """Against relative motion [N·s/m]."""
+    """Damping of relative motion [N·s/m]."""
 
     damping_rotation: float
-    """Against relative rotation [N·m·s/rad]."""
+    """Damping of relative rotation [N·m·s/rad]."""
 
 
 @dataclass(frozen=True)
 class PassiveJoints:
-    """What the relaxed freedoms of an arm, or of both arms, do by themselves."""
+    """Passive torque parameters of the relaxed freedoms of one arm or of both arms."""
 
     stiffness: PerFreedom
-    """[N·m/rad]"""
+    """Elastic stiffness [N·m/rad]."""
 
     neutral: PerFreedom
-    """[rad]"""
+    """Angle of zero elastic torque [rad]."""
 
     damping: PerFreedom
-    """[N·m·s/rad]"""
+    """Viscous damping [N·m·s/rad]."""
 
     range: Float[np.ndarray, "freedom 2"]
-    """Where the joints end [rad]."""
+    """Lower and upper end of the joints' range [rad]."""
 
     stop: PerFreedom
     """Torque at the end of the range; zero without end stops [N·m]."""
 
     hysteresis: float
-    """Elastic torque that a fast motion adds and that then decays, as a share of the lasting one [-]."""
+    """Elastic torque that a fast motion adds and that then decays, over the static elastic torque [-]."""
 
 
 @dataclass(frozen=True)
 class RestlessArm:
-    """An arm whose owner was told to relax it."""
+    """Involuntary muscle torque of an arm that its wearer was asked to relax."""
 
     bias_rms: PerFreedom
-    """Slow muscle torque [N·m]."""
+    """RMS of the slow muscle torque [N·m]."""
 
     bias_correlation: PerFreedom
-    """How long it lasts [s]."""
+    """Correlation time of the slow muscle torque [s]."""
 
     bursts_per_minute: float
     burst_share: PerFreedom
-    """Of a burst's torque at a freedom [-]."""
+    """Share of a burst's torque at a freedom [-]."""
 
 
 @dataclass(frozen=True)
 class WearerArm:
-    """One arm."""
+    """True parameters of one arm."""
 
     skeleton: Skeleton
     donning_offset: Float[np.ndarray, " 3"]
@@ -85,20 +88,20 @@ class WearerArm:
 
     @property
     def side(self) -> ArmSide:
-        """Right or left."""
+        """Side of the arm: right or left."""
         return self.skeleton.side
 
 
 @dataclass(frozen=True)
 class Wearer:
-    """One person in the machine, drawn once and never changed."""
+    """True parameters of one person in the machine, drawn once and never changed."""
 
     body: Body
     arms: tuple[WearerArm, ...]
-    """As many as the machine has, the right one first."""
+    """Arms of the wearer, as many as the machine has, the right one first."""
 
     lengths_given: Mapping[str, float]
-    """Lengths of the first arm as somebody measured them, wrongly; all that the software may know [m]."""
+    """Lengths of the first arm as measured, with measurement errors [m]. The software may know these and no others."""
 
     glenohumeral_share: float
     """Share of the shift of the shoulder centre with elevation [-]."""
@@ -107,7 +110,7 @@ class Wearer:
 
     @cached_property
     def passive(self) -> PassiveJoints:
-        """Of all arms' freedoms."""
+        """Passive joints of all arms' freedoms."""
         parts = [arm.passive for arm in self.arms]
         joined = {
             name: np.concatenate([getattr(part, name) for part in parts])
@@ -124,13 +127,13 @@ def draw_wearer(
     kind: ArmKind = "shoulder_elbow",
     skeleton: Skeleton | None = None,
 ) -> Wearer:
-    """One wearer of the population, or one of this sex, height and mass, or one whose arm is given."""
+    """Draw a wearer of the population, or one with this sex, height and mass, or one with a given arm."""
     body = body or draw_body(seed)
     skeletons = (skeleton,) if skeleton else _draw_skeletons(disturbances, seed, side, body, kind)
     lengths = skeletons[0].lengths
     generator = stream(seed, "wearer", "length_error")
     error = 1e-3 * uniform(generator, disturbances.value("length_error", "sd_mm"))
-    generator.random()  # so that people of earlier recordings stay the same
+    generator.random()  # keeps the draws of wearers in earlier recordings
     errors = {name: error * float(generator.standard_normal()) for name in SEGMENTS}
     return Wearer(
         body=body,
@@ -157,7 +160,7 @@ def _draw_skeletons(
 
 
 def _other_arm(segments: Mapping[str, Segment], disturbances: Disturbances, seed: int) -> Mapping[str, Segment]:
-    """A person's other arm: the mirror image, as long, and a little lighter or heavier."""
+    """Return a person's second arm: the mirror image, of the same length, and a little lighter or heavier."""
     mirror = np.diag([1.0, -1.0, 1.0])
     generator = stream(seed, "wearer", "between_arms")
     sd = uniform(generator, disturbances.value("between_arms", "sd"))
@@ -183,7 +186,8 @@ def _draw_arm(disturbances: Disturbances, seed: int, owner: str, skeleton: Skele
     )
 
 
-# A cuff holds the limb by its surface, about 5 cm from the limb's axis. Assumed: no source for rotational damping.
+# A cuff holds the limb by its surface, about 5 cm from the limb's axis [m]. Assumed: there is no source for rotational
+# damping.
 CUFF_RADIUS = 0.05
 
 

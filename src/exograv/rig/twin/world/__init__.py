@@ -1,1 +1,1 @@
-"""The twin's physics: MuJoCo scene, cuffs, forces, surroundings, water."""
+"""Physics of the twin: MuJoCo scene, cuffs, forces, surroundings, water."""

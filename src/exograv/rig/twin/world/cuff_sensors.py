@@ -1,6 +1,7 @@
-"""Six-axis force/torque sensors between the machine and its cuffs: what few machines have, and two methods need.
+"""Six-axis force/torque sensors between the machine and its cuffs. Few machines have them, and two methods need them.
 
-Their delay is left out: who reads them averages over seconds. So is the weight of the cuffs' shells, which is tared.
+Their dead time is not modelled, because their users average over seconds. The weight of the cuffs' shells is not
+modelled either, because it is tared.
 """
 
 import casadi as ca
@@ -19,18 +20,18 @@ Wrenches = Float[np.ndarray, "cuff 6"]
 
 
 class CuffSensors:
-    """Of all cuffs of one scene, on MuJoCo's own memory; it only reads there."""
+    """Sensors of all cuffs of one scene. They read MuJoCo's own memory and never write it."""
 
     def __init__(self, truth: TrueCuffSensors, seed: int, scene: Scene, wearer: Wearer | None) -> None:
-        """`seed` draws the noise; without a wearer nothing pulls at the cuffs."""
+        """Compile the true wrenches. `seed` draws the noise; without a wearer all true wrenches are zero."""
         self._truth = truth
         self._stream = stream(seed, "run", "cuff_noise")
         self._kernel = None if wearer is None else kernel.compile(*_true_wrenches(scene, wearer))
 
     def measure(self) -> Wrenches:
-        """Force and moment that each cuff exerts on the arm, as measured [N, N·m].
+        """Measure force and moment of each cuff on the arm [N, N·m].
 
-        About the origin of the machine's cuff frame, in its axes.
+        The moment is about the origin of the machine's cuff frame, and both are in its axes.
         """
         truth = self._truth
         noise = truth.noise * self._stream.standard_normal(truth.bias.shape)
@@ -39,7 +40,7 @@ class CuffSensors:
 
 
 def _true_wrenches(scene: Scene, wearer: Wearer) -> tuple[ca.Function, dict[str, np.ndarray]]:
-    """The function, and the memory that it works on."""
+    """Function that computes the true wrenches, and the memory that it reads."""
     kinematics = Kinematics.of(scene.model.nbody)
     symbols = vars(kinematics)
     wrenches = wrenches_at_cuffs(scene, wearer.cuffs, kinematics)

@@ -18,27 +18,27 @@ from .scene import CuffPlace, Scene
 class Kinematics:
     """MuJoCo's own arrays as symbols, one column per body.
 
-    MuJoCo is row-major, CasADi column-major, so the memory is the same.
+    MuJoCo is row-major, CasADi column-major, so the memory layout is the same.
     """
 
     xpos: ca.SX
-    """Origins (3, body) [m]."""
+    """Origins of the bodies (3, body) [m]."""
 
     xmat: ca.SX
-    """Axes (9, body), row by row."""
+    """Axes of the bodies (9, body), row by row."""
 
     xipos: ca.SX
     """Centres of mass (3, body) [m]; `xfrc_applied` acts there."""
 
     subtree_com: ca.SX
-    """Centres of mass of subtrees (3, body) [m]; velocities are counted there."""
+    """Centres of mass of subtrees (3, body) [m], the reference points of `cvel`."""
 
     cvel: ca.SX
     """Angular and linear velocity (6, body) [rad/s, m/s], the linear one at the tree's centre of mass."""
 
     @classmethod
     def of(cls, n_bodies: int) -> "Kinematics":
-        """Fresh symbols."""
+        """Return new symbols for `n_bodies` bodies."""
         return cls(
             xpos=ca.SX.sym("xpos", 3, n_bodies),
             xmat=ca.SX.sym("xmat", 9, n_bodies),
@@ -48,11 +48,11 @@ class Kinematics:
         )
 
     def axes(self, body: int) -> ca.SX:
-        """R_world_body (3, 3)."""
+        """Axes of a body, R_world_body (3, 3)."""
         return ca.reshape(self.xmat[:, body], 3, 3).T
 
     def velocity(self, body: int, root: int, point: ca.SX) -> tuple[ca.SX, ca.SX]:
-        """Angular velocity of a body, and linear velocity of its material point at `point` (3,)."""
+        """Angular velocity of a body, and linear velocity of its material point at `point` (3,) [rad/s, m/s]."""
         omega, linear = self.cvel[:3, body], self.cvel[3:, body]
         return omega, linear + ca.cross(omega, point - self.subtree_com[:, root])
 
@@ -69,7 +69,7 @@ def cuff_wrenches(scene: Scene, cuffs: Cuffs, kinematics: Kinematics) -> ca.SX:
 
 
 def wrenches_at_cuffs(scene: Scene, cuffs: Cuffs, kinematics: Kinematics) -> ca.SX:
-    """What each cuff exerts on the arm (6, cuff), as a sensor between machine and cuff has it.
+    """Wrenches of all cuffs on the arm (6, cuff), as a sensor between machine and cuff measures them.
 
     Force, then moment about the origin of the machine's cuff frame, in that frame's axes [N, N·m].
     """
@@ -83,14 +83,15 @@ def wrenches_at_cuffs(scene: Scene, cuffs: Cuffs, kinematics: Kinematics) -> ca.
 
 
 def _on_arm(scene: Scene, place: CuffPlace, cuffs: Cuffs, kinematics: Kinematics) -> tuple[ca.SX, ca.SX, ca.SX]:
-    """Point of action, force and moment (3,) that a cuff exerts on the arm."""
+    """Point of action [m], force [N] and moment [N·m] (3,) that a cuff exerts on the arm."""
     R_exo = kinematics.axes(place.exo_body)
     R_world_segment = kinematics.axes(place.arm_body)
     point = kinematics.xpos[:, place.arm_body] + R_world_segment @ place.p_arm
     Q = R_exo.T @ R_world_segment @ place.R_arm
     e_p = R_exo.T @ (point - kinematics.xpos[:, place.exo_body])
     e_r = 0.5 * ca.vertcat(Q[2, 1] - Q[1, 2], Q[0, 2] - Q[2, 0], Q[1, 0] - Q[0, 1])
-    # de_r = ½ (tr(Q) 1 − Q) dφ for a small turn dφ of the arm; without its transpose the moment has no energy.
+    # de_r = ½ (tr(Q) 1 − Q) dφ for a small turn dφ of the arm. Without the transpose of this factor, the moment would
+    # not be the gradient of an energy.
     turn = 0.5 * (ca.trace(Q) * ca.SX.eye(3) - Q)
     stiffness = place.holds * cuffs.stiffness
     force = -R_exo @ (stiffness[:3] * e_p)
@@ -106,7 +107,7 @@ def _on_arm(scene: Scene, place: CuffPlace, cuffs: Cuffs, kinematics: Kinematics
 
 
 def _held(holds: Float[np.ndarray, " 3"], R_exo: ca.SX, motion: ca.SX) -> ca.SX:
-    """The part of a relative motion (3,) that a cuff resists."""
+    """Component of a relative motion (3,) that a cuff resists."""
     if holds.all():
         return motion
     return R_exo @ (ca.DM(holds) * (R_exo.T @ motion))

@@ -1,4 +1,4 @@
-"""All forces of the twin that MuJoCo does not know, as one function on MuJoCo's own memory."""
+"""Forces of the twin that MuJoCo does not model, as one function on MuJoCo's own memory."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,62 +17,67 @@ from .cuffs import Kinematics, cuff_wrenches
 from .scene import TIMESTEP, Scene
 
 WATCHDOG_S = 0.02
-"""After which a drive that has heard of no valid command brakes its motor by itself [s]; docs/safety.md: 20 to 30 ms
-after the last one, of which five were its life."""
+"""Age of the last valid command after which a drive brakes its motor by itself [s].
+
+docs/safety.md: a drive brakes 20 to 30 ms after its last command; 5 ms of them are the life of the command.
+"""
 
 
 @dataclass(frozen=True)
 class StepInput:
-    """What a step starts from, as symbols; the step's kernel has its memory under the same names."""
+    """Inputs of a step, as symbols; the step's kernel has its memory under the same names."""
 
     qpos: ca.SX
-    """Of MuJoCo [rad, m]."""
+    """Positions of MuJoCo [rad, m]."""
 
     qvel: ca.SX
-    """Of MuJoCo [rad/s, m/s]."""
+    """Velocities of MuJoCo [rad/s, m/s]."""
 
     current: ca.SX
-    """Of the newest command (joint,) [A]."""
+    """Current of the newest command (joint,) [A]."""
 
     damping: ca.SX
-    """Of the newest command (joint,) [N·m·s/rad]."""
+    """Damping of the newest command (joint,) [N·m·s/rad]."""
 
     valid_until: ca.SX
-    """Of that command [s]."""
+    """Time until which the newest command is valid [s]."""
 
     tau_muscle: ca.SX
-    """Of the wearer's unrest (arm,) [N·m]."""
+    """Involuntary muscle torque of the wearer (arm,) [N·m]."""
 
     tau_voluntary: ca.SX
-    """Of the wearer's will (arm,) [N·m]."""
+    """Voluntary muscle torque of the wearer (arm,) [N·m]."""
 
     tau_hand: ca.SX
-    """Of somebody who turns the machine's joints by hand (joint,) [N·m]."""
+    """Torque of a person who turns the machine's joints by hand (joint,) [N·m]."""
 
     warmth: ca.SX
-    """0 cold, 1 warmed up [-]."""
+    """Warm-up of the drives: 0 cold, 1 warm [-]."""
 
     start: ca.SX
     """Time of the first step [s]."""
 
     steps: ca.SX
-    """Done so far; this and all below is carried from step to step [-]."""
+    """Number of steps done; this and all fields below are carried from step to step [-]."""
 
     drives: ca.SX
-    """(drive state, joint), in the order of `DRIVE_STATES`."""
+    """States of the drives (drive state, joint), in the order of `DRIVE_STATES`."""
 
     hysteresis: ca.SX
-    """Of the arm's joints (arm,) [rad]."""
+    """State of the hysteresis of the arm's joints (arm,) [rad]."""
 
     commands: ca.SX
-    """On their way to the motors (torque [N·m] and damping [N·m·s/rad] of each joint, valid until [s], step)."""
+    """Commands in the delay line (torque [N·m] and damping [N·m·s/rad] of each joint, valid until [s]; step)."""
 
     measurements: ca.SX
-    """On their way to the computer (position [rad], motor's torque [N·m] and position [rad] of each joint, step)."""
+    """Measurements in the delay line, oldest first.
+
+    Position [rad], motor torque [N·m] and motor position [rad] of each joint (row), by steps (column).
+    """
 
     @classmethod
     def of(cls, scene: Scene, delays: Delays) -> "StepInput":
-        """Fresh symbols."""
+        """Return new symbols of the sizes of a scene."""
         n, n_arm = len(scene.exo), len(scene.arm)
         sizes = {
             "qpos": (scene.model.nq,), "qvel": (scene.model.nv,), "current": (n,), "damping": (n,), "valid_until": (),
@@ -86,7 +91,7 @@ class StepInput:
 def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> kernel.Kernel:
     """Delays, drives, cuffs, passive joints and muscles, for one step of the scene; memory as in `StepInput`.
 
-    Evaluate it between `mj_step1` and `mj_step2`.
+    Evaluate the kernel between `mj_step1` and `mj_step2`.
     """
     kinematics, now = Kinematics.of(scene.model.nbody), StepInput.of(scene, Delays.of(machine.sensors.delay))
     carried: dict[str, ca.SX] = {"steps": now.steps + 1}
@@ -109,7 +114,10 @@ def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> kernel
 
 
 def pass_clock(memory: Mapping[str, np.ndarray], seconds: float) -> None:
-    """Move the clock on while nothing happens [s]: commands in force and on their way are as old afterwards."""
+    """Advance the clock by `seconds` [s] while nothing moves.
+
+    Commands in force and in the delay line keep their age.
+    """
     memory["start"][0] += seconds
     memory["valid_until"][0] += seconds
     np.atleast_2d(memory["commands"].T)[:, -1] += seconds
@@ -117,19 +125,19 @@ def pass_clock(memory: Mapping[str, np.ndarray], seconds: float) -> None:
 
 @dataclass(frozen=True)
 class _Told:
-    """What reaches the drives in one step, one entry a joint."""
+    """Commands that reach the drives in one step, one entry per joint."""
 
     tau: ca.SX
-    """[N·m]"""
+    """Torque [N·m]."""
 
     damping: ca.SX
-    """[N·m·s/rad]"""
+    """Damping [N·m·s/rad]."""
 
 
 def _arriving(machine: Machine, now: StepInput) -> tuple[_Told, ca.SX]:
-    """What reaches the drives in this step, and the commands behind it.
+    """Return the command that reaches the drives in this step, and the commands behind it.
 
-    A command that has expired is none: no torque. Where no other comes for long, each drive brakes by itself.
+    An expired command gives no torque. If no valid command comes for `WATCHDOG_S`, each drive brakes by itself.
     """
     drives = machine.drives
     torque_max = ca.DM(drives.torque_max)
@@ -142,7 +150,7 @@ def _arriving(machine: Machine, now: StepInput) -> tuple[_Told, ca.SX]:
 
 
 def _drive_forces(scene: Scene, machine: Machine, now: StepInput, told: "_Told") -> tuple[ca.SX, ca.SX]:
-    """Of all drives (dof,) [N·m], and their next states."""
+    """Forces of all drives (dof,) [N·m], and their next states."""
     qfrc, next_states = ca.SX.zeros(scene.model.nv), []
     for joint, dof in enumerate(scene.exo.tolist()):
         seen = DriveInput(told.tau[joint], now.qpos[dof], now.qvel[dof], now.warmth, told.damping[joint])
@@ -153,7 +161,7 @@ def _drive_forces(scene: Scene, machine: Machine, now: StepInput, told: "_Told")
 
 
 def _arm_forces(scene: Scene, wearer: Wearer, now: StepInput) -> tuple[ca.SX, ca.SX]:
-    """Of the wearer's joints and shoulders (dof,) [N·m, N], and the next hysteresis."""
+    """Forces of the wearer's joints and shoulders (dof,) [N·m, N], and the next state of the hysteresis."""
     arm, qfrc = scene.arm.tolist(), ca.SX.zeros(scene.model.nv)
     passive = passive_torque(wearer.passive, now.qpos[arm], now.qvel[arm], now.hysteresis, TIMESTEP)
     reactions = []
@@ -171,7 +179,7 @@ def _arm_forces(scene: Scene, wearer: Wearer, now: StepInput) -> tuple[ca.SX, ca
 
 
 def measured_truth(scene: Scene, machine: Machine) -> ca.Function:
-    """Position [rad], motor torque [N·m] and motor position [rad] that are measured now, memory as in `StepInput`."""
+    """Position [rad], motor torque [N·m] and motor position [rad] that are measured now; memory as in `StepInput`."""
     n, delays = len(scene.exo), Delays.of(machine.sensors.delay)
     now = StepInput.of(scene, delays)
     if delays.to_computer == 0:
@@ -183,9 +191,9 @@ def measured_truth(scene: Scene, machine: Machine) -> ca.Function:
 
 
 def static_forces(scene: Scene, wearer: Wearer, with_passive: bool) -> kernel.Kernel:
-    """Cuffs at rest, and the passive joints if asked.
+    """Forces of the cuffs at rest, and of the passive joints if `with_passive`.
 
-    Also what follows the arms: `led` (follower,) [m, rad] and its `slope` (follower, arm).
+    Also the joints that follow the arms: `led` (follower,) [m, rad] and its `slope` (follower, arm).
     """
     kinematics = Kinematics.of(scene.model.nbody)
     qpos = ca.SX.sym("qpos", scene.model.nq)

@@ -1,4 +1,4 @@
-"""The machine's truth in the words of an estimator: inertial parameters of its links as built; for examiners only."""
+"""True inertial parameters of the machine's links, in the form that an estimator uses; for examiners only."""
 
 from collections.abc import Mapping
 
@@ -16,10 +16,10 @@ from .scene import build_scene
 def link_truth(
     description: RigDescription, machine: Machine, lengths: Mapping[str, float]
 ) -> Float[np.ndarray, "joint 10"]:
-    """Of the body behind each joint, with all that is fixed to it: mass, first moments, inertia about its origin.
+    """Inertial parameters of the body behind each joint, with all bodies that are fixed to it.
 
-    Mass [kg], moments [kg·m], inertia [kg·m²] in the order of `model.tree.inertial_parameters`; the machine set to
-    `lengths` by segment [m].
+    Mass [kg], first moments [kg·m] and inertia about the origin [kg·m²], in the order of
+    `model.tree.inertial_parameters`; the machine set to `lengths` by segment [m].
     """
     model = build_scene(description, machine, None, lengths).model
     data = mujoco.MjData(model)
@@ -36,7 +36,7 @@ def link_truth(
 
 
 def _parameters(model: mujoco.MjModel, data: mujoco.MjData, body: int, owner: int) -> Float[np.ndarray, " 10"]:
-    """Of one body, in the frame of the one that it is fixed to."""
+    """Inertial parameters of one body, in the frame of the body to which it is fixed."""
     R_world_owner = data.xmat[owner].reshape(3, 3)
     R_owner_principal = R_world_owner.T @ data.ximat[body].reshape(3, 3)
     com = R_world_owner.T @ (data.xipos[body] - data.xpos[owner])

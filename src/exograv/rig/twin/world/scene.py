@@ -1,4 +1,7 @@
-"""The twin's world in MuJoCo: the machine as built, and inside it the wearer's arms, joined only by forces."""
+"""World of the twin in MuJoCo:
+
+the machine as built, and the wearer's arms, which only forces connect to the machine.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -24,16 +27,16 @@ from .surroundings import Surroundings, add_surroundings
 
 @dataclass(frozen=True)
 class CuffPlace:
-    """A cuff in both trees, fastened without strain at the donning posture."""
+    """Cuff in the trees of machine and arm, without strain at the donning posture."""
 
     name: str
     exo_body: int
     arm_body: int
     p_arm: Float[np.ndarray, " 3"]
-    """Cuff's origin in the frame of the arm's bone [m]."""
+    """Origin of the cuff in the frame of the arm's bone [m]."""
 
     R_arm: Float[np.ndarray, "3 3"]
-    """Cuff's axes in the frame of the arm's bone."""
+    """Axes of the cuff in the frame of the arm's bone."""
 
     holds: Float[np.ndarray, " 6"]
     """1 where the cuff holds, 0 where the machine leaves it free: along x, y, z, then about x, y, z [-]."""
@@ -41,28 +44,28 @@ class CuffPlace:
 
 @dataclass(frozen=True)
 class Scene:
-    """A compiled world; `model` and its two `MjData` are its only mutable parts."""
+    """Compiled world; `model` and its two `MjData` are its only mutable parts."""
 
     model: mujoco.MjModel
     data: mujoco.MjData
     scratch: mujoco.MjData
-    """For MuJoCo's own constants, which leave it at the zero posture."""
+    """Buffer in which MuJoCo computes its constants, which leaves it at the zero posture."""
 
     exo: Int[np.ndarray, " joint"]
     """Degrees of freedom of the machine's joints, in the description's order."""
 
     arms: tuple[ArmPlace, ...]
-    """The wearer's, the right one first; none without a wearer."""
+    """Arms of the wearer, the right one first; empty without a wearer."""
 
     cuffs: tuple[CuffPlace, ...]
     fastened: tuple[Float[np.ndarray, " joint"], Float[np.ndarray, " arm"]]
     """Postures of machine and arms in which the cuffs were fastened [rad]."""
 
     moves_alike: bool
-    """Whether the machine's joints are the arms' freedoms, in the same order."""
+    """True if the machine's joints are the arms' freedoms, in the same order."""
 
     mounts: Mapping[str, int]
-    """Bodies that stand for weights, by the names under which they hang."""
+    """Bodies that represent weights, by the names under which weights hang."""
 
     @cached_property
     def arm(self) -> Int[np.ndarray, " arm"]:
@@ -71,17 +74,17 @@ class Scene:
 
     @cached_property
     def followers(self) -> Int[np.ndarray, " follower"]:
-        """Degrees of freedom of all that follows the arms' freedoms, in the order of `passive.follower_paths`."""
+        """Degrees of freedom of all joints that follow the arms' freedoms, in the order of `passive.follower_paths`."""
         return np.array([i for arm in self.arms for i in arm.followers], dtype=int)
 
     def hang(self, mount: str, mass: float) -> None:
-        """Put a point mass [kg] at a mount; it replaces the one that hung there.
+        """Put a point mass [kg] at a mount. It replaces the previous one.
 
         Raises:
-            RigError: No such mount, no wearer to hold it, or a negative mass.
+            RigError: The mount does not exist, the machine has no wearer to hold the weight, or the mass is negative.
         """
         if mount not in self.mounts:
-            raise RigError(f"Nothing can hang at '{mount}' here; mounts are {', '.join(self.mounts)}.")
+            raise RigError(f"Nothing can hang at '{mount}': no such mount. Mounts: {', '.join(self.mounts)}.")
         if not mass >= 0.0:
             raise RigError(
                 f"A weight of {mass} kg cannot hang at '{mount}'; give zero to take it off, or a positive mass."
@@ -99,15 +102,14 @@ def build_scene(
     lengths: Mapping[str, float] | None = None,
     surroundings: Surroundings | None = None,
 ) -> Scene:
-    """The world of one machine and one wearer.
+    """Build the world of one machine and one wearer.
 
     Args:
-        description: The machine as its folder describes it.
-        machine: How it differs.
-        wearer: Who is in it; `None` leaves it empty.
-        lengths: What the machine's adjustable lengths are set to, by segment [m]; where absent, those
-            measured on the wearer.
-        surroundings: What the wearer's hand can touch; an empty room where absent.
+        description: Machine as its folder describes it.
+        machine: True parameters of the machine.
+        wearer: Wearer in the machine; `None` leaves it empty.
+        lengths: Settings of the machine's adjustable lengths by segment [m]; if absent, those measured on the wearer.
+        surroundings: Objects that the wearer's hand can touch; an empty room if absent.
     """
     spec = machine_spec(description, machine, lengths or (wearer.lengths_given if wearer else {}))
     if wearer is not None:
@@ -117,7 +119,7 @@ def build_scene(
     if surroundings is not None:
         add_surroundings(spec, surroundings, [arm.skeleton for arm in wearer.arms] if wearer else [])
     model = spec.compile()
-    # MuJoCo would otherwise put a diverged world back to its beginning and carry on.
+    # MuJoCo would otherwise reset a diverged world to its initial state and continue.
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     if model.opt.jacobian != mujoco.mjtJacobian.mjJAC_DENSE:
         raise RigError(
@@ -137,7 +139,7 @@ def build_scene(
 
 
 def _shoulder_centres(spec: mujoco.MjSpec, description: RigDescription) -> dict[str, Float[np.ndarray, " 3"]]:
-    """Of the machine, by side [m]."""
+    """Shoulder centres of the machine, by side [m]."""
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -145,7 +147,7 @@ def _shoulder_centres(spec: mujoco.MjSpec, description: RigDescription) -> dict[
 
 
 def _arm_donning_posture(description: RigDescription, wearer: Wearer | None) -> Float[np.ndarray, " arm"]:
-    """The posture of the arms in their own joints [rad]."""
+    """Donning posture of the arms in their own joints [rad]."""
     if wearer is None:
         return np.empty(0)
     asked = np.split(description.arm_donning_posture, len(wearer.arms))
@@ -153,7 +155,7 @@ def _arm_donning_posture(description: RigDescription, wearer: Wearer | None) -> 
 
 
 def _led(wearer: Wearer, q_arm: Float[np.ndarray, " arm"]) -> Float[np.ndarray, " follower"]:
-    """Where all that follows the arms is at a posture [m, rad]."""
+    """Positions of all joints that follow the arms, at a posture [m, rad]."""
     return np.asarray(ca.DM(ca.evalf(follower_paths(wearer, ca.SX(ca.DM(q_arm)))))).ravel()
 
 

@@ -1,4 +1,7 @@
-"""The arm at rest in its cuffs with the machine's joints locked: where it settles, and what the locks then carry."""
+"""Statics of the arm in its cuffs with locked joints of the machine:
+
+its posture at rest and the torque on the locks.
+"""
 
 import mujoco
 import numpy as np
@@ -11,32 +14,32 @@ from .forces import static_forces
 from .scene import Scene
 
 TOLERANCE = 1e-9
-"""Largest torque left on the arm's joints [N·m]."""
+"""Largest residual torque on the arm's joints at rest [N·m]."""
 
 MAX_STEPS = 50
 DIFFERENCE = 1e-6
-"""For the slopes of Newton's method [rad]; they set its pace, not its result."""
+"""Step of the finite differences in Newton's method [rad]. It changes the speed of convergence, not the result."""
 
 TOLERANCE_ON_THE_WAY = 1e-2
-"""The same at postures that are only passed [N·m]."""
+"""Largest residual torque at intermediate postures [N·m]."""
 
 STAGE = 0.15
-"""Of the machine's way, largest turn of a joint between two such postures [rad]."""
+"""Largest turn of a joint of the machine between two intermediate postures [rad]."""
 
 STEP_MAX = 0.1
-"""Largest turn of a joint in one step [rad]; a longer one may leave the basin of the rest posture."""
+"""Largest turn of a joint in one Newton step [rad]; a longer step may leave the basin of the rest posture."""
 
 CURVATURE_MIN = 1.0
-"""Least stiffness that a step relies on; the cuffs hold the arm with ten times as much and more [N·m/rad]."""
+"""Least stiffness that a Newton step relies on; the cuffs hold the arm with at least ten times as much [N·m/rad]."""
 
 Arm = Float[np.ndarray, " arm"]
 Joints = Float[np.ndarray, " joint"]
 
 
 class Statics:
-    """Static torques of a scene by MuJoCo's own kinematics; friction and muscles are silent.
+    """Static torques of a scene by MuJoCo's own kinematics, without friction and muscles.
 
-    The scene's state is overwritten.
+    Each call overwrites the state of the scene.
     """
 
     def __init__(self, scene: Scene, wearer: Wearer | None, with_passive: bool) -> None:
@@ -50,7 +53,9 @@ class Statics:
             self._slope = self._forces.outputs["slope"].reshape(len(self._led), len(self._arm))
 
     def begin(self, q: Joints) -> tuple[Arm, Joints]:
-        """As `settle`; an arm that weighs and that no cuff holds is where it was put on, as if in somebody's hands.
+        """Return posture and lock torque as `settle`. An arm with weight and without cuffs stays where it was donned.
+
+        Its weight is then carried as by a person's hands.
 
         Raises:
             RigError: The arm finds no rest.
@@ -63,8 +68,9 @@ class Statics:
     def settle(self, q: Joints, guess: Arm | None = None) -> tuple[Arm, Joints]:
         """Posture of the arm (arm,) [rad] and torque on the locks (joint,) [N·m] with the machine's joints at `q`.
 
-        The torque is what motors must add to hold the machine there. `guess` starts the search; where absent, the
-        machine's own angles if they are the arm's, else the posture that the arm reaches on the machine's way.
+        The torque is what the motors must add to hold the machine there. The search starts at `guess`. If absent, it
+        starts at the machine's own angles if they are the arm's, else at the posture that the arm reaches on the
+        machine's path.
 
         Raises:
             RigError: The arm finds no rest, which means that the cuffs do not hold it.
@@ -78,9 +84,9 @@ class Statics:
         return settled
 
     def _on_the_way(self, q: Joints) -> Arm:
-        """Where the arm nearly is when the machine has come to `q` from where the cuffs were fastened.
+        """Approximate posture of the arm after the machine has moved from its fastened posture to `q`.
 
-        The last posture that was asked for is on the way where it is nearer.
+        The path starts at the last posture that was requested, if this one is nearer.
         """
         starts = sorted((self._last, self._scene.fastened), key=lambda start: float(np.abs(q - start[0]).max()))
         q_start, q_arm = starts[0]
@@ -96,19 +102,19 @@ class Statics:
             residual = self._residual(q, q_arm)
             worst = float(np.abs(residual).max())
             if worst <= tolerance:
-                # The residual was the last thing evaluated: forces and posture in the scene belong together.
+                # The residual was evaluated last, so forces and posture in the scene belong together.
                 return q_arm, -self._scene.data.qfrc_smooth[self._scene.exo]
             q_arm = q_arm + _downhill(self._slopes(q, q_arm, residual), residual)
         raise RigError(
-            f"The arm finds no rest with the machine at {np.rad2deg(q).round(1).tolist()}°: {worst:.1e} N·m remain "
-            f"after {MAX_STEPS} steps. Choose a posture inside the task workspace, or stiffer cuffs."
+            f"The arm finds no rest with the machine at {np.rad2deg(q).round(1).tolist()}°: a residual torque of "
+            f"{worst:.1e} N·m remains after {MAX_STEPS} steps. Choose a posture inside the task workspace, or stiffer cuffs."
         )
 
     def _residual(self, q: Joints, q_arm: Arm) -> Arm:
         net = self._net_torque(q, q_arm)
         if self._forces is None:
             return np.empty(0)
-        # Shoulder centres are led along their paths: what acts on a path acts on the joints through its slope.
+        # Shoulder centres follow their paths: a force on a path acts on the joints through the slope of the path.
         return net[self._arm] + self._slope.T @ net[self._followers]
 
     def _slopes(self, q: Joints, q_arm: Arm, residual: Arm) -> Float[np.ndarray, "arm arm"]:
@@ -118,14 +124,14 @@ class Statics:
     def _net_torque(self, q: Joints, q_arm: Arm) -> Float[np.ndarray, " dof"]:
         """All generalised forces at rest [N·m, N].
 
-        MuJoCo sums them on the way to accelerations that nobody needs here.
+        MuJoCo computes their sum before it computes accelerations, which are not used here.
         """
         scene, model, data = self._scene, self._scene.model, self._scene.data
         data.qvel[:] = 0.0
         data.qpos[scene.exo] = q
         if self._forces is not None:
             data.qpos[self._arm] = q_arm
-            self._forces.evaluate()  # for the followers; its forces belong to the posture before
+            self._forces.evaluate()  # for the followers; its forces belong to the previous posture
             data.qpos[self._followers] = self._led
         mujoco.mj_step1(model, data)
         if self._forces is not None:
@@ -136,10 +142,10 @@ class Statics:
 
 
 def _downhill(slopes: Float[np.ndarray, "arm arm"], torque: Arm) -> Arm:
-    """Newton's step towards the least energy [rad].
+    """Newton step towards the least energy [rad].
 
-    Bare Newton also stops on saddles, where the arm lies twisted in its cuffs: it did at one posture in fifty. Counting
-    every curvature as positive leaves minima alone as its goals.
+    A plain Newton step also converges to saddles, where the arm lies twisted in its cuffs: this happened at one
+    posture in fifty. With the absolute values of all curvatures it converges to minima only.
     """
     curvatures, axes = np.linalg.eigh(-0.5 * (slopes + slopes.T))
     step = axes @ ((axes.T @ torque) / np.maximum(np.abs(curvatures), CURVATURE_MIN))
