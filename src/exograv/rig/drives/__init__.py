@@ -1,1 +1,1 @@
-"""Real motors: how they are wired, and the buses on which they are spoken to; one `Rig` a bus."""
+"""Real motors: their wiring, and drivers of their buses; one `Rig` per bus."""

@@ -1,4 +1,4 @@
-"""One period on a bus on which each drive answers for itself: a question, the answers, and an order to each."""
+"""One period on a bus whose drives answer separately: a question, the answers, and an order to each drive."""
 
 import time
 from abc import ABC, abstractmethod
@@ -12,7 +12,10 @@ from exograv.rig.drive_status import DriveFault
 from .node import AskedNode
 
 LISTEN_S = 0.1
-"""Time for which other hosts are listened for before anything is said: a host cycles in milliseconds [s]."""
+"""Time to listen for other hosts before the first frame is sent [s].
+
+A host repeats its frames every few milliseconds.
+"""
 
 AnyNode = TypeVar("AnyNode", bound=AskedNode)
 AnyFrame = TypeVar("AnyFrame", bound=tuple[int, bytes])
@@ -21,31 +24,34 @@ HeardFrame = TypeVar("HeardFrame", bound=tuple[int, bytes], covariant=True)
 
 @runtime_checkable
 class FrameLink(Protocol[HeardFrame]):
-    """Adapter of a bus. A failure in the loop is counted and becomes silence: nothing is raised there."""
+    """Adapter of a bus. Failures in the loop are counted and look like silence; no exception is raised there."""
 
     counts: Counter[str]
-    """Frames that were not sent or not received, by reason."""
+    """Number of frames that were not sent or not received, by reason."""
 
     def receive(self, until: float) -> HeardFrame | None:
-        """Next frame of another participant that comes until then, on `time.monotonic`, or has come already."""
+        """Return the next frame of another participant, from before or until `until` on `time.monotonic`."""
         ...
 
     def close(self) -> None:
-        """Give the adapter back."""
+        """Close the adapter."""
         ...
 
 
 class Cycle(ABC, Generic[AnyFrame, AnyNode]):
-    """Frames of one machine. A bus adds how a question is sent, whose a frame is, and what it says."""
+    """Frames of one machine.
+
+    Each bus defines how to send a question, which drive sent a frame, and what the frame contains.
+    """
 
     def __init__(self, link: FrameLink[AnyFrame], nodes: Sequence[AnyNode]):
         """Send nothing yet; the nodes are in the order of the joints."""
         self._frames, self._nodes = link, tuple(nodes)
         self._is_open = False
-        """True while answers are waited for."""
+        """True while answers are expected."""
 
     def ask(self, answer_s: float) -> bool:
-        """Ask every drive; True if each that is not silent answers within so long [s]."""
+        """Ask every drive; return True if each drive that is not silent answers within `answer_s` [s]."""
         self.listen()
         for node in self._nodes:
             node.ask()
@@ -62,23 +68,23 @@ class Cycle(ABC, Generic[AnyFrame, AnyNode]):
         return is_complete
 
     def listen(self) -> None:
-        """Take what has come already."""
+        """Process the frames that have already arrived."""
         while (frame := self._frames.receive(0.0)) is not None:
             self._hear(frame)
 
     def refuse_others(self) -> None:
-        """Listen before anything is said.
+        """Listen before the first frame is sent.
 
         Raises:
-            RigError: Another host is heard.
+            RigError: Another host is on the bus.
         """
         until = time.monotonic() + LISTEN_S
         while (frame := self._frames.receive(until)) is not None:
             if self._is_of_another_host(frame):
                 self._hear(frame)
                 raise RigError(
-                    f"Another host commands on this bus: frame 0x{frame[0]:04x} was heard before anything was said. "
-                    "End that program (or the drive maker's tool) first; two hosts would take turns with the motors."
+                    f"Another host commands on this bus: frame 0x{frame[0]:04x} arrived before this program sent any. "
+                    "End that program (or the drive maker's tool) first; two hosts would command the motors in turn."
                 )
 
     @abstractmethod
@@ -91,11 +97,11 @@ class Cycle(ABC, Generic[AnyFrame, AnyNode]):
 
     @abstractmethod
     def _is_of_another_host(self, frame: AnyFrame) -> bool:
-        """True for a frame that only a host of these drives sends, or is answered with."""
+        """True for a frame that only a host of these drives sends, or that answers such a frame."""
 
     @abstractmethod
     def _take(self, frame: AnyFrame) -> None:
-        """Hand a frame to the drive that said it."""
+        """Hand a frame to the drive that sent it."""
 
     def _hear(self, frame: AnyFrame) -> None:
         if self._is_of_another_host(frame):

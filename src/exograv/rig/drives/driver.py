@@ -1,4 +1,7 @@
-"""Life of a driver on any bus: opening, clock, measurements, commands, enabling (docs/rig_test.md: another bus)."""
+"""Life cycle of a driver on any bus: opening, clock, measurements, commands, enabling.
+
+docs/rig_test.md tells how to add another bus.
+"""
 
 import time
 from abc import ABC, abstractmethod
@@ -21,7 +24,7 @@ from .settings import Drives
 from .units import Units
 
 ENABLE_S = 1.0
-"""Time in which all drives have to be on [s]."""
+"""Time-out for switching all drives on [s]."""
 
 Joints = Float[np.ndarray, " joint"]
 AnyDriver = TypeVar("AnyDriver", bound="Driver")
@@ -32,28 +35,28 @@ class Asked(NamedTuple):
     """Question that was answered."""
 
     t: float
-    """When it was asked, on the rig's clock [s]."""
+    """Time of the question on the rig's clock [s]."""
 
     tick: int
 
 
 class Driver(ABC, Generic[AnyNode]):
-    """A machine of drives on a bus: a `Rig` and `Powered`. Each bus gives what is abstract here."""
+    """Machine of drives on a bus: a `Rig` and `Powered`. Each bus implements the abstract methods."""
 
     answer_share: ClassVar[float] = 0.55
     """Share of a period for which `read` waits for the drives."""
 
     not_open: ClassVar[str] = "The bus is not open. Use the machine inside `with rig:`."
-    """Error of a use outside of `with`."""
+    """Error message for use outside of `with`."""
 
     def __init__(self, drives: Drives, nodes: Sequence[AnyNode], answer_s: float | None, lock_step: bool):
         """Open nothing yet.
 
         Args:
-            drives: Of the machine.
-            nodes: Of its joints, in their order.
-            answer_s: How long `read` waits for the drives at most [s]; `answer_share` of the period where absent.
-            lock_step: True if simulated drives wait for us as we for them, and time is counted in periods.
+            drives: Drives of the machine.
+            nodes: Drives of the joints, in the order of the joints.
+            answer_s: Longest time for which `read` waits for the drives [s]; `answer_share` of the period if absent.
+            lock_step: True if simulated drives run in lock-step with this driver, and time is counted in periods.
         """
         self._drives, self._nodes, self._lock_step = drives, tuple(nodes), lock_step
         self._units, self._clock = Units(drives), Clock(drives.period_s, lock_step)
@@ -77,21 +80,21 @@ class Driver(ABC, Generic[AnyNode]):
 
     @property
     def t(self) -> float:
-        """The rig's clock: since it was made, by this computer's monotonic clock [s]."""
+        """Time since the rig was made, by this computer's monotonic clock [s]."""
         return self._clock.t
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """Measurements that were incomplete, commands that were limited or too old to be sent, failures of the link."""
+        """Number of incomplete measurements, of commands that were limited or expired, and of failures of the link."""
         own = {"limited": self._units.limited, "expired": self._expired, "incomplete": self._incomplete}
         return Counter(own | self._link_counts())
 
     def __enter__(self: AnyDriver) -> AnyDriver:
-        """Find the drives and check them against `drives.toml`; nothing is switched on.
+        """Find the drives and check them against `drives.toml`; no drive is switched on.
 
         Raises:
-            ConfigError: `drives.toml` says of a drive what is not so, or a package is missing.
-            RigError: The bus does not open, a drive is missing or cannot what is needed, or another host commands.
+            ConfigError: A drive differs from `drives.toml`, or a package is missing.
+            RigError: The bus does not open, a drive is missing or lacks a function, or another host commands.
         """
         self._open()
         try:
@@ -107,7 +110,7 @@ class Driver(ABC, Generic[AnyNode]):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Switch all off without torque, and give the bus back."""
+        """Switch all drives off without torque, and close the bus."""
         if not self._is_open:
             return
         try:
@@ -116,9 +119,9 @@ class Driver(ABC, Generic[AnyNode]):
             self._close()
 
     def read(self) -> JointState:
-        """What the drives measured when they were asked just now: the same as before where not all answered in time.
+        """Ask the drives and return their measurement; the previous one if not all answer in time.
 
-        A joint in `faulty` keeps the last numbers that its drive has said.
+        A joint in `faulty` keeps the last values of its drive.
         """
         if not self._is_open:
             raise RigError(self.not_open)
@@ -137,7 +140,7 @@ class Driver(ABC, Generic[AnyNode]):
         return self._state
 
     def write(self, command: Command) -> None:
-        """Send it, unless its time is over: then the drives are told nothing, and their watchdogs run on.
+        """Send the command, unless it has expired. Then nothing is sent, and the drives' watchdogs keep running.
 
         Raises:
             RigError: A number is not finite; nothing is sent.
@@ -151,11 +154,12 @@ class Driver(ABC, Generic[AnyNode]):
         self._tell(command, currents, [0.0] * len(currents) if command.damping is None else command.damping.tolist())
 
     def enable(self) -> None:
-        """Switch all motors on, at zero torque; faults that are over are acknowledged by it, and by nothing else.
+        """Switch all motors on at zero torque. Only this call acknowledges faults whose cause is gone.
 
         Raises:
-            RigError: A drive stays off, is missing, or another host commands; says which, and why. All brake then.
-            ConfigError: One that was away is set to something else now.
+            RigError: A drive stays off or is missing, or another host commands. The message names the drive and the
+                reason. All drives brake then.
+            ConfigError: A drive that was away now has other settings.
         """
         if self._is_on and not self._faulty():
             return
@@ -173,11 +177,11 @@ class Driver(ABC, Generic[AnyNode]):
         """Switch all motors off; the drives brake."""
 
     def status(self) -> tuple[DriveStatus, ...]:
-        """What each drive said last, in the order of the joints."""
+        """Return the newest status of each drive, in the order of the joints."""
         return tuple(node.status for node in self._nodes)
 
     def expect_silence(self) -> None:
-        """For examiners in lock-step: nobody answers from now on, and time passes all the same."""
+        """Expect no answers from now on while time passes. Only for examiners in lock-step."""
         self._clock.nobody_answers = True
 
     @property
@@ -187,27 +191,27 @@ class Driver(ABC, Generic[AnyNode]):
 
     @abstractmethod
     def _open(self) -> None:
-        """Open the bus; nothing is said."""
+        """Open the bus; nothing is sent."""
 
     @abstractmethod
     def _begin(self) -> None:
         """Find and check the drives, and take a first measurement."""
 
     def _leave(self) -> None:
-        """Switch all off, before the bus is given back."""
+        """Switch all drives off before the bus is closed."""
         self.disable()
 
     @abstractmethod
     def _close(self) -> None:
-        """Give the bus back."""
+        """Close the bus."""
 
     @abstractmethod
     def _link_counts(self) -> Counter[str]:
-        """Failures of the link by reason."""
+        """Number of failures of the link, by reason."""
 
     @abstractmethod
     def _ask(self, now: Asked, answer_s: float) -> Asked | None:
-        """Ask the drives, and wait for so long at most [s]; the newest question that was answered, None if none was."""
+        """Ask the drives and wait for at most `answer_s` [s]; return the newest answered question, or None."""
 
     @abstractmethod
     def _tell(self, command: Command, currents: list[float], damping: list[float]) -> None:
@@ -215,29 +219,29 @@ class Driver(ABC, Generic[AnyNode]):
 
     @abstractmethod
     def _refresh(self) -> None:
-        """Take what has come, and find again drives that were lost, before all are switched on."""
+        """Process the frames that have arrived, and find lost drives again, before all are switched on."""
 
     @abstractmethod
     def _switch_on(self) -> None:
-        """Lead every drive to torque, at none.
+        """Switch every drive to torque mode, at zero torque.
 
         Raises:
             RigError: A drive stays off.
         """
 
     def _why_off(self, node: AnyNode) -> str:
-        """Reason for which a drive is not on, in a sentence."""
+        """Sentence with the reason why a drive is not on."""
         return node.status.sentence(node.drive.joint)
 
     def _refuse_off(self) -> None:
         if off := [node for node in self._nodes if node.fault or not node.is_on]:
             raise RigError(
-                f"The motors are not switched on. {' '.join(map(self._why_off, off))} Put that right at the machine, "
+                f"The motors are not switched on. {' '.join(map(self._why_off, off))} Correct this at the machine, "
                 "then enable again."
             )
 
     def _each_period(self, ends: float, is_over: Callable[[], bool], tell: Callable[[], None]) -> None:
-        """Read and tell once a period until `is_over`, or the rig's clock has come to `ends` [s]."""
+        """Call `read` and `tell` once per period until `is_over`, or until the rig's clock reaches `ends` [s]."""
         due = time.monotonic()
         while self.t < ends:
             self.read()
@@ -249,7 +253,7 @@ class Driver(ABC, Generic[AnyNode]):
                 time.sleep(max(due - time.monotonic(), 0.0))
 
     def _faulty(self) -> tuple[int, ...]:
-        """Joints that are not to be relied on."""
+        """Joints whose measurements or drives are not reliable."""
         is_on, each = self._is_on, enumerate(self._nodes)
         return tuple([j for j, node in each if node.fault or node.own_fault or (is_on and not node.is_wanted)])
 

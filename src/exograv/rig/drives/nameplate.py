@@ -1,29 +1,29 @@
-"""A value that a drive or its controller says of itself is held against `drives.toml`."""
+"""Comparison of a value that a drive or controller reports with the value in `drives.toml`."""
 
 import math
 
 from exograv.errors import ConfigError
 
 SAME = 1e-3
-"""Relative tolerance: a float of four bytes, or six printed places, is the same number as the file's."""
+"""Relative tolerance: a four-byte float, or a number with six printed digits, equals the number in the file."""
 
 
 def refuse_other_value(what: str, said: float, key: str, stated: float, unit: str, tolerance: float = SAME) -> None:
-    """Refuse a drive that is not what the file says.
+    """Refuse a drive whose reported value differs from the file.
 
     Args:
-        what: Quantity and whose it is.
-        said: By the drive.
-        key: Of `drives.toml`.
-        stated: There.
-        unit: Of both.
-        tolerance: Relative.
+        what: Quantity, and the drive or joint that it belongs to.
+        said: Value that the drive reports.
+        key: Key in `drives.toml`.
+        stated: Value in `drives.toml`.
+        unit: Unit of both values.
+        tolerance: Relative tolerance.
 
     Raises:
-        ConfigError: They differ; names both values.
+        ConfigError: The values differ; the message names both.
     """
     if not math.isclose(said, stated, rel_tol=tolerance):
         raise ConfigError(
-            f"The {what} is {said:g} {unit} by its own settings, and {key} in drives.toml is {stated:g} {unit}. Find "
-            "out which is right by the data sheet and correct the other; nothing was switched on."
+            f"The {what} is {said:g} {unit} in its own settings, and {key} in drives.toml is {stated:g} {unit}. Find "
+            "the right value in the data sheet and correct the other one; no motor was switched on."
         )

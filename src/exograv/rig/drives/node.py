@@ -1,4 +1,4 @@
-"""State of one drive: what it said last, and the faults that are held against it until the operator enables again."""
+"""State of one drive: its newest report, and the faults that stay noted until the operator enables again."""
 
 import math
 from abc import ABC, abstractmethod
@@ -9,101 +9,101 @@ from .settings import Drive
 
 
 class Node(ABC):
-    """Drive of one joint; its numbers are in its own units and directions, and stay as it said them last."""
+    """Drive of one joint. Its numbers are in the drive's own units and directions, and keep their last values."""
 
     def __init__(self, drive: Drive, lost_after: int):
-        """Begin without a fault; `lost_after` questions in a row without an answer, and it is silent."""
+        """Start without a fault. The drive counts as silent after `lost_after` questions in a row without an answer."""
         self.drive, self._lost_after, self._misses = drive, lost_after, 0
         self.position = self.motor_position = math.nan
-        """In counts or radians, as `Units` takes them."""
+        """Positions in counts or radians, in the form that `Units` expects."""
         self.current = 0.0
-        """Measured [A]."""
+        """Measured current [A]."""
         self.temperature_C = math.nan
         self.is_wanted = False
         """True if the drive shall give torque."""
         self.fault, self.code = DriveFault.NONE, 0
         self.own_fault = DriveFault.NONE
-        """Fault that it is in without saying which."""
+        """Present fault state of a drive that does not report which fault it has."""
 
     @property
     @abstractmethod
     def is_on(self) -> bool:
-        """True if the drive gives the torque that it is told."""
+        """True if the drive gives the commanded torque."""
 
     @property
     def is_silent(self) -> bool:
-        """True if it said nothing for so long that `read` does not wait for it any more."""
+        """True if the drive has been silent for so long that `read` no longer waits for it."""
         return self._misses >= self._lost_after
 
     @property
     def was_lost(self) -> bool:
-        """True if it was silent since the machine was enabled."""
+        """True if the drive has been silent at any time since the machine was enabled."""
         return DriveFault.LOST in self.fault
 
     @property
     def status(self) -> DriveStatus:
-        """Its state for the operator."""
+        """Status of the drive for the operator."""
         is_on = self.is_on and not self.was_lost
         return DriveStatus(is_on, self.fault or self.own_fault, self.code, self.temperature_C)
 
     def hold_against(self, fault: DriveFault, code: int = 0) -> None:
-        """Note a fault; it gives no torque until the machine is enabled."""
+        """Note a fault. The drive gives no torque until the machine is enabled again."""
         self.fault |= fault
         self.code = code or self.code
         self.is_wanted = False
 
 
 class AskedNode(Node):
-    """Drive that is asked, answers and is told by itself, on a bus with others."""
+    """Drive on a shared bus that is asked, answers and is commanded separately."""
 
     has_answered = False
-    """True if all that is due to the last question is there."""
+    """True if all answers to the last question have arrived."""
 
     @property
     @abstractmethod
     def stage(self) -> str:
-        """Its state in words, for a drive that cannot be switched on."""
+        """State of the drive in words, for a drive that cannot be switched on."""
 
     @property
     def has_failed(self) -> bool:
-        """True if it cannot be switched on now."""
+        """True if the drive cannot be switched on now."""
         return False
 
     def start(self) -> None:
-        """Begin to expect answers: it has been set up."""
+        """Start to expect answers, after the drive has been set up."""
         self._misses = 0
         self.fault &= ~DriveFault.LOST
 
     def ask(self) -> None:
-        """Note that a question goes out."""
+        """Note that a question is sent."""
         self._misses += 1
         self.has_answered = False
 
     def lives(self) -> None:
-        """Note that it has said something."""
+        """Note that the drive has sent a frame."""
         self._misses = 0
 
     def close(self) -> None:
-        """Wait no longer for the answer to this question."""
+        """Stop waiting for the answer to this question."""
         if self.is_silent:
             self.hold_against(DriveFault.LOST)
 
     def begin_enabling(self) -> None:
-        """Forgive what was held against it; a fault that is not over comes back."""
+        """Clear the noted faults. A fault whose cause lasts is reported again."""
         self.fault, self.code, self._misses = DriveFault.NONE, 0, 0
 
     @abstractmethod
     def enabling_order(self) -> bytes:
-        """Next order on the way to giving torque, at none."""
+        """Next order in the sequence that switches the drive on, at zero torque."""
 
     def end_enabling(self) -> None:
-        """Let it give torque from now on."""
+        """Allow torque from now on."""
         self.is_wanted = True
 
     def switch_off(self) -> None:
-        """Let it give no torque from now on."""
+        """Allow no torque from now on."""
         self.is_wanted = False
 
     @abstractmethod
     def order(self, current: float, damping: float) -> bytes:
-        """Order of a current [A] and a damping [N·m·s/rad]; it switches off a drive that is not to give torque."""
+        """Order of a current [A] and a damping [N·m·s/rad]. It switches off a drive that shall give no torque."""

@@ -1,4 +1,4 @@
-"""Driver of a bus on which each drive is asked, answers and is told by itself, such as CAN."""
+"""Driver of a bus whose drives are asked, answer and are commanded separately, such as CAN."""
 
 import time
 from abc import abstractmethod
@@ -17,20 +17,20 @@ from .node import AskedNode
 from .settings import Drives
 
 START_S = 0.3
-"""Time in which each drive has to answer a question after it has been set up [s]."""
+"""Time-out for the first answer of each drive after it has been set up [s]."""
 
 AnyNode = TypeVar("AnyNode", bound=AskedNode)
 AnyLink = TypeVar("AnyLink")
 
 
 class NodesDriver(Driver[AnyNode], Generic[AnyNode, AnyLink]):
-    """`read` asks every drive and waits for the answers, `write` sends a torque to each."""
+    """Driver whose `read` asks every drive and waits for the answers, and whose `write` sends a torque to each."""
 
     first_answer_s: ClassVar[float] = 0.004
-    """Time for which an answer is waited for in any case, before anything moves: the longest period [s]."""
+    """Least time to wait for an answer before anything moves: the longest period [s]."""
 
     no_answer: ClassVar[str] = ""
-    """Hint for a drive that answers questions and does not measure."""
+    """Hint for a drive that answers questions but sends no measurement."""
 
     def __init__(self, drives: Drives, nodes: Sequence[AnyNode], answer_s: float | None, lock_step: bool):
         super().__init__(drives, nodes, answer_s, lock_step)
@@ -57,8 +57,8 @@ class NodesDriver(Driver[AnyNode], Generic[AnyNode, AnyLink]):
         """Check and set up these drives; none is switched on.
 
         Raises:
-            RigError: One does not answer, or cannot what is needed.
-            ConfigError: One is not what `drives.toml` says.
+            RigError: A drive does not answer, or lacks a function.
+            ConfigError: A drive differs from `drives.toml`.
         """
 
     @property
@@ -100,9 +100,9 @@ class NodesDriver(Driver[AnyNode], Generic[AnyNode, AnyLink]):
         self._running.tell([node.order(current, brakes) for node, current, brakes in told])
 
     def _refresh(self) -> None:
-        self._running.listen()  # what was said before is not to be held against the drives afterwards
+        self._running.listen()  # older frames must not count as faults after enabling
         if lost := [node for node in self._nodes if node.was_lost]:
-            self.disable()  # nobody is told anything meanwhile
+            self.disable()  # the drives receive no commands during the set-up
             self._set_up(lost)
 
     def _switch_on(self) -> None:
@@ -126,8 +126,8 @@ class NodesDriver(Driver[AnyNode], Generic[AnyNode, AnyLink]):
         if node.fault or node.own_fault:
             return super()._why_off(node)
         return (
-            f"The drive of {node.drive.joint} (node {node.drive.node}) stays {node.stage}: look at its own display or "
-            "tool."
+            f"The drive of {node.drive.joint} (node {node.drive.node}) stays {node.stage}: read its own display, or "
+            "use its maker's tool."
         )
 
     def _set_up(self, nodes: Sequence[AnyNode]) -> None:
@@ -136,7 +136,7 @@ class NodesDriver(Driver[AnyNode], Generic[AnyNode, AnyLink]):
         self._await_answers(nodes)
 
     def _await_answers(self, nodes: Sequence[AnyNode]) -> None:
-        """See that each drive that has been set up answers; none is switched on."""
+        """Wait until each drive that has been set up answers; none is switched on."""
         until = time.monotonic() + START_S
         while time.monotonic() < until:
             for node in nodes:
@@ -147,6 +147,4 @@ class NodesDriver(Driver[AnyNode], Generic[AnyNode, AnyLink]):
         if any(DriveFault.OTHER_MASTER in node.fault for node in nodes):
             raise RigError("Another host commands on this bus. End that program first.")
         names = ", ".join(f"{node.drive.joint} (node {node.drive.node})" for node in nodes if not node.has_answered)
-        raise RigError(
-            f"No measurement comes from {names} after its start, though it answers questions. {self.no_answer}"
-        )
+        raise RigError(f"{names} sends no measurement after its start, but answers questions. {self.no_answer}")

@@ -1,4 +1,4 @@
-"""The driver of a machine by the bus that `drives.toml` names."""
+"""Driver of a machine for the bus that `drives.toml` names."""
 
 import importlib
 from collections.abc import Mapping
@@ -10,29 +10,29 @@ from exograv.rig.interface import Powered, Rig
 from .settings import Drives
 
 DRIVERS = {"udp": "udp:UdpRig", "canopen": "canopen:CanopenRig", "moteus": "moteus:MoteusRig"}
-"""Module in this folder and class, by bus; imported when it is asked for, because each has libraries of its own."""
+"""Module in this folder and class, by bus. They are imported at the first use, because each needs its own libraries."""
 
 EXTRAS = {"canopen": "can"}
-"""Of exograv, where it is not named as the bus."""
+"""Extra of the exograv package, where its name is not the name of the bus."""
 
 
 @runtime_checkable
 class DrivenRig(Rig, Powered, Protocol):
-    """A machine of drives."""
+    """Machine of drives."""
 
     def __enter__(self) -> "DrivenRig": ...
 
     def expect_silence(self) -> None:
-        """For examiners in lock-step: nobody answers from now on, and time passes all the same."""
+        """Expect no answers from now on while time passes. Only for examiners in lock-step."""
         ...
 
 
 def open_drives(drives: Drives, lock_step: bool = False) -> DrivenRig:
-    """Not opened yet: `with` does that.
+    """Return the driver of a machine. It is not open yet: `with` opens it.
 
     Args:
-        drives: Of the machine.
-        lock_step: Whether simulated drives wait for us as we for them, and time is counted in periods.
+        drives: Drives of the machine.
+        lock_step: True if simulated drives run in lock-step with this driver, and time is counted in periods.
 
     Raises:
         ConfigError: A package is missing.

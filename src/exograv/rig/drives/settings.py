@@ -1,4 +1,4 @@
-"""A laboratory's `drives.toml`: the bus of one machine and the drive of each of its joints, checked on load."""
+"""Settings of a laboratory's `drives.toml`: the bus of one machine and the drive of each joint, checked on load."""
 
 import hashlib
 import tomllib
@@ -17,93 +17,96 @@ from exograv.model.rig_settings import Settings
 NodeId = Annotated[int, Field(ge=1, le=127)]
 Port = Annotated[int, Field(ge=1, le=65535)]
 BUSES = ("udp", "canopen", "moteus")
-"""By the names of their tables."""
+"""Names of the buses, which are the names of their tables."""
 
 
 class UdpBus(Settings):
-    """A real-time controller of the laboratory's own, which speaks `docs/udp_protocol.md`."""
+    """Real-time controller of the laboratory's own, with the protocol of `docs/udp_protocol.md`."""
 
     host: str = "127.0.0.1"
-    """Where it listens."""
+    """Address at which the controller listens."""
 
     port: Port = 47100
 
 
 class CanopenBus(Settings):
-    """A CAN bus with CiA 402 drives, by any adapter that python-can knows."""
+    """CAN bus with CiA 402 drives, on any adapter that python-can supports."""
 
     interface: str
-    """As python-can names it: socketcan, pcan, kvaser, udp_multicast …"""
+    """Interface in the terms of python-can: socketcan, pcan, kvaser, udp_multicast …"""
 
     channel: str
     bitrate: int | None = None
-    """Where the adapter sets it; socketcan has it from `ip link` [bit/s]."""
+    """Bit rate, for adapters that set it; socketcan has it from `ip link` [bit/s]."""
 
 
 class MoteusBus(Settings):
-    """moteus controllers behind a CAN-FD adapter that speaks fdcanusb's lines."""
+    """moteus controllers behind a CAN-FD adapter with the fdcanusb protocol."""
 
     path: Annotated[str, Field(min_length=1)]
-    """Of its serial port, such as /dev/serial/by-id/usb-mjbots_fdcanusb_…-if00."""
+    """Path of the serial port, such as /dev/serial/by-id/usb-mjbots_fdcanusb_…-if00."""
 
 
 AnyBus = TypeVar("AnyBus", UdpBus, CanopenBus, MoteusBus)
 
 
 class Drive(Settings):
-    """One drive, and how its numbers become those of the joint."""
+    """Settings of one drive, and the conversion of its numbers to those of the joint."""
 
     joint: str
     node: NodeId
-    """Its address on the bus."""
+    """Address of the drive on the bus."""
 
     sign: Literal[1, -1] = 1
-    """-1 where the drive's positive direction is the joint's negative one; of position and current."""
+    """Sign of position and current: -1 if the drive's positive direction is the joint's negative one."""
 
     counts_per_turn: PositiveFloat | None = None
-    """Of the position that it reports, in one turn of the joint; a bus that speaks in radians has none."""
+    """Counts of the reported position per turn of the joint; absent on a bus that reports radians."""
 
     motor_counts_per_turn: PositiveFloat | None = None
-    """The same of the encoder on the motor's shaft, in one turn of the joint; absent where it reports none."""
+    """Counts of the encoder on the motor's shaft per turn of the joint; absent if the drive reports none."""
 
     offset_deg: float = 0.0
-    """Of the joint where the drive reports 0, after `sign`."""
+    """Angle of the joint where the drive reports 0, after `sign`."""
 
     current_rated_A: PositiveFloat
-    """What the drive's per mille are of."""
+    """Rated current of the motor; the drive reports and takes per mille of it."""
 
     current_max_A: PositiveFloat
-    """To which the drive limits itself."""
+    """Current to which the drive limits itself."""
 
     brake_Nms_per_rad: NonNegativeFloat
-    """With which it brakes its joint when it is told nothing, or not believed: short-circuited windings, or a law of
-    its own. 0 if it lets go: such a machine is not to be worn (docs/safety.md, SS4)."""
+    """Damping with which the drive brakes its joint without valid commands.
+
+    The drive shorts its windings or uses a law of its own. 0 if the drive lets go: no person may wear such a machine
+    (docs/safety.md, SS4).
+    """
 
     @model_validator(mode="after")
     def _limits_agree(self) -> "Drive":
         if self.current_max_A < self.current_rated_A:
             raise ValueError(
                 f"{self.joint}: current_max_A {self.current_max_A:g} is below current_rated_A "
-                f"{self.current_rated_A:g}; a drive that may not give its rated current has the two exchanged"
+                f"{self.current_rated_A:g}; a drive can give at least its rated current: are the two exchanged?"
             )
         return self
 
 
 class DrivesSettings(Settings):
-    """The whole `drives.toml`."""
+    """Contents of `drives.toml`."""
 
     schema_version: Literal[1]
     rig: str
-    """The machine that these drives move."""
+    """Name of the machine that these drives move."""
 
     serial: Annotated[str, Field(min_length=1)]
-    """Which one of its kind: calibration and self-test belong to it."""
+    """Serial number of the machine. Calibration and self-test belong to this one machine."""
 
     period_ms: Literal[1, 2, 4] = 1
-    """Of the loop: what the bus carries. Four drives on CAN at 1 Mbit/s need 2."""
+    """Period of the loop, limited by the bus: four drives on CAN at 1 Mbit/s need 2."""
 
     watchdog_ms: Annotated[float, Field(ge=5.0, le=30.0)] = 20.0
-    """After which each drive brakes by itself if it is told nothing (docs/safety.md: 20 to 30 at most)."""
+    """Time without a command after which each drive brakes by itself (docs/safety.md: 20 to 30 at most)."""
 
     udp: UdpBus | None = None
     canopen: CanopenBus | None = None
@@ -132,26 +135,26 @@ class DrivesSettings(Settings):
 
     @property
     def bus(self) -> str:
-        """The one that is named."""
+        """Name of the bus in the file."""
         return next(name for name in BUSES if getattr(self, name) is not None)
 
 
 @dataclass(frozen=True)
 class Drives:
-    """The drives of one machine, in the order of its joints."""
+    """Drives of one machine, in the order of its joints."""
 
     settings: DrivesSettings
     each: tuple[Drive, ...]
     sha256: str
-    """Of the file."""
+    """Hash of the file."""
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """As in the machine's description."""
+        """Joints as in the machine's description."""
         return tuple(drive.joint for drive in self.each)
 
     def table(self, kind: type[AnyBus]) -> AnyBus:
-        """Settings of the bus.
+        """Return the settings of the bus.
 
         Raises:
             ConfigError: `drives.toml` names another bus.
@@ -163,32 +166,32 @@ class Drives:
 
     @property
     def period_s(self) -> float:
-        """Of the loop [s]."""
+        """Period of the loop [s]."""
         return 1e-3 * self.settings.period_ms
 
     @property
     def watchdog_s(self) -> float:
-        """Of each drive [s]."""
+        """Time-out of each drive's watchdog [s]."""
         return 1e-3 * self.settings.watchdog_ms
 
     @property
     def sign(self) -> Float[np.ndarray, " joint"]:
-        """Of position and current."""
+        """Sign of position and current, by joint."""
         return np.array([float(drive.sign) for drive in self.each])
 
     @property
     def offset(self) -> Float[np.ndarray, " joint"]:
-        """Of the joint where the drive reports 0 [rad]."""
+        """Angle of the joint where the drive reports 0 [rad]."""
         return np.deg2rad([drive.offset_deg for drive in self.each])
 
     @property
     def rad_per_count(self) -> Float[np.ndarray, " joint"]:
-        """Of the reported position; 1 where the bus speaks in radians."""
+        """Radians per count of the reported position; 1 if the bus reports radians."""
         return np.array([_rad_per(drive.counts_per_turn) for drive in self.each])
 
     @property
     def rad_per_motor_count(self) -> Float[np.ndarray, " joint"] | None:
-        """The same of the motors' encoders; None where not all drives have one that the bus carries."""
+        """Radians per count of the motors' encoders; None if a drive has none or the bus does not carry them."""
         is_counted = self.settings.canopen is not None
         is_missing = is_counted and any(drive.motor_counts_per_turn is None for drive in self.each)
         if is_missing or self.settings.moteus is not None:
@@ -197,7 +200,7 @@ class Drives:
 
     @property
     def without_brake(self) -> tuple[str, ...]:
-        """Joints whose drives let go when they are told nothing."""
+        """Joints whose drives let go without commands."""
         return tuple(drive.joint for drive in self.each if drive.brake_Nms_per_rad == 0.0)
 
 
@@ -206,10 +209,10 @@ def _rad_per(counts: float | None) -> float:
 
 
 def load_drives(path: Path, description: RigDescription) -> Drives:
-    """Read how a machine's drives are wired.
+    """Read the wiring of a machine's drives.
 
     Raises:
-        ConfigError: The file cannot be read, holds something that cannot be used, or is of another machine.
+        ConfigError: The file cannot be read, has an unusable entry, or belongs to another machine.
     """
     try:
         text = path.read_bytes()
@@ -222,8 +225,8 @@ def load_drives(path: Path, description: RigDescription) -> Drives:
         raise ConfigError(f"{path}: {validation_sentences(error)} Correct it there.") from error
     if settings.rig != description.name:
         raise ConfigError(
-            f"{path} has the drives of '{settings.rig}', and the machine is '{description.name}'. Give the file of "
-            "this machine, or --rig with the other."
+            f"{path} has the drives of '{settings.rig}', but the machine is '{description.name}'. Give the file of "
+            "this machine, or choose the other machine with --rig."
         )
     by_joint = {drive.joint: drive for drive in settings.drives}
     if set(by_joint) != set(description.joints):

@@ -1,4 +1,4 @@
-"""Between a drive's numbers and those of its joint, for any bus: signs, counts, offsets and limits of `drives.toml`."""
+"""Conversion between a drive's numbers and those of its joint: signs, counts, offsets and limits of `drives.toml`."""
 
 import math
 
@@ -16,7 +16,7 @@ Reported = Shaped[np.ndarray, " joint"]
 
 
 class Units:
-    """Of one machine."""
+    """Conversions of one machine."""
 
     def __init__(self, drives: Drives):
         self._joints = drives.joints
@@ -26,28 +26,28 @@ class Units:
         self._of_motor_count = None if per_motor_count is None else drives.sign * per_motor_count
         self._current_max = np.array([drive.current_max_A for drive in drives.each])
         self.limited = 0
-        """Commands of which a current was cut to the drive's limit."""
+        """Number of commands in which a current was cut to the drive's limit."""
 
     def positions(self, reported: Reported) -> Joints:
-        """Of the joints [rad], from what the drives report."""
+        """Positions of the joints [rad] from the reported positions."""
         return self._offset + self._of_count * reported
 
     def motor_positions(self, reported: Reported) -> Joints | None:
-        """By the motors' encoders, as angles of the joints [rad]; None where not every drive has one."""
+        """Positions from the motors' encoders, as angles of the joints [rad]; None if a drive has no such encoder."""
         if self._of_motor_count is None or not math.isfinite(sum(reported.tolist())):
             return None
         return self._offset + self._of_motor_count * reported
 
     def joint_currents(self, measured: Joints) -> Joints:
-        """In the joints' directions [A]."""
+        """Currents in the joints' directions [A]."""
         return self._sign * measured
 
     def drive_currents(self, command: Command) -> Joints:
-        """In the drives' directions and within their limits [A]; raises as `within_limits`."""
+        """Currents in the drives' directions and within their limits [A]; raises as `within_limits`."""
         return self._sign * self.within_limits(command)
 
     def within_limits(self, command: Command) -> Joints:
-        """Its currents in the joints' directions, no more than the drives give at most [A]; cuts are counted.
+        """Currents of a command in the joints' directions, cut to the drives' limits [A]; cuts are counted.
 
         Raises:
             RigError: A current or a damping is not finite.

@@ -1,10 +1,10 @@
-"""Where simulated drives are reached on this computer when several machines are simulated at once."""
+"""Free addresses on this computer for several simulated machines at once."""
 
 import socket
 
 
 def free_port() -> int:
-    """Of UDP, that nobody listens on now."""
+    """Return a UDP port on which no process listens now."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
         one.bind(("", 0))
         return int(one.getsockname()[1])

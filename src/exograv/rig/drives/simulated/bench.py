@@ -1,4 +1,4 @@
-"""What somebody does at the bench beside simulated drives: hangs weights, pulls cables, presses the stop; any bus."""
+"""Actions of an operator at the bench of simulated drives, on any bus: hang weights, pull cables, press the stop."""
 
 import json
 import queue
@@ -12,19 +12,19 @@ from .devices import SimulatedDevices
 from .plant import Plant
 
 HELP = """\
-hang MOUNT KG   hang a weight at a mount of the machine; 0 takes it off
+hang MOUNT KG   hang a weight at a mount of the machine; 0 removes it
 turn JOINT NM   turn a joint by hand with this torque; 0 lets go
-unplug JOINT    this drive is not heard any more, and hears nothing; plug JOINT: again
-cut             the cable to the host is out; mend: in again
-fail JOINT      an internal fault of this drive
-heat JOINT C    its winding has this temperature
-press           the hardware stop: every drive is off and brakes; release: its line is closed again
-report          what each drive does, by its own account, as JSON
+unplug JOINT    disconnect this drive from the bus; plug JOINT: connect it again
+cut             disconnect the cable to the host; mend: connect it again
+fail JOINT      internal fault of this drive
+heat JOINT C    set the temperature of its winding
+press           hardware stop: every drive is off and brakes; release: close its line again
+report          state of each drive by its own report, as JSON
 quit            end"""
 
 
 class SimulatedBench:
-    """Lines come from a thread, and are obeyed between two steps: whoever types disturbs no drive's time."""
+    """Bench whose lines come from a thread. They are executed between two steps, so that typing delays no drive."""
 
     def __init__(self, joints: tuple[str, ...], plant: Plant, front: SimulatedDevices, say: Callable[[str], None]):
         self._joints, self._plant, self._front, self._say = joints, plant, front, say
@@ -41,7 +41,7 @@ class SimulatedBench:
         threading.Thread(target=read, daemon=True).start()
 
     def obey(self) -> bool:
-        """Do what has been typed; whether to end."""
+        """Execute the lines that have been typed; return True if the simulation shall end."""
         while not self._lines.empty():
             line = self._lines.get()
             try:
@@ -51,10 +51,10 @@ class SimulatedBench:
         return self.is_done
 
     def do(self, line: str) -> None:
-        """One line.
+        """Execute one line.
 
         Raises:
-            RigError: No such word, joint, mount or number.
+            RigError: The word, joint, mount or number is not valid.
         """
         word, *rest = line.split() or [""]
         acts: dict[str, Callable[..., None]] = {
@@ -75,13 +75,13 @@ class SimulatedBench:
         if not word:
             return
         if word not in acts or len(rest) != _WORDS_AFTER.get(word, 0):
-            raise RigError(f"'{line.strip()}' is not understood. What can be done here:\n{HELP}")
+            raise RigError(f"'{line.strip()}' is not a command. Commands:\n{HELP}")
         acts[word](*rest)
         if word not in ("help", "report"):
             self._say(f"{self._plant.now:.3f} s: done: {line.strip()}")
 
     def report(self) -> str:
-        """Of each drive: on or not, faults, and what it does to its motor."""
+        """Report of each drive as JSON: enabled or not, faults, and its output to the motor."""
         drives = zip(self._joints, self._plant.each, self._plant.outputs, strict=True)
         joints = {
             joint: {
@@ -106,7 +106,7 @@ class SimulatedBench:
 
     def _joint(self, name: str) -> int:
         if name not in self._joints:
-            raise RigError(f"There is no joint '{name}'. The joints are {', '.join(self._joints)}.")
+            raise RigError(f"No joint '{name}'. Joints: {', '.join(self._joints)}.")
         return self._joints.index(name)
 
 
@@ -117,7 +117,7 @@ def _number(text: str) -> float:
     try:
         value = float(text)
     except ValueError as error:
-        raise RigError(f"'{text}' is no number.") from error
+        raise RigError(f"'{text}' is not a number.") from error
     if not abs(value) < 1e4:
         raise RigError(f"'{text}' is not between -10000 and 10000.")
     return value

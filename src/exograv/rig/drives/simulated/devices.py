@@ -1,4 +1,4 @@
-"""Simulated drives of a machine at their bus: their clock, cables and reported faults. Each bus adds its own frames."""
+"""Simulated drives of a machine at their bus: clock, cables and reported faults. Each bus adds its own frames."""
 
 import time
 from abc import ABC, abstractmethod
@@ -11,40 +11,43 @@ from exograv.rig.drives.settings import Drives
 from .plant import Plant
 
 STALL_S = 0.005
-"""A pause of this process from which on its clock is set anew: real drives do not pause, so their time stands still."""
+"""Length of a pause of this process after which its clock is set anew [s].
+
+Real drives do not pause, so the drives' time stands still during a pause.
+"""
 
 LISTEN_S = 0.01
-"""Between two checks whether to stop, in lock-step."""
+"""Time between two checks of the stop condition in lock-step [s]."""
 
 AT_ONCE = 64
-"""Frames that are taken between two steps: a host that sends more does not keep the drives from their watchdogs."""
+"""Largest number of frames that are processed between two steps. More frames must not delay the drives' watchdogs."""
 
 Say = Callable[[str], object]
 AnyDevices = TypeVar("AnyDevices", bound="SimulatedDevices")
 
 
 class SimulatedDevices(ABC):
-    """Bus end of a plant, to be run in another process than the driver; a context manager, which owns the bus.
+    """Bus end of a plant, for a process of its own; a context manager that owns the bus.
 
-    Real time steps the plant by the clock of this computer. Lock-step steps it by one period of the loop with each
-    question of the host, also while the cable to the host is out.
+    In real time the plant is stepped by the clock of this computer. In lock-step it is stepped by one period of the
+    loop with each question of the host, also while the cable to the host is out.
     """
 
     def __init__(self, plant: Plant, drives: Drives, lock_step: bool = False, say: Say = print):
         """Prepare the drives; each bus opens its address after this.
 
         Args:
-            plant: What moves.
-            drives: On the bus of this class.
+            plant: Twin with its drives.
+            drives: Drives on the bus of this class.
             lock_step: True if time passes with the questions of the host.
-            say: Takes a line for each event.
+            say: Prints a line for each event.
         """
         self.plant, self._drives, self._lock_step, self._say = plant, drives, lock_step, say
         self._unplugged: set[int] = set()
         self._is_cut = False
         self._faults = [drive.fault for drive in plant.each]
         self.pauses: list[tuple[float, float]] = []
-        """Each pause of `STALL_S` or more: when it ended by the monotonic clock, and how long it was [s]."""
+        """Pauses of `STALL_S` or more: end on the monotonic clock, and length [s]."""
 
     def __enter__(self: AnyDevices) -> AnyDevices:
         return self
@@ -53,7 +56,7 @@ class SimulatedDevices(ABC):
         self._close()
 
     def run(self, until_stopped: Callable[[], bool]) -> None:
-        """Serve the bus until `until_stopped`, which is asked once a step."""
+        """Serve the bus until `until_stopped`, which is called once per step."""
         step_s = self.plant.twin.period_s
         due = time.monotonic() + step_s
         while not until_stopped():
@@ -65,43 +68,43 @@ class SimulatedDevices(ABC):
             if left < -STALL_S:
                 due -= left
                 self.pauses.append((due, -left))
-            self._serve(0.0)  # what was sent meanwhile is heard before any time passes here
+            self._serve(0.0)  # frames that arrived during a pause count before time passes here
             self._step()
             due += step_s
 
     def unplug(self, joint: int) -> None:
-        """Take the plug of this drive out of the bus; it keeps its power."""
+        """Disconnect this drive from the bus; it keeps its power."""
         self._unplugged.add(joint)
 
     def plug(self, joint: int) -> None:
-        """Put it back."""
+        """Connect this drive to the bus again."""
         self._unplugged.discard(joint)
 
     def cut(self) -> None:
-        """Take out the cable to the host."""
+        """Disconnect the cable to the host."""
         self._is_cut = True
 
     def mend(self) -> None:
-        """Put it in again; what was sent meanwhile is lost."""
+        """Connect the cable to the host again; frames sent in the meantime are lost."""
         self._serve(0.0)
         self._is_cut = False
 
     @property
     @abstractmethod
     def where(self) -> str:
-        """Address of the bus, for a person."""
+        """Address of the bus in readable form."""
 
     @abstractmethod
     def _close(self) -> None:
-        """Give the bus back."""
+        """Close the bus."""
 
     @abstractmethod
     def _serve(self, seconds: float) -> None:
-        """Take what comes within that time and what has come already, at most about `AT_ONCE` frames."""
+        """Process the frames that arrive within that time or have arrived, at most about `AT_ONCE`."""
 
     @abstractmethod
     def _step_drive(self, joint: int) -> None:
-        """Let one drive do what it does by itself after a step of the plant."""
+        """Let one drive act by itself after a step of the plant."""
 
     def _is_plugged(self, joint: int) -> bool:
         return not self._is_cut and joint not in self._unplugged
@@ -118,6 +121,6 @@ class SimulatedDevices(ABC):
             self._step_drive(joint)
             if drive.fault != self._faults[joint]:
                 self._faults[joint], said = drive.fault, drive.fault.name or "no fault"
-                # A watchdog of the bus trips after the step, one of the drive before it: each tells its own time.
+                # A watchdog of the bus trips after the step, one of the drive before it. Each measures its own silence.
                 told_ms = 1e3 * (drive.silence_s if DriveFault.WATCHDOG in drive.fault else at - drive.told_at)
-                self._say(f"{at:.3f} s: {self._drives.joints[joint]}: {said}; told last {told_ms:.1f} ms before")
+                self._say(f"{at:.3f} s: {self._drives.joints[joint]}: {said}; last command {told_ms:.1f} ms before")

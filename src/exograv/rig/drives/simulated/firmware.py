@@ -1,6 +1,6 @@
-"""What runs inside one drive, on any bus: enabling, limits, heat, faults, and a watchdog that brakes by itself.
+"""Firmware of one drive on any bus: enabling, limits, heat, faults, and a watchdog that brakes by itself.
 
-Heat is one capacity behind one resistance: at rated current the winding ends at its rated rise.
+The thermal model has one capacity behind one resistance. At rated current the winding reaches its rated rise.
 """
 
 import math
@@ -10,28 +10,31 @@ from exograv.rig.drive_status import DriveFault, DriveStatus
 from exograv.rig.drives.settings import Drive
 
 AMBIENT_C, RISE_C, MAX_C = 25.0, 60.0, 110.0
-"""Of the winding: around it, at rated current for ever, and where the drive gives up. Assumed, class F is 155 °C."""
+"""Ambient temperature, rise at continuous rated current, and switch-off temperature of the winding [°C].
+
+Assumed; class F is 155 °C.
+"""
 
 DERATE_FROM_C = 95.0
-"""From here to `MAX_C` the current that it still gives falls to none."""
+"""Temperature from which the available current falls, to zero at `MAX_C` [°C]."""
 
 HEAT_S = 60.0
-"""Time constant of a small motor's winding, assumed [s]."""
+"""Thermal time constant of a small motor's winding, assumed [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """What a drive does to its motor."""
+    """Output of a drive to its motor."""
 
     current: float
-    """[A]"""
+    """Current [A]."""
 
     damping: float
-    """[N·m·s/rad]"""
+    """Damping [N·m·s/rad]."""
 
 
 class SimulatedDrive:
-    """One drive; time is told to it, so that it runs on any clock."""
+    """Simulated drive. Each call passes the time, so that the drive runs on any clock."""
 
     def __init__(self, settings: Drive, watchdog_s: float):
         self.settings, self.watchdog_s = settings, watchdog_s
@@ -39,21 +42,21 @@ class SimulatedDrive:
         self.is_enabled = False
         self.temperature_C = AMBIENT_C
         self.brake_Nms_per_rad = settings.brake_Nms_per_rad
-        """With which it brakes when it gives no torque; a kind of drive that lets go meanwhile sets 0 [N·m·s/rad]."""
+        """Damping of the drive when it gives no torque; 0 for a kind of drive that lets go [N·m·s/rad]."""
         self.silence_s = math.nan
-        """How long it had been told nothing when its watchdog tripped last; for examiners [s]."""
+        """Time without a command when the watchdog tripped last; for examiners [s]."""
         self.told_at = -math.inf
-        """When it was last told something that it could obey, or enabled [s]."""
+        """Time of the last valid command, or of enabling [s]."""
         self._current, self._damping, self._until = 0.0, 0.0, math.inf
 
     def tell(self, current: float, damping: float, now: float, until: float = math.inf) -> None:
-        """A command has come: it holds until its life or the watchdog ends it; without a number it is a fault.
+        """Take a command. It holds until its life or the watchdog ends it; a value that is not finite is a fault.
 
         Args:
-            current: [A]
-            damping: With which it brakes besides [N·m·s/rad].
-            now: [s]
-            until: When its life ends [s]: from then on the drive brakes, until the next.
+            current: Motor current [A].
+            damping: Additional damping by the drive [N·m·s/rad].
+            now: Present time [s].
+            until: End of the command's life [s]; the drive then brakes until the next command.
         """
         if not (math.isfinite(current) and 0.0 <= damping < math.inf):
             self.fail(DriveFault.INTERNAL)
@@ -62,7 +65,7 @@ class SimulatedDrive:
         self._current, self._damping, self._until = current, damping, until
 
     def enable(self, now: float) -> bool:
-        """Whether it is on now; not while a fault lasts. It begins with no torque."""
+        """Switch the drive on at zero torque; return True if it is on. A lasting fault keeps it off."""
         if self.fault:
             return False
         if not self.is_enabled:
@@ -71,21 +74,21 @@ class SimulatedDrive:
         return True
 
     def disable(self) -> None:
-        """Off, and braking."""
+        """Switch the drive off; it brakes."""
         self.is_enabled, self._current = False, 0.0
 
     def fail(self, fault: DriveFault) -> None:
-        """Off and braking, until somebody acknowledges it."""
+        """Note a fault and switch the drive off; it brakes until the fault is acknowledged."""
         self.fault |= fault
         self.disable()
 
     def starve(self, now: float) -> None:
-        """Nobody tells it anything any more, by its own watchdog or its bus's [s]."""
+        """Note that commands have stopped, by the drive's own watchdog or that of its bus [s]."""
         self.silence_s = now - self.told_at
         self.fail(DriveFault.WATCHDOG)
 
     def acknowledge(self) -> bool:
-        """Forget faults whose cause is over; whether all are."""
+        """Clear faults whose cause is gone; return True if no fault is left."""
         lasting = DriveFault.NONE
         if self.temperature_C > DERATE_FROM_C:
             lasting |= DriveFault.TEMPERATURE
@@ -93,7 +96,7 @@ class SimulatedDrive:
         return not self.fault
 
     def step(self, dt: float, now: float) -> Output:
-        """So much time has passed; what it does to its motor for the next."""
+        """Advance by `dt` [s]; return the output to the motor for the next step."""
         if self.is_enabled and now - self.told_at > self.watchdog_s:
             self.starve(now)
         if self.temperature_C >= MAX_C:
@@ -109,7 +112,7 @@ class SimulatedDrive:
 
     @property
     def status(self) -> DriveStatus:
-        """What it would say."""
+        """Status that the drive would report."""
         return DriveStatus(self.is_enabled, self.fault, temperature_C=self.temperature_C)
 
     def _warm(self, current: float, dt: float) -> None:

@@ -1,4 +1,4 @@
-"""Simulated drives by the bus that `drives.toml` names."""
+"""Simulated drives for the bus that `drives.toml` names."""
 
 from collections.abc import Callable
 
@@ -11,11 +11,11 @@ SIMULATED = {
     "canopen": "canopen.simulated.network:CanopenDevices",
     "moteus": "moteus.simulated.bus:MoteusDevices",
 }
-"""Module in the folder of drives and class, by bus; imported when it is asked for."""
+"""Module in the folder of drives and class, by bus. They are imported at the first use."""
 
 
 def simulated_devices(bus: str) -> Callable[..., SimulatedDevices]:
-    """Class of the simulated drives on a bus.
+    """Return the class of the simulated drives on a bus.
 
     Raises:
         ConfigError: A package is missing.

@@ -1,4 +1,4 @@
-"""A twin's motors behind simulated drives, and how somebody has wired them, rightly or not."""
+"""Motors of a twin behind simulated drives, with right or wrong wiring."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -17,20 +17,20 @@ from .firmware import Output, SimulatedDrive
 
 @runtime_checkable
 class SimulatedMachine(Rig, Protocol):
-    """A machine whose motors and people are computed, such as the twin."""
+    """Machine whose motors and wearer are simulated, such as the twin."""
 
     tau_hand: np.ndarray
-    """Torque that a hand exerts on the machine's joints (joint,) [N·m]."""
+    """Torque of a hand on the machine's joints (joint,) [N·m]."""
 
     tau_voluntary: np.ndarray
-    """Torque of the wearer's muscles on the own joints (freedom,) [N·m]."""
+    """Torque of the wearer's muscles on the wearer's joints (freedom,) [N·m]."""
 
     def drive_damping(self) -> np.ndarray:
-        """Damping by which the drives brake (joint,) [N·m·s/rad]."""
+        """Damping of the drives' brakes (joint,) [N·m·s/rad]."""
         ...
 
     def turn_motor(self, joint: int, factor: float) -> None:
-        """Let a motor give so many times the torque for its current."""
+        """Multiply a motor's torque per current by `factor`."""
         ...
 
     def hang(self, mount: str, mass_kg: float) -> None:
@@ -40,55 +40,55 @@ class SimulatedMachine(Rig, Protocol):
 
 @dataclass(frozen=True)
 class Wiring:
-    """How one joint is connected, beside what `drives.toml` says of it."""
+    """Wiring of one joint, in addition to the entries of `drives.toml`."""
 
     current: float = 1.0
     """Factor of the motor's torque: -1 is a motor with two leads exchanged, 0.5 a wrong torque constant."""
 
     encoder: float = 1.0
-    """Factor of what the encoder says; -1 is one that counts the other way."""
+    """Factor of the encoder's value; -1 is an encoder that counts in the other direction."""
 
 
 class Plant:
-    """Steps the twin; each drive reads its own encoders and current, in its own units and directions.
+    """Twin and drives, stepped together; each drive reads its own encoders and current in its own units and signs.
 
-    `now` is the twin's clock: a real-time bus steps it by the wall clock, a lock-step one with each measurement.
+    `now` is the twin's clock. A real-time bus steps it by the wall clock, a lock-step bus with each measurement.
     """
 
     def __init__(self, twin: SimulatedMachine, drives: Drives, wiring: Mapping[str, Wiring] | None = None):
-        """All drives are off; the twin stands as it was made."""
+        """Start with all drives off and the twin in its initial state."""
         self.twin = twin
         self.each = tuple(SimulatedDrive(one, drives.watchdog_s) for one in drives.each)
-        """In the order of the machine's joints."""
+        """Simulated drives, in the order of the machine's joints."""
         self.outputs = tuple(Output(0.0, one.brake_Nms_per_rad) for one in drives.each)
-        """What each drive did in the last step."""
+        """Output of each drive in the last step."""
         joints = [(wiring or {}).get(joint, Wiring()) for joint in drives.joints]
         self._of_current = drives.sign * [joint.current for joint in joints]
         self._of_encoder = drives.sign * [joint.encoder for joint in joints]
         self._wired, self._brakes = self._of_current, np.ones(len(joints))
         self._offset = drives.offset
         self.before_step: Callable[[], object] = lambda: None
-        """What somebody in the machine does, of the own accord, before each step."""
+        """Action of a simulated person in the machine, called before each step."""
         self._measured = twin.read()
         self._sequence, self._ahead_s = 0, 0.0
         self.watch: Callable[[], object] | None = None
-        """For examiners: called after each step."""
+        """Callback for examiners, called after each step."""
 
     @property
     def now(self) -> float:
-        """The drives' clock: the twin's, which was there at first [s]."""
+        """Time on the drives' clock, which is that of the first twin [s]."""
         return self._ahead_s + self.twin.t
 
     def change(self, twin: SimulatedMachine) -> None:
-        """Another twin behind the same drives, whose clock goes on, and whose motors are as they were wired."""
+        """Put another twin behind the same drives. The clock continues, and the motors have their original wiring."""
         self._ahead_s += self.twin.t - twin.t
         self.twin, self._measured = twin, twin.read()
         self._of_current, self._brakes = self._wired, np.ones_like(self._brakes)
 
     def turn_motor(self, joint: int, factor: float) -> None:
-        """A motor gives so many times the torque for its current, and the opposite where that is negative.
+        """Multiply a motor's torque per current by `factor`; a negative factor turns the direction.
 
-        With its phases shorted it brakes by the square of that; stronger it is not counted on.
+        The short-circuit brake of the motor changes by the square of the factor. An increase is not modelled.
         """
         self._of_current, self._brakes = self._of_current.copy(), self._brakes.copy()
         self._of_current[joint] *= factor
@@ -96,14 +96,15 @@ class Plant:
         self.twin.turn_motor(joint, factor)
 
     def step(self) -> None:
-        """One period of the twin: what the drives do now holds for all of it."""
+        """Step the twin by one period; the present outputs of the drives hold for all of it."""
         twin, now = self.twin, self.twin.t
         self.before_step()
         self.outputs = outputs = tuple(drive.step(twin.period_s, self.now) for drive in self.each)
         current = self._of_current * [output.current for output in outputs]
         damping = self._brakes * [output.damping for output in outputs]
         self._sequence += 1
-        # A command lives for longer than a step and a dead time: the twin's own watchdog stays out of it.
+        # The life of this command is longer than a step and the dead time, so that the twin's own watchdog does not
+        # trip.
         twin.write(Command(now, self._sequence, now + COMMAND_LIFE_S, np.zeros_like(current), current, damping))
         self._measured = twin.read()
         if self.watch is not None:
@@ -111,30 +112,30 @@ class Plant:
 
     @property
     def measured(self) -> JointState:
-        """What the twin's sensors say, in the joints' own directions; for examiners."""
+        """Measurement of the twin's sensors, in the joints' own directions; for examiners."""
         return self._measured
 
     def position(self, joint: int) -> float:
-        """What the drive's encoder at the joint says [rad], in the drive's direction and from its own zero."""
+        """Position at the drive's encoder on the joint [rad], in the drive's direction and from its own zero."""
         return float((self._measured.q[joint] - self._offset[joint]) * self._of_encoder[joint])
 
     def motor_position(self, joint: int) -> float:
-        """The same of the encoder on the motor's shaft; as the other where there is none."""
+        """Position at the encoder on the motor's shaft [rad]; that of the joint's encoder if there is none."""
         q_motor = self._measured.q_motor
         if q_motor is None:
             return self.position(joint)
         return float((q_motor[joint] - self._offset[joint]) * self._of_encoder[joint])
 
     def current(self, joint: int) -> float:
-        """What the drive measures in its motor [A], in its own direction, whatever torque comes of it."""
+        """Current that the drive measures in its motor [A], in its own direction, whatever the torque is."""
         return float(self._measured.current[joint] / self._of_current[joint])
 
     def press_stop(self) -> None:
-        """The hardware stop: every drive is off and brakes."""
+        """Press the hardware stop: every drive is off and brakes."""
         for drive in self.each:
             drive.fail(DriveFault.STOP_LINE)
 
     def release_stop(self) -> None:
-        """Its line is closed again; nothing moves before somebody enables."""
+        """Close the line of the hardware stop again; the drives stay off until they are enabled."""
         for drive in self.each:
             drive.fault &= ~DriveFault.STOP_LINE

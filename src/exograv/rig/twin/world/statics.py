@@ -107,7 +107,8 @@ class Statics:
             q_arm = q_arm + _downhill(self._slopes(q, q_arm, residual), residual)
         raise RigError(
             f"The arm finds no rest with the machine at {np.rad2deg(q).round(1).tolist()}°: a residual torque of "
-            f"{worst:.1e} N·m remains after {MAX_STEPS} steps. Choose a posture inside the task workspace, or stiffer cuffs."
+            f"{worst:.1e} N·m remains after {MAX_STEPS} steps. Choose a posture inside the task workspace, or "
+            "stiffer cuffs."
         )
 
     def _residual(self, q: Joints, q_arm: Arm) -> Arm:
