@@ -1,4 +1,4 @@
-"""Frames of a CAN bus by python-can, those of others only."""
+"""Frames of a CAN bus through python-can, without our own."""
 
 import importlib.util
 import secrets
@@ -10,14 +10,14 @@ from exograv.errors import ConfigError, RigError
 from exograv.rig.drives.settings import CanopenBus
 
 ECHOING = ("udp_multicast",)
-"""Adapters that hand us our own frames as if they were somebody else's: these carry a mark of ours."""
+"""Adapters that return our own frames as received ones. Our frames carry a mark there."""
 
 
 def require_can() -> None:
-    """Whether the packages are there.
+    """Check that the packages for CAN are installed.
 
     Raises:
-        ConfigError: One is missing.
+        ConfigError: A package is missing.
     """
     missing = [name for name in ("can", "canopen") if importlib.util.find_spec(name) is None]
     if missing:
@@ -25,20 +25,20 @@ def require_can() -> None:
 
 
 class CanFrame(NamedTuple):
-    """Of eleven bits, with data."""
+    """CAN frame with eleven-bit number and data."""
 
     cob: int
     data: bytes
 
 
 class Bus:
-    """One adapter; what fails in the loop is counted and is silence, it raises nothing there."""
+    """Adapter of a CAN bus. Failures in the loop are counted and look like silence; no exception is raised there."""
 
     def __init__(self, settings: CanopenBus):
         """Open the adapter.
 
         Raises:
-            ConfigError: python-can is missing, or knows no such adapter.
+            ConfigError: python-can is missing, or does not know the adapter.
             RigError: The adapter does not open.
         """
         require_can()
@@ -59,10 +59,10 @@ class Bus:
                 "in, its driver loaded and the link up (`ip link set can0 up type can bitrate 1000000`)?"
             ) from error
         self.counts: Counter[str] = Counter()
-        """How often the adapter refused to send or to receive."""
+        """Number of frames that the adapter could not send or receive."""
 
     def send(self, cob: int, data: bytes) -> None:
-        """One frame; a full or dead adapter loses it, and the silence that follows is what is noticed."""
+        """Send one frame. A full or dead adapter loses it; the missing answers show this."""
         message = self._message(arbitration_id=cob, data=data, is_extended_id=False, channel=self._mark)
         try:
             self.adapter.send(message)
@@ -70,7 +70,7 @@ class Bus:
             self.counts["not sent"] += 1
 
     def receive(self, until: float) -> CanFrame | None:
-        """Next frame of another participant that comes until then, on `time.monotonic`, or has come already."""
+        """Return the next frame of another participant, from before or until `until` on `time.monotonic`."""
         while True:
             try:
                 message = self.adapter.recv(max(until - time.monotonic(), 0.0))
@@ -83,7 +83,7 @@ class Bus:
                 return CanFrame(message.arbitration_id, bytes(message.data))
 
     def close(self) -> None:
-        """Give the adapter back."""
+        """Close the adapter."""
         self.adapter.shutdown()
 
     def _is_ours_or_none(self, message) -> bool:
@@ -93,7 +93,10 @@ class Bus:
 
 
 def _options(settings: CanopenBus) -> dict[str, Any]:
-    """Of the adapter. A multicast group may have a port, `239.74.163.2:43113`: groups at one port hear each other."""
+    """Options of the adapter.
+
+    A multicast group may have a port, `239.74.163.2:43113`. Groups at the same port receive each other's frames.
+    """
     options: dict[str, Any] = {"channel": settings.channel}
     if settings.interface in ECHOING and settings.channel.count(":") == 1:
         group, port = settings.channel.split(":")

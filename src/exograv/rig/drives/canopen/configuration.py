@@ -1,4 +1,4 @@
-"""Before anything moves: each drive is looked at and set up, by questions (SDO) that nobody asks again in the loop."""
+"""Check and set-up of each drive by SDO, before anything moves. The loop sends no SDO."""
 
 from exograv.errors import ConfigError, RigError
 from exograv.rig.drives.settings import Drive, Drives
@@ -10,41 +10,48 @@ from .node import CanopenNode
 from .objects import CobId, Entry
 
 ABORT_IS_FAULT, SLOW_DOWN_ON_RAMP, GO_ON_TELLING = 1, 2, 1
-"""A lost connection is a fault; it, as a quick stop, ends the motion on the quick-stop ramp; TPDOs go on."""
+"""Settings of a drive's reactions.
+
+A lost connection is a fault. A fault and a quick stop end the motion on the quick-stop ramp. TPDOs continue after an
+error.
+"""
 
 RATED_TOLERANCE = 0.01
-"""Of the rated current, between drive and file: beyond, every torque would be wrong by as much."""
+"""Largest relative difference between the rated currents of drive and file. Every torque would be wrong by it."""
 
 WITH_EACH_SYNC, AT_ONCE = 1, 0xFF
-"""Transmission types: what a drive measures comes with each SYNC; what it is told counts when it arrives, not with the
-next SYNC, or it would be a period older."""
+"""Transmission types of PDOs.
+
+A drive sends its measurement with each SYNC. It takes a command on arrival: with the next SYNC, the command would be a
+period older.
+"""
 
 INVALID = 1 << 31
-"""Of a PDO's number: it is being changed."""
+"""Bit of a PDO's number that marks the PDO as invalid while it is changed."""
 
 
 def configure(drives: Drives, node: CanopenNode, asked: SdoNode) -> tuple[str, ...]:
-    """Check one drive against `drives.toml` and set it up; it is pre-operational and stays so.
+    """Check one drive against `drives.toml` and set it up; the drive stays pre-operational.
 
     Returns:
-        What it cannot that others can, in sentences.
+        Sentences about functions that this drive lacks.
 
     Raises:
-        RigError: It does not answer, cannot do what is needed, or refuses a setting.
-        ConfigError: `drives.toml` says of it what is not so.
+        RigError: The drive does not answer, lacks a required function, or rejects a setting.
+        ConfigError: The drive differs from `drives.toml`.
     """
     drive = node.drive
     _check_identity(drive, asked)
     _check_nameplate(drive, asked)
     must(drive, asked, at.MODE, at.CYCLIC_TORQUE, "it has no cyclic synchronous torque mode")
-    # Above its greatest torque the drive cuts; the file's limit is the smaller or the same.
+    # The drive limits its torque at this value. The limit of the file is equal or smaller.
     most = round(1000.0 * drive.current_max_A / drive.current_rated_A)
     must(drive, asked, at.MAX_TORQUE, most, "its torque would not be limited")
     notes = _reactions(drives, drive, asked)
     node.has_damping = asked.read(at.DAMPING) is not None
     if drive.motor_counts_per_turn is not None and asked.read(at.MOTOR_POSITION) is None:
         raise ConfigError(
-            f"drives.toml gives motor_counts_per_turn of {drive.joint}, and its drive (node {drive.node}) has no "
+            f"drives.toml gives motor_counts_per_turn of {drive.joint}, but its drive (node {drive.node}) has no "
             f"{at.MOTOR_POSITION}. Remove the line, or connect the motor's encoder as the drive's additional one."
         )
     _map_all(drives, node, asked, asked.read(at.TEMPERATURE) is not None)
@@ -54,10 +61,10 @@ def configure(drives: Drives, node: CanopenNode, asked: SdoNode) -> tuple[str, .
 
 
 def must(drive: Drive, asked: SdoNode, entry: Entry, value: int, otherwise: str) -> None:
-    """Set what the drive has to have.
+    """Write a setting that the drive must have.
 
     Raises:
-        RigError: It has it not, or holds another value afterwards.
+        RigError: The drive lacks the setting, or holds another value afterwards.
     """
     if not asked.write(entry, value):
         raise RigError(
@@ -77,23 +84,25 @@ def _check_identity(drive: Drive, asked: SdoNode) -> None:
     if modes is not None and not modes >> (at.CYCLIC_TORQUE - 1) & 1:
         raise RigError(
             f"The drive of {drive.joint} (node {drive.node}) has no cyclic synchronous torque mode (0x6502 is "
-            f"0x{modes:08x}). Its firmware has to bring it, or another drive."
+            f"0x{modes:08x}). Update its firmware, or use another drive."
         )
 
 
 def _check_nameplate(drive: Drive, asked: SdoNode) -> None:
     rated = asked.read(at.RATED_CURRENT)
     if rated is None or abs(1e-3 * rated - drive.current_rated_A) > RATED_TOLERANCE * drive.current_rated_A:
-        says = "does not tell a rated current" if rated is None else f"is set to a rated current of {1e-3 * rated:g} A"
+        says = (
+            "does not report a rated current" if rated is None else f"is set to a rated current of {1e-3 * rated:g} A"
+        )
         raise ConfigError(
-            f"The drive of {drive.joint} (node {drive.node}) {says} (0x6075), and drives.toml has current_rated_A = "
-            f"{drive.current_rated_A:g}: every torque would be wrong by their ratio. Set both to what the motor's "
-            "data sheet says."
+            f"The drive of {drive.joint} (node {drive.node}) {says} (0x6075), but drives.toml has current_rated_A = "
+            f"{drive.current_rated_A:g}: every torque would be wrong by their ratio. Set both to the rated current in "
+            "the motor's data sheet."
         )
 
 
 def _reactions(drives: Drives, drive: Drive, asked: SdoNode) -> tuple[str, ...]:
-    """Watchdogs, and what the drive does when they trip."""
+    """Set the watchdogs, and the drive's reactions when they trip."""
     patience = round(drives.settings.watchdog_ms)
     asked.write(at.HEARTBEAT_MS, patience)
     asked.write(at.ERROR_BEHAVIOUR, GO_ON_TELLING)
@@ -102,13 +111,13 @@ def _reactions(drives: Drives, drive: Drive, asked: SdoNode) -> tuple[str, ...]:
     if not (watches or heard):
         raise RigError(
             f"The drive of {drive.joint} (node {drive.node}) can watch neither our commands ({_timer(1)}) nor our "
-            f"heartbeat ({at.HEARTBEAT_WATCHED}): it would go on with its last torque when this program ends. Such a "
-            "drive is not to be used."
+            f"heartbeat ({at.HEARTBEAT_WATCHED}): it would keep its last torque when this program ends. Do not use "
+            "such a drive."
         )
     wanted = ((at.CONNECTION_LOST, ABORT_IS_FAULT), (at.QUICK_STOP, SLOW_DOWN_ON_RAMP))
     wanted += ((at.FAULT_REACTION, SLOW_DOWN_ON_RAMP),)
     refused = [str(entry) for entry, value in wanted if not asked.write(entry, value)]
-    notes = [f"{drive.joint}: the drive decides itself what {entry} would say" for entry in refused]
+    notes = [f"{drive.joint}: the drive has its own reaction in place of {entry}" for entry in refused]
     notes += [] if watches else [f"{drive.joint}: the drive watches our heartbeat only, not its commands"]
     return tuple(notes)
 
@@ -124,7 +133,7 @@ def _map_all(drives: Drives, node: CanopenNode, asked: SdoNode, has_temperature:
 
 
 def _map(drive: Drive, asked: SdoNode, where: int, cob: int, kind: int, entries: tuple[Entry, ...]) -> None:
-    """One PDO: invalid while it changes, as CiA 301 wants it."""
+    """Map one PDO, which is invalid while it changes, as CiA 301 requires."""
     number, mapping = Entry(where, 1, "I"), where + 0x200
     asked.write(number, INVALID | cob)
     asked.write(Entry(mapping, 0, "B"), 0)
@@ -137,5 +146,5 @@ def _map(drive: Drive, asked: SdoNode, where: int, cob: int, kind: int, entries:
 
 
 def _timer(number: int) -> Entry:
-    """After how many ms without the frame a drive has been told nothing for too long."""
+    """Entry of a received PDO's event timer: time without the frame after which the drive reports a time-out [ms]."""
     return Entry(0x1400 + number - 1, 5, "H")

@@ -1,4 +1,4 @@
-"""What goes over a CANopen bus in one period: a SYNC, each drive's answer, and a command to each."""
+"""Frames of one period on a CANopen bus: a SYNC, each drive's answer, and a command to each drive."""
 
 import struct
 from collections.abc import Sequence
@@ -13,19 +13,19 @@ from .node import CanopenNode
 from .objects import MASTER, CobId, Nmt
 
 FORGET_US = struct.Struct("<BHBI").pack(0x23, at.HEARTBEAT_WATCHED.index, at.HEARTBEAT_WATCHED.sub, 0)
-"""A question that sets the watched heartbeat to none; its answer is not waited for, because we are leaving."""
+"""SDO request that disables the watched heartbeat. Its answer is not awaited, because the host is leaving."""
 
 OUR_HEARTBEAT = bytes([Nmt.OPERATIONAL])
 
 BEATS_PER_WATCHDOG = 4
-"""Of our heartbeat: three may be lost."""
+"""Number of our heartbeats per watchdog time; three of them may be lost."""
 
 BITRATE = 1_000_000
-"""Where the file has none, as CiA 301's greatest [bit/s]."""
+"""Bit rate if the file has none: the highest of CiA 301 [bit/s]."""
 
 
 class CanopenCycle(Cycle[CanFrame, CanopenNode]):
-    """Frames of one machine. A heartbeat goes with the commands: a drive that is told nothing hears none either."""
+    """Frames of one machine. Our heartbeat is sent with the commands, so a drive without commands gets no heartbeat."""
 
     def __init__(self, bus: Bus, nodes: Sequence[CanopenNode], drives: Drives):
         super().__init__(bus, nodes)
@@ -39,7 +39,7 @@ class CanopenCycle(Cycle[CanFrame, CanopenNode]):
         """Frames that only a host of these drives sends."""
 
     def tell(self, orders: Sequence[bytes]) -> None:
-        """Send one command to each drive, and by it the sign that we live."""
+        """Send one command to each drive, and our heartbeat."""
         for node, data in zip(self._nodes, orders, strict=True):
             self._bus.send(CobId.COMMAND + node.drive.node, data)
         if self._told % self._beat_every == 0:
@@ -47,12 +47,12 @@ class CanopenCycle(Cycle[CanFrame, CanopenNode]):
         self._told += 1
 
     def order(self, command: int, nodes: Sequence[CanopenNode]) -> None:
-        """Change the NMT state of these."""
+        """Change the NMT state of these drives."""
         for node in nodes:
             self._bus.send(CobId.NMT, bytes([command, node.drive.node]))
 
     def leave(self) -> None:
-        """Let the drives no longer expect us, and fall silent."""
+        """Disable the drives' watch on our heartbeat, and set them pre-operational."""
         for node in self._nodes:
             self._bus.send(CobId.QUESTION + node.drive.node, FORGET_US)
         self.order(Nmt.PRE_OPERATIONAL, self._nodes)
@@ -69,7 +69,7 @@ class CanopenCycle(Cycle[CanFrame, CanopenNode]):
 
 
 def answer_bits(drives: Drives) -> int:
-    """Bits from the SYNC to the last drive's answer."""
+    """Number of bits from the SYNC to the last drive's answer."""
     measured = frame_bits(at.layout(at.MEASURED).size)
     motor = 0 if drives.rad_per_motor_count is None else frame_bits(at.layout(at.MOTOR).size)
     return frame_bits(0) + len(drives.each) * (measured + motor)
@@ -80,7 +80,7 @@ def load(drives: Drives) -> float:
     command = frame_bits(at.layout((*at.COMMAND, at.DAMPING)).size)
     slow = frame_bits(at.layout(at.SLOW).size) / at.SLOW_SYNCS
     bits = answer_bits(drives) + len(drives.each) * (command + slow)
-    # Our heartbeat with every second command, and each drive's once in a watchdog's time.
+    # Our heartbeat is sent with every second command at most, each drive's once per watchdog time.
     beats = frame_bits(1) * (0.5 + len(drives.each) * drives.period_s / drives.watchdog_s)
     bus = drives.settings.canopen
     bitrate = BITRATE if bus is None or bus.bitrate is None else bus.bitrate

@@ -1,4 +1,4 @@
-"""Questions and answers (SDO) with drives through the package `canopen`: only while nothing is enabled."""
+"""Questions and answers (SDO) with drives through the package `canopen`, only while no drive is enabled."""
 
 import contextlib
 import logging
@@ -12,17 +12,17 @@ from .bus import Bus
 from .objects import Entry
 
 ANSWER_S = 0.5
-"""How long a drive may take to answer a question [s]."""
+"""Time-out for an answer of a drive [s]."""
 
 
 class SdoNode:
-    """One drive that answers."""
+    """SDO access to one drive."""
 
     def __init__(self, drive: Drive, sdo, aborted: type[Exception], error: type[Exception]):
         self._drive, self._sdo, self._aborted, self._error = drive, sdo, aborted, error
 
     def read(self, entry: Entry) -> int | None:
-        """What an object holds; None where the drive has none.
+        """Return the value of an object; None if the drive lacks the object.
 
         Raises:
             RigError: The drive does not answer.
@@ -38,7 +38,7 @@ class SdoNode:
         return layout.unpack(bytes(data)[: layout.size].ljust(layout.size, b"\0"))[0]
 
     def write(self, entry: Entry, value: int) -> bool:
-        """Set an object; whether the drive has it and holds the value afterwards.
+        """Write an object; return True if the drive has it and holds the value afterwards.
 
         Raises:
             RigError: The drive does not answer.
@@ -60,7 +60,7 @@ class SdoNode:
 
 @contextlib.contextmanager
 def asking(bus: Bus, drives: tuple[Drive, ...]) -> Iterator[dict[str, SdoNode]]:
-    """Each drive by joint, to be asked; a thread of `canopen` reads the bus meanwhile, and ends with it."""
+    """Yield SDO access to each drive by joint. A thread of `canopen` reads the bus until the context ends."""
     import can
     import canopen
 
@@ -69,7 +69,7 @@ def asking(bus: Bus, drives: tuple[Drive, ...]) -> Iterator[dict[str, SdoNode]]:
             bus.send(can_id, bytes(data))
 
     network = Network(bus.adapter)
-    # Retries and aborts are told to the user by us, in a sentence.
+    # This module reports retries and aborts to the user itself, in a sentence.
     logging.getLogger("canopen").setLevel(logging.CRITICAL)
     network.notifier = can.Notifier(bus.adapter, network.listeners, timeout=0.02)
     try:

@@ -1,4 +1,4 @@
-"""One CiA 402 drive: its frames, its states, and answers that carry no number."""
+"""State of one CiA 402 drive: its frames, its state machine, and answers without a sequence number."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -13,12 +13,15 @@ from .objects import CobId, Nmt
 from .states import DISABLE_VOLTAGE, ENABLE, QUICK_STOP, Cia402State, next_control, state_of
 
 LOST_AFTER_S = 0.003
-"""Of SYNCs in a row without any answer, after which a drive is lost: as many as the guard bridges (docs/safety.md), so
-that it hears of the one joint before it has to take the whole machine for silent [s]."""
+"""Time without an answer to any SYNC after which a drive is lost [s].
+
+It is as long as the guard bridges (docs/safety.md). The guard thus learns of the one lost joint before it has to treat
+the whole machine as silent.
+"""
 
 
 def lost_after(period_s: float) -> int:
-    """So many SYNCs."""
+    """Number of SYNCs without an answer after which a drive is lost."""
     return math.ceil(round(LOST_AFTER_S / period_s, 6))
 
 
@@ -34,8 +37,8 @@ IN_FAULT = (Cia402State.FAULT, Cia402State.FAULT_REACTION)
 class OwedAnswers:
     """Answers of one kind that a drive owes.
 
-    They carry no number, so that one of an older SYNC looks like one of now: where one is missing, the next counts for
-    it, until a whole period has passed in which none came late.
+    Answers carry no number, so an answer to an older SYNC looks like a present one. Where an answer is missing, the
+    next one counts for it, until a whole period has passed without a late answer.
     """
 
     def __init__(self):
@@ -43,15 +46,15 @@ class OwedAnswers:
         self._came_late = False
 
     def ask(self) -> None:
-        """A SYNC goes out."""
+        """Note that a SYNC is sent."""
         self.missing = self.missing + 1 if self._came_late else 1
 
     def came(self) -> None:
-        """One answer."""
+        """Note that an answer has arrived."""
         self.missing, self._came_late = max(self.missing - 1, 0), True
 
     def close(self) -> None:
-        """From now on they are late."""
+        """Note that further answers to this SYNC are late."""
         self._came_late = False
 
 
@@ -64,11 +67,11 @@ class CanopenNode(AskedNode):
         self.position = self.motor_position = 0
         self.state = Cia402State.NOT_READY
         self.control = DISABLE_VOLTAGE
-        """Control word of its commands."""
+        """Control word of the commands to the drive."""
         self.has_damping = False
-        """True if its commands carry a damping."""
+        """True if the commands carry a damping."""
         self._amperes = drive.current_rated_A / 1000.0
-        """Currents are per mille of what the drive has as rated: one step [A]."""
+        """One step of a current [A]: the drive takes currents in per mille of its rated current."""
         self.handlers: Mapping[int, Callable[[bytes], None]] = {
             CobId.EMERGENCY: self.on_emergency,
             CobId.MEASURED: self.on_measured,
@@ -76,50 +79,50 @@ class CanopenNode(AskedNode):
             CobId.SLOW: self.on_slow,
             CobId.HEARTBEAT: self.on_heartbeat,
         }
-        """By the number of the frame without the drive's own."""
+        """Handlers by the number of the frame without the drive's own number."""
 
     @property
     def is_on(self) -> bool:
-        """True if the drive gives the torque that it is told."""
+        """True if the drive gives the commanded torque."""
         return self.state is Cia402State.OPERATION_ENABLED and self.control == ENABLE
 
     @property
     def stage(self) -> str:
-        """Its state in words."""
+        """State of the drive in words."""
         return self.state.value
 
     def ask(self) -> None:
-        """Note that a SYNC goes out."""
+        """Note that a SYNC is sent."""
         super().ask()
         self._measured.ask()
         if self._has_motor:
             self._motor.ask()
 
     def close(self) -> None:
-        """Wait no longer for this SYNC's answer."""
+        """Stop waiting for the answer to this SYNC."""
         self._measured.close()
         self._motor.close()
         super().close()
 
     def hold_against(self, fault: DriveFault, code: int = 0) -> None:
-        """Note a fault; its commands switch it off until the machine is enabled."""
+        """Note a fault. The commands switch the drive off until the machine is enabled."""
         super().hold_against(fault, code)
         self.control = DISABLE_VOLTAGE
 
     def enabling_order(self) -> bytes:
-        """Next step of its state machine towards torque, at none."""
+        """Next step of the state machine towards torque mode, at zero torque."""
         self.control = next_control(self.state, self.control)
         return self.order(0.0, 0.0)
 
     def switch_off(self) -> None:
-        """Let it give no torque from now on."""
+        """Allow no torque from now on."""
         super().switch_off()
         self.control = DISABLE_VOLTAGE
 
     def order(self, current: float, damping: float) -> bytes:
-        """Command of a current [A] and a damping [N·m·s/rad], each to the nearest step.
+        """Command of a current [A] and a damping [N·m·s/rad], each rounded to the nearest step.
 
-        A drive that takes no damping brakes by its own quick stop instead, and is off after it.
+        A drive without a damping object brakes by its own quick stop instead, and is off after it.
         """
         is_told = self.is_wanted and not self.fault
         per_mille = round(current / self._amperes) if is_told else 0
@@ -131,7 +134,7 @@ class CanopenNode(AskedNode):
         return TOLD.pack(self.control, per_mille)
 
     def on_measured(self, data: bytes) -> None:
-        """Status, position and torque."""
+        """Take status, position and torque."""
         if len(data) < MEASURED.size:
             return
         self._misses = 0
@@ -143,7 +146,7 @@ class CanopenNode(AskedNode):
             self.switch_off()
 
     def on_motor(self, data: bytes) -> None:
-        """Position of the motor's shaft."""
+        """Take the position of the motor's shaft."""
         if len(data) >= MOTOR.size:
             self._came(self._motor)
             (self.motor_position,) = MOTOR.unpack_from(data)
@@ -153,17 +156,17 @@ class CanopenNode(AskedNode):
         self.has_answered = not (self._measured.missing or self._motor.missing)
 
     def on_slow(self, data: bytes) -> None:
-        """Temperature of the winding."""
+        """Take the temperature of the winding."""
         if len(data) >= SLOW.size:
             self.temperature_C = 0.1 * SLOW.unpack_from(data)[0]
 
     def on_emergency(self, data: bytes) -> None:
-        """Something is wrong, or over; what is over is not forgiven by it."""
+        """Take an emergency frame. A frame that reports the end of a fault does not clear the noted fault."""
         if len(data) >= FRAME.size and (code := FRAME.unpack_from(data)[0]):
             self.hold_against(fault_of(code), code)
 
     def on_heartbeat(self, data: bytes) -> None:
-        """A drive that has just started knows nothing of what it was set to."""
+        """Take a heartbeat. A drive that has just started has lost its settings and counts as lost."""
         if data and data[0] == Nmt.BOOTED:
             self._misses = self._lost_after
             self.hold_against(DriveFault.LOST)

@@ -1,4 +1,4 @@
-"""What is spoken of on the bus: objects of a drive, which of them travel in which frame, and the frames' numbers.
+"""Objects of a drive, the frames that carry them, and the numbers of the frames.
 
 Source: CiA 301 (communication, 0x1xxx) and CiA 402 (drives, 0x6xxx); 0x2xxx belongs to each maker.
 """
@@ -9,21 +9,21 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Entry:
-    """One object of a drive."""
+    """Object of a drive."""
 
     index: int
     sub: int
     format: str
-    """Of `struct`, little-endian: B, H, I unsigned, b, h, i signed, of 8, 16 and 32 bit."""
+    """Format of `struct`, little-endian: B, H, I unsigned, b, h, i signed, of 8, 16 and 32 bit."""
 
     @property
     def bits(self) -> int:
-        """As a mapping counts them."""
+        """Number of bits, as in a mapping."""
         return 8 * struct.calcsize(self.format)
 
     @property
     def mapping(self) -> int:
-        """As a PDO's mapping names it."""
+        """Entry of this object in a PDO's mapping."""
         return self.index << 16 | self.sub << 8 | self.bits
 
     def __str__(self) -> str:
@@ -32,10 +32,10 @@ class Entry:
 
 DEVICE_TYPE = Entry(0x1000, 0, "I")
 HEARTBEAT_WATCHED = Entry(0x1016, 1, "I")
-"""Whose heartbeat the drive watches, node << 16, and after how many ms without it something is wrong."""
+"""Heartbeat that the drive watches: node << 16, and the time-out [ms]."""
 HEARTBEAT_MS = Entry(0x1017, 0, "H")
 ERROR_BEHAVIOUR = Entry(0x1029, 1, "B")
-"""What becomes of its NMT state after a communication error; 1: nothing, it goes on telling where it is."""
+"""NMT state of the drive after a communication error; 1: unchanged, so that its measurements continue."""
 
 ERROR_CODE = Entry(0x603F, 0, "H")
 CONTROL_WORD = Entry(0x6040, 0, "H")
@@ -50,31 +50,31 @@ MAX_TORQUE = Entry(0x6072, 0, "H")
 RATED_CURRENT = Entry(0x6075, 0, "I")
 TORQUE = Entry(0x6077, 0, "h")
 MOTOR_POSITION = Entry(0x60E4, 1, "i")
-"""Additional position actual value: of the encoder on the motor's shaft."""
+"""Additional position actual value: position of the encoder on the motor's shaft."""
 SUPPORTED_MODES = Entry(0x6502, 0, "I")
 
 DAMPING = Entry(0x2100, 0, "H")
-"""Of a maker who has it, as our simulated drive: brakes by its own encoder [mN·m·s/rad]."""
+"""Damping by the drive's own encoder [mN·m·s/rad]; an object of some makers and of our simulated drive."""
 TEMPERATURE = Entry(0x2101, 0, "h")
-"""Likewise: of the winding [0.1 °C]."""
+"""Temperature of the winding [0.1 °C]; an object of some makers and of our simulated drive."""
 
 CYCLIC_TORQUE = 10
-"""Cyclic synchronous torque, as mode; as bit of `SUPPORTED_MODES` it is one less."""
+"""Cyclic synchronous torque, as mode. As bit of `SUPPORTED_MODES` it is one less."""
 IS_402 = 402
 """Low half of the device type."""
 
 COMMAND = (CONTROL_WORD, TARGET_TORQUE)
-"""First frame to each drive; `DAMPING` follows where the drive has it."""
+"""Objects of the command frame to each drive; `DAMPING` follows if the drive has it."""
 MEASURED = (STATUS_WORD, POSITION, TORQUE)
 MOTOR = (MOTOR_POSITION,)
 SLOW = (TEMPERATURE,)
 
 SLOW_SYNCS = 50
-"""The winding's temperature comes with every so many SYNCs: 10 Hz at 2 ms."""
+"""Number of SYNCs between two temperatures of the winding: 10 Hz at 2 ms."""
 
 
 class CobId:
-    """Numbers of frames; a node's own is added to those below the first blank."""
+    """Numbers of frames; a node's own number is added to those of the first group."""
 
     EMERGENCY = 0x080
     MEASURED = 0x180
@@ -90,7 +90,7 @@ class CobId:
 
 
 class Nmt:
-    """Commands to a node, and the states that its heartbeat tells."""
+    """Commands to a node, and states in its heartbeat."""
 
     START = 0x01
     PRE_OPERATIONAL = 0x80
@@ -100,9 +100,9 @@ class Nmt:
 
 
 MASTER = 127
-"""Our own number: of the heartbeat that the drives watch."""
+"""Node number of the host, whose heartbeat the drives watch."""
 
 
 def layout(entries: tuple[Entry, ...]) -> struct.Struct:
-    """How these objects lie in one frame."""
+    """Layout of these objects in one frame."""
     return struct.Struct("<" + "".join(entry.format for entry in entries))

@@ -1,4 +1,4 @@
-"""A machine whose drives speak CiA 402: we give the clock by SYNC, and they measure, obey and watch us."""
+"""Driver of a machine of CiA 402 drives. The host gives the clock by SYNC; the drives measure, obey and watch it."""
 
 from collections.abc import Sequence
 from typing import ClassVar
@@ -16,13 +16,13 @@ from .node import CanopenNode
 from .objects import MASTER, Nmt
 
 WITHOUT_WIRE = ("udp_multicast", "virtual")
-"""Adapters that are as fast as this computer."""
+"""Adapters without a wire, which are as fast as this computer."""
 
 
 class CanopenRig(NodesDriver[CanopenNode, Bus]):
-    """`read` sends the SYNC and waits for its answers, `write` sends a torque to each drive.
+    """Driver whose `read` sends the SYNC and waits for its answers, and whose `write` sends a torque to each drive.
 
-    On 1 Mbit/s the SYNC and eight frames of four drives take up to 0.97 ms of 2 (docs/canopen.md).
+    At 1 Mbit/s the SYNC and eight frames of four drives take up to 0.97 ms of a period of 2 ms (docs/canopen.md).
     """
 
     not_open: ClassVar[str] = "The CAN bus is not open. Use the machine inside `with rig:`."
@@ -34,12 +34,13 @@ class CanopenRig(NodesDriver[CanopenNode, Bus]):
         """Open nothing yet; arguments as `Driver`.
 
         Raises:
-            ConfigError: They are on another bus, one has our own number, or their frames do not fit the wire.
+            ConfigError: The drives are on another bus, a drive has the host's number, or their frames do not fit on
+                the wire.
         """
         self._settings = drives.table(CanopenBus)
         if any(drive.node == MASTER for drive in drives.each):
             raise ConfigError(
-                f"Node {MASTER} is our own on the bus: give that drive another number, 1 to {MASTER - 1}."
+                f"Node {MASTER} is the host's own number on the bus. Give that drive another number, 1 to {MASTER - 1}."
             )
         if self._settings.interface not in WITHOUT_WIRE:
             refuse_overload(drives, load(drives))
@@ -47,7 +48,7 @@ class CanopenRig(NodesDriver[CanopenNode, Bus]):
         nodes = [CanopenNode(drive, has_motor, drives.period_s) for drive in drives.each]
         super().__init__(drives, nodes, answer_s, lock_step)
         self.notes: tuple[str, ...] = ()
-        """What the drives cannot that others can, in sentences."""
+        """Sentences about functions that the drives lack."""
 
     def _opened(self) -> Bus:
         return Bus(self._settings)

@@ -1,4 +1,4 @@
-"""The state machine of CiA 402, from the side of who commands: what a status word says, and which control word is next.
+"""State machine of CiA 402 from the host's side: state of a status word, and the next control word.
 
 Source: CiA 402-2 (IEC 61800-7-201), state machine and tables of status and control word.
 """
@@ -7,7 +7,7 @@ import enum
 
 
 class Cia402State(enum.Enum):
-    """Of one drive; the value is a word for the operator."""
+    """State of one drive; the value is a word for the operator."""
 
     NOT_READY = "not ready yet"
     SWITCH_ON_DISABLED = "switched off"
@@ -32,21 +32,21 @@ MASKED = (
     (0x4F, 0x0F, Cia402State.FAULT_REACTION),
     (0x4F, 0x08, Cia402State.FAULT),
 )
-"""Mask of a status word, what it leaves, and the state that this is."""
+"""Mask of a status word, its masked value, and the state."""
 
 
 def _state_of(low_byte: int) -> Cia402State:
     for mask, value, state in MASKED:
         if low_byte & mask == value:
             return state
-    return Cia402State.NOT_READY  # no state of the standard: nothing that could be trusted with torque
+    return Cia402State.NOT_READY  # no state of the standard: such a drive must not get torque
 
 
 _BY_LOW_BYTE = tuple(_state_of(byte) for byte in range(256))
 
 
 def state_of(status_word: int) -> Cia402State:
-    """What a status word says; bits beside those of the state do not matter."""
+    """Return the state in a status word; its other bits do not matter."""
     return _BY_LOW_BYTE[status_word & 0xFF]
 
 
@@ -64,6 +64,6 @@ NEXT = {
 
 
 def next_control(state: Cia402State, last: int) -> int:
-    """The control word that leads on from here; a reset counts by its rising edge, so it is not told twice in a row."""
+    """Return the control word of the next step. A reset works by its rising edge, so it is not sent twice in a row."""
     word = NEXT[state]
     return DISABLE_VOLTAGE if word == RESET == last else word

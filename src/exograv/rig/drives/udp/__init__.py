@@ -1,3 +1,3 @@
-"""A laboratory's own real-time controller, spoken to by datagrams: `docs/udp_protocol.md`."""
+"""Driver of a laboratory's own real-time controller over UDP: `docs/udp_protocol.md`."""
 
 from .host import UdpRig as UdpRig

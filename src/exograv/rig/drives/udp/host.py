@@ -1,4 +1,7 @@
-"""A machine behind a laboratory's own controller: our clock asks it once in every period, and what is late is lost."""
+"""Driver of a machine behind a laboratory's own controller, which is polled once per period by this computer's clock.
+
+A late answer counts as lost.
+"""
 
 import math
 import time
@@ -20,19 +23,24 @@ from .link import CODE, CURRENT, FAULT, MOTOR_POSITION, POSITION, PRESENT, STATU
 from .nameplate import refuse_other_controller
 
 LOST_S = 0.005
-"""Without any answer, all joints are lost: five periods, after the three that a guard bridges, and before the first
-drive's watchdog [s]."""
+"""Time without any answer after which all joints are lost [s].
+
+It is five periods: more than the three that a guard bridges, and less than the first drive's watchdog.
+"""
 
 PATIENCE_S = 0.3
-"""For a controller that is asked who it is: several watchdogs, after which whoever had it before has let it go [s]."""
+"""Time-out for a controller's nameplate [s].
+
+It is several watchdogs, after which a previous host that has fallen silent has lost the controller.
+"""
 
 FAULTS, STATUSES = sum(DriveFault), sum(DriveFlag)
-"""Bits that we know."""
+"""Bits that this version knows."""
 STEP = len(STATE_JOINT)
 
 
 class UdpNode(Node):
-    """Drive of one joint, as its controller says; faults are held against it there."""
+    """Drive of one joint, as its controller reports it; the controller keeps the noted faults."""
 
     def __init__(self, drive: Drive):
         super().__init__(drive, 1)
@@ -40,11 +48,11 @@ class UdpNode(Node):
 
     @property
     def is_on(self) -> bool:
-        """True if the drive gives the torque that it is told."""
+        """True if the drive gives the commanded torque."""
         return self.is_wanted
 
     def take(self, said: tuple[Any, ...]) -> None:
-        """Its part of a state; where it was not heard, its position is that of before."""
+        """Take the drive's part of a state. A drive that the controller does not hear keeps its last position."""
         self._misses, self.code, self.temperature_C = 0, said[CODE], said[TEMPERATURE]
         self.is_wanted, self.fault = _bits(said[STATUS] & STATUSES, said[FAULT] & FAULTS)
         if said[STATUS] & PRESENT:
@@ -53,14 +61,17 @@ class UdpNode(Node):
             self.current = 0.0
 
     def miss(self, is_lost: bool) -> None:
-        """No state has come for this tick, or for so long that it is lost."""
+        """Note that no state has come for this tick; `is_lost` if the last one is too old."""
         self._misses = 1
         if is_lost:
             self.hold_against(DriveFault.LOST)
 
 
 class UdpRig(Driver[UdpNode]):
-    """`read` polls the controller and waits for its answer, `write` sends it a current and a damping for each drive."""
+    """Driver whose `read` polls the controller and waits for its answer.
+
+    `write` sends current and damping of each drive.
+    """
 
     answer_share: ClassVar[float] = 0.4
 
@@ -68,13 +79,13 @@ class UdpRig(Driver[UdpNode]):
         """Send nothing before `with`; arguments as `Driver`.
 
         Args:
-            drives: Of the machine.
-            answer_s: How long `read` waits for the controller at most [s].
+            drives: Drives of the machine.
+            answer_s: Longest time for which `read` waits for the controller [s].
             lock_step: True if time is counted in periods.
-            first_sequence: Of our packets; tests begin close to the wrap.
+            first_sequence: First sequence of our packets; tests start close to the wrap.
 
         Raises:
-            ConfigError: They are on another bus.
+            ConfigError: The drives are on another bus.
         """
         udp = drives.table(UdpBus)
         super().__init__(drives, [UdpNode(drive) for drive in drives.each], answer_s, lock_step)
@@ -85,18 +96,18 @@ class UdpRig(Driver[UdpNode]):
     def disable(self) -> None:
         """Switch all motors off; the drives brake."""
         self._is_on = False
-        for _ in range(3):  # one may be lost; the watchdog is behind all of them
+        for _ in range(3):  # a packet may be lost; the watchdog acts if all are
             self._link.command(self._state.sequence, self.t, 0.0, Flag.NONE, self._no_current)
 
     @property
     def _is_open(self) -> bool:
-        return True  # a datagram needs no connection; the link refuses by itself
+        return True  # a datagram needs no connection; the link checks its use itself
 
     def _open(self) -> None:
         self._link.open()
 
     def _begin(self) -> None:
-        """Shake hands, and wait for a first measurement."""
+        """Shake hands with the controller, and wait for a first measurement."""
         refuse_other_controller(self._link.hello(PATIENCE_S), self._drives)
         ends = self.t + PATIENCE_S
         self._heard_at = -math.inf
@@ -104,8 +115,8 @@ class UdpRig(Driver[UdpNode]):
             self.read()
             if self.t > ends:
                 raise RigError(
-                    f"The controller at {self._link.address[0]}:{self._link.address[1]} says who it is, and does not "
-                    f"answer a poll within {1e3 * self._answer_s:g} ms. Is it busy, or the network? Counted: "
+                    f"The controller at {self._link.address[0]}:{self._link.address[1]} sends its nameplate, but does "
+                    f"not answer a poll within {1e3 * self._answer_s:g} ms. Is it busy, or is the network? Counts: "
                     f"{dict(self.counts)}."
                 )
 
@@ -137,18 +148,18 @@ class UdpRig(Driver[UdpNode]):
 
     def _refresh(self) -> None:
         self.read()
-        if self.t - self._heard_at > self._drives.watchdog_s:  # restarted, perhaps
+        if self.t - self._heard_at > self._drives.watchdog_s:  # the controller may have restarted
             self._begin()
 
     def _switch_on(self) -> None:
         ends = self.t + ENABLE_S
-        # More than once: a computer that stalls for a watchdog's time just then has switched nothing on.
+        # Retried: a computer that stalls for a watchdog's time in this sequence has switched nothing on.
         while not self._try_to_switch_on(ends) and self.t < ends:
             pass
         self._refuse_off()
 
     def _try_to_switch_on(self, ends: float) -> bool:
-        """Off, faults acknowledged, on; True if all has been done until then [s]."""
+        """Switch off, acknowledge faults, switch on; return True if all is done before `ends` [s]."""
         return (
             self._tell_until(Flag.NONE, ends, lambda node: not node.is_on)
             and self._tell_until(Flag.ACKNOWLEDGE, ends, lambda node: not node.fault)
@@ -156,14 +167,14 @@ class UdpRig(Driver[UdpNode]):
         )
 
     def _tell_until(self, flags: Flag, ends: float, is_done: Callable[[UdpNode], bool]) -> bool:
-        """Ask for no torque, once in each period, until every drive has done it, or it is then [s].
+        """Command zero torque once per period until every drive meets `is_done`, or until `ends` [s].
 
-        Where one that is to go on has a fault again, nothing more is waited for.
+        When drives are switched on, a new fault ends the wait.
         """
         first: list[int] = []
 
         def are_done() -> bool:
-            # Only what was said after it took one of these commands tells what they did.
+            # Only a state that was sent after the controller took one of these commands shows their effect.
             return bool(first) and not is_newer(first[0], self._taken) and all(map(is_done, self._nodes))
 
         def is_over() -> bool:
@@ -179,9 +190,9 @@ class UdpRig(Driver[UdpNode]):
         return are_done()
 
 
-@cache  # of ten bits at most; enumerations are slow to make in every tick
+@cache  # ten bits at most; making enumerations in every tick is slow
 def _bits(status: int, fault: int) -> tuple[bool, DriveFault]:
-    """True for a drive that is on, and its faults."""
+    """Return True for a drive that is on, and its faults."""
     if not status & DriveFlag.PRESENT:
         return False, DriveFault(fault) | DriveFault.LOST
     return bool(status & DriveFlag.ENABLED), DriveFault(fault)

@@ -1,6 +1,7 @@
-"""Every byte of the UDP protocol as data: the documentation's tables, the C header and both peers are tested by it.
+"""Layout of every byte of the UDP protocol, as data.
 
-Little endian, no padding: each field lies at a multiple of its own size, so that a C struct is the same.
+The documentation's tables, the C header and both peers are tested against it. Little endian, no padding: each field
+lies at a multiple of its own size, so that a C struct has the same layout.
 """
 
 import enum
@@ -8,17 +9,17 @@ import struct
 from typing import NamedTuple
 
 MAGIC = 0x56475845
-"""Bytes "EXGV"."""
+"""Magic number, the bytes "EXGV"."""
 VERSION = 1
 JOINTS_MAX = 16
 NAME_BYTES = 32
 
 SEQUENCES = 2**32
-"""After the last sequence comes 0."""
+"""Number of sequences; the one after the last is 0."""
 
 
 class Type(enum.IntEnum):
-    """What a packet is."""
+    """Type of a packet."""
 
     HELLO = 1
     NAMEPLATE = 2
@@ -29,33 +30,33 @@ class Type(enum.IntEnum):
 
 
 class Flag(enum.IntFlag):
-    """Of a packet."""
+    """Flags of a packet."""
 
     NONE = 0
     ENABLE = 1
-    """Command: motors are to be on."""
+    """Command: switch the motors on."""
     ACKNOWLEDGE = 2
-    """Command, without ENABLE: faults whose cause is over are forgotten."""
+    """Command without ENABLE: clear faults whose cause is gone."""
     TAKEN = 4
     """Nameplate: another host has the controller."""
 
 
 class DriveFlag(enum.IntFlag):
-    """Of one drive, in a state."""
+    """Status bits of one drive in a state."""
 
     NONE = 0
     ENABLED = 1
-    """Its motor gives the torque that it is told."""
+    """The motor gives the commanded torque."""
     PRESENT = 2
-    """The controller hears it; else its numbers mean nothing."""
+    """The controller hears the drive; otherwise the drive's numbers have no meaning."""
 
 
 class PacketField(NamedTuple):
-    """One number, or a name."""
+    """Field of a packet: one number, or a name."""
 
     name: str
     kind: str
-    """As in C: u8, u16, u32, u64, f32, f64; or char."""
+    """Type as in C: u8, u16, u32, u64, f32, f64; or char."""
     unit: str
     meaning: str
 
@@ -115,33 +116,33 @@ COMMAND_JOINT = (
 
 
 def packed(fields: tuple[PacketField, ...]) -> struct.Struct:
-    """What reads and writes these fields."""
+    """Return the `struct` that reads and writes these fields."""
     return struct.Struct("<" + "".join(FORMATS[field.kind] for field in fields))
 
 
 def offsets(fields: tuple[PacketField, ...], begin: int = 0) -> dict[str, int]:
-    """Where each field begins [byte]."""
+    """Offset of each field [byte]."""
     return {field.name: begin + packed(fields[:k]).size for k, field in enumerate(fields)}
 
 
 HEADER_BYTES = packed(HEADER).size
 CRC_BYTES = 4
-"""The last of every packet: CRC-32 of zlib over all bytes before it."""
+"""Size of the check sum at the end of every packet: CRC-32 of zlib over all bytes before it."""
 
 
 class PacketLayout(NamedTuple):
-    """One kind of packet: the header, its own fields, and each joint's."""
+    """Layout of one type of packet: the header, the fields of the packet, and the fields of each joint."""
 
     fields: tuple[PacketField, ...] = ()
     joint: tuple[PacketField, ...] = ()
 
     @property
     def joints_at(self) -> int:
-        """Where the first joint begins [byte]."""
+        """Offset of the first joint [byte]."""
         return HEADER_BYTES + packed(self.fields).size
 
     def size(self, joints: int) -> int:
-        """Of the whole packet [byte]."""
+        """Size of the whole packet [byte]."""
         return self.joints_at + joints * packed(self.joint).size + CRC_BYTES
 
 
@@ -157,12 +158,15 @@ LAYOUTS = {
 
 
 def length(kind: Type, joints: int) -> int:
-    """Of a packet [byte]. Who asks sends as many bytes as the answer has, filled with zeros: nothing is amplified."""
+    """Size of a packet [byte].
+
+    A request is as long as its answer, filled with zeros, so that the controller cannot be used to amplify traffic.
+    """
     if kind in (Type.HELLO, Type.NAMEPLATE):
         return _NAMEPLATE.size(JOINTS_MAX)
     return (_STATE if kind is Type.POLL else LAYOUTS[kind]).size(joints)
 
 
 def is_newer(sequence: int, than: int) -> bool:
-    """Whether one sequence follows another, across the wrap."""
+    """True if one sequence follows another, across the wrap."""
     return 0 < (sequence - than) % SEQUENCES < SEQUENCES // 2

@@ -1,4 +1,4 @@
-"""One session with a controller: datagrams out, the newest believable one in, nothing that waits or grows."""
+"""Session with one controller: sends datagrams and returns the newest valid one, without unbounded waits or buffers."""
 
 import math
 import secrets
@@ -15,10 +15,10 @@ from .packets import Header, Packet, Refusal, RefusedError, decode, encode
 
 HELLO_EVERY_S = 0.02
 REMEMBERED = 64
-"""Polls, for answers that come late."""
+"""Number of polls that are remembered for late answers."""
 
 READ_AT_ONCE = 32
-"""Packets; who sends more does not keep us from our tick."""
+"""Largest number of packets that are read at once. A flood of packets must not delay our tick."""
 
 BUFFER = 2048
 STEP = len(STATE_JOINT)
@@ -27,28 +27,28 @@ POSITION, MOTOR_POSITION, CURRENT, TEMPERATURE, STATUS, FAULT, CODE = range(STEP
 
 
 class UdpAnswer(NamedTuple):
-    """A state, and the poll that it answers."""
+    """State of the machine, and the poll that it answers."""
 
     tick: int
     t: float
-    """When that was sent, on our clock [s]."""
+    """Time at which that poll was sent, on our clock [s]."""
     packet: Packet
 
 
 class Link:
-    """With one controller; times are those of `clock` [s]."""
+    """Link to one controller; times are those of `clock` [s]."""
 
     def __init__(self, address: tuple[str, int], joints: int, first_sequence: int = 0):
-        """Nothing is sent before `open`.
+        """Send nothing before `open`.
 
         Args:
-            address: Of the controller.
-            joints: That it must have.
-            first_sequence: Of our packets; tests begin close to the wrap.
+            address: Address of the controller.
+            joints: Number of joints that the controller must have.
+            first_sequence: First sequence of our packets; tests start close to the wrap.
         """
         self.address, self._n = address, joints
         self.counts: Counter[str] = Counter()
-        """What was refused, by reason, and what did not come; a fixed set of names."""
+        """Number of refused packets by reason, and of missing ones; the names are a fixed set."""
         self._sequence = first_sequence
         self._socket: socket.socket | None = None
         self._session = self._grant = 0
@@ -57,10 +57,10 @@ class Link:
         self._states: list[tuple[int, int, float]] = [(-1, -1, 0.0)] * REMEMBERED
 
     def open(self) -> None:
-        """Make the socket, of which nobody but this controller is heard.
+        """Open the socket, which receives packets of this controller only.
 
         Raises:
-            RigError: There is no such address.
+            RigError: The address does not exist.
         """
         made = None
         try:
@@ -77,7 +77,7 @@ class Link:
         self._socket, self._session = made, secrets.randbelow(2**32 - 1) + 1
 
     def close(self) -> None:
-        """Let the controller go, and the socket."""
+        """Release the controller, and close the socket."""
         if self._socket is not None:
             try:
                 self._send(self._header(Type.BYE))
@@ -86,10 +86,10 @@ class Link:
                 self._socket = None
 
     def hello(self, patience_s: float) -> Packet:
-        """Begin the session, or begin it again with a controller that has forgotten it; the controller's nameplate.
+        """Start the session, or restart it with a controller that has forgotten it; return the nameplate.
 
         Raises:
-            RigError: Nobody answers, or another host has the controller.
+            RigError: No controller answers, or another host has the controller.
         """
         self._grant = 0
         self._polls = [(-1, -1, 0.0)] * REMEMBERED
@@ -107,8 +107,8 @@ class Link:
         host, port = self.address
         if is_taken:
             raise RigError(
-                f"The controller at {host}:{port} is commanded by another host. End that program first; it is free "
-                "when that has said goodbye, or a watchdog's time after it fell silent."
+                f"The controller at {host}:{port} is commanded by another host. End that program first. The controller "
+                "is free after that host's BYE, or a watchdog's time after its last packet."
             )
         raise RigError(
             f"No controller answers at {host}:{port} within {patience_s:g} s. Is it on, is the cable plugged in, and "
@@ -121,7 +121,7 @@ class Link:
         self._polls[sequence % REMEMBERED] = sequence, tick, t
 
     def collect(self, tick: int, until: float) -> UdpAnswer | None:
-        """The newest state that came until then, on `time.monotonic`; at once when it answers this tick's poll."""
+        """Return the newest state that comes before `until` (`time.monotonic`); at once if it answers this tick's poll."""
         newest = None
         for _ in range(READ_AT_ONCE):
             if (packet := self._receive(Type.STATE, until)) is None:
@@ -134,14 +134,14 @@ class Link:
         return newest
 
     def command(self, tick: int, now: float, life_s: float, flags: Flag, joints: tuple[float, ...]) -> int | None:
-        """Send a command that answers a tick's state; its sequence, None where there is no such state.
+        """Send a command that answers a tick's state; return its sequence, or None if there is no such state.
 
         Args:
-            tick: Of the poll that led to it.
-            now: On the clock of `poll` [s].
-            life_s: From receipt [s].
+            tick: Tick of the poll that led to the command.
+            now: Present time on the clock of `poll` [s].
+            life_s: Life of the command from its receipt [s].
             flags: ENABLE and ACKNOWLEDGE.
-            joints: Current [A] and damping [N·m·s/rad] of each.
+            joints: Current [A] and damping [N·m·s/rad] of each joint.
         """
         known, state, t = self._states[tick % REMEMBERED]
         if known != tick and flags:
@@ -157,15 +157,15 @@ class Link:
 
     def _send(self, header: Header, own: tuple[Any, ...] = (), joints: tuple[Any, ...] = ()) -> int:
         if self._socket is None:
-            raise RigError("The controller is spoken to before it was opened. Use the rig in `with rig:`.")
+            raise RigError("The link to the controller is not open. Use the machine inside `with rig:`.")
         try:
             self._socket.send(encode(header, own, joints))
-        except OSError:  # nobody there, or no room: as if it was lost on the way
+        except OSError:  # no receiver, or a full buffer: the same as a lost packet
             self.counts["not sent"] += 1
         return header.sequence
 
     def _receive(self, kind: Type, until: float) -> Packet | None:
-        """The next believable packet of this kind, until then."""
+        """Return the next valid packet of this type before `until`."""
         opened = self._socket
         if opened is None:
             return None
@@ -177,7 +177,7 @@ class Link:
                 if left <= 0.0 or not select.select((opened,), (), (), left)[0]:
                     return None
                 continue
-            except OSError:  # what was sent before found nobody
+            except OSError:  # an earlier packet found no receiver
                 self.counts["not heard"] += 1
                 if time.monotonic() >= until:
                     return None
@@ -220,7 +220,7 @@ class Link:
 
 
 def _has_numbers(joints: tuple[Any, ...]) -> bool:
-    """Whether every drive that is heard says where it is and what flows in it."""
+    """True if every drive that the controller hears reports a position and a current."""
     return all(
         math.isfinite(joints[k + POSITION]) and math.isfinite(joints[k + CURRENT])
         for k in range(0, len(joints), STEP)

@@ -1,4 +1,4 @@
-"""What a controller says of itself is held against `drives.toml` before anything is switched on."""
+"""Comparison of a controller's nameplate with `drives.toml`, before a motor is switched on."""
 
 from exograv.errors import ConfigError
 from exograv.rig.drives.nameplate import refuse_other_value
@@ -15,22 +15,24 @@ PLATE = (
 
 
 def refuse_other_controller(packet: Packet, drives: Drives) -> None:
-    """Joints, currents, brakes, watchdog and period must be those of the file.
+    """Refuse a controller whose joints, currents, brakes, watchdog or period differ from the file.
 
     Raises:
-        ConfigError: Names the joint, both values and what to do.
+        ConfigError: A value differs. The message names the joint, both values and the next step.
     """
     address = drives.settings.udp
     where = "" if address is None else f" at {address.host}:{address.port}"
     try:
         plates = nameplates(packet)
     except RefusedError as error:
-        raise ConfigError(f"The controller{where} has a joint whose name is no text. Correct it there.") from error
+        raise ConfigError(
+            f"The controller{where} has a joint whose name is not valid UTF-8. Correct it there."
+        ) from error
     if (names := [plate.joint for plate in plates]) != list(drives.joints):
         raise ConfigError(
             f"The controller{where} moves {', '.join(names)}; drives.toml and the machine have "
-            f"{', '.join(drives.joints)}. Both need the same joints in the same order: correct the controller, or take "
-            "the machine's own file."
+            f"{', '.join(drives.joints)}. Both need the same joints in the same order: correct the controller, or give "
+            "the file of this machine."
         )
     watchdog_us, period_us = packet.own
     refuse_other_value(f"watchdog{where}", 1e-3 * watchdog_us, "watchdog_ms", drives.settings.watchdog_ms, "ms")

@@ -1,4 +1,7 @@
-"""Packets to bytes and back; what is not exactly a packet of this protocol is refused, with the reason."""
+"""Conversion of packets to bytes and back.
+
+Bytes that are not a valid packet of this protocol are refused with a reason.
+"""
 
 import enum
 import math
@@ -24,13 +27,13 @@ _HEADER, _CRC = packed(HEADER), packed((HEADER[0],))
 _OWN = {kind: packed(layout.fields) for kind, layout in LAYOUTS.items()}
 _JOINTS = {
     (kind, n): packed(layout.joint * n) for kind, layout in LAYOUTS.items() for n in range(JOINTS_MAX + 1)
-}  # made once: no tick waits for a format
+}  # made once, so that no tick parses a format
 _LENGTHS = {(kind, n): length(kind, n) for kind in Type for n in range(JOINTS_MAX + 1)}
 _TYPES = {int(kind): kind for kind in Type}
 
 
 class Refusal(enum.Enum):
-    """Why a packet is not believed."""
+    """Reason why a packet is refused."""
 
     LENGTH = "length"
     CRC = "crc"
@@ -38,17 +41,17 @@ class Refusal(enum.Enum):
     VERSION = "version"
     TYPE = "type"
     NUMBER = "number"
-    """A value that is not finite, or outside of what it can be."""
+    """A value is not finite, or out of range."""
     SESSION = "session"
-    """Of another session, or of none."""
+    """The packet belongs to another session, or to none."""
     SEQUENCE = "sequence"
-    """Not newer than the newest."""
+    """The packet is not newer than the newest one."""
     DEAD = "dead"
-    """A command that has outlived itself on its way, or answers a state that is forgotten."""
+    """The command has expired on its way, or answers a state that is forgotten."""
 
 
 class RefusedError(Exception):
-    """Never leaves the drivers: it is counted."""
+    """Refusal of a packet. The drivers catch and count it."""
 
     def __init__(self, why: Refusal):
         super().__init__(why.value)
@@ -56,7 +59,7 @@ class RefusedError(Exception):
 
 
 class Header(NamedTuple):
-    """As in `layout.HEADER`, without magic and version."""
+    """Header as in `layout.HEADER`, without magic and version."""
 
     kind: Type
     joints: int
@@ -69,7 +72,7 @@ class Header(NamedTuple):
 
 
 class Packet(NamedTuple):
-    """Header, the packet's own fields, and those of all joints one after the other."""
+    """Header, the fields of the packet, and the fields of all joints in sequence."""
 
     header: Header
     own: tuple[Any, ...]
@@ -77,7 +80,7 @@ class Packet(NamedTuple):
 
 
 def encode(header: Header, own: tuple[Any, ...] = (), joints: tuple[Any, ...] = ()) -> bytes:
-    """The packet's bytes, filled up to the length of its kind."""
+    """Return the packet's bytes, filled up to the length of its type."""
     kind, n = header.kind, header.joints
     body = b"".join(
         (
@@ -90,10 +93,10 @@ def encode(header: Header, own: tuple[Any, ...] = (), joints: tuple[Any, ...] = 
 
 
 def decode(data: bytes) -> Packet:
-    """The packet that these bytes are.
+    """Return the packet that these bytes contain.
 
     Raises:
-        RefusedError: They are none.
+        RefusedError: The bytes are not a valid packet.
     """
     if len(data) < HEADER_BYTES + CRC_BYTES:
         raise RefusedError(Refusal.LENGTH)
@@ -116,7 +119,7 @@ def decode(data: bytes) -> Packet:
 
 
 class Nameplate(NamedTuple):
-    """What a controller says of one of its drives."""
+    """Nameplate of one of a controller's drives."""
 
     joint: str
     current_rated_A: float
@@ -125,10 +128,10 @@ class Nameplate(NamedTuple):
 
 
 def nameplates(packet: Packet) -> list[Nameplate]:
-    """Of each joint.
+    """Return the nameplate of each joint.
 
     Raises:
-        RefusedError: A name is no text.
+        RefusedError: A name is not valid UTF-8.
     """
     step, plates = len(NAMEPLATE_JOINT), []
     for k in range(packet.header.joints):
@@ -141,15 +144,15 @@ def nameplates(packet: Packet) -> list[Nameplate]:
 
 
 def name_bytes(joint: str) -> bytes:
-    """A joint's name as it travels; what is too long is cut."""
+    """Name of a joint as bytes of a packet; a longer name is cut."""
     return joint.encode("utf-8")[:NAME_BYTES].ljust(NAME_BYTES, b"\0")
 
 
 def refuse_wrong_command(packet: Packet) -> None:
-    """Currents are finite, dampings finite and not negative.
+    """Refuse a current that is not finite, and a damping that is not finite or negative.
 
     Raises:
-        RefusedError: They are not.
+        RefusedError: A value is not valid.
     """
     joints = packet.joints
     if not all(map(math.isfinite, joints)) or (joints and min(joints[1::2]) < 0.0):

@@ -1,4 +1,4 @@
-"""The object dictionary of a simulated drive: what it can be asked for, and what may be set."""
+"""Object dictionary of a simulated drive: objects that can be read, and objects that can be set."""
 
 from canopen import ObjectDictionary
 from canopen import objectdictionary as kinds
@@ -14,7 +14,7 @@ U8, U16, U32, I8, I16, I32 = (
 )
 
 VENDOR, PRODUCT = 0, 0x65786F67
-"""No maker has number 0."""
+"""Vendor and product number; no maker has number 0."""
 
 VARIABLES = (
     (0x1000, "device type", U32, "ro", 0x00020192),  # servo drive, CiA 402
@@ -51,7 +51,7 @@ INVALID = 1 << 31
 
 
 def object_dictionary(without: frozenset[int]) -> ObjectDictionary:
-    """Of one drive, as it comes from its maker; `without`: objects by index that this one has not."""
+    """Return the dictionary of one drive with its maker's settings; `without` are indices of objects that it lacks."""
     found = ObjectDictionary()
     for index, name, kind, access, value in VARIABLES:
         if index not in without:

@@ -1,4 +1,4 @@
-"""All simulated drives of a machine on one CAN bus, in one loop without threads."""
+"""Simulated drives of a machine on one CAN bus, in one loop without threads."""
 
 import time
 from collections.abc import Callable
@@ -11,14 +11,14 @@ from exograv.rig.drives.simulated.plant import Plant
 from .node import QuietNetwork, SimulatedNode
 
 KIND = 0x780
-"""Bits of a frame's number that say what it is; the others are a node's, 0 in SYNC and NMT."""
+"""Bits of a frame's number that give its kind; the others are a node's number, 0 in SYNC and NMT."""
 
 ORDER_BYTES, QUESTION_BYTES = 2, 8
-"""Of NMT and SDO; what is shorter is no frame of theirs."""
+"""Sizes of NMT and SDO frames [byte]; shorter frames are ignored."""
 
 
 class CanopenDevices(SimulatedDevices):
-    """Nodes on the bus of `drives.toml`; each says that it has started."""
+    """Nodes on the bus of `drives.toml`; each reports that it has started."""
 
     def __init__(
         self,
@@ -28,7 +28,7 @@ class CanopenDevices(SimulatedDevices):
         say: Say = print,
         without: frozenset[int] = frozenset(),
     ):
-        """Open the bus; `without` are objects by index that these drives do not have.
+        """Open the bus; `without` are indices of objects that these drives lack.
 
         Raises:
             ConfigError: The drives are on another bus.
@@ -53,15 +53,15 @@ class CanopenDevices(SimulatedDevices):
         for node in self.nodes:
             self._join(node)
         self.watch: Callable[[float, float], object] | None = None
-        """For examiners: is told of each SYNC when it was heard and when it had been answered, monotonic [s]."""
+        """Callback for examiners: reception and end of the answer of each SYNC, on the monotonic clock [s]."""
 
     @property
     def where(self) -> str:
-        """Address of the bus, for a person."""
+        """Address of the bus in readable form."""
         return f"can://{self._settings.interface}/{self._settings.channel}"
 
     def restart(self, joint: int) -> None:
-        """Switch its power off and on: it has forgotten what it was set to."""
+        """Switch a drive's power off and on; it loses its settings."""
         node = self.nodes[joint]
         del self._network[node.number]
         node.restart()
@@ -94,9 +94,9 @@ class CanopenDevices(SimulatedDevices):
 
     def _on_sync(self, frame: CanFrame, now: float) -> None:
         if frame.cob & ~KIND:
-            return  # an emergency
+            return  # an emergency frame
         heard_at = time.monotonic()
-        # On a wire the lowest number goes first: what is slow does not come before another drive's measurement.
+        # On a wire the lowest number has priority: a slow frame does not come before another drive's measurement.
         for cob, data in sorted(frame for node in self._plugged() for frame in node.on_sync(now)):
             self._bus.send(cob, data)
         if self.watch is not None:
@@ -134,6 +134,6 @@ class CanopenDevices(SimulatedDevices):
         return send
 
     def _send(self, cob: int, data: bytes) -> None:
-        """Send a frame of the package `canopen` for a node: answers, and the message that it has started."""
+        """Send a frame of the package `canopen` for a node: an answer, or its boot-up message."""
         if self._hears(cob & 0x7F):
             self._bus.send(cob, data)

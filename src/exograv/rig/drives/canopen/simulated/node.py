@@ -1,4 +1,4 @@
-"""One simulated drive as a node of a CAN bus: its dictionary, its frames as they are mapped, its emergencies."""
+"""Simulated drive as a node of a CAN bus: object dictionary, mapped frames, emergencies."""
 
 import math
 import struct
@@ -17,14 +17,14 @@ from .state_machine import StateMachine, StatusState
 OPERATIONAL, PRE_OPERATIONAL = "OPERATIONAL", "PRE-OPERATIONAL"
 CYCLIC_TORQUE = 10
 AT_ONCE = 0xFE
-"""Transmission types from here on do not wait for a SYNC."""
+"""First transmission type that does not wait for a SYNC."""
 
 NOT_NOW, NOT_MAPPABLE = 0x08000022, 0x06040041
 """Abort codes (CiA 301)."""
 
 FRAME_BITS = 64
 TOLD = ((0x6040, 0), (0x6071, 0), (0x2100, 0))
-"""What a command may carry."""
+"""Objects that a command may carry."""
 
 CODES = (
     (DriveFault.STOP_LINE, 0x9001),
@@ -34,7 +34,7 @@ CODES = (
     (DriveFault.WATCHDOG, 0x8250),
     (DriveFault.INTERNAL, 0x6100),
 )
-"""What it tells of each fault: the first that holds (CiA 301, CiA 402)."""
+"""Error code of each fault; the first that applies is sent (CiA 301, CiA 402)."""
 
 FORMATS = {
     kinds.UNSIGNED8: "B",
@@ -47,31 +47,31 @@ FORMATS = {
 
 
 class QuietNetwork(Network):
-    """Of all nodes, without a bus of its own and without threads."""
+    """Network of all nodes, without a bus of its own and without threads."""
 
     def __init__(self, send: Callable[[int, bytes], None]):
         super().__init__()
         self._hand_on = send
 
     def send_message(self, can_id: int, data: bytes | bytearray | list[int], remote: bool = False) -> None:
-        """Answers, and that a node has started."""
+        """Hand on an answer or a boot-up message."""
         self._hand_on(can_id, bytes(data))
 
     def send_periodic(self, can_id: int, data: bytes, period: float, remote: bool = False) -> Any:
-        """No heartbeat from a thread: each node sends it in its own time."""
+        """Return a task without effect: each node sends its heartbeat itself, in its own time."""
         return _NoTask()
 
 
 class _NoTask:
     def update(self, data: object) -> None:
-        """Nothing to change."""
+        """Do nothing: the task has no data."""
 
     def stop(self) -> None:
-        """Nothing to end."""
+        """Do nothing: the task has no thread."""
 
 
 class MappedFrame:
-    """A frame as somebody has mapped it."""
+    """Frame with the mapping that the host has written."""
 
     def __init__(self, node: LocalNode, index: int):
         number = _value(node, index, 1)
@@ -84,12 +84,12 @@ class MappedFrame:
 
 
 class SimulatedNode:
-    """Time is told to it; it sends by `send(cob, data)`, which may be unplugged."""
+    """Simulated drive; each call passes the time. It sends by `send(cob, data)`, which may be disconnected."""
 
     def __init__(self, plant: Plant, joint: int, send: Callable[[int, bytes], None], without: frozenset[int]):
         self._plant, self._joint, self._send, self._without = plant, joint, send, without
         self.drive = plant.each[joint]
-        self.drive.watchdog_s = math.inf  # nobody has set one yet
+        self.drive.watchdog_s = math.inf  # no host has set a watchdog yet
         self.local: Any = None
         self._getters: dict[tuple[int, int], Callable[[], int]] = {
             (0x603F, 0): lambda: _code(self._fault),
@@ -104,7 +104,7 @@ class SimulatedNode:
         self.restart()
 
     def restart(self) -> None:
-        """As it comes from power off: as its maker has made it, and pre-operational after its boot-up message."""
+        """Start as after power-up: with the maker's settings, and pre-operational after the boot-up message."""
         self.local = LocalNode(self.drive.settings.node, object_dictionary(self._without))
         self.local.add_read_callback(self._read)
         self.local.add_write_callback(self._written)
@@ -119,11 +119,11 @@ class SimulatedNode:
 
     @property
     def number(self) -> int:
-        """Its address."""
+        """Node number of the drive."""
         return self.drive.settings.node
 
     def order(self, state: str) -> None:
-        """NMT has changed its state."""
+        """Take the new NMT state."""
         self.is_operational = state == OPERATIONAL
         if self.is_operational:
             self.frames = tuple(one for index in SENT if (one := MappedFrame(self.local, index)).is_valid)
@@ -132,7 +132,7 @@ class SimulatedNode:
             self._syncs = 0
 
     def on_command(self, data: bytes, now: float) -> None:
-        """A frame that tells it a torque: in force at once, or with the next SYNC, as it is set."""
+        """Take a command frame. It acts at once, or with the next SYNC, depending on the transmission type."""
         frame = self.received
         if frame is None or not self.is_operational or len(data) < frame.layout.size:
             return
@@ -142,7 +142,7 @@ class SimulatedNode:
             self._obey(now)
 
     def on_sync(self, now: float) -> list[tuple[int, bytes]]:
-        """It measures; the frames that are due."""
+        """Measure, and return the frames that are due."""
         if not self.is_operational:
             return []
         if self._pending:
@@ -156,12 +156,12 @@ class SimulatedNode:
         ]
 
     def on_heartbeat(self, node: int, now: float) -> None:
-        """Somebody lives; it is watched from the first time on."""
+        """Note a heartbeat; the drive watches it from the first one on."""
         if _value(self.local, 0x1016, 1) >> 16 & 0xFF == node:
             self._heard_at = now
 
     def step(self, now: float) -> None:
-        """A period is over: what the drive does by itself becomes state and emergency."""
+        """End a step: publish the drive's own actions as state and emergency."""
         drive, machine = self.drive, self._machine
         patience = 1e-3 * (_value(self.local, 0x1016, 1) & 0xFFFF)
         if patience and now - self._heard_at > patience > 0.0 and self._heard_at > -math.inf:
@@ -214,7 +214,7 @@ class SimulatedNode:
         elif index == 0x6060:
             self._mode = value
         elif index == 0x1016:
-            self._heard_at = -math.inf  # from the next one on
+            self._heard_at = -math.inf  # watched from the next heartbeat on
         elif (index, subindex) == (RECEIVED[0], 5):
             self.drive.watchdog_s = 1e-3 * value if value else math.inf
 
@@ -230,13 +230,13 @@ class SimulatedNode:
             raise SdoAbortedError(NOT_MAPPABLE)
 
     def _can_map(self, entry: int) -> bool:
-        """Whether it has this object, of this length, for a frame."""
+        """True if the drive has this object, of this length, for a frame."""
         variable = self.local.object_dictionary.get_variable(entry >> 16, entry >> 8 & 0xFF)
         is_ours = (entry >> 16, entry >> 8 & 0xFF) in (*self._getters, *TOLD)
         return is_ours and variable is not None and len(variable) == entry & 0xFF
 
     def _is_open(self, parameters: int) -> bool:
-        """Whether a frame's mapping may be changed: it is invalid, and maps nothing (CiA 301)."""
+        """True if a frame's mapping may be changed: the frame is invalid and maps no object (CiA 301)."""
         is_invalid = bool(_value(self.local, parameters, 1) & INVALID)
         return is_invalid and _value(self.local, parameters + 0x200, 0) == 0
 
@@ -252,7 +252,7 @@ def _code(fault: DriveFault) -> int:
 
 
 def _value(node: Any, index: int, sub: int) -> int:
-    """What one of a node's own unsigned objects holds; 0 where it has none."""
+    """Value of one of a node's own unsigned objects; 0 if it has none."""
     stored = node.data_store.get(index, {}).get(sub)
     if stored is not None:
         return int.from_bytes(stored, "little")

@@ -1,13 +1,13 @@
-"""The state machine of CiA 402 inside a simulated drive: control words in, status words out.
+"""State machine of CiA 402 inside a simulated drive: control words in, status words out.
 
-Written from the standard's tables without the master's reading of them (`rig.drives.canopen.states`).
+Written from the standard's tables, independently of the host's side (`rig.drives.canopen.states`).
 """
 
 import enum
 
 
 class StatusState(enum.Enum):
-    """The value is what the status word says of it."""
+    """State of a drive; the value is its status word."""
 
     SWITCH_ON_DISABLED = 0x0240
     READY_TO_SWITCH_ON = 0x0231
@@ -36,7 +36,7 @@ TRANSITIONS = {
         S.OPERATION_ENABLED: S.QUICK_STOP_ACTIVE,
     },
 }
-"""By command, from where to where; 2 to 12 of the standard, 1 and 13 to 15 are below."""
+"""Transitions from state to state, by command: 2 to 12 of the standard; 1 and 13 to 15 are below."""
 
 COMMANDS = (
     (0x82, 0x00, "disable voltage"),
@@ -45,20 +45,20 @@ COMMANDS = (
     (0x8F, 0x07, "switch on"),
     (0x8F, 0x0F, "enable operation"),
 )
-"""Mask of a control word, what it leaves, and which command this is; with bit 7 it is a reset, or none."""
+"""Mask of a control word, its masked value, and the command. With bit 7 it is a reset, or no command."""
 
 RESET = 0x80
 
 
 class StateMachine:
-    """Of one drive that is under power: it has gone through `not ready to switch on` already."""
+    """State machine of one drive under power, which has already left `not ready to switch on`."""
 
     def __init__(self):
         self.state = StatusState.SWITCH_ON_DISABLED
         self._last = 0
 
     def control(self, word: int) -> bool:
-        """A control word has come; whether it asks to reset a fault, which only the drive itself can grant."""
+        """Take a control word; return True if it asks to reset a fault. Only the drive itself can grant that."""
         rises, self._last = word & RESET and not self._last & RESET, word
         if self.state is StatusState.FAULT:
             return bool(rises)
@@ -68,14 +68,17 @@ class StateMachine:
         return False
 
     def fail(self) -> None:
-        """Something is wrong: its reaction is over at once, because a simulated drive brakes by itself when off."""
+        """Enter the fault state.
+
+        The reaction ends at once, because a simulated drive brakes by itself when it is off.
+        """
         self.state = StatusState.FAULT
 
     def reset(self) -> None:
-        """What was wrong is over, and somebody has asked."""
+        """Leave the fault state, after the cause is gone and a host has asked."""
         self.state = StatusState.SWITCH_ON_DISABLED
 
     def end_quick_stop(self) -> None:
-        """It stands: off, as quick-stop option 2 says."""
+        """End a quick stop at standstill: the drive switches off, as in quick-stop option 2."""
         if self.state is StatusState.QUICK_STOP_ACTIVE:
             self.state = StatusState.SWITCH_ON_DISABLED

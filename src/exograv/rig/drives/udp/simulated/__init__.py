@@ -1,1 +1,1 @@
-"""A simulated controller that speaks the UDP protocol."""
+"""Simulated controller with the UDP protocol."""

@@ -1,4 +1,4 @@
-"""A simulated controller that speaks `docs/udp_protocol.md`, with a twin's motors behind its drives."""
+"""Simulated controller with the protocol of `docs/udp_protocol.md` and the motors of a twin."""
 
 import contextlib
 import select
@@ -27,26 +27,26 @@ from exograv.rig.drives.udp.packets import (
 from .session import Address, UdpSession
 
 STATES = 32
-"""Of which a command may still answer one."""
+"""Number of past states that a command may answer."""
 
 LOCK_STEP_HOLD_S = 2.0
-"""After which a silent host has let go of a machine that waits for it."""
+"""Time after which a silent host loses a machine in lock-step [s]."""
 
 BUFFER = 2048
 
 
 class UdpController(SimulatedDevices):
-    """Answers one host; its drives watch, limit and brake by themselves whatever it is told."""
+    """Controller of one host. Its drives have their own watchdogs, limits and brakes, independent of their commands."""
 
     def __init__(self, plant: Plant, drives: Drives, lock_step: bool = False, say: Say = print):
-        """Listen at the address of `drives.toml`, and at no other.
+        """Listen at the address of `drives.toml` only.
 
         Raises:
             ConfigError: The drives are on another bus.
-            RigError: The address is not this computer's, or in use.
+            RigError: The address does not belong to this computer, or is in use.
         """
         super().__init__(plant, drives, lock_step, say)
-        # In lock-step the wall clock says nothing: a host may think for as long as it wants.
+        # In lock-step the wall clock has no meaning: a host may compute for as long as it wants.
         self.session = UdpSession(len(drives.joints), LOCK_STEP_HOLD_S if lock_step else drives.watchdog_s)
         self._was_enabled = False
         self._command = 0
@@ -55,17 +55,17 @@ class UdpController(SimulatedDevices):
 
     @property
     def where(self) -> str:
-        """Address of the bus, for a person."""
+        """Address of the bus in readable form."""
         host, port = self._socket.getsockname()
         return f"udp://{host}:{port}"
 
     def receive(self, data: bytes, sender: Address, now: float) -> bytes | None:
-        """One packet; what is answered, never more bytes than came.
+        """Process one packet; return the answer, which never has more bytes than the packet.
 
         Args:
-            data: As it came.
-            sender: From where.
-            now: On a clock that never goes back [s].
+            data: Bytes of the packet.
+            sender: Address of its sender.
+            now: Time on a clock that never goes back [s].
         """
         try:
             packet = decode(data)
@@ -87,7 +87,7 @@ class UdpController(SimulatedDevices):
         elif kind is Type.BYE:
             self._all_off()
             self.session.end()
-            self._say("The host has said goodbye.")
+            self._say("The host has ended the session.")
         else:
             raise RefusedError(Refusal.TYPE)
         return None
@@ -128,10 +128,10 @@ class UdpController(SimulatedDevices):
         self._was_enabled = bool(wants & Flag.ENABLE)
 
     def _until(self, packet: Packet) -> float:
-        """When the life of a command ends, on the plant's clock [s].
+        """End of the life of a command on the plant's clock [s].
 
         Raises:
-            RefusedError: It has ended, or the state that it answers is forgotten.
+            RefusedError: The command has expired, or the state that it answers is forgotten.
         """
         age_us, life_us = packet.own
         number, at = self._states[packet.header.answers % STATES]
@@ -183,7 +183,7 @@ class UdpController(SimulatedDevices):
         self._socket.close()
 
     def _step_drive(self, joint: int) -> None:
-        """A drive does nothing beside its firmware."""
+        """Do nothing: a drive on this bus has no behaviour beside its firmware."""
 
     def _serve(self, seconds: float) -> None:
         if select.select((self._socket,), (), (), seconds)[0]:
@@ -195,7 +195,7 @@ class UdpController(SimulatedDevices):
                 data, sender = self._socket.recvfrom(BUFFER)
             except BlockingIOError:
                 return
-            except OSError:  # an answer found nobody
+            except OSError:  # an answer found no receiver
                 continue
             if self._is_cut:
                 self._miss(data)
@@ -205,7 +205,7 @@ class UdpController(SimulatedDevices):
                 self._send(answer, sender)
 
     def _miss(self, data: bytes) -> None:
-        """In lock-step a poll is also the clock, and time goes on though its cable is out."""
+        """Advance time in lock-step with a poll that is lost: a poll is also the clock, even without a cable."""
         with contextlib.suppress(RefusedError):
             if self._lock_step and decode(data).header.kind is Type.POLL:
                 self._step_loop()
@@ -213,7 +213,7 @@ class UdpController(SimulatedDevices):
     def _send(self, answer: bytes, sender: Address) -> None:
         try:
             self._socket.sendto(answer, sender)
-        except OSError:  # no room, or nobody there: as if it was lost on the way
+        except OSError:  # a full buffer, or no receiver: the same as a lost packet
             self.session.refused["not sent"] += 1
 
 

@@ -1,4 +1,4 @@
-"""Who commands a simulated controller: one host, by session, grant, address and ever newer packets."""
+"""Session of a simulated controller with its one host: session number, grant, address and increasing sequences."""
 
 import secrets
 from collections import Counter
@@ -11,7 +11,7 @@ Address = tuple[str, int]
 
 
 class CommandingHost(NamedTuple):
-    """The host that commands."""
+    """Host that commands the controller."""
 
     session: int
     grant: int
@@ -19,10 +19,10 @@ class CommandingHost(NamedTuple):
 
 
 class UdpSession:
-    """Times are those of one clock that never goes back [s]."""
+    """Session of a controller; times are those of one clock that never goes back [s]."""
 
     def __init__(self, joints: int, hold_s: float, first_sequence: int = 0):
-        """Free for whoever says hello first, and again when that host has been silent for `hold_s`."""
+        """Start free. The first hello takes the controller; a host that is silent for `hold_s` loses it."""
         self._n, self._hold_s = joints, hold_s
         self.holder: CommandingHost | None = None
         self._newest, self._heard_at = 0, 0.0
@@ -30,10 +30,10 @@ class UdpSession:
         self.refused: Counter[str] = Counter()
 
     def greet(self, packet: Packet, sender: Address, now: float) -> Flag:
-        """A hello: whoever says it has the controller now, or is told that it is taken.
+        """Process a hello: give the controller to its sender, or answer that it is taken.
 
         Raises:
-            RefusedError: It is an old one of the host that has it, or names no session.
+            RefusedError: The hello is an old one of the present host, or names no session.
         """
         header, holder = packet.header, self.holder
         if header.session == 0 or header.grant != 0:
@@ -49,10 +49,10 @@ class UdpSession:
         return Flag.NONE
 
     def check(self, packet: Packet, sender: Address) -> None:
-        """Whether it is the holder's, and newer than all before.
+        """Check that a packet is the present host's, and newer than all before.
 
         Raises:
-            RefusedError: It is not.
+            RefusedError: The packet is not.
         """
         header, holder = packet.header, self.holder
         if holder is None or (header.session, header.grant, sender) != holder:
@@ -63,15 +63,15 @@ class UdpSession:
             raise RefusedError(Refusal.SEQUENCE)
 
     def accept(self, packet: Packet, now: float) -> None:
-        """It is believed, so that older ones are not any more."""
+        """Accept a packet; older ones are refused from now on."""
         self._newest, self._heard_at = packet.header.sequence, now
 
     def end(self) -> None:
-        """Free for others."""
+        """Free the controller for other hosts."""
         self.holder = None
 
     def answer(self, kind: Type, packet: Packet, time_ns: int, flags: Flag = Flag.NONE) -> Header:
-        """The header of an answer."""
+        """Return the header of an answer."""
         self._sequence = (self._sequence + 1) % SEQUENCES
         holder, asked = self.holder, packet.header
         grant = 0 if holder is None or flags & Flag.TAKEN else holder.grant
