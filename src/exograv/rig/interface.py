@@ -84,7 +84,7 @@ class VirtualRig(Protocol):
 
 
 def may_be_worn(rig: Rig) -> bool:
-    """True if a person may be in this machine. Every protection of a person is then required."""
+    """Return True if a person may be in this machine. Every protection of a person is then required."""
     return not (isinstance(rig, VirtualRig) and rig.is_virtual)
 
 

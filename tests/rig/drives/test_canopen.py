@@ -178,7 +178,7 @@ def test_a_drive_that_falls_silent_is_reported_and_the_others_are_still_measured
     said = bench("state")
     assert said["fault"][ELBOW] == DriveFault.WATCHDOG
     assert said["enabled"] == [True, True, True, False]
-    assert "says nothing any more" in rig.status()[ELBOW].sentence("elbow_flexion")
+    assert "has stopped answering" in rig.status()[ELBOW].sentence("elbow_flexion")
 
 
 def test_while_an_answer_is_missing_no_measurement_is_made_up(rig: CanopenRig, bench: Bench):
@@ -225,8 +225,8 @@ def test_enabling_without_a_drive_fails_with_its_name_and_leaves_all_off(rig: Ca
 
 FAULTS = {
     "TEMPERATURE": (0x4310, "is too hot"),
-    "CURRENT": (0x2310, "too much current"),
-    "ENCODER": (0x7305, "does not trust its encoder"),
+    "CURRENT": (0x2310, "overcurrent"),
+    "ENCODER": (0x7305, "encoder fault"),
     "INTERNAL": (0x6100, "internal fault"),
 }
 

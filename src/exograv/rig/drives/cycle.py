@@ -1,4 +1,4 @@
-"""One period on a bus whose drives answer separately: a question, the answers, and an order to each drive."""
+"""Period on a bus whose drives answer separately: a question, the answers, and an order to each drive."""
 
 import time
 from abc import ABC, abstractmethod
@@ -97,7 +97,7 @@ class Cycle(ABC, Generic[AnyFrame, AnyNode]):
 
     @abstractmethod
     def _is_of_another_host(self, frame: AnyFrame) -> bool:
-        """True for a frame that only a host of these drives sends, or that answers such a frame."""
+        """Return True for a frame that only a host of these drives sends, or that answers such a frame."""
 
     @abstractmethod
     def _take(self, frame: AnyFrame) -> None:

@@ -207,7 +207,7 @@ class Driver(ABC, Generic[AnyNode]):
 
     @abstractmethod
     def _link_counts(self) -> Counter[str]:
-        """Number of failures of the link, by reason."""
+        """Return the number of failures of the link, by reason."""
 
     @abstractmethod
     def _ask(self, now: Asked, answer_s: float) -> Asked | None:

@@ -95,7 +95,7 @@ class Examiner:
         return self.lock_torques(payload_kg) - self.delivered(currents_of)
 
     def arm_left_over(self, arm_currents_of: CurrentsOf, payload_kg: float = 0.0) -> Postures:
-        """The arm's share of the lock torque minus the torque that the motors deliver for the arm [N·m]."""
+        """Arm's share of the lock torque minus the torque that the motors deliver for the arm [N·m]."""
         share = self.lock_torques(payload_kg) - self.lock_torques(arm=False)
         return share - self.delivered(arm_currents_of)
 

@@ -279,7 +279,7 @@ class Twin:
         )
 
     def hand_speed(self) -> float:
-        """True speed of the hand of the first arm [m/s]; for examiners."""
+        """Return the true speed of the hand of the first arm [m/s]; for examiners."""
         velocity = np.empty(6)
         scene = self._scene
         mujoco.mj_objectVelocity(scene.model, scene.data, mujoco.mjtObj.mjOBJ_BODY, scene.mounts["hand"], velocity, 0)

@@ -122,7 +122,7 @@ def test_one_adapter_has_one_host(link: Fdcanusb, adapter: SimulatedFdcanusb):
     assert link.error == ""
 
 
-@pytest.mark.parametrize(("path", "why"), [("nothing-here", "does not open"), ("a-file", "no serial port")])
+@pytest.mark.parametrize(("path", "why"), [("nothing-here", "does not open"), ("a-file", "not a serial port")])
 def test_a_path_that_is_no_adapter_is_refused(path: str, why: str, tmp_path: Path):
     (tmp_path / "a-file").write_text("")
     with pytest.raises(RigError, match=why):

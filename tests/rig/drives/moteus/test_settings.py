@@ -59,7 +59,7 @@ def test_right_settings_give_the_torque_constant_and_the_kd_of_the_drive(devices
 @pytest.mark.parametrize("name", WRONG)
 def test_a_wrong_setting_is_refused_by_joint_and_what_it_has_to_be(name: str, devices: MoteusDevices, drives: Drives):
     devices.nodes[ELBOW].config[name] = WRONG[name]
-    with pytest.raises(ConfigError, match=r"joint elbow_flexion .*nothing was switched on"):
+    with pytest.raises(ConfigError, match=r"joint elbow_flexion .*no motor was switched on"):
         plate_of(drives, ELBOW)
 
 

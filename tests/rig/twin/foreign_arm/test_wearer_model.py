@@ -155,7 +155,7 @@ def test_muscles_and_tendons_are_left_out_and_it_is_said():
     notes = " ".join(read("girdle").notes)
     assert "1 actuators and muscles" in notes
     assert "1 tendons" in notes
-    assert "girdle moves by itself" in notes
+    assert "A girdle of bones moves the shoulder" in notes
 
 
 def test_held_at_its_lock_torque_an_arm_with_couplings_stays(rig):

@@ -69,7 +69,7 @@ class CanopenCycle(Cycle[CanFrame, CanopenNode]):
 
 
 def answer_bits(drives: Drives) -> int:
-    """Number of bits from the SYNC to the last drive's answer."""
+    """Return the number of bits from the SYNC to the last drive's answer."""
     measured = frame_bits(at.layout(at.MEASURED).size)
     motor = 0 if drives.rad_per_motor_count is None else frame_bits(at.layout(at.MOTOR).size)
     return frame_bits(0) + len(drives.each) * (measured + motor)
@@ -80,7 +80,7 @@ def load(drives: Drives) -> float:
     command = frame_bits(at.layout((*at.COMMAND, at.DAMPING)).size)
     slow = frame_bits(at.layout(at.SLOW).size) / at.SLOW_SYNCS
     bits = answer_bits(drives) + len(drives.each) * (command + slow)
-    # Our heartbeat is sent with every second command at most, each drive's once per watchdog time.
+    # The load counts our heartbeat with every second command, and each drive's heartbeat once per watchdog time.
     beats = frame_bits(1) * (0.5 + len(drives.each) * drives.period_s / drives.watchdog_s)
     bus = drives.settings.canopen
     bitrate = BITRATE if bus is None or bus.bitrate is None else bus.bitrate

@@ -21,7 +21,7 @@ the whole machine as silent.
 
 
 def lost_after(period_s: float) -> int:
-    """Number of SYNCs without an answer after which a drive is lost."""
+    """Return the number of SYNCs without an answer after which a drive is lost."""
     return math.ceil(round(LOST_AFTER_S / period_s, 6))
 
 

@@ -1,4 +1,4 @@
-"""What goes over the bus in one period: a question to each moteus, its answer, and an order to each."""
+"""Frames of one period on the bus: a question to each moteus, its answer, and an order to each."""
 
 from collections.abc import Sequence
 
@@ -12,15 +12,17 @@ from .node import MoteusNode
 
 BROADCAST = 0x7F
 OURS = 32
-"""Numbers under which we ask, one a tick in turn: an answer goes to the number that asked, and so tells to which tick
-it belongs. Answers of a moteus carry nothing else that would."""
+"""Number of node numbers from which the host asks, one per tick in turn.
+
+An answer goes to the number that asked, and thus shows its tick. Nothing else in a moteus's answer does.
+"""
 
 FRAMES_BYTES = (8, 20, 48)
-"""Question, answer and order, filled up."""
+"""Sizes of question, answer and order, filled up [byte]."""
 
 
 class MoteusCycle(Cycle[CanFdFrame, MoteusNode]):
-    """Frames of one machine; answers that came when their tick was over are counted as late."""
+    """Frames of one machine. Answers that arrive after the end of their tick are counted as late."""
 
     def __init__(self, link: Fdcanusb, nodes: Sequence[MoteusNode]):
         super().__init__(link, nodes)
@@ -28,7 +30,7 @@ class MoteusCycle(Cycle[CanFdFrame, MoteusNode]):
         numbers = [node.drive.node for node in nodes]
         self._by_number = dict(zip(numbers, nodes, strict=True))
         self.ours = own_numbers(numbers)
-        """Highest first; the first is also that of orders."""
+        """Node numbers of the host, highest first; the first is also the source of orders."""
         self._own = frozenset(self.ours)
         self._questions = [
             b"".join(line(head(number, own, wants_answer=True), QUESTION) for number in numbers) for own in self.ours
@@ -60,7 +62,7 @@ class MoteusCycle(Cycle[CanFdFrame, MoteusNode]):
 
 
 def own_numbers(taken: Sequence[int]) -> tuple[int, ...]:
-    """Numbers of the 7 bits that a frame has for its sender, none of a drive."""
+    """Node numbers for the host: 7-bit numbers that no drive has."""
     free = [number for number in range(BROADCAST - 1, 0, -1) if number not in taken]
     return tuple(free[:OURS])
 

@@ -1,4 +1,4 @@
-"""One moteus's diagnostic stream: a line to it, its answer back; while nothing is switched on."""
+"""Diagnostic stream of one moteus: a line to the drive and its answer, only while no drive is switched on."""
 
 import time
 from collections.abc import Callable
@@ -10,18 +10,18 @@ from exograv.errors import RigError
 from .fdcanusb import CanFdFrame, Fdcanusb, head, line
 
 PIECE = 61
-"""Bytes of a frame of 64."""
+"""Bytes of text in a frame of 64 bytes."""
 
 FRAME_S, ANSWER_S = 0.1, 1.0
-"""For one frame, and for a whole answer [s]."""
+"""Time-outs for one frame and for a whole answer [s]."""
 
 PAUSE_S = 0.001
 EMPTY = 2
-"""Answers without anything in a row: whatever somebody asked before has been said."""
+"""Number of empty answers in a row after which older answers have all been read."""
 
 
 class Diagnostic:
-    """Of one drive."""
+    """Diagnostic stream of one drive."""
 
     def __init__(self, link: Fdcanusb, joint: str, number: int, source: int):
         self.link, self.joint, self.number, self._source = link, joint, number, source
@@ -29,10 +29,10 @@ class Diagnostic:
         self._heard = b""
 
     def flush(self) -> None:
-        """Forget what somebody asked before us.
+        """Discard answers to earlier requests of other programs.
 
         Raises:
-            RigError: It does not answer.
+            RigError: The drive does not answer.
         """
         empty, ends = 0, time.monotonic() + ANSWER_S
         while empty < EMPTY and time.monotonic() < ends:
@@ -40,10 +40,10 @@ class Diagnostic:
         self._heard = b""
 
     def setting(self, name: str) -> float | None:
-        """What it is set to; None where it has no such setting.
+        """Return the value of a setting; None if the drive lacks the setting.
 
         Raises:
-            RigError: It does not answer, or not with a number.
+            RigError: The drive does not answer, or its answer is not a number.
         """
         said = self._ask(f"conf get {name}")
         if said is None:
@@ -51,21 +51,19 @@ class Diagnostic:
         try:
             return float(said)
         except ValueError as error:
-            raise RigError(
-                f"{self._who} says that its {name} is '{said}'. That is no number: is it a moteus?"
-            ) from error
+            raise RigError(f"{self._who} reports {name} = '{said}', which is not a number. Is it a moteus?") from error
 
     def register(self, register: int, is_short: bool = False) -> int:
-        """A whole number of it.
+        """Return a register of whole numbers.
 
         Raises:
-            RigError: It does not answer.
+            RigError: The drive does not answer.
         """
         asked = self._controller.make_custom_query({register: INT8 if is_short else INT32})
         frame = self._exchange(asked.data, _is_of_registers)
         found = parse_registers(frame.data).response
         if register not in found:
-            raise RigError(f"{self._who} does not say its register 0x{register:03x}. Bring its firmware up to date.")
+            raise RigError(f"{self._who} does not report its register 0x{register:03x}. Update its firmware.")
         return int(found[register])
 
     @property
@@ -73,7 +71,7 @@ class Diagnostic:
         return f"The moteus of {self.joint} (id {self.number})"
 
     def _ask(self, text: str) -> str | None:
-        """Its answer in one line; None where it answers with an error."""
+        """Return the drive's one-line answer; None if it answers with an error."""
         data = text.encode() + b"\n"
         for k in range(0, len(data), PIECE):
             told = self._controller.make_diagnostic_write(data=data[k : k + PIECE])
@@ -86,7 +84,7 @@ class Diagnostic:
             if text == "OK":
                 return said
             said = text or said
-        raise RigError(f"{self._who} does not answer on its diagnostic stream. Is somebody else speaking on it?")
+        raise RigError(f"{self._who} does not answer on its diagnostic stream. Does another program use it?")
 
     def _line(self, ends: float) -> str:
         while b"\n" not in self._heard and time.monotonic() < ends:
@@ -96,7 +94,7 @@ class Diagnostic:
         return text.decode("latin-1").strip()
 
     def _poll(self) -> bool:
-        """Whether it had anything to say."""
+        """Read the stream once; return True if it contained text."""
         asked = self._controller.make_diagnostic_read()
         frame = self._exchange(asked.data, _is_of_stream)
         said = asked.parse(frame).data or b""
@@ -104,13 +102,13 @@ class Diagnostic:
         return bool(said)
 
     def _exchange(self, data: bytes, is_answer: Callable[[bytes], bool]) -> CanFdFrame:
-        for _ in range(3):  # one may be lost
+        for _ in range(3):  # a frame may be lost
             self.link.send(line(head(self.number, self._source, wants_answer=True), data))
             ends = time.monotonic() + FRAME_S
             while (frame := self.link.receive(ends)) is not None:
                 if (frame.source, frame.destination) == (self.number, self._source) and is_answer(frame.data):
                     return frame
-        complaint = f" The adapter says '{self.link.error}'." if self.link.error else ""
+        complaint = f" The adapter reports '{self.link.error}'." if self.link.error else ""
         raise RigError(
             f"{self._who} does not answer.{complaint} Does it have power, is it on this bus, and is its id.id "
             f"{self.number}?"
@@ -118,7 +116,7 @@ class Diagnostic:
 
 
 def _is_of_registers(data: bytes) -> bool:
-    """Values, or that there is no such register."""
+    """Return True for register values, or for the answer that the register does not exist."""
     return bool(data) and (data[0] & 0xF0 == 0x20 or data[0] == 0x31)
 
 

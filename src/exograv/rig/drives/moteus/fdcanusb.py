@@ -1,4 +1,4 @@
-"""A CAN-FD adapter that speaks fdcanusb's lines: frames out, frames in, and no wait that is longer than it may be.
+"""CAN-FD adapter with the fdcanusb line protocol: frames out, frames in, with a time-out on every wait.
 
 Source: mjbots fdcanusb, README; mjbots moteus, docs/protocol/can.md.
 """
@@ -13,69 +13,71 @@ from typing import NamedTuple
 from exograv.errors import RigError
 
 SIZES = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
-"""Bytes that a CAN-FD frame can have."""
+"""Possible sizes of a CAN-FD frame [byte]."""
 
 FILLED_UP = b"\x50"
-"""A subframe that says nothing."""
+"""Subframe without content, to fill a frame up."""
 
 ANSWER_WANTED, NUMBER = 0x80, 0x7F
 SPOILS = b"!\n"
-"""Ends a line that was sent in part, so that it is no frame: a shorter one would be obeyed, with the drive's defaults
-for what is missing."""
+"""Text that makes the rest of a partly sent line invalid.
+
+The drive would obey a shorter frame, with its defaults for the missing values.
+"""
 
 AT_ONCE = 4096
 
 
 class CanFdFrame(NamedTuple):
-    """Heard on the bus."""
+    """Frame that was received from the bus."""
 
     arbitration_id: int
     data: bytes
 
     @property
     def source(self) -> int:
-        """Who said it."""
+        """Node number of the sender."""
         return self.arbitration_id >> 8 & NUMBER
 
     @property
     def destination(self) -> int:
-        """To whom."""
+        """Node number of the receiver."""
         return self.arbitration_id & NUMBER
 
 
 def head(destination: int, source: int, wants_answer: bool) -> bytes:
-    """How a line begins that sends a frame."""
+    """Start of a line that sends a frame."""
     return b"can send %04x " % ((source | (ANSWER_WANTED if wants_answer else 0)) << 8 | destination)
 
 
 def line(head: bytes, data: bytes | bytearray) -> bytes:
-    """Which sends these bytes, filled up to a size that CAN-FD has."""
+    """Line that sends these bytes, filled up to a size that CAN-FD has."""
     size = next(size for size in SIZES if size >= len(data))
     return b"%s%s BF\n" % (head, bytes(data).ljust(size, FILLED_UP).hex().upper().encode())
 
 
 class Fdcanusb:
-    """One adapter, ours alone; what fails in the loop is counted and is silence, it raises nothing there."""
+    """Adapter, used by this program only. Failures in the loop are counted and look like silence; none raises there."""
 
     def __init__(self, path: str):
-        """Open it, and forget what it said before.
+        """Open the adapter, and discard its older output.
 
         Raises:
-            RigError: It is not there, or somebody else has it.
+            RigError: The adapter does not exist, or another program has it.
         """
         self.counts: Counter[str] = Counter()
         self.error = ""
-        """What the adapter complained of last."""
+        """Last error message of the adapter."""
         self._rest, self._is_torn = b"", False
         self._lines: deque[bytes] = deque()
         self._fd = _opened(path)
 
     def close(self) -> None:
-        """Give it back."""
+        """Close the adapter."""
         os.close(self._fd)
 
     def send(self, lines: bytes) -> None:
-        """Whole lines; a full or dead adapter loses them, and the silence that follows is what is noticed."""
+        """Send whole lines. A full or dead adapter loses them; the missing answers show this."""
         data = SPOILS + lines if self._is_torn else lines
         try:
             sent = os.write(self._fd, data)
@@ -87,7 +89,7 @@ class Fdcanusb:
             self.counts["not sent"] += 1
 
     def receive(self, until: float) -> CanFdFrame | None:
-        """The next frame that comes until then, on `time.monotonic`; what has come already, whenever that is."""
+        """Return the next frame from before or until `until` on `time.monotonic`."""
         while True:
             while self._lines:
                 if (frame := self._frame(self._lines.popleft())) is not None:
@@ -96,7 +98,7 @@ class Fdcanusb:
                 return None
 
     def _read(self, until: float) -> bool:
-        """Whether anything came."""
+        """Return True if any bytes arrived."""
         left = until - time.monotonic()
         try:
             if not select.select((self._fd,), (), (), max(left, 0.0))[0]:
@@ -104,7 +106,7 @@ class Fdcanusb:
             data = os.read(self._fd, AT_ONCE)
         except OSError:
             data = b""
-        if not data:  # a plug that was pulled is always ready, and says nothing
+        if not data:  # a disconnected adapter is always ready and returns no bytes
             self.counts["not heard"] += 1
             return False
         *lines, self._rest = (self._rest + data).split(b"\n")
@@ -128,7 +130,7 @@ class Fdcanusb:
 
 def _opened(path: str) -> int:
     if sys.platform == "win32":
-        raise RigError(f"moteus.path {path}: a moteus adapter is reached from Linux or macOS, and this is Windows.")
+        raise RigError(f"moteus.path {path}: a moteus adapter works on Linux and macOS, not on Windows.")
     from .serial_port import open_port
 
     return open_port(path)

@@ -1,6 +1,7 @@
-"""What is said to a moteus and what it answers: encoded by the maker's library once, and filled in at every tick.
+"""Commands to a moteus and its answers, encoded once by the maker's library and filled in at every tick.
 
-The library needs some 45 µs to encode one command, and as long to decode one answer; a machine needs several of each.
+The library needs some 45 µs to encode one command, and as long to decode one answer. A machine needs several of each
+per tick.
 """
 
 import math
@@ -22,13 +23,13 @@ from .fdcanusb import head, line
 
 FLOAT, ANSWER = struct.Struct("<f"), struct.Struct("<2sb2sf2sf2s3b")
 REPLIES = 0x10
-"""Between the first byte of a question and that of its answer."""
+"""Difference between the first byte of a question and that of its answer."""
 
 VOLTS = 0.5
-"""Of a voltage in one byte."""
+"""Unit of a voltage in one byte [V]."""
 
 TORQUE_MARK, DAMPING_MARK = 1234.5, 4321.25
-"""Where the library puts these, our numbers go."""
+"""Placeholders that mark the bytes of torque and damping in the library's frame."""
 
 
 class _Asked(QueryResolution):
@@ -37,7 +38,10 @@ class _Asked(QueryResolution):
 
 
 class _Told(PositionResolution):
-    """Short where only 0, -1 and "none" are said: 48 bytes a frame instead of 64."""
+    """Resolution of a command: one byte for fields that only hold 0, -1 or "none".
+
+    A frame then has 48 bytes in place of 64.
+    """
 
     position = velocity = kp_scale = velocity_limit = accel_limit = ilimit_scale = INT8
 
@@ -47,22 +51,22 @@ HEADS = tuple(bytes((QUESTION[k] + REPLIES, QUESTION[k + 1])) for k in range(0, 
 
 
 class MoteusAnswer(NamedTuple):
-    """Of one moteus, by its own account."""
+    """Report of one moteus."""
 
     mode: int
     turns: float
-    """Of its output."""
+    """Position of its output [turns]."""
     current_A: float
-    """Of the torque-giving axis."""
+    """Current of the torque-giving axis."""
     supply_V: float
     temperature_C: float
-    """Of its board."""
+    """Temperature of its board."""
     code: int
-    """A fault in mode 1; else what limits it."""
+    """Fault in mode 1; otherwise the reason for a limit."""
 
 
 def answer(data: bytes) -> MoteusAnswer | None:
-    """What these bytes say; None where they are no answer to `QUESTION`, or it has no position or current."""
+    """Return the content of an answer to `QUESTION`; None for other bytes, or if position or current is missing."""
     said = None
     if len(data) >= ANSWER.size:
         a, mode, b, turns, c, current, d, halves, celsius, code = ANSWER.unpack_from(data)
@@ -73,7 +77,7 @@ def answer(data: bytes) -> MoteusAnswer | None:
 
 
 def _by_library(data: bytes) -> MoteusAnswer | None:
-    """Of a drive that puts its registers otherwise."""
+    """Decode the answer of a drive that orders its registers in another way."""
     asked = (
         Register.MODE, Register.POSITION, Register.Q_CURRENT, Register.VOLTAGE, Register.TEMPERATURE, Register.FAULT
     )  # fmt: skip
@@ -89,16 +93,18 @@ class CommandLines:
     """Lines that command one moteus."""
 
     def __init__(self, number: int, source: int, torque_max_Nm: float, watchdog_s: float):
-        """Of this number, from us.
+        """Encode the commands to the drive of this number.
 
         Args:
-            number: Of the drive.
-            source: Ours.
-            torque_max_Nm: It gives no more, whatever damping asks [N·m].
-            watchdog_s: After which each command is void [s].
+            number: Node number of the drive.
+            source: Node number of the host.
+            torque_max_Nm: Limit of the drive's torque, damping included [N·m].
+            watchdog_s: Life of each command [s].
         """
         if not 0.0 < watchdog_s < math.inf:
-            raise ValueError("a moteus takes 0 as its own default and no number as for ever")
+            raise ValueError(
+                "watchdog_s must be positive and finite: a moteus takes 0 as its own default, and NaN as no time-out"
+            )
         controller = Controller(id=number, position_resolution=_Told())
         told = controller.make_position(
             position=math.nan, velocity=0.0, feedforward_torque=TORQUE_MARK, kp_scale=0.0, kd_scale=DAMPING_MARK,
@@ -109,12 +115,12 @@ class CommandLines:
         self._torque_at = self._torque.index(FLOAT.pack(TORQUE_MARK))
         self._damping_at = self._torque.index(FLOAT.pack(DAMPING_MARK))
         self.brake = line(self._head, controller.make_brake().data)
-        """Short its windings."""
+        """Line that shorts the windings."""
         self.stop = line(self._head, controller.make_stop().data)
-        """Let go, and forget its fault."""
+        """Line that lets the motor go and clears its fault."""
 
     def torque(self, torque_Nm: float, kd_scale: float) -> bytes:
-        """Give this much, and brake with so many times its own kd besides."""
+        """Line that commands a torque [N·m], and damping with `kd_scale` times the drive's own kd."""
         FLOAT.pack_into(self._torque, self._torque_at, torque_Nm)
         FLOAT.pack_into(self._torque, self._damping_at, kd_scale)
         return line(self._head, self._torque)

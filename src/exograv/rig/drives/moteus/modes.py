@@ -1,4 +1,4 @@
-"""What a moteus says of itself, and what that is on any bus. Source: mjbots moteus, docs/protocol/registers.md."""
+"""Modes and faults of a moteus, as faults of any bus. Source: mjbots moteus, docs/protocol/registers.md."""
 
 from moteus import Mode
 
@@ -7,7 +7,7 @@ from exograv.rig.drive_status import DriveFault
 from .frames import MoteusAnswer
 
 POWERLESS = frozenset({Mode.STOPPED, Mode.FAULT, Mode.TIMEOUT, Mode.BRAKE})
-"""In which no current is driven; it lets go in the first two."""
+"""Modes without a driven current; in the first two the drive lets go."""
 
 FAULTS = {
     32: DriveFault.ENCODER,
@@ -17,15 +17,15 @@ FAULTS = {
     42: DriveFault.ENCODER,
     43: DriveFault.ENCODER,
 }
-"""By the maker's code; every other is an internal one."""
+"""Faults by the maker's code; every other code is an internal fault."""
 
 
 SUPPLY_V = 8.0
-"""Below it a hardware stop has taken the supply: no moteus is made for less than 10."""
+"""Supply below which a hardware stop has cut it off [V]: no moteus is made for less than 10 V."""
 
 
 def fault_of(said: MoteusAnswer) -> DriveFault:
-    """What is wrong by its own account."""
+    """Return the fault that an answer reports."""
     fault = DriveFault.STOP_LINE if said.supply_V < SUPPLY_V else DriveFault.NONE
     if said.mode == Mode.TIMEOUT:
         return fault | DriveFault.WATCHDOG

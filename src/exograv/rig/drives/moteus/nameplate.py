@@ -1,4 +1,4 @@
-"""What a moteus is set to is held against `drives.toml`, and what its torques rest on, before anything is on."""
+"""Comparison of a moteus's settings with `drives.toml` and with the needs of its torques, before it is on."""
 
 import math
 from collections.abc import Callable
@@ -14,25 +14,28 @@ from .diagnostic import Diagnostic
 
 BRAKE_MODE, LETS_GO_MODE, ON_OUTPUT = 15, 0, 2
 OLDEST_FIRMWARE, OLDEST_MAP = 0x010A, 5
-"""From which motor.Kv means what `torque_per_ampere` takes it for, and registers are those of docs/moteus.md."""
+"""Oldest firmware and register map that exograv supports.
+
+From these on, motor.Kv has the meaning that `torque_per_ampere` assumes, and the registers are those of docs/moteus.md.
+"""
 
 SAME_BRAKE = 0.25
-"""Relative: copper that warms by 60 K has so much more resistance."""
+"""Relative tolerance of the brake: the resistance of copper rises by so much over 60 K."""
 
 KV_Nm_PER_A = 1.5 / math.sqrt(3.0) * 60.0 / (2.0 * math.pi)
-"""Torque constant of a motor times its Kv, as the firmware takes them. Source: mjbots moteus, fw/bldc_servo.cc."""
+"""Torque constant of a motor times its Kv, in the firmware's definition. Source: mjbots moteus, fw/bldc_servo.cc."""
 
 
 @dataclass(frozen=True)
 class RequiredSetting:
-    """A setting that has to be so."""
+    """Setting with a required value."""
 
     name: str
     holds: Callable[[float], bool]
     needed: str
     why: str
     may_be_missing: bool = False
-    """Older firmware has it not, and does nothing of that kind."""
+    """True if older firmware lacks the setting and the function behind it."""
 
 
 MUSTS = (
@@ -52,8 +55,8 @@ MUSTS = (
     RequiredSetting(
         "servo.pid_position.kd", lambda x: x > 0.0, "above 0", "with it the guard brakes a joint that it distrusts"
     ),
-    RequiredSetting("servopos.position_min", math.isnan, "nan", "beyond it the drive would take away torque by itself"),
-    RequiredSetting("servopos.position_max", math.isnan, "nan", "beyond it the drive would take away torque by itself"),
+    RequiredSetting("servopos.position_min", math.isnan, "nan", "beyond it the drive would reduce torque by itself"),
+    RequiredSetting("servopos.position_max", math.isnan, "nan", "beyond it the drive would reduce torque by itself"),
     RequiredSetting("servo.bemf_feedforward", lambda x: x == 0.0, "0", "with it the drive refuses a torque command"),
     RequiredSetting("servo.voltage_mode_control", lambda x: x == 0.0, "0", "with it currents are not controlled"),
     RequiredSetting("servo.fixed_voltage_mode", lambda x: x == 0.0, "0", "with it currents are not controlled"),
@@ -64,21 +67,22 @@ MUSTS = (
 
 @dataclass(frozen=True)
 class CommandScaling:
-    """What commands to one drive need."""
+    """Scaling of commands to one drive."""
 
     torque_per_ampere: float
-    """By which the drive itself makes currents of torques, at its output [N·m/A]."""
+    """Torque at the output per ampere, by which the drive converts torques to currents [N·m/A]."""
 
     kd: float
-    """Of its speed [N·m·s/rad], at `kd_scale` 1."""
+    """Damping of the output speed [N·m·s/rad], at `kd_scale` 1."""
 
 
 def read_plate(asked: Diagnostic, drive: Drive, drives: Drives) -> CommandScaling:
-    """Its settings, after they have been found to be right.
+    """Return the scaling of commands, after all settings have been checked.
 
     Raises:
-        RigError: It does not answer, or does not know where its output is.
-        ConfigError: One is not what `drives.toml` says, or what exograv needs; names joint, setting and what to do.
+        RigError: The drive does not answer, or does not know where its output is.
+        ConfigError: A setting is not what `drives.toml` or exograv requires. The message names joint, setting and the
+            next step.
     """
     asked.flush()
     _refuse_unfit(asked, drive)
@@ -101,8 +105,8 @@ def _refuse_unfit(asked: Diagnostic, drive: Drive) -> None:
         asked.register(Register.REGISTER_MAP_VERSION) < OLDEST_MAP
     ):
         raise RigError(
-            f"The moteus of {drive.joint} (id {drive.node}) has firmware 0x{version:06x}, whose torque constant means "
-            f"something else; exograv needs 0x{OLDEST_FIRMWARE:06x} or later. Bring it up to date: moteus_tool --flash."
+            f"The moteus of {drive.joint} (id {drive.node}) has firmware 0x{version:06x}, whose torque constant has "
+            f"another meaning; exograv needs 0x{OLDEST_FIRMWARE:06x} or later. Update it: moteus_tool --flash."
         )
     if asked.register(Register.HOME_STATE, is_short=True) != ON_OUTPUT:
         raise RigError(
@@ -130,14 +134,14 @@ def _held(asked: Diagnostic, drive: Drive, must: RequiredSetting) -> float:
 
 
 def _brake(asked: Diagnostic, drive: Drive, per_ampere: float, resistance: float) -> float:
-    """With which it brakes when commands stop [N·m·s/rad], at slow speed."""
+    """Damping with which the drive brakes when commands stop [N·m·s/rad], at slow speed."""
     mode = _known(asked, drive, "servo.timeout_mode")
     if mode == LETS_GO_MODE:
         return 0.0
     if mode != BRAKE_MODE:
         raise ConfigError(
             f"servo.timeout_mode of joint {drive.joint} (moteus id {drive.node}) is {mode:g}; it must be {BRAKE_MODE}: "
-            f"when commands stop, only shorted windings brake without trusting its encoder. {_set_it(drive)}"
+            f"when commands stop, only shorted windings brake without the encoder. {_set_it(drive)}"
         )
     return per_ampere**2 / (1.5 * resistance)
 
@@ -153,4 +157,4 @@ def _refuse_bent_torque(asked: Diagnostic, drive: Drive) -> None:
 
 
 def _set_it(drive: Drive) -> str:
-    return f"Set it with moteus_tool -t {drive.node} --console (conf set, conf write); nothing was switched on."
+    return f"Set it with moteus_tool -t {drive.node} --console (conf set, conf write); no motor was switched on."

@@ -1,4 +1,4 @@
-"""One moteus: what it said last, and the orders that switch it on."""
+"""State of one moteus: its newest answer, and the orders that switch it on."""
 
 import math
 
@@ -13,7 +13,10 @@ from .modes import fault_of
 from .nameplate import CommandScaling
 
 LOST_AFTER = 3
-"""Questions in a row without an answer: as many as the guard bridges (docs/safety.md)."""
+"""Number of questions in a row without an answer after which a drive is lost: as many as the guard bridges
+
+(docs/safety.md).
+"""
 
 RAD_PER_TURN = 2.0 * math.pi
 
@@ -29,7 +32,7 @@ class MoteusNode(AskedNode):
         self._orders: CommandLines | None = None
 
     def set_up(self, plate: CommandScaling, source: int, watchdog_s: float) -> None:
-        """Take its settings, which have been checked."""
+        """Take the drive's settings, which have been checked."""
         self._plate = plate
         most = plate.torque_per_ampere * self.drive.current_max_A
         self._orders = CommandLines(self.drive.node, source, most, watchdog_s)
@@ -37,17 +40,17 @@ class MoteusNode(AskedNode):
 
     @property
     def is_on(self) -> bool:
-        """True if the drive gives the torque that it is told."""
+        """True if the drive gives the commanded torque."""
         return self.said.mode == Mode.POSITION
 
     @property
     def stage(self) -> str:
-        """Its mode."""
+        """Mode of the drive in words."""
         return f"in mode {self.said.mode}"
 
     @property
     def has_failed(self) -> bool:
-        """True if it cannot be switched on now."""
+        """True if the drive cannot be switched on now."""
         fault = self.fault & ~DriveFault.LOST | fault_of(self.said) & ~DriveFault.WATCHDOG
         return bool(fault) and not (self._may_stop and self.said.mode == Mode.FAULT)
 
@@ -62,28 +65,28 @@ class MoteusNode(AskedNode):
             self._judge()
 
     def begin_enabling(self) -> None:
-        """Forgive what was held against it; a fault that is not over comes back."""
+        """Clear the noted faults. A fault whose cause lasts is reported again."""
         super().begin_enabling()
         self._is_waking = self._may_stop = True
 
     def enabling_order(self) -> bytes:
-        """Next order on the way to giving torque, at none."""
+        """Next order in the sequence that switches the drive on, at zero torque."""
         orders, mode = self._orders, self.said.mode
         if orders is None:
             return b""
         if mode == Mode.TIMEOUT or (mode == Mode.FAULT and self._may_stop):
             return orders.stop
-        self._may_stop = False  # a fault that comes back is not over
+        self._may_stop = False  # a fault that comes back still has its cause
         return orders.torque(0.0, 0.0)
 
     def end_enabling(self) -> None:
-        """Let it give torque from now on, or hold its fault against it again."""
+        """Allow torque from now on, or note the drive's fault again."""
         super().end_enabling()
         self._is_waking = False
         self._judge()
 
     def order(self, current: float, damping: float) -> bytes:
-        """Order of so much, or to short its windings where it is not to give any [A], [N·m·s/rad]."""
+        """Order of a current [A] and a damping [N·m·s/rad]; a drive that shall give no torque shorts its windings."""
         orders, plate = self._orders, self._plate
         if orders is None or plate is None:
             return b""
@@ -96,4 +99,4 @@ class MoteusNode(AskedNode):
         if fault := fault_of(said):
             self.hold_against(fault, said.code if said.mode == Mode.FAULT else 0)
         if said.mode != Mode.POSITION:
-            self.is_wanted = False  # it has started anew, or was stopped: never on again by itself
+            self.is_wanted = False  # it has restarted, or was stopped: only `enable` switches it on

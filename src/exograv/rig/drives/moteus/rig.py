@@ -1,4 +1,4 @@
-"""A machine of moteus controllers: our clock asks them once in every period, and tells each a torque."""
+"""Driver of a machine of moteus controllers, which are asked once per period by this computer's clock."""
 
 from collections.abc import Sequence
 from typing import ClassVar
@@ -22,9 +22,9 @@ NUMBER_MOST = 126
 
 
 class MoteusRig(NodesDriver[MoteusNode, Fdcanusb]):
-    """`read` asks every drive and waits for the answers, `write` sends a torque to each.
+    """Driver whose `read` asks every drive and waits for the answers, and whose `write` sends a torque to each.
 
-    Questions and answers of four drives take 0.8 ms of the wire.
+    Questions and answers of four drives take 0.8 ms of the wire's time.
     """
 
     first_answer_s: ClassVar[float] = 0.1
@@ -34,18 +34,21 @@ class MoteusRig(NodesDriver[MoteusNode, Fdcanusb]):
         """Open nothing yet; arguments as `Driver`.
 
         Raises:
-            ConfigError: They are on another bus, one has the number of all, or their frames do not fit the wire.
+            ConfigError: The drives are on another bus, one has the broadcast number, or their frames do not fit on the
+                wire.
         """
         self._path = drives.table(MoteusBus).path
         if (most := max(drive.node for drive in drives.each)) > NUMBER_MOST:
-            raise ConfigError(f"node {most} means all drives at once on this bus. Number them from 1 to {NUMBER_MOST}.")
+            raise ConfigError(
+                f"node {most} addresses all drives at once on this bus. Use numbers from 1 to {NUMBER_MOST}."
+            )
         refuse_overload(drives, load(drives))
         super().__init__(drives, [MoteusNode(drive) for drive in drives.each], answer_s, lock_step)
         self._was_on = False
 
     def disable(self) -> None:
-        """Switch all motors off; the drives brake, and one that was never on stays as it was found."""
-        for _ in range(3 if self._was_on else 0):  # one may be lost; the watchdog is behind all of them
+        """Switch all motors off; the drives brake. A drive that was never on stays as it was found."""
+        for _ in range(3 if self._was_on else 0):  # an order may be lost; the watchdog acts if all are
             super().disable()
 
     def _opened(self) -> Fdcanusb:
@@ -64,12 +67,12 @@ class MoteusRig(NodesDriver[MoteusNode, Fdcanusb]):
             mode = asked.register(Register.MODE, is_short=True)
             if mode not in POWERLESS:
                 raise RigError(
-                    f"The moteus of {node.drive.joint} (id {node.drive.node}) is on already, in mode {mode}, and "
-                    f"nobody commands it. Switch it off: moteus_tool -t {node.drive.node} --stop; then begin again."
+                    f"The moteus of {node.drive.joint} (id {node.drive.node}) is on already, in mode {mode}, but no "
+                    f"host commands it. Switch it off: moteus_tool -t {node.drive.node} --stop; then start again."
                 )
 
     def _tell(self, command: Command, currents: list[float], damping: list[float]) -> None:
-        if self._is_on:  # a drive that was never on is told nothing, not even to brake
+        if self._is_on:  # a drive that was never on gets no order, not even to brake
             super()._tell(command, currents, damping)
 
     def _switch_on(self) -> None:

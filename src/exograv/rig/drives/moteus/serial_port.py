@@ -1,4 +1,4 @@
-"""A serial port of a POSIX system, held by one program at a time. The only module here that Windows cannot import."""
+"""Serial port of a POSIX system, used by one program at a time. Only this module cannot be imported on Windows."""
 
 import fcntl
 import os
@@ -9,10 +9,10 @@ from exograv.errors import RigError
 
 
 def open_port(path: str) -> int:
-    """Open a port without waiting, and keep other programs out.
+    """Open a port without waiting, and lock it against other programs.
 
     Raises:
-        RigError: It does not open, is no serial port, or another program has it.
+        RigError: The port does not open, is not a serial port, or another program has it.
     """
     try:
         fd = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
@@ -30,5 +30,5 @@ def open_port(path: str) -> int:
         raise RigError(f"moteus.path {path}: another host program has this adapter. End that program first.") from error
     except (OSError, termios.error) as error:
         os.close(fd)
-        raise RigError(f"moteus.path {path} is no serial port. Correct it in drives.toml.") from error
+        raise RigError(f"moteus.path {path} is not a serial port. Correct it in drives.toml.") from error
     return fd

@@ -127,7 +127,7 @@ class Plant:
         return float((q_motor[joint] - self._offset[joint]) * self._of_encoder[joint])
 
     def current(self, joint: int) -> float:
-        """Current that the drive measures in its motor [A], in its own direction, whatever the torque is."""
+        """Return the current that the drive measures in its motor [A], in its own direction, whatever the torque is."""
         return float(self._measured.current[joint] / self._of_current[joint])
 
     def press_stop(self) -> None:

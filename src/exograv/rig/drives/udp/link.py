@@ -121,7 +121,7 @@ class Link:
         self._polls[sequence % REMEMBERED] = sequence, tick, t
 
     def collect(self, tick: int, until: float) -> UdpAnswer | None:
-        """Return the newest state that comes before `until` (`time.monotonic`); at once if it answers this tick's poll."""
+        """Return the newest state before `until` on `time.monotonic`; at once if it answers this tick's poll."""
         newest = None
         for _ in range(READ_AT_ONCE):
             if (packet := self._receive(Type.STATE, until)) is None:
@@ -220,7 +220,7 @@ class Link:
 
 
 def _has_numbers(joints: tuple[Any, ...]) -> bool:
-    """True if every drive that the controller hears reports a position and a current."""
+    """Return True if every drive that the controller hears reports a position and a current."""
     return all(
         math.isfinite(joints[k + POSITION]) and math.isfinite(joints[k + CURRENT])
         for k in range(0, len(joints), STEP)

@@ -1,1 +1,1 @@
-"""Wearers who act: anticipation, practice and weakness."""
+"""Behaviour of acting wearers: anticipation, practice and weakness."""

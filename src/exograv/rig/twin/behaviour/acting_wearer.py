@@ -1,9 +1,10 @@
-"""A wearer who acts: muscles take the arm along a wanted movement by anticipation, elasticity and late reflexes.
+"""Wearer who acts: muscles move the arm along a wanted movement by anticipation, elasticity and delayed reflexes.
 
     tau = lag(anticipated(t) + reflex(t − delay) + hold) + stiffness · (q_wanted − q) + damping · (v_wanted − v)
 
-It knows where its own arm is and what it wants, never what the machine does. What it anticipates is learned by practice
-(`practice`) or comes from a model of the own arm (`internal_model`); either may be wrong.
+The wearer knows the state of the own arm and the wanted movement, but never the machine's actions. The anticipated
+torque is learned by practice (`practice`) or computed from a model of the own arm (`internal_model`); either may be
+wrong.
 """
 
 from dataclasses import dataclass, field
@@ -23,45 +24,45 @@ Table = Float[np.ndarray, "tick arm"]
 
 @dataclass(frozen=True)
 class Nerves:
-    """What is the same at every freedom."""
+    """Parameters that are the same at every freedom."""
 
     reflex_share: float = constant(0.5, "-", "assumed", "below 1 the delay cannot make it unstable", 0.0, 0.9)
-    """Reflex over elastic torque at the same error."""
+    """Reflex torque over elastic torque at the same error."""
 
     delay: float = constant(
         0.06, "s", "source", "long-latency responses of shoulder, elbow and wrist come 50–100 ms after a perturbation, "
         "https://ir.lib.uwo.ca/brainpub/781/ (abstract)", 0.05, 0.1,
     )  # fmt: skip
-    """Of the reflex."""
+    """Delay of the reflex."""
 
     muscle_lag: float = constant(0.04, "s", "unverified", "models of the arm use 30–60 ms", 0.03, 0.06)
-    """From command to torque, time constant."""
+    """Time constant from command to torque."""
 
     hold_rate: float = constant(
-        1.0, "1/s", "assumed", "that what holds a posture is an integral: Albert et al. (2020), eLife 9:e52507",
+        1.0, "1/s", "assumed", "holding torque is an integral of error: Albert et al. (2020), eLife 9:e52507",
         0.3, 2.0,
     )  # fmt: skip
-    """How quickly a lasting error makes the arm hold against it, of stiffness."""
+    """Rate at which a lasting error increases the holding torque, over stiffness."""
 
     hold_threshold: float = constant(
         float(np.deg2rad(0.8)), "rad", "source", "joint-angle SD of proprioception 0.6–1.1°, van Beers et al. (1998)",
         float(np.deg2rad(0.6)), float(np.deg2rad(1.1)),
     )  # fmt: skip
-    """Smaller errors are not felt and change no holding torque."""
+    """Error below which no error is felt and the holding torque does not change."""
 
 
 @dataclass(frozen=True)
 class Physiology:
-    """Muscles and nerves of one arm, one entry per freedom where not in `Nerves`."""
+    """Muscles and nerves of one arm, one entry per freedom, except in `Nerves`."""
 
     stiffness: PerFreedom
-    """Of contracted muscles against being moved off the wanted path, at once [N·m/rad]."""
+    """Immediate stiffness of contracted muscles against deviations from the wanted path [N·m/rad]."""
 
     damping: PerFreedom
-    """The same against speed [N·m·s/rad]."""
+    """Damping of contracted muscles against speed errors [N·m·s/rad]."""
 
     torque_max: PerFreedom
-    """[N·m]"""
+    """Greatest muscle torque [N·m]."""
 
     nerves: Nerves = field(default_factory=Nerves)
 
@@ -83,17 +84,17 @@ USUAL = {
 
 
 def usual_physiology(freedoms: int) -> Physiology:
-    """Of an arm with the first 4 or all 7 freedoms of `USUAL`, or of two such arms."""
+    """Return the physiology of an arm with the first 4 or all 7 freedoms of `USUAL`, or of two such arms."""
     of_one = freedoms if freedoms in (4, len(USUAL)) else freedoms // 2
     stiffness, damping, torque_max = np.array(list(USUAL.values())[:of_one] * (freedoms // of_one)).T
     return Physiology(stiffness, damping, torque_max)
 
 
 class ActingWearer:
-    """Wants a movement and makes the torque for it, one `step` a period; it goes into `Twin.tau_voluntary`."""
+    """Wearer who wants a movement and produces its torque, one `step` per period, for `Twin.tau_voluntary`."""
 
     def __init__(self, physiology: Physiology, period_s: float):
-        """Relaxed: it wants nothing yet and gives no torque."""
+        """Start relaxed: no wanted movement and no torque."""
         self.physiology, self._period = physiology, period_s
         self._step = kernel.compile(step_function(physiology, period_s), carry=CARRIED)
         self._inputs, self._evaluate, self._tau = self._step.inputs, self._step.evaluate, self._step.outputs["tau"]
@@ -101,11 +102,15 @@ class ActingWearer:
         self._table: Table | None = None
         self._begin = 0.0
         self.trusts_anticipation = False
-        """Set while a movement is learned: what lasts is anticipated then, and two that learn the same would fight."""
+        """True while a movement is learned.
+
+        Lasting errors are then corrected by the anticipated torque. Two mechanisms that learn the same would
+        counteract.
+        """
 
     @property
     def hold(self) -> PerFreedom:
-        """What it has come to hold against (arm,) [N·m]."""
+        """Learned holding torque (arm,) [N·m]."""
         return self._inputs["hold"].copy()
 
     @hold.setter
@@ -114,7 +119,7 @@ class ActingWearer:
 
     @property
     def tension(self) -> PerFreedom:
-        """Stiffness and damping over those of `physiology` (arm,) [-]: antagonists that are tensed together."""
+        """Co-contraction: stiffness and damping over those of `physiology` (arm,) [-]."""
         return self._inputs["tension"].copy()
 
     @tension.setter
@@ -127,12 +132,12 @@ class ActingWearer:
         return self._step.outputs["error"].copy()
 
     def want(self, movement: Trajectory, anticipated: Table, t: float) -> None:
-        """Begin a movement at time `t`; its last posture is kept after its end.
+        """Start a movement at time `t`; the last posture is kept after its end.
 
         Args:
-            movement: Of the arm's freedoms, tabled at the wearer's period.
-            anticipated: Torque that the wearer expects it to need (tick, arm), or one row for all of it [N·m].
-            t: On the clock of `step` [s].
+            movement: Movement of the arm's freedoms, sampled at the wearer's period.
+            anticipated: Torque that the wearer expects to need (tick, arm), or one row for all ticks [N·m].
+            t: Start on the clock of `step` [s].
         """
         ticks, n = movement.q.shape
         table = np.empty((ticks + 1, 3 * n))
@@ -154,14 +159,14 @@ class ActingWearer:
 
 
 CARRIED = {"late": "late_next", "hold": "hold_next", "active": "active_next"}
-"""State of `step_function` from one period to the next."""
+"""States of `step_function` that pass from one period to the next."""
 
 
 def step_function(body: Physiology, period_s: float) -> ca.Function:
-    """One period of muscles and nerves.
+    """Build the function of one period of muscles and nerves.
 
-    `wanted` holds position, velocity and anticipated torque; `late`, a column a period, error and elastic torque as
-    they were, against what was wanted then; `holds` is 1, or 0 where nothing new is held against.
+    `wanted` holds position, velocity and anticipated torque. `late` holds past errors and elastic torques, one column
+    per period, relative to what was wanted then. `holds` is 1, or 0 if the holding torque shall not change.
     """
     n, nerves = len(body.stiffness), body.nerves
     q, v, tension, hold, active = (ca.SX.sym(name, n) for name in ("q", "v", "tension", "hold", "active"))

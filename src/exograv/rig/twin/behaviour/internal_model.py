@@ -1,4 +1,4 @@
-"""What a person knows of the own arm: the torque that a movement needs, at a gravity that is felt or believed."""
+"""Internal model of a wearer's own arm: torque that a movement needs, at the felt or believed gravity."""
 
 from dataclasses import replace
 
@@ -19,16 +19,16 @@ from exograv.rig.twin.world.statics import Statics
 from exograv.rig.twin.world.surroundings import fingertip_of
 
 DIFFERENCE = 1e-3
-"""Turn of a joint of the machine that shows how the arm follows it [rad]."""
+"""Turn of a joint of the machine for the finite difference of the arm's motion [rad]."""
 
 PerFreedom = Float[np.ndarray, " arm"]
 
 
 class ArmInverseDynamics:
-    """Inverse dynamics of the arm alone, by the twin's engine: nothing of the machine is in it."""
+    """Inverse dynamics of the arm alone, without the machine, by the twin's engine."""
 
     def __init__(self, description: RigDescription, machine: Machine, wearer: Wearer):
-        """The machine only gives the arm its place, and gravity its direction."""
+        """Build the model. The machine only defines the arm's place and the direction of gravity."""
         self._scene, self._wearer, self._gravity = build_scene(description, machine, wearer), wearer, machine.gravity
         q = ca.SX.sym("q", len(self._scene.arm))
         led = follower_paths(wearer, q)
@@ -44,12 +44,12 @@ class ArmInverseDynamics:
     ) -> PerFreedom:
         """Muscle torque [N·m] for position [rad], velocity [rad/s] and acceleration [rad/s²] of the arm's freedoms.
 
-        Where the share is not 1, the arm is taken for one that resists so much as it does and weighs the same. The
-        shoulder's own path is followed to first order; hysteresis is left out.
+        `inertia_share` scales the believed inertia of the arm at unchanged weight. The shoulder's own path is followed
+        to first order; hysteresis is not modelled.
         """
         scene, model, data = self._scene, self._scene.model, self._scene.data
         led, slope, elastic = self._follow(q)
-        slowed = np.sqrt(inertia_share) * v  # what turning costs grows with the square of speed
+        slowed = np.sqrt(inertia_share) * v  # velocity torques grow with the square of speed
         model.opt.gravity = gravity_level * self._gravity
         data.qpos[scene.arm], data.qvel[scene.arm], data.qacc[scene.arm] = q, slowed, inertia_share * a
         followers = scene.followers
@@ -63,12 +63,12 @@ class ArmInverseDynamics:
         return load[scene.arm] + slope.T @ load[followers] - elastic + self._wearer.passive.damping * v
 
     def torques(self, movement: Trajectory, gravity_level: float = 1.0) -> Float[np.ndarray, "tick arm"]:
-        """The same along a movement of the arm's freedoms."""
+        """Muscle torques along a movement of the arm's freedoms [N·m]."""
         rows = zip(movement.q, movement.v, movement.a, strict=True)
         return np.array([self.torque(q, v, a, gravity_level) for q, v, a in rows])
 
     def fingertip(self, q: PerFreedom) -> Float[np.ndarray, " 3"]:
-        """Where the first arm's fingertip is in the base frame with the freedoms at `q` [m]."""
+        """Position of the first arm's fingertip in the base frame with the freedoms at `q` [m]."""
         scene, data = self._scene, self._scene.data
         data.qpos[scene.arm] = q
         data.qpos[scene.followers] = self._follow(q)[0]
@@ -76,14 +76,14 @@ class ArmInverseDynamics:
         return self._finger.xpos + self._finger.xmat.reshape(3, 3) @ self._tip
 
     def fingertip_slope(self, q: PerFreedom) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, "3 arm"]]:
-        """The same, and how it moves with the freedoms [m/rad]."""
+        """Position of the fingertip [m] and its derivative by the freedoms [m/rad]."""
         tip, scene = self.fingertip(q), self._scene
         mujoco.mj_comPos(scene.model, scene.data)
         mujoco.mj_jac(scene.model, scene.data, self._turns, self._no_turns, tip, self._finger.id)
         return tip, self._turns[:, scene.arm] + self._turns[:, scene.followers] @ self._at_posture.outputs["slope"]
 
     def _follow(self, q: PerFreedom) -> tuple[np.ndarray, np.ndarray, PerFreedom]:
-        """What follows the freedoms (follower,), its slope (follower, arm), and elastic torque (arm,) [N·m]."""
+        """Followers of the freedoms (follower,), their slope (follower, arm), and elastic torque (arm,) [N·m]."""
         at_posture = self._at_posture
         at_posture.inputs["q"][:] = q
         at_posture.evaluate()
@@ -91,26 +91,26 @@ class ArmInverseDynamics:
         return outputs["led"], outputs["slope"], outputs["elastic"]
 
     def inertia(self, q: PerFreedom) -> Float[np.ndarray, "arm arm"]:
-        """Inertia matrix about the arm's freedoms [kg·m²]."""
+        """Inertia matrix of the arm's freedoms [kg·m²]."""
         still = np.zeros_like(q)
         at_rest = self.torque(q, still, still)
         return np.array([self.torque(q, still, row) - at_rest for row in np.eye(len(q))])
 
 
 def out_of_the_machine(wearer: Wearer) -> Wearer:
-    """The same person with open cuffs: machine and arm share the room and do not touch."""
+    """Return the same person with open cuffs: machine and arm share the room but do not touch."""
     return replace(wearer, cuffs=Cuffs(np.zeros(6), 0.0, 0.0))
 
 
 def weightless(machine: Machine) -> Machine:
-    """The same machine in an aircraft on a parabola."""
+    """Return the same machine in an aircraft on a parabola."""
     return replace(machine, gravity=np.zeros(3))
 
 
 def worn_inertia(description: RigDescription, machine: Machine, wearer: Wearer) -> Float[np.ndarray, "arm arm"]:
-    """What a wearer accelerates besides the own arm, links and rotors, about the arm's freedoms [kg·m²].
+    """Inertia of links and rotors that a wearer accelerates beside the own arm, in the arm's freedoms [kg·m²].
 
-    At the posture in which the machine was put on; somebody who is used to it has learned about as much.
+    Computed at the donning posture. A wearer who is used to the machine has learned about this much.
     """
     scene = build_scene(description, machine, wearer)
     statics, (q, q_arm) = Statics(scene, wearer, with_passive=True), scene.fastened

@@ -1,13 +1,13 @@
-"""Practice: what a person comes to anticipate in a movement that is repeated, from what went wrong the last time.
+"""Practice of a repeated movement: the anticipated torque is corrected from the error of the last repetition.
 
     tau ← tau + rate · (M a_e + (1 + reflex) (damping v_e + stiffness q_e))(t + muscle lag) − let_go · [q_e small] · tau
 
-q_e, v_e, a_e are wanted minus true. The bracket is the torque that would have prevented the error, by the own arm's
-inertia and impedance; nothing of the machine is known. Torque that is not missed is let go: people make no more of it
-than the task asks for.
+q_e, v_e, a_e are wanted minus true. The bracket is the torque that would have prevented the error, by the inertia and
+impedance of the own arm, without knowledge of the machine. Torque that is not needed decays, because people produce no
+more torque than the task requires.
 
-Source: anticipation learned from the last repetition's error, and let go where the error is small, after Franklin et
-al. (2008), J Neurosci 28:11165; here torques in place of muscles, and a whole impedance in place of one gain.
+Source: anticipation learned from the last repetition's error, and reduced where the error is small, after Franklin et
+al. (2008), J Neurosci 28:11165; here with torques in place of muscles, and a whole impedance in place of one gain.
 """
 
 from dataclasses import dataclass
@@ -24,40 +24,43 @@ Table = Float[np.ndarray, "tick arm"]
 
 @dataclass(frozen=True)
 class Learner:
-    """How somebody learns a movement; all assumed."""
+    """Learning rates of a participant; all assumed."""
 
     rate: float = 0.5
     """Share of an error that the next repetition prevents [-]."""
 
     let_go: float = 0.1
-    """Share of the torque that is given up where it is not missed, each time [-]."""
+    """Share of the torque that is given up per repetition where the error is small [-]."""
 
     tolerance: float = float(np.deg2rad(0.5))
     """Error below which torque is not missed [rad]: half of what a transparency test allows."""
 
     bandwidth_Hz: float = 2.0
-    """Of what is anticipated [Hz]: faster, arm and machine move apart in their cuffs, and practice teaches a tremor."""
+    """Bandwidth of the anticipated torque [Hz].
+
+    At a higher bandwidth, arm and machine move apart in their cuffs, and practice teaches a tremor.
+    """
 
 
 SENSITIVITY, GROWTH = (0.3, 4.0), 0.25
-"""What is learned from an error, in shares of what it would need without friction, and how fast that may change.
+"""Range of the sensitivity to an error, over the torque that it would need without friction, and its rate of change.
 
-That sensitivity to errors grows while they are consistent: Herzfeld et al. (2014), Science 345:1349 (unverified);
-the numbers are assumed.
+Sensitivity to errors grows while they are consistent: Herzfeld et al. (2014), Science 345:1349 (unverified); the
+numbers are assumed.
 """
 
 
 TENSION_MAX, TENSE, EASE = 3.0, 1.15, 0.98
-"""Most that somebody stiffens, and by how much at a repetition that strayed or did not [-]; assumed.
+"""Greatest stiffening, and its factors after a repetition with a large and with a small error [-]; assumed.
 
 Stiffness measured in the arm grows by about as much from rest to strong co-contraction (Gomi & Osu 1998, unverified).
 """
 
 
 def tensed(tension: Float[np.ndarray, " arm"], error: Table, kept: float) -> Float[np.ndarray, " arm"]:
-    """Tension of the antagonists for the next repetition [-], after one with this error (tick, arm) [rad].
+    """Co-contraction for the next repetition [-], after one with this error (tick, arm) [rad].
 
-    Joints that stray farther than `kept`, RMS [rad], are stiffened, the others eased: the other half of the rule by
+    Joints with an RMS error above `kept` [rad] are stiffened, the others eased. This is the second part of the rule of
     Franklin et al. (2008).
     """
     strays = np.sqrt(np.mean(error**2, axis=0)) > kept
@@ -65,7 +68,7 @@ def tensed(tension: Float[np.ndarray, " arm"], error: Table, kept: float) -> Flo
 
 
 class Practice:
-    """What somebody anticipates in one movement that ends where it began."""
+    """Anticipated torque of a wearer in one movement that ends where it began."""
 
     def __init__(
         self,
@@ -75,11 +78,11 @@ class Practice:
         first_guess: Table,
         learner: Learner | None = None,
     ):
-        """`inertia` is the own arm's [kg·m²]."""
+        """Start with `first_guess`; `inertia` is the own arm's [kg·m²]."""
         self._dt, self._body, self._inertia = movement.dt, physiology, inertia
         self._learner = learner or Learner()
         self.anticipated = first_guess
-        """For the next repetition (tick, arm) [N·m]."""
+        """Anticipated torque for the next repetition (tick, arm) [N·m]."""
         self._sensitivity = np.ones(movement.q.shape[1])
         self._last: Table | None = None
 
@@ -91,14 +94,15 @@ class Practice:
         missed = a @ self._inertia.T
         missed += (1.0 + body.nerves.reflex_share) * (self._sensitivity * v * body.damping + q * body.stiffness)
         missed = np.roll(missed, -round(body.nerves.muscle_lag / self._dt), axis=0)
-        # Nobody lets go at a joint that wanders: on friction it would slip from one side to the other for ever.
+        # No torque is given up at a joint with large errors: on friction it would slip from one side to the other for
+        # ever.
         strays = np.sqrt(np.mean(error**2, axis=0)) / (2.0 * learner.tolerance)
         share = learner.let_go * _spare(np.abs(q) / learner.tolerance) * _spare(strays)
         learned = (1.0 - share) * self.anticipated + learner.rate * missed
         self.anticipated = smooth_derivatives(learned, self._dt, learner.bandwidth_Hz)[0]
 
     def _become_sensitive(self, v: Table) -> None:
-        """Errors that come back alike ask for more than was learned from them, such as turn round for less."""
+        """Raise the sensitivity to errors that repeat, and lower it for errors that change sign."""
         if self._last is not None:
             alike = (v * self._last).sum(axis=0) / (np.linalg.norm(v, axis=0) * np.linalg.norm(self._last, axis=0))
             self._sensitivity = np.clip(self._sensitivity * (1.0 + GROWTH * alike), *SENSITIVITY)
@@ -106,14 +110,14 @@ class Practice:
 
 
 def _spare(error: Table | Float[np.ndarray, " arm"]) -> Table | Float[np.ndarray, " arm"]:
-    """1 without error, 0 from the tolerance on."""
+    """Share of torque that is not needed: 1 without error, 0 from the tolerance on."""
     return np.clip(1.0 - error, 0.0, 1.0)
 
 
 def smooth_derivatives(values: Table, dt: float, bandwidth_Hz: float) -> tuple[Table, Table, Table]:
-    """Periodic values (tick, arm), their first and second derivative, without lag and without what is faster."""
+    """Periodic values (tick, arm), and their first and second derivative, low-pass filtered without lag."""
     frequency = np.fft.rfftfreq(len(values), dt)[:, None]
-    # Flat up to the edge: what is smoothed again at every repetition must not fade.
+    # The filter is flat up to its edge, so that values that are filtered at every repetition do not decay.
     smooth = np.fft.rfft(values, axis=0) / (1.0 + (frequency / bandwidth_Hz) ** 8)
     first, second = 2j * np.pi * frequency, -((2.0 * np.pi * frequency) ** 2)
     q, v, a = (np.fft.irfft(factor * smooth, len(values), axis=0) for factor in (np.ones_like(first), first, second))

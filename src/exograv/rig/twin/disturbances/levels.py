@@ -23,7 +23,7 @@ ABSENT = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class LevelRow:
-    """One disturbance: its meaning, and its size at levels 0 to 4, in columns where the table distinguishes cases."""
+    """Disturbance: its meaning, and its size at levels 0 to 4, in columns where the table distinguishes cases."""
 
     meaning: str
     columns: Mapping[str, tuple[Value, Value, Value, Value, Value]]

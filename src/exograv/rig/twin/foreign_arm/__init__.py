@@ -1,1 +1,1 @@
-"""Arms of third parties: MJCF or URDF models that serve as the twin's truth."""
+"""Arm models of third parties, MJCF or URDF, that serve as the twin's truth."""

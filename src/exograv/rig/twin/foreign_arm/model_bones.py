@@ -1,4 +1,4 @@
-"""Bones of a third party's arm: bodies that are rigid together as one, in our axes, as the arm hangs straight."""
+"""Bones of a third party's arm: rigidly connected bodies merged into one, in our axes, as the arm hangs straight."""
 
 from dataclasses import dataclass
 
@@ -19,15 +19,15 @@ from .wearer_map import BodyPoint, WearerMap
 Vector = Float[np.ndarray, " 3"]
 
 SNAP = 1e-9
-"""An axis this near to the usual one is the usual one [-]."""
+"""Tolerance within which an axis is taken as the usual one [-]."""
 
 TILT_MAX = np.deg2rad(25.0)
-"""An upper arm or forearm farther than this from the vertical does not hang."""
+"""Largest angle between the vertical and a hanging upper arm or forearm [rad]."""
 
 
 @dataclass
 class Anatomy:
-    """A model's bodies, seen from the shoulder's centre in our axes."""
+    """Bodies of a model, relative to the shoulder centre in our axes."""
 
     model: mujoco.MjModel
     data: mujoco.MjData
@@ -37,26 +37,26 @@ class Anatomy:
     """Bodies from the arm's first to the hand."""
 
     leader: dict[int, int]
-    """Of each body of the arm, the one that it is rigid with and that carries the joints."""
+    """Body that carries the joints of a rigid group, by each body of the group."""
 
     shoulder: Vector
-    """Its centre in the model's world [m]."""
+    """Centre of the shoulder in the model's world [m]."""
 
     def place(self, point: Vector) -> Vector:
-        """Of a point of the model's world [m]."""
+        """Convert a point of the model's world to our axes, relative to the shoulder [m]."""
         return self.told.axes @ (point - self.shoulder)
 
     def joints_of(self, body: int) -> list[int]:
-        """Joints of a body that move."""
+        """Movable joints of a body."""
         first = int(self.model.body_jntadr[body])
         return [j for j in range(first, first + int(self.model.body_jntnum[body])) if j in self.stand.moving]
 
 
 def build_skeleton(model: mujoco.MjModel, told: WearerMap, stand: HangingPosture, kind: ArmKind) -> Skeleton:
-    """The arm of a model, as the map tells its parts.
+    """Build the arm of a model, whose parts the map names.
 
     Raises:
-        ModelError: Bodies or joints are not in the order of an arm, or joints are left that nobody has named.
+        ModelError: Bodies or joints are not in the order of an arm, or the map names not all joints.
     """
     data = mujoco.MjData(model)
     data.qpos[:] = stand.qpos
@@ -173,7 +173,7 @@ def _segment(seen: Anatomy, body: int, above: str) -> str:
 
 
 def _together(seen: Anatomy, leader: int) -> tuple[float, Vector, Float[np.ndarray, "3 3"]]:
-    """Mass, centre and inertia about it of all bodies that are rigid with `leader`, in its frame."""
+    """Mass, centre of mass and inertia about it of all bodies that are rigid with `leader`, in its frame."""
     model, data, R = seen.model, seen.data, seen.told.axes
     mass, moment, inertia = 0.0, np.zeros(3), np.zeros((3, 3))
     for body, own in seen.leader.items():
@@ -223,8 +223,8 @@ def _centres(seen: Anatomy) -> dict[str, Vector]:
         )
         if hand == forearm:
             raise ModelError(
-                f"Forearm and hand are one body, '{seen.told.segments.hand}': where is the wrist? Give [points.wrist] "
-                "with body and at_m."
+                f"Forearm and hand are one body, '{seen.told.segments.hand}', so the wrist is unknown. Give "
+                "[points.wrist] with body and at_m."
             )
         wrist = [seen.place(seen.data.xpos[hand])]
     return {"upper_arm": np.zeros(3), "forearm": anchors["elbow"], "hand": np.mean(wrist, axis=0)}

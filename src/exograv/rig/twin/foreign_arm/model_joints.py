@@ -1,4 +1,4 @@
-"""Joints of a third party's model: which are freedoms of the arm, which follow one, and where all stand as it hangs."""
+"""Joints of a third party's model: freedoms of the arm, coupled joints, and their positions as the arm hangs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -24,19 +24,19 @@ HINGE, SLIDE, BALL = (
 
 @dataclass
 class HangingPosture:
-    """How the model's joints stand while its arm hangs straight, and which of them move."""
+    """Positions of the model's joints while its arm hangs straight, and which of them move."""
 
     qpos: Float[np.ndarray, " qpos"]
-    """As the model counts them [rad, m]."""
+    """Positions in the model's own order [rad, m]."""
 
     freedoms: dict[int, str] = field(default_factory=dict)
-    """Joints that are freedoms of the arm, by number."""
+    """Freedoms of the arm, by number of the joint."""
 
     signs: dict[int, int] = field(default_factory=dict)
-    """Of those."""
+    """Signs of these joints, by number."""
 
     ball: tuple[int, ...] = ()
-    """Joints whose place flexion, abduction and rotation take."""
+    """Joints that flexion, abduction and rotation replace."""
 
     coupled: dict[int, Coupling] = field(default_factory=dict)
     locked: set[int] = field(default_factory=set)
@@ -44,15 +44,15 @@ class HangingPosture:
 
     @property
     def moving(self) -> set[int]:
-        """All joints that move, by number."""
+        """Numbers of all joints that move."""
         return {*self.freedoms, *self.ball, *self.coupled}
 
 
 def hanging(model: mujoco.MjModel, told: WearerMap) -> HangingPosture:
-    """What the map says of the model's joints, and the model's own couplings.
+    """Apply the map to the model's joints, and add the model's own couplings.
 
     Raises:
-        ModelError: No such joint, or one that cannot be what the map says.
+        ModelError: A joint does not exist, or cannot have the role that the map gives it.
     """
     stand = HangingPosture(model.qpos0.copy())
     for freedom, mapped in told.freedoms.items():
@@ -68,7 +68,9 @@ def hanging(model: mujoco.MjModel, told: WearerMap) -> HangingPosture:
     for name, follower in told.coupled.items():
         joint = _single_joint(model, name, "coupled", HINGE, SLIDE)
         if follower.freedom not in (*told.freedoms, *(FREEDOMS[:3] if told.shoulder else ())):
-            raise ModelError(f"coupled.{name} follows {follower.freedom}, which no joint is. Map it, or lock {name}.")
+            raise ModelError(
+                f"coupled.{name} follows {follower.freedom}, but no joint is mapped to it. Map one, or lock {name}."
+            )
         _set(model, stand, joint, follower.polynomial[0], "coupled")
         stand.coupled[joint] = Coupling(name, follower.freedom, _five([0.0, *follower.polynomial[1:]]))
     _follow_own_couplings(model, stand)
@@ -76,10 +78,10 @@ def hanging(model: mujoco.MjModel, told: WearerMap) -> HangingPosture:
 
 
 def find_joint(model: mujoco.MjModel, name: str, where: str) -> int:
-    """Number of a joint.
+    """Return the number of a joint.
 
     Raises:
-        ModelError: No such joint.
+        ModelError: The joint does not exist.
     """
     number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name)
     if number < 0:
@@ -88,10 +90,10 @@ def find_joint(model: mujoco.MjModel, name: str, where: str) -> int:
 
 
 def find_body(model: mujoco.MjModel, name: str, where: str) -> int:
-    """Number of a body.
+    """Return the number of a body.
 
     Raises:
-        ModelError: No such body.
+        ModelError: The body does not exist.
     """
     number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
     if number < 0:
@@ -101,12 +103,12 @@ def find_body(model: mujoco.MjModel, name: str, where: str) -> int:
 
 
 def joint_names(model: mujoco.MjModel) -> list[str]:
-    """All joints; one without a name is told by its body."""
-    return [model.joint(i).name or f"(nameless, of {model.body(model.jnt_bodyid[i]).name})" for i in range(model.njnt)]
+    """Names of all joints; a joint without a name is described by its body."""
+    return [model.joint(i).name or f"(no name, of {model.body(model.jnt_bodyid[i]).name})" for i in range(model.njnt)]
 
 
 def listed(names: Sequence[str]) -> str:
-    """The first of them."""
+    """Return the first names as one text, with the number of the others."""
     rest = len(names) - NAMES_SHOWN
     return ", ".join(names[:NAMES_SHOWN]) + (f" and {rest} more" if rest > 0 else "")
 
@@ -138,11 +140,11 @@ def _put_ball(model: mujoco.MjModel, told: WearerMap, stand: HangingPosture) -> 
         if model.jnt_type[joint] == HINGE:
             _set(model, stand, joint, float(zero), "shoulder.joints")
     stand.ball = tuple(joints)
-    stand.notes.append(f"Three hinges about one centre stand for {', '.join(told.shoulder.joints)}.")
+    stand.notes.append(f"Three hinges about one centre replace {', '.join(told.shoulder.joints)}.")
 
 
 def _follow_own_couplings(model: mujoco.MjModel, stand: HangingPosture) -> None:
-    """The model's own constraints between joints: follow a freedom, or stay where the leading joint is."""
+    """Apply the model's own constraints between joints: follow a freedom, or stay where the leading joint is."""
     for k in range(model.neq):
         led, leader = int(model.eq_obj1id[k]), int(model.eq_obj2id[k])
         if led in stand.moving or led in stand.locked:
@@ -162,7 +164,7 @@ def _follow_own_couplings(model: mujoco.MjModel, stand: HangingPosture) -> None:
         stand.qpos[model.jnt_qposadr[led]] = own(lead)
         stand.locked.add(led)
         if leader in stand.ball:
-            stand.notes.append(f"{name} stays as it hangs: what it follows is one of the shoulder's joints.")
+            stand.notes.append(f"{name} stays as in the hanging arm: it follows one of the shoulder's joints.")
 
 
 def _five(coefficients: Sequence[float]) -> Float[np.ndarray, " 5"]:

@@ -1,4 +1,4 @@
-"""A third party's MJCF or URDF as a compiled model: bodies, joints and masses, without all that moves or shows them."""
+"""Import of a third party's MJCF or URDF: bodies, joints and masses, without actuators and visual elements."""
 
 import warnings
 from pathlib import Path
@@ -10,19 +10,20 @@ import numpy as np
 from exograv.errors import ConfigError, ModelError
 
 SIZE_MAX = 20_000_000
-"""Of the file; the largest arm models have a few megabytes, without their meshes [bytes]."""
+"""Largest size of the file; the largest arm models have a few megabytes without their meshes [bytes]."""
 
-# MuJoCo refuses moving bodies without mass, which models put between the hinges of one joint; a hair is heavier.
+# MuJoCo rejects moving bodies without mass, which some models have between the hinges of one joint. These values are
+# negligible.
 MASS_LEAST = 1e-9
 INERTIA_LEAST = 1e-12
 
 
 def read_wearer_file(path: Path) -> tuple[mujoco.MjModel, tuple[str, ...]]:
-    """The compiled model, and notes on what of it is not used.
+    """Return the compiled model, and notes about parts that are not used.
 
     Raises:
         ConfigError: The file cannot be read.
-        ModelError: MuJoCo cannot make a model of it.
+        ModelError: MuJoCo cannot compile the model.
     """
     try:
         if path.stat().st_size > SIZE_MAX:
@@ -35,7 +36,7 @@ def read_wearer_file(path: Path) -> tuple[mujoco.MjModel, tuple[str, ...]]:
             f"{path} cannot be read: {error.strerror}. Give an MJCF or URDF with --wearer-model."
         ) from error
     except UnicodeDecodeError as error:
-        raise ConfigError(f"{path} is no text file. Give an MJCF or URDF with --wearer-model.") from error
+        raise ConfigError(f"{path} is not a text file. Give an MJCF or URDF with --wearer-model.") from error
     try:
         spec = _spec_of_urdf(path) if is_urdf else mujoco.MjSpec.from_file(str(path))
         _refuse_impossible_masses(spec, path)
@@ -43,18 +44,18 @@ def read_wearer_file(path: Path) -> tuple[mujoco.MjModel, tuple[str, ...]]:
         spec.compiler.boundmass = max(spec.compiler.boundmass, MASS_LEAST)
         spec.compiler.boundinertia = max(spec.compiler.boundinertia, INERTIA_LEAST)
         with warnings.catch_warnings():
-            # A model whose axes coincide is refused by what its joints are, in our words.
+            # A model whose axes coincide is refused later with a message about its joints.
             warnings.simplefilter("ignore")
             return spec.compile(), notes
     except (ValueError, ElementTree.ParseError) as error:
         raise ModelError(
-            f"MuJoCo cannot make a model of {path}: {' '.join(str(error).split())}. Correct the file; it must be an "
+            f"MuJoCo cannot compile {path}: {' '.join(str(error).split())}. Correct the file; it must be an "
             "MJCF or URDF with all files that it includes beside it."
         ) from error
 
 
 def _spec_of_urdf(path: Path) -> mujoco.MjSpec:
-    """A URDF's links have the masses that it states, never those of its pictures."""
+    """Return the specification of a URDF; its links have the masses that it states, never those of its shapes."""
     robot = ElementTree.parse(path).getroot()
     for link in robot.iter("link"):
         for shape in [*link.findall("visual"), *link.findall("collision")]:
@@ -66,7 +67,7 @@ def _spec_of_urdf(path: Path) -> mujoco.MjSpec:
 
 
 def _refuse_impossible_masses(spec: mujoco.MjSpec, path: Path) -> None:
-    """MuJoCo would lift a mass below zero to its least."""
+    """Refuse a mass below zero, which MuJoCo would silently raise to its lower bound."""
     for body in spec.bodies:
         if body.explicitinertial and not (np.isfinite(body.mass) and body.mass >= 0.0):
             raise ModelError(
@@ -75,7 +76,7 @@ def _refuse_impossible_masses(spec: mujoco.MjSpec, path: Path) -> None:
 
 
 def _strip(spec: mujoco.MjSpec) -> tuple[str, ...]:
-    """Take away what an arm's masses and joints do not need; says what of it would have acted."""
+    """Remove the parts that masses and joints do not need; return notes about those with an effect."""
     notes = []
     for count, what in (
         (len(spec.actuators), "actuators and muscles"),
@@ -85,7 +86,7 @@ def _strip(spec: mujoco.MjSpec) -> tuple[str, ...]:
     ):
         if count:
             notes.append(f"{count} {what} of the model are left out.")
-    # Muscles before the tendons that they pull, these before what they wrap.
+    # Delete muscles before the tendons that they pull, and tendons before the shapes that they wrap.
     unused = [*spec.sensors, *spec.actuators, *spec.tendons, *spec.keys, *spec.tuples, *spec.pairs, *spec.excludes]
     unused += [one for one in spec.equalities if one.type != mujoco.mjtEq.mjEQ_JOINT]
     unused += [*spec.skins, *spec.flexes]
@@ -96,7 +97,7 @@ def _strip(spec: mujoco.MjSpec) -> tuple[str, ...]:
 
 
 def _strip_shapes(spec: mujoco.MjSpec) -> None:
-    """Shapes go where a body states its mass; elsewhere they are its mass, but need no colours."""
+    """Delete shapes of bodies with a stated mass. Elsewhere shapes define the mass, but need no colours."""
     counts_shapes = spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
     for body in spec.bodies:
         for geom in body.geoms:

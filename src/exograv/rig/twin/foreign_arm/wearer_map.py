@@ -1,4 +1,4 @@
-"""What somebody says about a third party's model of an arm: which body is which segment, which joint which freedom."""
+"""Map of a third party's arm model: which body is which segment, and which joint is which freedom."""
 
 import tomllib
 from pathlib import Path
@@ -19,11 +19,11 @@ Freedom = Literal[
     "flexion", "abduction", "rotation", "elbow", "forearm_roll", "wrist_flexion", "wrist_deviation"
 ]  # as model.limb.FREEDOMS
 SIZE_MAX = 1_000_000
-"""Of the file [bytes]."""
+"""Largest size of the file [bytes]."""
 
 
 class MappedPerson(Settings):
-    """What a scale, a tape and a form would tell the software about the person whom the model describes."""
+    """Body measures and sex of the person whom the model describes."""
 
     height_m: Annotated[float, Field(ge=1.2, le=2.2)]
     mass_kg: Annotated[float, Field(ge=30.0, le=200.0)]
@@ -31,7 +31,7 @@ class MappedPerson(Settings):
 
 
 class Segments(Settings):
-    """The bodies that the cuffs hold."""
+    """Bodies that the cuffs hold."""
 
     upper_arm: str
     forearm: str
@@ -39,74 +39,74 @@ class Segments(Settings):
 
 
 class MappedJoint(Settings):
-    """A hinge of the model that is one freedom of the arm."""
+    """Hinge of the model that is one freedom of the arm."""
 
     joint: str
     sign: Literal[1, -1] = 1
-    """-1 where the joint's positive motion is the freedom's negative one."""
+    """-1 if the joint's positive motion is the freedom's negative one."""
 
     zero_deg: float = 0.0
-    """The joint's angle while the arm hangs straight, palm to the body."""
+    """Angle of the joint while the arm hangs straight, palm to the body."""
 
 
 class Shoulder(Settings):
-    """A shoulder that has no hinges for flexion, abduction and rotation: a ball, or other hinges about one centre.
+    """Shoulder without hinges for flexion, abduction and rotation: a ball, or other hinges about one centre.
 
-    Three hinges take its place, in the usual order and about the same centre: the upper arm can turn as before.
+    Three hinges in the usual order and about the same centre replace it, so that the upper arm can turn as before.
     """
 
     joints: Annotated[list[str], Field(min_length=1, max_length=3)]
     zero_deg: list[float] = Field(default_factory=list)
-    """Of hinges, while the arm hangs straight; a ball stays as it is in the file."""
+    """Angles of the hinges while the arm hangs straight; a ball keeps its posture in the file."""
 
 
 class CoupledJoint(Settings):
-    """A joint that a freedom takes along."""
+    """Joint that is coupled to a freedom."""
 
     freedom: Freedom
     polynomial: Annotated[list[float], Field(min_length=1, max_length=5)]
-    """The joint's angle [rad] or slide [m], lowest power of the freedom's angle [rad] first."""
+    """Angle [rad] or slide [m] of the joint, lowest power of the freedom's angle [rad] first."""
 
 
 class BodyPoint(Settings):
-    """A point on a body."""
+    """Point on a body."""
 
     body: str
     at_m: Annotated[list[float], Field(min_length=3, max_length=3)]
 
 
 class Points(Settings):
-    """Points that the model's joints do not tell."""
+    """Points that do not follow from the model's joints."""
 
     wrist: BodyPoint | None = None
-    """Centre of the wrist, where no joint moves it; the origin of the hand's body if it has one of its own."""
+    """Centre of the wrist if no joint moves it; by default the origin of the hand's body, if the hand has its own."""
 
     finger_tip: BodyPoint | None = None
-    """Of the third finger; without it the hand is as long as its owner's height says."""
+    """Tip of the third finger; if absent, the length of the hand follows from the person's height."""
 
 
 class WearerMap(Settings):
-    """The whole file."""
+    """Contents of the map."""
 
     title: str
     side: ArmSide
     forward: Direction
     left: Direction
     up: Direction
-    """Axes of the model's world that point there in the wearer's eyes."""
+    """Axes of the model's world that point forward, left and up for the wearer."""
 
     mass_scale: PositiveFloat = 1.0
-    """Times which all masses and inertias are taken."""
+    """Factor on all masses and inertias."""
 
     body: MappedPerson
     segments: Segments
     freedoms: dict[Freedom, MappedJoint] = Field(default_factory=dict)
     shoulder: Shoulder | None = None
     locked: dict[str, float] = Field(default_factory=dict)
-    """Joints that do not move, and where they stand: degrees, or metres of a slide."""
+    """Joints that do not move, with their angle [°], or their position if they slide [m]."""
 
     lock_others: bool = False
-    """Whether joints of the arm that are not named stay where the file has them."""
+    """True if unnamed joints of the arm stay as in the file."""
 
     coupled: dict[str, CoupledJoint] = Field(default_factory=dict)
     points: Points = Points()
@@ -115,7 +115,7 @@ class WearerMap(Settings):
     def _is_consistent(self) -> "WearerMap":
         if not np.isclose(np.linalg.det(self.axes), 1.0):
             raise ValueError(
-                f"forward {self.forward}, left {self.left}, up {self.up} are no right-handed axes: forward × left "
+                f"forward {self.forward}, left {self.left}, up {self.up} are not right-handed axes: forward × left "
                 "must be up"
             )
         by_hinge = [name for name in FREEDOMS[:3] if name in self.freedoms]
@@ -143,11 +143,13 @@ def read_wearer_map(path: Path) -> WearerMap:
     """Read and check a map.
 
     Raises:
-        ConfigError: It cannot be read, or holds something that cannot be used.
+        ConfigError: The map cannot be read, or has an unusable entry.
     """
     try:
         if path.stat().st_size > SIZE_MAX:
-            raise ConfigError(f"{path} is larger than {SIZE_MAX // 1_000_000} MB: no map of a wearer. Check the path.")
+            raise ConfigError(
+                f"{path} is larger than {SIZE_MAX // 1_000_000} MB, too large for a map of a wearer. Check the path."
+            )
         return WearerMap.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
     except OSError as error:
         raise ConfigError(f"{path} cannot be read: {error.strerror}. Give the map with --wearer-map.") from error

@@ -1,4 +1,4 @@
-"""A third party's arm as the truth: an MJCF or URDF and a map become a skeleton and the person whom it is part of."""
+"""Third party's arm as the twin's truth: a model file and a map become a skeleton and the person it belongs to."""
 
 import hashlib
 from dataclasses import dataclass
@@ -19,35 +19,38 @@ from .wearer_file import read_wearer_file
 from .wearer_map import WearerMap, read_wearer_map
 
 ASKEW_MAX = np.deg2rad(50.0)
-"""A joint's axis farther than this from the freedom's is another freedom's: real elbows are 13° askew."""
+"""Largest angle between the axis of a joint and that of its freedom [rad].
+
+A joint farther off belongs to another freedom. Real elbows are 13° off.
+"""
 
 LENGTHS_M = (0.1, 0.5)
-"""Of an upper arm and a forearm."""
+"""Allowed length of an upper arm and a forearm."""
 
 MASS_KG = (0.5, 12.0)
-"""Of an arm: from a child's to twice that of a man of 100 kg."""
+"""Allowed mass of an arm: from a child's to twice that of a man of 100 kg."""
 
 
 @dataclass(frozen=True)
 class WearerModel:
-    """Whose arm is the truth."""
+    """Arm and person that are the twin's truth."""
 
     title: str
     skeleton: Skeleton
     body: Body
     notes: tuple[str, ...]
-    """What of the model is not used, or used otherwise."""
+    """Notes about parts of the model that are not used, or are used in another way."""
 
     sha256: str
-    """Of model and map."""
+    """Hash of model and map."""
 
 
 def read_wearer_model(model: Path, told: Path, description: RigDescription) -> WearerModel:
-    """The arm of a file, as a map tells its parts, for a machine.
+    """Read the arm of a model file, whose parts a map names, for a machine.
 
     Raises:
         ConfigError: A file cannot be read, or the map cannot be used.
-        ModelError: Model and map do not agree, or the arm is none that this machine moves.
+        ModelError: Model and map do not agree, or the machine cannot move this arm.
     """
     spoken = read_wearer_map(told)
     _refuse_other_machine(spoken, description)
@@ -58,7 +61,7 @@ def read_wearer_model(model: Path, told: Path, description: RigDescription) -> W
     person = spoken.body
     notes = (*notes, *stand.notes)
     if not skeleton.follows_elevation:
-        notes = (*notes, "The shoulder's girdle moves by itself: the twin's own shift of its centre is off.")
+        notes = (*notes, "A girdle of bones moves the shoulder: the twin's own shift of its centre is off.")
     digest = hashlib.sha256(model.read_bytes() + told.read_bytes()).hexdigest()
     return WearerModel(spoken.title, skeleton, Body(person.sex, person.height_m, person.mass_kg), notes, digest)
 

@@ -1,4 +1,4 @@
-"""The wearer's arms in MuJoCo: bones as bodies, freedoms as hinges, the shoulder's path as a slide."""
+"""Arms of the wearer in MuJoCo: bones as bodies, freedoms as hinges, the shoulder's path as a slide."""
 
 from dataclasses import dataclass
 
@@ -10,42 +10,42 @@ from exograv.rig.twin.machine.machine_bodies import TIMESTEP, add_weight, weight
 
 from .skeleton import Bone, BoneJoint, Skeleton
 
-# MuJoCo moves no body without mass: a bone that only links two joints gets less than a hair's.
+# MuJoCo moves no body without mass, so a bone that only links two joints gets a negligible mass and inertia.
 MASS_LEAST = 1e-9
 INERTIA_LEAST = 1e-12
 
-# Coupled joints are held by MuJoCo's own constraint, as stiff as its time step allows.
+# MuJoCo's own constraint holds coupled joints, as stiffly as its time step allows.
 COUPLING_SOLREF = (2.0 * TIMESTEP, 1.0)
 COUPLING_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
 EQUALITY_NUMBERS = 12
-"""Places for a constraint's numbers in MuJoCo's specification, of which a polynomial takes the first five."""
+"""Size of a constraint's data in MuJoCo's specification; a polynomial uses the first five numbers."""
 
 
 @dataclass(frozen=True)
 class ArmPlace:
-    """One arm in a compiled scene."""
+    """Indices of one arm in a compiled scene."""
 
     skeleton: Skeleton
     freedoms: Int[np.ndarray, " freedom"]
-    """Degrees of freedom of its joints, in the order of `Skeleton.freedoms`."""
+    """Degrees of freedom of the arm's joints, in the order of `Skeleton.freedoms`."""
 
     shift: int
-    """Degree of freedom of the shoulder centre's shift; -1 where the shoulder moves by itself."""
+    """Degree of freedom of the shoulder centre's shift; -1 if a girdle of bones moves the shoulder."""
 
     coupled: Int[np.ndarray, " coupling"]
     """Degrees of freedom of the joints that follow a freedom."""
 
     bodies: tuple[int, ...]
-    """All of the arm's bodies, the weights in the hand and at the forearm apart."""
+    """All bodies of the arm, without the weights in the hand and at the forearm."""
 
     @property
     def followers(self) -> list[int]:
-        """Degrees of freedom of all that follows, in the order of `passive.follower_paths`."""
+        """Degrees of freedom of all joints that follow, in the order of `passive.follower_paths`."""
         return [*([self.shift] if self.shift >= 0 else []), *self.coupled.tolist()]
 
 
 def add_arm(spec: mujoco.MjSpec, skeleton: Skeleton, shoulder: Float[np.ndarray, " 3"]) -> None:
-    """Add an arm that hangs from its shoulder's centre at `shoulder` [m], base axes."""
+    """Add an arm that hangs from its shoulder centre at `shoulder` [m], base axes."""
     for bone in skeleton.bones:
         parent = spec.worldbody if bone.parent is None else spec.body(body_name(skeleton, bone.parent))
         body = parent.add_body(
@@ -74,7 +74,7 @@ def add_arm(spec: mujoco.MjSpec, skeleton: Skeleton, shoulder: Float[np.ndarray,
 
 
 def find_arm(model: mujoco.MjModel, skeleton: Skeleton) -> ArmPlace:
-    """An arm that `add_arm` put into a model."""
+    """Return the indices of an arm that `add_arm` has put into a model."""
     return ArmPlace(
         skeleton,
         np.array([dof(model, joint_name(skeleton, freedom)) for freedom in skeleton.freedoms]),
@@ -85,17 +85,17 @@ def find_arm(model: mujoco.MjModel, skeleton: Skeleton) -> ArmPlace:
 
 
 def body_name(skeleton: Skeleton, bone: str) -> str:
-    """Of a bone, in MuJoCo."""
+    """Name of a bone's body in MuJoCo."""
     return f"wearer_{skeleton.side}_{bone}"
 
 
 def joint_name(skeleton: Skeleton, joint: str) -> str:
-    """Of a freedom or a follower, in MuJoCo."""
+    """Name of a freedom or follower in MuJoCo."""
     return f"wearer_{skeleton.side}_{joint}"
 
 
 def dof(model: mujoco.MjModel, joint: str) -> int:
-    """Degree of freedom of a joint; each here has one, so that positions and velocities have the same address."""
+    """Degree of freedom of a joint. Each joint here has one, so that positions and velocities have the same address."""
     return int(model.joint(joint).dofadr[0])
 
 

@@ -61,7 +61,7 @@ class Muscles:
         return torque[:BLOCK]
 
     def _pause(self) -> float:
-        """Number of ticks until the next burst."""
+        """Return the number of ticks until the next burst."""
         if self._unrest.bursts_per_minute == 0.0:
             return np.inf
         return self._burst_stream.exponential(60.0 / self._unrest.bursts_per_minute) / self._period

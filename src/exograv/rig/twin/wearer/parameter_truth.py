@@ -1,4 +1,4 @@
-"""The wearer's truth in the words of an estimator: two inertial bodies, elastic joints, and where the shoulder is."""
+"""True parameters of the wearer, as an estimator names them: inertial bodies, elastic joints, shoulder offset."""
 
 import casadi as ca
 import numpy as np
@@ -14,18 +14,20 @@ AXES = ("x", "y", "z")
 
 
 def parameter_truth(wearer: Wearer) -> dict[str, float]:
-    """True parameters by name, SI; only examiners and tests may read them.
+    """Return the true parameters by name, SI; only examiners and tests may read them.
 
-    Of `upper_arm` and `forearm` (forearm and hand as one body, the hand straight), or of `upper_arm`, `forearm` and
-    `hand` where the wrist moves: `.mass` [kg], first moments `.mx` to `.mz` [kg·m] and inertia `.Ixx` to `.Izz`
-    [kg·m²] about the proximal joint centre; x forward, y left, z up while the arm hangs straight. Products of inertia
-    are entries of the inertia matrix, hence negative sums. Bones that form a segment are counted where they are in
-    the fastened cuffs, and in the axes that a usual arm would have there (`posture.fastened_parts`).
+    Inertial parameters belong to `upper_arm` and `forearm` (forearm and hand as one body, the hand straight), or to
+    `upper_arm`, `forearm` and `hand` if the wrist moves. They are `.mass` [kg], first moments `.mx` to `.mz` [kg·m]
+    and inertia `.Ixx` to `.Izz` [kg·m²] about the proximal joint centre; x forward, y left, z up while the arm hangs
+    straight. Products of inertia are entries of the inertia matrix, hence negative sums. Bones of one segment are
+    taken at their places in the fastened cuffs, in the axes that a usual arm would have there
+    (`posture.fastened_parts`).
 
-    Of each freedom: `.stiffness` [N·m/rad], `.spring_offset` (stiffness times neutral angle) [N·m], `.damping`
-    [N·m·s/rad]. Of the shoulder's centre against the machine's, in base axes: `shoulder_offset_x` to `_z` [m] and
-    `glenohumeral_slope`, the shift per elevation over the first 90° [m/rad], where the shoulder does not move by
-    itself; the true path is not quite straight. With two arms every name begins with `right_` or `left_`.
+    Each freedom has `.stiffness` [N·m/rad], `.spring_offset` (stiffness times neutral angle) [N·m] and `.damping`
+    [N·m·s/rad]. The offset of the shoulder centre from the machine's is `shoulder_offset_x` to `_z` [m], in base axes.
+    `glenohumeral_slope` is the mean shift per elevation over the first 90° [m/rad]; the true path is not quite
+    straight. It is absent if a girdle of bones moves the shoulder. With two arms every name begins with `right_` or
+    `left_`.
     """
     if len(wearer.arms) == 1:
         return _of_arm(wearer, wearer.arms[0])
@@ -56,7 +58,7 @@ def _of_arm(wearer: Wearer, arm: WearerArm) -> dict[str, float]:
 def _about_origin(bone: Bone) -> Float[np.ndarray, "4 4"]:
     """Mass, first moments and inertia of a part about the origin of its segment.
 
-    Laid out as [[inertia, first moment], [first momentᵀ, mass]], so that the parts of a body add.
+    The layout [[inertia, first moment], [first momentᵀ, mass]] lets the parts of a body be added.
     """
     com = bone.origin + bone.com
     moment = bone.mass * com

@@ -30,7 +30,7 @@ class Regression:
     """Mean of the sample. It is given where the row does not pass through it; the row is then rescaled to do so."""
 
     def mean(self, mass: float, height: float) -> float:
-        """Expected value for a body mass [kg] and height [m], in the unit of the row."""
+        """Return the expected value for a body mass [kg] and height [m], in the unit of the row."""
         value = self.b0 + self.b1 * mass + self.b2 * 100.0 * height
         if self.sample_mean is None:
             return value

@@ -1,4 +1,4 @@
-"""The true segments of one wearer's arm: drawn about the regressions until they are physically possible."""
+"""True segments of one wearer's arm, drawn about the regressions until they are physically possible."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,35 +17,38 @@ MAX_DRAWS = 10_000
 
 @dataclass(frozen=True)
 class Body:
-    """What a person knows about themselves."""
+    """Sex, height and mass of a person."""
 
     sex: Sex
     height: float
-    """[m]"""
+    """Body height [m]."""
 
     mass: float
-    """[kg]"""
+    """Body mass [kg]."""
 
 
 @dataclass(frozen=True)
 class Segment:
-    """A rigid segment in a frame at its proximal joint centre: x forward, y left, z up while the arm hangs straight."""
+    """Rigid segment in a frame at its proximal joint centre: x forward, y left, z up while the arm hangs straight."""
 
     length: float
-    """Proximal to distal joint centre; for the hand, wrist to fingertip [m]."""
+    """Length from proximal to distal joint centre; for the hand, from wrist to fingertip [m]."""
 
     mass: float
-    """[kg]"""
+    """Mass [kg]."""
 
     com: Float[np.ndarray, " 3"]
     """Centre of mass [m]."""
 
     inertia: Float[np.ndarray, "3 3"]
-    """About the centre of mass [kg·m²]."""
+    """Inertia about the centre of mass [kg·m²]."""
 
 
 def draw_body(seed: int) -> Body:
-    """Either sex alike; men 1.78 ± 0.07 m, 80 ± 12 kg; women 1.63 ± 0.064 m, 68 ± 11 kg; 45 to 95 kg."""
+    """Draw a person of either sex, with equal probability.
+
+    Men 1.78 ± 0.07 m, 80 ± 12 kg; women 1.63 ± 0.064 m, 68 ± 11 kg; both 45 to 95 kg.
+    """
     generator = stream(seed, "wearer", "body")
     sex: Sex = "male" if generator.random() < 0.5 else "female"
     (height, height_sd), (mass, mass_sd) = (
@@ -59,7 +62,7 @@ def draw_body(seed: int) -> Body:
 
 
 def draw_segments(body: Body, disturbances: Disturbances, seed: int) -> Mapping[str, Segment]:
-    """Upper arm, forearm and hand of one person.
+    """Draw upper arm, forearm and hand of one person.
 
     Raises:
         ConfigError: No physically possible segment belongs to this body.
@@ -68,7 +71,7 @@ def draw_segments(body: Body, disturbances: Disturbances, seed: int) -> Mapping[
 
 
 def is_physical(mass: float, inertia: Float[np.ndarray, "3 3"]) -> bool:
-    """Some distribution of positive mass has this mass and inertia about its centre."""
+    """Return True if a distribution of positive mass can have this mass and inertia about its centre."""
     moments = np.linalg.eigvalsh(inertia)  # ascending
     return bool(mass > 0.0 and moments[0] > 0.0 and moments[2] < moments[0] + moments[1])
 
@@ -97,7 +100,7 @@ def _draw_segment(name: str, body: Body, disturbances: Disturbances, seed: int) 
             return Segment(float(length), float(mass), np.array([*off_axis, -below]), inertia)
     raise ConfigError(
         f"No physically possible {name} for a {body.sex} of {body.height:.2f} m and {body.mass:.0f} kg in {MAX_DRAWS} "
-        "draws: the regressions do not reach that far. Choose a body nearer to their sample (1.5-2.0 m, 45-95 kg)."
+        "draws: the body is outside the regressions. Choose a body nearer to their sample (1.5-2.0 m, 45-95 kg)."
     )
 
 
@@ -107,10 +110,10 @@ def _drawn(rows: SegmentRows, quantity: str, body: Body, residual: float) -> flo
 
 
 def _centre_below_joint(rows: SegmentRows, body: Body, residual: float, stretch: float) -> float:
-    """Distance [m] of the centre of mass below the proximal joint centre, in a segment of mean length for its stature.
+    """Distance [m] of the centre of mass below the proximal joint centre, in a segment of mean length for the stature.
 
-    The regressions count from the distal landmark; a segment longer than its stature tells is stretched as a whole
-    afterwards.
+    The regressions count from the distal landmark. A segment that is longer than the mean is stretched as a whole
+    later.
     """
     from_distal = 0.01 * _drawn(rows, "centre", body, residual)  # men: cm to m; women: % to fraction
     if body.sex == "female":

@@ -1,4 +1,4 @@
-"""One true arm as bones between joints, as it hangs straight: every frame then has x forward, y left, z up."""
+"""Bones and joints of one true arm as it hangs straight, when every frame has x forward, y left, z up."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from .segments import Segment
 Vector = Float[np.ndarray, " 3"]
 
 GRIP_FRACTION = 0.36
-"""Centre of the grip beyond the wrist, as a fraction of the hand's length: where its centre of mass is.
+"""Distance of the grip's centre beyond the wrist, as a fraction of the hand's length: the hand's centre of mass.
 
 Source: de Leva (1996).
 """
@@ -22,49 +22,49 @@ Source: de Leva (1996).
 
 @dataclass(frozen=True)
 class BoneJoint:
-    """A joint between a bone and its parent, zero as the arm hangs straight."""
+    """Joint between a bone and its parent, zero as the arm hangs straight."""
 
     name: str
-    """One of `model.limb.FREEDOMS`, or its own where it follows one."""
+    """Name from `model.limb.FREEDOMS`, or another name if the joint follows a freedom."""
 
     axis: Vector
-    """In the bone's frame, positive as the freedom is."""
+    """Axis in the bone's frame; its positive direction is that of the freedom."""
 
     anchor: Vector
-    """A point on the axis, in the bone's frame [m]."""
+    """Point on the axis, in the bone's frame [m]."""
 
     is_slide: bool = False
 
 
 @dataclass(frozen=True)
 class Bone:
-    """A rigid part of an arm; its frame is parallel to all others while the arm hangs straight."""
+    """Rigid part of an arm. Its frame is parallel to all others while the arm hangs straight."""
 
     name: str
     segment: str
-    """Upper arm, forearm or hand: whose mass it is."""
+    """Segment that the bone's mass belongs to: upper arm, forearm or hand."""
 
     parent: str | None
-    """`None`: the trunk."""
+    """Name of the parent bone; `None` for the trunk."""
 
     origin: Vector
-    """In the parent's frame, or from the shoulder's centre [m]."""
+    """Origin in the parent's frame, or relative to the shoulder centre [m]."""
 
     mass: float
-    """[kg]"""
+    """Mass [kg]."""
 
     com: Vector
-    """[m]"""
+    """Centre of mass in the bone's frame [m]."""
 
     inertia: Float[np.ndarray, "3 3"]
-    """About the centre of mass [kg·m²]."""
+    """Inertia about the centre of mass [kg·m²]."""
 
     joints: tuple[BoneJoint, ...]
 
 
 @dataclass(frozen=True)
 class Coupling:
-    """A joint that a freedom takes along: joint = polynomial of the freedom's angle, lowest power first, from zero."""
+    """Joint coupled to a freedom: joint = polynomial of the freedom's angle, lowest power first, zero at zero."""
 
     joint: str
     freedom: str
@@ -73,49 +73,49 @@ class Coupling:
 
 @dataclass(frozen=True)
 class Skeleton:
-    """All that is rigid about one arm."""
+    """Rigid structure of one arm."""
 
     side: ArmSide
     kind: ArmKind
     bones: tuple[Bone, ...]
-    """A parent before its children."""
+    """Bones of the arm, a parent before its children."""
 
     lengths: Mapping[str, float]
-    """Between joint centres; of the hand, wrist to fingertip [m]."""
+    """Lengths between joint centres; for the hand, from wrist to fingertip [m]."""
 
     held: Mapping[str, str]
-    """Bone that the cuff of a segment holds."""
+    """Bone that the cuff of a segment holds, by segment."""
 
     centres: Mapping[str, tuple[str, Vector]]
     """Proximal joint centre of each segment with a mass, in the frame of its first bone [m]."""
 
     wrist: tuple[str, Vector]
-    """Its centre, in the frame of a bone [m]."""
+    """Centre of the wrist, in the frame of a bone [m]."""
 
     grip: tuple[str, Vector]
-    """Where a weight hangs in the hand [m]."""
+    """Point at which a weight hangs in the hand, in the frame of a bone [m]."""
 
     couplings: tuple[Coupling, ...] = ()
     follows_elevation: bool = True
-    """Whether the shoulder's centre shifts with elevation; one that a girdle of bones moves does so by itself."""
+    """True if the shoulder centre shifts with elevation. If a girdle of bones moves it, it has no such shift."""
 
     @property
     def freedoms(self) -> tuple[str, ...]:
-        """In order."""
+        """Freedoms of the arm, in order."""
         return FREEDOMS[: FREEDOMS_OF_ARM[self.kind]]
 
     @property
     def shoulder_joints(self) -> tuple[BoneJoint, ...]:
-        """Flexion, abduction and rotation, in the order in which they follow each other on the way to the elbow."""
+        """Flexion, abduction and rotation, in their order along the chain to the elbow."""
         return tuple(joint for bone in self.bones for joint in bone.joints if joint.name in FREEDOMS[:3])
 
     def bone(self, name: str) -> Bone:
-        """By name."""
+        """Return a bone by name."""
         return next(bone for bone in self.bones if bone.name == name)
 
     @property
     def is_usual(self) -> bool:
-        """Whether shoulder angles are the usual ones: flexion, then abduction, then rotation, at right angles."""
+        """True if shoulder angles are the usual ones: flexion, then abduction, then rotation, at right angles."""
         return all(
             joint.name == name and np.array_equal(joint.axis, axis_of(name, self.side))
             for joint, name in zip(self.shoulder_joints, FREEDOMS[:3], strict=True)
@@ -123,7 +123,7 @@ class Skeleton:
 
     @property
     def is_straight(self) -> bool:
-        """Whether it is built like a usual arm: all axes in their places, elbow and wrist below the shoulder."""
+        """True if the arm is built like a usual arm: all axes in their places, elbow and wrist below the shoulder."""
         joints = [joint for bone in self.bones for joint in bone.joints]
         return (
             self.is_usual
@@ -136,17 +136,17 @@ class Skeleton:
 
     @property
     def elbow(self) -> tuple[str, Vector]:
-        """Its centre, as `centres`."""
+        """Centre of the elbow, as in `centres`."""
         return self.centres["forearm"]
 
     @property
     def mid_forearm(self) -> tuple[str, Vector]:
-        """Half-way between elbow and wrist, as `centres`: where a weight is strapped to the forearm."""
+        """Point half-way between elbow and wrist, as in `centres`, where a weight is strapped to the forearm."""
         bone, centre = self.elbow
         return bone, centre + _below(0.5 * self.lengths["forearm"])
 
     def bones_of(self, segment: str) -> Iterator[tuple[Bone, Vector]]:
-        """Bones that are part of a segment, and where they are from the segment's proximal centre [m]."""
+        """Yield the bones of a segment, with their places relative to the segment's proximal centre [m]."""
         first, centre = self.centres[segment]
         places = {first: -centre}
         for bone in self.bones:
@@ -157,7 +157,7 @@ class Skeleton:
 
 
 def drawn_skeleton(segments: Mapping[str, Segment], side: ArmSide, kind: ArmKind) -> Skeleton:
-    """An arm of three segments whose joint axes meet in the joints' centres and stand on each other."""
+    """Return an arm of three segments whose joint axes meet in the joint centres at right angles."""
     upper_arm, forearm, hand = (segments[name] for name in ("upper_arm", "forearm", "hand"))
     moved, has_hand = FREEDOMS[: FREEDOMS_OF_ARM[kind]], kind in HAND_APART
     upper, lower, last = moved[:3], moved[3:5], moved[5:]

@@ -40,7 +40,7 @@ class CuffSensors:
 
 
 def _true_wrenches(scene: Scene, wearer: Wearer) -> tuple[ca.Function, dict[str, np.ndarray]]:
-    """Function that computes the true wrenches, and the memory that it reads."""
+    """Return the function that computes the true wrenches, and the memory that it reads."""
     kinematics = Kinematics.of(scene.model.nbody)
     symbols = vars(kinematics)
     wrenches = wrenches_at_cuffs(scene, wearer.cuffs, kinematics)

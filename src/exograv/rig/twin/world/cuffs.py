@@ -58,7 +58,7 @@ class Kinematics:
 
 
 def cuff_wrenches(scene: Scene, cuffs: Cuffs, kinematics: Kinematics) -> ca.SX:
-    """Forces and torques of all cuffs at the bodies' centres of mass (6, body) [N, N·m], world axes."""
+    """Return forces and torques of all cuffs at the bodies' centres of mass (6, body) [N, N·m], world axes."""
     wrenches = ca.SX.zeros(6, scene.model.nbody)
     for place in scene.cuffs:
         point, force, moment = _on_arm(scene, place, cuffs, kinematics)

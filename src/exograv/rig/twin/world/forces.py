@@ -150,7 +150,7 @@ def _arriving(machine: Machine, now: StepInput) -> tuple[_Told, ca.SX]:
 
 
 def _drive_forces(scene: Scene, machine: Machine, now: StepInput, told: "_Told") -> tuple[ca.SX, ca.SX]:
-    """Forces of all drives (dof,) [N·m], and their next states."""
+    """Return the forces of all drives (dof,) [N·m], and their next states."""
     qfrc, next_states = ca.SX.zeros(scene.model.nv), []
     for joint, dof in enumerate(scene.exo.tolist()):
         seen = DriveInput(told.tau[joint], now.qpos[dof], now.qvel[dof], now.warmth, told.damping[joint])
@@ -161,7 +161,7 @@ def _drive_forces(scene: Scene, machine: Machine, now: StepInput, told: "_Told")
 
 
 def _arm_forces(scene: Scene, wearer: Wearer, now: StepInput) -> tuple[ca.SX, ca.SX]:
-    """Forces of the wearer's joints and shoulders (dof,) [N·m, N], and the next state of the hysteresis."""
+    """Return the forces of the wearer's joints and shoulders (dof,) [N·m, N], and the next state of the hysteresis."""
     arm, qfrc = scene.arm.tolist(), ca.SX.zeros(scene.model.nv)
     passive = passive_torque(wearer.passive, now.qpos[arm], now.qvel[arm], now.hysteresis, TIMESTEP)
     reactions = []
@@ -191,7 +191,7 @@ def measured_truth(scene: Scene, machine: Machine) -> ca.Function:
 
 
 def static_forces(scene: Scene, wearer: Wearer, with_passive: bool) -> kernel.Kernel:
-    """Forces of the cuffs at rest, and of the passive joints if `with_passive`.
+    """Return the forces of the cuffs at rest, and of the passive joints if `with_passive`.
 
     Also the joints that follow the arms: `led` (follower,) [m, rad] and its `slope` (follower, arm).
     """

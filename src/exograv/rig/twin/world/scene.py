@@ -1,6 +1,6 @@
-"""World of the twin in MuJoCo:
+"""World of the twin in MuJoCo: the machine as built, and the wearer's arms.
 
-the machine as built, and the wearer's arms, which only forces connect to the machine.
+Only forces connect the arms to the machine.
 """
 
 from collections.abc import Mapping

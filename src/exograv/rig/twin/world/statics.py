@@ -1,7 +1,4 @@
-"""Statics of the arm in its cuffs with locked joints of the machine:
-
-its posture at rest and the torque on the locks.
-"""
+"""Statics of the arm in its cuffs while the machine's joints are locked: posture at rest, and torque on the locks."""
 
 import mujoco
 import numpy as np

@@ -230,13 +230,13 @@ class SimulatedNode:
             raise SdoAbortedError(NOT_MAPPABLE)
 
     def _can_map(self, entry: int) -> bool:
-        """True if the drive has this object, of this length, for a frame."""
+        """Return True if the drive has this object, of this length, for a frame."""
         variable = self.local.object_dictionary.get_variable(entry >> 16, entry >> 8 & 0xFF)
         is_ours = (entry >> 16, entry >> 8 & 0xFF) in (*self._getters, *TOLD)
         return is_ours and variable is not None and len(variable) == entry & 0xFF
 
     def _is_open(self, parameters: int) -> bool:
-        """True if a frame's mapping may be changed: the frame is invalid and maps no object (CiA 301)."""
+        """Return True if a frame's mapping may be changed: the frame is invalid and maps no object (CiA 301)."""
         is_invalid = bool(_value(self.local, parameters, 1) & INVALID)
         return is_invalid and _value(self.local, parameters + 0x200, 0) == 0
 

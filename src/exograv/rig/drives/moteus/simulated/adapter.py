@@ -1,6 +1,6 @@
-"""A simulated fdcanusb: a serial port of this computer that takes lines and says lines, and has no wire behind it.
+"""Simulated fdcanusb: a serial port of this computer with the adapter's line protocol, without a wire behind it.
 
-Source: mjbots fdcanusb, README; written without the driver's reading of it (`rig.drives.moteus.fdcanusb`).
+Source: mjbots fdcanusb, README; written independently of the driver's side (`rig.drives.moteus.fdcanusb`).
 """
 
 import contextlib
@@ -14,20 +14,20 @@ from exograv.errors import RigError
 
 AT_ONCE = 8192
 POLYNOMIAL = 0x97
-"""Of the check that a line may end with, ` *XX`; whoever sends one is answered with one."""
+"""Polynomial of the check sum ` *XX` that may end a line. A line with check sum gets an answer with one."""
 
 
 class SimulatedFdcanusb:
-    """At a path that is made for it, and goes with it."""
+    """Adapter at a path that exists as long as the adapter."""
 
     def __init__(self, path: str):
-        """Open a port, and be found at this path.
+        """Open a pseudo-terminal, and link it to this path.
 
         Raises:
-            RigError: Something else is there.
+            RigError: The path is in use.
         """
         if sys.platform == "win32":
-            raise RigError("A simulated moteus adapter needs a pseudo-terminal, which Windows has not. Take udp.")
+            raise RigError("A simulated moteus adapter needs a pseudo-terminal, which Windows does not have. Use udp.")
         import tty
 
         self.path = Path(path)
@@ -36,10 +36,13 @@ class SimulatedFdcanusb:
         os.set_blocking(self._ours, False)
         self._rest, self._checks = b"", False
         self.is_cut = False
-        """Cable to the host: it hears no answer, and its lines are for the clock of a lock-step alone."""
+        """True if the cable to the host is disconnected:
+
+        no answer is sent, and lines only drive the clock of a lock-step.
+        """
         try:
             if self.path.is_symlink() and str(self.path.readlink()).startswith("/dev/pts/"):
-                self.path.unlink()  # of a simulation that was killed
+                self.path.unlink()  # left by a simulation that was killed
             self.path.symlink_to(os.ttyname(self._theirs))
         except OSError as error:
             self._close()
@@ -49,13 +52,13 @@ class SimulatedFdcanusb:
             ) from error
 
     def close(self) -> None:
-        """Out of the computer."""
+        """Remove the path and close the port."""
         with contextlib.suppress(OSError):
             self.path.unlink()
         self._close()
 
     def frames(self, seconds: float) -> Iterator[tuple[int, bytes]]:
-        """What is sent within that time, and has been already: number and data."""
+        """Yield the frames that are sent within `seconds` or have been sent: number and data."""
         if not select.select((self._ours,), (), (), max(seconds, 0.0))[0]:
             return
         try:
@@ -67,7 +70,7 @@ class SimulatedFdcanusb:
                 yield frame
 
     def say(self, number: int, data: bytes) -> None:
-        """A frame is on the bus."""
+        """Send a frame from the bus to the host."""
         self._write(b"rcv %04X %s E B F" % (number, data.hex().upper().encode()))
 
     def _sent(self, line: bytes) -> tuple[int, bytes] | None:
@@ -96,7 +99,7 @@ class SimulatedFdcanusb:
         if self._checks:
             line += b" "
             line += b"*%02X" % checksum(line)
-        with contextlib.suppress(BlockingIOError):  # nobody listens
+        with contextlib.suppress(BlockingIOError):  # no host reads
             os.write(self._ours, line + b"\r\n")
 
     def _close(self) -> None:
@@ -105,7 +108,7 @@ class SimulatedFdcanusb:
 
 
 def checksum(data: bytes) -> int:
-    """Of a line up to its star."""
+    """Check sum of a line up to its star."""
     crc = 0
     for byte in data:
         crc ^= byte

@@ -1,4 +1,4 @@
-"""Simulated moteus controllers on one CAN-FD bus, reached through a simulated fdcanusb, with a twin's motors behind."""
+"""Simulated moteus controllers on one CAN-FD bus behind a simulated fdcanusb, on a twin's motors."""
 
 from exograv.rig.drives.settings import Drives, MoteusBus
 from exograv.rig.drives.simulated.devices import Say, SimulatedDevices
@@ -13,7 +13,7 @@ ANSWER_WANTED, NUMBER = 0x8000, 0x7F
 
 
 class MoteusDevices(SimulatedDevices):
-    """Drives behind an adapter at the path of `drives.toml`; in lock-step each new number that asks is a period."""
+    """Drives behind an adapter at the path of `drives.toml`. In lock-step each new asking number starts a period."""
 
     def __init__(self, plant: Plant, drives: Drives, lock_step: bool = False, say: Say = print):
         """Make the adapter; every drive is stopped, and lets go.
@@ -30,16 +30,16 @@ class MoteusDevices(SimulatedDevices):
 
     @property
     def where(self) -> str:
-        """Address of the bus, for a person."""
+        """Address of the bus in readable form."""
         return f"fdcanusb at {self._adapter.path}"
 
     def cut(self) -> None:
-        """Take out the cable to the host."""
+        """Disconnect the cable to the host."""
         super().cut()
         self._adapter.is_cut = True
 
     def mend(self) -> None:
-        """Put it in again; what was sent meanwhile is lost."""
+        """Connect the cable to the host again; frames sent in the meantime are lost."""
         super().mend()
         self._adapter.is_cut = False
 

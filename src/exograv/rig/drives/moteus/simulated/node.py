@@ -1,8 +1,8 @@
-"""One simulated moteus: its modes, its registers and its settings; what it does to its motor is `SimulatedDrive`'s.
+"""Simulated moteus: modes, registers and settings; `SimulatedDrive` computes its output to the motor.
 
-As the firmware does (mjbots moteus, fw/bldc_servo_control.h): a watchdog in position mode alone, after which only a
-stop leads on; a fault or a stop lets go of the motor; shorted windings brake in mode 15, and after the watchdog if
-servo.timeout_mode says so.
+Its behaviour follows the firmware (mjbots moteus, fw/bldc_servo_control.h). The watchdog runs in position mode only,
+and only a stop leaves the mode after it. A fault or a stop lets go of the motor. Shorted windings brake in mode 15,
+and after the watchdog if servo.timeout_mode is set so.
 """
 
 import math
@@ -16,7 +16,7 @@ from .registers import Number, Subframe, reply, subframes, varuint
 
 STOPPED, FAULT, BEGINS, POSITION, TIMEOUT, BRAKE = 0, 1, 2, 10, 11, 15
 BEGINS_S = 0.012
-"""From stopped to anything else: it finds the zero of its current sensors [s]."""
+"""Time from stopped to any other mode, in which the drive finds the zero of its current sensors [s]."""
 
 CODES = (
     (DriveFault.TEMPERATURE, 38),
@@ -25,27 +25,27 @@ CODES = (
     (DriveFault.CURRENT, 33),
     (DriveFault.INTERNAL, 46),
 )
-"""Of the maker, the first that applies."""
+"""Codes of the maker; the first that applies is reported."""
 
 DEFAULTS = {
     at.TO_POSITION: 0.0, at.TO_VELOCITY: 0.0, at.FEEDFORWARD: 0.0, at.KP_SCALE: 1.0, at.KD_SCALE: 1.0,
     at.MOST_TORQUE: math.nan, at.TIMEOUT: 0.0,
 }  # fmt: skip
-"""Of what an order does not say."""
+"""Values of an order's missing fields."""
 
 ON_OUTPUT, FIRMWARE, MAP, SUPPLY_V = 2, 0x010100, 5, 24.0
 KV_Nm_PER_A = 1.5 * (30.0 / math.pi) / math.sqrt(3.0)
-"""Torque constant [N·m/A] times Kv [1/min/V]: 3/2 of a phase's flux, whose line voltage Kv is of."""
+"""Torque constant [N·m/A] times Kv [1/min/V]: 3/2 of the flux of a phase, while Kv refers to the line voltage."""
 
 UNMEASURED_Nm_PER_A = 0.1
-"""Of a motor without Kv."""
+"""Torque constant of a motor without Kv [N·m/A]."""
 
 RATIOS = (0.03125, 0.025, 0.02, 0.04)
-"""Of the gears, made up; numbers that six printed places hold exactly."""
+"""Gear ratios, made up; numbers that six printed digits represent exactly."""
 
 
 class SimulatedMoteus:
-    """Of one joint; its motor's Kv and gear are made up, and not those of its neighbours."""
+    """Drive of one joint. The Kv and gear ratio of its motor are made up, and differ from joint to joint."""
 
     def __init__(self, plant: Plant, drives: Drives, joint: int):
         self.joint, self.number = joint, drives.each[joint].node
@@ -56,11 +56,11 @@ class SimulatedMoteus:
         self._turns = self._speed = 0.0
         self._line = self._said = b""
         self.was_asked = False
-        """Whether somebody has read a setting since this was set to False."""
+        """True if a host has read a setting since this was set to False."""
         self._drive.brake_Nms_per_rad = 0.0
 
     def receive(self, data: bytes, now: float) -> bytes:
-        """A frame; what it answers if it is wanted to."""
+        """Process a frame; return the answer, which is sent if the host wants one."""
         answer, order = b"", None
         for one in subframes(data):
             if one.kind == at.WRITE:
@@ -78,7 +78,7 @@ class SimulatedMoteus:
         return answer
 
     def step(self, dt: float, now: float) -> None:
-        """The plant has been stepped."""
+        """Update modes and faults after a step of the plant."""
         turns = self._plant.position(self.joint) / (2.0 * math.pi)
         self._turns, self._speed = turns, (turns - self._turns) / dt
         if self.mode == BEGINS and now >= self._begun + BEGINS_S:
@@ -128,7 +128,7 @@ class SimulatedMoteus:
         drive.tell(self._torque(order) / self._per_ampere, damping, now)
 
     def _torque(self, order: dict[int, Number]) -> float:
-        """At its output [N·m]; without its damping."""
+        """Torque at the output without damping [N·m]."""
         to = order[at.TO_POSITION]
         held = 0.0 if math.isnan(to) else order[at.KP_SCALE] * self.config["servo.pid_position.kp"] * (to - self._turns)
         most = order[at.MOST_TORQUE]
@@ -175,7 +175,7 @@ class SimulatedMoteus:
 
 
 def settings(drives: Drives, joint: int) -> dict[str, Number]:
-    """Such as make a drive what `drives.toml` says; by the maker's names."""
+    """Return the settings, by the maker's names, that make a drive agree with `drives.toml`."""
     plate, kv, ratio = drives.each[joint], 90.0 + 15.0 * joint, RATIOS[joint % len(RATIOS)]
     per_ampere = KV_Nm_PER_A / kv / ratio
     brake = plate.brake_Nms_per_rad

@@ -1,4 +1,4 @@
-"""Registers of a moteus, and how they travel: bytes to writes and reads, values to bytes.
+"""Registers of a moteus and their encoding: bytes to writes and reads, values to bytes.
 
 Source: mjbots moteus, docs/protocol/can.md and registers.md; written without the maker's library.
 """
@@ -11,7 +11,7 @@ from typing import NamedTuple
 Number = float | int
 TYPES = (struct.Struct("<b"), struct.Struct("<h"), struct.Struct("<i"), struct.Struct("<f"))
 NONE = (-(2**7), -(2**15), -(2**31))
-"""What whole numbers say for no number."""
+"""Integer codes of "not a number", by size."""
 
 MODE, POSITION, VELOCITY, TORQUE, CURRENT, HOME, VOLTAGE, TEMPERATURE, FAULT = 0, 1, 2, 3, 4, 0xC, 0xD, 0xE, 0xF
 TO_POSITION, TO_VELOCITY, FEEDFORWARD, KP_SCALE, KD_SCALE, MOST_TORQUE = range(0x20, 0x26)
@@ -27,27 +27,27 @@ STEPS = {
     KP_SCALE: SHARE, KD_SCALE: SHARE, MOST_TORQUE: NEWTON_METRES, TIMEOUT: SECONDS, VELOCITY_LIMIT: TURNS_PER_s,
     ACCELERATION_LIMIT: PER_s2, I_LIMIT_SCALE: SHARE,
 }  # fmt: skip
-"""One unit of a byte, of two and of four; every other register is a whole number."""
+"""Units of values with one, two and four bytes; every other register is a whole number."""
 
 WRITE, READ, REPLY, READ_ERROR, TO_DRIVE, FROM_DRIVE, POLL, NOTHING = 0x00, 0x10, 0x20, 0x31, 0x40, 0x41, 0x42, 0x50
 
 
 class Subframe(NamedTuple):
-    """One thing that a frame says."""
+    """Part of a frame: one write, read, reply or stream."""
 
     kind: int
     type: int
-    """Of the values: an index of `TYPES`; the channel of a stream."""
+    """Type of the values, an index of `TYPES`; channel of a stream."""
     first: int
-    """Register; of a poll, how much may be answered."""
+    """First register; of a poll, the largest size of the answer."""
     values: tuple[Number, ...] = ()
     n: int = 0
-    """Registers."""
+    """Number of registers."""
     text: bytes = b""
 
 
 def subframes(data: bytes) -> Iterator[Subframe]:
-    """Of one frame, as far as they are whole: what came before a torn one has been said."""
+    """Yield the complete subframes of a frame. Those before a torn one are valid."""
     k = 0
     while k < len(data):
         try:
@@ -103,7 +103,7 @@ def _varuint(data: bytes, k: int) -> tuple[int, int]:
 
 
 def varuint(value: int) -> bytes:
-    """As it travels: seven bits a byte, the lowest first."""
+    """Encode an integer with seven bits per byte, the lowest first."""
     out = bytearray()
     while value > 0x7F:
         out.append(value & 0x7F | 0x80)
@@ -112,7 +112,7 @@ def varuint(value: int) -> bytes:
 
 
 def reply(kind: int, first: int, values: Sequence[Number]) -> bytes:
-    """To a read of these registers."""
+    """Reply to a read of these registers."""
     count = len(values)
     few = count if 0 < count <= 3 else 0
     head = bytes((REPLY | kind << 2 | few,)) + (b"" if few else varuint(count)) + varuint(first)
