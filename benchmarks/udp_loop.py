@@ -30,7 +30,7 @@ from exograv.signals import Command
 ROOT = Path(__file__).parents[1]
 CURRENT, LIFE_S = 0.2, 0.005
 REACTIONS = 10
-TOLD = re.compile(r"WATCHDOG; told last ([\d.]+) ms before")
+TOLD = re.compile(r"WATCHDOG; last command ([\d.]+) ms before")
 
 
 @contextlib.contextmanager

@@ -1,4 +1,4 @@
-"""One machine for all tests of the rig, and the worlds that they are made in."""
+"""Fixtures of all tests of the rig: a machine, and the worlds around it."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""Simulated drives in another process, on each bus, with what a person at the bench can do to them."""
+"""Simulated drives in another process, on each bus, with the commands of an operator at the bench."""
 
 import json
 import os
@@ -26,25 +26,25 @@ ROOT = Path(__file__).parents[3]
 EXAMPLES = ROOT / "examples" / "drives"
 STARTS_S, ANSWERS_S = 60.0, 10.0
 PATIENT_S = 0.5
-"""For an answer where simulated drives wait for us as we for them; a drive that is unplugged costs as much."""
+"""Time-out for an answer in lock-step [s]; a disconnected drive costs as much."""
 
 
 @dataclass(frozen=True)
 class Driver:
-    """One row of the battery: our driver of a bus, and what the example of that bus says."""
+    """Driver of a bus under test, and the contents of that bus's example."""
 
     make: Callable[..., Any]
     address: tuple[str, str]
-    """Text of the example, and the same at a free port or path."""
+    """Text of the example, and its replacement with a free port or path."""
 
     turned: tuple[str, str]
-    """Text of the example, and the same with the elbow's drive turned round."""
+    """Text of the example, and its replacement with the elbow's drive turned round."""
 
     plates: dict[str, float]
-    """What drives say of themselves by this bus, and a wrong value."""
+    """Values that drives on this bus report, by key, each with a wrong value."""
 
     sets_watchdogs: bool
-    """Whether drives on it take the watchdog of the file; else they say theirs."""
+    """True if drives on this bus take the watchdog of the file; otherwise they report their own."""
 
 
 BUSES = {
@@ -70,12 +70,12 @@ BUSES = {
         sets_watchdogs=False,
     ),
 }
-"""The battery is run on each."""
+"""Drivers on which the battery runs, by bus."""
 
 
 @dataclass
 class DeviceProcess:
-    """A simulated device, or a reference peer, and the lines that it prints."""
+    """Simulated device, or a reference peer, and the lines that it prints."""
 
     process: subprocess.Popen[str]
     seen: list[str] = field(default_factory=list)
@@ -90,7 +90,7 @@ class DeviceProcess:
             self._lines.put(line.rstrip())
 
     def line(self, holds: Callable[[str], bool], within_s: float = ANSWERS_S) -> str:
-        """The next line of which this is true."""
+        """Return the next line for which `holds` is true."""
         ends = time.monotonic() + within_s
         while True:
             try:
@@ -102,7 +102,7 @@ class DeviceProcess:
                 return line
 
     def do(self, order: str) -> None:
-        """Type a line, and wait until it is done."""
+        """Type a line, and wait until it is executed."""
         self.type(order)
         self.line(lambda line: line.endswith(f"done: {order}"))
 
@@ -112,7 +112,7 @@ class DeviceProcess:
         self.process.stdin.flush()
 
     def report(self) -> dict[str, dict[str, Any]]:
-        """What each drive does, by the device's own account."""
+        """Return the state of each drive by the device's own report."""
         self.type("report")
         return json.loads(self.line(lambda line: line.startswith("{")))["joints"]
 
@@ -130,7 +130,7 @@ class DeviceProcess:
 
 
 def start_device(command: list[str], is_ready: str) -> DeviceProcess:
-    """Start it, and wait until it says that it listens."""
+    """Start a device, and wait until it listens."""
     environment = os.environ | {"PYTHONPATH": str(ROOT / "src"), "OPENBLAS_NUM_THREADS": "1"}
     pipe = subprocess.PIPE
     process = subprocess.Popen(command, text=True, env=environment, stdin=pipe, stdout=pipe, stderr=subprocess.STDOUT)
@@ -140,13 +140,13 @@ def start_device(command: list[str], is_ready: str) -> DeviceProcess:
 
 
 def drive_sim(bus: str, path: Path, lock_step: bool, *options: str) -> list[str]:
-    """The command that simulates these drives."""
+    """Command line that simulates these drives."""
     command = [sys.executable, "-m", "exograv.cli", "drive-sim", bus, "--drives", str(path), *options]
     return [*command, "--lock-step"] if lock_step else command
 
 
 def drives_on(folder: Path, bus: str, *changes: tuple[str, str]) -> Path:
-    """The example of a bus at a free address, with changes."""
+    """Write the example of a bus with a free address and with changes."""
     text = (EXAMPLES / f"{bus}.toml").read_text(encoding="utf-8")
     old, new = BUSES[bus].address
     for right, wrong in ((old, new.format(port=free_port(), folder=folder)), *changes):
@@ -163,7 +163,7 @@ def drives_of(path: Path) -> Drives:
 
 @pytest.fixture(scope="module", params=sorted(BUSES))
 def served(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path, Any]]:
-    """Bus, `drives.toml` and the process of one device for all tests of a file that says LOCK_STEP or not."""
+    """Bus, `drives.toml` and process of one device for all tests of a file, in lock-step as the file's LOCK_STEP."""
     path = drives_on(tmp_path_factory.mktemp(request.param), request.param)
     device = start_device(drive_sim(request.param, path, request.module.LOCK_STEP), "Reached at")
     yield request.param, path, device
@@ -172,7 +172,7 @@ def served(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
 
 @pytest.fixture
 def bench(served: tuple[str, Path, DeviceProcess]) -> Iterator[DeviceProcess]:
-    """As somebody left it who has tidied up."""
+    """Bench in its initial state, which the fixture restores after the test."""
     device = served[2]
     device.forget_lines()
     yield device
@@ -187,31 +187,31 @@ def drives(served: tuple[str, Path, DeviceProcess]) -> Drives:
 
 @pytest.fixture
 def driver(served: tuple[str, Path, DeviceProcess]) -> Driver:
-    """Of the bus."""
+    """Driver of the bus."""
     return BUSES[served[0]]
 
 
 def patient(driver: Driver) -> Callable[[Drives], Any]:
-    """The driver of a bus in lock-step, however busy this computer is."""
+    """Driver of a bus in lock-step with a time-out for a busy computer."""
     return partial(driver.make, answer_s=PATIENT_S, lock_step=True)
 
 
 @pytest.fixture
 def make_rig(request: pytest.FixtureRequest, driver: Driver) -> Callable[[Drives], Any]:
-    """The driver of the bus; in lock-step it waits for every answer."""
+    """Driver of the bus; in lock-step it waits for every answer."""
     return patient(driver) if request.module.LOCK_STEP else driver.make
 
 
 @pytest.fixture
 def rig(bench: DeviceProcess, drives: Drives, make_rig: Callable[[Drives], Any]) -> Iterator[Any]:
-    """Found and checked, and not switched on."""
+    """Rig that is found and checked, but not switched on."""
     with make_rig(drives) as entered:
         yield entered
 
 
 @pytest.fixture(params=sorted(BUSES))
 def start(request: pytest.FixtureRequest) -> Iterator[Callable[..., Any]]:
-    """Start a device of a test's own, in lock-step, and how it is wired; the driver, not yet entered."""
+    """Start a device of a test's own in lock-step, with its wiring; return the driver, not yet entered."""
     devices: list[DeviceProcess] = []
 
     def started(folder: Path, is_turned: bool, options: tuple[str, ...]) -> Any:

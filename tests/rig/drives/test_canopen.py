@@ -1,6 +1,6 @@
-"""What is special to CANopen drives, beside the battery of every driver: their frames, states, codes, and masters.
+"""Properties of CANopen drives beyond the battery of every driver: frames, states, codes, and masters.
 
-Time of the drives goes with the SYNCs, so that a slow computer changes nothing, except where a process is killed.
+The drives' time advances with the SYNCs, so that a slow computer changes nothing, except where a process is killed.
 """
 
 import json
@@ -32,18 +32,18 @@ JOINTS = RIG.joints
 ELBOW = JOINTS.index("elbow_flexion")
 LOST_AFTER = lost_after(0.002)
 PATIENCE_S = 0.5
-"""For an answer of another process on a busy computer; it comes as soon as it can."""
+"""Time-out for an answer of another process on a busy computer [s]."""
 
 
 class Bench:
-    """Somebody who stands beside the drives."""
+    """Commands to the process of the simulated drives."""
 
     def __init__(self, process: subprocess.Popen[str]):
         self._process = process
         self._line()
 
     def __call__(self, command: str) -> dict:
-        """Do it; the drives' state after it, by their own account."""
+        """Execute a command; return the drives' state after it by their own report."""
         assert self._process.stdin is not None
         self._process.stdin.write(command + "\n")
         self._process.stdin.flush()
@@ -57,7 +57,7 @@ class Bench:
 
 
 def settings(folder: Path, port: int, *changes: tuple[str, str], name: str = "drives") -> Path:
-    """The example on a bus of its own."""
+    """Write the example with a bus of its own."""
     text = EXAMPLE
     for old, new in (('"239.74.163.2"', f'"239.74.163.2:{port}"'), *changes):
         assert old in text
@@ -103,14 +103,14 @@ def rig(machine: tuple[Drives, Bench], bench: Bench) -> Iterator[CanopenRig]:
 
 
 def tell(rig: CanopenRig, state: JointState, current: float = 0.0, joint: int = ELBOW, damping: float = 0.0) -> None:
-    """One joint, and the others nothing."""
+    """Command one joint, and zero for the others."""
     told, braking = np.zeros(len(JOINTS)), np.zeros(len(JOINTS))
     told[joint], braking[joint] = current, damping
     rig.write(Command(rig.t, state.sequence, rig.t + 0.01, told, told, braking))
 
 
 def ticks(rig: CanopenRig, number: int, current: float = 0.0, joint: int = ELBOW) -> JointState:
-    """So many periods with the same command; the last measurement."""
+    """Run `number` periods with the same command; return the last measurement."""
     state = rig.read()
     for _ in range(number - 1):
         tell(rig, state, current, joint)
@@ -120,7 +120,7 @@ def ticks(rig: CanopenRig, number: int, current: float = 0.0, joint: int = ELBOW
 
 
 def until_faulty(rig: CanopenRig, most: int) -> int:
-    """How many SYNCs until a joint is reported, while commands go on."""
+    """Return the number of SYNCs until a joint is reported as faulty, while commands continue."""
     for k in range(1, most + 1):
         state = rig.read()
         if state.faulty:
@@ -147,7 +147,7 @@ def test_positive_current_moves_a_joint_in_its_positive_direction_whatever_the_d
 def test_what_the_drives_say_is_what_the_machine_is(rig: CanopenRig, bench: Bench, machine: tuple[Drives, Bench]):
     rig.enable()
     measured = ticks(rig, 1).q
-    q = np.array(bench("state")["q"])  # two steps of the twin later
+    q = np.array(bench("state")["q"])  # after two steps of the twin
     np.testing.assert_allclose(measured, q, atol=0.01)
     state = rig.read()
     assert state.q_motor is not None
@@ -324,7 +324,7 @@ def test_a_drive_without_a_damping_of_its_own_goes_into_its_quick_stop_instead(t
 
 @contextmanager
 def master(path: Path) -> Iterator[subprocess.Popen[str]]:
-    """Our own software in a process that may be killed, once it holds the machine."""
+    """Our own software in a process that may be killed, after it has enabled the machine."""
     command = [sys.executable, str(HERE / "canopen" / "master.py"), str(path)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
         try:
@@ -342,7 +342,7 @@ def living(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Ben
         yield path, bench
 
 
-@pytest.mark.slow  # by the clock
+@pytest.mark.slow  # in real time
 def test_ctrl_c_switches_the_machine_off_and_leaves_no_node_waiting_for_us(living: tuple[Path, Bench]):
     path, bench = living
     with master(path) as process:

@@ -1,4 +1,4 @@
-"""What a laboratory copies works with our driver, and gives no torque that nobody asks for."""
+"""The reference peers for laboratories work with our driver, and give no torque without a command."""
 
 import json
 import random
@@ -25,12 +25,12 @@ ROOT = Path(__file__).parents[3]
 PEERS = ROOT / "examples" / "udp_peer"
 CURRENT = 0.5
 PATIENT_S = 0.05
-"""Time that our driver waits for an answer: a busy test computer is not what is tested."""
+"""Time-out of our driver for an answer [s]: a busy test computer is not under test."""
 
 
 @pytest.fixture(scope="module", params=["python", "c"])
 def peer(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Drives, str]]:
-    """A running peer, by the settings of a machine behind it."""
+    """Running peer, and the settings of a machine behind it."""
     folder = tmp_path_factory.mktemp(request.param)
     drives = drives_of(drives_on(folder, "udp"))
     assert drives.settings.udp is not None
@@ -49,7 +49,7 @@ def peer(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 
 @pytest.fixture
 def rig(peer: tuple[Drives, str]) -> Iterator[UdpRig]:
-    """Our sequences wrap within the test."""
+    """Rig whose sequences wrap within the test."""
     with UdpRig(peer[0], answer_s=PATIENT_S, first_sequence=2**32 - 20) as entered:
         yield entered
 
@@ -60,7 +60,7 @@ def test_its_nameplate_is_that_of_the_example_and_nothing_is_on(rig: UdpRig):
 
 
 def enabled(rig: UdpRig) -> np.ndarray:
-    """Currents that flow a little after it was enabled and told some; again where this computer stalled meanwhile."""
+    """Currents shortly after enabling and the first commands. Retried after a stall of this computer."""
     for _ in range(10):
         rig.enable()
         state = drive(rig, 0.05, CURRENT, lambda state: bool((state.current != 0.0).all()))
@@ -69,7 +69,7 @@ def enabled(rig: UdpRig) -> np.ndarray:
     raise AssertionError("never on for 50 ms")
 
 
-@pytest.mark.slow  # by the clock
+@pytest.mark.slow  # in real time
 def test_it_gives_the_torque_that_it_is_told_and_none_when_disabled(rig: UdpRig):
     np.testing.assert_allclose(enabled(rig), CURRENT)
     rig.disable()
@@ -77,10 +77,10 @@ def test_it_gives_the_torque_that_it_is_told_and_none_when_disabled(rig: UdpRig)
     np.testing.assert_array_equal(state.current, 0.0)
 
 
-@pytest.mark.slow  # by the clock
+@pytest.mark.slow  # in real time
 def test_its_watchdog_brakes_and_only_enabling_gives_torque_again(rig: UdpRig):
     enabled(rig)
-    time.sleep(0.05)  # nobody commands
+    time.sleep(0.05)  # no host sends commands
     state = drive(rig, 0.1, CURRENT)
     np.testing.assert_array_equal(state.current, 0.0)
     assert state.faulty == (0, 1, 2, 3)
@@ -88,7 +88,7 @@ def test_its_watchdog_brakes_and_only_enabling_gives_torque_again(rig: UdpRig):
     np.testing.assert_allclose(enabled(rig), CURRENT)
 
 
-@pytest.mark.slow  # by the clock
+@pytest.mark.slow  # in real time
 def test_a_command_dies_before_the_watchdog_when_its_life_is_over(rig: UdpRig):
     enabled(rig)
     state = rig.read()
@@ -107,18 +107,18 @@ def test_garbage_from_elsewhere_does_not_disturb_it(peer: tuple[Drives, str], ri
                 stranger.sendto(dice.randbytes(dice.randrange(1400)), (udp.host, udp.port))
             drive(rig, 0.002, CURRENT)
         stranger.setblocking(False)
-        with pytest.raises(BlockingIOError):  # nothing was answered
+        with pytest.raises(BlockingIOError):  # no answer came
             stranger.recv(2048)
     np.testing.assert_allclose(enabled(rig), CURRENT)
 
 
-@pytest.mark.slow  # by the clock
+@pytest.mark.slow  # in real time
 def test_who_stops_without_a_word_leaves_it_to_the_next_after_a_watchdogs_time(peer: tuple[Drives, str]):
     first = UdpRig(peer[0], answer_s=PATIENT_S)
     first._link.open()
     first._begin()
     enabled(first)
-    with UdpRig(peer[0], answer_s=PATIENT_S) as second:  # asks for several watchdogs' time
+    with UdpRig(peer[0], answer_s=PATIENT_S) as second:  # retries for several watchdog times
         np.testing.assert_array_equal(drive(second, 0.05, CURRENT).current, 0.0)
         assert not any(one.is_enabled for one in second.status())
         seen = first._link.counts["late or lost states"]
@@ -147,7 +147,7 @@ def test_twenty_thousand_wrong_packets_give_no_torque_and_no_measurement(tmp_pat
     assert rows["our driver"]["accepted"] > 100
 
 
-@pytest.mark.slow  # by the clock
+@pytest.mark.slow  # in real time
 def test_a_controller_that_has_restarted_is_found_again_by_enabling_and_by_nothing_else(tmp_path: Path):
     drives = drives_of(drives_on(tmp_path, "udp"))
     assert drives.settings.udp is not None
@@ -160,6 +160,6 @@ def test_a_controller_that_has_restarted_is_found_again_by_enabling_and_by_nothi
         assert drive(rig, 0.05, CURRENT).faulty == (0, 1, 2, 3)
         device = start_device(command, "listening")
         rig._answer_s = PATIENT_S
-        assert drive(rig, 0.005, CURRENT).faulty == (0, 1, 2, 3)  # its grant is another
+        assert drive(rig, 0.005, CURRENT).faulty == (0, 1, 2, 3)  # the grant has changed
         np.testing.assert_allclose(enabled(rig), CURRENT)
     device.end()

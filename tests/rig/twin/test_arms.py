@@ -1,4 +1,4 @@
-"""Arms of seven freedoms and two arms in one machine: no energy is made, they mirror each other, and are apart."""
+"""Arms of seven freedoms and pairs of arms conserve energy, mirror each other and are independent."""
 
 from dataclasses import replace
 
@@ -39,7 +39,7 @@ def let_go(twin: Twin, seconds: float, current: float = 0.0) -> None:
 
 
 def energy(twin: Twin) -> float:
-    """Gravity, motion, cuffs and the shoulders' paths [J], in NumPy on MuJoCo's positions; at level 0."""
+    """Energy of gravity, motion, cuffs and shoulder paths [J], in NumPy on MuJoCo's positions; at level 0."""
     scene, wearer = twin._scene, twin.truth.wearer
     assert wearer is not None
     model, data = scene.model, mujoco.MjData(scene.model)
@@ -220,7 +220,7 @@ def test_weights_hang_in_either_hand_and_at_every_mount_by_name():
         twin.hang(mount, 1.0)
         assert masses.sum() - before == pytest.approx(1.0)
     before = masses.sum()
-    twin.hang("hand", 0.0)  # the right one
+    twin.hang("hand", 0.0)  # the right hand
     assert masses.sum() - before == pytest.approx(-1.0)
 
 

@@ -1,4 +1,4 @@
-"""The examiner scores what the motors deliver against what the locks carry, at postures fixed for ever."""
+"""The examiner compares the torque of the motors with that on the locks, at postures that never change."""
 
 import numpy as np
 import pytest

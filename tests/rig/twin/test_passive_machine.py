@@ -1,4 +1,4 @@
-"""A machine without motors falls under its own weight, rubs in its bearings, and never has a current."""
+"""A machine without motors falls under its own weight, has friction in its bearings, and never has a current."""
 
 from collections.abc import Callable
 
@@ -30,7 +30,7 @@ def make(motorless: RigDescription) -> Callable[..., Twin]:
 
 
 def fall(twin: Twin, seconds: float, current: float = 0.0) -> np.ndarray:
-    """True postures on the way (tick, joint) [rad]."""
+    """True postures during a fall (tick, joint) [rad]."""
     way = []
     for _ in range(round(seconds / twin.period_s)):
         state = twin.read()

@@ -1,4 +1,4 @@
-"""The worn twin stays calm along the machine's own excitation, at every level."""
+"""The worn twin is stable along the machine's own excitation, at every level."""
 
 from dataclasses import replace
 
@@ -54,13 +54,14 @@ def test_at_every_level_the_worn_machine_follows_its_excitation_calmly(level: in
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1002, 1006])
 def test_drives_without_friction_do_not_ring_in_the_feedback(seed: int):
-    # Machine 1006 once did, at 12 Hz: rotation and elbow turn little inertia, late.
+    # Machine 1006 was once unstable at 12 Hz: rotation and elbow turn little inertia, and the torque is late.
     assert fastest(draw_laboratory("recupera_like_qdd", "right", 2, seed), seed) < CALM_RAD_S
 
 
 @pytest.mark.slow
 def test_the_wearer_whose_shoulder_once_left_its_path_keeps_to_it():
-    # Wearer 1005: the penalty that keeps the shoulder's shift on its path was too stiff for the time step.
+    # Wearer 1005 was once unstable: the penalty that keeps the shoulder's shift on its path was too stiff for the time
+    # step.
     assert fastest(draw_laboratory("recupera_like", "right", 2, 1005), 1005) < CALM_RAD_S
 
 

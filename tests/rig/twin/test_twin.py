@@ -1,4 +1,4 @@
-"""The twin measures what a machine measures, obeys what a machine obeys, and hides what a machine hides."""
+"""The twin measures as a machine does, obeys as a machine does, and hides what a machine hides."""
 
 from collections.abc import Callable
 
@@ -19,7 +19,7 @@ FRICTIONLESS = LEVELS[0].without("coulomb", "viscous", "passive_damping", "cuff_
 
 
 def run(twin: Twin, seconds: float, current: float | Callable[[JointState], np.ndarray] = 0.0) -> list[JointState]:
-    """Steps the twin under a constant current, or one that is given against the measurement."""
+    """Step the twin under a constant current, or a current that is a function of the measurement."""
     states = []
     for _ in range(round(seconds / twin.period_s)):
         state = twin.read()
@@ -51,7 +51,8 @@ def test_the_same_seed_gives_the_same_run_bit_for_bit(make_twin):
 
 @pytest.mark.parametrize(("level", "flexion"), [(2, 0.004743936373423527), (4, 0.2971463171082292)])
 def test_a_run_of_an_earlier_version_comes_out_the_same(rig, level: int, flexion: float):
-    # Recorded before the twin had arms of seven freedoms and machines for both: people of published figures stay.
+    # Recorded before the twin had arms of seven freedoms and machines for both arms: the wearers of published figures
+    # must not change.
     machine, wearer = draw_machine(rig, LEVELS[level], 3), draw_wearer(LEVELS[level], 3)
     twin = Twin(rig, machine, wearer, 5, start_posture=np.array([0.5, 0.2, -0.1, 1.0]))
     generator = np.random.default_rng(1)
@@ -81,7 +82,7 @@ def test_held_at_its_lock_torque_the_twin_stays_where_it_began(make_twin):
 
 
 def energy(twin: Twin) -> float:
-    """Gravity, motion, cuffs and the shoulder's path [J], in NumPy on MuJoCo's positions."""
+    """Energy of gravity, motion, cuffs and the shoulder's path [J], in NumPy on MuJoCo's positions."""
     scene, wearer = twin._scene, twin.truth.wearer
     assert wearer is not None
     model, data = scene.model, mujoco.MjData(scene.model)
@@ -139,7 +140,10 @@ def test_a_command_that_expires_on_its_way_never_becomes_torque(make_twin):
 
 
 def falling_speed(make_twin, life_s: float, damping: np.ndarray | None, seconds: float = 0.3) -> float:
-    """Of the shoulder, let go with the arm stretched forward [rad/s]; a command's life counts from the first tick."""
+    """Speed of the shoulder after release with the arm stretched forward [rad/s].
+
+    A command's life counts from the first tick.
+    """
     twin = make_twin(LEVELS[1], start_posture=np.array([1.2, 0.2, 0.0, 0.4]))
     until, fastest = twin.t + life_s, 0.0
     while twin.t < seconds:
@@ -263,7 +267,7 @@ def test_a_divergence_is_told_and_not_restarted(make_twin, tmp_path, monkeypatch
 
 
 def held(twin: Twin, ticks: int) -> list[JointState]:
-    """Carried by what the motors carried at the start."""
+    """Run the twin with the current that carries it at the start."""
     drives = twin.truth.machine.drives
     current = twin.truth.tau_motor / drives.gain
     return run(twin, ticks * twin.period_s, lambda _state: current)

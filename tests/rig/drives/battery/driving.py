@@ -1,4 +1,4 @@
-"""A loop at the rig's own period, as short as one can be, and what the drives did by their own account."""
+"""Short loop at the rig's own period, and the actions of the drives by their own report."""
 
 import re
 import time
@@ -12,16 +12,16 @@ from exograv.signals import Command, JointState
 
 LIFE_S = 0.02
 CURRENT = 0.3
-"""So little that friction holds the machine where it hangs [A]."""
+"""Current so small that friction holds the machine in its hanging posture [A]."""
 
 LATE_MS = 2.0
-"""A watchdog is seen in the first step after it: one period of the loop, one of the device."""
+"""Largest lateness of a watchdog's report [ms]: one period of the loop and one of the device."""
 
-WATCHDOG = re.compile(r"([\d.]+) s: (\w+): WATCHDOG; told last ([\d.]+) ms before")
+WATCHDOG = re.compile(r"([\d.]+) s: (\w+): WATCHDOG; last command ([\d.]+) ms before")
 
 
 def told(rig: Any, state: JointState, current: Any = 0.0, damping: float = 0.0, life_s: float = LIFE_S) -> Command:
-    """So much of each joint [A], or of every one."""
+    """Command with the same current for every joint, or a current per joint [A]."""
     n, t = len(rig.joints), rig.t
     return Command(t, state.sequence, t + life_s, np.zeros(n), np.full(n, 0.0) + current, np.full(n, damping))
 
@@ -29,7 +29,7 @@ def told(rig: Any, state: JointState, current: Any = 0.0, damping: float = 0.0, 
 def drive(
     rig: Any, seconds: float, current: Any = 0.0, until: Callable[[JointState], bool] = lambda state: False
 ) -> JointState:
-    """Read and write in so many periods as these are seconds, or until something is seen."""
+    """Read and write for `seconds`, counted in periods, or until a condition holds."""
     due = time.monotonic()
     state = rig.read()
     for _ in range(round(seconds / rig.period_s)):
@@ -43,24 +43,24 @@ def drive(
 
 
 def are_on(bench: Any) -> list[bool]:
-    """Which drives are on, by their own account."""
+    """Return which drives are on, by their own report."""
     return [joint["enabled"] for joint in bench.report().values()]
 
 
 def currents(bench: Any) -> list[float]:
-    """What flows in each motor, in its drive's direction [A]."""
+    """Return the current in each motor, in its drive's direction [A]."""
     return [joint["current_A"] for joint in bench.report().values()]
 
 
 def brakes(bench: Any, drives: Drives) -> bool:
-    """Whether every drive gives no torque and damps as its nameplate says."""
+    """Return True if every drive gives no torque and damps as its nameplate says."""
     return [(one["current_A"], one["damping"]) for one in bench.report().values()] == [
         (0.0, one.brake_Nms_per_rad) for one in drives.each
     ]
 
 
 def watchdogs(bench: Any, drives: Drives) -> dict[str, float]:
-    """After how long each drive's watchdog ended its torque, since the bench was tidied up [ms]."""
+    """Return the time after which each drive's watchdog ended its torque, since the bench was reset [ms]."""
     while True:
         found = {match[2]: float(match[3]) for line in bench.seen if (match := WATCHDOG.match(line))}
         if set(found) == set(drives.joints):

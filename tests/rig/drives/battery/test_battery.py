@@ -1,7 +1,7 @@
-"""Every driver, with simulated drives in another process: no torque that nobody asks for, whatever is pulled or killed.
+"""Every driver gives no torque without a command, whatever is disconnected or killed.
 
-What happened is taken from the device's own account, in its own time: here each poll is a step of it, so that no busy
-computer changes anything.
+The simulated drives run in another process. All results come from the device's own report, in its own time. Each poll
+is one step of the device, so that a busy computer changes nothing.
 """
 
 import re
@@ -26,7 +26,7 @@ LOCK_STEP = True
 def test_it_is_a_rig_that_is_powered_and_nothing_is_on_before_somebody_enables(rig: Any, bench: Any):
     assert isinstance(rig, Rig)
     assert isinstance(rig, Powered)
-    assert isinstance(rig, DrivenRig)  # or a self-test would not switch it on
+    assert isinstance(rig, DrivenRig)  # otherwise a self-test would not switch it on
     drive(rig, 0.05, CURRENT)
     assert are_on(bench) == [False] * 4
     assert not any(one.is_enabled for one in rig.status())
@@ -37,7 +37,7 @@ def test_an_enabled_machine_gives_what_it_is_told_and_a_disabled_one_brakes(rig:
     state = drive(rig, 0.2, CURRENT)
     assert all(one.is_enabled and not one.fault for one in rig.status())
     assert state.faulty == ()
-    # CiA 402 counts in thousandths of the rated current, told and said.
+    # CiA 402 counts in thousandths of the rated current, in commands and in measurements.
     np.testing.assert_allclose(state.current, CURRENT, atol=1e-3 * max(one.current_rated_A for one in drives.each))
     rig.disable()
     drive(rig, 0.05, CURRENT)
@@ -117,7 +117,7 @@ def test_where_nobody_is_expected_to_answer_time_passes_all_are_lost_and_the_dri
     assert state.faulty == (0, 1, 2, 3)
     assert (state.sequence, state.q.tolist()) == (before.sequence, before.q.tolist())
     assert all(DriveFault.LOST in one.fault for one in rig.status())
-    assert any(brakes(bench, drives) for _ in range(200))  # the device may lag behind us
+    assert any(brakes(bench, drives) for _ in range(200))  # the device may lag behind the driver
     bench.do("mend")
 
 

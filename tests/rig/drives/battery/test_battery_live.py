@@ -1,4 +1,4 @@
-"""The same drivers and drives by the clock: cables, killed hosts, and the time that a loop needs."""
+"""Drivers and drives in real time: cables, killed hosts, and the time that a loop needs."""
 
 import signal
 import subprocess
@@ -15,7 +15,7 @@ from .driving import CURRENT, LATE_MS, brakes, drive, watchdogs
 
 LOCK_STEP = False
 
-pytestmark = pytest.mark.slow  # a busy computer stalls for longer than a watchdog waits
+pytestmark = pytest.mark.slow  # a busy computer may stall for longer than a watchdog's time-out
 
 
 def test_measurements_count_up_and_never_go_back(rig: Any):
@@ -28,7 +28,7 @@ def test_measurements_count_up_and_never_go_back(rig: Any):
         assert state.sequence >= before.sequence
         assert state.t >= before.t
         before = state
-    assert state.sequence > first.sequence  # how many a busy computer loses is for benchmarks/udp_loop.py
+    assert state.sequence > first.sequence  # benchmarks/udp_loop.py counts the losses on a busy computer
 
 
 def test_when_the_cable_is_out_all_are_faulty_nothing_is_invented_and_it_takes_an_enable(
@@ -77,7 +77,7 @@ def test_a_killed_host_leaves_drives_that_brake_and_a_machine_for_the_next(
         time.sleep(0.2)
         host.send_signal(how)
         host.wait()
-    assert any(brakes(bench, drives) for _ in range(200))  # asked once in each of the device's steps
+    assert any(brakes(bench, drives) for _ in range(200))  # one report in each of the device's steps
     if how is signal.SIGKILL:
         assert max(watchdogs(bench, drives).values()) <= drives.settings.watchdog_ms + LATE_MS
     with make_rig(drives) as rig:

@@ -1,4 +1,4 @@
-"""Signs of `drives.toml` are turned back by every driver, and a motor that is wired otherwise than it says is seen."""
+"""Every driver applies the signs of `drives.toml`, and a motor with other wiring is detected."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -13,7 +13,7 @@ LOCK_STEP = True
 PUSH_A, PUSH_S = 2.0, 0.15
 MOVED_RAD = 0.01
 ELBOW = 3
-"""The elbow."""
+"""Number of the elbow joint."""
 
 WIRINGS = {
     "as the file says": (False, (), 1.0),

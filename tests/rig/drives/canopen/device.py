@@ -1,4 +1,4 @@
-"""The other process: simulated drives of `recupera_like` on the bus of a drives.toml; commands by lines, JSON back.
+"""Simulated drives of `recupera_like` in a process of their own; commands by lines, JSON back.
 
 python device.py DRIVES.toml [lock-step] [without=0x2100] [wrong-sign=JOINT]
 """
@@ -19,7 +19,7 @@ SEED = 1000
 
 
 def state(devices: CanopenDevices) -> dict:
-    """By the drives' own account, one entry a joint."""
+    """State by the drives' own report, one entry per joint."""
     each = devices.plant.each
     return {
         "now": devices.plant.now,
@@ -35,7 +35,7 @@ def state(devices: CanopenDevices) -> dict:
 
 
 def obey(devices: CanopenDevices, joints: tuple[str, ...], words: list[str]) -> None:
-    """One line of whoever tests."""
+    """Execute one line of the test."""
     name, *rest = words
     if name in ("unplug", "plug", "restart"):
         getattr(devices, name)(joints.index(rest[0]))

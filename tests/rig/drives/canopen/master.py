@@ -1,4 +1,4 @@
-"""The process that is to be ended: enables a machine on a CAN bus and holds it at no torque, until it is stopped.
+"""Process that a test kills: enables a machine on a CAN bus and holds it at zero torque.
 
 python master.py DRIVES.toml
 """
@@ -16,11 +16,11 @@ from exograv.rig.drives.settings import load_drives
 from exograv.signals import Command
 
 PATIENCE_S = 0.2
-"""For an answer: a computer on which all tests run at once may be that slow."""
+"""Time-out for an answer [s]: a computer that runs all tests at once may be that slow."""
 
 
 def main() -> None:
-    """Says `on` when the drives are."""
+    """Print `on` when the drives are on."""
     drives = load_drives(Path(sys.argv[1]), load_rig("recupera_like"))
     none = np.zeros(len(drives.each))
     with CanopenRig(drives, PATIENCE_S) as rig:

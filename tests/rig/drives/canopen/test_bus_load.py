@@ -1,4 +1,4 @@
-"""What does not fit the wire is refused before it falls behind."""
+"""Frames that do not fit on the wire are refused before the bus is overloaded."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +16,7 @@ EXAMPLE = Path(__file__).parents[4] / "examples" / "drives" / "canopen.toml"
 
 
 def drives(**bus: object) -> Drives:
-    """The example with another bus or period."""
+    """Settings of the example with another bus or period."""
     found = load_drives(EXAMPLE, load_rig("recupera_like"))
     assert found.settings.canopen is not None
     period = {"period_ms": bus.pop("period_ms")} if "period_ms" in bus else {}
@@ -33,7 +33,7 @@ def test_a_frame_has_at_most_so_many_bits_as_the_literature_says(size: int):
 def test_half_the_bit_rate_or_half_the_period_is_twice_the_load():
     whole = load(drives(bitrate=1_000_000))
     assert load(drives(bitrate=500_000)) == pytest.approx(2.0 * whole)
-    # Slow frames come with SYNCs, heartbeats of drives with time.
+    # Slow frames come with SYNCs; heartbeats of drives come with time.
     assert load(drives(period_ms=1)) == pytest.approx(2.0 * whole, rel=0.02)
 
 

@@ -1,4 +1,4 @@
-"""What goes over the bus means the same at both ends, and an answer to an older SYNC is none to this one."""
+"""Frames mean the same at both ends of the bus, and an answer to an older SYNC does not count for a new one."""
 
 import struct
 
@@ -21,7 +21,7 @@ finite = st.floats(-1e3, 1e3)
 
 
 def machine(rated: float = 3.0, most: float = 9.0, sign: int = 1, counts: float = 2.0**20, offset: float = 0.0):
-    """One joint."""
+    """Drives of a machine with one joint."""
     drive = Drive.model_validate(
         {
             "joint": "elbow",
@@ -41,7 +41,7 @@ def machine(rated: float = 3.0, most: float = 9.0, sign: int = 1, counts: float 
 
 
 def wanted(drives: Drives) -> CanopenNode:
-    """Its drive, enabled, with a damping of its own."""
+    """Drive of that joint, enabled, with a damping object."""
     node = CanopenNode(drives.each[0], has_motor=False, period_s=0.002)
     node.is_wanted, node.has_damping, node.control = True, True, ENABLE
     return node
@@ -58,7 +58,7 @@ def test_a_current_comes_back_from_the_bus_within_half_a_thousandth_of_the_rated
     drives, current = machine(rated, times * rated, sign), np.array([share * times * rated])
     node, units, none = wanted(drives), Units(drives), np.zeros(1)
     [told] = units.drive_currents(Command(0.0, 0, 1.0, none, current, none)).tolist()
-    per_mille = per_mille_of(node.order(told, 0.0))  # it fits its frame
+    per_mille = per_mille_of(node.order(told, 0.0))  # raises if it does not fit its frame
     node.on_measured(at.layout(at.MEASURED).pack(0, 0, per_mille))
     assert abs(units.joint_currents(np.array([node.current])) - current)[0] <= 0.5e-3 * rated * (1.0 + 1e-9)
 
@@ -124,11 +124,11 @@ def test_an_answer_to_an_older_sync_is_none_to_this_one():
     due = OwedAnswers()
     due.ask()
     due.close()
-    due.came()  # too late
+    due.came()  # arrives too late
     due.ask()
     assert due.missing == 1
     due.close()
-    due.came()  # again a period late, and two SYNCs are answered by it
+    due.came()  # again a period late; it answers two SYNCs
     due.ask()
     assert due.missing == 1
     due.came()
@@ -139,7 +139,7 @@ def test_an_answer_that_comes_in_the_next_period_does_not_count_for_that():
     due = OwedAnswers()
     due.ask()
     due.close()
-    due.ask()  # nothing came meanwhile: lost
+    due.ask()  # no answer came in the meantime: lost
     assert due.missing == 1
     due.came()
     due.close()
@@ -167,7 +167,7 @@ def test_what_is_held_against_a_drive_switches_it_off_until_somebody_forgives(co
     node = CanopenNode(machine().each[0], has_motor=False, period_s=0.002)
     node.control, node.is_wanted = 0x0F, True
     node.on_emergency(struct.pack("<HB5x", code, 1))
-    node.on_emergency(bytes(8))  # the drive says that it is over
+    node.on_emergency(bytes(8))  # the drive reports the end of the fault
     assert node.control == DISABLE_VOLTAGE
     assert node.fault
     assert not node.is_wanted

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[4]
 
 
 class StillPlant(Plant):
-    """Joints that stand, each elsewhere; a motor's current is what its drive gives."""
+    """Plant whose joints stand at different positions; a motor's current is the output of its drive."""
 
     def __init__(self, drives: Drives):
         self.each = tuple(SimulatedDrive(one, drives.watchdog_s) for one in drives.each)
@@ -53,7 +53,7 @@ def plant(drives: Drives) -> StillPlant:
 
 @pytest.fixture
 def devices(drives: Drives, plant: Any) -> Iterator[MoteusDevices]:
-    """By the clock, as long as a test lasts."""
+    """Devices in real time for the duration of a test."""
     is_over = threading.Event()
     with MoteusDevices(plant, drives, say=lambda line: None) as made:
         thread = threading.Thread(target=made.run, args=(is_over.is_set,), daemon=True)

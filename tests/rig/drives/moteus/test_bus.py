@@ -1,4 +1,4 @@
-"""Through an fdcanusb only what answers now is believed, nothing half is sent, and no second master is missed."""
+"""Through an fdcanusb only present answers count, no line is sent in part, and a second master is always detected."""
 
 import os
 from collections.abc import Iterator
@@ -89,7 +89,7 @@ def test_a_stranger_who_speaks_to_none_of_our_drives_is_no_other_master(cycle: M
 
 def test_a_line_that_was_sent_in_part_is_no_frame_and_the_next_one_is(link: Fdcanusb, adapter: SimulatedFdcanusb):
     whole = line(head(1, 126, wants_answer=False), bytes(range(48)))
-    while not link.counts["not sent"]:  # nobody takes them out
+    while not link.counts["not sent"]:  # no host reads them
         link.send(whole)
     heard = [data for _ in range(20) for _, data in adapter.frames(0.0)]
     link.send(line(head(2, 126, wants_answer=False), b"\x01"))

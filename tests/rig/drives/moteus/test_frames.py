@@ -1,4 +1,4 @@
-"""What we say and hear is what the maker's library says and hears, and the simulated drive reads it as that does."""
+"""Our frames equal those of the maker's library, and the simulated drive decodes them in the same way."""
 
 import math
 import struct
@@ -76,7 +76,7 @@ def test_the_simulated_drive_reads_writes_as_the_library_does(torque: float, kin
 
 
 def replied(turns: float, current: float, mode: int = POSITION, code: int = 0, supply: float = 24.0) -> bytes:
-    """As the simulated drive answers our question."""
+    """Answer of the simulated drive to our question."""
     has = {at.MODE: mode, at.POSITION: turns, at.CURRENT: current, at.VOLTAGE: supply, at.TEMPERATURE: 31.0}
     has[at.FAULT] = code
     asked = list(at.subframes(QUESTION))
@@ -112,7 +112,7 @@ def test_no_bytes_can_disturb_us_or_the_simulated_drive(data: bytes):
 
 
 def driven(drives: Drives, plant: Any, kp: float, data: bytes) -> float:
-    """Torque that a simulated drive asks of its motor after this frame, as a current [A]."""
+    """Torque that a simulated drive commands to its motor after this frame, as a current [A]."""
     node = SimulatedMoteus(plant, drives, 0)
     node.config["servo.pid_position.kp"] = kp
     node.step(plant.twin.period_s, plant.now)

@@ -1,4 +1,4 @@
-"""The maker's own transport and controller take the simulated drives for real ones."""
+"""The maker's own transport and controller work with the simulated drives as with real ones."""
 
 import asyncio
 import math

@@ -1,4 +1,4 @@
-"""A moteus that is set otherwise than `drives.toml` says, or than a torque command needs, is refused."""
+"""A moteus with other settings than `drives.toml` or a torque command needs is refused."""
 
 import builtins
 import math
@@ -35,7 +35,7 @@ WRONG = {
     "servo.fixed_voltage_mode": 1.0,
     "servo.fault_position_error": 0.5,
 }
-"""Settings of other uses of a moteus, or the maker's own; the last one older firmware has not."""
+"""Settings of other uses of a moteus, or the maker's own; older firmware lacks the last one."""
 
 
 def plate_of(drives: Drives, joint: int) -> Any:
@@ -66,7 +66,7 @@ def test_a_wrong_setting_is_refused_by_joint_and_what_it_has_to_be(name: str, de
 def test_every_setting_that_is_held_is_tried_above():
     assert {must.name for must in MUSTS} - set(WRONG) == {
         "servo.fault_velocity_error"
-    }  # which the simulated one has not
+    }  # settings that the simulated drive lacks
 
 
 def test_a_setting_that_older_firmware_has_not_may_be_missing(devices: MoteusDevices, drives: Drives):

@@ -1,4 +1,4 @@
-"""At the bench, a line does what it says to one simulated drive, and a wrong one says what is possible."""
+"""A line at the bench acts on one simulated drive, and the refusal of a wrong line lists the commands."""
 
 import io
 import json
@@ -22,7 +22,7 @@ EXAMPLE = Path(__file__).parents[4] / "examples" / "drives" / "udp.toml"
 
 
 class Front(SimulatedDevices):
-    """Notes what is done to it."""
+    """Mock of the devices that notes all calls."""
 
     def __init__(self):
         self.done: list[Any] = []
@@ -54,7 +54,7 @@ class Front(SimulatedDevices):
 
 
 class Stage:
-    """A bench beside the example's drives."""
+    """Bench with the drives of the example."""
 
     def __init__(self):
         description = load_rig("recupera_like")
@@ -73,7 +73,7 @@ def made() -> Stage:
 
 @pytest.fixture
 def stage(made: Stage) -> Stage:
-    """As new."""
+    """Stage in its initial state."""
     for drive in made.drives:
         drive.fault, drive.temperature_C = DriveFault.NONE, 25.0
     made.front.done.clear()

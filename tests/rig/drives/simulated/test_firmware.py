@@ -11,13 +11,13 @@ DT = 0.001
 
 
 def drive() -> SimulatedDrive:
-    """20 ms of patience, 3 A for ever, 9 A at most."""
+    """Drive with a watchdog of 20 ms, 3 A rated and 9 A at most."""
     settings = Drive(joint="elbow", node=1, current_rated_A=3.0, current_max_A=9.0, brake_Nms_per_rad=4.0)
     return SimulatedDrive(settings, 0.02)
 
 
 def held(one: SimulatedDrive, current: float, seconds: float, now: float = 0.0) -> list[float]:
-    """Currents of a drive that is told the same in every millisecond."""
+    """Currents of a drive that gets the same command in every millisecond."""
     given = []
     for k in range(round(seconds / DT)):
         one.tell(current, 0.0, now + k * DT)

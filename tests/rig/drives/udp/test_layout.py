@@ -1,4 +1,4 @@
-"""The page, the C header and our own program have every field at the same byte."""
+"""The documentation, the C header and our own program have every field at the same byte."""
 
 import shutil
 import struct
@@ -43,7 +43,7 @@ PARTS = {
 
 
 def table(fields: tuple[PacketField, ...], begin: int) -> str:
-    """As it stands on the page."""
+    """Table in the form of the documentation."""
     lines = ["| byte | field | type | unit | |", "|---|---|---|---|---|"]
     for field, at in zip(fields, offsets(fields, begin).values(), strict=True):
         kind = f"char[{packed((field,)).size}]" if field.kind == "char" else field.kind
@@ -76,7 +76,7 @@ def test_no_field_needs_padding_in_a_c_struct(part: str):
 
 @pytest.fixture(scope="module")
 def compiled(tmp_path_factory: pytest.TempPathFactory) -> dict[str, int]:
-    """What a compiler makes of the header: offset by struct and member."""
+    """Offsets in the compiled C header, by struct and member."""
     if shutil.which("gcc") is None:
         pytest.skip("no gcc")
     program = tmp_path_factory.mktemp("peer") / "peer"

@@ -1,4 +1,4 @@
-"""A packet comes back as it was sent, and nothing else is one."""
+"""Every packet survives a round trip, and no other bytes are a packet."""
 
 import math
 

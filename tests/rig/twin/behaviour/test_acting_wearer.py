@@ -1,4 +1,4 @@
-"""A wearer who acts gives what is anticipated, what is late, and never more than the arm is strong."""
+"""A wearer who acts gives anticipated torque and delayed reflexes, and never more than the arm's strength."""
 
 from dataclasses import replace
 
@@ -21,11 +21,11 @@ POSTURE = np.deg2rad([30.0, 15.0, 10.0, 70.0])
 LEVEL_0 = Disturbances.at_level(0)
 
 SETTLED_Nm = 0.02
-"""Of a torque after some seconds of holding: the integral that holds closes in, slower than a reflex."""
+"""Residual torque after some seconds of holding [N·m]: the integral converges more slowly than a reflex."""
 
 
 def holding(body=BODY) -> ActingWearer:
-    """Somebody who wants to stay at `POSTURE`."""
+    """Wearer who wants to stay at `POSTURE`."""
     person = ActingWearer(body, DT)
     person.want(motion.hold(POSTURE, 0.01, DT), np.zeros((1, 4)), 0.0)
     return person
@@ -103,7 +103,7 @@ def test_holding_still_costs_just_what_the_locks_would_carry_for_the_arm():
     act(twin, person, 5.0, carried / machine.drives.gain)
     held = twin.truth.q
     arm = examiner.lock_torque(held) - examiner.lock_torque(held, arm=False)
-    missing = examiner.lock_torque(held, arm=False) - carried  # the current stays while the posture settles
+    missing = examiner.lock_torque(held, arm=False) - carried  # the current is constant while the posture settles
     np.testing.assert_allclose(twin.tau_voluntary, arm + missing, atol=SETTLED_Nm)
 
 

@@ -1,4 +1,4 @@
-"""What a person knows of the own arm is what it weighs and how it resists; links of a machine are told as built."""
+"""The internal model of a wearer's arm has its true weight and inertia; a machine's links are reported as built."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ STEP = 1e-5
 
 
 def weight_energy(rig: RigDescription, machine, wearer, q: np.ndarray) -> float:
-    """Of the arm alone in gravity [J]: the machine stays where it is, and its energy with it."""
+    """Energy of the arm alone in gravity [J]. The machine does not move, so its energy is constant."""
     import casadi as ca
 
     scene = build_scene(rig, machine, wearer)

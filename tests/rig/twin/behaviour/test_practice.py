@@ -1,4 +1,4 @@
-"""Practice finds the torque that a movement needs, whatever the machine adds, and lets go of what is not missed."""
+"""Practice finds the torque that a movement needs, whatever the machine adds, and reduces torque that is not needed."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ DT = 4e-3
 BODY = usual_physiology(4)
 REST, AWAY = np.deg2rad([5.0, 10.0, 20.0, 70.0]), np.deg2rad([45.0, 20.0, 35.0, 45.0])
 KEPT_DEG = 1.0
-"""What counts as the same path in a transparency test."""
+"""Largest error within which a path counts as the same in a transparency test [°]."""
 
 
 def there_and_back() -> motion.Trajectory:
@@ -20,7 +20,7 @@ def there_and_back() -> motion.Trajectory:
 
 
 def error_after(practice: Practice, path: motion.Trajectory, times: int, rubbing: float, weight: float) -> np.ndarray:
-    """RMS error [°] of the last of some repetitions on four masses that weigh and rub."""
+    """RMS error [°] of the last of some repetitions on four masses with weight and friction."""
     person = ActingWearer(BODY, DT)
     person.trusts_anticipation = True
     q, v, errors = REST.copy(), np.zeros(4), np.zeros((len(path), 4))

@@ -1,4 +1,4 @@
-"""Weak muscles never give more than is left of them, and lifting bends an elbow with a synergy."""
+"""Weak muscles never exceed their remaining strength, and lifting bends an elbow with a synergy."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ DT, STILL = 1e-3, np.zeros(4)
 
 
 def pull(weakness: Weakness) -> np.ndarray:
-    """Torque of somebody who for a second wants to be 1 rad from where the arm is held."""
+    """Torque of a wearer who for a second wants to be 1 rad from where the arm is held."""
     person = WeakWearer(weakness, DT, np.random.default_rng(1000))
     person.attempt()
     person.want(hold(np.ones(4), DT, DT), np.zeros((1, 4)), 0.0)

@@ -1,4 +1,4 @@
-"""Every row of the yardstick is there, at its size, with its switch."""
+"""Every row of docs/disturbances.md exists, with its size and its switch."""
 
 import numpy as np
 import pytest
@@ -17,11 +17,11 @@ def ends(value) -> tuple[float, float]:
 
 
 def test_both_tables_have_all_their_rows():
-    # Passive stiffness of elbow and shoulder are columns of one row; a second arm came with machines for both,
-    # and what another day changes with files of participants.
+    # Passive stiffness of elbow and shoulder are columns of one row. The row of a second arm came with machines for
+    # both arms, and the row of changes from day to day with files of participants.
     assert len(WEARER) == 16 - 1 + 1 + 1
-    # So is Coulomb friction of both drives; gear stiffness and bandwidth are two rows; sensors at the cuffs came with
-    # the methods that need them.
+    # Coulomb friction of both drives is one row, too; gear stiffness and bandwidth are two rows. The sensors at the
+    # cuffs came with the methods that need them.
     assert len(MACHINE) == 17 - 1 + 1 + 1
 
 

@@ -1,4 +1,4 @@
-"""What wanders has the spread and the memory that it is told, at any period."""
+"""The process has the given spread and correlation time, at any period."""
 
 import numpy as np
 import pytest

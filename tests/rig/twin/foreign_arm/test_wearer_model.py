@@ -1,4 +1,4 @@
-"""A third party's arm in the twin has the masses, inertias and joints of its file, however that is written."""
+"""A third party's arm in the twin has the masses, inertias and joints of its file, in every notation of the file."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -55,7 +55,7 @@ def worn(model: WearerModel, disturbances: Disturbances = GOOD, seed: int = 0) -
 
 
 def alone(skeleton: Skeleton) -> tuple[mujoco.MjModel, mujoco.MjData, np.ndarray]:
-    """The arm in a world of its own, and its degrees of freedom."""
+    """Arm in a world of its own, and its degrees of freedom."""
     spec = mujoco.MjSpec()
     add_arm(spec, skeleton, np.zeros(3))
     model = spec.compile()
@@ -112,7 +112,7 @@ def test_a_urdf_agrees_with_pinocchio():
     for _ in range(5):
         q, q_theirs = generator.uniform(-0.8, 0.8, 4), pinocchio.neutral(model)
         for joint, angle in zip(joints, signs * q, strict=True):
-            # A continuous joint is a point on the unit circle there.
+            # A continuous joint is a point on the unit circle in Pinocchio.
             q_theirs[joint.idx_q : joint.idx_q + joint.nq] = (
                 (angle,) if joint.nq == 1 else (np.cos(angle), np.sin(angle))
             )
@@ -179,7 +179,7 @@ def test_three_hinges_stand_for_a_ball():
     truth = parameter_truth(worn(model))
     assert truth["upper_arm.mass"] == pytest.approx(2.0)
     assert truth["upper_arm.mz"] == pytest.approx(-0.28)
-    # Its broad side, x there, faces forward (our -y is its x): the palm faces the body.
+    # The hand's broad side, along x, faces forward (our -y is its x): the palm faces the body.
     assert truth["forearm.Iyy"] != pytest.approx(truth["forearm.Ixx"], rel=1e-3)
 
 
@@ -239,7 +239,7 @@ def test_a_forearm_on_an_oblique_elbow_is_put_along_the_machines(rig):
     elbow, wrist = (poses[bone].of(point) for bone, point in (skeleton.elbow, skeleton.wrist))
     np.testing.assert_allclose((wrist - elbow) / np.linalg.norm(wrist - elbow), [1.0, 0.0, 0.0], atol=1e-5)
     np.testing.assert_allclose(elbow / np.linalg.norm(elbow), [0.0, 0.0, -1.0], atol=1e-5)
-    assert abs(q[2]) > np.deg2rad(8.0)  # its owner turns the upper arm for that
+    assert abs(q[2]) > np.deg2rad(8.0)  # the wearer turns the upper arm for that
 
 
 @pytest.mark.parametrize("told", ["arm26", "rajagopal", "girdle", "sketched"])
@@ -297,6 +297,6 @@ def test_lengths_are_told_between_the_models_joint_centres_with_the_levels_error
     model = read("rajagopal")
     exact = worn(model, MILD)
     assert exact.lengths_given["upper_arm"] == pytest.approx(np.linalg.norm([0.013144, 0.286273, 0.009595]))
-    assert set(exact.lengths_given) == {"upper_arm", "forearm"}  # its hand has no end
+    assert set(exact.lengths_given) == {"upper_arm", "forearm"}  # the model's hand has no fingertip
     errors = [worn(model, GOOD, seed).lengths_given["forearm"] - exact.lengths_given["forearm"] for seed in range(60)]
     assert np.std(errors) == pytest.approx(0.006, rel=0.25)

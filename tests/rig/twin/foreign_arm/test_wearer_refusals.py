@@ -1,4 +1,4 @@
-"""A model or map that cannot be a wearer is refused in one line that says what, where, what there is and what to do."""
+"""An unusable model or map is refused in one line that names place, value, allowed values and next step."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -18,7 +18,7 @@ MAP = (EXAMPLES / "rajagopal.toml").read_text(encoding="utf-8")
 
 @pytest.fixture
 def refusal(tmp_path: Path, rig: RigDescription, monkeypatch) -> Callable[..., str]:
-    """Message of the refusal of a model and a map, given as texts."""
+    """Function that returns the message of the refusal of a model and a map, given as texts."""
     monkeypatch.chdir(tmp_path)  # MuJoCo leaves a log of its warnings where it runs
 
     def refusal(model: str = MODEL, told: str = MAP, description: RigDescription = rig) -> str:

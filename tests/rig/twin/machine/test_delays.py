@@ -1,4 +1,4 @@
-"""What enters a line leaves it after as many steps as the line is long, and nothing is lost on the way."""
+"""An entry leaves a delay line after as many steps as the line is long, and no entry is lost."""
 
 import casadi as ca
 import pytest

@@ -1,4 +1,4 @@
-"""Drives stick, slip and lag as the yardstick says, and their friction only takes."""
+"""Drives stick, slip and lag as docs/disturbances.md says, and their friction only dissipates."""
 
 from dataclasses import replace
 
@@ -34,7 +34,7 @@ def sliding(machine: Machine, omega: float, load: float = 0.0, warmth: float = 0
 
 
 def push(machine: Machine, torque, seconds: float, dt: float = DT) -> np.ndarray:
-    """Way of a free rotor under a torque [N·m] given against time [s]."""
+    """Path of a free rotor under a torque [N·m] given against time [s]."""
     friction, theta, omega, bristle, way = friction_function(machine, dt), 0.0, 0.0, 0.0, []
     for k in range(round(seconds / dt)):
         rubbed, bristle = friction(bristle, theta, omega, 0.0)
@@ -45,7 +45,7 @@ def push(machine: Machine, torque, seconds: float, dt: float = DT) -> np.ndarray
 
 
 def plain(rig, level: int = 2) -> Machine:
-    """A drawn machine whose friction does not depend on place, load or direction."""
+    """Machine whose friction does not depend on position, load or direction."""
     calm = Disturbances.at_level(level).without("asymmetry", "friction_ripple", "load_friction")
     return draw_machine(rig, calm, 0)
 

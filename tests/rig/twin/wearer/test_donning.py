@@ -1,4 +1,4 @@
-"""On another day the same person is in the machine: the body stays, the fastening does not, nothing of before moves."""
+"""A second donning keeps the wearer's body, changes the fastening, and leaves earlier draws as they were."""
 
 import numpy as np
 import pytest

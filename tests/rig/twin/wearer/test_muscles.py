@@ -1,4 +1,4 @@
-"""A wearer who does not relax does so with the stated strength, slowness and frequency."""
+"""A wearer who does not relax has the stated strength, correlation time and rate of bursts."""
 
 import numpy as np
 import pytest

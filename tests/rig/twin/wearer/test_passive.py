@@ -1,4 +1,4 @@
-"""The relaxed arm: its shoulder follows the table, its joints resist as told, and neither gives energy away."""
+"""The relaxed arm's shoulder follows the table, its joints resist as specified, and neither creates energy."""
 
 import casadi as ca
 import numpy as np

@@ -1,4 +1,4 @@
-"""Wearers come from their regressions, with the spread that no table can remove, and could exist."""
+"""Wearers follow their regressions, with the spread that no table can remove, and are physically possible."""
 
 from dataclasses import replace
 

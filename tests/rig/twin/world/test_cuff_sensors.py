@@ -1,4 +1,4 @@
-"""Sensors at the cuffs feel what carries the arm, with the errors of their level; unused they change nothing."""
+"""Sensors at the cuffs measure what carries the arm, with the errors of their level. Unused sensors change nothing."""
 
 import mujoco
 import numpy as np
@@ -19,7 +19,7 @@ POSTURE = np.array([0.9, 0.4, -0.3, 1.1])
 
 @pytest.fixture
 def at_rest(rig):
-    """A scene in which the arm lies at rest in its cuffs, and what perfect sensors say there, in world axes."""
+    """Scene in which the arm lies at rest in its cuffs, and the wrenches of perfect sensors there, in world axes."""
 
     def make(level: int, seed: int = 1):
         disturbances = PERFECT[level]
@@ -49,7 +49,7 @@ def test_cuffs_and_shoulder_together_carry_the_arms_weight(at_rest, level: int):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_at_rest_the_cuffs_give_the_torque_that_the_weight_asks_of_the_arms_joints(at_rest, seed: int):
-    scene, wrenches = at_rest(0, seed)  # the shoulder's centre stays: what pulls at its path pulls at no joint
+    scene, wrenches = at_rest(0, seed)  # a fixed shoulder centre: a force on its path acts on no joint
     torque = np.zeros(scene.model.nv)
     for place, force, moment in wrenches:
         J_p, J_r = np.zeros((3, scene.model.nv)), np.zeros((3, scene.model.nv))

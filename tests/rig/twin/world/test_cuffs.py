@@ -1,4 +1,4 @@
-"""Cuffs are springs: their wrenches derive from their energy, act both ways, and their dampers only take."""
+"""Cuffs are springs: their wrenches derive from their energy and act both ways, and their dampers only dissipate."""
 
 import casadi as ca
 import mujoco
@@ -19,7 +19,7 @@ def vee(matrix: np.ndarray) -> np.ndarray:
 
 
 def cuff_energy(scene, cuffs, qpos: np.ndarray) -> float:
-    """The energy [J] in NumPy, on its own."""
+    """Energy of the cuffs [J], computed independently in NumPy."""
     data = mujoco.MjData(scene.model)
     data.qpos[:] = qpos
     mujoco.mj_kinematics(scene.model, data)

@@ -1,4 +1,4 @@
-"""The lock torque is the slope of the least energy, found again with other means."""
+"""The lock torque is the slope of the least energy, computed here by other means."""
 
 import mujoco
 import numpy as np
@@ -18,7 +18,7 @@ SHIFT_TABLE_M = {30.0: 0.012, 60.0: 0.025, 90.0: 0.039, 120.0: 0.054}
 
 
 def shift_from_table(q_arm: np.ndarray, share: float) -> float:
-    """Interpolates as the twin does, but in NumPy and solved from the table here."""
+    """Shift of the shoulder at a posture, interpolated as in the twin, but in NumPy and solved from the table here."""
     chord = lambda c: np.sqrt(2.0 * (1.0 - c) + 0.01) - 0.1  # noqa: E731 - the formula in one line
     table = {**SHIFT_TABLE_M, 150.0: 0.070}
     nodes = chord(np.cos(np.deg2rad(list(table))))
@@ -27,7 +27,7 @@ def shift_from_table(q_arm: np.ndarray, share: float) -> float:
 
 
 def total_energy(scene, wearer, q: np.ndarray, q_arm: np.ndarray) -> float:
-    """Cuffs and gravity [J]."""
+    """Energy of cuffs and gravity [J]."""
     model, data = scene.model, scene.data
     data.qpos[scene.exo], data.qpos[scene.arm] = q, q_arm
     data.qpos[scene.followers[0]] = shift_from_table(q_arm, wearer.glenohumeral_share)

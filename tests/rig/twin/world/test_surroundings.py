@@ -1,4 +1,4 @@
-"""A finger is felt by the screen where it is, and by nothing that is not there; an untouched room changes no motion."""
+"""The screen feels a finger where it touches, and only then. A room that is not touched changes no motion."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,7 +16,10 @@ NONE = Disturbances.at_level(0)
 FAR = Surroundings(np.array([3.0, 0.0, 0.4]), 0.1, -1.0)
 TICKS = 40
 CONTACT_MM = 2.0
-"""A soft contact lets the finger in a little, and the arm swings while it settles."""
+"""Tolerance of a touched position [mm]:
+
+a soft contact lets the finger in a little, and the arm swings while it settles.
+"""
 
 
 def stepped(twin: Twin, ticks: int = TICKS) -> np.ndarray:
@@ -26,7 +29,7 @@ def stepped(twin: Twin, ticks: int = TICKS) -> np.ndarray:
 
 
 def before_the_finger(rig: RigDescription, tilt: float, gap: float) -> tuple[Surroundings, np.ndarray]:
-    """A screen with its glass `gap` [m] before the fingertip, which is 30 mm right of and above its centre."""
+    """Screen with its glass `gap` [m] before the fingertip, which is 30 mm right of and above its centre."""
     wearer = draw_wearer(NONE, 0)
     own = ArmInverseDynamics(rig, draw_machine(rig, NONE, 0), wearer)
     tip = own.fingertip(rig.arm_donning_posture)

@@ -1,4 +1,4 @@
-"""Under water an arm loses the weight of the water in its place and feels the drag of its boxes; machines stay dry."""
+"""Under water an arm loses the weight of the displaced water and feels the drag of its boxes; machines stay dry."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from exograv.rig.twin.world.water import BODY_DENSITY, Water
 NONE = Disturbances.at_level(0)
 AIR = Surroundings(np.array([5.0, 0.0, 0.0]), 0.0, -5.0)
 RELATIVE = 1e-6
-DRY_NM = 1e-8  # the viscous drag of balls of a micrometre, a metre from the joint, is all that a machine feels
+DRY_NM = 1e-8  # viscous drag of spheres of a micrometre, a metre from the joint
 
 
 def scene_of(rig: RigDescription, water: Water | None) -> Scene:
@@ -25,7 +25,7 @@ def scene_of(rig: RigDescription, water: Water | None) -> Scene:
 
 
 def passive(scene: Scene, qvel: np.ndarray) -> np.ndarray:
-    """MuJoCo's forces of water on all freedoms, the machine's first [N·m]."""
+    """Forces of the water on all freedoms by MuJoCo, the machine's first [N·m]."""
     scene.data.qvel[:] = qvel
     mujoco.mj_step1(scene.model, scene.data)
     return scene.data.qfrc_passive.copy()

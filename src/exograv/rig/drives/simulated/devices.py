@@ -68,7 +68,7 @@ class SimulatedDevices(ABC):
             if left < -STALL_S:
                 due -= left
                 self.pauses.append((due, -left))
-            self._serve(0.0)  # frames that arrived during a pause count before time passes here
+            self._serve(0.0)  # frames that arrived in the meantime count before the next step
             self._step()
             due += step_s
 

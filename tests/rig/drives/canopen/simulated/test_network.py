@@ -1,4 +1,4 @@
-"""A simulated drive on a CAN bus keeps to CiA 301 by itself, whatever is said on its bus."""
+"""A simulated drive on a CAN bus follows CiA 301 by itself, whatever frames are on its bus."""
 
 import struct
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ ABORTED = 0x80
 
 
 class Talk:
-    """One frame there, and what comes back; the drives live in this process."""
+    """Exchange of one frame and its answers with drives in this process."""
 
     def __init__(self, devices: CanopenDevices, bus: Bus):
         self.devices, self._bus = devices, bus
@@ -37,7 +37,7 @@ class Talk:
         return frames
 
     def write(self, index: int, sub: int, value: int, size: int) -> int:
-        """By SDO; its abort code, 0 if it was taken."""
+        """Write an object by SDO; return the abort code, 0 on success."""
         command = 0x23 | (4 - size) << 2
         [(cob, answer)] = self(0x600 + NODE, struct.pack("<BHBI", command, index, sub, value))
         assert cob == 0x580 + NODE
@@ -61,7 +61,7 @@ def talk() -> Iterator[Talk]:
 @pytest.fixture(autouse=True)
 def fresh(talk: Talk) -> None:
     talk.devices.restart(3)
-    talk(0x7F0, b"")  # its boot-up message is taken off the bus
+    talk(0x7F0, b"")  # removes its boot-up message from the bus
 
 
 def test_a_drive_that_starts_says_so(talk: Talk):
@@ -70,7 +70,7 @@ def test_a_drive_that_starts_says_so(talk: Talk):
 
 
 def test_a_mapping_changes_only_while_its_frame_is_invalid_and_empty(talk: Talk):
-    assert talk.write(0x1800, 1, 0x184, 4) == 0  # valid: closed for changes
+    assert talk.write(0x1800, 1, 0x184, 4) == 0  # a valid frame cannot be changed
     assert talk.write(0x1A00, 1, 0x60410010, 4) == 0x08000022
     assert talk.write(0x1800, 1, 0x80000184, 4) == 0
     assert talk.write(0x1A00, 1, 0x60410010, 4) == 0
@@ -99,7 +99,7 @@ def test_a_drive_answers_a_sync_as_it_was_mapped_and_only_when_it_is_operational
     assert talk.write(0x1800, 1, 0x184, 4) == 0
     assert talk(0x80, b"") == []
     talk(0x000, bytes([0x01, NODE]))
-    assert talk(0x80, b"") == []  # every second one
+    assert talk(0x80, b"") == []  # sent with every second SYNC
     [(cob, data)] = talk(0x80, b"")
     assert (cob, len(data)) == (0x184, 4)
     assert struct.unpack_from("<H", data, 2)[0] & 0x4F == 0x40
@@ -110,6 +110,6 @@ def test_a_drive_answers_a_sync_as_it_was_mapped_and_only_when_it_is_operational
 def test_no_frame_ends_the_drives(talk: Talk, frames: list[tuple[int, bytes]]):
     for cob, data in frames:
         talk(cob, data)
-    talk(0x600 + NODE, struct.pack("<BHB4x", 0x80, 0, 0))  # whatever was begun is over
+    talk(0x600 + NODE, struct.pack("<BHB4x", 0x80, 0, 0))  # aborts a transfer that has begun
     answers = talk(0x600 + NODE, struct.pack("<BHB4x", 0x40, 0x1000, 0))
     assert (0x580 + NODE, bytes.fromhex("4300100092010200")) in answers

@@ -23,7 +23,7 @@ STANDARD = """
 11 OPERATION_ENABLED    xxxx0xxxx01x  QUICK_STOP_ACTIVE
 12 QUICK_STOP_ACTIVE    xxxx0xxxxx0x  SWITCH_ON_DISABLED
 """
-"""CiA 402-2, transitions that a control word causes: number, from, its lowest bits (x: any), to. Bit 7 is the fifth."""
+"""Transitions of CiA 402-2 by control word: number, from, lowest bits of the word (x: any), to. Bit 7 is the fifth."""
 
 STATUS = {
     "SWITCH_ON_DISABLED": ("x1xx0000", Read.SWITCH_ON_DISABLED),
@@ -35,13 +35,13 @@ STATUS = {
     "FAULT": ("x0xx1000", Read.FAULT),
     "NOT_READY_TO_SWITCH_ON": ("x0xx0000", Read.NOT_READY),
 }
-"""The same, of the status word's low byte."""
+"""Patterns of the status word's low byte."""
 
 WORDS = st.integers(0, 0xFFFF)
 
 
 def fits(pattern: str, word: int) -> bool:
-    """Whether the lowest bits of a word are those of a pattern; control words are written without bits 4 to 6."""
+    """True if the lowest bits of a word match a pattern; control words are written without bits 4 to 6."""
     if len(pattern) == 12:
         pattern = pattern[4] + "xxx" + pattern[8:]
     bits = f"{word & 0xFF:08b}"
@@ -57,7 +57,7 @@ def test_every_control_word_leads_where_the_standard_says_and_nowhere_else(state
     machine.state = state
     machine.control(word)
     to = {target for _, source, pattern, target in ROWS if source == state.name and fits(pattern, word)}
-    # Switching on and enabling in one word goes one step at a time; the standard leaves both to the drive.
+    # A word that both switches on and enables goes one step at a time; the standard leaves this to the drive.
     if state is StatusState.READY_TO_SWITCH_ON and fits("xxxx0xxx1111", word):
         to = {"SWITCHED_ON"}
     assert machine.state.name in (to or {state.name})
