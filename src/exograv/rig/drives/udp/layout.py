@@ -66,52 +66,53 @@ FORMATS = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "f32": "f", "f64": "d"
 HEADER = (
     PacketField("magic", "u32", "", f"0x{MAGIC:08x}, the bytes `EXGV`"),
     PacketField("version", "u8", "", f"{VERSION}"),
-    PacketField("type", "u8", "", "which of the packets below"),
-    PacketField("joints", "u8", "", f"in this packet, 0 to {JOINTS_MAX}"),
+    PacketField("type", "u8", "", "type of the packet, below"),
+    PacketField("joints", "u8", "", f"number of joints in this packet, 0 to {JOINTS_MAX}"),
     PacketField("flags", "u8", "", "bits, below"),
     PacketField("session", "u32", "", "chosen by the host at random, not 0"),
-    PacketField(
-        "grant", "u32", "", "chosen by the controller at random for each session, not 0; 0 where there is none yet"
-    ),
-    PacketField("sequence", "u32", "", "counts the packets of its sender in this session; after the last comes 0"),
-    PacketField("answers", "u32", "", "sequence of the packet that this answers; 0 where it answers none"),
-    PacketField("time_ns", "u64", "ns", "when it was sent, on its sender's own clock that never goes back"),
+    PacketField("grant", "u32", "", "chosen by the controller at random for each session, not 0; 0 before the session"),
+    PacketField("sequence", "u32", "", "number of the packet among its sender's in this session; 0 follows the last"),
+    PacketField("answers", "u32", "", "sequence of the packet that this one answers; 0 if none"),
+    PacketField("time_ns", "u64", "ns", "time of sending, on the sender's own monotonic clock"),
 )
 
 NAMEPLATE = (
-    PacketField("watchdog_us", "u32", "µs", "after which the drives brake if no command comes"),
-    PacketField("period_us", "u32", "µs", "of the loop for which the controller is set"),
+    PacketField("watchdog_us", "u32", "µs", "time without a command after which the drives brake"),
+    PacketField("period_us", "u32", "µs", "period of the loop for which the controller is set"),
 )
 NAMEPLATE_JOINT = (
-    PacketField("name", "char", "", f"of the joint, UTF-8, filled with zeros to {NAME_BYTES} bytes"),
-    PacketField("current_rated_A", "f32", "A", "that the motor may have for ever"),
-    PacketField("current_max_A", "f32", "A", "to which the drive limits itself"),
-    PacketField("brake_Nms_per_rad", "f32", "N·m·s/rad", "with which it brakes by itself"),
+    PacketField("name", "char", "", f"name of the joint, UTF-8, filled with zeros to {NAME_BYTES} bytes"),
+    PacketField("current_rated_A", "f32", "A", "continuous current of the motor"),
+    PacketField("current_max_A", "f32", "A", "limit that the drive applies itself"),
+    PacketField("brake_Nms_per_rad", "f32", "N·m·s/rad", "damping with which the drive brakes by itself"),
     PacketField("reserved", "u32", "", "0"),
 )
 STATE = (
-    PacketField("command", "u32", "", "sequence of the newest command that was taken, 0 if none"),
-    PacketField("refused", "u32", "", "packets that were refused since the controller started, of all reasons"),
+    PacketField("command", "u32", "", "sequence of the newest accepted command, 0 if none"),
+    PacketField("refused", "u32", "", "number of refused packets since the controller started"),
 )
 STATE_JOINT = (
-    PacketField("position", "f64", "rad", "of the joint, in the drive's direction and from its zero"),
+    PacketField("position", "f64", "rad", "position of the joint, in the drive's direction and from its zero"),
     PacketField(
-        "motor_position", "f64", "rad", "by the encoder on the motor's shaft, as angle of the joint; NaN without"
+        "motor_position",
+        "f64",
+        "rad",
+        "position from the encoder on the motor's shaft, as angle of the joint; NaN without one",
     ),
-    PacketField("current", "f32", "A", "measured in the motor"),
-    PacketField("temperature", "f32", "°C", "of the winding; NaN where it is not measured"),
+    PacketField("current", "f32", "A", "measured motor current"),
+    PacketField("temperature", "f32", "°C", "temperature of the winding; NaN if not measured"),
     PacketField("status", "u16", "", "bits, below"),
     PacketField("fault", "u16", "", "bits, below"),
-    PacketField("code", "u16", "", "the maker's own error code, 0 none"),
+    PacketField("code", "u16", "", "error code of the maker, 0 for none"),
     PacketField("reserved", "u16", "", "0"),
 )
 COMMAND = (
-    PacketField("age_us", "u32", "µs", "from sending the poll that led to the answered state to sending this"),
-    PacketField("life_us", "u32", "µs", "for which it holds from its receipt"),
+    PacketField("age_us", "u32", "µs", "time from sending the poll of the answered state to sending this packet"),
+    PacketField("life_us", "u32", "µs", "life of the command from its receipt"),
 )
 COMMAND_JOINT = (
-    PacketField("current", "f32", "A", "of the motor, in the drive's direction"),
-    PacketField("damping", "f32", "N·m·s/rad", "with which the drive brakes its motor besides, by its own encoder"),
+    PacketField("current", "f32", "A", "motor current, in the drive's direction"),
+    PacketField("damping", "f32", "N·m·s/rad", "additional damping of the motor by the drive, from its own encoder"),
 )
 
 

@@ -24,13 +24,15 @@ class FreedomAnatomy:
 
 
 # Neutral angles: 20° forward, 30° of elevation, elbow 107° from straight (sign unverified); forearm and wrist straight,
-# assumed. Ranges: flexion 60° back to 180°, abduction 30° across to 180°, rotation 90° out to 70° in, elbow 0 to 150°,
-# the usual textbook figures, unverified; forearm 80° either way, wrist 80° of flexion, 70° of extension, 20° radial,
-# 30° ulnar: AAOS, as tabulated in F. A. Davis PT Collection, table A.1, https://fadavispt.mhmedical.com. The angles at
-# which a model of the arm clamps its joints are other quantities. End stops: 10-20 N·m at the shoulder, unverified; at
-# the wrist 0.5 N·m in 90° of flexion, 1.2 in 90° of extension and 0.9 in full ulnar deviation: Delp, Grierson &
-# Buchanan (1996), J Biomech 29:1371, abstract. Bursts at the wrist are a fifth of the others, because the greatest
-# voluntary torque of the wrist, some 10 N·m, is a fifth of the shoulder's: the same abstract.
+# assumed.
+# Ranges: flexion 60° back to 180°, abduction 30° across to 180°, rotation 90° out to 70° in, elbow 0 to 150°, the usual
+# textbook figures, unverified; forearm 80° either way, wrist 80° of flexion, 70° of extension, 20° radial, 30° ulnar:
+# AAOS, as tabulated in F. A. Davis PT Collection, table A.1, https://fadavispt.mhmedical.com. The angles at which a
+# model of the arm clamps its joints are other quantities.
+# End stops: 10-20 N·m at the shoulder, unverified; at the wrist 0.5 N·m in 90° of flexion, 1.2 in 90° of extension and
+# 0.9 in full ulnar deviation: Delp, Grierson & Buchanan (1996), J Biomech 29:1371, abstract. Bursts at the wrist are a
+# fifth of the others, because the greatest voluntary torque of the wrist, some 10 N·m, is a fifth of the shoulder's:
+# the same abstract.
 ANATOMY: Mapping[str, FreedomAnatomy] = {
     "flexion": FreedomAnatomy("shoulder", 20.0, (-60.0, 180.0), 15.0, 1.0),
     "abduction": FreedomAnatomy("shoulder", 30.0, (-30.0, 180.0), 15.0, 1.0),
