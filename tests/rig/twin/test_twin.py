@@ -313,5 +313,5 @@ def test_a_machine_warms_up_while_time_passes(make_twin):
 
 @pytest.mark.parametrize("seconds", [-1.0, np.nan, np.inf])
 def test_no_time_passes_backwards_or_for_ever(make_twin, seconds: float):
-    with pytest.raises(RigError, match="finite one that is not negative"):
+    with pytest.raises(RigError, match="must be finite and not negative"):
         make_twin(LEVELS[0]).pass_time(seconds)

@@ -122,4 +122,4 @@ def test_typed_lines_are_obeyed_between_steps_and_quit_ends(stage: Stage):
     wait_until(stage.bench.obey, "the end", 5.0)
     assert stage.bench.is_done
     assert stage.drives[0].fault is DriveFault.INTERNAL
-    assert "not understood" in stage.said[0]
+    assert "is not a command" in stage.said[0]

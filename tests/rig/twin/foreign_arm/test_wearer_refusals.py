@@ -109,7 +109,7 @@ def test_files_that_are_too_large_or_no_text_or_not_there_are_refused(tmp_path: 
     with large.open("wb") as file:
         file.truncate(SIZE_MAX + 1)
     binary.write_bytes(b"\x80\xff\xfe")
-    for path, words in ((large, "larger than"), (binary, "no text"), (tmp_path / "none.xml", "cannot be read")):
+    for path, words in ((large, "larger than"), (binary, "not a text file"), (tmp_path / "none.xml", "cannot be read")):
         with pytest.raises(ConfigError, match=words):
             read_wearer_model(path, EXAMPLES / "arm26.toml", rig)
     with pytest.raises(ConfigError, match="cannot be read"):
