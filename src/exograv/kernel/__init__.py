@@ -1,4 +1,4 @@
-"""A CasADi function becomes a callable on pre-bound NumPy buffers: no allocation, no search, no objects per call."""
+"""Compiler from a CasADi function to a callable on pre-bound NumPy buffers, without allocation or search per call."""
 
 from .batch import Batch as Batch
 from .batch import BoundBatch as BoundBatch

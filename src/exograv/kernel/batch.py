@@ -1,4 +1,4 @@
-"""One program on many states at once: each instruction works on several lanes."""
+"""Batches: one program evaluated for many states, with several lanes per instruction."""
 
 import ctypes
 from collections.abc import Callable, Iterable, Mapping
@@ -16,7 +16,7 @@ from .program import Program, straight_line
 ELEMENTS = {"float64": "double", "float32": "float"}
 LANES = (2, 4, 8, 16, 32)
 ALIGNMENT_BYTES = 64
-"""Of a cache line and of the widest vectors."""
+"""Alignment of a cache line and of the widest vectors."""
 
 
 @dataclass(frozen=True)
@@ -24,19 +24,19 @@ class BoundBatch:
     """A batch of a fixed size. Write into `inputs`, call, read `outputs`."""
 
     inputs: Mapping[str, np.ndarray]
-    """By name: a vector (n,) is (n, size), a matrix (rows, columns, size); a shared argument has no last axis."""
+    """Buffers by name: a vector (n,) is (n, size), a matrix (rows, columns, size), a shared argument without `size`."""
 
     outputs: Mapping[str, np.ndarray]
-    """By name, in the same shapes; overwritten by each call."""
+    """Buffers by result name, in the same shapes; overwritten by each call."""
 
     size: int
-    """States [-]."""
+    """Number of states [-]."""
 
     evaluate: Callable[[], object]
-    """Evaluate all states on what stands in `inputs`. It keeps alive what it needs."""
+    """Function that evaluates all states on the contents of `inputs`; it keeps a reference to its memory."""
 
     def __call__(self) -> Mapping[str, np.ndarray]:
-        """Evaluate all states; returns `outputs`."""
+        """Evaluate all states and return `outputs`."""
         self.evaluate()
         return self.outputs
 
@@ -47,7 +47,7 @@ class Batch:
 
     name: str
     engine: str
-    """"native", or "virtual machine" where native code could not be made."""
+    """Engine: "native", or "virtual machine" if native code could not be made."""
 
     lanes: int
     """States that one instruction works on."""
@@ -57,22 +57,22 @@ class Batch:
     """Length of the program [-]."""
 
     code_bytes: int
-    """Size of its machine code."""
+    """Size of the machine code."""
 
     build_s: float
     """Time that compiling or loading took [s]."""
 
     from_cache: bool
-    """Whether the machine code was found ready on disk."""
+    """True if the machine code was read from the disk cache."""
 
     shared: tuple[str, ...]
     """Arguments that are the same for every state."""
 
     bind: Callable[[int], BoundBatch]
-    """`bind(size)`: memory for as many states."""
+    """Function `bind(size)` that allocates memory for `size` states."""
 
     def of(self, *values: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Copies of all outputs for these inputs in their order, states along the last axis.
+        """Return copies of all outputs for these inputs in their order, states along the last axis.
 
         Raises:
             TypeError: The number of values is wrong.
@@ -90,15 +90,15 @@ class Batch:
         for name, value in zip(names, values, strict=True):
             if name not in self.shared:
                 return np.shape(value)[-1]
-        raise ValueError(f"All arguments of {self.name} are shared: there is no state to tell apart.")
+        raise ValueError(f"All arguments of {self.name} are shared; at least one argument must differ between states.")
 
 
 def compile_batch(function: ca.Function, lanes: int, shared: Iterable[str], dtype: str, *, is_native: bool) -> Batch:
-    """As `kernel.compile` with lanes.
+    """Compile a function for batches, as `kernel.compile` with lanes.
 
     Raises:
-        KernelError: An operation is not known; it is named.
-        ValueError: A shared name, a number of lanes or an element type is not known.
+        KernelError: The function has an unknown operation, which the message names.
+        ValueError: A shared name, a number of lanes or an element type is unknown.
     """
     program, shared = straight_line(function), tuple(shared)
     element = ELEMENTS.get(dtype)
@@ -130,19 +130,19 @@ class _NativeBatch:
     shared: tuple[str, ...]
 
     def bind(self, size: int) -> BoundBatch:
-        """Memory for `size` states.
+        """Allocate memory for `size` states.
 
         Raises:
-            ValueError: There is no state.
+            ValueError: `size` is below 1.
         """
         if size < 1:
-            raise ValueError(f"A batch of {self.program.name} needs a state, not {size}.")
+            raise ValueError(f"A batch of {self.program.name} needs at least 1 state, not {size}.")
         n_blocks = -(-size // self.lanes)
-        # An odd number of blocks a row: rows a power of two apart would all want the same places of the cache.
+        # The number of blocks per row is odd: rows a power of two apart would compete for the same cache lines.
         row = (n_blocks | 1) * self.lanes
         inputs = {name: self._memory(name, shape, size, row) for name, shape in self.program.arguments.items()}
         outputs = {name: self._memory("", shape, size, row) for name, shape in self.program.results.items()}
-        with np.errstate(over="ignore"):  # single precision has no 1e300: infinity, as in its arithmetic
+        with np.errstate(over="ignore"):  # single precision has no 1e300; infinity is then right, as in its arithmetic
             constants = self.program.constants.astype(self.dtype)
         arrays = (*inputs.values(), *outputs.values(), constants)
         pointers = (ctypes.c_int64 * (len(arrays) + 1))(*(array.ctypes.data for array in arrays), row)
@@ -152,7 +152,7 @@ class _NativeBatch:
 
     def _runner(self, arguments: int, end: int, alive: object) -> Callable[[], object]:
         run = self.made.loaded.address("run")
-        # ctypes gives Python's other threads the interpreter while this one computes.
+        # ctypes releases the interpreter lock, so other Python threads run while this one computes.
         function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64)(run)
         values = ctypes.c_void_p(arguments), ctypes.c_int64(0), ctypes.c_int64(end)
 
@@ -175,7 +175,7 @@ class _NativeBatch:
 
 
 def _on_the_virtual_machine(function: ca.Function, program: Program, shared: tuple[str, ...], dtype: np.dtype) -> Batch:
-    """State by state: right everywhere, quick nowhere."""
+    """Return a batch that runs state by state: right on every computer, and slow."""
     one = virtual_machine.compile(function)
 
     def memory(name: str, buffer: np.ndarray, size: int) -> np.ndarray:

@@ -1,7 +1,7 @@
-"""Machine code kept on disk: the second start compiles nothing.
+"""Disk cache of machine code, so that the second start compiles nothing.
 
-A file is code that will run with an arm in the machine: it is taken only from a folder that nobody else may write to,
-and only if it is complete.
+A file is code that will run with an arm in the machine. It is used only if it is complete, and only from a folder that
+no other user may write to.
 """
 
 import contextlib
@@ -18,11 +18,11 @@ _log = logging.getLogger(__name__)
 
 DIGEST_BYTES = 32
 KEPT_BYTES = 300e6
-"""Beyond it the files that were not used for longest are removed."""
+"""Size of the cache above which the least recently used files are removed."""
 
 
 def folder() -> Path | None:
-    """Where code is kept: of this user, by the XDG rules; nowhere for a user without a home."""
+    """Return the folder of this user's cache by the XDG rules; None for a user without a home."""
     base = Path(os.environ.get("XDG_CACHE_HOME", ""))
     if not base.is_absolute():
         try:
@@ -33,12 +33,12 @@ def folder() -> Path | None:
 
 
 def key(*parts: str) -> str:
-    """Name of what these parts determine, together with the compiler that is written in this room."""
+    """Name of the file for these parts and the present source of the compiler in this room."""
     return blake2b("\n".join((*parts, _own_source())).encode(), digest_size=20).hexdigest()
 
 
 def read(name: str) -> bytes | None:
-    """Code kept under a name, or nothing."""
+    """Read the code under a name; None if there is none."""
     place = folder()
     if place is None:
         return None
@@ -49,7 +49,7 @@ def read(name: str) -> bytes | None:
         content = path.read_bytes()
         digest, code = content[:DIGEST_BYTES], content[DIGEST_BYTES:]
         if _digest(name, code) != digest:
-            _log.warning("%s is damaged; the kernel is compiled anew.", path)
+            _log.warning("%s is damaged; the kernel is compiled again.", path)
             return None
         os.utime(path)
     except FileNotFoundError:
@@ -61,7 +61,10 @@ def read(name: str) -> bytes | None:
 
 
 def write(name: str, code: bytes) -> None:
-    """Keep code under a name; a disk that is full or cannot be written to costs the next start its time, no more."""
+    """Write code under a name.
+
+    If the disk is full or read-only, only the next start takes longer.
+    """
     place = folder()
     if place is None:
         return
@@ -72,16 +75,16 @@ def write(name: str, code: bytes) -> None:
         replace_file(place / name, _digest(name, code) + code, is_private=True)
         _make_room(place)
     except OSError as error:
-        _log.info("Kernels are not kept in %s: %s.", place, error.strerror)
+        _log.info("Kernels cannot be stored in %s: %s.", place, error.strerror)
 
 
 def _digest(name: str, code: bytes) -> bytes:
-    """Of code and name: under another name it would be another function's."""
+    """Digest of code and name, so that code under another name, of another function, is not accepted."""
     return blake2b(name.encode() + code, digest_size=DIGEST_BYTES).digest()
 
 
 def _make_room(place: Path) -> None:
-    """Another process may do the same at the same time."""
+    """Remove the least recently used files above `KEPT_BYTES`; another process may do so at the same time."""
     files = []
     for path in place.iterdir():
         with contextlib.suppress(FileNotFoundError):
@@ -96,19 +99,19 @@ def _make_room(place: Path) -> None:
 
 
 def _is_ours_alone(place: Path) -> bool:
-    """Whether nobody else can have put code there."""
+    """Return True if no other user can have put code there."""
     if not hasattr(os, "getuid"):
         return True
     status = place.stat()
     ours = status.st_uid == os.getuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
     if not ours:
-        _log.warning("%s can be written by others; kernels are compiled anew. Correct it: chmod 700 %s", place, place)
+        _log.warning("%s can be written by others; kernels are compiled again. Correct it: chmod 700 %s", place, place)
     return ours
 
 
 @cache
 def _own_source() -> str:
-    """Digest of everything here that decides what code comes out."""
+    """Digest of the sources in this room that determine the code."""
     here = Path(__file__).parent
     names = ("emission.py", "module.py", "object_code.py", "operations.py", "text.py", "trigonometry.py", "program.py")
     digest = blake2b(digest_size=16)

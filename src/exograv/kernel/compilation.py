@@ -1,4 +1,4 @@
-"""Which engine runs a function: native code where it can be made, CasADi's virtual machine elsewhere."""
+"""Choice of the engine: native code where it can be made, CasADi's virtual machine elsewhere."""
 
 import logging
 import os
@@ -16,7 +16,7 @@ from .batch import Batch, compile_batch
 from .interface import Kernel
 
 ENGINE_VARIABLE = "EXOGRAV_KERNEL"
-"""Set to `virtual-machine` it keeps native code away, to compare the two or to leave a suspicion behind."""
+"""Environment variable; `virtual-machine` disables native code, to compare both engines or to rule out a fault."""
 
 _log = logging.getLogger(__name__)
 
@@ -45,22 +45,22 @@ def compile(
     """Bind a function's arguments and results to memory, or with `lanes` make it ready for batches.
 
     Args:
-        function: Any CasADi function that is one line of scalar operations.
-        bindings: Memory of the caller for some arguments or results by name, in place of new buffers: float64,
-            of the right size, contiguous; its elements are taken in CasADi's order, column by column. A C-ordered
-            array of the transposed shape has that order.
-        carry: Arguments that are overwritten after each call, for the next one, by a result or another argument; one
-            after another in the order given.
+        function: Any CasADi function that is one sequence of scalar operations.
+        bindings: Buffers of the caller for some arguments or results by name, in place of new ones: float64,
+            of the right size, contiguous. Elements are read in CasADi's order, column by column. A C-ordered array of
+            the transposed shape has that order.
+        carry: Arguments that a result or another argument overwrites after each call, for the next call. The copies
+            are made one after another in the order given.
         lanes: States that one instruction works on: 2, 4, 8, 16 or 32, or 0 for the widest of this processor.
-        shared: Of a batch, arguments that are the same for every state.
-        dtype: Of a batch's elements, float64 or float32.
+        shared: Arguments of a batch that are the same for every state.
+        dtype: Element type of a batch, float64 or float32.
 
     Raises:
-        KernelError: An operation is not known; it is named.
-        ValueError: A name is not known, or memory does not fit.
+        KernelError: The function has an unknown operation, which the message names.
+        ValueError: A name is unknown, or a buffer does not fit.
     """
     if lanes is None and (shared or np.dtype(dtype) != np.float64):
-        raise ValueError(f"{function.name()}: shared and dtype belong to batches; give lanes, 0 for the widest.")
+        raise ValueError(f"{function.name()}: shared and dtype are for batches; give lanes too, 0 for the widest.")
     if lanes is not None and (bindings or carry):
         raise ValueError(f"{function.name()}: a batch has memory of its own, without bindings or carry.")
     if isinstance(shared, str):
@@ -73,10 +73,10 @@ def compile(
 
 @cache
 def native_is_possible() -> bool:
-    """Whether this computer can make native code; if not it is said once."""
+    """Return True if this computer can make native code; the reason against it is logged once."""
     asked = os.environ.get(ENGINE_VARIABLE, "")
     if asked not in ("", "virtual-machine"):
-        _log.warning("%s is '%s'; the only word it knows is virtual-machine.", ENGINE_VARIABLE, asked)
+        _log.warning("%s is '%s'; the only allowed value is virtual-machine.", ENGINE_VARIABLE, asked)
     if asked == "virtual-machine":
         _log.warning("Kernels run on the virtual machine: %s asks for it.", ENGINE_VARIABLE)
         return False

@@ -1,4 +1,4 @@
-"""A program as LLVM functions of straight code, short enough for a compiler; what outlives one lies in memory."""
+"""Program as LLVM functions of straight code, each short enough for the compiler; longer-lived values lie in memory."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -13,20 +13,23 @@ from .text import float_type
 from .trigonometry import sincos_name
 
 PIECE, LONG_PROGRAM, PIECE_OF_LONG = 4000, 20_000, 500
-"""Instructions of one function. LLVM's time grows faster than a block's length: 88 000 instructions took it 17 s in one
-block, 4.6 s in blocks of 500, for 7 % more time a call. Short programs are called most and get the long blocks."""
+"""Instructions of one function, in a short program, limit of a long program, and in a long one.
+
+LLVM's time grows faster than the length of a block. 88 000 instructions took it 17 s in one block and 4.6 s in blocks
+of 500, for 7 % more time per call. Short programs are called most and get the long blocks.
+"""
 
 
 WORK_BYTES_MAX = 1_000_000
-"""Of a thread's stack, which is 8 MB as a rule, for values that outlive their piece."""
+"""Largest memory for values that outlive their function; a thread's stack is usually 8 MB."""
 
 
 @dataclass(frozen=True)
 class MemoryLayout:
-    """How arguments and results lie in memory."""
+    """Layout of arguments and results in memory."""
 
     lanes: int = 1
-    """States that one instruction works on; 1 is a single state, its elements side by side."""
+    """States that one instruction works on; 1 is a single state with its elements side by side."""
 
     element: str = "double"
 
@@ -34,12 +37,12 @@ class MemoryLayout:
     """Arguments of a batch that are the same for every state."""
 
     carried: tuple[tuple[int, int, int], ...] = ()
-    """Memory that is copied to other memory after a call, and how many elements; of a single state only."""
+    """Copies of memory after a call: source, target and number of elements; for a single state only."""
 
 
 @dataclass
 class _Piece:
-    """One function while it is written."""
+    """LLVM function under construction."""
 
     index: int
     lines: list[str] = field(default_factory=list)
@@ -48,7 +51,7 @@ class _Piece:
 
 
 class Emission:
-    """The functions `@piece.0`, `@piece.1` …, to be called in order, and what else they need."""
+    """Functions `@piece.0`, `@piece.1` …, to be called in order, and the declarations they need."""
 
     def __init__(self, program: Program, layout: MemoryLayout):
         self._program, self._layout = program, layout
@@ -59,13 +62,13 @@ class Emission:
         self._birth = _births(self._instructions)
         self._slots, self._n_slots = _slots(self._instructions, self._birth)
         self.has_trigonometry = False
-        """Whether sine or cosine were asked for."""
+        """True if the program has a sine or cosine."""
 
     def pieces(self) -> Iterator[str]:
-        """Definition of every piece.
+        """Yield the definition of each function.
 
         Raises:
-            KernelError: An operation is not known.
+            KernelError: The program has an unknown operation.
         """
         for index, start in enumerate(range(0, max(len(self._instructions), 1), self._birth.piece_length)):
             piece = _Piece(index)
@@ -77,10 +80,10 @@ class Emission:
 
     @property
     def work(self) -> str:
-        """Line that reserves the memory of all pieces, on the stack of whoever calls.
+        """Line that reserves the memory of all functions on the stack of the caller.
 
         Raises:
-            KernelError: It is more than a thread's stack can be trusted with.
+            KernelError: The memory exceeds what a thread's stack can hold safely.
         """
         element_bytes = 8 if self._layout.element == "double" else 4
         needed = self._n_slots * self._layout.lanes * element_bytes
@@ -93,13 +96,13 @@ class Emission:
 
     @property
     def declarations(self) -> set[str]:
-        """Of functions that the pieces call."""
+        """Declarations of the functions that the pieces call."""
         return self._operations.declared
 
     def _write(self, piece: _Piece, value: Value, instruction: Instruction) -> None:
         operation = instruction.operation
         if operation in (ca.OP_CONST, ca.OP_INPUT):
-            return  # Written where it is used: a value in memory need not wait in a register.
+            return  # loaded where it is used: a value in memory need not occupy a register
         operands = [self._operand(piece, operand) for operand in instruction.operands]
         if operation == ca.OP_OUTPUT:
             address = self._address(piece, f"%o{value}", self._n_arguments + instruction.place[0], instruction.place[1])
@@ -111,7 +114,7 @@ class Emission:
             self._born(piece, value, f"%v{value}")
 
     def _write_pair(self, piece: _Piece, value: Value, operand: str) -> None:
-        """Sine and cosine of an operand together, where the first of them is asked for."""
+        """Write sine and cosine of an operand together, at the first of the two."""
         if self._birth.pairs[value][0] != value:
             return
         self.has_trigonometry = True
@@ -163,7 +166,7 @@ class Emission:
         ]
 
     def _address(self, piece: _Piece, name: str, memory: int, element: int) -> str:
-        """Of an element; in a batch of its row, at the states in hand."""
+        """Return the name of an element's address; in a batch, of its row at the current states."""
         base, scalar = self._pointer(piece, memory), self._layout.element
         if self._layout.lanes == 1:
             piece.lines.append(f"{name} = getelementptr {scalar}, ptr {base}, i64 {element}")
@@ -192,10 +195,10 @@ class Emission:
 
 @dataclass(frozen=True)
 class _Births:
-    """Where values come to be."""
+    """Pieces in which values are computed."""
 
     pairs: Mapping[Value, tuple[Value, ...]]
-    """Every sine and cosine of an operand: they are born with the first of them."""
+    """All sines and cosines of the same operand; they are computed with the first of them."""
 
     piece_length: int
 
@@ -213,12 +216,12 @@ def _births(instructions: list[Instruction]) -> _Births:
 
 
 def _slots(instructions: list[Instruction], birth: _Births) -> tuple[dict[Value, int], int]:
-    """Places of values that later pieces need, and how many places; a place is free again after its last piece."""
+    """Return memory slots of values that later pieces need, and their number; a slot is reused after its last piece."""
     last: dict[Value, int] = {}
     for value, instruction in enumerate(instructions):
         for operand in instruction.operands:
             if instructions[operand].operation not in PLACED:
-                # A pair's partner is written where the first is, and its operand read there.
+                # The second of a pair is written where the first is, and its operand is read there.
                 last[operand] = max(last.get(operand, 0), value // birth.piece_length)
     expiring: dict[int, list[int]] = {}
     free, slots, n_slots, piece = [], {}, 0, 0

@@ -1,4 +1,4 @@
-"""What every engine returns: a function on memory that never moves."""
+"""Result of each engine: a function on fixed memory."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -8,11 +8,11 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Kernel:
-    """A compiled function. Write into `inputs`, call, read `outputs`: fixed memory, valid as long as the kernel."""
+    """Compiled function. Write into `inputs`, call, read `outputs`: fixed memory, valid as long as the kernel."""
 
     name: str
     engine: str
-    """"native", or "virtual machine" where native code could not be made."""
+    """Engine: "native", or "virtual machine" if native code could not be made."""
 
     inputs: Mapping[str, np.ndarray]
     """Buffers by argument name; a column (n, 1) is a vector (n,), a matrix is (rows, columns) in Fortran order."""
@@ -24,27 +24,27 @@ class Kernel:
     """Length of the program [-]."""
 
     code_bytes: int
-    """Size of its machine code; of the virtual machine 0."""
+    """Size of the machine code; 0 on the virtual machine."""
 
     build_s: float
     """Time that compiling or loading took [s]."""
 
     from_cache: bool
-    """Whether the machine code was found ready on disk."""
+    """True if the machine code was read from the disk cache."""
 
     evaluate: Callable[[], object]
-    """Evaluate once on what stands in `inputs`: the quickest way for a loop. It keeps alive what it needs."""
+    """Function that evaluates once on the contents of `inputs`, fastest in a loop; it keeps its memory alive."""
 
     again: Callable[[], "Kernel"]
-    """Another kernel of the same program with memory of its own, without compiling it anew."""
+    """Function that returns another kernel of the same program with its own memory, without compiling."""
 
     def __call__(self) -> Mapping[str, np.ndarray]:
-        """Evaluate once on what stands in `inputs`; returns `outputs`."""
+        """Evaluate once on the contents of `inputs` and return `outputs`."""
         self.evaluate()
         return self.outputs
 
     def of(self, *values: object) -> tuple[np.ndarray, ...]:
-        """Copies of all outputs for these inputs in their order: for set-up and tests, not for the loop."""
+        """Return copies of all outputs for these inputs in their order: for set-up and tests, not for the loop."""
         if len(values) != len(self.inputs):
             raise TypeError(f"{self.name} takes {', '.join(self.inputs)}; {len(values)} values were given.")
         for buffer, value in zip(self.inputs.values(), values, strict=True):

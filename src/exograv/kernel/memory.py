@@ -1,4 +1,4 @@
-"""Where a kernel reads and writes: fixed arrays, its own or the caller's, in CasADi's order of elements."""
+"""Memory of a kernel: fixed arrays, its own or the caller's, in CasADi's order of elements."""
 
 from collections.abc import Mapping
 
@@ -10,10 +10,10 @@ from .program import Program
 def bound_memory(
     program: Program, bindings: Mapping[str, np.ndarray] | None
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Arrays of all arguments and of all results, by name.
+    """Return the arrays of all arguments and of all results, by name.
 
     Raises:
-        ValueError: A binding names no argument, or its memory does not fit.
+        ValueError: A binding names no argument or result, or its memory does not fit.
     """
     left = dict(bindings or {})
     inputs = {name: _memory(name, size, left) for name, size in program.arguments.items()}
@@ -28,7 +28,7 @@ def bound_memory(
 
 
 def flat(array: np.ndarray) -> memoryview:
-    """The array's elements as they lie in memory."""
+    """Elements of an array in the order of memory."""
     return array.ravel(order="K").data
 
 
@@ -41,7 +41,7 @@ def _memory(name: str, size: tuple[int, int], bindings: dict[str, np.ndarray]) -
             raise ValueError(
                 f"{name} needs {rows * columns} contiguous writable float64, not {array.shape} {array.dtype}."
             )
-        # The transposed shape in C order is CasADi's order; the same shape in C order is a matrix read across its rows.
+        # The transposed shape in C order has CasADi's order. The same shape in C order would be read across rows.
         in_order = array.shape == size and array.flags.f_contiguous
         turned = array.shape == size[::-1] != size and array.flags.c_contiguous
         if not (array.ndim == 1 or in_order or turned):
@@ -55,10 +55,12 @@ def _memory(name: str, size: tuple[int, int], bindings: dict[str, np.ndarray]) -
 
 
 def carried_memory(program: Program, carry: Mapping[str, str] | None) -> tuple[tuple[int, int, int], ...]:
-    """Positions among arguments and results of what is copied after a call, from and to, and its elements.
+    """Return source and target index of each copy after a call, and its number of elements.
+
+    Indices count arguments, then results.
 
     Raises:
-        ValueError: A name is not known, or the shapes differ.
+        ValueError: A name is unknown, or the shapes differ.
     """
     sizes = {**program.arguments, **program.results}
     names = [*program.arguments, *program.results]

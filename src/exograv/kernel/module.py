@@ -1,19 +1,19 @@
-"""A whole LLVM module: the pieces of a program, and the one function that runs them for one state or for a batch."""
+"""LLVM module of a program: its pieces, and the function that runs them for one state or for a batch."""
 
 from .emission import Emission, MemoryLayout
 from .program import Program
 from .trigonometry import reduction, sincos
 
-# Without the first two LLVM splits vectors of 512 bits on processors that it believes to be faster with 256. Probed, a
-# stack that is too small ends at its guard page, not in another thread's memory.
+# Without the last two attributes, LLVM splits vectors of 512 bits on processors that it takes to be faster with 256.
+# With stack probing, an overflow ends at the guard page and not in another thread's memory.
 ATTRIBUTES = '"probe-stack"="inline-asm" "min-legal-vector-width"="512" "prefer-vector-width"="512"'
 
 
 def module_text(program: Program, layout: MemoryLayout) -> str:
-    """IR of `run`, and for a single state of `call`, which Python calls without a wrapper.
+    """IR of `run`, and for a single state also of `call`, which Python calls without a wrapper.
 
     Raises:
-        KernelError: An operation is not known.
+        KernelError: The program has an unknown operation.
     """
     emission = Emission(program, layout)
     pieces = list(emission.pieces())
@@ -31,7 +31,7 @@ def module_text(program: Program, layout: MemoryLayout) -> str:
 
 
 def _run_single(emission: Emission, layout: MemoryLayout, calls: str) -> str:
-    """`run(args)`; args points at all memories: arguments, results, constants."""
+    """IR of `run(args)`; args points at all memories: arguments, results, constants."""
     copies = []
     for source, target, count in layout.carried:
         for name, memory in (("s", source), ("t", target)):
@@ -50,9 +50,9 @@ define void @run(ptr %args) #0 {{
 
 
 def _call(n_memories: int) -> str:
-    """`call(self, nothing)`, a Python function without arguments: its self is a capsule around args.
+    """IR of `call(self, nothing)`, a Python function without arguments; `self` is a capsule around args.
 
-    The last pointer of args is None: what Python wants to be given back, with one more reference.
+    The last pointer of args is None. Python expects it as the returned value, with one more reference.
     """
     return f"""declare ptr @PyCapsule_GetPointer(ptr, ptr)
 declare void @Py_IncRef(ptr)
@@ -68,7 +68,7 @@ define ptr @call(ptr %self, ptr %nothing) #0 {{
 
 
 def _run_batch(emission: Emission, layout: MemoryLayout, calls: str, n_memories: int) -> str:
-    """`run(args, begin, end)`: states begin to end, in steps of the lanes; the last of args is a row's length."""
+    """IR of `run(args, begin, end)`, a loop over states in steps of the lanes; the last of args is a row's length."""
     return f"""define void @run(ptr %args, i64 %begin, i64 %end) #0 {{
 entry:
   {emission.work}

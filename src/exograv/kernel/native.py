@@ -1,4 +1,4 @@
-"""The kernel as machine code of this processor: a call from Python costs as much as calling any built-in function."""
+"""Kernels in machine code of this processor; a call from Python costs as much as a call of a built-in function."""
 
 import ctypes
 import logging
@@ -21,11 +21,11 @@ from .program import Program, straight_line
 def compile(
     function: ca.Function, bindings: Mapping[str, np.ndarray] | None = None, carry: Mapping[str, str] | None = None
 ) -> Kernel:
-    """As `kernel.compile`, but native or not at all.
+    """Compile a function as `kernel.compile` does, to native code only.
 
     Raises:
-        KernelError: There is no native code here, or an operation is not known.
-        ValueError: As `kernel.compile`.
+        KernelError: This computer makes no native code, or an operation is unknown.
+        ValueError: A name is unknown, or a buffer does not fit.
     """
     program = straight_line(function)
     return _bound(program, machine_code(program, MemoryLayout(carried=carried_memory(program, carry))), bindings)
@@ -53,7 +53,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class MachineCode:
-    """A program, ready to run."""
+    """Loaded program, with the figures of its compilation."""
 
     loaded: Loaded
     n_bytes: int
@@ -62,10 +62,10 @@ class MachineCode:
 
 
 def machine_code(program: Program, layout: MemoryLayout) -> MachineCode:
-    """Compile a program, or find it compiled.
+    """Compile a program, or read it from the cache.
 
     Raises:
-        KernelError: As `compile`.
+        KernelError: This computer makes no native code, or an operation is unknown.
     """
     start, here = time.perf_counter(), processor()
     name = cache.key(program.fingerprint, repr(layout), here.name, here.features, compiler_name())
@@ -87,7 +87,7 @@ def machine_code(program: Program, layout: MemoryLayout) -> MachineCode:
 
 
 class _MethodDefinition(ctypes.Structure):
-    """PyMethodDef of Python's C interface."""
+    """Structure PyMethodDef of Python's C interface."""
 
     _fields_ = (
         ("name", ctypes.c_char_p),
@@ -99,19 +99,19 @@ class _MethodDefinition(ctypes.Structure):
 
 @dataclass(frozen=True, eq=False)
 class _Alive:
-    """Hashable, as `inspect` expects of what stands for a module."""
+    """Hashable container of references; `inspect` expects the object in place of a module to be hashable."""
 
     parts: tuple[object, ...]
 
 
 METH_NOARGS = 0x0004
-"""Python's C interface: called with self alone."""
+"""Flag of Python's C interface for a function that takes only self."""
 
 
 def _python_function(code: Loaded, memories: tuple[np.ndarray, ...]) -> Callable[[], object]:
-    """`call` of the module as a built-in function whose self is a capsule around the addresses of all memories.
+    """Return the module's `call` as a built-in function; its self is a capsule around the addresses of all memories.
 
-    Through ctypes a call would take 0.1 µs longer, which is a third of what the dynamics of seven joints take.
+    A call through ctypes would take 0.1 µs longer. That is a third of the time of the dynamics of seven joints.
     """
     pointers = (ctypes.c_void_p * (len(memories) + 1))(*(memory.ctypes.data for memory in memories), id(None))
     python = ctypes.pythonapi
@@ -121,6 +121,7 @@ def _python_function(code: Loaded, memories: tuple[np.ndarray, ...]) -> Callable
     python.PyCFunction_NewEx.argtypes = [ctypes.c_void_p, ctypes.py_object, ctypes.py_object]
     capsule = python.PyCapsule_New(ctypes.addressof(pointers), None, None)
     definition = _MethodDefinition(b"evaluate", code.address("call"), METH_NOARGS, None)
-    # The function holds its third argument, meant for its module's name, for life: nothing of this may go before it.
+    # The function holds its third argument, meant for the name of its module, as long as it lives. So all of these
+    # references live as long as the function.
     alive = _Alive((code, memories, pointers, definition))
     return python.PyCFunction_NewEx(ctypes.addressof(definition), capsule, alive)

@@ -1,4 +1,4 @@
-"""From LLVM IR to code in memory: the compiler that comes with llvmlite, for exactly this processor."""
+"""Compilation of LLVM IR to code in memory, by the LLVM in llvmlite, for this processor."""
 
 import ctypes
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from .operations import LIBRARY, LIBRARY_OF_TWO
 
 @dataclass(frozen=True)
 class Processor:
-    """What code is made for, and so what it may run on."""
+    """Processor that the code is made for, and the only kind that it may run on."""
 
     name: str
     features: str
@@ -26,10 +26,10 @@ class Processor:
 
 @cache
 def llvm() -> Any:
-    """The LLVM binding, initialised.
+    """Return the LLVM binding, initialised.
 
     Raises:
-        KernelError: llvmlite is not installed, or knows no code for this platform.
+        KernelError: llvmlite is not installed, or does not support this platform.
     """
     try:
         import llvmlite.binding as binding
@@ -38,7 +38,7 @@ def llvm() -> Any:
         binding.initialize_native_asmprinter()
         binding.check_jit_execution()
         _add_symbols(binding)
-        # Asked here, because here a computer that cannot tell is told apart.
+        # Called here so that a computer that cannot report its features gets the error below.
         binding.get_host_cpu_features()
     except (ImportError, OSError, RuntimeError, TypeError, AttributeError) as error:
         raise KernelError(
@@ -50,20 +50,23 @@ def llvm() -> Any:
 
 @cache
 def processor() -> Processor:
-    """This one."""
+    """Return this computer's processor."""
     binding = llvm()
     return Processor(binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten())
 
 
 def compiler_name() -> str:
-    """Versions that decide what code comes out."""
+    """Versions of the compiler that determine the code."""
     import llvmlite
 
     return f"llvmlite {llvmlite.__version__} LLVM {llvm().llvm_version_info}"
 
 
 def object_code(text: str) -> bytes:
-    """Compile a module's text. Without LLVM's own optimiser: a program has no redundancy that CasADi left in it."""
+    """Compile a module's text to object code.
+
+    LLVM's own optimiser does not run: CasADi has already removed all redundancy from the program.
+    """
     binding = llvm()
     module = binding.parse_assembly(text)
     here = processor()
@@ -75,17 +78,17 @@ def object_code(text: str) -> bytes:
 
 @dataclass(frozen=True)
 class Loaded:
-    """Code in memory, for as long as this lives."""
+    """Code in memory; it is unloaded with this object."""
 
     _engine: Any
 
     def address(self, name: str) -> int:
-        """Of a function."""
+        """Address of a function."""
         return self._engine.get_function_address(name)
 
 
 def load(code: bytes) -> Loaded:
-    """Put object code into memory and join it to the C library and to Python."""
+    """Load object code into memory and link it to the C library and to Python."""
     binding = llvm()
     machine = binding.Target.from_default_triple().create_target_machine(jit=True)
     engine = binding.create_mcjit_compiler(binding.parse_assembly(""), machine)
@@ -95,7 +98,7 @@ def load(code: bytes) -> Loaded:
 
 
 def _add_symbols(binding: Any) -> None:
-    """What the code calls from outside, by address: an executable need not export it to LLVM's search."""
+    """Register outside functions by address, because an executable need not export them to LLVM's search."""
     process = ctypes.CDLL(None)
     for name in ("PyCapsule_GetPointer", "Py_IncRef"):
         binding.add_symbol(name, _address(getattr(ctypes.pythonapi, name)))

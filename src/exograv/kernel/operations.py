@@ -1,4 +1,4 @@
-"""Each of CasADi's scalar operations as LLVM IR, with the same answer for zeros, infinities and NaN as CasADi gives."""
+"""CasADi's scalar operations as LLVM IR, with the same results for zeros, infinities and NaN as in CasADi."""
 
 import casadi as ca
 
@@ -15,7 +15,7 @@ LIBRARY = {
     ca.OP_SINH: "sinh", ca.OP_COSH: "cosh", ca.OP_TANH: "tanh",
     ca.OP_ASINH: "asinh", ca.OP_ACOSH: "acosh", ca.OP_ATANH: "atanh", ca.OP_ERF: "erf",
 }  # fmt: skip
-"""Of the C library, lane by lane; sine and cosine are our own (`trigonometry`)."""
+"""Functions of the C library, called for each lane; sine and cosine are our own (`trigonometry`)."""
 
 LIBRARY_OF_TWO = {
     ca.OP_POW: "pow", ca.OP_CONSTPOW: "pow", ca.OP_ATAN2: "atan2",
@@ -23,11 +23,11 @@ LIBRARY_OF_TWO = {
 }  # fmt: skip
 TRIGONOMETRIC = (ca.OP_SIN, ca.OP_COS)
 PLACED = (ca.OP_CONST, ca.OP_INPUT, ca.OP_OUTPUT)
-"""Not computed but found in or put into memory."""
+"""Operations that only read or write memory."""
 
 
 class Operations:
-    """Writes the lines of one operation for one number of lanes and one element type."""
+    """Writer of one operation's lines, for one number of lanes and one element type."""
 
     def __init__(self, lanes: int, element: str = "double"):
         self.lanes, self.element = lanes, element
@@ -35,10 +35,10 @@ class Operations:
         self._suffix = ("" if lanes == 1 else f"v{lanes}") + {"double": "f64", "float": "f32"}[element]
         self._zero, self._one = (splat(lanes, value, element) for value in (0.0, 1.0))
         self.declared: set[str] = set()
-        """Functions of others that the lines call, as declarations."""
+        """Declarations of external functions that the lines call."""
 
     def lines(self, operation: int, name: str, operands: list[str]) -> list[str]:
-        """IR that gives `name` its value; every known operation but sine, cosine and those of memory."""
+        """Return the IR that gives `name` its value, for each operation except sine, cosine and those of memory."""
         T, a, b = self.T, operands[0] if operands else "", operands[-1] if operands else ""
         if operation in ARITHMETIC:
             return [f"{name} = {ARITHMETIC[operation]} {T} {a}, {b}"]
@@ -79,18 +79,18 @@ class Operations:
                 first, second = (f"{name}.{i} = fcmp une {T} {x}, {zero}" for i, x in enumerate((a, b)))
                 return [first, second, *self._truth(name, f"{word} {self._bits} {name}.0, {name}.1")]
             case ca.OP_SIGN:
-                # Of zero the zero itself, of NaN the NaN.
+                # The sign of zero is that zero, and of NaN it is NaN.
                 minus = splat(self.lanes, -1.0, self.element)
                 conditions = [f"{name}.n = fcmp olt {T} {a}, {zero}", f"{name}.p = fcmp ogt {T} {a}, {zero}"]
                 positive = self._select(f"{name}.s", f"{name}.p", self._one, a)
                 return [*conditions, positive, self._select(name, f"{name}.n", minus, f"{name}.s")]
             case ca.OP_FMIN | ca.OP_FMAX:
-                # As C has it: of two numbers the smaller, of a number and a NaN the number. Of two zeros the first.
+                # C's rule: the smaller of two numbers; the number if the other is NaN; the first of two zeros.
                 word = "ole" if operation == ca.OP_FMIN else "oge"
                 conditions = [f"{name}.n = fcmp uno {T} {b}, {b}", f"{name}.c = fcmp {word} {T} {a}, {b}"]
                 either = f"{name}.o = or {self._bits} {name}.n, {name}.c"
                 return [*conditions, either, self._select(name, f"{name}.o", a, b)]
-        raise AssertionError(f"{OPERATION_NAMES[operation]} is known, and not written here.")
+        raise AssertionError(f"{OPERATION_NAMES[operation]} is known, but has no IR here.")
 
     @property
     def _bits(self) -> str:
@@ -108,7 +108,7 @@ class Operations:
         return f"call {self.T} {function}({', '.join(f'{self.T} {x}' for x in operands)})"
 
     def _by_lane(self, function: str, name: str, operands: list[str]) -> list[str]:
-        """A function of the C library; single precision is computed in double."""
+        """Return a call of a C library function for each lane; single precision is computed in double."""
         self.declared.add(f"declare double @{function}({', '.join(['double'] * len(operands))}) nounwind memory(none)")
         if self.lanes == 1:
             return [f"{name} = call double @{function}({', '.join(f'double {x}' for x in operands)})"]
@@ -128,7 +128,7 @@ class Operations:
         return lines + self.narrowed(name, gathered)[0]
 
     def widened(self, name: str, operands: list[str]) -> tuple[list[str], list[str]]:
-        """Lines, and operands as doubles."""
+        """Return lines that convert operands to doubles, and the converted operands."""
         if self.element == "double":
             return [], operands
         wide = float_type(self.lanes)
@@ -136,7 +136,7 @@ class Operations:
         return lines, [f"{name}.w{i}" for i in range(len(operands))]
 
     def narrowed(self, name: str, doubles: str) -> tuple[list[str], str]:
-        """Lines, and these doubles in the element type: `name`, or what they are called already."""
+        """Return lines that convert doubles to the element type, and the name of the result."""
         if self.element == "double":
             return [], doubles
         return [f"{name} = fptrunc {float_type(self.lanes)} {doubles} to {self.T}"], name
@@ -148,26 +148,26 @@ def known_operations() -> set[int]:
         ca.OP_NEG, ca.OP_SQ, ca.OP_TWICE, ca.OP_INV, ca.OP_NOT, ca.OP_AND, ca.OP_OR,
         ca.OP_IF_ELSE_ZERO, ca.OP_SIGN, ca.OP_FMIN, ca.OP_FMAX, ca.OP_COPYSIGN,
     }  # fmt: skip
-    # CasADi also counts what only renames a value; `program` leaves such instructions out.
+    # CasADi also has codes for mere renaming of a value; `program` leaves such instructions out.
     tables = (ARITHMETIC, COMPARISONS, INTRINSICS, LIBRARY, LIBRARY_OF_TWO)
     return special.union(*tables, TRIGONOMETRIC, PLACED)
 
 
 def refuse_unknown(operation: int) -> None:
-    """Tell by name what cannot be compiled.
+    """Raise an error that names an operation that cannot be compiled.
 
     Raises:
-        KernelError: The operation is not known.
+        KernelError: The operation is unknown.
     """
     if operation not in KNOWN:
         known = ", ".join(sorted(OPERATION_NAMES[code] for code in KNOWN))
         raise KernelError(
-            f"The operation {OPERATION_NAMES.get(operation, operation)} cannot be compiled. Known are {known}. "
+            f"The operation {OPERATION_NAMES.get(operation, operation)} cannot be compiled. Known operations: {known}. "
             "Write the expression with these."
         )
 
 
 OPERATION_NAMES = {getattr(ca, name): name.removeprefix("OP_") for name in dir(ca) if name.startswith("OP_")}
-"""CasADi's code to its name."""
+"""Names of CasADi's operations by code."""
 
 KNOWN = known_operations()

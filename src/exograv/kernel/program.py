@@ -1,4 +1,4 @@
-"""A function as one straight line of instructions, each value written once: what every engine of the room runs."""
+"""Functions as a straight sequence of instructions, each value written once; input of both engines."""
 
 from array import array
 from dataclasses import dataclass
@@ -15,60 +15,63 @@ from exograv.errors import KernelError
 from .operations import refuse_unknown
 
 Value = int
-"""Number of the instruction that wrote it."""
+"""Index of the instruction that computes the value."""
 
 
 class Instruction(NamedTuple):
-    """One operation; which fields mean something depends on it."""
+    """Instruction of a program; the meaning of `place` depends on the operation."""
 
     operation: int
-    """CasADi's code."""
+    """Operation code of CasADi."""
 
     operands: tuple[Value, ...]
     place: tuple[int, int] = (0, 0)
-    """Of OP_INPUT and OP_OUTPUT: which argument or result, and which element, column by column. Of OP_CONST: 0, and
-    which of the constants."""
+    """Place of the value in memory.
+
+    For OP_INPUT and OP_OUTPUT: index of the argument or result, and of the element, column by column. For OP_CONST: 0,
+    and index of the constant.
+    """
 
 
 @dataclass(frozen=True)
 class Program:
-    """A dense function without branches, and its instructions."""
+    """Dense function without branches, and its instructions."""
 
     function: ca.Function
-    """Dense in all arguments and results, common parts shared."""
+    """CasADi function, dense in all arguments and results, with common subexpressions shared."""
 
     @property
     def name(self) -> str:
-        """As the caller named the function."""
+        """Name that the caller gave the function."""
         return self.function.name()
 
     @cached_property
     def arguments(self) -> dict[str, tuple[int, int]]:
-        """Rows and columns by name."""
+        """Rows and columns of each argument, by name."""
         return {self.function.name_in(i): self.function.size_in(i) for i in range(self.function.n_in())}
 
     @cached_property
     def results(self) -> dict[str, tuple[int, int]]:
-        """Rows and columns by name."""
+        """Rows and columns of each result, by name."""
         return {self.function.name_out(i): self.function.size_out(i) for i in range(self.function.n_out())}
 
     @property
     def instructions(self) -> list[Instruction]:
-        """In order. CasADi's work vector reuses its slots; here every value has its own number.
+        """Instructions in order; each value has its own number, while CasADi's work vector reuses slots.
 
         Raises:
-            KernelError: An operation is not known; it is named.
+            KernelError: The function has an unknown operation, which the message names.
         """
         return self._content[0]
 
     @property
     def constants(self) -> Float[np.ndarray, " constant"]:
-        """Numbers in the program, apart from it: another arm in the same machine is the same program."""
+        """Constants of the program, kept apart from it: another arm in the same machine is the same program."""
         return self._content[1]
 
     @cached_property
     def fingerprint(self) -> str:
-        """Of names, shapes and instructions; not of the constants."""
+        """Digest of names, shapes and instructions, without the constants."""
         numbers = array("q")
         for operation, operands, place in self.instructions:
             numbers.extend((operation, len(operands), *operands, *place))
@@ -104,12 +107,12 @@ class Program:
 
 
 def straight_line(function: ca.Function) -> Program:
-    """The program of a function.
+    """Return the program of a function.
 
     Raises:
-        KernelError: It cannot be written as one line of scalar operations.
+        KernelError: The function cannot be written as one sequence of scalar operations.
     """
-    # Results are made dense: a structural zero would otherwise shift every entry after it.
+    # Results are made dense: a structural zero would shift every entry after it.
     arguments = [ca.SX.sym(function.name_in(i), *function.size_in(i)) for i in range(function.n_in())]
     name_in = [function.name_in(i) for i in range(function.n_in())]
     name_out = [function.name_out(i) for i in range(function.n_out())]
@@ -119,6 +122,6 @@ def straight_line(function: ca.Function) -> Program:
     except RuntimeError as error:
         reason = str(error).strip().splitlines()[-1]
         raise KernelError(
-            f"{function.name()} cannot be written as one line of scalar operations: {reason} "
+            f"{function.name()} cannot be written as one sequence of scalar operations: {reason} "
             "Write it on SX expressions, without calls to solvers or external code."
         ) from error

@@ -1,9 +1,9 @@
 """Sine and cosine as LLVM IR: the same bits on every C library, CPU and number of lanes.
 
-x = r + k π/2 with |r| ≤ π/4, r in two parts; then one polynomial each for sin r and cos r.
+An angle is x = r + k π/2 with |r| ≤ π/4 and r in two parts. One polynomial each gives sin r and cos r.
 
-Source: the three-part split of π/2 and the polynomials' coefficients are those of Sun's fdlibm (k_sin.c, k_cos.c,
-e_rem_pio2.c); angles beyond the split's reach after Payne and Hanek, Radian reduction for trigonometric functions
+Source: the three-part split of π/2 and the coefficients of the polynomials are those of Sun's fdlibm (k_sin.c, k_cos.c,
+e_rem_pio2.c). Angles beyond the reach of the split follow Payne and Hanek, Radian reduction for trigonometric functions
 (1983).
 """
 
@@ -12,13 +12,13 @@ from functools import cache
 
 from .text import Block, float_type, integer_type, number, splat
 
-# π/2 in three parts: k times one of the first two is exact for |k| < 2²⁰.
+# π/2 in three parts. The product of k with each of the first two is exact for |k| < 2²⁰.
 PIO2_1, PIO2_2, PIO2_3 = 1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21
 REACH = 2.0**20
-"""Largest angle that the split carries [rad]; beyond it each lane goes the slow way."""
+"""Largest angle for which the split is exact [rad]; a larger angle is reduced by the slow way, lane by lane."""
 
 ROUNDING = 1.5 * 2.0**52
-"""Added and taken away again it rounds to the nearest whole number, which its lowest bits then hold."""
+"""Constant that rounds to the nearest integer when added and subtracted; the low bits of the sum hold the integer."""
 
 SIN = (-1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04,
        2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10)  # fmt: skip
@@ -26,14 +26,14 @@ COS = (4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767
        -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11)  # fmt: skip
 
 WINDOW = 192
-"""Bits of 2/π that one angle needs: 53 of its own, 2 of the quadrant, 62 lost to cancellation, and 75 to spare."""
+"""Bits of 2/π that one angle needs: 53 of its own, 2 of the quadrant, 62 lost to cancellation, and 75 of margin."""
 
 PADDING = 64
 """Zero bits before those of 2/π, so that the window of the smallest angle still begins inside the table."""
 
 
 def sincos_name(lanes: int) -> str:
-    """Of the function that `sincos` writes."""
+    """Name of the function that `sincos` defines."""
     return f"@exograv.sincos.{lanes}"
 
 
@@ -74,7 +74,7 @@ both:
 
 
 def _slow_way(lanes: int, near: tuple[str, str, str], is_far: str) -> tuple[str, tuple[str, str, str]]:
-    """Far lanes through `@exograv.reduce`, which is right for all angles but ten times slower; near ones stay."""
+    """Reduce far lanes by `@exograv.reduce`, right for all angles but ten times slower; keep near lanes."""
     block = Block("%s")
     if lanes == 1:
         reduced = block.let("call { double, double, i64 } @exograv.reduce(double %x)")
@@ -89,13 +89,13 @@ def _slow_way(lanes: int, near: tuple[str, str, str], is_far: str) -> tuple[str,
         for i, (vector, element) in enumerate(zip(types, elements, strict=True)):
             part = block.let(f"extractvalue {{ double, double, i64 }} {reduced}, {i}")
             vectors[i] = block.let(f"insertelement {vector} {vectors[i]}, {element} {part}, i32 {lane}")
-    # A lane must not depend on its neighbours: near angles keep the near way's bits.
+    # A lane must not depend on its neighbours, so near angles keep the bits of the near way.
     chosen = [block.select(lanes, is_far, T, far, close) for T, far, close in zip(types, vectors, near, strict=True)]
     return block.text, (chosen[0], chosen[1], chosen[2])
 
 
 def _polynomials(lanes: int) -> str:
-    """From %r, %c and %quadrant to the returned pair."""
+    """Return IR from %r, %c and %quadrant to the returned pair."""
     T, block = float_type(lanes), Block("%p")
     z = block.mul(T, "%r", "%r")
     half = block.mul(T, z, splat(lanes, 0.5))
@@ -104,7 +104,7 @@ def _polynomials(lanes: int) -> str:
     cubic = block.mul(T, block.mul(T, "%r", z), block.polynomial(T, z, [splat(lanes, s) for s in SIN]))
     tail = block.mul(T, "%c", block.sub(T, one, half))
     sine = block.add(T, "%r", block.add(T, cubic, tail))
-    # cos(r + c) = 1 − z/2 + z² C(z) − r c, the rounding of 1 − z/2 given back.
+    # cos(r + c) = 1 − z/2 + z² C(z) − r c, plus the rounding error of 1 − z/2.
     w = block.sub(T, one, half)
     lost = block.sub(T, block.sub(T, one, w), half)
     quartic = block.mul(T, block.mul(T, z, z), block.polynomial(T, z, [splat(lanes, s) for s in COS]))
@@ -116,7 +116,7 @@ def _polynomials(lanes: int) -> str:
     sine_signed = block.flip_sign(lanes, sine_turned, "%quadrant")
     next_quadrant = block.let(f"add {integer_type(lanes)} %quadrant, {splat(lanes, 1, 'i64')}")
     cosine_signed = block.flip_sign(lanes, cosine_turned, next_quadrant)
-    # The reduction turns −0 into +0.
+    # The reduction turns −0 into +0, so a zero angle keeps its own sign.
     is_zero = block.let(f"fcmp oeq {T} %x, {splat(lanes, 0.0)}")
     sine_final = block.select(lanes, is_zero, T, "%x", sine_signed)
     pair = block.let(f"insertvalue {{ {T}, {T} }} poison, {T} {sine_final}, 0")
@@ -130,15 +130,15 @@ def _suffix(lanes: int) -> str:
 
 @cache
 def reduction() -> str:
-    """Definition of `@exograv.reduce`: an angle of any size to r, its remainder, and the quadrant.
+    """Definition of `@exograv.reduce`: an angle of any size to its remainder r and its quadrant.
 
-    |x| = M 2^e with a whole M of 53 bits. Of M 2^e · 2/π only what is below 4 counts, so the bits of 2/π before
-    weight 2 are left out and the next 192 are enough; they are multiplied in whole numbers, without rounding.
+    Let |x| = M 2^e with an integer M of 53 bits. Only the part of M 2^e · 2/π below 4 counts. So the bits of 2/π before
+    weight 2 are left out, and the next 192 are enough. They are multiplied as integers, without rounding.
     """
     bits = PADDING + 1024 + WINDOW + 64
     table = _two_over_pi(bits)
     words = ", ".join(f"i8 {byte}" for byte in table.to_bytes(bits // 8, "little"))
-    # The table is read from its low end: a window that begins at bit k of 2/π ends bits − PADDING − k − 192 above it.
+    # The table is read from its low end: a window from bit k of 2/π ends bits − PADDING − k − 192 above that end.
     return f"""
 @exograv.two_over_pi = internal unnamed_addr constant [{bits // 8} x i8] [{words}], align 16
 
@@ -222,7 +222,7 @@ declare double @llvm.fma.f64(double, double, double)
 
 
 def _two_over_pi(bits: int) -> int:
-    """2/π in whole units of 2^−(bits − PADDING), by Machin's formula for π."""
+    """2/π as an integer in units of 2^−(bits − PADDING), by Machin's formula for π."""
     guard = bits + 64
 
     def arctangent_of_inverse(n: int) -> int:

@@ -1,4 +1,4 @@
-"""The kernel on CasADi's virtual machine, through its buffer interface: everywhere, and fast enough for 1 kHz."""
+"""Kernels on CasADi's virtual machine, through its buffer interface: on every computer, and fast enough for 1 kHz."""
 
 import time
 from collections.abc import Mapping
@@ -14,11 +14,11 @@ from .program import straight_line
 def compile(
     function: ca.Function, bindings: Mapping[str, np.ndarray] | None = None, carry: Mapping[str, str] | None = None
 ) -> Kernel:
-    """As `kernel.compile`, on the virtual machine.
+    """Compile a function as `kernel.compile` does, for the virtual machine.
 
     Raises:
-        KernelError: The function is not one line of scalar operations.
-        ValueError: As `kernel.compile`.
+        KernelError: The function is not one sequence of scalar operations.
+        ValueError: A name is unknown, or a buffer does not fit.
     """
     start = time.perf_counter()
     program = straight_line(function)
@@ -30,7 +30,7 @@ def compile(
     for i, array in enumerate(outputs.values()):
         buffer.set_res(i, flat(array))  # pyright: ignore[reportCallIssue] - as above
     carried_memory(program, carry)
-    # As memory lies, whatever shape a binding has.
+    # Elements are copied in the order of memory, whatever shape a binding has.
     copies = [
         ({**inputs, **outputs}[source].ravel(order="K"), inputs[target].ravel(order="K"))
         for target, source in (carry or {}).items()

@@ -1,1 +1,1 @@
-"""From a desired torque to a commanded one that is fit to reach a person."""
+"""Limits between the desired torque of control and the commanded torque that may reach a person."""

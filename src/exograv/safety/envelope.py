@@ -1,8 +1,8 @@
-"""The last stage before the motors: whatever control asks for, what reaches a person is finite, bounded and slow.
+"""Last stage before the motors: commanded torque to a person is finite, bounded and slow, whatever control asks for.
 
-Torque, torque rate, speed, finiteness; with a person in the machine, also what is plausible for this person in this
-posture (`person.py`). Research software, informed by the medical standards, not compliant with them; a worn machine
-needs an independent hardware emergency stop.
+The envelope limits torque, torque rate and speed, and stops on non-finite values. With a person in the machine, it also
+limits torque to what is plausible for this person in this posture (`person.py`). This is research software, informed by
+the medical standards and not compliant with them. A worn machine needs an independent hardware emergency stop.
 """
 
 import math
@@ -17,60 +17,66 @@ from .person import GuardedPerson, Numbers, within
 from .stops import StopReason
 
 V_CREDIBLE_RAD_S = 1e3
-"""No joint is faster; beyond, a velocity is a broken signal."""
+"""Speed that no joint reaches; a velocity above it is a broken signal."""
 
 WITHOUT_MODEL = 2.0
-"""Damping without a model over that of the soft descent: a falling hand then stays below 0.74 m/s (docs/safety.md)."""
+"""Damping without a model, as a multiple of the soft descent's damping.
+
+A falling hand then stays below 0.74 m/s (docs/safety.md).
+"""
 
 
 class Envelope:
-    """Keeps every command inside `Limits`; after a fault it is latched in a soft descent until `reset`."""
+    """Limiter that keeps each command inside `Limits`; a fault latches it in a soft descent until `reset`."""
 
     def __init__(self, limits: Limits, dt: float):
         self.limits = limits
         self.stop: StopReason | None = None
-        """Set once, by the first fault."""
+        """Reason of the first fault; later faults do not change it."""
         self.person: GuardedPerson | None = None
-        """Who is in the machine; the drives' own limits alone while nobody is."""
+        """Person in the machine; None if nobody is, and then only the drives' own limits apply."""
         self.clipped_ticks = 0
-        """How often torque or torque rate was limited."""
+        """Ticks in which torque or torque rate was limited."""
         self.isolated: frozenset[int] = frozenset()
-        """Joints whose encoder is not believed any more; their own drives brake them."""
+        """Joints whose encoder is not trusted any more; their own drives brake them."""
         self.powerless: frozenset[int] = frozenset()
-        """Those of them whose motor is not believed either: told no torque, braked twice as hard by their drives."""
+        """Isolated joints whose motor is not trusted either: it gets no torque, and the drive brakes twice as hard."""
         self.without_model = False
-        """Whether the descent only damps, because torques by the model are not believed any more."""
+        """True if the descent only damps, because torques of the model are not trusted any more."""
         self._dt, self._rate = dt, limits.torque_rate_max_Nm_per_s
         self._step, self._v_damping, self._v_trip = self._rate * dt, limits.v_damping_rad_s, limits.v_trip_rad_s
         self._bounds: Numbers = limits.torque_max_Nm.tolist()
         self._damping: Numbers = limits.damping_Nms_per_rad.tolist()
         self._none = [0.0] * len(self._bounds)
         self._no_damping = np.zeros(len(self._bounds))
-        self._no_damping.flags.writeable = False  # every tick without a fault shares it
+        self._no_damping.flags.writeable = False  # shared by all ticks without a fault
         self._q = self._tau = self._tau_at_stop = self._none
         self._since_stop = 0.0
 
     def begin(self, tau: Joints) -> None:
-        """The machine gives this torque already (joint,) [N·m]: the next one follows it no faster than any other."""
-        # A machine that does not say it, as NaN: from there every limit and the descent would let it through.
+        """Start the rate limit from the torque that the machine already gives (joint,) [N·m]."""
+        # A machine that does not report its torque gives NaN. Every limit and the descent would let NaN through.
         rows = zip(tau.tolist(), self._bounds, strict=True)
         self._tau = [within(one, -bound, bound) if math.isfinite(one) else 0.0 for one, bound in rows]
 
     def limit(self, tau_desired: Joints, q: Joints, v: Joints) -> Joints:
-        """Torque (joint,) [N·m] that may go out.
+        """Return the torque (joint,) [N·m] that may go out.
 
         Args:
-            tau_desired: What control asks for (joint,) [N·m].
-            q: Where the joints are (joint,) [rad].
-            v: How fast they are (joint,) [rad/s].
+            tau_desired: Torque that control asks for (joint,) [N·m].
+            q: Joint positions (joint,) [rad].
+            v: Joint velocities (joint,) [rad/s].
         """
         return np.array(self.limited(tau_desired.tolist(), q.tolist(), v.tolist()))
 
     def limited(self, desired: Numbers, q: Numbers, v: Numbers) -> Numbers:
-        """The same in plain numbers, which nobody may write into: they take a quarter of the time of arrays."""
+        """Return the torque that may go out, as `limit`, from plain numbers and as plain numbers.
+
+        Plain numbers take a quarter of the time of arrays. Callers must not write into the returned list.
+        """
         v, person = self._believed(q, v), self.person
         fastest = max(map(abs, v))
-        # The friction of an incredible speed would lift every bound, and its power empty the tank for ever.
+        # Friction at an incredible speed would lift every bound, and its power would empty the tank for good.
         known = v if fastest <= V_CREDIBLE_RAD_S else self._none
         if person is not None:
             person.look(self._q, known)
@@ -78,7 +84,7 @@ class Envelope:
         wanted = desired if self.stop is None else self._descent()
         allowed = wanted if person is None else person.bounded(wanted)
         if self.stop is not None or fastest > self._v_damping or (person is not None and person.is_in_a_wall):
-            # After the bounds: else what control pushes beyond them would be taken from the brake.
+            # Braking follows the bounds. Before them, a demand of control beyond the bounds would cancel the brake.
             brakes = [self._brake(joint, speed) for joint, speed in enumerate(v)]
             wanted = [tau - brake for tau, brake in zip(wanted, brakes, strict=True)]
             allowed = wanted if person is None else person.braked(allowed, brakes)
@@ -96,7 +102,7 @@ class Envelope:
 
     @property
     def drive_damping(self) -> Joints:
-        """What each drive adds by its own encoder (joint,) [N·m·s/rad]: that of the descent for an isolated joint."""
+        """Damping that each drive adds by its own encoder (joint,) [N·m·s/rad]; non-zero only for isolated joints."""
         if not self.isolated:
             return self._no_damping
         share = [(j in self.isolated) * (WITHOUT_MODEL if j in self.powerless else 1.0) for j in range(len(self._tau))]
@@ -104,7 +110,7 @@ class Envelope:
 
     @property
     def descent_is_over(self) -> bool:
-        """Whether nothing of the torque at the stop is left."""
+        """True if the torque at the stop has faded to zero."""
         return self._since_stop >= self.limits.descent_s
 
     def trip(
@@ -115,13 +121,15 @@ class Envelope:
         isolate: Iterable[int] = (),
         powerless: Iterable[int] = (),
     ) -> None:
-        """Start the soft descent for a reason that somebody else found; the first reason stays, what is worse is added.
+        """Start the soft descent for a reason that another part found.
+
+        The first reason stays. A later call can only add distrusted joints or remove the model.
 
         Args:
-            reason: What was found.
-            without_model: Torques by the model are not believed: damp only, twice as hard.
-            isolate: Joints whose encoder is not believed: their motion is not fed back, their drives brake them.
-            powerless: Joints whose motor is not believed either: damping through it might drive.
+            reason: Fault that was found.
+            without_model: True if torques of the model are not trusted: the descent only damps, twice as hard.
+            isolate: Joints whose encoder is not trusted: their motion is not fed back, and their drives brake them.
+            powerless: Joints whose motor is not trusted either: damping through such a motor might drive the joint.
         """
         if self.stop is None:
             self.stop, self._tau_at_stop = reason, self._tau
@@ -130,21 +138,27 @@ class Envelope:
         self.isolated |= self.powerless.union(isolate)
 
     def reset(self) -> None:
-        """Leave the latched stop; an act of the operator. Torque goes on from where the descent has brought it."""
+        """Leave the latched stop, as an act of the operator.
+
+        Torque goes on from the value that the descent has reached.
+        """
         self.stop, self._since_stop = None, 0.0
         self.without_model, self.isolated, self.powerless = False, frozenset(), frozenset()
 
     def _believed(self, q: Numbers, v: Numbers) -> Numbers:
-        """Take the positions, if they mean anything; velocities, of which an isolated joint has none."""
+        """Keep the positions if they are finite, and return the velocities, or zeros if one is not finite.
+
+        The velocity of an isolated joint is zero.
+        """
         if self.isolated:
             q, v = q.copy(), v.copy()
             for joint in self.isolated:
                 q[joint], v[joint] = self._q[joint], 0.0
-        # Finite on both sides: minimum and maximum would hide a NaN.
+        # Minimum and maximum would hide a NaN, so every value is tested.
         if all(map(math.isfinite, q)):
             self._q = q
         else:
-            self.trip(StopReason.NO_MEASUREMENT)  # positions that mean nothing leave the last ones in force
+            self.trip(StopReason.NO_MEASUREMENT)  # non-finite positions leave the last ones in force
         if all(map(math.isfinite, v)):
             return v
         self.trip(StopReason.NO_MEASUREMENT)
@@ -159,7 +173,7 @@ class Envelope:
         if person is not None:
             v_trip = min(v_trip, person.limits.v_trip_rad_s)
         if fastest > v_trip:
-            # Left to their drives: no command has held them, and any of it may be wrong.
+            # Such a joint is left to its drive: no command has held it, and its motor or its encoder may be wrong.
             self.trip(StopReason.TOO_FAST, powerless=[j for j, speed in enumerate(v) if abs(speed) > v_trip])
 
     def _descent(self) -> Numbers:
@@ -170,7 +184,11 @@ class Envelope:
         return [0.0 if j in self.powerless else tau * share for j, tau in enumerate(self._tau_at_stop)]
 
     def _brake(self, joint: int, v: float) -> float:
-        """Damping torque: on all motion while descending; else on what is too fast, and before a joint's stop."""
+        """Damping torque of one joint [N·m].
+
+        In a descent it damps all motion. Otherwise it damps speed beyond the limit, and motion into the wall before a
+        stop.
+        """
         if self.stop is not None:
             return (WITHOUT_MODEL if self.without_model else 1.0) * self._damping[joint] * v
         excess = max(abs(v) - self._v_damping, 0.0)

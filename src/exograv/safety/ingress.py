@@ -1,4 +1,4 @@
-"""What a machine says is looked at before anybody believes it: numbers, order, age, jumps, and dead encoders.
+"""Checks of each measurement before it is used: finite values, order, age, jumps and dead encoders.
 
 Sources of all figures: docs/safety.md.
 """
@@ -16,60 +16,68 @@ from .period import ticks_of
 from .stops import Finding, StopReason
 
 AGE_MAX_S = 0.003
-"""Up to which a measurement is of now [s]."""
+"""Largest age of a measurement that is used [s]."""
 
 JUMP_SHARE = 1.5
-"""Of the way that the fastest joint makes in one tick, beyond which a position jumped [-]."""
+"""Limit of a position jump, as a multiple of the way of the fastest joint in one tick [-]."""
 
 JUMPS_MAX = 3
-"""In a row, with which a jump is no spike."""
+"""Jumps in a row that are a fault; fewer are a spike."""
 
 FROZEN_MS = 20
-"""Of the same bits, with which a joint that was moving has a dead encoder: no joint comes to rest so [ms]."""
+"""Time without a change of any bit, after a motion, by which an encoder is dead [ms].
+
+A joint never comes to rest like that.
+"""
 
 FROZEN_FROM_RAD_S = 0.2
-"""Speed from which on that is certain [rad/s]."""
+"""Speed from which on a frozen encoder is certain to be dead [rad/s]."""
 
 MOVING_MS, MOVING_COUNTS = 5, 4
-"""Just before [ms], in which the joint must have been so fast, and moved by so many counts of its encoder: from there
-nobody comes to rest within one count, braked by 50 rad/s², which is more than any motor does to an arm."""
+"""Time just before the freeze [ms] in which the joint was that fast, and encoder counts that it moved.
+
+From such a motion a joint cannot come to rest within one count. That would take a braking of more than 50 rad/s², and
+no motor brakes an arm so hard.
+"""
 
 
 COARSEST_COUNT_RAD = 2.0 * math.pi / 2**13
-"""Of the encoders of machines that we know of: what a machine that does not say is taken to have [rad]."""
+"""Encoder count of a machine that does not state its own [rad].
+
+It is the coarsest of the machines that we know.
+"""
 
 
 class IngressResult(NamedTuple):
-    """What one tick brought."""
+    """Result of the check in one tick."""
 
     state: JointState | None
-    """A measurement that may be used; None where there is none."""
+    """Measurement that may be used; None if there is none."""
 
     found: tuple[Finding, ...] = ()
-    """Joints whose encoder is certainly not to be believed any more."""
+    """Joints whose encoder is certainly wrong, with the reason."""
 
     broken: frozenset[int] = frozenset()
-    """Joints that said what is no number."""
+    """Joints with a non-finite value."""
 
 
 NOTHING = IngressResult(None)
-_BY_CURRENT = TorqueSource.CURRENT  # to look up a member of an enum takes as long as to judge a joint
+_BY_CURRENT = TorqueSource.CURRENT  # the look-up of an enum member takes as long as the check of a joint
 
 
 class Ingress:
-    """Of one machine; remembers what it needs to judge the next measurement by."""
+    """Check of one machine's measurements, with the past values that it needs."""
 
     def __init__(self, counts_rad: Sequence[float], period_s: float, v_trip_rad_s: float):
-        """Nothing has been seen yet.
+        """Start a check that has seen no measurement yet.
 
         Args:
-            counts_rad: Of each joint's encoder, the least change that it can tell [rad]; infinite where it is not
-                watched.
-            period_s: Between two measurements [s].
-            v_trip_rad_s: As in the envelope: faster no joint is allowed to be [rad/s].
+            counts_rad: Resolution of each joint's encoder [rad]; infinite if the joint is not watched.
+            period_s: Time between two measurements [s].
+            v_trip_rad_s: Largest allowed joint speed, as in the envelope [rad/s].
 
         Raises:
-            ConfigError: A count is negative or no number.
+            ConfigError: A count is negative or NaN.
         """
         for j, count in enumerate(counts_rad):
             if not count >= 0.0:
@@ -84,22 +92,22 @@ class Ingress:
         moving, frozen = ticks_of(MOVING_MS, period_s), ticks_of(FROZEN_MS, period_s)
         clear = FROZEN_FROM_RAD_S * moving * period_s
         self._least_way = [max(clear, MOVING_COUNTS * count) for count in counts_rad]
-        # No number is far from another, or the same: what has not been seen yet raises no doubt.
+        # Comparisons with NaN are false, so values that were not seen yet raise no finding.
         looked_at, self._moving = moving + frozen + 1, moving
         self._used = deque([[math.nan] * len(counts_rad)] * looked_at, maxlen=looked_at)
         self._jumped = [0] * len(counts_rad)
         self._ignored: Collection[int] = ()
         self._sequence, self._t = -1, 0.0
         self.dropped = 0
-        """Measurements that came twice or after a newer one: counted, and never used."""
+        """Count of measurements that came twice or after a newer one; they are never used."""
 
     def see(self, state: JointState | None, now: float, ignored: Collection[int] = ()) -> IngressResult:
-        """One tick.
+        """Check the measurement of one tick.
 
         Args:
-            state: What came, None if nothing.
-            now: On the rig's clock [s].
-            ignored: Joints that are not believed any more: what they say makes no measurement worse.
+            state: Measurement that came; None if nothing came.
+            now: Time on the rig's clock [s].
+            ignored: Isolated joints; their values do not spoil a measurement.
         """
         if ignored != self._ignored:
             self._forget(ignored)
@@ -109,12 +117,12 @@ class Ingress:
             self.dropped += 1
             return NOTHING
         self._sequence = state.sequence
-        # A time to come is no time of this clock, and would excuse any jump.
+        # A time in the future is not of this clock, and would excuse any jump.
         if not abs(now - state.t) <= AGE_MAX_S:
             return NOTHING
         torque = state.current if state.torque_source is _BY_CURRENT else state.tau
         q, other = state.q.tolist(), torque.tolist()
-        if not math.isfinite(sum(q) + sum(other)):  # it is only where all of them are
+        if not math.isfinite(sum(q) + sum(other)):  # a sum is finite only if all its terms are
             believed = [j for j in self._joints if j not in ignored]
             broken = frozenset(j for j in believed if not (math.isfinite(q[j]) and math.isfinite(other[j])))
             if broken:
@@ -129,10 +137,11 @@ class Ingress:
         return IngressResult(state, self._dead(q))
 
     def _are_far(self, q: list[float], ticks: int) -> bool:
-        """Whether any joint is farther from where it was so many ticks ago than it can be."""
+        """Return True if any joint is farther from its place so many ticks ago than it can move."""
         jumped, before, reaches, are_far = self._jumped, self._used[-1], self._reach, False
         for j in self._joints:
-            # After a first one by the speed alone: else a small jump would be within reach before it is the third.
+            # After a first jump only the speed extends the reach, without the encoder count. Otherwise a small jump
+            # would come within reach before the third tick.
             reach = ticks * self._way + self._slack[j] if jumped[j] else ticks * reaches[j]
             if abs(q[j] - before[j]) > reach:
                 jumped[j], are_far = jumped[j] + 1, True
@@ -141,7 +150,7 @@ class Ingress:
         return are_far
 
     def _dead(self, q: list[float]) -> tuple[Finding, ...]:
-        """Joints that have been the same for long after a clear motion."""
+        """Joints whose encoder has frozen after a clear motion."""
         moving, still, found = self._used[0], self._used[self._moving], ()
         for j in self._joints:
             if q[j] == still[j] and abs(q[j] - moving[j]) >= self._least_way[j]:
@@ -150,7 +159,7 @@ class Ingress:
         return found
 
     def _forget(self, joints: Collection[int]) -> None:
-        """Nothing was seen: when a joint is believed again, nobody knows how it came to where it is."""
+        """Forget the positions of these joints: their way is not known when they are trusted again."""
         self._ignored = joints
         for q in self._used:
             for j in joints:

@@ -1,4 +1,4 @@
-"""Limits of a machine and of a person in it: figures that are refused before anything moves, and only read in a tick.
+"""Limits of a machine and of the person in it, checked before anything moves and only read in a tick.
 
 Sources of all figures: docs/safety.md.
 """
@@ -16,11 +16,11 @@ from .plausible import PlausibleTable
 
 @dataclass(frozen=True)
 class Limits:
-    """What may reach a joint. Sources: safety figures in docs/safety.md."""
+    """Limits of what may reach a joint. Sources: safety figures in docs/safety.md."""
 
     torque_max_Nm: Joints
     damping_Nms_per_rad: Joints
-    """Of the soft descent."""
+    """Damping of the soft descent."""
 
     torque_rate_max_Nm_per_s: float = 150.0
     """A wrong torque found after 10 ms is then at most 1.5 N·m."""
@@ -48,34 +48,38 @@ class Limits:
 
 @dataclass(frozen=True)
 class PersonLimits:
-    """Of one person in one machine."""
+    """Limits of one person in one machine."""
 
     table: PlausibleTable
 
     active_max_Nm: Joints
-    """Beyond plausible compensation and friction: what a weak adult can resist."""
+    """Torque beyond plausible compensation and friction that a weak adult can resist."""
 
     q_lower: Joints
-    """Where the joints' stops are [rad]."""
+    """Lower joint stops [rad]."""
     q_upper: Joints
+    """Upper joint stops [rad]."""
 
     wall_rad: float = math.radians(10.0)
-    """Before a stop, where the wall begins."""
+    """Width of the wall before a stop."""
 
     trip_rad: float = math.radians(2.0)
-    """Past a stop, where something must be wrong."""
+    """Distance past a stop that only a fault can explain."""
 
     v_trip_rad_s: float = math.inf
-    """Speed at which the soft descent starts, where that is sooner than the machine's own."""
+    """Speed at which the soft descent starts, if it is lower than the machine's own limit."""
 
     tank_start_J: float = 0.5
     tank_max_J: float = 1.0
-    """What control may put into the person beyond carrying; it fills again by braking, and by `path_W`."""
+    """Energy that control may put into the person beyond carrying.
+
+    Braking and `path_W` fill the tank again.
+    """
 
     path_W: float = 0.0
     driven_W: float = 0.0
     driven_J: float = 0.0
-    """What a motion on a path takes beyond carrying, while the arm is moved along one."""
+    """Power and energy of a motion on a path beyond carrying, while control moves the arm along a path."""
 
     def __post_init__(self):
         not_negative = ("trip_rad", "path_W", "driven_W", "driven_J")
@@ -92,6 +96,6 @@ class PersonLimits:
         for j, (lower, upper) in enumerate(zip(self.q_lower, self.q_upper, strict=True)):
             if not upper - lower > 2.0 * self.wall_rad:
                 raise ConfigError(
-                    f"Joint {j} moves from {lower} to {upper} rad: no way is left between two walls of "
+                    f"Joint {j} moves from {lower} to {upper} rad: no range is left between two walls of "
                     f"{self.wall_rad:.3f} rad. Correct the limits in the URDF."
                 )

@@ -1,4 +1,4 @@
-"""What the machine is being used for, and who may change that: a table of transitions, and nothing beside it."""
+"""Modes of use of the machine, and the table of the events that change them."""
 
 import enum
 import math
@@ -7,20 +7,23 @@ from dataclasses import dataclass
 from exograv.sentence import Sentence, member_sentence
 
 RAMP_IN_S = 5.0
-"""In which the arm's share comes, along a cosine [s]: a heavy arm of 11 N·m comes at 3.4 N·m/s at most."""
+"""Time in which the arm's share rises, along a cosine [s].
+
+The weight of a heavy arm, 11 N·m, then comes at 3.4 N·m/s at most.
+"""
 
 RAMP_OUT_S = 3.0
-"""In which it goes, as in a soft descent [s]."""
+"""Time in which the arm's share falls, as in a soft descent [s]."""
 
 DRIFT_MAX_RAD = math.radians(5.0)
-"""By which a joint may move while the arm's share comes."""
+"""Largest motion of a joint while the arm's share rises."""
 
 SPEED_MAX_RAD_S = 0.5
-"""And how fast."""
+"""Largest joint speed while the arm's share rises."""
 
 
 class Mode(enum.Enum):
-    """The value is a sentence for the operator."""
+    """Mode of use; the value is a sentence for the operator."""
 
     OFF = "The motors are off."
     SELF_TEST = "The machine tests itself; nobody is in it."
@@ -34,12 +37,12 @@ class Mode(enum.Enum):
 
     @property
     def sentence(self) -> Sentence:
-        """Its value, with the code under which other languages have it."""
+        """Value of the mode, with the code of its translations."""
         return member_sentence("mode", self)
 
 
 class Event(enum.Enum):
-    """What may happen to a mode; the value says who lets it happen."""
+    """Event that may change a mode; the value names who causes it."""
 
     TEST = "operator: test yourself"
     PASSED = "self-test: passed"
@@ -56,7 +59,7 @@ class Event(enum.Enum):
 
 
 WORN = frozenset({Mode.RAMP_IN, Mode.FLOATING, Mode.MOVING, Mode.WEIGHING, Mode.RAMP_OUT})
-"""In which somebody's arm is carried."""
+"""Modes in which the machine carries a person's arm."""
 
 _FREE = (Mode.FLOATING, Mode.MOVING, Mode.WEIGHING)
 _CHANGES = ((Event.FLOAT, Mode.FLOATING), (Event.MOVE, Mode.MOVING), (Event.WEIGH, Mode.WEIGHING))
@@ -73,17 +76,19 @@ TRANSITIONS: dict[tuple[Mode, Event], Mode] = {
     (Mode.RAMP_OUT, Event.ARRIVED): Mode.EXO_ONLY,
     (Mode.SELF_TEST, Event.SWITCH_OFF): Mode.OFF,
     (Mode.EXO_ONLY, Event.SWITCH_OFF): Mode.OFF,
-    # A fault while the motors are off is found again by the self-test.
+    # A fault while the motors are off is found by the next self-test.
     **{(mode, Event.FAULT): Mode.SAFE for mode in Mode if mode not in (Mode.OFF, Mode.SAFE)},
     (Mode.SAFE, Event.RESET): Mode.OFF,
 }
-"""Everything that is possible. A worn machine is never switched off, and from `SAFE` a reset leads to `OFF` only: it
-never starts anything."""
+"""All possible changes of mode.
+
+A worn machine is never switched off. A reset leads from `SAFE` to `OFF` only, and never starts anything.
+"""
 
 
 @dataclass
 class ModeMachine:
-    """The mode in force, and how much of the arm is carried in it."""
+    """Mode in force, and the share of the arm that is carried in it."""
 
     mode: Mode = Mode.OFF
     arm_share: float = 0.0
@@ -92,7 +97,7 @@ class ModeMachine:
     _share_at_start: float = 0.0
 
     def take(self, event: Event) -> bool:
-        """Whether the event changed the mode; one that is not in the table changes nothing."""
+        """Change the mode by an event and return True; an event that is not in the table changes nothing."""
         after = TRANSITIONS.get((self.mode, event))
         if after is None:
             return False
@@ -102,12 +107,12 @@ class ModeMachine:
         return True
 
     def step(self, dt: float, drift_rad: float, fastest_rad_s: float) -> None:
-        """Let time pass.
+        """Advance the time by one step.
 
         Args:
-            dt: [s]
-            drift_rad: How far a joint has moved since the ramp began [rad].
-            fastest_rad_s: The fastest joint [rad/s].
+            dt: Time step [s].
+            drift_rad: Largest motion of a joint since the ramp began [rad].
+            fastest_rad_s: Speed of the fastest joint [rad/s].
         """
         self._since_s += dt
         if self.mode is Mode.RAMP_IN:
@@ -124,4 +129,7 @@ class ModeMachine:
 
 
 REST_BEFORE_RAMP_S = 1.0
-"""From when the machine carries itself until it begins to take the arm: both sides know it."""
+"""Time for which the machine carries only itself before it takes the arm [s].
+
+The guard and the control process both use it.
+"""

@@ -1,4 +1,4 @@
-"""Two signals that should say the same: a joint's encoder and its motor's, a torque that was told and one that is.
+"""Comparison of redundant signals: a joint's encoder with its motor's, a commanded torque with the measured one.
 
 Sources of all figures: docs/safety.md.
 """
@@ -14,51 +14,56 @@ from .period import ticks_of
 from .stops import Finding, StopReason
 
 AGREE_RAD = 0.035
-"""By which the two encoders of a joint may part: 2°, far more than a gear yields [rad]."""
+"""Largest difference between the two encoders of a joint [rad]: 2°, far more than the compliance of a gear."""
 
 OPPOSITE_RAD_S = 0.15
-"""From which speed on two encoders that move in opposite directions are no noise [rad/s]."""
+"""Speed from which on two encoders that move in opposite directions are not noise [rad/s]."""
 
 TORQUE_OFF_NM = 3.0
-"""By which a motor's torque may be off what it was told lately [N·m]."""
+"""Largest difference between a motor's torque and its recent commands [N·m]."""
 
 LATELY_MS = 12
-"""So long a command may be on its way and a motor's torque behind it [ms]."""
+"""Longest delay of a command and of the motor's torque after it [ms]."""
 
 SLOWEST_MS = 30
-"""So long the torque of a slow motor, of 8 Hz, may be behind for most of the way [ms]."""
+"""Time in which the torque of a slow motor, of 8 Hz, reaches most of its command [ms]."""
 
 IN_A_ROW_MS = 10
-"""After which it is a fault [ms]."""
+"""Time after which a deviation is a fault [ms]."""
 
 SPEED_MS = 8
-"""Over which the two speeds are taken [ms]."""
+"""Time over which the two speeds are computed [ms]."""
 
 STILL_MS, STILL_WAY_RAD = 20, 0.003
-"""An encoder that says the same for so long, to the bit, while its motor goes so far is dead: 0.15 rad/s, eight counts
-[ms], [rad]."""
+"""Time without a change of any bit [ms], and way of the motor in it [rad], by which an encoder is dead.
+
+The way is 0.15 rad/s over the time, or eight counts.
+"""
 
 TORQUE_BIAS_NM = 2.0
-"""By which a motor's torque may be off what it was told on average [N·m]."""
+"""Largest average difference between a motor's torque and its command [N·m]."""
 
 BIAS_S = 0.1
-"""Of that average [s]."""
+"""Time constant of that average [s]."""
 
 REFUSED_NM, REFUSED_S, SLOW_RAD_S = 3.0, 0.3, 0.1
-"""So much more, for so long, at so slow a joint, control asks for than may go out when its arm is not the one in the
-machine: in motion a joint may need more for a while."""
+"""Refused torque [N·m], its duration [s], and joint speed [rad/s], by which the arm in the machine is another one.
+
+The refused torque is what control asks for beyond what may go out. A moving joint may need more for a while, so only
+slow joints are judged.
+"""
 
 
 class Monitors:
-    """Of one machine; what it has no second signal for it does not watch."""
+    """Monitors of one machine; a joint without a second signal is not watched."""
 
     def __init__(self, joints: int, period_s: float, gain: Sequence[float] | None = None):
-        """Nothing has been seen yet.
+        """Start monitors that have seen nothing yet.
 
         Args:
-            joints: How many.
-            period_s: Between two measurements [s].
-            gain: Torque per motor current, as calibrated [N·m/A]; None where torque is measured by sensors.
+            joints: Number of joints.
+            period_s: Time between two measurements [s].
+            gain: Calibrated torque per motor current [N·m/A]; None if torque is measured by sensors.
         """
         self._joints, self._by_current = range(joints), gain is not None
         self._gain = [1.0] * joints if gain is None else gain
@@ -72,21 +77,21 @@ class Monitors:
         self._before: deque[tuple[list[float], list[float]]] = deque(maxlen=speed + 1)
         self._first = [math.nan] * joints
         self._last, self._still, self._motor_then = [math.nan] * joints, [0] * joints, [0.0] * joints
-        """What each joint's encoder said last, for how many ticks more than one, and where its motor was at first."""
+        """Last encoder value of each joint, ticks without a change, and motor position at the first of them."""
 
     def told(self, tau: list[float]) -> None:
-        """What went out (joint,) [N·m]."""
+        """Record the torque that went out (joint,) [N·m]."""
         self._told.append(tau)
 
     def is_refused(self, asked: Sequence[float], tau: Sequence[float], v: Sequence[float]) -> bool:
-        """Whether a slow joint has been asked for more than went out, by far and for long [N·m], [rad/s]."""
+        """Return True if a slow joint was asked for much more torque than went out, for long: [N·m], [rad/s]."""
         for j, refused in enumerate(self._refused):
             is_much = abs(asked[j] - tau[j]) > REFUSED_NM and abs(v[j]) < SLOW_RAD_S
             self._refused[j] = refused + 1 if is_much else 0
         return max(self._refused) > self._refused_ticks
 
     def look(self, state: JointState, ignored: Collection[int] = ()) -> list[Finding]:
-        """What a measurement that is believed otherwise gives away; joints in `ignored` are not asked."""
+        """Return the findings in a measurement that passed the ingress, without those of the joints in `ignored`."""
         found = [(StopReason.DRIVE_FAULT, j) for j in state.faulty]
         if state.q_motor is not None:
             found += self._parting(state.q.tolist(), state.q_motor.tolist())
@@ -95,17 +100,18 @@ class Monitors:
         return [(reason, j) for reason, j in found if j not in ignored] if found else found
 
     def _wrong_torques(self, measured: list[float]) -> list[Finding]:
-        """By sensors [N·m], or by currents [A]."""
+        """Joints whose measured torque is wrong; `measured` is in N·m from sensors, or in A from currents."""
         newest, gain, off_ticks, bias, found = self._told[-1], self._gain, self._off_ticks, self._bias, []
         for j in self._joints:
             tau = gain[j] * measured[j]
             off = tau - newest[j]
-            size = abs(off)  # alone quicker to ask than all of the last ones
+            size = abs(off)  # this test is quicker than the one over all recent commands
             is_off = size > TORQUE_OFF_NM and abs(self._off(j, tau, self._lately)) > TORQUE_OFF_NM
             off_ticks[j] = off_ticks[j] + 1 if is_off else 0
             if size > 0.5 * TORQUE_BIAS_NM:
                 off = self._off(j, tau, self._slowest)
-            # A torque that is no number is the ingress' to find; a joint that is not asked is to be watched again.
+            # A non-finite torque is a matter of the ingress. An ignored joint must be watched again later, so its
+            # average must stay finite.
             if size < math.inf:
                 bias[j] += self._bias_share * (off - bias[j])
             if off_ticks[j] >= self._in_a_row or abs(bias[j]) > TORQUE_BIAS_NM:
@@ -113,18 +119,18 @@ class Monitors:
         return found
 
     def _off(self, joint: int, tau: float, ticks: int) -> float:
-        """By how much it is off everything that the joint was told in the last ticks, not only the newest [N·m]."""
+        """Distance of a torque from the range of the last commands to the joint, not only from the newest [N·m]."""
         lately = [told[joint] for told in islice(reversed(self._told), ticks)]
         return max(tau - max(lately), 0.0) + min(tau - min(lately), 0.0)
 
     def _parting(self, q: list[float], q_motor: list[float]) -> list[Finding]:
-        """Joints whose two encoders have parted for some time: far, or in opposite directions, or one stands still."""
+        """Joints whose two encoders have disagreed for some time: in distance or direction, or one stands still."""
         self._before.append((q, q_motor))
         before, motor_before = self._before[0]
         first, parted, last, still, found = self._first, self._parted, self._last, self._still, []
         for j in self._joints:
             at, motor = q[j], q_motor[j]
-            if first[j] != first[j]:  # no number: nothing has been seen yet
+            if first[j] != first[j]:  # NaN: nothing has been seen yet
                 first[j] = at - motor
             way, motor_way = at - before[j], motor - motor_before[j]
             is_opposite = way * motor_way < 0.0 and min(abs(way), abs(motor_way)) > self._least_way

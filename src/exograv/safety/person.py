@@ -1,4 +1,4 @@
-"""What may reach this person in this posture: torque around the plausible one, walls before the joints' stops, a tank.
+"""Limits for one person in one posture: torque around the plausible one, walls before the stops, an energy tank.
 
 Sources of all figures: docs/safety.md.
 """
@@ -15,34 +15,36 @@ from .plausible import GRAVITY_LEVEL_MAX
 Numbers = list[float]
 
 SHARE_MAX = 1.3
-"""Of the plausible torque [-]."""
+"""Largest torque as a multiple of the plausible torque [-]."""
 
 WALL_AHEAD_S = 0.1
-"""A wall is felt where a joint will be so soon: torque that pushes on needs so long to become torque that brakes, and
-a joint of 2.7 rad/s went through the wall meanwhile [s]."""
+"""Time ahead for which a wall acts on the predicted joint position [s].
+
+Torque needs this time to turn from pushing into braking. Without it, a joint of 2.7 rad/s went through the wall.
+"""
 
 MARGIN_NM = 3.0
-"""Beyond that share and friction [N·m]."""
+"""Torque allowed beyond `SHARE_MAX` and friction [N·m]."""
 
 
 def within(value: float, low: float, high: float) -> float:
-    """The value, or the bound that it is beyond; the upper one for what is no number."""
+    """Return the value, clipped to its bounds; the upper bound for NaN."""
     return value if low <= value <= high else low if value < low else high
 
 
 @dataclass
 class GuardedPerson:
-    """Who is in the machine now."""
+    """Person in the machine now."""
 
     limits: PersonLimits
     gravity_level: float = 0.0
-    """Felt share of the arm's weight; changed between ticks, by whoever may (docs/safety.md)."""
+    """Felt share of the arm's weight, changed between ticks by the guard or the session (docs/safety.md)."""
 
     is_driven: bool = field(init=False, default=False)
-    """Whether control moves the arm along a path, as `drive` was told."""
+    """True if control moves the arm along a path; set by `drive`."""
 
     energy_J: float = field(init=False)
-    """In the tank."""
+    """Energy in the tank."""
 
     def __post_init__(self):
         limits, table = self.limits, self.limits.table
@@ -51,25 +53,25 @@ class GuardedPerson:
         active, free = limits.active_max_Nm, (limits.q_lower + limits.wall_rad, limits.q_upper - limits.wall_rad)
         rows = table.dry, table.viscous, table.error, active, np.minimum(MARGIN_NM, active), *free
         self._rows = list(zip(*(row.tolist() for row in rows), strict=True))
-        """What a tick asks of each joint, in this order."""
+        """Limits of each joint that a tick reads, in this order."""
         self._friction, self._low, self._high = ([0.0] * len(self._rows) for _ in range(3))
         nowhere = [0.0] * len(self._rows)
         self.look(nowhere, nowhere)
 
     def look(self, q: Sequence[float], v: Sequence[float]) -> None:
-        """Where the person is now [rad], [rad/s]; all that follows in this tick is about this posture.
+        """Set the person's posture [rad] and velocity [rad/s], on which all later calls of this tick are based.
 
-        Both rows of the envelope bound a joint: 1.3 times the plausible torque and 3 N·m, and the plausible torque and
-        what a weak adult can resist.
+        Two rows of the envelope bound a joint. The first is 1.3 times the plausible torque and 3 N·m. The second is the
+        plausible torque and the torque that a weak adult can resist.
         """
-        # In this order a level that is no number counts as 0; in the other it would lift every bound.
+        # In this order a NaN level counts as 0. In the other order it would lift every bound.
         level = min(max(0.0, self.gravity_level), GRAVITY_LEVEL_MAX)
         carried, frictions, lows, highs = self.limits.table.torque(q, level), self._friction, self._low, self._high
         self._q, self._v, self._carried = q, v, carried
         self._priced = None
-        """Torques of which it is known in this tick what they are over carrying."""
+        """Torques whose excess over carrying is already computed in this tick."""
         self.is_in_a_wall = False
-        """Whether any joint is near one of its stops; there alone walls have anything to say."""
+        """True if any joint is near one of its stops; walls act only there."""
         for j, (dry, viscous, error, active, least, free_lower, free_upper) in enumerate(self._rows):
             at, speed, p = q[j], v[j], carried[j]
             if not (free_lower <= at <= free_upper and free_lower <= at + WALL_AHEAD_S * speed <= free_upper):
@@ -80,10 +82,10 @@ class GuardedPerson:
             lows[j], highs[j] = (-against, along) if p > 0.0 else (-along, against)
 
     def drive(self, is_driven: bool) -> None:
-        """From here on control moves the arm along a path, against whatever its wearer does; or lets it go.
+        """Begin or end a motion in which control moves the arm along a path, against the person's own motion.
 
-        The tank is then filled to `driven_J`, and by `driven_W` as time passes; who is let go has what a floating arm
-        has at first.
+        At the begin the tank is filled to `driven_J`, and `driven_W` fills it as time passes. At the end the tank goes
+        back to what a floating arm has at first.
         """
         if is_driven and not self.is_driven:
             self.energy_J = max(self.energy_J, self.limits.driven_J)
@@ -93,21 +95,21 @@ class GuardedPerson:
 
     @property
     def is_past_a_stop(self) -> bool:
-        """Whether a joint is where it cannot be."""
+        """True if a joint is past its stop by more than `trip_rad`."""
         rows, trip = zip(self._lower, self._q, self._upper, strict=True), self.limits.trip_rad
         return not all(lower - trip <= q <= upper + trip for lower, q, upper in rows)
 
     def bounded(self, tau: Numbers) -> Numbers:
-        """Torques [N·m] within what each joint may be told; what pushes on in a wall fades to carrying."""
+        """Torques [N·m] within the bounds of each joint; in a wall, torque towards the stop fades to carrying."""
         lows, highs = self._in_walls() if self.is_in_a_wall else (self._low, self._high)
         return [within(tau[j], lows[j], highs[j]) for j in self._joints]
 
     def braked(self, tau: Numbers, brakes: Numbers) -> Numbers:
-        """Bounded torques less what brakes [N·m]: within the same rows, but no wall takes from what brakes."""
+        """Bounded torques minus braking torques [N·m], within the same rows; walls do not limit braking."""
         return [within(tau[j] - brakes[j], self._low[j], self._high[j]) for j in self._joints]
 
     def _in_walls(self) -> tuple[Numbers, Numbers]:
-        """Bounds [N·m], where what pushes on towards a stop fades to carrying."""
+        """Bounds [N·m]; in a wall, the bound towards the stop fades to carrying."""
         lows, highs = self._low.copy(), self._high.copy()
         for j, p in enumerate(self._carried):
             into_upper, into_lower = self._depth(j)
@@ -116,21 +118,21 @@ class GuardedPerson:
         return lows, highs
 
     def wall(self, joint: int, v: float) -> float:
-        """Share of the damping with which a motion of `v` [rad/s] towards a stop is braked [-]."""
+        """Share of the damping that brakes a motion of `v` [rad/s] towards a stop [-]."""
         into_upper, into_lower = self._depth(joint)
         return into_upper if v > 0.0 else into_lower
 
     def afford(self, tau: Numbers, v: Sequence[float], rate: float) -> Numbers:
-        """The same torques with as much power into the person as the tank can pay for.
+        """Return the torques, reduced to the power into the person that the tank can pay for.
 
-        What is over carrying a_j at the speed v_j can be taken back no faster than torque may change, and until it is
-        gone it spends a_j² |v_j| / (2 rate). That much must be in the tank, so that it is empty only when nothing is
-        over.
+        The excess a_j over carrying, at the speed v_j, can be taken back no faster than torque may change. Until it is
+        gone it spends a_j² |v_j| / (2 rate). That much energy must be in the tank, so that the tank is empty only when
+        no excess is left.
 
         Args:
-            tau: Wanted torque a joint [N·m].
-            v: Velocities [rad/s].
-            rate: How fast torque may change [N·m/s].
+            tau: Desired joint torques [N·m].
+            v: Joint velocities [rad/s].
+            rate: Largest torque rate [N·m/s].
         """
         over, needed = self._over(tau, v), 0.0
         for j in self._joints:
@@ -144,7 +146,7 @@ class GuardedPerson:
         return [tau[j] - lost * over[j] if over[j] * v[j] > 0.0 else tau[j] for j in self._joints]
 
     def pay(self, tau: Numbers, v: Sequence[float], dt: float) -> None:
-        """Let the tank pay for what goes out, or fill by what brakes."""
+        """Take the energy of the outgoing torque from the tank, or add the energy of braking."""
         refill, most = self.limits.path_W, self.limits.tank_max_J
         if self.is_driven:
             refill, most = max(refill, self.limits.driven_W), max(most, self.limits.driven_J)
@@ -154,7 +156,7 @@ class GuardedPerson:
         self.energy_J = min(self.energy_J - dt * power, most)
 
     def _over(self, tau: Numbers, v: Sequence[float]) -> Numbers:
-        """What torques are over carrying the plausible weight and over friction in the joint's own direction."""
+        """Torque beyond the plausible weight, and beyond friction in the direction of motion [N·m]."""
         if tau == self._priced:
             return self._found
         carried, found = self._carried, list(tau)
@@ -168,7 +170,7 @@ class GuardedPerson:
         return found
 
     def _depth(self, joint: int) -> tuple[float, float]:
-        """How far into the wall before the upper and the lower stop, 0 to 1 at the stop [-]."""
+        """Depth in the walls before the upper and the lower stop, from 0 at the edge to 1 at the stop [-]."""
         at, wall = self._q[joint], self.limits.wall_rad
         least, most = sorted((at, at + WALL_AHEAD_S * self._v[joint]))
         into_upper = within((most - self._upper[joint]) / wall + 1.0, 0.0, 1.0)

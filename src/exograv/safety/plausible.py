@@ -1,4 +1,4 @@
-"""What a torque may plausibly be: a table of sines and cosines in place of the model that the guard must not know."""
+"""Table of plausible torques: products of sines and cosines, in place of the model that the guard must not know."""
 
 import math
 from collections.abc import Sequence
@@ -12,23 +12,23 @@ from exograv.errors import ConfigError
 from exograv.signals import Joints
 
 GRAVITY_LEVEL_MAX = 1.8
-"""Of the pull-up of a parabola [-]; the arm is then pushed down with 0.8 of its weight."""
+"""Gravity level in the pull-up of a parabolic flight [-]; the arm is then pushed down with 0.8 of its weight."""
 
 
 class Features:
-    """Products of one of 1, cos and sin a joint, 3ⁿ of them: the weight of a chain is a sum of these.
+    """Products of one factor per joint out of 1, cos and sin, 3ⁿ of them; the weight of a chain is a sum of these.
 
-    The first joint's factor changes fastest.
+    The factor of the first joint changes fastest.
     """
 
     def __init__(self, joints: int, most_factors: int):
         digits = np.arange(3**joints) // 3 ** np.arange(joints)[:, None] % 3
         self.kept = np.flatnonzero(np.count_nonzero(digits, axis=0) <= most_factors)
-        """Places of the products with no more than so many factors beside 1."""
+        """Indices of the products with no more than `most_factors` factors beside 1."""
         self.count = len(self.kept)
         factors = np.ones((joints, 3))
         self._cos, self._sin = factors[:, 1], factors[:, 2]
-        # Every product in place, times the next joint's factors: no array is made in a tick.
+        # Each step multiplies the products so far by the next joint's factors in place, so a tick allocates no array.
         self._steps, self._all = [], factors[0]
         for three in factors[1:]:
             product = np.empty((3, len(self._all)))
@@ -36,23 +36,23 @@ class Features:
             self._all = product.reshape(-1)
 
     def of(self, q: Joints) -> Float[np.ndarray, " product"]:
-        """All 3ⁿ at the angles of the chain's joints [rad]; overwritten by the next call."""
+        """All 3ⁿ products at the joint angles of the chain [rad]; overwritten by the next call."""
         np.cos(q, self._cos)
         np.sin(q, self._sin)
         for factors, so_far, product in self._steps:
-            factors.dot(so_far, product)  # of a column and a row, in a quarter of the time of `np.multiply`
+            factors.dot(so_far, product)  # outer product, in a quarter of the time of `np.multiply`
         return self._all
 
 
 @dataclass(frozen=True)
 class LimbTable:
-    """One limb's table: its joints carry nothing of another limb."""
+    """Table of one limb, whose joints carry nothing of another limb."""
 
     joints: tuple[int, ...]
-    """Their places in every per-joint array."""
+    """Indices of the limb's joints in each per-joint array."""
 
     most_factors: int
-    """Of `Features`."""
+    """Largest number of factors of a product in `Features`."""
 
     exo: Float[np.ndarray, "joint feature"]
     """Torque that carries the machine [N·m]."""
@@ -65,8 +65,8 @@ class LimbTable:
 class PlausibleTable:
     """Gravity torque of a machine and of the person's arm in it, over all postures.
 
-    Made when a person's parameters are accepted (`session`), with a bound on its error; from then on nothing that
-    control or identification does can change it.
+    The table is made when a person's parameters are accepted (`session`), with a bound on its error. After that neither
+    control nor identification can change it.
     """
 
     chains: tuple[LimbTable, ...]
@@ -75,10 +75,10 @@ class PlausibleTable:
     """The table's largest error over the postures that it was checked at [N·m]."""
 
     dry: Joints
-    """Torque that the calibrated friction of a joint can take at most at rest or slow motion, under load [N·m]."""
+    """Largest torque of the calibrated friction of a joint at rest or in slow motion, under load [N·m]."""
 
     viscous: Joints
-    """What it takes more per speed [N·m·s/rad]."""
+    """Further friction torque per unit of speed [N·m·s/rad]."""
 
     def __post_init__(self):
         joints = sorted(joint for chain in self.chains for joint in chain.joints)
@@ -88,21 +88,21 @@ class PlausibleTable:
             if not (np.isfinite(values) & (values >= 0.0)).all():
                 raise ConfigError(f"The plausible table's {name} is {values}; it must be finite and not negative.")
         if not all(np.isfinite(part).all() for chain in self.chains for part in (chain.exo, chain.arm)):
-            raise ConfigError("The plausible table has entries that are not finite. Make it anew.")
+            raise ConfigError("The plausible table has entries that are not finite. Compute it again.")
 
     @cached_property
     def _ready(self) -> list["_Ready"]:
         return [_Ready(chain) for chain in self.chains]
 
     def torque(self, q: Joints | Sequence[float], gravity_level: float) -> list[float]:
-        """Torque that carries machine and arm at `q` [rad] at rest, where the arm feels `gravity_level` of its weight.
+        """Torque that carries machine and arm at rest, where the arm feels `gravity_level` of its weight.
 
         Args:
             q: Joint positions (joint,) [rad].
             gravity_level: 0 to `GRAVITY_LEVEL_MAX`; above 1 the arm is pushed down.
 
         Returns:
-            For each joint [N·m].
+            Torque of each joint [N·m].
         """
         tau = [0.0] * len(q)
         for chain in self._ready:
@@ -113,7 +113,7 @@ class PlausibleTable:
 
 
 class _Ready:
-    """A chain's table, with zeros for the products that it does not use."""
+    """Table of one chain, with zeros for the products that it does not use."""
 
     def __init__(self, chain: LimbTable):
         self.joints, self._features = chain.joints, Features(len(chain.joints), chain.most_factors)
@@ -122,7 +122,7 @@ class _Ready:
         self._level, self._at_level = math.nan, self._exo
 
     def torque(self, q: Joints, gravity_level: float) -> list[float]:
-        """Of its joints [N·m], at their positions [rad]."""
+        """Torques of the chain's joints [N·m] at their positions [rad]."""
         if gravity_level != self._level:
             self._level, self._at_level = gravity_level, self._exo + (1.0 - gravity_level) * self._arm
         return self._at_level.dot(self._features.of(q)).tolist()

@@ -1,4 +1,4 @@
-"""Why a guard lets the arm down: one list, and what each entry tells the operator."""
+"""Reasons for which a guard lets the arm down, each with its text for the operator."""
 
 import enum
 
@@ -6,7 +6,7 @@ from exograv.sentence import Sentence, member_sentence
 
 
 class StopReason(enum.Enum):
-    """Why the soft descent started; the value is a sentence for the operator."""
+    """Reason for the soft descent; the value is a sentence for the operator."""
 
     NOT_FINITE = "Control asked for a torque that is not a number."
     TOO_FAST = "A joint moved faster than allowed."
@@ -26,9 +26,9 @@ class StopReason(enum.Enum):
 
     @property
     def sentence(self) -> Sentence:
-        """Its value, with the code under which other languages have it."""
+        """Value of the reason, with the code of its translations."""
         return member_sentence("stop", self)
 
 
 Finding = tuple[StopReason, int]
-"""What is wrong, and with which joint."""
+"""Reason and joint of a finding."""

@@ -1,1 +1,1 @@
-"""Files that are kept between days: calibrations, participants, passes of the self-test, checkpoints."""
+"""Files kept between days: calibrations, participants, self-test passes, bring-up sheets, checkpoints."""

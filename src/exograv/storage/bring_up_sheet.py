@@ -1,4 +1,4 @@
-"""The sheet of a bring-up: what was tried, what it was, who did it; sealed, so that nobody changes a value later."""
+"""Sheet of a bring-up: steps, results and operator, sealed by a hash against later changes."""
 
 from datetime import datetime
 from pathlib import Path
@@ -24,7 +24,7 @@ HEAD = """\
 
 
 class SheetLine(Settings):
-    """One step."""
+    """Step of the bring-up with its result."""
 
     name: str
     passed: bool
@@ -33,7 +33,7 @@ class SheetLine(Settings):
 
 
 class BringUpRecord(Settings):
-    """When, by whom, with what."""
+    """Time, operator and drives of the bring-up."""
 
     at: AwareDatetime
     by: str
@@ -43,7 +43,7 @@ class BringUpRecord(Settings):
 
 
 class BringUpSheet(Sealed):
-    """The whole file."""
+    """Content of the file `rig_test.toml`."""
 
     VERSION: ClassVar[int] = 1
     schema_version: Literal[1]
@@ -55,10 +55,10 @@ class BringUpSheet(Sealed):
 def write_sheet(
     path: Path, description: RigDescription, drives: Drives, steps: list[Step], by: str, at: datetime, simulated: bool
 ) -> BringUpSheet:
-    """Write it, passed or not.
+    """Write the sheet of a bring-up, passed or not.
 
     Raises:
-        ConfigError: The place cannot be written.
+        ConfigError: The file cannot be written.
     """
     tried = [step for step in steps if step.passed is not None]
     lines = [
@@ -81,10 +81,10 @@ def write_sheet(
 
 
 def refuse_not_brought_up(path: Path, description: RigDescription, drives: Drives) -> None:
-    """A real machine is calibrated only when its bring-up, with these drives, has passed.
+    """Refuse to calibrate a real machine whose bring-up with these drives has not passed.
 
     Raises:
-        ConfigError: It has not, or the sheet is damaged or of another machine.
+        ConfigError: The bring-up has not passed, or the sheet is damaged or of another machine.
     """
     again = "Bring the machine up first: `exograv rig-test` with these drives, in the same --out."
     if not path.is_file():
@@ -93,11 +93,11 @@ def refuse_not_brought_up(path: Path, description: RigDescription, drives: Drive
     refuse_other_machine(path, whole.identity, identity_of(description, drives.settings.serial), again)
     why = ""
     if whole.done.is_simulated:
-        why = "is of simulated drives"
+        why = "was made with simulated drives"
     elif not whole.done.passed:
         why = "has steps that failed"
     elif whole.done.drives_sha256 != drives.sha256:
-        why = "is of another drives.toml: it was changed since"
+        why = "belongs to another drives.toml, or the file was changed since"
     if why:
         raise ConfigError(f"{path} {why}. {again}")
 

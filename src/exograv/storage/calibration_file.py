@@ -1,4 +1,4 @@
-"""A machine's `calibration.toml`: written at once or not at all, sealed by a hash, refused where it does not belong."""
+"""File `calibration.toml`: written completely or not at all, sealed by a hash, refused on another machine."""
 
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -12,11 +12,14 @@ from .calibration_schema import Identity, StoredCalibration
 from .sealed_file import read_sealed, write_sealed
 
 GAIN_AGE_MAX = timedelta(days=30)
-"""A calibration is refused when older: gears wear in, belts and screws settle (assumed)."""
+"""Largest age of a calibration.
+
+Gears wear in, and belts and screws settle (assumed).
+"""
 FRICTION_AGE_MAX = timedelta(hours=12)
-"""Friction is to be checked again when older: it goes with the day's temperature (docs/calibration.md)."""
+"""Age above which friction should be checked again; it changes with the day's temperature (docs/calibration.md)."""
 CLOCK_ERROR = timedelta(minutes=10)
-"""A file may come from a clock that is so much ahead."""
+"""Largest time by which the clock that wrote a file may be ahead."""
 AGAIN = "Calibrate again: `exograv calibrate`."
 HEAD = """\
 # Calibration of an empty machine, written by `exograv calibrate` (docs/calibration.md). Each value has its standard
@@ -25,24 +28,24 @@ HEAD = """\
 
 
 def identity_of(description: RigDescription, machine: str) -> Identity:
-    """Of the machine with this serial number, or of the twin with this level and seed."""
+    """Identity of the machine with this serial number, or of the twin with this level and seed."""
     return Identity(rig=description.name, side=description.side, machine=machine, rig_sha256=description.sha256)
 
 
 def write_calibration(path: Path, whole: StoredCalibration) -> None:
     """Write the file, or leave the old one as it was.
 
-    Raises:
+    ConfigError: The file cannot be written.
         ConfigError: The place cannot be written.
     """
     write_sealed(path, whole, HEAD, "--calibration or --out")
 
 
 def read_calibration(path: Path) -> StoredCalibration:
-    """Read the file.
+    """Read a calibration file.
 
     Raises:
-        ConfigError: It cannot be read, is of another version, or its values are not those that were written.
+        ConfigError: The file cannot be read, is of another version, or its values do not match its hash.
     """
     give = "Give the calibration.toml that `exograv calibrate` has written."
     return read_sealed(path, StoredCalibration, give, AGAIN)
@@ -54,7 +57,7 @@ def refuse_unfit(
     """Refuse a calibration of another machine, or one that is too old.
 
     Raises:
-        ConfigError: It is foreign or stale, or from the future.
+        ConfigError: The calibration is of another machine, too old, or from the future.
     """
     now_here = identity_of(description, machine)
     refuse_other_machine(path, whole.identity, now_here, f"Give this machine's own file with --calibration. {AGAIN}")
@@ -74,10 +77,10 @@ def refuse_unfit(
 
 
 def refuse_other_machine(path: Path, stored: Identity, present: Identity, what_to_do: str) -> None:
-    """Refuse a file of another machine, of another side, or of the same with another description.
+    """Refuse a file of another machine, of the other side, or of this machine with another description.
 
     Raises:
-        ConfigError: It is foreign.
+        ConfigError: The file is of another machine or description.
     """
     for name, expected in present.model_dump().items():
         found = getattr(stored, name)
@@ -90,7 +93,7 @@ def refuse_other_machine(path: Path, stored: Identity, present: Identity, what_t
 
 
 def friction_warning(whole: StoredCalibration, now: datetime) -> str | None:
-    """What to do about friction that was measured too long ago."""
+    """Return advice for friction that was measured too long ago; None if it is recent enough."""
     age = now - whole.measured.friction_at_utc
     if age <= FRICTION_AGE_MAX:
         return None
@@ -102,7 +105,7 @@ def friction_warning(whole: StoredCalibration, now: datetime) -> str | None:
 
 
 def twin_identity(level: int, seed: int) -> str:
-    """What stands for the serial number of a virtual machine."""
+    """Identity of a virtual machine, in place of a serial number."""
     return f"twin, level {level}, seed {seed}"
 
 
@@ -126,17 +129,17 @@ class TakenCalibration:
 
     @property
     def used(self) -> CalibrationUsed:
-        """Identity, for figures and recordings."""
+        """Identity of the calibration, for figures and recordings."""
         measured = self.whole.measured
         at_utc, friction_at_utc = measured.at_utc.isoformat(), measured.friction_at_utc.isoformat()
         return CalibrationUsed("stored", self.whole.content_sha256, at_utc, friction_at_utc, self.warning)
 
 
 def take_calibration(file: Path, description: RigDescription, machine: str, now: datetime) -> TakenCalibration:
-    """Read a calibration and make sure that it is this machine's and recent.
+    """Read a calibration, and check that it is of this machine and recent.
 
     Raises:
-        ConfigError: It is damaged, foreign or stale.
+        ConfigError: The calibration is damaged, of another machine or too old.
     """
     whole = read_calibration(file)
     refuse_unfit(file, whole, description, machine, now)

@@ -1,4 +1,4 @@
-"""What a `calibration.toml` holds: the result of stage 0 in numbers that people can read, with their units."""
+"""Schema of `calibration.toml`: the result of stage 0 in readable numbers with units."""
 
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -24,44 +24,44 @@ FRICTION = {
     "asymmetry": "asymmetry{}_Nm",
     "v_stribeck": "v_stribeck{}_rad_per_s",
 }
-"""Keys of friction's parameters; with "_sd" those of their standard deviations."""
+"""Keys of the friction parameters in the file; `{}` becomes "_sd" for standard deviations."""
 
 Ten = Annotated[list[float], Field(min_length=10, max_length=10)]
 Two = Annotated[list[float], Field(min_length=2, max_length=2)]
 
 
 class Identity(Settings):
-    """Which machine."""
+    """Identity of the calibrated machine."""
 
     rig: str
     side: Side
     machine: str
-    """Serial number; of the twin, its level and seed."""
+    """Serial number; for the twin, its level and seed."""
     rig_sha256: str
-    """Of its `rig.toml` and URDF."""
+    """Hash of `rig.toml` and URDF."""
 
 
 class MeasurementConditions(Settings):
-    """When and how."""
+    """Time and conditions of the measurement."""
 
     at_utc: AwareDatetime
     friction_at_utc: AwareDatetime
-    """Later than `at_utc` after a re-check."""
+    """Time of the friction; later than `at_utc` after a re-check."""
     running_s: NonNegativeFloat
-    """Since the machine was switched on."""
+    """Time since the machine was switched on."""
     lengths_m: dict[str, PositiveFloat]
-    """What the machine was set to, by segment."""
+    """Lengths to which the machine was set, by segment."""
 
 
 class Base(Settings):
-    """How the base leans against gravity, about x and y of the base."""
+    """Tilt of the base against gravity, about x and y of the base."""
 
     tilt_deg: Two
     tilt_sd_deg: Two
 
 
 class JointRow(Settings):
-    """One joint with its link; each value with its standard deviation."""
+    """Joint with its link; each value with its standard deviation."""
 
     joint: str
     gain_Nm_per_A: PositiveFloat
@@ -71,7 +71,7 @@ class JointRow(Settings):
     viscous_Nms_per_rad: float
     viscous_sd_Nms_per_rad: NonNegativeFloat
     breakaway: Annotated[float, Field(ge=1.0)]
-    """Friction at rest over friction in motion."""
+    """Friction at rest divided by friction in motion."""
     breakaway_sd: NonNegativeFloat
     load_share: NonNegativeFloat
     load_share_sd: NonNegativeFloat
@@ -81,17 +81,17 @@ class JointRow(Settings):
     v_stribeck_sd_rad_per_s: NonNegativeFloat
     rotor_inertia_kgm2: float
     encoder_offset_deg: float
-    """Measured minus true; reported, not corrected: tilt and links have taken up what of it shows."""
+    """Measured minus true; reported and not corrected, because tilt and links absorb its visible part."""
     encoder_offset_sd_deg: NonNegativeFloat
     residual_sd_Nm: NonNegativeFloat
     residual_correlation_s: NonNegativeFloat
     link: Ten
-    """m [kg], m·c x y z [kg·m], Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the joint [kg·m²]."""
+    """Inertial parameters: m [kg], m·c x y z [kg·m], Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the joint [kg·m²]."""
     link_sd: Ten
 
 
 class StoredCalibration(Sealed):
-    """The whole file."""
+    """Content of the file `calibration.toml`."""
 
     VERSION: ClassVar[int] = SCHEMA_VERSION
     schema_version: Literal[1]
@@ -101,7 +101,7 @@ class StoredCalibration(Sealed):
     joints: Annotated[list[JointRow], Field(min_length=1)]
 
     def calibration(self) -> Calibration:
-        """As the sessions use it."""
+        """Return the calibration in the form that sessions use."""
 
         def column(name: str) -> np.ndarray:
             return np.array([getattr(row, name) for row in self.joints])
@@ -128,7 +128,7 @@ class StoredCalibration(Sealed):
 def stored(
     calibration: Calibration, identity: Identity, measured: MeasurementConditions, joints: tuple[str, ...]
 ) -> StoredCalibration:
-    """As it goes into the file."""
+    """Return a calibration in the form of the file."""
     machine = calibration.machine
     friction = {key.format(""): getattr(machine.friction, name) for name, key in FRICTION.items()}
     friction |= {key.format("_sd"): getattr(machine.friction_sd, name) for name, key in FRICTION.items()}
@@ -156,6 +156,6 @@ def stored(
 
 
 def _short(value: Any) -> Any:
-    """Numbers without digits that mean nothing."""
+    """Return numbers rounded to the digits that are stored."""
     shortened = [float(f"{number:.{DIGITS}g}") for number in np.ravel(value)]
     return shortened if np.ndim(value) else shortened[0]

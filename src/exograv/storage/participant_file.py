@@ -1,4 +1,4 @@
-"""A participant's file: written at once or not at all, sealed by a hash, refused where it does not belong."""
+"""File of a participant: written completely or not at all, sealed by a hash, refused where it does not belong."""
 
 import secrets
 from datetime import datetime
@@ -20,29 +20,31 @@ HEAD = """\
 # content_sha256 seals the values, and a changed file is refused.
 """
 HEIGHT_M, MASS_KG, LENGTH_M = 0.03, 6.0, 0.02
-"""How far body data may differ from the file's, from one day's scale and tape to the next (assumed); mass also for what
-people gain and lose between sessions."""
+"""Largest differences of body data from the file's (assumed).
+
+Scales and tapes differ from one day to the next, and a person's mass also changes between sessions.
+"""
 
 
 def new_code() -> str:
-    """A random code: six digits that say nothing."""
+    """Return a random code of six digits that tells nothing about the person."""
     return f"P-{secrets.randbelow(1_000_000):06d}"
 
 
 def write_participant(path: Path, whole: StoredParticipant) -> None:
     """Write the file, or leave the old one as it was.
 
-    Raises:
+    ConfigError: The file cannot be written.
         ConfigError: The place cannot be written.
     """
     write_sealed(path, whole, HEAD, "--keep")
 
 
 def read_participant(path: Path) -> StoredParticipant:
-    """Read the file.
+    """Read a participant's file.
 
     Raises:
-        ConfigError: It cannot be read, is of another version, or its values are not those that were written.
+        ConfigError: The file cannot be read, is of another version, or its values do not match its hash.
     """
     whole = read_sealed(path, StoredParticipant, GIVE, AGAIN)
     for i, row in enumerate(whole.parameters):
@@ -57,13 +59,13 @@ def refuse_other(path: Path, whole: StoredParticipant, assembly: Assembly, machi
     """Refuse a file of another machine, side or arm, or from the future.
 
     Raises:
-        ConfigError: It is foreign.
+        ConfigError: The file does not belong to this machine or arm, or is from the future.
     """
     present = identity_of(assembly.description, machine)
     refuse_other_machine(path, whole.machine, present, f"Give a file of this machine with --participant. {AGAIN}")
     names = parameter_names(assembly)
     if [row.name for row in whole.parameters] != names:
-        raise ConfigError(f"{path} has other parameters than this arm's {len(names)}. {AGAIN}")
+        raise ConfigError(f"{path} has other parameters than the {len(names)} of this arm. {AGAIN}")
     if whole.identified.at_utc - now > CLOCK_ERROR:
         raise ConfigError(
             f"{path} is from the future: identified at {whole.identified.at_utc:%Y-%m-%d %H:%M} UTC, now it is "
@@ -72,18 +74,18 @@ def refuse_other(path: Path, whole: StoredParticipant, assembly: Assembly, machi
 
 
 def refuse_other_body(path: Path, whole: StoredParticipant, told: Body) -> None:
-    """Refuse a file of somebody of another size, before anything moves.
+    """Refuse a file of a person of another size, before anything moves.
 
     Raises:
-        ConfigError: What is told of this person is not what the file says.
+        ConfigError: The body data entered now differ from those in the file.
     """
     differs = other_body(whole.person, told)
     if differs is not None:
-        raise ConfigError(f"{path} is of somebody else: {differs}. Give this person's own file, or none.")
+        raise ConfigError(f"{path} is of another person: {differs}. Give this person's own file, or none.")
 
 
 def other_body(person: StoredPerson, told: Body) -> str | None:
-    """What of a person's measures is not what is told now; None where a tape and a scale could differ as much."""
+    """Return the first measure that differs from the body data entered now; None if all are within tape and scale."""
     lengths = told.lengths_m or {}
     pairs = [
         ("height", "m", person.height_m, told.height_m, HEIGHT_M),
@@ -95,6 +97,6 @@ def other_body(person: StoredPerson, told: Body) -> str | None:
     ]
     for name, unit, stored, present, allowed in pairs:
         if abs(stored - present) > allowed:
-            far = f"{name} {stored:g} {unit} there, {present:.4g} {unit} told now"
-            return f"{far}; {allowed:g} {unit} may lie between two days"
-    return None if person.sex == told.sex else f"{person.sex} there, {told.sex} told now"
+            far = f"{name} {stored:g} {unit} in the file, {present:.4g} {unit} entered now"
+            return f"{far}; up to {allowed:g} {unit} of difference is allowed"
+    return None if person.sex == told.sex else f"{person.sex} in the file, {told.sex} entered now"

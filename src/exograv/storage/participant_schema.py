@@ -1,4 +1,4 @@
-"""What a participant's file holds: one person in one machine, as identified last."""
+"""Schema of a participant's file: one person in one machine, as identified last."""
 
 import hashlib
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from .sealed_file import Sealed
 
 SCHEMA_VERSION = 1
 DIGITS = 9
-"""Of mean and covariance [-]: the best known combination of parameters has 1e-5 of the table's variance."""
+"""Significant digits of mean and covariance [-]; the best known combination has 1e-5 of the table's variance."""
 CODE = PersonCode()
 
 Kept = Float[np.ndarray, " kept"]
@@ -34,7 +34,7 @@ def _checked_code(code: str) -> str:
 
 
 class StoredPerson(Settings):
-    """Who, by a code, and what somebody with a scale and a tape has told."""
+    """Person by code, with the body data that were measured by scale and tape."""
 
     code: Annotated[str, AfterValidator(_checked_code)]
     height_m: PositiveFloat
@@ -44,7 +44,7 @@ class StoredPerson(Settings):
 
     @classmethod
     def of(cls, code: str, body: Body) -> "StoredPerson":
-        """This code for a person of these measures; lengths to a tenth of a millimetre."""
+        """Return the record of a person with this code and body; lengths are rounded to 0.1 mm."""
         lengths = {name: round(length, 4) for name, length in (body.lengths_m or {}).items()}
         return cls(
             code=code,
@@ -56,39 +56,39 @@ class StoredPerson(Settings):
 
 
 class Identified(Settings):
-    """How the person was identified last."""
+    """Conditions and result of the last identification."""
 
     at_utc: AwareDatetime
     donnings: PositiveInt
-    """How many have gone into the belief."""
+    """Number of donnings that the estimate is based on."""
     method: str
     prior_sha256: str
-    """Of the table's belief that it began with at the first donning."""
+    """Hash of the anthropometric prior at the first donning."""
     motion: str
     motion_s: PositiveFloat
     calibration_sha256: str
-    """Of the machine's stored calibration; empty where it was measured for this identification and not kept."""
+    """Hash of the machine's stored calibration; empty if the calibration was made for this identification only."""
     outcome: str
     predicted_left_over_Nm: list[NonNegativeFloat]
-    """By the covariance, per joint over the workspace."""
+    """RMS residual torque expected from the covariance, per joint over the workspace."""
     held_out_error_Nm: list[NonNegativeFloat]
-    """RMS per joint of torque that was predicted a second before it was measured."""
+    """RMS error per joint of the torque predicted one second before its measurement."""
     held_out_s: NonNegativeFloat
-    """Motion in which that was asked, at its end."""
+    """Duration of that prediction test, at the end of the motion."""
 
 
 class ParameterRow(Settings):
-    """One parameter."""
+    """Estimate of one parameter."""
 
     name: str
     unit: str
     mean: float
     covariance: list[float]
-    """With the parameters before it and itself."""
+    """Covariance with the parameters before it and with itself."""
 
 
 class StoredParticipant(Sealed):
-    """The whole file."""
+    """Content of a participant's file."""
 
     VERSION: ClassVar[int] = SCHEMA_VERSION
     schema_version: Literal[1]
@@ -99,12 +99,12 @@ class StoredParticipant(Sealed):
 
     @property
     def mean(self) -> Kept:
-        """Of what is the person's, in the order of `dynamics.parameters`."""
+        """Mean of the person's parameters, in the order of `dynamics.parameters`."""
         return np.array([row.mean for row in self.parameters])
 
     @property
     def covariance(self) -> KeptSquare:
-        """Of the same."""
+        """Covariance of the person's parameters."""
         square = np.zeros((len(self.parameters),) * 2)
         for i, row in enumerate(self.parameters):
             square[i, : i + 1] = square[: i + 1, i] = row.covariance
@@ -112,14 +112,14 @@ class StoredParticipant(Sealed):
 
 
 def parameter_names(assembly: Assembly) -> list[str]:
-    """Of the rows of a file for this arm in this machine."""
+    """Names of a file's rows for this arm in this machine."""
     return [name for name, _ in names_and_units(assembly)][kept_part(ParameterLayout.of(assembly))]
 
 
 def parameter_rows(
     assembly: Assembly, mean: Float[np.ndarray, " parameter"], covariance: Float[np.ndarray, "parameter parameter"]
 ) -> list[ParameterRow]:
-    """As they go into the file: what is the person's of all that was learned."""
+    """Return the rows of the file: the person's share of all estimated parameters."""
     kept = kept_part(ParameterLayout.of(assembly))
     units = list(names_and_units(assembly))[kept]
     return [
@@ -131,7 +131,7 @@ def parameter_rows(
 def prior_hash(
     assembly: Assembly, table: tuple[Float[np.ndarray, " parameter"], Float[np.ndarray, "parameter parameter"]]
 ) -> str:
-    """SHA-256 of what the table believes of the person, to six digits."""
+    """SHA-256 of the anthropometric prior of the person, to six digits."""
     kept = kept_part(ParameterLayout.of(assembly))
     numbers = [*table[0][kept], *table[1][kept, kept].ravel()]
     return hashlib.sha256(" ".join(f"{number:.6g}" for number in numbers).encode()).hexdigest()

@@ -1,4 +1,4 @@
-"""TOML files that carry a hash of their own values: calibrations, participants, passes, sheets."""
+"""TOML files with a hash of their own values: calibrations, participants, passes, sheets."""
 
 import hashlib
 import json
@@ -14,19 +14,19 @@ from exograv.model.description import validation_sentences
 from exograv.model.rig_settings import Settings
 
 SIZE_MAX_BYTES = 1_000_000
-"""Far above any of these files; a larger one is a mistake."""
+"""Largest size of a file, far above any of these files; a larger one is a mistake."""
 
 
 class Sealed(Settings):
-    """Content of such a file; a kind of file adds its tables and the version it is in."""
+    """Content of a sealed file; each kind adds its tables and its version."""
 
     VERSION: ClassVar[int]
-    """What its own `schema_version` must be."""
+    """Required value of `schema_version`."""
     content_sha256: str = ""
 
     @property
     def hash(self) -> str:
-        """SHA-256 of all values but itself."""
+        """SHA-256 of all values except the hash itself."""
         content = self.model_dump(mode="json", exclude={"content_sha256"})
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
@@ -35,15 +35,15 @@ Kind = TypeVar("Kind", bound=Sealed)
 
 
 def sealed(whole: Kind) -> Kind:
-    """The same with its hash in it."""
+    """Return a copy with its hash."""
     return whole.model_copy(update={"content_sha256": whole.hash})
 
 
 def write_sealed(path: Path, whole: Sealed, head: str, option: str) -> None:
-    """Write the file under a comment `head`, or leave the old one as it was.
+    """Write the file below a comment `head`, or leave the old one as it was.
 
     Raises:
-        ConfigError: The place cannot be written; `option` gives another.
+        ConfigError: The file cannot be written; `option` sets another place.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -53,16 +53,16 @@ def write_sealed(path: Path, whole: Sealed, head: str, option: str) -> None:
 
 
 def read_sealed(path: Path, kind: type[Kind], give: str, again: str) -> Kind:
-    """Read a file of this kind.
+    """Read a sealed file.
 
     Args:
         path: The file.
-        kind: What must be in it.
-        give: What to do where it cannot be read.
-        again: What to do where it is damaged.
+        kind: Expected kind of content.
+        give: Advice if the file cannot be read.
+        again: Advice if the file is damaged.
 
     Raises:
-        ConfigError: It cannot be read, is of another version, or its values are not those that were written.
+        ConfigError: The file cannot be read, is of another version, or its values do not match its hash.
     """
     content = _content(path, give, again)
     version = content.get("schema_version")

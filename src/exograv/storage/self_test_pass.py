@@ -1,4 +1,4 @@
-"""The lock of a real machine: an arm is carried only where the self-test has passed on this machine, here, today."""
+"""Lock of a real machine: an arm is carried only if the self-test has passed on this machine and computer, today."""
 
 import platform
 from dataclasses import dataclass
@@ -27,25 +27,25 @@ HEAD = """\
 
 
 class PassRecord(Settings):
-    """When and where it passed."""
+    """Time, computer and calibration of a passed self-test."""
 
     at: AwareDatetime
-    """By the clock on the wall here: its date is the day on which it counts."""
+    """Local time with its zone; the pass counts on this date."""
 
     host: str
     calibration_sha256: str
     arm_weighed: bool
-    """Whether the worn part was done too."""
+    """True if the worn part of the self-test was run too."""
 
 
 class PassWithdrawal(Settings):
-    """What has happened since; empty where nothing has."""
+    """Cause that has withdrawn the pass since; empty if there is none."""
 
     cause: str = ""
 
 
 class SelfTestPass(Sealed):
-    """The whole file."""
+    """Content of the file `self_test.toml`."""
 
     VERSION: ClassVar[int] = 1
     schema_version: Literal[1]
@@ -56,24 +56,24 @@ class SelfTestPass(Sealed):
 
 @dataclass(frozen=True)
 class MachineKey:
-    """Which machine somebody wants to unlock, and where its passed self-test should be."""
+    """Machine to unlock, and the file of its passed self-test."""
 
     file: Path
     description: RigDescription
     machine: str
-    """Serial number."""
+    """Serial number of the machine."""
 
     calibration_sha256: str
-    """Of the calibration that it will be flown with."""
+    """Hash of the calibration that the session uses."""
 
     host: str = platform.node()
 
 
 def write_pass(key: MachineKey, now: datetime, arm_weighed: bool = False) -> None:
-    """Keep that the self-test has passed; `now` is aware of its zone.
+    """Write that the self-test has passed; `now` knows its time zone.
 
     Raises:
-        ConfigError: The place cannot be written.
+        ConfigError: The file cannot be written.
     """
     passing = PassRecord(
         at=now.replace(microsecond=0),
@@ -87,7 +87,7 @@ def write_pass(key: MachineKey, now: datetime, arm_weighed: bool = False) -> Non
 
 
 def withdraw_pass(file: Path, cause: str) -> None:
-    """A fault has latched, or a later self-test has failed: the machine is locked until one passes again.
+    """Lock the machine until a self-test passes again, after a latched fault or a failed self-test.
 
     Raises:
         ConfigError: The file is damaged, or cannot be written.
@@ -100,16 +100,16 @@ def withdraw_pass(file: Path, cause: str) -> None:
 
 
 def unlock(rig: Rig, key: MachineKey | None, now: datetime | None = None) -> str:
-    """Ask before an arm is carried; what to note in the figures.
+    """Check that an arm may be carried, and return a note for the figures.
 
     Args:
-        rig: That somebody is to be in.
-        key: Of a real machine.
-        now: On the wall here; this moment where absent.
+        rig: Rig that carries the arm.
+        key: Key of a real machine; None for a twin.
+        now: Local time; None for the present moment.
 
     Raises:
         ConfigError: The file is damaged, or of another machine.
-        RigError: The machine stays locked.
+        RigError: No valid self-test has passed, and the machine stays locked.
     """
     if not may_be_worn(rig):
         return NOT_NEEDED
@@ -126,7 +126,7 @@ def _refuse_old(whole: SelfTestPass, key: MachineKey, now: datetime) -> None:
     if whole.withdrawn.cause:
         why = f"since its self-test a fault has stopped it ({whole.withdrawn.cause})"
     elif passing.host != key.host:
-        why = f"its self-test has passed on the computer '{passing.host}', and this is '{key.host}'"
+        why = f"its self-test passed on the computer '{passing.host}', and this is '{key.host}'"
     elif passing.calibration_sha256 != key.calibration_sha256:
         why = "it was calibrated again after its self-test"
     elif passing.at.astimezone(now.tzinfo).date() != now.date():

@@ -1,4 +1,4 @@
-"""What is kept beside the recording after each record, so that a run that was broken off can be gone on with."""
+"""Checkpoint of a session, written beside the recording after each record so that the run can be resumed."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -19,7 +19,7 @@ AFRESH = "Begin a new session with another --session number."
 
 
 class KnownPerson(Settings):
-    """What control knew of machine and arm, to the last bit."""
+    """Controller's knowledge of machine and arm, to the last bit."""
 
     machine: JsonObject
     x: list[float]
@@ -27,52 +27,52 @@ class KnownPerson(Settings):
 
     @classmethod
     def of(cls, machine: CalibratedMachine, x: np.ndarray, covariance: np.ndarray) -> "KnownPerson":
-        """As JSON."""
+        """Return the record from arrays."""
         return cls(machine=json_value(machine), x=x.tolist(), covariance=covariance.tolist())
 
 
 class LearnedState(Settings):
-    """What a virtual participant takes along."""
+    """State that a virtual participant keeps between sessions."""
 
     slow: tuple[Share, ...]
-    """Of `Adaptation`."""
+    """Slow states of `Adaptation`."""
 
     aim: tuple[Share, Share]
-    """Beside the target, right and up [m]."""
+    """Offset of the aim from the target, right and up [m]."""
 
 
 class KeptSession(Settings):
-    """The whole file."""
+    """Content of the checkpoint file."""
 
     schema_version: Literal[1] = 1
     options: OptionRecord
     t: float
-    """On the rig's clock, of the last that is known [s]."""
+    """Time of the last record on the rig's clock [s]."""
 
     run: str
-    """`Run.kept()`."""
+    """State of the task, from `Run.kept()`."""
 
     person: KnownPerson | None
-    """None of a machine that only records."""
+    """Knowledge of the person; None on a machine that only records."""
 
     before: JsonObject
-    """Figures of the run before its windows, by the room that makes the run."""
+    """Figures of the run before its windows, in the form of the room that makes the run."""
 
     learned: LearnedState | None = None
-    """By the virtual participant, until then."""
+    """State of the virtual participant."""
 
 
 SESSION_FILE = StateFile[KeptSession](
     pack=KeptSession.model_dump_json,
     unpack=KeptSession.model_validate_json,
     advice=Advice(
-        too_large=f"{{path}} has more than {{most}} bytes; it is no run. {AFRESH}",
+        too_large=f"{{path}} has more than {{most}} bytes; it is not the state of a run. {AFRESH}",
         unreadable="There is no run to go on with: {path} cannot be read ({why}). Leave --resume out, or give the "
-        "--out, --participant, --protocol and --session of the run that was broken off.",
+        "--out, --participant, --protocol and --session of the interrupted run.",
         damaged=f"{{path}} is damaged: {{why}} {AFRESH}",
-        other="--{name} is {value}, and the run in {path} was begun with {found}. Give the same.",
-        unwritable="{path} cannot be written: {why}. Free some space there; the run can be gone on with by --resume "
-        "from where it was kept last.",
+        other="--{name} is {value}, and the run in {path} was started with {found}. Give the same value.",
+        unwritable="{path} cannot be written: {why}. Free some space there; then resume the run with --resume "
+        "from its last state.",
     ),
     is_private=True,
     makes_folder=False,
@@ -80,10 +80,10 @@ SESSION_FILE = StateFile[KeptSession](
 
 
 def read_kept(path: Path, options: OptionRecord) -> KeptSession:
-    """State of a run with these options.
+    """Return the state of a run with these options.
 
     Raises:
-        ConfigError: There is no such file, it is damaged, or of other options.
+        ConfigError: The file is missing, damaged, or of a run with other options.
     """
     kept = SESSION_FILE.read(path)
     SESSION_FILE.refuse_other(path, kept.options, options)
@@ -91,13 +91,13 @@ def read_kept(path: Path, options: OptionRecord) -> KeptSession:
 
 
 def refuse_kept(path: Path) -> None:
-    """Refuse to begin where a run of this name is: a second start overwrites no data.
+    """Refuse to start a run where one of this name exists: a second start overwrites no data.
 
     Raises:
-        ConfigError: A run of this name is there.
+        ConfigError: A run of this name exists.
     """
     if path.exists():
         raise ConfigError(
-            f"{path} holds a run of this session. Go on with it by --resume if it was broken off; else give another "
+            f"{path} holds a run of this session. Resume it with --resume if it was interrupted; else give another "
             "--session or --out."
         )
