@@ -1,4 +1,4 @@
-"""One file format for every run: written while it happens, read by anyone."""
+"""Recordings: one file format for every run, written during the run, with writer and reader."""
 
 from .log import MotionLog as MotionLog
 from .log import read_log as read_log

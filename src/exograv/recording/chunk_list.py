@@ -1,4 +1,4 @@
-"""What the index of a file says of its chunks, packed: a recording makes four a second, for hours."""
+"""Packed list of the chunks of a file's index; a recording makes four chunks a second, for hours."""
 
 import struct
 from collections.abc import Iterator
@@ -6,28 +6,29 @@ from collections.abc import Iterator
 from mcap.records import ChunkIndex
 
 CHUNK = struct.Struct("<QIQQIIIBB")
-"""Place and length in the file, first time and span of times [ns], compressed and uncompressed size, length of the
-message indexes, which compression, and how many channels."""
+"""Offset and length in the file, first time and time span [ns], compressed and uncompressed size, length of the
+message indexes, index of the compression, and number of channels.
+"""
 
 CHANNEL = struct.Struct("<HI")
-"""Number, and where its message index is, after the chunk's end."""
+"""Channel number, and offset of its message index after the end of the chunk."""
 
 
 class ChunkList:
-    """In the order of the file; 60 bytes a chunk where a list of records takes 700."""
+    """Chunks in the order of the file, in 60 bytes per chunk; a list of records takes 700."""
 
     def __init__(self):
         self._packed, self._count = bytearray(), 0
         self._compressions: list[str] = []
         self.time_span_ns = (0, 0)
-        """First and last log time in any chunk; zeros before the first."""
+        """First and last log time in any chunk; zeros before the first chunk."""
 
     def __len__(self) -> int:
-        """Chunks."""
+        """Return the number of chunks."""
         return self._count
 
     def __iter__(self) -> Iterator[ChunkIndex]:
-        """As records."""
+        """Yield the chunks as records."""
         at = 0
         for _ in range(self._count):
             start, length, first, span, compressed, size, indexes, compression, channels = CHUNK.unpack_from(
@@ -49,7 +50,7 @@ class ChunkList:
             )
 
     def append(self, chunk: ChunkIndex) -> None:
-        """One more."""
+        """Append a chunk."""
         if chunk.compression not in self._compressions:
             self._compressions.append(chunk.compression)
         first, last = chunk.message_start_time, chunk.message_end_time

@@ -1,4 +1,4 @@
-"""Which state of exograv has written a file: two states may have the same version."""
+"""Hash of the code that writes a file; two states of the code may have the same version."""
 
 import hashlib
 from functools import cache
@@ -9,7 +9,7 @@ import exograv
 
 @cache
 def code_sha256() -> str:
-    """Of every module of exograv."""
+    """SHA-256 of all modules of exograv."""
     folder, digest = Path(exograv.__file__).parent, hashlib.sha256()
     for path in sorted(folder.glob("**/*.py")):
         digest.update(str(path.relative_to(folder)).encode() + path.read_bytes())

@@ -1,7 +1,8 @@
-"""An MCAP file, chunk by chunk. The mcap package writes message by message, which takes longer than a tick's own work.
+"""MCAP file, written chunk by chunk.
 
-Source of the layout: MCAP specification, version 0. When `add_chunk` returns, a whole chunk is with the operating
-system: a killed writer leaves it behind. What outlives a power failure is the caller's to say (fdatasync).
+The mcap package writes message by message, which takes longer than a tick's own work. Source of the layout: MCAP
+specification, version 0. When `add_chunk` returns, the operating system has the whole chunk, and a killed writer leaves
+it behind. To survive a power failure, the caller must sync the file (fdatasync).
 """
 
 import struct
@@ -28,24 +29,24 @@ MESSAGE_HEAD = struct.Struct("<HIQQ")
 MESSAGE = np.dtype(
     [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("times_ns", "<u8", (2,))]
 )
-"""`RECORD_HEAD` and `MESSAGE_HEAD` in one, for messages in rows."""
+"""`RECORD_HEAD` and `MESSAGE_HEAD` in one type, for rows of messages."""
 
 INDEX_ENTRY = np.dtype([("time_ns", "<u8"), ("offset", "<u8")])
-"""Where in its uncompressed chunk a message is."""
+"""Log time of a message, and its offset in the uncompressed chunk."""
 
 FOOTER = struct.Struct("<QQI")
-"""Where the summary begins, where its offsets would, and `summary_crc`."""
+"""Start of the summary, start of its offsets (unused), and `summary_crc`."""
 
 COMPRESSION_LEVEL = 1
-"""Of zstd: less than half the time of its default, 3, for 2 % more bytes (measured on ticks of a demo)."""
+"""Level of zstd: it takes less than half the time of the default, 3, for 2 % more bytes (measured on demo ticks)."""
 
 
 Index = Mapping[int, np.ndarray]
-"""By channel, an `INDEX_ENTRY` for each of its messages; at least one."""
+"""Entries of `INDEX_ENTRY` by channel, one for each of its messages; at least one entry in all."""
 
 
 class MessageIndexes:
-    """The records that follow a chunk: one a channel."""
+    """Index records that follow a chunk, one per channel."""
 
     def __init__(self, index: Index, start: int):
         parts = [struct.pack("<HI", channel, entries.nbytes) + entries.tobytes() for channel, entries in index.items()]
@@ -53,17 +54,17 @@ class MessageIndexes:
         places = start + np.cumsum([0, *(len(record) for record in records)])
         self.records = b"".join(records)
         self.offsets = {channel: int(place) for channel, place in zip(index, places, strict=False)}
-        """Of each channel's record in the file, when the first is at `start`."""
+        """Position of each channel's record in the file, if the first one is at `start`."""
 
 
 def time_span_ns(index: Index) -> tuple[int, int]:
-    """First and last log time."""
+    """First and last log time [ns]."""
     times = np.concatenate([entries["time_ns"] for entries in index.values()])
     return int(times.min()), int(times.max())
 
 
 def chunk_index(chunk: Chunk, place: tuple[int, int], indexes: MessageIndexes) -> ChunkIndex:
-    """What the summary says of a chunk that lies between these bytes of the file."""
+    """Return the summary's entry for a chunk between these bytes of the file."""
     return ChunkIndex(
         chunk_start_offset=place[0],
         chunk_length=place[1] - place[0],
@@ -78,12 +79,12 @@ def chunk_index(chunk: Chunk, place: tuple[int, int], indexes: MessageIndexes) -
 
 
 def summary_crc(summary: bytes, start: int) -> int:
-    """Checksum that the footer carries, over the summary and the footer's own first fields."""
+    """Checksum in the footer, over the summary and the footer's own first fields."""
     return zlib.crc32(struct.pack("<BQQQ", Opcode.FOOTER, FOOTER.size, start, 0), zlib.crc32(summary))
 
 
 class ChunkedFile:
-    """Channels first, then compressed chunks of messages, and an index of all at the end."""
+    """MCAP file with channels first, then compressed chunks of messages, and an index at the end."""
 
     def __init__(self, stream: BinaryIO):
         self._stream = stream
@@ -92,27 +93,27 @@ class ChunkedFile:
         self.channels: list[Channel] = []
         self.chunks = ChunkList()
         self.counts: dict[int, int] = {}
-        """Messages by channel."""
+        """Number of messages by channel."""
 
     def begin(self) -> None:
-        """Write what an MCAP file begins with."""
+        """Write the start of an MCAP file."""
         self._write(MCAP0_MAGIC)
         self._put(Header(profile="", library=f"exograv recording {SCHEMA_VERSION}"))
 
     def resume(self, crc: int, written: int) -> None:
-        """Go on after so many bytes of this CRC-32, whose channels, chunks and counts have been filled in."""
+        """Continue after so many bytes with this CRC-32; channels, chunks and counts have been restored."""
         self._crc = crc
         self._stream.seek(written)
 
     def add_channel(self, topic: str, encoding: str, schema: Schema) -> int:
-        """Announce a channel and its schema, before any chunk; returns the channel's number."""
+        """Write a channel and its schema, before any chunk, and return the channel's number."""
         self.schemas.append(schema)
         self.channels.append(Channel(len(self.channels) + 1, topic, encoding, {}, schema.id))
         self._put(self.schemas[-1], self.channels[-1])
         return self.channels[-1].id
 
     def add_chunk(self, messages: bytes, index: Index) -> None:
-        """Write message records, one after another, compressed."""
+        """Write message records as a compressed chunk."""
         first, last = time_span_ns(index)
         packed, start = zstandard.compress(messages, COMPRESSION_LEVEL), self._stream.tell()
         chunk = Chunk(

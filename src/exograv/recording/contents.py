@@ -1,7 +1,7 @@
-"""What of a file can be trusted: each record where it must be, each chunk by its checksum and by its index.
+"""Check of a file's content: each record by its place, each chunk by its checksum and index.
 
-A file may be cut anywhere (its writer was killed, the power failed) and altered anywhere (a failing disk). What is
-before is good; what does not agree, and all that follows, is not used.
+A file may be cut anywhere (its writer was killed, the power failed) and altered anywhere (a failing disk). The part
+before the first error is good. The erroneous part and all that follows is not used.
 """
 
 import enum
@@ -37,7 +37,7 @@ from .stream_block import TOPICS
 
 
 class DamageError(Exception):
-    """Something is not as the format has it; for this file only, callers see an `FileEnding`."""
+    """Violation of the file format; used in this file only, callers see a `FileEnding`."""
 
 
 DAMAGE = (DamageError, McapError, zstandard.ZstdError, struct.error, UnicodeDecodeError, OverflowError)
@@ -45,19 +45,19 @@ DAMAGE = (DamageError, McapError, zstandard.ZstdError, struct.error, UnicodeDeco
 
 @runtime_checkable
 class Content(Protocol):
-    """Bytes of a file, in memory or not."""
+    """Bytes of a file, in memory or read from it."""
 
     def __len__(self) -> int:
-        """How many there are."""
+        """Return the number of bytes."""
         ...
 
     def __getitem__(self, part: slice, /) -> bytes:
-        """Those of the part."""
+        """Return the bytes of a part."""
         ...
 
 
 CRC_BYTES = 10_000_000
-"""Taken at a time."""
+"""Bytes that one step reads."""
 
 
 def crc_of(content: Content, end: int) -> int:
@@ -69,11 +69,11 @@ def crc_of(content: Content, end: int) -> int:
 
 
 Visit = Callable[[str, bytes], None]
-"""Called with the topic and the data of a message; of ticks, with those that follow each other, in one."""
+"""Function that takes topic and data of a message; ticks that follow each other come as one."""
 
 
 class FileEnding(enum.Enum):
-    """How a file ends."""
+    """State of a file's end."""
 
     COMPLETE = "complete"
     CUT = "cut"
@@ -82,28 +82,28 @@ class FileEnding(enum.Enum):
 
 @dataclass
 class Contents:
-    """What was found good."""
+    """Content of a file that was found good."""
 
     schemas: list[Schema] = field(default_factory=list)
     channels: list[Channel] = field(default_factory=list)
     chunks: ChunkList = field(default_factory=ChunkList)
 
     counts: dict[int, int] = field(default_factory=dict)
-    """Messages by channel, of the chunks whose index is whole too."""
+    """Number of messages by channel, in chunks whose index is complete too."""
 
     good: int = 0
-    """Bytes up to the end of the last whole chunk and its index: a file cut here can be continued."""
+    """Bytes up to the end of the last complete chunk and its index; a file cut here can be continued."""
 
     ending: FileEnding = FileEnding.CUT
 
     @property
     def topics(self) -> dict[int, str]:
-        """Of the channels, by their number."""
+        """Topics of the channels, by channel number."""
         return {channel.id: channel.topic for channel in self.channels}
 
 
 def examine(content: Content, visit: Visit) -> Contents:
-    """Go through a file that begins with the mark of MCAP; every message of a sound chunk is visited, in its order."""
+    """Examine a file that begins with the mark of MCAP, and visit each message of a good chunk in order."""
     found = Contents()
     for topic, data in messages_in(content, found):
         visit(topic, data)
@@ -111,7 +111,7 @@ def examine(content: Content, visit: Visit) -> Contents:
 
 
 def messages_in(content: Content, found: Contents) -> Iterator[tuple[str, bytes]]:
-    """Topic and data as `examine` visits them, a chunk in memory at a time; `found` is filled in on the way."""
+    """Yield topic and data as `examine` visits them, with one chunk in memory at a time; fill in `found` on the way."""
     try:
         found.ending = yield from _walk(content, found)
     except DAMAGE:
@@ -138,7 +138,7 @@ def _walk(content: Content, found: Contents) -> Generator[tuple[str, bytes], Non
 
 
 def _announce(opcode: int, body: bytes, found: Contents) -> None:
-    """A record before the first chunk."""
+    """Take a record before the first chunk."""
     stream = ReadDataStream(BytesIO(body))
     if found.chunks:
         raise DamageError
@@ -159,7 +159,7 @@ def _announce(opcode: int, body: bytes, found: Contents) -> None:
 def _chunk(
     chunk: Chunk, content: Content, place: tuple[int, int], found: Contents
 ) -> Generator[tuple[str, bytes], None, int | None]:
-    """Take the chunk of these bytes; returns where its index ends, None if the file does so before."""
+    """Yield a chunk's messages; return the end of its index, or None if the file ends before it."""
     data, topics = _unpacked(chunk), found.topics
     parts: dict[int, list[np.ndarray]] = {}
     for channel, entries, messages in _messages(data, topics):
@@ -180,7 +180,7 @@ def _chunk(
 
 
 def _unpacked(chunk: Chunk) -> bytes:
-    # Asked before: an altered length must not ask for more memory than there is.
+    # The size is checked first, so that an altered length cannot demand more memory than there is.
     if chunk.compression != "zstd" or zstandard.frame_content_size(chunk.data) != chunk.uncompressed_size:
         raise DamageError
     data = zstandard.decompress(chunk.data)
@@ -190,7 +190,7 @@ def _unpacked(chunk: Chunk) -> bytes:
 
 
 def _messages(data: bytes, topics: dict[int, str]) -> Iterator[tuple[int, np.ndarray, bytes]]:
-    """Channel, `INDEX_ENTRY` per message and data; ticks that follow each other are one."""
+    """Yield channel, `INDEX_ENTRY` per message, and data; ticks that follow each other are one."""
     start = 0
     while record := _record_at(data, start):
         opcode, body = record
@@ -213,7 +213,7 @@ def _messages(data: bytes, topics: dict[int, str]) -> Iterator[tuple[int, np.nda
 
 
 def _equal_messages(content: bytes, start: int, size: int) -> np.ndarray:
-    """The message at `start` and those like it that follow at once: ticks, thousands of them in a row."""
+    """Return the message at `start` and the equal ones that follow it directly: ticks, thousands of them in a row."""
     count = (len(content) - start) // size
     like = np.dtype([("head", MESSAGE), ("data", f"V{size - MESSAGE.itemsize}")])
     rows = np.frombuffer(content, like, count, start)
@@ -223,9 +223,9 @@ def _equal_messages(content: bytes, start: int, size: int) -> np.ndarray:
 
 
 def _finish(content: Content, start: int, summary: int) -> FileEnding:
-    """Check by the record at `start` all that stands before it, and by the footer the summary behind it."""
+    """Check all before `start` by the record there, and the summary behind it by the footer."""
     body = content[start + RECORD_HEAD.size : summary]
-    if body not in (crc_of(content, start).to_bytes(4, "little"), bytes(4)):  # zeros: not computed, in version 1
+    if body not in (crc_of(content, start).to_bytes(4, "little"), bytes(4)):  # zeros: not computed, as in version 1
         raise DamageError
     at = summary
     while record := _record_at(content, at):
@@ -241,7 +241,7 @@ def _finish(content: Content, start: int, summary: int) -> FileEnding:
 
 
 def _record_at(content: Content, start: int) -> tuple[int, bytes] | None:
-    """Operation code and data of the whole record that begins here; None at the end, and where it is cut."""
+    """Return operation code and data of the complete record at `start`; None at the end, or if it is cut."""
     if start + RECORD_HEAD.size > len(content):
         return None
     first = start + RECORD_HEAD.size

@@ -1,4 +1,4 @@
-"""A stream of another device, read back: all as received, and its stamps on the robot's clock in a column beside."""
+"""Stream of another device, read back: unchanged samples, and in further columns their times on the robot's clock."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,39 +20,39 @@ Samples = Float[np.ndarray, " sample"]
 
 @dataclass(frozen=True)
 class DeviceStream:
-    """One stream; one row a sample."""
+    """Stream of another device, one row per sample."""
 
     topic: str
     value_type: str
-    """LSL's name of it."""
+    """Name of the value type in LSL."""
 
     stamps: Samples
-    """Exactly as received: the device's own clock [s]."""
+    """Time stamps exactly as received, on the device's own clock [s]."""
 
     values: Any
-    """Exactly as received: an array (sample, channel), or of strings a list of lists."""
+    """Values exactly as received: an array (sample, channel), or a list of lists for strings."""
 
     received: Samples
-    """CLOCK_MONOTONIC, by which it had come [s]."""
+    """CLOCK_MONOTONIC of the computer when the sample had arrived [s]."""
 
     connection: Int[np.ndarray, " sample"]
-    """Counted from 1; another one may have another clock."""
+    """Number of the connection, from 1; each connection may have another clock."""
 
     notes: tuple[StreamNote, ...]
     corrections: tuple[ClockCorrection, ...]
 
     ticks: np.ndarray
-    """Of the recording: they have both clocks of the robot."""
+    """Ticks of the recording, which carry both clocks of the robot."""
 
     @cached_property
     def description(self) -> ElementTree.Element:
-        """The first description that it gave of itself; empty if that was lost."""
+        """First description that the stream gave of itself; empty if the description was lost."""
         texts = [note.xml for note in self.notes if note.xml]
         return ElementTree.fromstring(texts[0]) if texts else ElementTree.Element("info")
 
     @property
     def name(self) -> str:
-        """As it names itself."""
+        """Name of the stream in its description."""
         return self.description.findtext("name") or self.topic
 
     @property
@@ -62,22 +62,22 @@ class DeviceStream:
 
     @property
     def nominal_rate_Hz(self) -> float:
-        """As it says; 0 where samples come as they come."""
+        """Sample rate in the description; 0 for an irregular rate."""
         return float(self.description.findtext("nominal_srate") or 0.0)
 
     @property
     def channels(self) -> int:
-        """Values of a sample."""
+        """Number of values per sample."""
         return int(self.description.findtext("channel_count") or 0)
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Of the channels, as far as they have some."""
+        """Labels of the channels, as far as the description has them."""
         return tuple(label.text or "" for label in self.description.iterfind("desc/channels/channel/label"))
 
     @cached_property
     def clocks(self) -> dict[int, ClockFit]:
-        """How its clock runs, by connection; none where LSL has measured nothing."""
+        """Fitted clock by connection; empty if LSL has measured no correction."""
         fits = dict[int, ClockFit]()
         for number in sorted({one.connection for one in self.corrections}):
             of = [one for one in self.corrections if one.connection == number]
@@ -88,7 +88,7 @@ class DeviceStream:
 
     @cached_property
     def monotonic(self) -> Samples:
-        """Stamps on CLOCK_MONOTONIC of the robot's computer [s]; NaN where LSL has measured nothing."""
+        """Stamps on CLOCK_MONOTONIC of the robot's computer [s]; NaN if LSL has measured no correction."""
         found = np.full(len(self.stamps), np.nan)
         for number, fit in self.clocks.items():
             of = self.connection == number
@@ -102,9 +102,9 @@ class DeviceStream:
 
 
 def rig_time(ticks: np.ndarray, monotonic: Samples) -> Samples:
-    """The rig's clock at times of CLOCK_MONOTONIC [s], by the ticks, which have both; itself without any.
+    """Return times on the rig's clock for CLOCK_MONOTONIC [s], by ticks, which have both; unchanged without ticks.
 
-    Before the first and after the last tick the two clocks are taken to run alike.
+    Before the first and after the last tick the two clocks are assumed to run alike.
     """
     ticks = ticks[np.isfinite(ticks["monotonic"])]
     if not len(ticks):
@@ -121,7 +121,7 @@ def joined(
     corrections: Sequence[Message],
     ticks: np.ndarray,
 ) -> DeviceStream:
-    """A stream from its messages."""
+    """Build a stream from its messages."""
     counts = [len(block.stamps) for block in blocks]
     if value_type == "string":
         values: Any = [sample for block in blocks for sample in block.values]

@@ -1,4 +1,4 @@
-"""Is there room for what a run will record? Asked before anything moves."""
+"""Check of free disk space for a recording, before anything moves."""
 
 import shutil
 from pathlib import Path
@@ -9,22 +9,25 @@ from .container import INDEX_ENTRY, MESSAGE
 from .encoding import tick_dtype
 
 ROOM = 2.0
-"""Times the expected size that must be free: the run may take longer, and others write too (docs/safety.md, F19)."""
+"""Factor of free space over the expected size (docs/safety.md, F19).
+
+The run may take longer, and other programs write too.
+"""
 
 TICKS_PER_S = 1000
-"""Of a live run."""
+"""Tick rate of a live run."""
 
 
 def expected_bytes(n_joints: int, seconds: float) -> int:
-    """Size of a live recording of so long, without compression: never more than that but for its messages."""
+    """Size of a live recording of this duration without compression, an upper limit apart from messages."""
     return round(seconds * TICKS_PER_S * (MESSAGE.itemsize + tick_dtype(n_joints).itemsize + INDEX_ENTRY.itemsize))
 
 
 def refuse_small_disk(path: Path, n_joints: int, seconds: float) -> None:
-    """Make sure that the recording of a run fits where it goes.
+    """Refuse to start a run whose recording does not fit on the disk.
 
     Raises:
-        RecordingError: Too little space is free.
+        RecordingError: The free space is too small.
     """
     folder = next(folder for folder in path.absolute().parents if folder.is_dir())
     free, needed = shutil.disk_usage(folder).free, round(ROOM * expected_bytes(n_joints, seconds))

@@ -1,4 +1,4 @@
-"""What the table of channels becomes in a file: a packed record, its ROS 2 definition, JSON schemas."""
+"""Conversion of the table of channels to a packed record, its ROS 2 definition, and JSON schemas."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,14 +12,14 @@ CDR_HEADER = b"\x00\x01\x00\x00"
 """Encapsulation of every binary message: plain CDR, little-endian."""
 
 TICK_DEFAULTS = {field.name: field.default for field in TICK.fields if field.default is not None}
-"""Values of a tick that need not be given."""
+"""Default values of the fields of a tick that may be omitted."""
 
 
 def tick_dtype(n_joints: int, version: int = SCHEMA_VERSION) -> np.dtype:
-    """One `/tick` message as a packed record: the CDR header, then the fields of the table in that version.
+    """Return the type of one `/tick` message: the CDR header, then the fields of the table in that version.
 
-    CDR aligns each value to its own size, counted from the end of the header. Values of eight bytes begin at multiples
-    of eight by the order of the table, so nothing is padded; fixed-size arrays carry no length.
+    CDR aligns each value to its own size, counted from the end of the header. In the order of the table values of eight
+    bytes begin at multiples of eight, so there is no padding. Arrays of fixed size carry no length.
     """
     types: dict[str, Any] = {"float64": "<f8", "float32": "<f4", "uint32": "<u4"}
     shape = {(): (), JOINT: (n_joints,)}
@@ -32,7 +32,7 @@ def tick_dtype(n_joints: int, version: int = SCHEMA_VERSION) -> np.dtype:
 
 
 def empty_ticks(n: int, n_joints: int) -> np.ndarray:
-    """Ticks (tick,) with the default of every field that has one, and zero elsewhere."""
+    """Return ticks (tick,) with the default of each field that has one, and zero elsewhere."""
     ticks = np.zeros(n, tick_dtype(n_joints))
     for name, value in TICK_DEFAULTS.items():
         ticks[name] = value
@@ -41,7 +41,7 @@ def empty_ticks(n: int, n_joints: int) -> np.ndarray:
 
 
 def unpacked_ticks(data: bytes | bytearray, n_joints: int, version: int) -> np.ndarray:
-    """Ticks (tick,) of this version as records of the present one; what they lack has its default."""
+    """Return ticks (tick,) of this version as records of the present one; missing fields have their defaults."""
     stored = np.frombuffer(data, tick_dtype(n_joints, version))
     if version == SCHEMA_VERSION:
         return stored
@@ -52,16 +52,16 @@ def unpacked_ticks(data: bytes | bytearray, n_joints: int, version: int) -> np.n
 
 
 def tick_definition(n_joints: int) -> str:
-    """The `/tick` message in ROS 2's interface language, for viewers that know nothing of exograv."""
+    """Return the `/tick` message in ROS 2's interface language, for viewers without knowledge of exograv."""
     array = {(): "", JOINT: f"[{n_joints}]"}
     return "\n".join(f"{f.type}{array[f.size]} {f.name}  # {f.meaning} [{f.unit}]" for f in TICK.fields) + "\n"
 
 
 def json_schema(fields: tuple[Field, ...], n_joints: int) -> dict[str, Any]:
-    """JSON Schema of an object with these fields, in what Foxglove and its descendants understand of that language.
+    """Return the JSON Schema of an object with these fields, in the subset that Foxglove and its descendants support.
 
-    Source: `parseJsonSchema.ts` of Foxglove Studio 1.x: each object has `properties`, a type is one word, no array is
-    in an array.
+    Source: `parseJsonSchema.ts` of Foxglove Studio 1.x. Each object has `properties`, a type is one word, and no array
+    is in an array.
     """
     return {
         "type": "object",
@@ -87,12 +87,12 @@ def _json_property(field: Field, n_joints: int) -> dict[str, Any]:
 
 
 def stored(fields: tuple[Field, ...], message: Mapping[str, Any]) -> dict[str, Any]:
-    """A message as it is in the file: what is null is left out, and a point is an object."""
+    """Return a message in the form of the file: null values are left out, and a point is an object."""
     known, found = {field.name: field for field in fields}, {}
     for name, value in message.items():
         field = known[name]
         if value is None:
-            # Where null is not allowed it is somebody's mistake, which the file then shows.
+            # A null in another field is a mistake of the caller, which the file then shows.
             found |= {} if field.nullable else {name: None}
         elif field.size == POINTS:
             found[name] = [dict(zip("xyz", point, strict=True)) for point in value]
@@ -104,7 +104,7 @@ def stored(fields: tuple[Field, ...], message: Mapping[str, Any]) -> dict[str, A
 
 
 def restored(fields: tuple[Field, ...], message: Mapping[str, Any]) -> dict[str, Any]:
-    """The message of which `stored` made this one; those of versions before 3 are as they were."""
+    """Return the message from which `stored` made this one; messages of versions before 3 stay unchanged."""
     absent = {field.name: None for field in fields if field.nullable and not field.optional}
     found: dict[str, Any] = absent | dict(message)
     for field in fields:
@@ -119,7 +119,7 @@ def restored(fields: tuple[Field, ...], message: Mapping[str, Any]) -> dict[str,
 
 
 def misfits(channel: Channel, message: Mapping[str, Any]) -> list[str]:
-    """Names that the table does not allow in this message, or that it misses; empty if it fits."""
+    """Names that the table does not allow in this message, or that the message lacks; empty if the message fits."""
     known = {field.name for field in channel.fields}
     needed = {field.name for field in channel.fields if not field.optional}
     unknown = [f"unknown '{name}'" for name in message if name not in known]

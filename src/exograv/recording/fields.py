@@ -1,4 +1,4 @@
-"""What a row of the table of channels is made of."""
+"""Types for the rows of the table of channels."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from types import NoneType
 from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
 Message = Mapping[str, Any]
-"""One JSON message, as the file has it: recordings are read at the border, and older ones hold other fields."""
+"""JSON message as in the file; recordings are read at the border, and older ones hold other fields."""
 
 Row = TypeVar("Row")
 
@@ -17,11 +17,11 @@ Size = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class Field:
-    """One value of a message."""
+    """Value of a message."""
 
     name: str
     type: str
-    """A ROS 2 type (`float64`, `float32`, `uint32`) in a binary channel, a JSON type otherwise.
+    """ROS 2 type (`float64`, `float32`, `uint32`) in a binary channel, JSON type otherwise.
 
     An `object` holds `fields`, or anything if there are none.
     """
@@ -30,30 +30,30 @@ class Field:
     meaning: str
     size: Size = ()
     optional: bool = False
-    """May be absent."""
+    """True if the value may be absent."""
 
     nullable: bool = False
-    """May be null: asked for, and not reached or not known. In the file it is then left out."""
+    """True if the value may be null: requested, and not reached or not known. The file then leaves it out."""
 
     fields: "tuple[Field, ...]" = ()
 
     since: int = 1
-    """Version of the format from which on a tick has it."""
+    """First version of the format in which a tick has the field."""
 
     default: float | None = None
-    """Of a tick that does not say, or is older than the field; None where every tick must."""
+    """Value in a tick that omits the field, or is older than it; None if each tick must have it."""
 
     narrow_before: int = 1
-    """Before this version of the format a `float64` of a tick was stored as `float32`."""
+    """First version of the format that stores this `float64` of a tick without rounding it to `float32`."""
 
 
 @dataclass(frozen=True)
 class Channel:
-    """One stream of messages."""
+    """Stream of messages of one kind."""
 
     topic: str
     encoding: str
-    """`cdr` (binary, one message a tick) or `json`."""
+    """Encoding: `cdr` (binary, one message per tick) or `json`."""
 
     rate: str
     meaning: str
@@ -70,7 +70,7 @@ JOINT: Size = ("joint",)
 LIST: Size = ("any",)
 POINTS: Size = ("any", 3)
 AXES = tuple(Field(axis, "number", "m", "of a point") for axis in "xyz")
-"""What a point is in the file."""
+"""Fields of a point in the file."""
 
 JSON_TYPES: dict[object, str] = {int: "integer", float: "number", int | float: "number", bool: "boolean"}
 
@@ -82,9 +82,9 @@ def described(row: type) -> dict[str, tuple[Any, ...]]:
 
 
 def fields_of(message: type) -> tuple[Field, ...]:
-    """Fields of a dataclass of messages: `Annotated[type, meaning]`, or `Annotated[type, meaning, unit]`.
+    """Return the fields of a dataclass of messages: `Annotated[type, meaning]` or `Annotated[type, meaning, unit]`.
 
-    A list is of any length; what may be None may be absent.
+    A list may have any length. A field that may be None may be absent.
     """
     return tuple(_field(name, *told) for name, told in described(message).items())
 
@@ -98,5 +98,5 @@ def _field(name: str, annotation: Any, meaning: str, unit: str = "-") -> Field:
 
 
 def read_as(row: type[Row], message: Message) -> Row:
-    """Make a dataclass of messages from one; what it does not name is left out."""
+    """Return a message as a dataclass; names that the dataclass does not have are left out."""
     return row(**{name: message[name] for name in described(row) if name in message})

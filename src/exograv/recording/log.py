@@ -1,4 +1,4 @@
-"""A log of another robot's making, as CSV: read, cleaned and cut to the motion, with every loss counted."""
+"""CSV logs of other robots: read, cleaned and cut to the motion, with each loss counted."""
 
 import csv
 from collections import Counter
@@ -11,26 +11,26 @@ from jaxtyping import Float
 from exograv.errors import RecordingError
 
 SHARE_OF_SPEED = 0.01
-"""Moving means faster than this share of the log's fast speed (95th percentile over its rows) [-].
+"""Speed above which a robot moves, as a share of the log's fast speed (95th percentile over its rows) [-].
 
-A share, because what an encoder's noise looks like as a speed differs by a factor of 100 between robots.
+A share is used because the apparent speed of an encoder's noise differs by a factor of 100 between robots.
 """
 
 REST_S = 0.5
-"""Slower than that for so long ends a motion [s]; reversals of a joint are much shorter."""
+"""Time below that speed that ends a motion [s]; reversals of a joint are much shorter."""
 
 SKIPPED_SHARE_MAX = 0.1
-"""More rows skipped than this share [-], and the file is not what it is taken for."""
+"""Largest share of skipped rows [-]; with more, the file has other columns than assumed."""
 
 PERIOD_MAX_S = 0.2
-"""Longer than this between samples [s], and accelerations are guesses; or time is not in seconds."""
+"""Largest time between samples [s]; above it accelerations are guesses, or time is not in seconds."""
 
 COLUMNS = "time [s], positions [rad], velocities [rad/s] and currents [A], one each per joint"
 
 
 @dataclass(frozen=True)
 class MotionLog:
-    """The motion in a log; one row a sample, one column a joint."""
+    """Motion in a log, one row per sample and one column per joint."""
 
     t: Float[np.ndarray, " sample"]
     """Time on the robot's clock, strictly rising [s]."""
@@ -45,10 +45,10 @@ class MotionLog:
     """Motor currents [A]."""
 
     skipped: int
-    """Rows between the first and the last that were cut short, not numbers, or not later than the row before."""
+    """Number of rows in between that were cut short, not numbers, or not later than the row before."""
 
     rows: tuple[int, int]
-    """First and last line used, counted from 1 as an editor does."""
+    """First and last line used, counted from 1 as in an editor."""
 
 
 def read_log(path: Path, n_joints: int, rows: str | None = None) -> MotionLog:
@@ -56,11 +56,11 @@ def read_log(path: Path, n_joints: int, rows: str | None = None) -> MotionLog:
 
     Args:
         path: The CSV file.
-        n_joints: Joints of the robot; positions, velocities and currents take as many columns each.
-        rows: Lines to use, "first:last", counted from 1; without it the longest motion between two rests.
+        n_joints: Joints of the robot; positions, velocities and currents have as many columns each.
+        rows: Lines to use, "first:last", counted from 1; without it, the longest motion between two rests.
 
     Raises:
-        RecordingError: No such file, other columns, too many bad rows, time that does not run, or no motion.
+        RecordingError: The file is missing, has other columns, too many bad rows, no running time, or no motion.
     """
     path = Path(path)
     lines, values, bad = _numeric_rows(path, n_joints)
@@ -83,7 +83,7 @@ def read_log(path: Path, n_joints: int, rows: str | None = None) -> MotionLog:
 
 
 def _numeric_rows(path: Path, n_joints: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Line numbers and needed columns of the good rows, and line numbers of the bad ones."""
+    """Return line numbers and needed columns of the good rows, and line numbers of the bad ones."""
     needed = 1 + 3 * n_joints
     rows = _cells(path)
     usual = Counter(len(cells) for _, cells in rows).most_common(1)[0][0] if rows else 0
@@ -123,19 +123,17 @@ def _has_number(cells: list[str]) -> bool:
 def _chosen(rows: str, path: Path) -> tuple[int, int]:
     first, _, last = rows.partition(":")
     if not (first.isdecimal() and last.isdecimal() and 1 <= int(first) < int(last)):
-        raise RecordingError(f"Rows '{rows}' of {path} mean nothing. Write first:last, counted from 1, as in 100:2000.")
+        raise RecordingError(f"Rows '{rows}' of {path} are invalid. Write first:last, counted from 1, as in 100:2000.")
     return int(first), int(last)
 
 
 def _refuse_other_clocks(path: Path, t: np.ndarray, rows: str | None) -> None:
     if len(t) < 2:
-        raise RecordingError(
-            f"{path} has {len(t)} usable rows in {rows or 'all its lines'}. Needed are rows of {COLUMNS}."
-        )
+        raise RecordingError(f"{path} has {len(t)} usable rows in {rows or 'all its lines'}. Rows must have {COLUMNS}.")
     period = float(np.median(np.diff(t)))
     if period > PERIOD_MAX_S:
         raise RecordingError(
-            f"{path}: samples lie {period:g} s apart by the first column; at most {PERIOD_MAX_S} s is of use. "
+            f"{path}: samples are {period:g} s apart by the first column; at most {PERIOD_MAX_S} s is allowed. "
             "That column must be time in seconds."
         )
 
@@ -149,11 +147,11 @@ def _refuse_many_skipped(path: Path, skipped: int, rows: tuple[int, int], n_join
 
 
 def _longest_motion(path: Path, t: np.ndarray, speed: np.ndarray) -> slice:
-    """The longest motion between two rests, as samples: robots drive to the start before, and home after."""
+    """Return the longest motion between two rests, as samples: robots drive to the start before, and home after."""
     moving = np.flatnonzero(speed > SHARE_OF_SPEED * np.percentile(speed, 95))
     if len(moving) < 2:
         raise RecordingError(f"Nothing moves in {path}: all velocities are zero. Check the columns: {COLUMNS}.")
-    # A gap in the data is no rest: samples must show that nothing moved.
+    # A gap in the data is not a rest: samples must show that no joint moved.
     breaks = np.flatnonzero((np.diff(t[moving]) > REST_S) & (np.diff(moving) > 1))
     first = moving[np.concatenate([[0], breaks + 1])]
     last = moving[np.concatenate([breaks, [len(moving) - 1]])]

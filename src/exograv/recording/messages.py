@@ -1,4 +1,4 @@
-"""Messages that are written and read field by field; the table of channels takes their fields from here."""
+"""Messages that are written and read field by field; they define fields of the table of channels."""
 
 from dataclasses import dataclass, field
 from typing import Annotated
@@ -8,7 +8,7 @@ from exograv.results import OPTIONAL
 
 @dataclass(frozen=True)
 class TimingMessage:
-    """Message of `/timing`."""
+    """Message of `/timing`: punctuality of a live run."""
 
     t: float
     periods: Annotated[int, "periods that passed, with a tick or without"]
@@ -26,7 +26,7 @@ class TimingMessage:
 
 @dataclass(frozen=True)
 class StreamNote:
-    """Message of `/stream`."""
+    """Message of `/stream`: event of another device's stream."""
 
     monotonic: Annotated[float, "CLOCK_MONOTONIC when it was noticed", "s"]
     topic: Annotated[str, "channel of its samples"]
@@ -44,7 +44,7 @@ class StreamNote:
 
 @dataclass(frozen=True)
 class ClockCorrection:
-    """Message of `/correction`."""
+    """Message of `/correction`: clock correction measured by LSL."""
 
     topic: Annotated[str, "channel of the stream's samples"]
     connection: Annotated[int, "as in `/stream`"]

@@ -1,4 +1,4 @@
-"""A recording that is larger than a laptop's memory: chosen messages whole, ticks piece by piece, in one pass."""
+"""Reader for recordings larger than memory: chosen messages complete, ticks in pieces, in one pass."""
 
 import json
 from collections.abc import Collection, Iterator
@@ -13,14 +13,14 @@ from .schema import CHANNELS, SETTINGS, TICK
 
 
 class RecordingPass:
-    """One way through a recording. `for ticks in passing.ticks(): …`, and then what `passing.recording()` says."""
+    """Single pass through a recording: `for ticks in passing.ticks(): …`, and then `passing.recording()`."""
 
     def __init__(self, path: Path, topics: Collection[str] = ()):
-        """Nothing is read yet.
+        """Prepare a pass; nothing is read yet.
 
         Args:
             path: The recording.
-            topics: JSON channels whose messages are wanted, beside `/settings`.
+            topics: JSON channels to keep, beside `/settings`.
         """
         self.path = Path(path)
         self._wanted = {SETTINGS.topic, *topics}
@@ -29,10 +29,10 @@ class RecordingPass:
         self._is_through = False
 
     def ticks(self) -> Iterator[np.ndarray]:
-        """All ticks in their order, some thousands a piece: structured arrays (tick,) as `Recording.ticks`.
+        """Yield all ticks in order, some thousands per piece: structured arrays (tick,) as `Recording.ticks`.
 
         Raises:
-            RecordingError: There is no such file, it is no recording of exograv, or one of another version.
+            RecordingError: The file is missing, is not a recording of exograv, or has an unknown version.
         """
         n_joints, version = 0, 0
         for topic, data in self._messages():
@@ -48,10 +48,10 @@ class RecordingPass:
         self._is_through = True
 
     def recording(self) -> Recording:
-        """Settings, remark and the wanted messages. Its `ticks` are empty, and so are `streams`.
+        """Return settings, remark and the chosen messages; `ticks` and `streams` are empty.
 
         Raises:
-            RecordingError: As of `ticks`.
+            RecordingError: The file is missing, is not a recording of exograv, or has an unknown version.
         """
         if not self._is_through:
             for _ in self.ticks():
@@ -75,18 +75,18 @@ class RecordingPass:
 
 
 def read_topics(path: Path, topics: Collection[str]) -> Recording:
-    """Settings, remark and these JSON channels of a recording, in a few megabytes; its `ticks` are empty.
+    """Read settings, remark and these JSON channels of a recording, in a few megabytes; `ticks` is empty.
 
     Raises:
-        RecordingError: There is no such file, it is no recording of exograv, or one of another version.
+        RecordingError: The file is missing, is not a recording of exograv, or has an unknown version.
     """
     return RecordingPass(path, topics).recording()
 
 
 def tick_pieces(path: Path) -> Iterator[np.ndarray]:
-    """All ticks of a recording, some thousands a piece.
+    """Return all ticks of a recording, some thousands per piece.
 
     Raises:
-        RecordingError: There is no such file, it is no recording of exograv, or one of another version.
+        RecordingError: The file is missing, is not a recording of exograv, or has an unknown version.
     """
     return RecordingPass(path).ticks()

@@ -1,4 +1,4 @@
-"""Reads a recording back, also one whose writer was killed: everything up to the last whole chunk."""
+"""Reader of recordings, also of those whose writer was killed: all up to the last complete chunk."""
 
 import contextlib
 import json
@@ -22,36 +22,36 @@ from .schema import CHANNELS, SCHEMA_VERSION, TICK
 from .stream_block import TOPICS, unpacked, value_type_of
 
 READABLE = range(1, SCHEMA_VERSION + 1)
-"""Versions of the format."""
+"""Versions of the format that can be read."""
 
 
 @dataclass(frozen=True)
 class Recording:
-    """A recording in memory."""
+    """Recording in memory."""
 
     path: Path
     settings: Message
-    """The message of `/settings`."""
+    """Message of `/settings`."""
 
     ticks: np.ndarray
-    """Structured array, one record a tick; fields and units in the table of `/tick`."""
+    """Structured array, one record per tick; fields and units are in the table of `/tick`."""
 
     remark: str | None
-    """What is wrong with the file, as a sentence; None for a complete one."""
+    """Sentence on what is wrong with the file; None for a complete one."""
 
     _messages: Mapping[str, Sequence[Message]]
 
     streams: tuple[DeviceStream, ...] = ()
-    """Of other devices."""
+    """Streams of other devices."""
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Actuated joints, in the order of every per-joint array."""
+        """Actuated joints, in the order of each per-joint array."""
         return tuple(self.settings["joints"])
 
     @property
     def is_simulated(self) -> bool:
-        """Whether nobody was there: a twin has a level of disturbance, a model of a participant has settings."""
+        """True if no person was in the machine: a twin has a disturbance level, a participant model has settings."""
         settings = self.settings
         return (
             "participant_model" in (settings.get("settings") or {})
@@ -60,15 +60,15 @@ class Recording:
         )
 
     def messages(self, topic: str) -> Sequence[Message]:
-        """All messages of a JSON channel, in the order of writing; empty if there are none."""
+        """Return all messages of a JSON channel, in the order of writing; empty if there are none."""
         return self._messages.get(topic, [])
 
     def last(self, topic: str) -> Message:
-        """The last message of a JSON channel, or an empty one."""
+        """Return the last message of a JSON channel, or an empty one."""
         return (self.messages(topic) or [{}])[-1]
 
     def phase_ticks(self, name: str) -> np.ndarray:
-        """The ticks of the last phase of this name; empty if there was none."""
+        """Return the ticks of the last phase with this name; empty if there was none."""
         numbers = [k for k, phase in enumerate(self.messages("/phase"), start=1) if phase["name"] == name]
         return self.ticks[self.ticks["phase"] == (numbers or [-1])[-1]]
 
@@ -77,11 +77,11 @@ def read_recording(path: Path) -> Recording:
     """Read a whole recording.
 
     Raises:
-        RecordingError: There is no such file, it is no recording of exograv, or one of another version.
+        RecordingError: The file is missing, is not a recording of exograv, or has an unknown version.
     """
     path = Path(path)
     parts: defaultdict[str, list[bytes]] = defaultdict(list)
-    packed = bytearray()  # two gigabytes of a whole session: never twice in memory
+    packed = bytearray()  # a whole session has two gigabytes: never keep them twice in memory
 
     def visit(topic: str, data: bytes) -> None:
         if topic == TICK.topic:
@@ -122,10 +122,10 @@ def _streams(
 
 
 class FileContent:
-    """Bytes of an open file, read as they are asked for; a disk that fails raises as any reading does."""
+    """Bytes of an open file, read on demand; a failing disk raises a `RecordingError`."""
 
     def __init__(self, path: Path, file: BinaryIO):
-        """As large as the file is now."""
+        """Take the size of the file at this moment."""
         self._path, self._file = path, file
         self._size = os.fstat(file.fileno()).st_size
 
@@ -143,10 +143,10 @@ class FileContent:
 
 @contextlib.contextmanager
 def read_content(path: Path) -> Iterator[FileContent]:
-    """The bytes of an MCAP file, while the block lasts.
+    """Open the bytes of an MCAP file for the duration of the block.
 
     Raises:
-        RecordingError: There is no such file, or it is of another kind.
+        RecordingError: The file is missing, or of another kind.
     """
     try:
         file = path.open("rb")
@@ -156,7 +156,7 @@ def read_content(path: Path) -> Iterator[FileContent]:
         content = FileContent(path, file)
         if content[: len(MCAP0_MAGIC)] != MCAP0_MAGIC:
             raise RecordingError(
-                f"{path} is no MCAP file. A recording of exograv ends in .mcap and begins with its mark."
+                f"{path} is not an MCAP file. A recording of exograv ends in .mcap and begins with its mark."
             )
         yield content
 
@@ -166,10 +166,10 @@ def _unreadable(path: Path, error: OSError) -> str:
 
 
 def settings_of(path: Path, messages: list[bytes]) -> Message:
-    """What the run was started with, by the messages of `/settings`.
+    """Return the settings of the run, from the messages of `/settings`.
 
     Raises:
-        RecordingError: There is none, or it is of a version that this exograv does not read.
+        RecordingError: The message is missing, or of a version that this exograv does not read.
     """
     if not messages:
         raise RecordingError(
@@ -185,7 +185,7 @@ def settings_of(path: Path, messages: list[bytes]) -> Message:
 
 
 def remark_on(path: Path, size: int, found: Contents, ticks: np.ndarray) -> str | None:
-    """What is wrong with a file of so many bytes, as a sentence; None for a complete one."""
+    """Return a sentence on what is wrong with a file of so many bytes; None for a complete one."""
     until = f"at {ticks['t'][-1]:.3f} s" if len(ticks) else "before the first tick"
     remarks = {
         FileEnding.COMPLETE: None,

@@ -1,4 +1,4 @@
-"""The recording format in one table: writer, reader and docs/recording_format.md are made from it."""
+"""Table of the recording format; writer, reader and docs/recording_format.md are made from it."""
 
 from .fields import JOINT, LIST, POINTS, Channel, Field, T, fields_of
 from .messages import ClockCorrection, StreamNote, TimingMessage
@@ -6,7 +6,7 @@ from .task_channels import AIRCRAFT, TASK
 from .tick_fields import TICK as TICK
 
 SCHEMA_VERSION = 4
-"""Raised whenever an old reader would misread a new file; this one reads all from 1 on."""
+"""Version of the format, raised when an old reader would misread a new file; all versions from 1 on are read."""
 
 PARAMETER_FIELDS = (
     Field("name", "string", "-", "parameter of the arm"),

@@ -1,6 +1,6 @@
-"""Samples of another device's stream as one message: raw stamps, raw values, in the device's own type.
+"""Samples of another device's stream as one message: raw stamps and raw values in the device's own type.
 
-Plain CDR, as ROS 2 uses it, with sequences: a viewer reads it by the schema in the file.
+The encoding is plain CDR, as ROS 2 uses it, with sequences. A viewer reads it by the schema in the file.
 """
 
 import struct
@@ -14,7 +14,7 @@ from jaxtyping import Float
 from .encoding import CDR_HEADER
 
 TOPICS = "/lsl/"
-"""Of the channels of other devices; what follows is made of the stream's name."""
+"""Prefix of the topics of other devices; the rest is made from the stream's name."""
 
 HEAD = struct.Struct("<dII")
 """`received` [s], `connection`, `channels`."""
@@ -28,7 +28,7 @@ TYPES = {
     "int32": "int32",
     "int64": "int64",
 }
-"""LSL's name of a type to ROS 2's."""
+"""Names of types in ROS 2, by their names in LSL."""
 
 DEFINITION = """\
 float64 received  # CLOCK_MONOTONIC when the last of these samples had been taken from LSL [s]
@@ -41,11 +41,11 @@ float64[] stamps  # of the samples, exactly as received: the device's own clock 
 
 @dataclass(frozen=True)
 class StreamFormat:
-    """What the file has to know of a stream before its first sample."""
+    """Format of a stream that the file must know before the first sample."""
 
     topic: str
     value_type: str
-    """One of `TYPES`, by LSL's name."""
+    """Value type by LSL's name, a key of `TYPES`."""
 
     @property
     def schema_name(self) -> str:
@@ -54,32 +54,32 @@ class StreamFormat:
 
     @property
     def definition(self) -> str:
-        """The message in ROS 2's interface language."""
+        """Message in ROS 2's interface language."""
         return DEFINITION.format(type=TYPES[self.value_type])
 
 
 @dataclass(frozen=True)
 class StreamBlock:
-    """Samples that came together."""
+    """Samples that arrived together."""
 
     received: float
-    """CLOCK_MONOTONIC when the last of them had been taken from LSL [s]."""
+    """CLOCK_MONOTONIC when the last sample had been taken from LSL [s]."""
 
     connection: int
     stamps: Float[np.ndarray, " sample"]
-    """As received [s]."""
+    """Time stamps as received [s]."""
 
     values: Any
-    """As received: an array (sample, channel), or of strings a list of lists."""
+    """Values as received: an array (sample, channel), or a list of lists for strings."""
 
 
 def value_type_of(schema_name: str) -> str:
-    """LSL's name of the type that `StreamFormat.schema_name` was made of."""
+    """Return LSL's name of the type in a `StreamFormat.schema_name`."""
     return schema_name.removeprefix("exograv/msg/Lsl").lower()
 
 
 def packed(block: StreamBlock, channels: int) -> bytes:
-    """The message."""
+    """Return the message of a block."""
     stamps = np.ascontiguousarray(block.stamps, "<f8")
     head = HEAD.pack(block.received, block.connection, channels) + struct.pack("<I4x", len(stamps)) + stamps.tobytes()
     if isinstance(block.values, np.ndarray):
@@ -91,7 +91,7 @@ def packed(block: StreamBlock, channels: int) -> bytes:
 
 
 def unpacked(data: bytes, value_type: str) -> StreamBlock:
-    """What `packed` has made."""
+    """Return the block of a message that `packed` has made."""
     received, connection, channels = HEAD.unpack_from(data, 4)
     (count,) = struct.unpack_from("<I", data, 4 + HEAD.size)
     start = 4 + HEAD.size + 8
@@ -108,7 +108,7 @@ def unpacked(data: bytes, value_type: str) -> StreamBlock:
 
 
 def packed_size(samples: int, channels: int, item_bytes: int) -> int:
-    """Bytes of a message of numbers."""
+    """Return the size of a message of numbers [bytes]."""
     return 4 + HEAD.size + 8 + 8 * samples + 8 + samples * channels * item_bytes
 
 

@@ -1,4 +1,4 @@
-"""Other messages than ticks, one at a time: streams of other devices, and what comes many times a second."""
+"""Reader of messages other than ticks, one at a time: streams of other devices, and frequent messages."""
 
 import json
 from collections.abc import Collection, Iterator
@@ -15,15 +15,15 @@ from .stream_block import StreamBlock, unpacked, value_type_of
 def other_pieces(
     path: Path, topics: Collection[str] = (), with_streams: bool = True
 ) -> Iterator[tuple[str, StreamBlock | Message]]:
-    """Topic and message, in the order of the file; of `/lsl/…` a block of samples.
+    """Yield topic and message in the order of the file; for `/lsl/…`, a block of samples.
 
     Args:
         path: The recording.
-        topics: JSON channels whose messages are wanted.
-        with_streams: Streams of other devices are wanted.
+        topics: JSON channels to yield.
+        with_streams: True to yield streams of other devices too.
 
     Raises:
-        RecordingError: There is no such file, or it is of another kind.
+        RecordingError: The file is missing, or of another kind.
     """
     found = Contents()
     with read_content(path) as content:

@@ -1,4 +1,4 @@
-"""Channels of a session with a participant's task."""
+"""Channels of sessions in which a participant does a task."""
 
 from .fields import Channel, Field, T
 

@@ -1,4 +1,4 @@
-"""Ticks waiting for their chunk."""
+"""Buffer of the ticks for the next chunk."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,16 +11,16 @@ from .encoding import CDR_HEADER, TICK_DEFAULTS, tick_dtype
 from .schema import TICK
 
 T_MAX_S = 1e9
-"""Three decades; log times are unsigned nanoseconds of 64 bits [s]."""
+"""Largest time that is written, three decades [s]; log times are unsigned nanoseconds of 64 bits."""
 
 
 def sound_times(t: np.ndarray) -> np.ndarray:
-    """Times [s] that can be written as a log time; a clock that failed reads 0 there, and stands in `t` as it was."""
+    """Return times [s] that fit a log time; a value of a failed clock becomes 0 there, and stays as it is in `t`."""
     return np.where((t >= 0.0) & (t < T_MAX_S), t, 0.0)
 
 
 class TickBlock:
-    """Ticks of one chunk, each a whole message record in place: recording one is a few copies."""
+    """Ticks of one chunk, each a complete message record in place, so that recording a tick is a few copies."""
 
     def __init__(self, channel: int, n_joints: int, size_bytes: int):
         tick = tick_dtype(n_joints)
@@ -34,24 +34,24 @@ class TickBlock:
         self._columns = columns
         self._n = 0
         self.phase = 0
-        """Of the ticks to come: number of `/phase` messages so far."""
+        """Phase of the next ticks: number of `/phase` messages so far."""
 
     def __len__(self) -> int:
-        """Ticks that wait."""
+        """Return the number of ticks in the buffer."""
         return self._n
 
     @property
     def is_full(self) -> bool:
-        """No room for another tick."""
+        """True if there is no room for another tick."""
         return self._n == len(self._rows)
 
     def add(self, t: float, values: Mapping[str, Any]) -> None:
         """Put one tick into the next row."""
         values = TICK_DEFAULTS | dict(values)
         if len(values) != len(self._columns):
-            raise ValueError(f"/tick needs {', '.join(self._columns)}; given were {', '.join(values)}.")
+            raise ValueError(f"/tick needs {', '.join(self._columns)}; given: {', '.join(values)}.")
         n = self._n
-        # What 32 bits cannot hold is recorded as infinite, and nobody has to be warned of it at a terminal.
+        # A value that 32 bits cannot hold is recorded as infinite, without a warning at the terminal.
         with np.errstate(over="ignore"):
             for name, value in values.items():
                 self._columns[name][n] = value
@@ -60,7 +60,7 @@ class TickBlock:
         self._n = n + 1
 
     def add_rows(self, rows: np.ndarray) -> int:
-        """Put as many of these packed ticks (tick,) in as there is room for; says how many."""
+        """Add as many of these packed ticks (tick,) as there is room for, and return their number."""
         first, last = self._n, min(self._n + len(rows), len(self._rows))
         ticks = self._rows["tick"][first:last]
         ticks[:] = rows[: last - first]
@@ -69,7 +69,7 @@ class TickBlock:
         return last - first
 
     def take(self, offset: int) -> tuple[bytes, np.ndarray]:
-        """Empty the block: its records, and their index for a chunk in which they begin at `offset` [bytes]."""
+        """Empty the block; return its records, and their index for a chunk in which they begin at `offset` [bytes]."""
         rows, self._n = self._rows[: self._n], 0
         entries = np.empty(len(rows), INDEX_ENTRY)
         entries["time_ns"] = np.rint(1e9 * sound_times(rows["tick"]["t"]))

@@ -1,4 +1,4 @@
-"""The table of `/tick`: the one channel that is packed, because there is one message a period."""
+"""Table of `/tick`, the only packed channel, because it has one message per period."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Writes a recording while the run goes on: what is killed loses at most the last chunk, and can be continued."""
+"""Writer of a recording during the run; a killed writer loses at most the last chunk, and the file can be continued."""
 
 import contextlib
 import errno
@@ -24,23 +24,26 @@ from .stream_block import StreamFormat
 from .tick_block import T_MAX_S, TickBlock
 
 CHUNK_BYTES = 1_000_000
-"""What compression and an abrupt end work on: about five seconds of ticks."""
+"""Size of a chunk for compression, about five seconds of ticks; an abrupt end loses no more."""
 
 SYNC_EVERY_S = 0.2
-"""Of a live recording: a power failure may cost 250 ms (docs/safety.md, F20), and the sync takes some of them."""
+"""Time between two syncs of a live recording [s].
+
+A power failure may cost 250 ms (docs/safety.md, F20), and the sync takes a part of them.
+"""
 
 AT_ONCE = frozenset({"/settings", "/event", "/result", "/timing"})
-"""Messages that are with the operating system when `write` returns: after a crash they matter most."""
+"""Topics whose messages are with the operating system when `write` returns: they matter most after a crash."""
 
 NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
-"""Errors that free space on the disk puts right."""
+"""Errors that free space on the disk would solve."""
 
 
 class RecordingWriter:
-    """A recording being written. `with RecordingWriter(...) as recording:` completes the file, whatever happens inside.
+    """Recording in progress. `with RecordingWriter(...) as recording:` completes the file after any error inside.
 
-    The file holds no wall-clock time: the same seed gives the same messages, but for `tick_us`,
-    `lateness_us` and `monotonic`.
+    The file holds no wall-clock time: the same seed gives the same messages, except for `tick_us`, `lateness_us` and
+    `monotonic`.
     """
 
     def __init__(
@@ -52,10 +55,10 @@ class RecordingWriter:
             path: File to create, or to replace; its folder is created too.
             joints: Actuated joints, in the order of every per-joint array.
             settings: Message of `/settings`, without `schema_version` and `joints`.
-            streams: Of other devices, that are recorded besides.
+            streams: Streams of other devices to record too.
 
         Raises:
-            RecordingError: The file cannot be created, or the settings hold a name that the format does not know.
+            RecordingError: The file cannot be created, or the settings have a name that the format does not know.
         """
         head = _encoded("/settings", 0.0, {"schema_version": SCHEMA_VERSION, "joints": list(joints), **settings})
         self._take(Path(path), _opened(Path(path), "wb"))
@@ -71,14 +74,14 @@ class RecordingWriter:
 
     @classmethod
     def continued(cls, path: Path, ticks_safe: int = 0) -> "RecordingWriter":
-        """Go on in a file whose writer was stopped, wherever that was; what follows its last whole chunk is cut off.
+        """Continue a file whose writer was stopped at any point; the part after its last complete chunk is cut off.
 
         Args:
             path: The file.
-            ticks_safe: Ticks that a sync has promised; nothing is cut off where fewer are found.
+            ticks_safe: Ticks that a sync has promised; the file is not cut if it holds fewer.
 
         Raises:
-            RecordingError: There is no such file, it is none of this version, fewer ticks are in it, or the disk fails.
+            RecordingError: The file is missing, of another version, holds fewer ticks, or the disk fails.
         """
         self, path = cls.__new__(cls), Path(path)
         heads = list[bytes]()
@@ -107,11 +110,11 @@ class RecordingWriter:
         return self
 
     def tick(self, t: float, **values: Any) -> None:
-        """Record one period; the values of the `/tick` table but `t` and `phase`, by name; some have a default there.
+        """Record one period, with the values of the `/tick` table except `t` and `phase` by name; some have defaults.
 
         Raises:
             RecordingError: The disk is full or gone.
-            ValueError: A value is missing: it would silently keep that of another tick.
+            ValueError: A value is missing; without the error it would keep the value of another tick.
         """
         self._ticks.add(t, values)
         if self._ticks.is_full:
@@ -129,12 +132,12 @@ class RecordingWriter:
                 self._flush()
 
     def phase(self, t: float, name: str) -> None:
-        """Say what the session does from `t` on; the ticks that follow belong to it."""
+        """Begin a phase of the session at `t`; the ticks that follow belong to it."""
         self.write("/phase", t, {"name": name})
         self._ticks.phase += 1
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
-        """Record a message of a JSON channel; `t` [s] is added to it where the channel has one.
+        """Record a message of a JSON channel; `t` [s] is added if the channel has this field.
 
         Raises:
             RecordingError: The message does not fit the channel, or the disk is full or gone.
@@ -142,7 +145,7 @@ class RecordingWriter:
         self._add(topic, t, _encoded(topic, t, message))
 
     def write_block(self, topic: str, t: float, data: bytes) -> None:
-        """Record samples of another device, as `stream_block.packed`.
+        """Record samples of another device, in the form of `stream_block.packed`.
 
         Raises:
             RecordingError: The disk is full or gone.
@@ -150,21 +153,21 @@ class RecordingWriter:
         self._add(topic, t, data)
 
     def count(self, topic: str) -> int:
-        """Messages so far, those from before the file was continued too."""
+        """Return the number of messages so far, with those from before the file was continued."""
         channel = self._ids[topic]
         waiting = len(self._ticks) if topic == TICK.topic else len(self._entries.get(channel, ()))
         return self._file.counts.get(channel, 0) + waiting
 
     def sync(self) -> int:
-        """Put all so far on the disk itself, where a power failure leaves it; returns how many ticks are safe there.
+        """Force all data to the disk, where they survive a power failure, and return how many ticks are safe there.
 
         Raises:
-            RecordingError: The disk is full, gone or fails. The recording ends there, and stays readable to its last
-                whole chunk: a sync that failed is never repeated.
+            RecordingError: The disk is full, gone or failing. The recording ends there, and stays readable to its last
+                complete chunk. A failed sync is never repeated.
         """
         self._flush()
         with self._writing():
-            # After a failed fsync the kernel calls the lost pages clean: a second one would succeed, and lie.
+            # After a failed fsync the kernel marks the lost pages as clean, so a second fsync would wrongly succeed.
             # Source: Rebello et al. 2020, Can applications recover from fsync failures?, USENIX ATC.
             os.fdatasync(self._stream.fileno())
             if not self._is_named:
@@ -173,7 +176,7 @@ class RecordingWriter:
         return self.count(TICK.topic)
 
     def close(self) -> None:
-        """Complete the file, on the disk itself; does nothing the second time, nor after the disk failed."""
+        """Complete the file and force it to the disk; do nothing the second time, or after the disk failed."""
         if self._stream.closed:
             return
         self._flush()
@@ -192,7 +195,7 @@ class RecordingWriter:
 
     def _take(self, path: Path, stream: BinaryIO) -> None:
         self.path, self._stream = path, stream
-        self._is_named = False  # in its folder, on the disk
+        self._is_named = False  # True if a sync has put the file's name into its folder on the disk
         self._failure: str | None = None
         self._file = ChunkedFile(stream)
 
@@ -211,7 +214,7 @@ class RecordingWriter:
             self._flush()
 
     def _flush(self) -> None:
-        """Everything so far becomes a chunk: messages, then ticks; a viewer sorts by time."""
+        """Write all messages and ticks so far as one chunk, messages first; a viewer sorts by time."""
         index = {channel: np.array(entries, INDEX_ENTRY) for channel, entries in self._entries.items()}
         ticks, entries = self._ticks.take(len(self._messages))
         if len(entries):
@@ -231,7 +234,7 @@ class RecordingWriter:
             yield
         except OSError as error:
             self._failure = _unwritable(self.path, error)
-            with contextlib.suppress(OSError):  # what is still in its buffer fails again
+            with contextlib.suppress(OSError):  # the rest of its buffer fails again
                 self._stream.close()
             raise RecordingError(self._failure) from error
 
@@ -254,7 +257,7 @@ def _sync_folder(path: Path) -> None:
 
 def _unwritable(path: Path, error: OSError) -> str:
     advice = "Free some space there, or give" if error.errno in NO_ROOM else "Give"
-    failing = "the disk fails, do not trust it again. " if error.errno == errno.EIO else ""
+    failing = "The disk fails; do not use it again. " if error.errno == errno.EIO else ""
     return (
         f"The recording {path} cannot be written: {error.strerror}. {failing}{advice} another folder with --out. "
         "What was on the disk before stays readable."
@@ -289,4 +292,4 @@ def _channel(topic: str, n_joints: int) -> tuple[str, str, Schema]:
 def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
-    raise TypeError(f"{type(value).__name__} has no place in JSON")
+    raise TypeError(f"{type(value).__name__} has no form in JSON")

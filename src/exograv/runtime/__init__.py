@@ -1,1 +1,1 @@
-"""Time: how one tick follows another, with a clock that is real or virtual."""
+"""Time, processes and their messages: clock, control loop, recorder, streams of other devices, ROS 2."""

@@ -1,7 +1,7 @@
-"""Checkpoints: what a long computation has reached, kept so that it goes on after an interruption.
+"""Checkpoints: state of a long computation in a file, so that it can continue after an interruption.
 
-Rows are appended to one file as they are done. A state is one file that each write replaces completely. Both say what
-they belong to, and refuse to go on with something else.
+Finished rows are appended to one file. A state is one file that each write replaces completely. Both kinds of file name
+the computation they belong to, and another computation is refused.
 """
 
 import contextlib
@@ -20,7 +20,7 @@ from exograv.options import OptionRecord
 from exograv.results import JsonObject
 
 SIZE_MAX_BYTES = 20_000_000
-"""Far above any state; a larger file is a mistake."""
+"""Largest size of a state file, far above any state; a larger file is a mistake."""
 
 Row = TypeVar("Row")
 State = TypeVar("State")
@@ -30,7 +30,7 @@ NOT_SUCH = (KeyError, TypeError, ValueError)
 
 
 class CheckpointRows(Generic[Row]):
-    """Rows, one a line of JSON after a line that says what made them. Each is on the disk when `add` returns."""
+    """Rows of results in a file, one line of JSON each after a head line. `add` returns when the row is on the disk."""
 
     def __init__(
         self,
@@ -40,21 +40,21 @@ class CheckpointRows(Generic[Row]):
         pack: Callable[[Row], Mapping[str, Any]],
         unpack: Callable[[JsonObject], Row],
     ):
-        """Open the file; a file that is not resumed is kept beside as `.before`.
+        """Open the file; a file that is not resumed is kept beside it as `.before`.
 
         Args:
             path: The file; its name ends with .jsonl.
-            head: Values that must be the same for rows to belong together.
-            resume: True to go on with the rows that are there.
-            pack: Row as values of JSON.
-            unpack: Row from values of JSON; may raise `NOT_SUCH`.
+            head: Values that must be equal for rows to belong together.
+            resume: True to continue after the rows in the file.
+            pack: Function from a row to JSON values.
+            unpack: Function from JSON values to a row; may raise `NOT_SUCH`.
 
         Raises:
-            RecordingError: The file cannot be written, is damaged, or something else made it.
+            RecordingError: The file cannot be written, is damaged, or has another head.
         """
         self.path, self._head, self._pack, self._unpack = path, dict(head), pack, unpack
         self.rows: list[Row] = []
-        """All rows that are done, those of the resumed file first."""
+        """All finished rows, those of the resumed file first."""
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             if path.exists() and resume:
@@ -67,10 +67,10 @@ class CheckpointRows(Generic[Row]):
             raise self._not_written(error) from error
 
     def add(self, *rows: Row) -> None:
-        """Keep more rows.
+        """Append rows to the file.
 
         Raises:
-            RecordingError: The disk takes no more.
+            RecordingError: The file cannot be written, for example on a full disk.
         """
         try:
             append_rows(self.path, [self._pack(row) for row in rows])
@@ -107,14 +107,14 @@ class CheckpointRows(Generic[Row]):
 
 
 def differing(found: object, wanted: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Names and values that are wanted, and are another in what was found."""
+    """Yield names and values of `wanted` that differ from those found."""
     for name, value in wanted.items():
         if not isinstance(found, Mapping) or found.get(name) != value:
             yield name, value
 
 
 def _whole(lines: Sequence[str]) -> Sequence[str]:
-    """Without a last line that was cut off in the middle."""
+    """Return the lines without a last line that was cut off in the middle."""
     try:
         json.loads(lines[-1] if lines else "{}")
     except json.JSONDecodeError:
@@ -124,9 +124,9 @@ def _whole(lines: Sequence[str]) -> Sequence[str]:
 
 @dataclass(frozen=True)
 class Advice:
-    """Sentences for the operator.
+    """Messages for the operator.
 
-    They may name {path}, {why}, the limit {most} and, where options differ, {name}, {value} and {found}.
+    They may contain {path}, {why}, the limit {most} and, for options that differ, {name}, {value} and {found}.
     """
 
     damaged: str
@@ -141,21 +141,21 @@ class Advice:
 
 @dataclass(frozen=True)
 class StateFile(Generic[State]):
-    """How a state stands in a file."""
+    """Format of a state in a file, and its messages."""
 
     pack: Callable[[State], str]
     unpack: Callable[[bytes], State]
-    """May raise a `ValidationError` or `NOT_SUCH`."""
+    """Function from bytes to a state; may raise a `ValidationError` or `NOT_SUCH`."""
 
     advice: Advice
     is_private: bool = False
-    """True if only the owner may read it."""
+    """True if only the owner may read the file."""
 
     makes_folder: bool = True
-    """True if a missing folder is made; else it is an error."""
+    """True to create a missing folder; otherwise a missing folder is an error."""
 
     size_max: int | None = SIZE_MAX_BYTES
-    """Limit of the file; None if it has none."""
+    """Largest size of the file; None for no limit."""
 
     def write(self, path: Path, state: State) -> None:
         """Replace the file, or leave the old one as it was.
@@ -171,7 +171,7 @@ class StateFile(Generic[State]):
             raise RecordingError(self.advice.unwritable.format(path=path, why=error.strerror)) from error
 
     def read(self, path: Path) -> State:
-        """State that was written last.
+        """Return the state that was written last.
 
         Raises:
             ExogravError: The file cannot be read, or is damaged.
@@ -188,12 +188,12 @@ class StateFile(Generic[State]):
             raise ConfigError(advice.damaged.format(path=path, why=why)) from error
 
     def find(self, path: Path) -> State | None:
-        """State that was written last; None if there is no file.
+        """Return the state that was written last; None if there is no file.
 
         Raises:
             ExogravError: The file cannot be read, or is damaged.
         """
-        with contextlib.suppress(PermissionError):  # then reading says why
+        with contextlib.suppress(PermissionError):  # `read` then gives the reason
             if not path.exists():
                 return None
         return self.read(path)
@@ -202,7 +202,7 @@ class StateFile(Generic[State]):
         """Refuse a state of other options.
 
         Raises:
-            ConfigError: Names the first option that differs.
+            ConfigError: An option differs; the message names the first one.
         """
         for name, value in differing(found, wanted):
             raise ConfigError(self.advice.other.format(path=path, name=name, value=value, found=found.get(name)))

@@ -1,1 +1,1 @@
-"""Real time: the periodic loop, its timing, and the rights of the process."""
+"""Real time: the periodic loop, its timing, and the real-time rights of the process."""

@@ -1,6 +1,7 @@
-"""May this computer drive a machine that is worn? Its timing against the criteria of docs/realtime.md, in plain words.
+"""Assessment of a computer: its timing against the criteria of docs/realtime.md for a machine that is worn.
 
-Necessary, not sufficient: bus, drives, their watchdog and the hardware emergency stop are not tested here.
+The criteria are necessary, not sufficient: bus, drives, their watchdog and the hardware emergency stop are not tested
+here.
 """
 
 from dataclasses import dataclass
@@ -10,50 +11,56 @@ from .realtime import Rights
 from .timing import LoopOutcome, Timing
 
 SELF_TEST_S = 10.0
-"""Shorter runs prove nothing. Source: start-up self-test, docs/safety.md."""
+"""Shortest run that is judged [s]. Source: start-up self-test, docs/safety.md."""
 
 WOKEN_WITHIN_NS = 200_000
-"""A tick has started by then [ns]: the sensors' picture is a fifth of a period old. Source: as above."""
+"""Latest start of a tick [ns]; the measurement is then a fifth of a period old. Source: as above."""
 
 WOKEN_SHARE_MIN = 0.999
-"""Share of the periods in which it must have; the rest may be later, but never by a period. Source: as above."""
+"""Smallest share of periods that start in time; the rest may be later, but never by a period. Source: as above."""
 
 MISSED_MAX = 0
-"""Periods without their own command. The guard bridges three and then lets the arm down; a test shows none.
-Source: as above ("none over 1 ms"), and fault F14 there."""
+"""Largest number of periods without their own command.
+
+The guard bridges three and then lets the arm down; in a test there must be none. Source: as above ("none over 1 ms"),
+and fault F14 there.
+"""
 
 RATIO_GOAL = 1e-5
-"""Share of missed periods that a real-time host keeps below; also a goal of the project, not of a standard."""
+"""Share of missed periods that a real-time host stays below, as a goal of the project, not of a standard."""
 
 ZERO_SEEN_BOUND = 3.0
-"""None in n leaves a share of up to 3/n at 95 % confidence. Source: Hanley & Lippman-Hand 1983, JAMA 249:1743."""
+"""Numerator of the bound on a share of which none was seen.
+
+None in n bounds the share by 3/n at 95 % confidence. Source: Hanley & Lippman-Hand 1983, JAMA 249:1743.
+"""
 
 PERIODS_FOR_GOAL = round(ZERO_SEEN_BOUND / RATIO_GOAL)
-"""So many without a miss show that the goal is met."""
+"""Number of periods without a miss that shows that the goal is met."""
 
 
 @dataclass(frozen=True)
 class Fitness:
-    """The verdict on a computer."""
+    """Assessment of a computer."""
 
     may_drive_worn: bool
-    """By its timing."""
+    """True if the timing allows to drive a machine that is worn."""
 
     reasons: list[str]
-    """Where it may not: all that speaks against it. Where it may: what it has shown, and what it has not."""
+    """Reasons against the computer; for an accepted one, what the run has shown and what it has not."""
 
     prepare: list[str]
-    """What to do next, most effective first."""
+    """Next steps for the operator, most effective first."""
 
 
 def judge(timing: Timing, rights: Rights, host: Host) -> Fitness:
-    """Weigh a run of the loop that had all the rights the system gave."""
+    """Assess a run of the loop that had all the rights the system gave."""
     against = [*_rights(rights, host), *_punctuality(timing)]
     return Fitness(not against, against or _shown(timing, host), _prepare(rights, host))
 
 
 def _rights(rights: Rights, host: Host) -> list[str]:
-    """Without these a good run was luck."""
+    """Return reasons why even a good run may not be repeatable."""
     found = []
     if host.is_virtual:
         found.append("It is a virtual machine: its host can stop it at any time, for longer than any test shows.")
@@ -69,28 +76,28 @@ def _punctuality(timing: Timing) -> list[str]:
     if timing.outcome is not LoopOutcome.COMPLETE:
         found.append(timing.outcome.value)
     if timing.seconds < SELF_TEST_S:
-        found.append(f"{timing.seconds:g} s are too short to tell; it takes {SELF_TEST_S:g} s with real-time rights.")
+        found.append(f"{timing.seconds:g} s are too short to judge; it takes {SELF_TEST_S:g} s with real-time rights.")
     share = timing.woken_within(WOKEN_WITHIN_NS)
     if share < WOKEN_SHARE_MIN:
         found.append(
             f"{_percent(share)} of the ticks started within {WOKEN_WITHIN_NS // 1000} µs; "
-            f"it takes {_percent(WOKEN_SHARE_MIN)}."
+            f"required are {_percent(WOKEN_SHARE_MIN)}."
         )
     if timing.missed > MISSED_MAX:
         found.append(
-            f"{timing.missed} of {timing.periods} periods ended without their command, none may; the longest gap was "
-            f"{1e-3 * timing.longest_gap_us:.1f} ms."
+            f"{timing.missed} of {timing.periods} periods ended without their command; allowed: 0. The longest "
+            f"gap was {1e-3 * timing.longest_gap_us:.1f} ms."
         )
     return found
 
 
 def _percent(share: float) -> str:
-    # Cut off, not rounded: 99.97 % must not read 100 %, nor 99.89 % as 99.9 %.
+    # The share is cut off, not rounded: 99.97 % must not read 100 %, nor 99.89 % as 99.9 %.
     return f"{int(share * 1e4 + 1e-6) / 1e2:g} %"  # the small term is for binary fractions
 
 
 def _shown(timing: Timing, host: Host) -> list[str]:
-    """What a good run proves, and no more than that."""
+    """Return sentences on what a good run shows, and on its limits."""
     found = [
         f"{_percent(timing.woken_within(WOKEN_WITHIN_NS))} of {timing.periods} ticks started within "
         f"{WOKEN_WITHIN_NS // 1000} µs, and no period ended without its command."

@@ -1,4 +1,4 @@
-"""What kind of computer this is, as far as it decides whether a loop can be punctual on it."""
+"""Properties of the computer that decide whether a loop can be punctual on it."""
 
 import os
 import platform
@@ -9,16 +9,16 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Host:
-    """Facts that the operating system states about itself; nothing is measured."""
+    """Facts that the operating system states about itself, without measurement."""
 
     kernel: str
     """Name and build of the kernel."""
 
     is_virtual: bool
-    """Whether a hypervisor lies below the kernel, and may stop it without its knowledge."""
+    """True if a hypervisor lies below the kernel; the hypervisor may stop the kernel without its knowledge."""
 
     is_realtime_kernel: bool
-    """Whether the kernel is built with PREEMPT_RT."""
+    """True if the kernel is built with PREEMPT_RT."""
 
     isolated_cpus: tuple[int, ...]
     """Processors kept free of other work (`isolcpus`)."""
@@ -27,21 +27,21 @@ class Host:
     """Processors that this process may use."""
 
     governors: tuple[str, ...]
-    """Policies that set the processors' frequency; empty where the system has none."""
+    """Policies that set the frequency of the processors; empty if the system has none."""
 
     clock_source: str
-    """What the kernel reads the time from; empty where it does not say."""
+    """Clock that the kernel reads; empty if the system does not state it."""
 
 
 def read_host(root: Path = Path("/")) -> Host:
-    """Read it from the system's own files under `root`."""
+    """Read the properties from the system's own files under `root`."""
     build = platform.version()
     cpus = root / "sys/devices/system/cpu"
     governors = {_text(path) for path in cpus.glob("cpu[0-9]*/cpufreq/scaling_governor")}
     return Host(
         kernel=f"{platform.system()} {platform.release()}",
         is_virtual=_has_hypervisor(root),
-        # The file comes with the PREEMPT_RT patch; kernels with RT built in say so in their build, too.
+        # The file comes with the PREEMPT_RT patch. Kernels with RT built in have it in their build name too.
         is_realtime_kernel=_text(root / "sys/kernel/realtime") == "1" or "PREEMPT_RT" in build,
         isolated_cpus=cpu_list(_text(cpus / "isolated")),
         cpus=_cpus(),
@@ -51,7 +51,7 @@ def read_host(root: Path = Path("/")) -> Host:
 
 
 def cpu_list(text: str) -> tuple[int, ...]:
-    """Numbers of a list in the kernel's own form, as "1,4-6"."""
+    """Return the numbers of a list in the kernel's own form, such as "1,4-6"."""
     found: list[int] = []
     for part in filter(None, text.split(",")):
         first, _, last = part.partition("-")
@@ -66,7 +66,11 @@ def _cpus() -> tuple[int, ...]:
 
 
 def _has_hypervisor(root: Path) -> bool:
-    """By the processor's flag on x86; elsewhere by what hypervisors announce, so silence proves nothing there."""
+    """Return True if a hypervisor is found.
+
+    On x86 the processor has a flag for it. Other processors show only what hypervisors announce, so silence proves
+    nothing.
+    """
     flags = [line for line in _text(root / "proc/cpuinfo").splitlines() if line.startswith("flags")]
     announced = (root / "sys/hypervisor/type", root / "proc/device-tree/hypervisor")
     return any("hypervisor" in line.split() for line in flags) or any(path.exists() for path in announced)

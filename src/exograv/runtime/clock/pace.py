@@ -1,10 +1,10 @@
-"""At the pace of life: the simulation waits for the wall clock, to be watched."""
+"""Pace of a simulation in real time, for a person who watches it."""
 
 import time
 
 
 class RealTimePace:
-    """Sleeps to absolute deadlines; a late tick does not delay the ones after it."""
+    """Pace with absolute deadlines; a late tick does not delay the ones after it."""
 
     def __init__(self, period_s: float):
         self._period_s = period_s
@@ -12,7 +12,7 @@ class RealTimePace:
         self._tick = 0
 
     def wait(self) -> None:
-        """Return when this tick's time has come."""
+        """Wait until the time of this tick."""
         self._tick += 1
         ahead = self._start + self._tick * self._period_s - time.monotonic()
         if ahead > 0.0:

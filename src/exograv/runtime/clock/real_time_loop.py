@@ -1,4 +1,4 @@
-"""The live loop: one call a period, at deadlines that do not drift, with a record of when each call really ran."""
+"""Periodic loop of a live run, with deadlines that do not drift and a record of the times of each call."""
 
 import time
 from collections.abc import Callable
@@ -8,20 +8,21 @@ import numpy as np
 from .timing import PERIOD_NS, LoopOutcome, Timing
 
 SPIN_NS = 100_000
-"""Last stretch before a deadline that is watched awake: waking a sleeping processor takes 30 to 80 µs, and varies.
+"""Last time before a deadline that is spent awake [ns].
 
-It costs up to a tenth of one processor; docs/realtime.md has what it saves. Longer, and another loop at the same
-priority would wait for a loop that only looks at the clock.
+To wake a sleeping processor takes 30 to 80 µs, and varies. The busy wait costs up to a tenth of one processor;
+docs/realtime.md has the gain. With a longer one, another loop at the same priority would wait for a loop that only
+reads the clock.
 """
 
 REST_AT_LEAST_EVERY = 100
-"""Ticks in a row without sleep after which the loop gives up.
+"""Number of ticks in a row without sleep after which the loop gives up.
 
-Under SCHED_FIFO nothing else runs on that processor meanwhile. A tenth of a second is more than any single pause
-makes up for (skipped periods are not repeated) and less than a person at the keyboard notices.
+Under SCHED_FIFO nothing else runs on that processor meanwhile. A tenth of a second is more than a single pause needs to
+catch up (skipped periods are not repeated), and less than a person at the keyboard notices.
 """
 
-LEAD_NS = 2 * PERIOD_NS  # the first deadline lies ahead of the set-up that follows
+LEAD_NS = 2 * PERIOD_NS  # the first deadline lies after the set-up that follows
 
 
 def run_loop(
@@ -32,21 +33,21 @@ def run_loop(
     sleep: Callable[[float], object] = time.sleep,
     spin_ns: int = SPIN_NS,
 ) -> Timing:
-    """Call `work` with the number of the period, once a period, for `periods` of them.
+    """Call `work` once a period with the number of the period, for `periods` periods.
 
-    A deadline is a multiple of the period after the start, whatever happened before. A late tick starts at once. A
+    A deadline is a multiple of the period after the start, independent of earlier ticks. A late tick starts at once. A
     period that is over is skipped, not repeated: a torque for a past posture is of no use, and a burst is worse.
 
     Args:
-        work: The tick; it must not raise in the ordinary course, block, log, or allocate what it can hold. Where it
-            returns something true it was the last one.
-        periods: How many to run.
+        work: Function of a tick. It must not raise in the ordinary course, block or log, or allocate memory that it can
+            hold. A true result ends the loop.
+        periods: Number of periods.
         period_ns: Length of a period [ns].
         now_ns: Monotonic clock [ns].
-        sleep: Sleeps for so long [s]; `time.sleep` does it by `clock_nanosleep` to an absolute time since Python 3.11.
-        spin_ns: How long before a deadline sleep ends and watching begins [ns].
+        sleep: Sleep function [s]; `time.sleep` uses `clock_nanosleep` to an absolute time since Python 3.11.
+        spin_ns: Time before a deadline at which sleep ends and the busy wait begins [ns].
     """
-    # Filled, not empty: each page is touched before the first deadline.
+    # The arrays are filled, not empty, so that each page is touched before the first deadline.
     period_of, lateness, compute = (np.full(periods, -1, dtype=np.int64) for _ in range(3))
     start = now_ns() + LEAD_NS
     tick = period = restless = 0

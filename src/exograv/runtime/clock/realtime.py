@@ -1,4 +1,4 @@
-"""Real-time rights of this process: taken as far as the system grants them, and always given back."""
+"""Real-time rights of this process: taken as far as the system grants them, and always returned."""
 
 import ctypes
 import gc
@@ -14,12 +14,13 @@ if TYPE_CHECKING or sys.platform.startswith("linux"):
     import resource  # not on Windows
 
 PRIORITY = 50
-"""Of SCHED_FIFO, 1 to 99: above every ordinary process, as ros2_control takes it (control.ros.org, Determinism)."""
+"""Priority of SCHED_FIFO, 1 to 99: above all ordinary processes, as in ros2_control (control.ros.org, Determinism)."""
 
 AWAKE_MAX_US = 500_000
-"""Processor time without a sleep after which the kernel ends the process by SIGXCPU (RLIMIT_RTTIME).
+"""Processor time without a sleep after which the kernel ends the process by SIGXCPU (RLIMIT_RTTIME) [µs].
 
-The last guard of a machine with one processor against a tick that never returns; the loop's own guard comes first.
+On a machine with one processor it is the last guard against a tick that never returns. The loop's own guard comes
+first.
 """
 
 MCL_CURRENT, MCL_FUTURE = 1, 2  # <sys/mman.h>; the same on x86 and Arm
@@ -28,29 +29,29 @@ CONTAINER = "in a container start it with"
 
 @dataclass
 class Rights:
-    """What was granted, and what was not."""
+    """Rights that were granted and refused."""
 
     is_fifo: bool = False
-    """SCHED_FIFO is in force: only interrupts and higher priorities come before the loop."""
+    """True if SCHED_FIFO is in force: only interrupts and higher priorities come before the loop."""
 
     is_locked: bool = False
-    """All memory stays in RAM: no page fault in the loop."""
+    """True if all memory stays in RAM, so that the loop has no page faults."""
 
     granted: list[str] = field(default_factory=list)
-    """In a few words each."""
+    """Granted rights, in a few words each."""
 
     refused: list[str] = field(default_factory=list)
-    """One sentence each: what, why, and what to do."""
+    """Refused rights, one sentence each: right, reason, and what to do."""
 
 
 @contextmanager
 def realtime(isolated_cpus: tuple[int, ...] = ()) -> Iterator[Rights]:
     """Take one processor, switch the garbage collector off, lock memory and ask for SCHED_FIFO, for the calling thread.
 
-    What is refused is noted and does not stop the others. On leaving, by whatever way, everything is as before.
+    A refused right is noted and does not stop the others. On leaving, in any way, all is as before.
 
     Args:
-        isolated_cpus: Processors that the kernel keeps free; the first of them is taken, else the last of the allowed.
+        isolated_cpus: Processors that the kernel keeps free. The first of them is taken, or else the last allowed one.
     """
     rights = Rights()
     with ExitStack() as undo:
@@ -59,7 +60,7 @@ def realtime(isolated_cpus: tuple[int, ...] = ()) -> Iterator[Rights]:
             _stop_garbage_collector(rights, undo)
             yield rights
             return
-        # The scheduler last, and first to go: nothing of the set-up runs at real-time priority.
+        # The scheduler is set last and reset first, so no part of the set-up runs at real-time priority.
         _take_cpu(rights, undo, isolated_cpus)
         _stop_garbage_collector(rights, undo)
         _lock_memory(rights, undo)
@@ -67,7 +68,7 @@ def realtime(isolated_cpus: tuple[int, ...] = ()) -> Iterator[Rights]:
         yield rights
 
 
-# In each of these the way back is entered before the step: an interrupt between the two leaves nothing behind.
+# Each function registers its undo before the step: an interrupt between the two leaves no change behind.
 
 
 def _take_cpu(rights: Rights, undo: ExitStack, isolated_cpus: tuple[int, ...]) -> None:
@@ -118,7 +119,7 @@ def _schedule_fifo(rights: Rights, undo: ExitStack) -> None:
 
 
 def _try(rights: Rights, name: str, refusal: str, act: Callable[[], object]) -> bool:
-    """Whether it was granted; noted either way."""
+    """Try to get a right, note the result, and return True if it was granted."""
     try:
         act()
     except OSError as error:
@@ -129,7 +130,7 @@ def _try(rights: Rights, name: str, refusal: str, act: Callable[[], object]) -> 
 
 
 def _libc(name: str) -> Callable[..., None]:
-    """A call of the C library that raises what it reports."""
+    """Return a function of the C library that raises an OSError on failure."""
     function = getattr(ctypes.CDLL(None, use_errno=True), name)
 
     def call(*arguments: int) -> None:
@@ -141,6 +142,6 @@ def _libc(name: str) -> Callable[..., None]:
 
 
 def _locked_kB() -> int:
-    """Memory that somebody has locked before."""
+    """Memory that is already locked [kB]."""
     lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
     return next((int(line.split()[1]) for line in lines if line.startswith("VmLck:")), 0)

@@ -1,4 +1,4 @@
-"""When the ticks of a live loop really ran: what every judgement about a computer's timing is made from."""
+"""Measured times of the ticks of a live loop, the basis of every assessment of a computer's timing."""
 
 import enum
 from dataclasses import dataclass
@@ -7,13 +7,13 @@ import numpy as np
 from jaxtyping import Int
 
 PERIOD_NS = 1_000_000
-"""The loop of exograv: 1 kHz."""
+"""Period of exograv's loop, at 1 kHz [ns]."""
 
 LATE_NS = 500_000
-"""Half a period: a torque that is later belongs to another posture [ns]."""
+"""Half a period, from which on a torque belongs to another posture [ns]."""
 
 EDGES_US = (0, 5, 10, 20, 50, 100, 200, 500, 1_000, 2_000, 5_000, 10_000, 100_000, 10_000_000)
-"""Bins of lateness [µs]; 200 and 1000 are the limits of the self-test. What is later still counts in the last."""
+"""Edges of the lateness bins [µs]; 200 and 1000 are limits of the self-test, and the last bin holds all above."""
 
 Ticks = Int[np.ndarray, " tick"]
 
@@ -29,32 +29,32 @@ class Percentiles:
 
 
 def percentiles_us(ns: Ticks) -> Percentiles:
-    """Percentiles of times in nanoseconds, to a tenth of a microsecond."""
+    """Percentiles of times in nanoseconds, rounded to a tenth of a microsecond."""
     return Percentiles(*(round(1e-3 * float(value), 1) for value in (*np.percentile(ns, [50, 99, 99.9]), ns.max())))
 
 
 class LoopOutcome(enum.Enum):
-    """How a loop ended; the value is a sentence for the operator."""
+    """End of a loop; the value is a sentence for the operator."""
 
     COMPLETE = "The loop ran its full time."
-    NO_REST = "The loop was broken off: the tick left no time to sleep, and would have taken the processor for itself."
+    NO_REST = "The loop was stopped: the ticks left no time to sleep, and would have blocked the processor."
 
 
 @dataclass(frozen=True)
 class Timing:
-    """One entry per tick that ran; a period whose time passed without a tick has none."""
+    """Timing of a loop, one entry per tick that ran; a period without a tick has none."""
 
     period: Ticks
-    """Which period the tick belongs to, counted from 0."""
+    """Period of the tick, counted from 0."""
 
     lateness_ns: Ticks
-    """From the period's start to the tick's [ns]."""
+    """Time from the start of the period to the start of the tick [ns]."""
 
     compute_ns: Ticks
-    """From the tick's start to its command [ns]."""
+    """Time from the start of the tick to its command [ns]."""
 
     periods: int
-    """Periods that passed, with a tick or without."""
+    """Number of periods that passed, with a tick or without."""
 
     period_ns: int
     """Length of a period [ns]."""
@@ -63,32 +63,32 @@ class Timing:
 
     @property
     def command_ns(self) -> Ticks:
-        """From the period's start to the command: lateness and computing together [ns]."""
+        """Time from the start of the period to the command: lateness and computation [ns]."""
         return self.lateness_ns + self.compute_ns
 
     @property
     def seconds(self) -> float:
-        """Time that passed [s]."""
+        """Duration of the loop [s]."""
         return 1e-9 * self.periods * self.period_ns
 
     @property
     def effective_rate_Hz(self) -> float:
-        """Commands a second."""
+        """Commands per second."""
         return len(self.period) / self.seconds
 
     @property
     def missed(self) -> int:
-        """Periods that ended without their own command."""
+        """Number of periods that ended without their own command."""
         return self.periods - int(np.count_nonzero(self.command_ns <= self.period_ns))
 
     @property
     def late_share(self) -> float:
-        """Share of commands that came more than `LATE_NS` after their period's start."""
+        """Share of commands that came more than `LATE_NS` after the start of their period."""
         return float(np.mean(self.command_ns > LATE_NS))
 
     @property
     def longest_gap_us(self) -> float:
-        """Longest time between a command and the next [µs]; a period where there are no two."""
+        """Longest time between two commands [µs]; one period if there are fewer than two."""
         commands = self.period * self.period_ns + self.command_ns
         return 1e-3 * float(np.diff(commands).max(initial=self.period_ns))
 
@@ -97,6 +97,6 @@ class Timing:
         return float(np.count_nonzero(self.lateness_ns <= limit_ns)) / self.periods
 
     def histogram(self) -> list[int]:
-        """Ticks by lateness, one count per pair of `EDGES_US`."""
+        """Return the number of ticks by lateness, one count per pair of `EDGES_US`."""
         lateness_us = np.clip(1e-3 * self.lateness_ns, 0.0, EDGES_US[-1])
         return np.histogram(lateness_us, EDGES_US)[0].tolist()

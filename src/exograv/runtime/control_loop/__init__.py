@@ -1,1 +1,1 @@
-"""The guard process, and what it exchanges with control and worker."""
+"""Messages between the processes of the live loop: guard, control, worker and their parent."""

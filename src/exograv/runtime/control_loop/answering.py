@@ -1,4 +1,4 @@
-"""Control's process of the live loop, which answers to what the guard tells it, and does nothing else."""
+"""Control process of the live loop, which answers each state from the guard."""
 
 import contextlib
 import time
@@ -16,42 +16,43 @@ from exograv.safety.guard import COMMAND_LIFE_S
 from .exchange import Channels, answer_dtype, answered_to, state_dtype
 
 POLL_S = 20e-6
-"""Between two looks into a mailbox; the kernel adds some 60 µs."""
+"""Time between two looks into a mailbox [s]; the kernel adds some 60 µs."""
 
 ASK_PARENT_EVERY = 200
-"""Looks of an idle process between two questions whether the run is over."""
+"""Looks of an idle process between two checks whether the run is over."""
 
 
 @runtime_checkable
 class ControlInterface(Protocol):
-    """Control, as the process around it sees it."""
+    """Interface of control for its process."""
 
     def answer(self, state: np.void, row: np.ndarray) -> None:
-        """Fill in what is submitted for a state; `sequence`, `valid_until` and `seen` are filled in already."""
+        """Fill in the answer to a state; `sequence`, `valid_until` and `seen` are filled in already."""
         ...
 
     @property
     def mode_names(self) -> tuple[str, ...]:
-        """By the number in `mode`: what a phase of the recording is called."""
+        """Names of phases in the recording, by the number in `mode`."""
         ...
 
 
 @dataclass(frozen=True)
 class ControlJob:
-    """What a control process is started with."""
+    """Start arguments of a control process."""
 
     build: Callable[[], ControlInterface]
     channels: Channels
 
 
 def control_process(job: ControlJob, parent: Connection) -> None:
-    """Be the control process: answer to every state, until the parent says that it is over or is gone."""
+    """Run the control process: answer each state, until the parent ends the run or is gone."""
     states = Mailbox(state_dtype(job.channels.joints), job.channels.states)
     answers = Mailbox(answer_dtype(job.channels.joints), job.channels.answers)
     try:
         control = job.build()
         with realtime(), contextlib.suppress(EOFError):
-            # Not before: taking these rights lasts a fifth of a second, and the guard would begin without an answer.
+            # `ready` is sent after the rights are taken. That takes a fifth of a second, and a guard that began earlier
+            # would have no answer.
             parent.send("ready")
             _answer_all(control, states, answers, job.channels.joints, parent)
     finally:

@@ -1,4 +1,4 @@
-"""What the processes of the live loop tell each other in a tick, and what of it is recorded."""
+"""Types of the messages between the processes of the live loop in a tick, and of their record."""
 
 from dataclasses import dataclass
 
@@ -8,10 +8,10 @@ from exograv.runtime.recorder.recorder_process import Inlet
 from exograv.safety.person import PersonLimits
 
 RESET, STOP_PRESSED, ASTRAY, TOLD_PERSON, TOLD_LEVEL = 1, 2, 4, 8, 16
-"""Bits of `acts` in a recorded tick, in the order in which they come between two ticks."""
+"""Bits of `acts` in a recorded tick, in the order in which the acts come between two ticks."""
 
 EVENT_SHIFT = 8
-"""From this bit on `acts` holds the event that control was told in this tick: its place in `steering.ASKABLE` and 1."""
+"""First bit of the event that was sent to control: from here `acts` holds its index in `steering.ASKABLE` plus 1."""
 
 UNANSWERED = (
     "v",
@@ -23,45 +23,45 @@ UNANSWERED = (
     "gravity_level",
     "arm_share",
 )
-"""Of a recorded tick: unknown to the guard where control did not answer in time."""
+"""Fields of a recorded tick that the guard does not know if control did not answer in time."""
 
 
 @dataclass(frozen=True)
 class Channels:
-    """Names of the memory between guard, control and recorder."""
+    """Names of the shared memory between guard, control and recorder."""
 
     joints: int
     states: str
     answers: str
     inlet: Inlet
     bell: str | None = None
-    """What the guard's parent rings; absent where nobody does."""
+    """Name of the mailbox by which the guard's parent announces messages; None if there is none."""
 
 
 @dataclass(frozen=True)
 class FeltLevel:
-    """A word to the guard: what the person is to feel of the arm's weight from now on, by a ramp."""
+    """Message to the guard: share of the arm's weight that the person shall feel, reached by a ramp."""
 
     gravity_level: float
     ramp_s: float = 0.0
-    """In which, at least [s]."""
+    """Shortest duration of the ramp [s]."""
     number: int | None = None
-    """By which somebody who steers is answered; absent for a word that came by another way."""
+    """Number for the reply to a person who steers; None for a message that came another way."""
 
 
 @dataclass(frozen=True)
 class PersonUpdate:
-    """A word to the guard: who has been found to be in the machine, and is moved on."""
+    """Message to the guard: limits of the person identified in the machine, who is now moved along a path."""
 
     person: PersonLimits
 
 
 def state_dtype(joints: int) -> np.dtype:
-    """What the guard tells control in a tick.
+    """Return the type of the guard's state for control in a tick.
 
-    `persons` counts how often the guard was told who is in the machine; `gravity_level` is the one in force, to which
-    the guard holds control. `asked` counts what an operator asked for, of which `event` is the last: its place in
-    `steering.ASKABLE`.
+    `persons` counts the messages to the guard about the person in the machine. `gravity_level` is the level in force,
+    to which the guard holds control. `asked` counts the requests of an operator, and `event` is the last of them: its
+    index in `steering.ASKABLE`.
     """
     per_joint = (joints,)
     return np.dtype(
@@ -81,9 +81,9 @@ def state_dtype(joints: int) -> np.dtype:
 
 
 def answer_dtype(joints: int) -> np.dtype:
-    """What control answers.
+    """Return the type of control's answer.
 
-    `findings` counts those of a worker that it knows; `q_reference` is NaN where nothing drives.
+    `findings` counts the findings of a worker that control has taken. `q_reference` is NaN without a reference motion.
     """
     per_joint = (joints,)
     return np.dtype(
@@ -107,9 +107,9 @@ def answer_dtype(joints: int) -> np.dtype:
 
 
 def sample_dtype(joints: int) -> np.dtype:
-    """What control tells a worker in a tick: the motion as measured and as asked for, and whether it is the last.
+    """Return the type of control's sample for a worker in a tick: measured and desired motion, and a mark on the last.
 
-    `posture` is that past which a verification leads just then, -1 where there is none.
+    `posture` is the index of the posture that a verification passes at this time, -1 without one.
     """
     per_joint = (joints,)
     return np.dtype(
@@ -126,10 +126,10 @@ def sample_dtype(joints: int) -> np.dtype:
 
 
 def finding_dtype(parameters: int) -> np.dtype:
-    """What a worker has found by the sample of the time `now`."""
+    """Return the type of a worker's finding from the sample of the time `now`."""
     return np.dtype([("now", "<f8"), ("x", "<f8", (parameters,))], align=True)
 
 
 def answered_to(seen: int, passed: int) -> int:
-    """Bit k: whether the measurement k before the newest was answered to; `passed` is how many are new."""
+    """Bit k is set if the measurement k before the newest was answered; `passed` is the number of new measurements."""
     return 1 if passed > 63 else (seen << passed | 1) & 0xFFFFFFFFFFFFFFFF

@@ -1,4 +1,4 @@
-"""What the guard's process is told by its parent while the loop runs, and what becomes of it."""
+"""Messages from the parent to the guard's process during the loop, and their execution."""
 
 import threading
 import time
@@ -17,23 +17,23 @@ from .exchange import EVENT_SHIFT, RESET, STOP_PRESSED, TOLD_LEVEL, TOLD_PERSON,
 from .steering import ASKABLE, SENTENCES, CommandDecisions, DescentCommand, GuardReply, GuardRequest, LeaseCommand
 
 ASK_PARENT_EVERY = 200
-"""Ticks between two looks at the line where nobody has rung: whether the parent is gone."""
+"""Ticks between two looks at the connection without an announcement, to check that the parent lives."""
 
 BELL = np.dtype("<u8")
-"""How many words have been sent."""
+"""Counter of the messages that were sent."""
 
 ENDS = "stop"
-"""The word after which the arm comes down and the run is over."""
+"""Message that lets the arm down and ends the run."""
 
 
 class GuardLine:
-    """The parent's end: a word that is sent is heard in the guard's next tick, one a tick. For any thread."""
+    """Parent's end of the connection; the guard takes one message per tick, from the next tick on. Thread-safe."""
 
     def __init__(self, connection: Connection, bell: Mailbox):
         self._connection, self._bell, self._lock, self._sent = connection, bell, threading.Lock(), 0
 
     def send(self, word: object) -> None:
-        """Returns before it is heard.
+        """Send a message and return before the guard takes it.
 
         Raises:
             OSError: The guard's process has ended.
@@ -45,33 +45,33 @@ class GuardLine:
 
 
 class GuardCommands:
-    """The guard's end."""
+    """Guard's end of the connection: executes the messages."""
 
     def __init__(self, guard: Guard, parent: Connection, bell: Mailbox | None, note: Callable[[float, str], object]):
-        """Nothing has been said.
+        """Start without a message.
 
         Args:
-            guard: To whom it is done.
-            parent: The line.
-            bell: Its parent's; None where nobody rings.
-            note: Has a line of this time [s] recorded.
+            guard: Guard that executes the messages.
+            parent: Connection to the parent.
+            bell: Mailbox with the parent's counter of messages; None if there is none.
+            note: Function that records a line of this time [s].
         """
         self._guard, self._parent, self._bell, self._note = guard, parent, bell, note
         self._steering, self._heard, self._has_latched, self._is_delivered = CommandDecisions(), 0, False, True
         self.acts = 0
-        """What was done since the last recorded tick, as `acts` there."""
+        """Acts since the last recorded tick, as `acts` there."""
         self.persons = 0
-        """How often it was said who is in the machine."""
+        """Number of messages about the person in the machine."""
         self.is_asked_to_end = False
 
     def listen(self, period: int, now: float, mode: Mode | None, *, is_answered: bool) -> None:
-        """Hear one word, if there is one; to be called at the end of every tick.
+        """Take one message if there is one; to be called at the end of each tick.
 
         Args:
             period: Number of the tick.
-            now: On the rig's clock [s].
-            mode: That control said last.
-            is_answered: Whether control answers.
+            now: Time on the rig's clock [s].
+            mode: Last mode that control reported.
+            is_answered: True if control answers.
         """
         self._look_after_lease(mode, now)
         is_rung = self._bell is not None and self._bell.count != self._heard
@@ -79,14 +79,14 @@ class GuardCommands:
             return
         try:
             word = self._parent.recv()
-        except EOFError:  # nobody is there any more who could end the run
+        except EOFError:  # the parent, which alone could end the run, is gone
             self._parent.close()
             word = ENDS
         self._heard += 1
         self.hear(word, now, mode, is_answered=is_answered)
 
     def hear(self, word: object, now: float, mode: Mode | None = None, *, is_answered: bool = True) -> None:
-        """Who is found to be in the machine, what is to be felt, what an operator asks for, or that it is over."""
+        """Execute a message: person in the machine, felt level, operator's request, or end of the run."""
         if isinstance(word, PersonLimits | PersonUpdate):
             self._wear(word, now)
         elif isinstance(word, FeltLevel):
@@ -104,14 +104,14 @@ class GuardCommands:
             self._press_stop()
 
     def latched(self) -> None:
-        """The guard has stopped."""
+        """Take note that the guard has stopped."""
         self._has_latched = True
         self._steering.stopped()
 
     def tell(self, state: np.ndarray) -> None:
-        """Fill in what control is to know of it: a row of `state_dtype`, of which the last filled is given again."""
+        """Fill in the operator's requests for control, in a row of `state_dtype` that was filled in the last tick."""
         state["persons"] = self.persons
-        # While control knows of a stop it takes nothing, and nothing is kept for after it.
+        # While control knows of a stop it accepts no request, and no request is kept for later.
         is_free = self._is_delivered and state["safe_state"] < SafeState.DESCENT
         if is_free and (event := self._steering.next()) is not None:
             self._is_delivered = False
@@ -119,11 +119,11 @@ class GuardCommands:
             self.acts |= (ASKABLE.index(event) + 1) << EVENT_SHIFT
 
     def delivered(self) -> None:
-        """Control has answered to what it was told."""
+        """Take note that control has answered the last request."""
         self._is_delivered = True
 
     def reset(self, now: float, text: str) -> bool:
-        """Leave the latch, if that may be."""
+        """Leave the latch if the guard allows it."""
         is_left = self._guard.reset()
         if is_left:
             self.acts |= RESET
@@ -148,13 +148,13 @@ class GuardCommands:
         if event is Event.RESET and is_latched:
             if why := self._steering.why_nobody(time.monotonic_ns()):
                 return why
-            # Nobody hands an arm to a control that is not there: it has to answer first.
+            # An arm is never handed to a control process that is not there: it has to answer first.
             if not (is_answered and self._guard.reset()):
                 return say(SENTENCES, "guard.still_down")
             self.acts |= RESET
             is_latched = False
             if mode is not Mode.SAFE:
-                return ""  # the motors were off; control has nothing to leave
+                return ""  # the motors were off, so control has no latch to leave
         return self._steering.ask(event, mode, is_latched=is_latched, now_ns=time.monotonic_ns())
 
     def _answer(self, number: int, why: str, now: float, what: str) -> None:
@@ -172,7 +172,7 @@ class GuardCommands:
         self._note(now, "The guard knows the person as identified.")
 
     def _feel(self, word: FeltLevel, now: float) -> None:
-        """Whoever is not at the machine has nothing to say any more when it has stopped once in this run."""
+        """Refuse a felt level from outside the machine if the guard has stopped once in this run."""
         why = "the run was stopped before, or the arm is being moved."
         if word.number is not None:
             why = self._steering.why_nobody(time.monotonic_ns())

@@ -1,6 +1,6 @@
-"""What somebody who is not at the machine may have done: each word is checked beside the guard, in its process.
+"""Checks of requests from a person who is not at the machine, made in the guard's process.
 
-Whoever steers renews a lease. Without one nothing is begun, and an arm that is carried is given back.
+A page that steers renews a lease. Without a lease no action begins, and an arm that is carried is given back.
 """
 
 from collections import deque
@@ -13,16 +13,16 @@ from exograv.safety.modes import TRANSITIONS, WORN, Event, Mode
 from exograv.sentence import say
 
 LEASE_MAX_NS = 1_200_000_000
-"""A lease is never longer (docs/safety.md, F31) [ns]."""
+"""Longest lease (docs/safety.md, F31) [ns]."""
 
 READY_NS = 30_000_000_000
-"""So long after the machine was made ready may the arm be taken [ns]."""
+"""Time after the machine was made ready in which the arm may be taken [ns]."""
 
 WINDOW_MAX_NS = 22_000_000_000
-"""A trial's window that has begun may be finished without an operator, no later than so long after the loss [ns]."""
+"""Longest time after the loss of the operator in which a trial's open window may be finished [ns]."""
 
 ASKABLE = (Event.TEST, Event.PASSED, Event.TAKE_ARM, Event.GIVE_BACK, Event.SWITCH_OFF, Event.RESET)
-"""Events that control is told of; a recorded tick names them by their place here."""
+"""Events that are sent to control; a recorded tick names them by their index here."""
 
 SENTENCES: Mapping[str, str] = MappingProxyType(
     {
@@ -35,47 +35,47 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         "desk.no_step_one": "Step one was not done in the last 30 s. Make the machine ready again.",
     }
 )
-"""Reasons of the guard's process, in English."""
+"""Reasons of refusal of the guard's process, in English."""
 
 
 @dataclass(frozen=True)
 class GuardRequest:
-    """A word to the guard: let this happen, if it may."""
+    """Message to the guard: request of an event."""
 
     number: int
-    """By which it is answered."""
+    """Number for the reply."""
     event: Event
 
 
 @dataclass(frozen=True)
 class DescentCommand:
-    """A word to the guard: let the arm down. The run goes on."""
+    """Message to the guard: let the arm down; the run goes on."""
 
     number: int
 
 
 @dataclass(frozen=True)
 class LeaseCommand:
-    """A word to the guard: somebody steers, until then."""
+    """Message to the guard: a page steers, until the given time."""
 
     until_ns: int
-    """On CLOCK_MONOTONIC [ns]."""
+    """End of the lease on CLOCK_MONOTONIC [ns]."""
     window_until_ns: int | None = None
-    """When the window of a trial ends; absent where none runs [ns]."""
+    """End of the open window of a trial [ns]; None without one."""
     on_loss: Loss = "finish"
 
 
 @dataclass(frozen=True)
 class GuardReply:
-    """A word from the guard: what became of one with this number."""
+    """Message from the guard: reply to the message with this number."""
 
     number: int
     why: str = ""
-    """Why not; empty where it was done."""
+    """Reason of refusal; empty if the request was executed."""
 
 
 class CommandDecisions:
-    """Decides about words; holds what is to be told to control until it is told."""
+    """Decisions about requests, and the queue of events for control."""
 
     def __init__(self):
         self._waiting: deque[Event] = deque()
@@ -84,23 +84,23 @@ class CommandDecisions:
         self._is_lost = self._gives_back = False
 
     def lease(self, word: LeaseCommand, now_ns: int) -> None:
-        """Somebody steers."""
+        """Renew the lease."""
         self._lease_until_ns = min(word.until_ns, now_ns + LEASE_MAX_NS)
         self._window_until_ns = -1 if word.window_until_ns is None else word.window_until_ns
         self._on_loss = word.on_loss
 
     def why_nobody(self, now_ns: int) -> str:
-        """Why nobody may ask for anything; empty while somebody steers."""
+        """Return the reason why no page may ask for anything; empty while one steers."""
         return say(SENTENCES, "guard.nobody") if now_ns > self._lease_until_ns else ""
 
     def ask(self, event: Event, mode: Mode, *, is_latched: bool, now_ns: int) -> str:
-        """Why it may not happen; empty where control will be told.
+        """Return the reason why an event is refused; empty if control will be told.
 
         Args:
-            event: What is asked for.
-            mode: That control said last.
-            is_latched: Whether the guard has stopped and was not reset. A reset comes here after the guard's own.
-            now_ns: On CLOCK_MONOTONIC [ns].
+            event: Requested event.
+            mode: Last mode that control reported.
+            is_latched: True if the guard has stopped and was not reset. A reset comes here after the guard's own.
+            now_ns: Time on CLOCK_MONOTONIC [ns].
         """
         if why := self.why_nobody(now_ns):
             return why
@@ -109,7 +109,7 @@ class CommandDecisions:
         if is_latched:
             return say(SENTENCES, "guard.stopped")
         if event is Event.TEST and mode is Mode.EXO_ONLY:
-            self._ready_until_ns = now_ns + READY_NS  # step one once more
+            self._ready_until_ns = now_ns + READY_NS  # step one again
             return ""
         if (mode, event) not in TRANSITIONS or self._waiting:
             return say(SENTENCES, "desk.not_possible", mode=mode.sentence)
@@ -124,12 +124,12 @@ class CommandDecisions:
         return ""
 
     def stopped(self) -> None:
-        """Whatever was asked for before a stop is void."""
+        """Discard all requests from before a stop."""
         self._waiting.clear()
         self._ready_until_ns = -1
 
     def watch(self, mode: Mode, now_ns: int) -> str:
-        """Look after the lease: a sentence when it was lost just now. To be called in every tick."""
+        """Check the lease, and return a sentence if it has just been lost; to be called in each tick."""
         if now_ns <= self._lease_until_ns:
             self._is_lost = self._gives_back = False
             return ""
@@ -150,9 +150,9 @@ class CommandDecisions:
 
     @property
     def is_to_stop(self) -> bool:
-        """Whether a window ran when the lease was lost, and the setting is to stop it."""
+        """True if a window was open when the lease was lost, and the setting is to stop it."""
         return self._is_lost and self._on_loss == "stop" and self._window_until_ns > self._lease_until_ns
 
     def next(self) -> Event | None:
-        """What control is to be told now, once."""
+        """Next event for control, given once; None if there is none."""
         return self._waiting.popleft() if self._waiting else None

@@ -1,8 +1,8 @@
-"""A process for what takes longer than a tick: it listens to control's samples, and tells what it finds when it can.
+"""Worker process for computations longer than a tick, which reads samples of control and returns findings.
 
-Samples wait in a ring that holds all of a motion, so that control never waits for a worker, and a worker that dies is
-followed by one that begins anew with the first of them. What it finds goes into another ring with the time of its
-sample, and control takes the newest: a worker that is slow, or catches up, holds up nobody.
+Samples wait in a ring that holds a whole motion, so control never waits for a worker. If a worker dies, another one
+starts again from the first sample. Findings go into a second ring, with the time of their sample, and control takes the
+newest. So a worker that is slow, or catches up, delays no other process.
 """
 
 from collections.abc import Callable
@@ -17,42 +17,42 @@ from exograv.runtime.processes.shared_memory import Ring
 from .exchange import finding_dtype, sample_dtype
 
 LOOKS_EVERY_S = 0.025
-"""Between two looks for samples."""
+"""Time between two looks for samples [s]."""
 
 FINDINGS_MAX = 1 << 15
-"""At five a second nearly two hours."""
+"""Capacity of the ring of findings, nearly two hours at five a second."""
 
 
 @runtime_checkable
 class WorkerInterface(Protocol):
-    """What a worker does, as the process around it sees it."""
+    """Interface of a worker for its process."""
 
     def take(self, sample: np.void) -> np.ndarray | None:
-        """Take one sample; what is found by it, if it is time to tell."""
+        """Take one sample; return a finding if it is time for one."""
         ...
 
     def finish(self) -> tuple[np.ndarray, Any]:
-        """After the last sample of a motion: what is found in the end, and what the parent is to know of it."""
+        """End a motion after its last sample; return the final finding, and a message for the parent."""
         ...
 
     @property
     def is_over(self) -> bool:
-        """Whether no other motion follows the one that was finished last."""
+        """True if no motion follows the one that was finished last."""
         ...
 
 
 @runtime_checkable
 class ReportingWorker(Protocol):
-    """A worker that tells its parent how far it is."""
+    """Worker that reports its progress to the parent."""
 
     def news(self) -> list[Any]:
-        """What the parent may show, since this was last asked."""
+        """Return the messages for the parent since the last call."""
         ...
 
 
 @dataclass(frozen=True)
 class WorkerMemory:
-    """The two rings of a worker, by name where another process has made them."""
+    """Rings of a worker, by name if another process has made them."""
 
     joints: int
     parameters: int
@@ -61,24 +61,24 @@ class WorkerMemory:
     findings: str | None = None
 
     def sample_ring(self) -> Ring:
-        """From control to the worker."""
+        """Return the ring from control to the worker."""
         return Ring(sample_dtype(self.joints), self.samples_max, self.samples)
 
     def finding_ring(self) -> Ring:
-        """From the worker to control and to the parent."""
+        """Return the ring from the worker to control and to the parent."""
         return Ring(finding_dtype(self.parameters), FINDINGS_MAX, self.findings)
 
 
 @dataclass(frozen=True)
 class WorkerJob:
-    """What a worker is started with."""
+    """Start arguments of a worker."""
 
     build: Callable[[], WorkerInterface]
     memory: WorkerMemory
 
 
 def worker_process(job: WorkerJob, parent: Connection) -> None:
-    """Be the worker: until the parent says that the run is over, or is gone."""
+    """Run the worker, until the parent ends the run or is gone."""
     samples, findings = job.memory.sample_ring(), job.memory.finding_ring()
     try:
         desk = _Desk(job, samples, findings)
@@ -92,7 +92,7 @@ def worker_process(job: WorkerJob, parent: Connection) -> None:
 
 
 class _Desk:
-    """Samples on one side, findings on the other."""
+    """Work of the process between the ring of samples and the ring of findings."""
 
     def __init__(self, job: WorkerJob, samples: Ring, findings: Ring):
         self._working, self._samples, self._findings = job.build(), samples, findings
@@ -100,7 +100,7 @@ class _Desk:
         self._is_done = False
 
     def work(self) -> list[Any]:
-        """Take what is new; what the parent is to know of each motion that has come to its end with it."""
+        """Take new samples; return the messages for the parent, with one for each motion that has ended."""
         words = []
         for sample in () if self._is_done else self._samples.take():
             found = self._working.take(sample)

@@ -1,1 +1,1 @@
-"""Lab Streaming Layer: what a live run publishes, and what it records of other people's devices."""
+"""Lab Streaming Layer: streams that a live run publishes, and streams of other devices that it records."""

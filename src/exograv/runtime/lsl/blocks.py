@@ -1,4 +1,4 @@
-"""What the listener hands to the recorder: samples as they are in the file, and LSL's corrections of the clock."""
+"""Blocks that the listener hands to the recorder: samples in the form of the file, and LSL's clock corrections."""
 
 from dataclasses import dataclass
 
@@ -11,12 +11,15 @@ from exograv.runtime.processes.shared_memory import Ring
 
 DATA_BYTES = 16_000
 SLOTS = 1024
-"""16 MB: ten seconds without a recorder at 1.6 MB/s. What finds no room stays with LSL, which keeps minutes."""
+"""Number of blocks in the ring: 16 MB, ten seconds without a recorder at 1.6 MB/s.
+
+Samples that find no room stay with LSL, which keeps minutes.
+"""
 
 BLOCK = np.dtype(
     [("stream", "<u2"), ("kind", "u1"), ("monotonic", "<f8"), ("length", "<u4"), ("data", f"V{DATA_BYTES}")]
 )
-"""`stream` counts from 0; `kind` is one of those below; `monotonic` is when it came [s]."""
+"""Type of a block: `stream` counts from 0, `kind` is one of those below, `monotonic` is the time of arrival [s]."""
 
 SAMPLES, CORRECTED = 0, 1
 
@@ -35,17 +38,17 @@ class RecordedDevices:
     """Other devices of a run, for its recorder."""
 
     ring: str
-    """Name of the memory."""
+    """Name of the shared memory."""
 
     streams: tuple[StreamFormat, ...]
 
     def blocks(self) -> Ring:
-        """The ring: the listener writes into it, the recorder reads."""
+        """Return the ring: the listener writes, the recorder reads."""
         return Ring(BLOCK, SLOTS, self.ring)
 
 
 def block(stream: int, kind: int, monotonic: float, data: bytes) -> np.ndarray:
-    """An entry of the ring."""
+    """Return an entry of the ring."""
     row = np.zeros((), BLOCK)
     row["stream"], row["kind"], row["monotonic"], row["length"] = stream, kind, monotonic, len(data)
     row["data"] = np.void(data.ljust(DATA_BYTES, b"\0"))

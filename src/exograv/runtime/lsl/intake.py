@@ -1,4 +1,4 @@
-"""The recorder's side of other devices: from their ring into the file, each block once, whoever is replaced."""
+"""Recorder's side of other devices: blocks from the ring into the file, each once, even after restarts."""
 
 import numpy as np
 
@@ -8,19 +8,19 @@ from .blocks import CORRECTED, CORRECTION_ROW, TAKEN_MAX, RecordedDevices
 
 
 class BlockIntake:
-    """Takes blocks, and knows how the rig's clock is ahead of CLOCK_MONOTONIC."""
+    """Reader of blocks, with the offset of the rig's clock to CLOCK_MONOTONIC."""
 
     def __init__(self, devices: RecordedDevices, writer: RecordingWriter, has_rig: bool):
-        """Go on after what the writer's file holds.
+        """Continue after the blocks in the writer's file.
 
         Args:
-            devices: Whose blocks they are.
-            writer: Of the file.
-            has_rig: Whether ticks will come; without, the file's clock is CLOCK_MONOTONIC.
+            devices: Devices whose blocks are recorded.
+            writer: Writer of the file.
+            has_rig: True if ticks will come; without ticks, the file's clock is CLOCK_MONOTONIC.
         """
         self._topics = [stream.topic for stream in devices.streams]
         self._writer = writer
-        # What the file holds already is not taken again.
+        # Blocks that the file already holds are not taken again.
         ring = devices.blocks()
         ring.acknowledge(self._written())
         ring.close()
@@ -28,17 +28,17 @@ class BlockIntake:
         self._ahead_s = None if has_rig else 0.0
 
     def see(self, ticks: np.ndarray) -> None:
-        """Learn from ticks (tick,) how the two clocks of the rig stand to each other."""
+        """Update the offset between the rig's clock and CLOCK_MONOTONIC from ticks (tick,)."""
         ticks = ticks[np.isfinite(ticks["monotonic"])]
         if len(ticks):
             self._ahead_s = float(ticks["now"][-1] - ticks["monotonic"][-1])
 
     def rig_time(self, monotonic: float) -> float:
-        """The rig's clock, by the newest tick; 0 before the first [s]."""
+        """Time on the rig's clock by the newest tick; 0 before the first [s]."""
         return 0.0 if self._ahead_s is None else monotonic + self._ahead_s
 
     def take(self) -> bool:
-        """Write what is new, and say whether there was anything."""
+        """Write all new blocks; return True if there were any."""
         rows = self._ring.take(TAKEN_MAX)
         for row in rows:
             topic, t = self._topics[int(row["stream"])], self.rig_time(float(row["monotonic"]))
@@ -52,11 +52,11 @@ class BlockIntake:
         return bool(len(rows))
 
     def acknowledge(self) -> None:
-        """Say that all that was taken is on the disk."""
+        """Acknowledge that all blocks taken so far are on the disk."""
         self._ring.acknowledge(self._written())
 
     def close(self) -> None:
-        """Let go of the memory."""
+        """Release the shared memory."""
         self._ring.close()
 
     def _written(self) -> int:

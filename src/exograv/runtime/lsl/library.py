@@ -1,4 +1,4 @@
-"""liblsl by way of pylsl, quiet. It starts threads in its process: never import it in the guard's or control's."""
+"""Import of liblsl by pylsl, with a quiet log. It starts threads: never import it in guard or control processes."""
 
 import ctypes
 import importlib.util
@@ -10,17 +10,17 @@ from types import ModuleType
 from exograv.errors import ConfigError
 
 QUIET = "\n[log]\nlevel = -3\n"
-"""Added to a configuration that says nothing of its log: losses and reconnections are reported by us."""
+"""Addition to a configuration without a log section: losses and reconnections are reported by exograv."""
 
 
 MISSING = "Lab Streaming Layer is not installed. Install it: pip install 'exograv[lsl]'"
 
 
 def require_lsl() -> None:
-    """Ask without importing it, where its threads are not wanted.
+    """Check that LSL is installed, without an import in a process where its threads are not wanted.
 
     Raises:
-        ConfigError: It is not installed.
+        ConfigError: LSL is not installed.
     """
     if importlib.util.find_spec("pylsl") is None:
         raise ConfigError(MISSING)
@@ -28,10 +28,10 @@ def require_lsl() -> None:
 
 @cache
 def lsl() -> ModuleType:
-    """The module `pylsl`, with the laboratory's own configuration.
+    """Return the module `pylsl`, with the laboratory's own configuration.
 
     Raises:
-        ConfigError: It is not installed, or its library does not load.
+        ConfigError: LSL is not installed, or its library does not load.
     """
     try:
         import pylsl
@@ -40,7 +40,7 @@ def lsl() -> ModuleType:
         raise ConfigError(MISSING) from None
     except RuntimeError as error:
         raise ConfigError(f"pylsl finds no liblsl that it can load: {error}") from error
-    # Before anything else is asked of the library: it reads its configuration once.
+    # This must be the first call of the library, which reads its configuration only once.
     configure = pylsl.lib.lib.lsl_set_config_content
     configure.argtypes = [ctypes.c_char_p]
     configure(_configuration().encode())
@@ -48,7 +48,7 @@ def lsl() -> ModuleType:
 
 
 def _configuration() -> str:
-    """What liblsl would read, from where it would look for it, and the level of its log.
+    """Return the configuration that liblsl would find itself, with the level of its log.
 
     Source: liblsl 1.18, `api_config::load`.
     """

@@ -1,6 +1,6 @@
-"""The listener: a process of its own for the streams of other devices, with a thread for each.
+"""Listener process for the streams of other devices, with a thread for each.
 
-What hangs, floods or crashes in liblsl does so here: the recorder only finds blocks in its ring.
+If liblsl hangs, floods or crashes, it does so here; the recorder only finds blocks in its ring.
 """
 
 import threading
@@ -18,26 +18,26 @@ from .streams import FoundStream, choose, formats
 
 @dataclass(frozen=True)
 class ListenerJob:
-    """What a listener is started with."""
+    """Start arguments of a listener."""
 
     ring: str
-    """Name of the memory to the recorder."""
+    """Name of the shared memory to the recorder."""
 
     wanted: tuple[str, ...]
-    """Names or types, of the first listener."""
+    """Names or types of streams, for the first listener."""
 
     within_s: float
-    """For them to be found."""
+    """Time to find the streams [s]."""
 
     found: tuple[FoundStream, ...] = ()
-    """By the one before, which has died; then they need not be there."""
+    """Streams that the previous listener found before it died; they need not be there then."""
 
     connections: tuple[int, ...] = ()
-    """So far, of each."""
+    """Number of connections so far, by stream."""
 
 
 def listen(job: ListenerJob, parent: Connection) -> None:
-    """Be the listener: find, say what, wait for the word, record until the next word."""
+    """Run the listener: find streams, report them, wait for the start message, record until the next message."""
     try:
         found = job.found or tuple(choose(job.wanted, job.within_s))
     except ConfigError as error:
@@ -65,20 +65,20 @@ def listen(job: ListenerJob, parent: Connection) -> None:
 
 
 END_MAX_S = 3.0
-"""For a thread that waits for its device."""
+"""Time for a thread that waits for its device [s]."""
 
 KEPT_FOR_CORRECTIONS = 16
-"""Places that samples leave free."""
+"""Slots of the ring that samples leave free."""
 
 
 class _Line:
-    """To the recorder and to the parent, for all threads."""
+    """Connection to the recorder and to the parent, for all threads."""
 
     def __init__(self, parent: Connection, ring: Ring):
         self._parent, self._ring, self._lock = parent, ring, threading.Lock()
 
     def hand_of(self, stream: int):
-        """The `Hand` of a stream."""
+        """Return the `Hand` of a stream."""
 
         def hand(kind: int, monotonic: float, data: bytes) -> bool:
             with self._lock:
@@ -89,13 +89,13 @@ class _Line:
         return hand
 
     def note(self, message: StreamNote | None) -> None:
-        """Tell the parent; None is the last word."""
+        """Send a message to the parent; None is the last one."""
         with self._lock:
             self._parent.send(message)
 
 
 def _heard(parent: Connection) -> bool:
-    """Wait for a word; false if the parent is gone."""
+    """Wait for a message; return False if the parent is gone."""
     try:
         parent.recv()
     except (EOFError, OSError):

@@ -1,4 +1,4 @@
-"""The parent's side of other devices: a listener, and another when it dies; what becomes of their streams is noted."""
+"""Parent's side of other devices: starts the listener, replaces it when it dies, and records events of the streams."""
 
 import time
 from collections import Counter
@@ -19,13 +19,13 @@ from .listener import END_MAX_S, ListenerJob, listen
 from .streams import FoundStream, formats
 
 FIND_S = 10.0
-"""For the streams that were asked for."""
+"""Time to find the requested streams [s]."""
 
 START_MAX_S = 30.0
-"""Beside it, for a fresh interpreter on a slow computer."""
+"""Additional time for a fresh interpreter on a slow computer [s]."""
 
 RESTARTS_MAX = 3
-"""Listeners that are replaced; what ends so many would end the next one too."""
+"""Largest number of replaced listeners; a cause that ends so many would end the next one too."""
 
 Record = Callable[[str, float, Mapping[str, Any]], object]
 
@@ -43,17 +43,17 @@ class ListenedStream:
 
 
 class Listening:
-    """Finds the streams, and records them from `begin` to `finish`. `with Listening(...) as listening:`."""
+    """Listener of a run; it records from `begin` to `finish`. `with Listening(...) as listening:`."""
 
     def __init__(self, wanted: Sequence[str], within_s: float = FIND_S):
-        """Find them; nothing is recorded yet.
+        """Find the streams; nothing is recorded yet.
 
         Args:
-            wanted: Names of streams; or types, all of which are meant then.
-            within_s: For them to be found.
+            wanted: Names of streams, or types; a type means all streams of it.
+            within_s: Time to find them.
 
         Raises:
-            ConfigError: One is not there, or cannot be recorded, or LSL is not installed.
+            ConfigError: A stream is not there or cannot be recorded, or LSL is not installed.
             RigError: The listener died.
         """
         require_lsl()
@@ -71,12 +71,12 @@ class Listening:
 
     @property
     def pid(self) -> int:
-        """Of the listener."""
+        """Process identifier of the listener."""
         return self._child.pid
 
     @property
     def restarts(self) -> int:
-        """Listeners that had to be replaced."""
+        """Number of listeners that were replaced."""
         return self._child.restarts
 
     def begin(self, record: Record) -> None:
@@ -85,7 +85,7 @@ class Listening:
         self._child.send("begin")  # if the listener has died, `check` starts another
 
     def check(self) -> None:
-        """Pass on what is new, and start another listener if this one has died. To be called some times a second."""
+        """Pass on new messages, and start another listener if this one has died. Call it several times per second."""
         self._hear()
         if self._record is not None and not self._child.is_alive:
             connections = tuple(self._connections[one.topic] for one in self.devices.streams)
@@ -93,7 +93,7 @@ class Listening:
                 self.begin(self._record)
 
     def finish(self) -> None:
-        """Have the last samples handed over; before the recorder completes its file."""
+        """Have the last samples handed over, before the recorder completes its file."""
         if self._record is None:
             return
         self._child.send("over")
@@ -104,7 +104,7 @@ class Listening:
         self._record = None
 
     def figures(self) -> list[ListenedStream]:
-        """Count what was connected and lost, by stream."""
+        """Count connections, losses and silences of each stream."""
         return [
             ListenedStream(
                 stream.name,
@@ -116,7 +116,7 @@ class Listening:
         ]
 
     def close(self) -> None:
-        """End it, and let go of the memory."""
+        """End the listener and release the shared memory."""
         self.finish()
         self._child.end(0.5)
         self._ring.close()
@@ -130,7 +130,7 @@ class Listening:
     def _found(self, within_s: float) -> tuple[FoundStream, ...]:
         word = self._child.next_word(within_s)
         if word is None:
-            raise RigError("The listener for streams of LSL did not begin. What it wrote above says why.")
+            raise RigError("The listener for streams of LSL did not start. Its output above gives the reason.")
         if isinstance(word, ConfigError):
             raise word
         for stream in word:
@@ -142,7 +142,7 @@ class Listening:
         return word
 
     def _hear(self) -> bool:
-        """True if the listener has said its last word."""
+        """Pass on new messages; return True after the last one."""
         for word in self._child.heard():
             if word is None:
                 return True

@@ -1,7 +1,7 @@
-"""What a live run publishes: joint state, torque and markers. Pushed by the recorder's process, which copies it anyway.
+"""Streams that a live run publishes: joint state, torque and markers, sent by the recorder process.
 
-A sample's stamp is the time of its measurement on CLOCK_MONOTONIC, which is LSL's own clock on Linux; it is worked out
-from the two clocks of its tick, and not from when it was pushed.
+The recorder copies these values anyway. The stamp of a sample is the time of its measurement on CLOCK_MONOTONIC, which
+is LSL's own clock on Linux. It is computed from the two clocks of the tick, not from the time of sending.
 """
 
 import secrets
@@ -14,28 +14,28 @@ from jaxtyping import Float
 from .library import lsl
 
 KEPT_S = 10
-"""Of a consumer that does not keep up; what is older it misses, so that it cannot fill the recorder's memory [s]."""
+"""Data kept for a slow consumer [s]; it misses older data, so that it cannot fill the recorder's memory."""
 
 JOINT_STATE = (("q_measured", "rad"), ("v", "rad/s"))
 TORQUE = (("tau_desired", "N·m"), ("tau_commanded", "N·m"), ("tau_measured", "N·m"))
-"""Fields of a tick that are published per joint, and their unit."""
+"""Fields of a tick that are published per joint, with their units."""
 
 
 @dataclass(frozen=True)
 class OutletsJob:
-    """What the streams of a run are made from. It names the machine, and never a person."""
+    """Description of a run's streams. It names the machine, and never a person."""
 
     rig: str
     joints: tuple[str, ...]
     period_s: float
 
     token: str = field(default_factory=lambda: secrets.token_hex(8))
-    """In every `source_id` of the run: by it a consumer finds the streams again when the recorder was replaced."""
+    """Part of each `source_id` of the run, by which a consumer finds the streams again after a recorder restart."""
 
 
 @dataclass(frozen=True)
 class _Columns:
-    """One numerical stream."""
+    """Numerical stream."""
 
     name: str
     kind: str
@@ -50,10 +50,10 @@ MARKERS = "exograv-markers"
 
 
 class Outlets:
-    """The streams of one run."""
+    """Streams of one run."""
 
     def __init__(self, job: OutletsJob):
-        """Open them.
+        """Open the streams.
 
         Raises:
             ConfigError: LSL is not installed.
@@ -63,9 +63,9 @@ class Outlets:
         self._markers = marker_outlet(job)
 
     def publish(self, ticks: np.ndarray, events: Sequence[np.void] | np.ndarray) -> None:
-        """Push what is new: ticks (tick,) of `recording.encoding.tick_dtype`, and events of `recorder_process.EVENT`.
+        """Send new ticks (tick,) of `recording.encoding.tick_dtype` and new events of `recorder_process.EVENT`.
 
-        An event waits for the first tick that is not older: by that one its time on the rig's clock is translated.
+        An event waits for the first tick that is not older. This tick translates its time on the rig's clock.
 
         Raises:
             RuntimeError: The library has failed.
@@ -87,7 +87,7 @@ class Outlets:
 
 
 def marker_outlet(job: OutletsJob):
-    """A stream of texts, pushed by whoever has something to say.
+    """Open a stream of texts for any process that has markers to send.
 
     Raises:
         ConfigError: LSL is not installed.
@@ -98,12 +98,12 @@ def marker_outlet(job: OutletsJob):
 
 
 def samples(ticks: np.ndarray, fields: tuple[tuple[str, str], ...]) -> Float[np.ndarray, "tick channel"]:
-    """Time on the rig's clock and the number of the measurement, then each field joint by joint."""
+    """Return time on the rig's clock and the number of the measurement, then each field joint by joint."""
     return np.column_stack([ticks["t"], ticks["sequence"], *(ticks[name] for name, _ in fields)]).astype(np.float64)
 
 
 def labels(job: OutletsJob, fields: tuple[tuple[str, str], ...]) -> list[tuple[str, str]]:
-    """Name and unit of each channel of `samples`."""
+    """Return name and unit of each channel of `samples`."""
     return [
         ("t", "s"),
         ("sequence", "1"),
@@ -120,7 +120,7 @@ def _numbers(job: OutletsJob, columns: _Columns):
 
 
 def _describe(info, job: OutletsJob, channels: list[tuple[str, str]]) -> None:
-    """Names of the XDF meta-data conventions (github.com/sccn/xdf/wiki/Meta-Data)."""
+    """Add the description, with the names of the XDF meta-data conventions (github.com/sccn/xdf/wiki/Meta-Data)."""
     description = info.desc()
     acquisition = description.append_child("acquisition")
     acquisition.append_child_value("manufacturer", "exograv")

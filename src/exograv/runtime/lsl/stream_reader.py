@@ -1,7 +1,7 @@
-"""One stream of another device: connected, drained, asked for its clock, and sought again when it is gone.
+"""Reader of one stream of another device: connects, takes samples and clock corrections, and reconnects.
 
-A connection is one outlet of one process, and so one clock. LSL could recover a lost stream behind our back; then
-nobody would know which stamps are of which clock.
+A connection is one outlet of one process, and so has one clock. LSL could recover a lost stream by itself, but then the
+clock of each stamp would not be known.
 """
 
 import ctypes
@@ -20,41 +20,41 @@ from .library import lsl
 from .streams import LOOK_S, FoundStream
 
 POLL_S = 0.02
-"""Between two looks; what LSL had received and nobody had pulled when a device dies is lost."""
+"""Time between two looks [s]; samples that LSL holds and that were not pulled are lost when a device dies."""
 
 BLOCK_S = 0.1
-"""Samples wait for so long for others of their block."""
+"""Longest time that samples wait for others of their block [s]."""
 
 CORRECTION_S = 2.0
-"""LSL itself measures that often (`TimeUpdateInterval`)."""
+"""Time between two clock corrections [s]; LSL itself measures that often (`TimeUpdateInterval`)."""
 
 CORRECTION_WITHIN_S = 1.0
-"""The first one takes 0.64 s."""
+"""Longest wait for a clock correction [s]; the first one takes 0.64 s."""
 
 SILENT_S = 2.0
-"""Without a sample of a stream that has a rate; and between two questions whether it has come back elsewhere."""
+"""Time without a sample after which a stream with a rate is silent, and between two searches for its return [s]."""
 
 KEPT_S = 360
-"""By LSL, if the recorder stands still."""
+"""Data that LSL keeps if the recorder stands still [s]."""
 
 Hand = Callable[[int, float, bytes], bool]
-"""Takes kind, CLOCK_MONOTONIC [s] and data of a block; whether there was room."""
+"""Function that takes kind, CLOCK_MONOTONIC [s] and data of a block, and returns True if there was room."""
 
 Note = Callable[[StreamNote], object]
 
 
 class StreamReader:
-    """Runs in a thread of its own, because the library's calls wait for each device's own time."""
+    """Reader that runs in its own thread, because the library's calls wait for each device."""
 
     def __init__(self, found: FoundStream, topic: str, connection: int, hand: Hand, note: Note):
-        """Of a stream that was there, and its number of connections so far."""
+        """Prepare a reader for a stream that was found, with its number of connections so far."""
         self._found, self._topic, self._connection = found, topic, connection
         self._hand, self._note = hand, note
         self._samples = _Samples(found)
         self._uid = ""
 
     def run(self, over: threading.Event) -> None:
-        """Record until it is over."""
+        """Record until `over` is set."""
         while not over.is_set():
             inlet = self._connected() if self._flush() else None
             if inlet is None:
@@ -63,13 +63,13 @@ class StreamReader:
             try:
                 self._listen(inlet, over)
             except _GoneError as gone:
-                self._say("lost", f"{self._found.name} is gone ({gone}). It is sought.")
+                self._say("lost", f"{self._found.name} is gone ({gone}). The listener looks for it.")
             finally:
                 self._flush()
                 inlet.close_stream()
 
     def _connected(self) -> Any:
-        """An inlet whose stream is open; None if it is not there."""
+        """Return an inlet whose stream is open; None if the stream is not there."""
         from pylsl.util import LostError
 
         there = lsl().resolve_bypred(self._found.predicate, 1, LOOK_S)
@@ -80,7 +80,7 @@ class StreamReader:
             xml = inlet.info(CORRECTION_WITHIN_S).as_xml()
             self._uid = there[0].uid()
             self._connection += 1
-            self._correct(inlet)  # before samples come: the first one takes its time
+            self._correct(inlet)  # before samples come, because the first correction takes long
             inlet.open_stream(CORRECTION_WITHIN_S)
         except (TimeoutError, LostError):
             return None
@@ -111,7 +111,7 @@ class StreamReader:
             raise _GoneError("its program has closed it or ended") from None
 
     def _pull(self, inlet: Any) -> bool:
-        """Whether samples came. Without room for them they stay with LSL."""
+        """Pull samples; return True if some came. Without room for them they stay with LSL."""
         came = False
         while True:
             count = self._samples.pull(inlet)
@@ -121,7 +121,7 @@ class StreamReader:
                 return came
 
     def _flush(self) -> bool:
-        """Hand over what has been pulled, if there is room for it."""
+        """Hand over the pulled samples if there is room; return True if none is left."""
         if not self._samples.count:
             return True
         block = self._samples.block(self._connection)
@@ -141,25 +141,25 @@ class StreamReader:
             self._hand(CORRECTED, asked, row.tobytes())
 
     def _look_elsewhere(self) -> None:
-        """A device that was switched off closes nothing: it is back as another outlet, and this one is dead."""
+        """Raise if the device is back as another outlet: a device that is switched off leaves its old one open."""
         there = lsl().resolve_bypred(self._found.predicate, 1, LOOK_S)
         if there and self._uid not in {info.uid() for info in there}:
-            raise _GoneError("it has come back as another one")
+            raise _GoneError("it has come back as another outlet")
 
     def _say(self, kind: str, text: str, xml: str | None = None) -> None:
         self._note(StreamNote(time.monotonic(), self._topic, kind, text, self._connection, xml))
 
 
-SILENT = ("silent", f"It has sent nothing for {SILENT_S:g} s, and its source is still there.")
-RESUMED = ("resumed", "It sends again.")
+SILENT = ("silent", f"The stream has sent nothing for {SILENT_S:g} s, and its source is still there.")
+RESUMED = ("resumed", "The stream sends again.")
 
 
 class _GoneError(Exception):
-    """The connection is over; for this file only."""
+    """End of a connection; for this file only."""
 
 
 class _Samples:
-    """Samples that wait for their block, in memory that was there before."""
+    """Samples that wait for their block, in preallocated memory."""
 
     def __init__(self, found: FoundStream):
         self._is_text = found.value_type == "string"
@@ -174,11 +174,11 @@ class _Samples:
 
     @property
     def is_full(self) -> bool:
-        """Whether no other fits into the block."""
+        """True if no other sample fits into the block."""
         return self.count == self._most
 
     def pull(self, inlet: Any) -> int:
-        """As many as are there and fit."""
+        """Pull as many samples as are there and fit, and return their number."""
         room = self._most - self.count
         if not room:
             return 0
@@ -195,21 +195,21 @@ class _Samples:
         return len(stamps)
 
     def block(self, connection: int) -> StreamBlock:
-        """All that wait."""
+        """Return a block of all waiting samples."""
         values = self._texts if self._is_text else self._values[: self.count]
         return StreamBlock(self._received, connection, self._stamps[: self.count], values)
 
     def clear(self) -> None:
-        """They have been handed over."""
+        """Empty the buffer after its samples have been handed over."""
         self.count, self.since = 0, np.inf
         if self._is_text:
             self._texts.clear()
 
 
 def time_correction(inlet: Any, within_s: float) -> tuple[float, float, float] | None:
-    """Offset, time on the device's clock when it was measured, uncertainty [s]; None if there is none in time.
+    """Return offset, time of its measurement on the device's clock, and uncertainty [s]; None after a time-out.
 
-    `StreamInlet.time_correction` gives the first of them only.
+    `StreamInlet.time_correction` returns only the offset.
     """
     from pylsl.lib import lib
 

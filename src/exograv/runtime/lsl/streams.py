@@ -1,4 +1,4 @@
-"""Streams that are there: found, named, chosen."""
+"""Search for streams on the network, their description, and the choice of streams to record."""
 
 import re
 import time
@@ -12,12 +12,12 @@ from exograv.recording.stream_block import TOPICS, StreamFormat
 from .library import lsl
 
 LOOK_S = 1.0
-"""For one look around: liblsl asks again every half second, and an answer takes less."""
+"""Time of one search [s]: liblsl asks again every half second, and an answer takes less."""
 
 
 @dataclass(frozen=True)
 class FoundStream:
-    """A stream, as it announces itself."""
+    """Stream in its own description."""
 
     name: str
     source_id: str
@@ -29,16 +29,16 @@ class FoundStream:
 
     @property
     def predicate(self) -> str:
-        """By which it is found again, wherever and whenever it comes back (XPath 1.0)."""
+        """XPath 1.0 expression that finds the stream again, at any time and on any computer."""
         properties = {"name": self.name, "type": self.type, "source_id": self.source_id}
         return " and ".join(f"{name}={quoted(text)}" for name, text in properties.items())
 
 
 def quoted(text: str) -> str:
-    """As XPath 1.0 has it, which knows no escapes.
+    """Return the text as a literal of XPath 1.0, which has no escapes.
 
     Raises:
-        ConfigError: It has both kinds of quotation marks.
+        ConfigError: The text has both kinds of quotation marks.
     """
     if '"' in text and "'" in text:
         raise ConfigError(f"The stream {text} has both kinds of quotation marks in its name. Rename it in its program.")
@@ -46,7 +46,7 @@ def quoted(text: str) -> str:
 
 
 def described(info: Any) -> FoundStream:
-    """By a `StreamInfo`."""
+    """Return the description in a `StreamInfo`."""
     from pylsl.lib import string2fmt
 
     types = {number: name for name, number in string2fmt.items()}
@@ -62,16 +62,16 @@ def described(info: Any) -> FoundStream:
 
 
 def visible(within_s: float = LOOK_S) -> list[FoundStream]:
-    """All streams, by name."""
+    """Return all visible streams, sorted by name."""
     found = {described(info): None for info in lsl().resolve_streams(within_s)}
     return sorted(found, key=lambda one: (one.name, one.type, one.source_id))
 
 
 def choose(wanted: Sequence[str], within_s: float) -> list[FoundStream]:
-    """The streams of these names or, where no stream has the name, of this type.
+    """Return the streams of these names or, if no stream has the name, of this type.
 
     Raises:
-        ConfigError: One is not there within the time; the message names those that are.
+        ConfigError: A stream is not found within the time; the message names those that are there.
     """
     until = time.monotonic() + within_s
     while True:
@@ -93,7 +93,7 @@ def _matching(there: Sequence[FoundStream], wanted: str) -> list[FoundStream]:
 
 
 def formats(streams: Sequence[FoundStream]) -> tuple[StreamFormat, ...]:
-    """Channels of the recording, one a stream, no name twice."""
+    """Return the channels of the recording, one per stream, with unique names."""
     topics = list[str]()
     for stream in streams:
         first = topic = TOPICS + (re.sub(r"[^A-Za-z0-9_-]+", "_", stream.name) or "stream")

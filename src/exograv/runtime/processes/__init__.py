@@ -1,1 +1,1 @@
-"""Processes and the memory that they share."""
+"""Processes and their shared memory."""

@@ -1,7 +1,7 @@
-"""Processes of this computer that do tasks. Results arrive as they come; a task that kills its process is told.
+"""Pool of processes that do tasks; results come as they are ready, and a task that kills its process is reported.
 
-Each process has a line of its own to the parent. A process that dies takes nothing with it but its task, and another
-process takes its place. Ctrl-C is for the parent alone, which ends the processes.
+Each process has its own connection to the parent. If a process dies, only its task is lost, and another process takes
+its place. Only the parent receives Ctrl-C, and ends the processes.
 """
 
 import contextlib
@@ -24,18 +24,18 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 
 Tell = Callable[[Any], object]
-"""Takes a message about what is being done."""
+"""Function that takes a message about the work in progress."""
 
 Work = Callable[[Task, Tell], Iterable[Result]]
-"""Does a task in another process and gives its results one by one. A function of a module, or a partial of one."""
+"""Function that does a task in another process and yields its results; of a module, or a partial of one."""
 
 END_S = 5.0
-"""For a process that was asked to end; then it is killed [s]."""
+"""Time for a process to end when asked; then it is killed [s]."""
 
 
 @dataclass(frozen=True)
 class Arrived(Generic[Task, Result]):
-    """One result."""
+    """Result of a task."""
 
     task: Task
     result: Result
@@ -43,7 +43,7 @@ class Arrived(Generic[Task, Result]):
 
 @dataclass(frozen=True)
 class LostTask(Generic[Task]):
-    """A process died before it had done this task; results that it gave before have arrived."""
+    """Task whose process died before the end; its earlier results have arrived."""
 
     task: Task
 
@@ -60,11 +60,11 @@ class ProcessPool:
     """Processes that live until the pool is closed. `with ProcessPool(...) as pool:`."""
 
     def __init__(self, processes: int, tell: Tell = lambda _: None):
-        """Start nothing yet: processes start when there is work for them.
+        """Prepare a pool; processes start when there is work for them.
 
         Args:
             processes: Number of processes at the same time.
-            tell: Gets the messages of all tasks, in the parent.
+            tell: Function that gets the messages of all tasks, in the parent.
         """
         self._processes, self._tell, self._workers = processes, tell, list[_Worker]()
 
@@ -76,14 +76,14 @@ class ProcessPool:
     def run(
         self, work: Work[Task, Result], take: Callable[[], Task | None]
     ) -> Iterator[Arrived[Task, Result] | LostTask[Task]]:
-        """Do tasks until there are no more.
+        """Do tasks until there are no more, and yield results and lost tasks.
 
         Args:
-            work: Does one task.
-            take: Gives the next task; None while there is none. A task that was lost may come back through it.
+            work: Function that does one task.
+            take: Function that returns the next task; None while there is none. It may return a lost task again.
 
         Raises:
-            Exception: Raised by a task; results that had arrived from other tasks are given before.
+            Exception: Raised by a task; results that had arrived from other tasks are yielded before.
         """
         while True:
             self._give(work, take)
@@ -99,10 +99,10 @@ class ProcessPool:
                     raise event
 
     def results(self, work: Work[Task, Result], tasks: Sequence[Task], lost: str) -> Iterator[tuple[int, Result]]:
-        """Number of the task and result, as they come.
+        """Yield the number of the task and a result, as they come.
 
         Raises:
-            RigError: A process died; `lost` is the sentence that says so.
+            RigError: A process died; `lost` is the message.
         """
         left = iter(enumerate(tasks))
         for event in self.run(_Numbered(work), lambda: next(left, None)):
@@ -111,7 +111,7 @@ class ProcessPool:
             yield event.task[0], event.result
 
     def close(self) -> None:
-        """End all processes, whatever they do."""
+        """End all processes at once."""
         for worker in self._workers:
             worker.process.terminate()
         for worker in self._workers:
@@ -135,11 +135,11 @@ class ProcessPool:
                 return
             worker = idle.pop() if idle else self._started()
             worker.task, worker.is_busy = task, True
-            with contextlib.suppress(OSError):  # the process has died; its line says so when it is heard
+            with contextlib.suppress(OSError):  # the process has died; reading its connection reports it
                 worker.line.send((work, task))
 
     def _started(self) -> _Worker:
-        # A task may start processes of its own, which a daemon must not.
+        # A task may start processes of its own, and a daemon process must not.
         worker = _Worker(*spawned("pool worker", _serve, None, is_daemon=False))
         self._workers.append(worker)
         return worker
@@ -167,12 +167,12 @@ class ProcessPool:
 def results_of(
     work: Work[Task, Result], tasks: Sequence[Task], processes: int, tell: Tell, lost: str
 ) -> Generator[tuple[int, Result], None, None]:
-    """Number of the task and result: task by task in this process if it is one process, else as they come.
+    """Yield the number of the task and a result, as they come; with one process, task by task in this process.
 
     Closing the generator ends the processes.
 
     Raises:
-        RigError: A process died; `lost` is the sentence that says so.
+        RigError: A process died; `lost` is the message.
     """
     processes = min(processes, len(tasks))
     if processes > 1:
@@ -185,7 +185,7 @@ def results_of(
 
 
 def in_order(numbered: Iterable[tuple[int, Result]]) -> Iterator[Result]:
-    """Results by the number of their tasks, of tasks that give one result each."""
+    """Yield results in the order of their tasks; each task gives one result."""
     early, number = dict[int, Result](), 0
     for arrived, result in numbered:
         early[arrived] = result
@@ -196,7 +196,7 @@ def in_order(numbered: Iterable[tuple[int, Result]]) -> Iterator[Result]:
 
 @dataclass(frozen=True)
 class _Numbered(Generic[Task, Result]):
-    """Work on tasks that carry a number."""
+    """Function that does a task that carries a number."""
 
     work: Work[Task, Result]
 
@@ -205,7 +205,7 @@ class _Numbered(Generic[Task, Result]):
 
 
 def _serve(_job: object, line: Connection) -> None:
-    """Be a process of the pool, until the parent is gone."""
+    """Run a process of the pool, until the parent is gone."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with contextlib.suppress(EOFError, BrokenPipeError):
         while True:
@@ -220,7 +220,7 @@ def _serve(_job: object, line: Connection) -> None:
 
 
 def _end_with_parent() -> None:
-    # A parent that was killed ends no process, and a process in the middle of a task does not hear its line.
+    # A killed parent ends no process, and a process within a task does not read its connection.
     parent = parent_process()
     if parent is not None:
         parent.join()
@@ -228,11 +228,11 @@ def _end_with_parent() -> None:
 
 
 def _portable(error: Exception) -> Exception:
-    """The same with its traceback as a note, or its words alone if it cannot be sent."""
+    """Return the error with its traceback as a note, or a RuntimeError with its text if it cannot be sent."""
     told = "".join(traceback.format_exception(error))
     error.add_note(f"In a process of the pool:\n{told}")
     try:
         pickle.loads(pickle.dumps(error))
-    except Exception:  # noqa: BLE001 - an exception may break at anything when it is packed
+    except Exception:  # noqa: BLE001 - pickling an exception may raise any error
         return RuntimeError(told)
     return error

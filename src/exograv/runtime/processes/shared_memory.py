@@ -1,8 +1,8 @@
-"""Memory that processes share: a mailbox for the newest value, a ring for all values in their order. Nobody ever waits.
+"""Shared memory of processes: a mailbox for the newest value, a ring for all values in order. No process waits.
 
 One process writes, others read. A count is written after the value that it counts. On x86 a reader sees them in that
-order, and what it copied is checked against the count again; a processor that reorders stores (Arm) needs a barrier
-that Python does not have.
+order, and checks its copy against the count again. A processor that reorders stores (Arm) would need a barrier, which
+Python does not have.
 """
 
 from dataclasses import dataclass
@@ -11,17 +11,17 @@ from multiprocessing.shared_memory import SharedMemory
 import numpy as np
 
 SLOTS = 4
-"""Of a mailbox: the newest value stays untouched while so many less one newer ones are written."""
+"""Number of slots of a mailbox; the newest value stays unchanged until `SLOTS` − 1 newer ones are written."""
 
 RETRIES = 8
-"""Of a read that newer values overtook; a reader that is so slow takes the next tick's value."""
+"""Number of retries of a read that newer values overtook; a slower reader takes the value of the next tick."""
 
 _HEAD = np.dtype([("written", "<u8"), ("acknowledged", "<u8"), ("lost", "<u8")])
 
 
 @dataclass
 class _Block:
-    """A head and rows of one type in shared memory."""
+    """Head and rows of one type in shared memory."""
 
     memory: SharedMemory
     head: np.ndarray
@@ -29,10 +29,10 @@ class _Block:
 
     @classmethod
     def of(cls, row: np.dtype, count: int, name: str | None) -> "_Block":
-        """A new block, or the one of this name.
+        """Create a block, or open the one with this name.
 
         Raises:
-            FileNotFoundError: There is none of this name.
+            FileNotFoundError: There is no block with this name.
         """
         size = _HEAD.itemsize + count * row.itemsize
         memory = SharedMemory(name, create=name is None, size=size if name is None else 0)
@@ -44,7 +44,7 @@ class _Block:
         return cls(memory, head, rows)
 
     def close(self, *, forget: bool) -> None:
-        """Let go of the memory; the one who made it forgets it too."""
+        """Release the memory; its creator also deletes it."""
         del self.head, self.rows
         self.memory.close()
         if forget:
@@ -52,17 +52,17 @@ class _Block:
 
 
 class Mailbox:
-    """The newest value of one writer, for any number of readers."""
+    """Newest value of one writer, for any number of readers."""
 
     def __init__(self, value: np.dtype, name: str | None = None):
-        """Make one, or open that of this name in another process.
+        """Create a mailbox, or open the one with this name.
 
         Args:
             value: Type of a value.
-            name: Of one that exists; see `name`.
+            name: Name of an existing mailbox; see `name`.
 
         Raises:
-            FileNotFoundError: There is none of this name.
+            FileNotFoundError: There is no mailbox with this name.
         """
         row = np.dtype([("begun", "<u8"), ("value", value), ("done", "<u8")], align=True)
         self._is_maker = name is None
@@ -70,16 +70,16 @@ class Mailbox:
 
     @property
     def name(self) -> str:
-        """By which another process opens it."""
+        """Name by which another process opens the mailbox."""
         return self._block.memory.name
 
     @property
     def count(self) -> int:
-        """How many values there have been."""
+        """Number of values written so far."""
         return int(self._block.head["written"][0])
 
     def write(self, value: np.void | np.ndarray | np.generic) -> None:
-        """Put a value in; the one before is gone."""
+        """Write a value in place of the one before."""
         count = self.count + 1
         slot = self._block.rows[count % SLOTS : count % SLOTS + 1]
         slot["begun"] = count
@@ -88,13 +88,13 @@ class Mailbox:
         self._block.head["written"] = count
 
     def read(self) -> tuple[int, np.void] | None:
-        """How many values there have been, and a copy of the newest; None before the first one."""
+        """Return the number of values so far, and a copy of the newest; None before the first one."""
         for _ in range(RETRIES):
             count = self.count
             if count == 0:
                 return None
             slot = self._block.rows[count % SLOTS]
-            # In this order: a writer that is in it has begun before, and is done after.
+            # This order is essential: a writer within the slot has changed `begun` first, and changes `done` last.
             done = int(slot["done"])
             value = slot["value"].copy()
             if int(slot["begun"]) == count == done:
@@ -102,26 +102,26 @@ class Mailbox:
         return None
 
     def close(self) -> None:
-        """Let go of it; its maker's value is then gone for all."""
+        """Release the mailbox; if its creator does so, the value is gone for all."""
         self._block.close(forget=self._is_maker)
 
 
 class Ring:
-    """Values of one writer in their order, for one reader who takes them and says when they are safe.
+    """Values of one writer in order, for one reader that takes and acknowledges them.
 
-    A writer that finds no room leaves the value out and counts it: control never waits for a disk.
+    A writer that finds no room drops the value and counts it: control never waits for a disk.
     """
 
     def __init__(self, value: np.dtype, capacity: int, name: str | None = None):
-        """Make one, or open that of this name in another process.
+        """Create a ring, or open the one with this name.
 
         Args:
             value: Type of a value.
-            capacity: Values that may be taken and not acknowledged, or not taken, at a time.
-            name: Of one that exists; see `name`.
+            capacity: Number of values that fit without an acknowledgement.
+            name: Name of an existing ring; see `name`.
 
         Raises:
-            FileNotFoundError: There is none of this name.
+            FileNotFoundError: There is no ring with this name.
         """
         self._is_maker, self._capacity = name is None, capacity
         self._block = _Block.of(value, capacity, name)
@@ -129,26 +129,26 @@ class Ring:
 
     @property
     def name(self) -> str:
-        """By which another process opens it."""
+        """Name by which another process opens the ring."""
         return self._block.memory.name
 
     @property
     def written(self) -> int:
-        """Values that were put in."""
+        """Number of values written so far."""
         return int(self._block.head["written"][0])
 
     @property
     def acknowledged(self) -> int:
-        """Values that are safe with the reader; whoever reads after it goes on from there."""
+        """Number of values that are safe with the reader; a later reader continues from there."""
         return int(self._block.head["acknowledged"][0])
 
     @property
     def lost(self) -> int:
-        """Values that found no room."""
+        """Number of values that found no room."""
         return int(self._block.head["lost"][0])
 
     def put(self, value: np.void | np.ndarray) -> bool:
-        """Whether there was room."""
+        """Write a value; return True if there was room."""
         count = self.written
         if count - self.acknowledged >= self._capacity:
             self._block.head["lost"] += 1
@@ -159,25 +159,25 @@ class Ring:
 
     @property
     def room(self) -> int:
-        """Values that can be put in now."""
+        """Number of values that can be written now."""
         return self._capacity - (self.written - self.acknowledged)
 
     def take(self, most: int | None = None) -> np.ndarray:
-        """Copies of the values that are new since the last take; of the oldest, so many at most."""
+        """Return copies of the values since the last take, oldest first, at most `most` of them."""
         until = self.written if most is None else min(self.written, self._taken + most)
         index = np.arange(self._taken, until) % self._capacity
         self._taken = until
         return self._block.rows[index]
 
     def newest(self) -> tuple[int, np.void] | None:
-        """How many values there have been, and a copy of the newest; None before the first one. Takes nothing."""
+        """Return the number of values so far, and a copy of the newest, not taken; None before the first one."""
         count = self.written
         return None if count == 0 else (count, self._block.rows[(count - 1) % self._capacity].copy())
 
     def acknowledge(self, count: int) -> None:
-        """Say that so many values, from the first one on, are safe: their places may be used again."""
+        """Acknowledge the first `count` values: their slots may be used again."""
         self._block.head["acknowledged"] = count
 
     def close(self) -> None:
-        """Let go of it; its maker's values are then gone for all."""
+        """Release the ring; if its creator does so, the values are gone for all."""
         self._block.close(forget=self._is_maker)

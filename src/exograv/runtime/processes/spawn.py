@@ -1,4 +1,4 @@
-"""Processes with a line to their parent; Ctrl-C is for the parent, and ends none of them, not even while they begin."""
+"""Start of processes with a connection to their parent; only the parent reacts to Ctrl-C, even during their start."""
 
 import contextlib
 import multiprocessing
@@ -13,10 +13,10 @@ from typing import Any
 def spawned(
     name: str, target: Callable[[Any, Connection], object], job: object, *, is_daemon: bool = True
 ) -> tuple[BaseProcess, Connection]:
-    """A fresh interpreter that runs `target(job, line)`, and the parent's end of the line.
+    """Start a fresh interpreter that runs `target(job, line)`; return the process and the parent's end of the line.
 
-    Do not take real-time rights before: the process inherits them. A daemon ends when its parent exits, and can start
-    no processes.
+    Do not take real-time rights before: the process inherits them. A daemon ends when its parent exits, and cannot
+    start processes.
     """
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
@@ -28,15 +28,15 @@ def spawned(
 
 
 def _begin(target: Callable[[Any, Connection], object], job: object, parent: Connection) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever's thread has started it
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # another thread than the main one may have started it
     target(job, parent)
 
 
 @contextlib.contextmanager
 def keyboard_ignored() -> Iterator[None]:
-    """A process that starts in here does not hear Ctrl-C: whoever started it ends it, without a second traceback."""
+    """Ignore Ctrl-C in processes that start within the block; their parent ends them, without a second traceback."""
     if threading.current_thread() is not threading.main_thread():
-        yield  # only the main thread may say what a signal does
+        yield  # only the main thread may set a signal handler
         return
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:

@@ -1,7 +1,7 @@
-"""Parent's side of a child process: start it, hear it, replace it when it is dead or hangs, and end it.
+"""Parent's side of a child process: start, receive its messages, replace it when it is dead or hangs, end it.
 
-A supervisor holds one process at a time. Its owner decides when the process is to be replaced and what a replacement is
-started with; the supervisor counts replacements and refuses those beyond the limit.
+A supervisor holds one process at a time. Its owner decides when to replace the process, and by which job. The
+supervisor counts replacements and refuses those beyond the limit.
 """
 
 import contextlib
@@ -14,17 +14,17 @@ from exograv.errors import RigError
 from .spawn import spawned
 
 READY_MAX_S = 120.0
-"""For a process to build what it needs, including the compilation of its kernels [s]."""
+"""Time for a process to build what it needs, including the compilation of its kernels [s]."""
 
 EXIT_S = 1.0
-"""For a process that was killed, or that closed its line, to leave its exit status [s]."""
+"""Time for a process that was killed, or that closed its line, to leave its exit status [s]."""
 
 
 Job = TypeVar("Job")
 
 
 class Supervisor(Generic[Job]):
-    """One process, and its replacements."""
+    """Process with its replacements."""
 
     def __init__(
         self,
@@ -47,7 +47,7 @@ class Supervisor(Generic[Job]):
 
     @property
     def pid(self) -> int:
-        """Identifier of the process in charge; 0 if there is none."""
+        """Identifier of the present process; 0 if there is none."""
         return self._process.pid or 0
 
     @property
@@ -62,7 +62,7 @@ class Supervisor(Generic[Job]):
 
     @property
     def connection(self) -> Connection:
-        """Parent's end of the line to the process in charge."""
+        """Parent's end of the line to the present process."""
         return self._line
 
     def kill(self) -> None:
@@ -75,7 +75,7 @@ class Supervisor(Generic[Job]):
             self._line.send(word)
 
     def heard(self) -> Iterator[Any]:
-        """Messages that have arrived. Sets `has_hung_up` when the process has closed its line."""
+        """Yield the messages that have arrived, and set `has_hung_up` when the process has closed its line."""
         try:
             while self._line.poll():
                 yield self._line.recv()
@@ -84,7 +84,7 @@ class Supervisor(Generic[Job]):
             self._process.join(EXIT_S)
 
     def next_word(self, within_s: float) -> Any:
-        """Next message; None if the process is silent for so long, or has closed its line (`has_hung_up`)."""
+        """Return the next message; None after this time, or if the process has closed its line (`has_hung_up`)."""
         try:
             return self._line.recv() if self._line.poll(within_s) else None
         except (EOFError, OSError):
@@ -100,21 +100,21 @@ class Supervisor(Generic[Job]):
         if self.next_word(READY_MAX_S) is None:
             self._process.join(EXIT_S)
             raise RigError(
-                f"The process '{self._name}' was not ready (exit status {self.exit_status}). What it wrote above says "
-                "why; then repeat."
+                f"The process '{self._name}' was not ready (exit status {self.exit_status}). Its output above gives "
+                "the reason. Correct it, then repeat."
             )
 
     def await_exit(self, within_s: float) -> int | None:
-        """Wait for the end of the process; its exit status, None if it still runs."""
+        """Wait for the end of the process; return its exit status, or None if it still runs."""
         self._process.join(within_s)
         return self.exit_status
 
     def succeeded(self) -> None:
-        """Count fruitless replacements from zero again: the process in charge has achieved something."""
+        """Restart the count of fruitless replacements: the present process has achieved something."""
         self._fruitless = 0
 
     def replace(self, job: Job, was_fruitless: bool = True) -> bool:
-        """Kill the process if it still runs, and start another; False if the limit of replacements is reached.
+        """Kill the process if it still runs, and start another; return False if the limit of replacements is reached.
 
         Args:
             job: Argument of the next process.
@@ -135,7 +135,7 @@ class Supervisor(Generic[Job]):
         self._process.join(patience_s)
 
     def end(self, patience_s: float, word: object = None) -> None:
-        """End the process: say `word`, or close the line if there is none; kill what runs after `patience_s`."""
+        """End the process: send `word`, or close the line without one; kill the process after `patience_s`."""
         if word is None:
             self.hang_up(patience_s)
         else:

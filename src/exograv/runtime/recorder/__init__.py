@@ -1,1 +1,1 @@
-"""The recorder process and its supervisor."""
+"""Recorder process and its supervisor."""

@@ -1,8 +1,8 @@
-"""A process that records: what control puts into shared memory reaches the disk, whatever happens to either of them.
+"""Supervisor of the recorder: ticks in shared memory reach the disk even if the recorder or control is killed.
 
-Control puts ticks and events into two rings and never waits. The recorder takes them every `SYNC_EVERY_S`, writes
-them, forces them to the disk and only then gives their places free. If it is killed, the next one goes on in the same
-file, from what that file holds. If the disk fails it stops for good, and says so; control goes on.
+Control puts ticks and events into two rings and never waits. Every `SYNC_EVERY_S` the recorder takes them, writes them,
+syncs the disk, and only then frees their slots. If it is killed, the next recorder continues the same file, after the
+data in it. If the disk fails, the recorder stops for good and reports it; control goes on.
 """
 
 import contextlib
@@ -33,54 +33,54 @@ from exograv.runtime.processes.supervisor import Supervisor
 from .recorder_process import EVENT, GAVE_UP, RING_EVENTS, RING_TICKS, STATUS, Inlet, RecorderJob, RunEnd, record
 
 TICKS_WAITING_MAX = TICKS_PER_S
-"""More than that on their way, and the disk is called slow: an alarm comes within a second (docs/safety.md, F19)."""
+"""Ticks in transit above which the disk is called slow: an alarm comes within a second (docs/safety.md, F19)."""
 
 FRUITLESS_MAX = 3
-"""Recorders in a row that ended by themselves without one tick on disk; what stops them would stop the next one too."""
+"""Recorders in a row that may end without one tick on disk; the cause would stop the next one too."""
 
 START_MAX_S = 20.0
-"""A fresh interpreter on a slow computer."""
+"""Time for a fresh interpreter to start on a slow computer [s]."""
 
 END_MAX_S = 30.0
-"""For what is still in the ring, and a disk that is slow."""
+"""Time for the rest of the ring to reach a slow disk [s]."""
 
 
 @dataclass(frozen=True)
 class RecorderReport:
-    """How the recording is."""
+    """State of the recording."""
 
     acknowledged: int
-    """Ticks on the disk: neither a killed process nor a power failure takes them back."""
+    """Number of ticks on the disk, which survive a killed process and a power failure."""
 
     waiting: int
-    """Ticks on their way there."""
+    """Number of ticks on their way to the disk."""
 
     lost: int
-    """Ticks that found the ring full."""
+    """Number of ticks that found the ring full."""
 
     restarts: int
-    """Recorders that had to be replaced."""
+    """Number of recorders that were replaced."""
 
     sync_us_max: float
-    """Longest that the recorder in charge waited for the disk [µs]."""
+    """Longest wait of the present recorder for the disk [µs]."""
 
     why: str
-    """What is wrong, and what to do; empty where nothing is."""
+    """Fault, and what to do; empty if there is none."""
 
     unpublished: str = ""
-    """Why nothing more is published; empty where nothing is wrong, or nothing was to be published."""
+    """Reason why publishing has stopped; empty if it works, or if nothing was to be published."""
 
     @property
     def recording_ok(self) -> bool:
-        """Every tick is on the disk or on its way."""
+        """True if each tick is on the disk or on its way."""
         return not self.why
 
 
 class Recorder:
-    """Starts the recorder process, and another when it dies. `with Recorder(...) as recorder:` completes the file.
+    """Supervisor of the recorder process. `with Recorder(...) as recorder:` completes the file.
 
-    Make it before taking real-time rights, which a child process inherits, and in a process that may wait: starting
-    another recorder takes some milliseconds. The loop has only the `inlet`.
+    Create it before taking real-time rights, which a child process inherits, and in a process that may wait: the start
+    of another recorder takes some milliseconds. The loop has only the `inlet`.
     """
 
     def __init__(
@@ -93,27 +93,27 @@ class Recorder:
         outlets: OutletsJob | None = None,
         devices: RecordedDevices | None = None,
     ):
-        """Begin the recording; returns when its settings are on the disk.
+        """Begin the recording; return when its settings are on the disk.
 
         Args:
             path: File to create, or to replace.
-            joints: Actuated joints, in the order of every per-joint array.
+            joints: Actuated joints, in the order of each per-joint array.
             settings: Message of `/settings`, without `schema_version` and `joints`.
-            expected_s: How long the run may take; there must be room on the disk for twice of it.
-            sync_every_s: How often ticks are forced to the disk.
-            outlets: What is published besides, if anything.
-            devices: Whose streams are recorded besides, if any; their messages of `/stream` come by `write`.
+            expected_s: Longest expected run; the disk must have room for twice of it.
+            sync_every_s: Time between two syncs of the disk.
+            outlets: Streams to publish; None for none.
+            devices: Devices to record; None for none. Their messages of `/stream` come by `write`.
 
         Raises:
-            ConfigError: Something is to be published, and LSL is not installed.
-            RecordingError: The disk is too full, or the recorder cannot begin.
+            ConfigError: Streams are to be published, and LSL is not installed.
+            RecordingError: The disk is too full, or the recorder cannot start.
         """
         if outlets is not None:
             require_lsl()
         path = Path(path)
         refuse_small_disk(path, len(joints), expected_s)
-        with contextlib.suppress(OSError):  # then the recorder says why it cannot write
-            path.unlink(missing_ok=True)  # what a later recorder goes on with is of this run
+        with contextlib.suppress(OSError):  # then the recorder reports why it cannot write
+            path.unlink(missing_ok=True)  # a later recorder must only continue a file of this run
         self._ticks = Ring(tick_dtype(len(joints)), RING_TICKS)
         self._events = Ring(EVENT, RING_EVENTS)
         self._status = Mailbox(STATUS)
@@ -129,40 +129,40 @@ class Recorder:
 
     @property
     def path(self) -> Path:
-        """Of the recording."""
+        """Path of the recording."""
         return self._job.path
 
     @property
     def pid(self) -> int:
-        """Of the recorder process."""
+        """Process identifier of the recorder."""
         return self._child.pid
 
     @property
     def failure(self) -> str:
-        """Why nothing more can be written; empty while all is well. Asking changes nothing."""
+        """Reason why no more data can be written; empty if all is well. Reading it has no effect."""
         return self._failure or self._said("why").decode()
 
     def check(self) -> RecorderReport:
-        """Start another recorder if it has died, and say how the recording is. To be called some times a second."""
+        """Start another recorder if it has died, and return the state. Call it several times per second."""
         self._failure = self.failure
         if not self._failure and not self._child.is_alive:
             self._replace()
         return self._report()
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
-        """Have a message of the time `t` [s] recorded that comes now and then; whichever recorder is in charge does.
+        """Have an occasional message of the time `t` [s] recorded, also across a replacement of the recorder.
 
-        For any thread.
+        Thread-safe.
         """
         with self._one_at_a_time:
             self._messages.append((topic, t, dict(message)))
             self._child.send(self._messages[-1])
 
     def finish(self, timing: TimingMessage | None = None) -> RecorderReport:
-        """Complete the file when control has put its last tick.
+        """Complete the file after control's last tick.
 
         Args:
-            timing: What `timing_message` returns; ticks lost and restarts are added to it.
+            timing: Result of `timing_message`; lost ticks and restarts are added to it.
         """
         until = time.monotonic() + END_MAX_S
         self._say_end(timing)
@@ -174,12 +174,12 @@ class Recorder:
                 self._child.kill()
                 self._failure = (
                     f"The recorder did not complete {self._job.path} within {END_MAX_S:g} s. The file can be read as "
-                    "far as it goes; look whether its disk still works."
+                    "far as it goes; check whether its disk still works."
                 )
         return self._report()
 
     def close(self) -> None:
-        """Complete the file, if that has not happened, and let go of the memory."""
+        """Complete the file, if that has not happened, and release the shared memory."""
         self.finish()
         self._child.hang_up(1.0)
         for memory in (self._ticks, self._events, self._status):
@@ -200,7 +200,7 @@ class Recorder:
         if not self._start_another(is_fruitless):
             self._failure = (
                 f"{FRUITLESS_MAX} recorders in a row ended by themselves (exit code {code}) and wrote nothing to "
-                f"{self._job.path}. Their last words are on this terminal; please report them."
+                f"{self._job.path}. Their last messages are on this terminal; please report them."
             )
 
     def _start_another(self, is_fruitless: bool) -> bool:
@@ -209,7 +209,7 @@ class Recorder:
             if not self._child.replace(job, is_fruitless):
                 return False
             self._safe_at_start = safe
-            for message in self._messages:  # the recorder leaves out those that its file holds already
+            for message in self._messages:  # the recorder leaves out messages that its file holds already
                 self._child.send(message)
         return True
 
@@ -239,7 +239,7 @@ class Recorder:
         return RecorderReport(safe, waiting, lost, restarts, float(self._said("sync_us_max")), why, unpublished)
 
     def _said(self, name: str) -> Any:
-        """What the recorder last said of itself; nothing is an empty entry."""
+        """Return a field of the recorder's last status; of an empty entry if there is none."""
         said = self._status.read()
         return np.zeros(1, STATUS)[0][name] if said is None else said[1][name]
 

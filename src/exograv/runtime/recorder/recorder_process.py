@@ -1,4 +1,4 @@
-"""The recorder process itself: rings on one side, a file on the other, and what both ends must agree on."""
+"""Recorder process: reads the rings and writes the file; also the types that both sides share."""
 
 import contextlib
 import time
@@ -23,72 +23,71 @@ from exograv.runtime.lsl.outlets import Outlets, OutletsJob
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 
 RING_TICKS = 32 * TICKS_PER_S
-"""What may wait: five seconds without a recorder (docs/safety.md, F18), and what the next one takes to read the file.
+"""Capacity of the ring: five seconds without a recorder (docs/safety.md, F18), and the next one's reading of the file.
 
-That is a second per ten minutes of recording on an idle computer, and three on a busy one.
+Reading takes a second per ten minutes of recording on an idle computer, and three on a busy one.
 """
 
 RING_EVENTS = 256
 
 EVENT = np.dtype([("t", "<f8"), ("kind", "S32"), ("text", "S480")])
-"""One entry of the ring of events; text is UTF-8."""
+"""Entry of the ring of events; text is UTF-8."""
 
 PHASE = "phase"
-"""Kind of event that begins a phase, whose name is its text: it goes to `/phase`, the others to `/event`."""
+"""Kind of event that begins a phase with its text as name; it goes to `/phase`, all others to `/event`."""
 
 TOLD = ("/control", "/stream", "/page")
-"""Topics of which the parent has messages recorded."""
+"""Topics whose messages come from the parent."""
 
 PUBLISH_EVERY_S = 0.01
-"""Of a run whose ticks are published: what they may come late by, beside the network."""
+"""Largest delay of published ticks, without the network [s]."""
 
 GAVE_UP = 3
-"""Exit code of a recorder whose file takes no more: the next one would meet the same disk."""
+"""Exit code of a recorder that cannot write its file; the next one would meet the same disk."""
 
 STATUS = np.dtype([("start", "<u4"), ("sync_us_max", "<f4"), ("why", "S480"), ("unpublished", "S480")])
-"""What a recorder says of itself: which one it is, its longest sync, why it can write no more, and why it publishes no
-more."""
+"""Status of a recorder: its number, its longest sync, and why it cannot write or publish any more."""
 
 
 @dataclass(frozen=True)
 class Inlet:
-    """How another process hands over what is to be recorded: names of memory. One process writes into each."""
+    """Names of the shared memory by which another process hands over data to record. One process writes into each."""
 
     n_joints: int
     tick_ring: str
     event_ring: str
 
     def ticks(self) -> Ring:
-        """The ring of ticks: rows of `recording.encoding.tick_dtype`, each with its `phase` and `sequence`."""
+        """Return the ring of ticks: rows of `recording.encoding.tick_dtype`, each with its `phase` and `sequence`."""
         return Ring(tick_dtype(self.n_joints), RING_TICKS, self.tick_ring)
 
     def events(self) -> Ring:
-        """The ring of events: rows of `event`."""
+        """Return the ring of events: rows of `event`."""
         return Ring(EVENT, RING_EVENTS, self.event_ring)
 
 
 def event(t: float, kind: str, text: str) -> np.ndarray:
-    """An entry of the ring of events; of a text that is too long, as much as fits."""
+    """Return an entry of the ring of events; a text that is too long is cut."""
     row = np.zeros((), EVENT)
     row["t"], row["kind"], row["text"] = t, _utf8(kind, "kind"), _utf8(text, "text")
     return row
 
 
 def _utf8(text: str, name: str) -> bytes:
-    """As much of it as fits into this entry, in whole characters."""
+    """Return the text cut to the size of this entry, in whole characters."""
     return text.encode(errors="replace")[: EVENT[name].itemsize].decode(errors="ignore").encode()
 
 
 QUIET_S, LOOK_S = 0.5, 0.05
-"""So long nothing comes of a guard that has ended [s]."""
+"""Time without ticks after which a guard has ended, and time between two looks [s]."""
 
 OUTLAST_MAX_S = 15.0
-"""A guard whose parent is gone has let the arm down long before [s]."""
+"""Time after which a guard without a parent has surely let the arm down [s]."""
 
 
 @dataclass(frozen=True)
 class RecorderJob:
-    """What a recorder process is started with."""
+    """Start arguments of a recorder process."""
 
     path: Path
     joints: tuple[str, ...]
@@ -97,33 +96,33 @@ class RecorderJob:
 
     inlet: Inlet
     status: str
-    """Name of the mailbox in which it says how it is."""
+    """Name of the mailbox for the recorder's status."""
 
     start: int
-    """Which recorder of this file it is, from 1; all but the first go on in the file."""
+    """Number of the recorder of this file, from 1; all but the first continue the file."""
 
     sync_every_s: float
 
     outlets: OutletsJob | None = None
-    """What is published besides, if anything."""
+    """Streams to publish; None for none."""
 
     devices: RecordedDevices | None = None
-    """Whose streams are recorded besides, if any."""
+    """Devices whose streams are recorded; None for none."""
 
 
 @dataclass(frozen=True)
 class RunEnd:
-    """Last word of the parent."""
+    """Last message of the parent."""
 
     timing: TimingMessage | None = None
 
 
 def record(job: RecorderJob, parent: Connection) -> None:
-    """Be the recorder process: until the parent says that the run is over, or is gone.
+    """Run the recorder process, until the parent ends the run or is gone.
 
     Args:
-        job: What to record, and where.
-        parent: Brings messages, and `RunEnd` at the end of the run.
+        job: Data to record, and their file.
+        parent: Connection that brings messages, and `RunEnd` at the end of the run.
     """
     status = Mailbox(STATUS, job.status)
     try:
@@ -154,12 +153,12 @@ def record(job: RecorderJob, parent: Connection) -> None:
 
 
 def _heard(parent: Connection, within_s: float) -> tuple[str, float, dict[str, Any]] | RunEnd | None:
-    """A message to record, the last words of the run, or nothing."""
+    """Return a message to record, the end of the run, or None."""
     return parent.recv() if parent.poll(max(within_s, 0.0)) else None
 
 
 def _outlast(desk: "_Desk") -> None:
-    """The parent was killed: its guard lets an arm down yet, which has to be in the file; then that is completed."""
+    """Record on after the parent was killed: its guard still lets the arm down, and the file must hold that."""
     begun = heard = now = time.monotonic()
     while now - begun < OUTLAST_MAX_S and now - heard < QUIET_S:
         if desk.take():
@@ -169,14 +168,15 @@ def _outlast(desk: "_Desk") -> None:
 
 
 class _Desk:
-    """Rings on one side, the file on the other."""
+    """Work of the process between the rings and the file."""
 
     def __init__(self, job: RecorderJob, status: Mailbox):
         self._start, self._status, self._sync_us_max = job.start, status, 0.0
         self._is_saved, self._unpublished = True, ""
         with contextlib.closing(job.inlet.ticks()) as ticks, contextlib.closing(job.inlet.events()) as events:
             self._writer = _writer(job, ticks.acknowledged)
-            # The last recorder may have died between its sync and its word: what the file holds is not taken again.
+            # The last recorder may have died between its sync and its acknowledgement, so ticks in the file are not
+            # taken again.
             ticks.acknowledge(self._writer.sync())
             events.acknowledge(self._events_written())
         self._ticks, self._events = job.inlet.ticks(), job.inlet.events()
@@ -186,7 +186,7 @@ class _Desk:
         self._say()
 
     def note(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
-        """Take a message from the parent, who tells every recorder of a file all of them."""
+        """Record a message from the parent, unless the file has it: each recorder of a file receives all messages."""
         if self._known[topic] > 0:
             self._known[topic] -= 1
         else:
@@ -196,7 +196,7 @@ class _Desk:
             self._is_saved = False
 
     def take(self) -> bool:
-        """Take all that is new, and publish it; whether there was anything."""
+        """Take and publish all new ticks and events; return True if there were any."""
         events, rows = self._events.take(), self._ticks.take()
         if not len(rows) and not len(events):
             return False
@@ -214,7 +214,7 @@ class _Desk:
         return True
 
     def save(self) -> None:
-        """Bring all that is new to the disk, then say so."""
+        """Sync all new data to the disk, then acknowledge them."""
         self.take()
         is_more = self._intake is not None and self._intake.take()
         if self._is_saved and not is_more:
@@ -239,7 +239,7 @@ class _Desk:
         self._writer.close()
 
     def close(self) -> None:
-        """Let go of the memory; the file is left as it is."""
+        """Release the shared memory; the file stays as it is."""
         self._ticks.close()
         self._events.close()
         if self._intake is not None:
@@ -265,7 +265,7 @@ def _writer(job: RecorderJob, acknowledged: int) -> RecordingWriter:
         try:
             return RecordingWriter.continued(job.path, acknowledged)
         except RecordingError:
-            if acknowledged:  # otherwise it was killed before its settings were written
+            if acknowledged:  # without ticks, it was killed before its settings were written
                 raise
     streams = () if job.devices is None else job.devices.streams
     return RecordingWriter(job.path, job.joints, job.settings, streams)

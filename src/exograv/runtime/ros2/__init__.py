@@ -1,1 +1,1 @@
-"""A node of ROS 2 without ROS 2: what a live run tells such a laboratory over Zenoh, and what it may ask for."""
+"""Node of ROS 2 without ROS 2: topics of a live run over Zenoh, and requests from such a laboratory."""

@@ -1,4 +1,4 @@
-"""The bridge's process: looks at the newest tick of a live run, publishes it, and passes on what it is asked for."""
+"""Bridge process: publishes the newest tick of a live run, and passes on requests."""
 
 import contextlib
 import math
@@ -24,18 +24,18 @@ REMARK = "/exograv/remark"
 WANTED = "/exograv/gravity_level_wanted"
 
 RATE_HZ = 100
-"""Of the joint states, and at most of the levels that are passed on."""
+"""Rate of joint states, and largest rate of levels that are passed on [Hz]."""
 
 SLOW_EVERY = 10
-"""Joint states to one gravity level and safe state."""
+"""Number of joint states per gravity level and safe state."""
 
 BEHIND = 10
-"""Niceness: guard and control come first where they have no real-time rights."""
+"""Niceness of the bridge: guard and control come first if they have no real-time rights."""
 
 
 @dataclass(frozen=True)
 class BridgeJob:
-    """What a bridge is started with."""
+    """Start arguments of a bridge."""
 
     inlet: Inlet
     joints: tuple[str, ...]
@@ -44,9 +44,9 @@ class BridgeJob:
 
 
 def bridge_process(job: BridgeJob, parent: Connection) -> None:
-    """Be the bridge: until the parent says that the run is over, or is gone.
+    """Run the bridge, until the parent ends the run or is gone.
 
-    It only reads the ring of ticks, of which the recorder alone says what may be overwritten.
+    The bridge only reads the ring of ticks; the recorder alone frees its slots.
     """
     os.nice(BEHIND)
     try:
@@ -62,7 +62,7 @@ def bridge_process(job: BridgeJob, parent: Connection) -> None:
 def _run(bridge: "Bridge", parent: Connection) -> None:
     due = time.monotonic()
     while True:
-        due = max(due + 1.0 / RATE_HZ, time.monotonic())  # what is late is left out, and not made up for
+        due = max(due + 1.0 / RATE_HZ, time.monotonic())  # a late message is left out, not repeated
         while parent.poll(max(due - time.monotonic(), 0.0)):
             word = parent.recv()
             if word is None:
@@ -75,13 +75,13 @@ def _run(bridge: "Bridge", parent: Connection) -> None:
 
 
 class Bridge:
-    """A node with the topics of a run."""
+    """Node with the topics of a run."""
 
     def __init__(self, job: BridgeJob):
         """Join the graph.
 
         Raises:
-            ConfigError: Zenoh is not installed, or does not begin.
+            ConfigError: Zenoh is not installed, or does not start.
         """
         self._names, self._node = job.joints, Ros2Node(NODE, job.router, job.domain)
         self._joint_states = self._node.publisher(JOINT_STATES, JOINT_STATE)
@@ -94,7 +94,7 @@ class Bridge:
 
     @property
     def published(self) -> int:
-        """Joint states so far."""
+        """Number of joint states so far."""
         return self._joint_states.sent
 
     def publish(self) -> None:
@@ -113,21 +113,21 @@ class Bridge:
             self._safe_state.send(string(SafeState(int(row["safe_state"]) - 1).name.lower()))
 
     def asked(self) -> float | None:
-        """The gravity level that was asked for since the last question; of several, the last."""
+        """Return the last gravity level requested since the previous call; None if there was none."""
         message, self._asked = self._asked, None
         if message is None:
             return None
         level = read_float64(message)
         if level is None:
-            self.remark(f"What came on {WANTED} is no {FLOAT64.name}.")
+            self.remark(f"The message on {WANTED} is not a {FLOAT64.name}.")
         return level
 
     def remark(self, text: str) -> None:
-        """Tell whoever listens."""
+        """Publish a remark."""
         self._remark.send(string(text))
 
     def close(self) -> None:
-        """Leave the graph, and let go of the memory."""
+        """Leave the graph and release the shared memory."""
         self._node.close()
         self._ticks.close()
 
@@ -136,11 +136,11 @@ class Bridge:
 
 
 def known(values: np.ndarray) -> list[float]:
-    """One value a joint; none where one of them is unknown, which is how a `JointState` says it."""
+    """Return one value per joint; an empty list if any is unknown, as `JointState` demands."""
     return values.tolist() if np.isfinite(values).all() else []
 
 
 def stamp_ns(row: np.void) -> int:
-    """When a tick's measurement was taken, by the computer's wall clock, which is ROS time [ns]."""
+    """Time of a tick's measurement on the computer's wall clock, which is ROS time [ns]."""
     measured_s = float(row["monotonic"] + (row["t"] - row["now"]))
     return time.time_ns() - (time.monotonic_ns() - round(1e9 * measured_s))

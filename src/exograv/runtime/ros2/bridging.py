@@ -1,4 +1,4 @@
-"""The parent's side of the bridge: starts it, hears what it was asked for, and does without it when it dies."""
+"""Parent's side of the bridge: starts it, takes its requests, and goes on without it when it dies."""
 
 import contextlib
 import os
@@ -16,16 +16,16 @@ from .levels import Levels
 from .library import require_zenoh
 
 READY_MAX_S = 60.0
-"""For a fresh interpreter on a slow computer, and half a second in which Zenoh looks around."""
+"""Time for a fresh interpreter on a slow computer, and for Zenoh's search of half a second [s]."""
 
 DOMAIN_MAX = 232
 
 
 def domain() -> int:
-    """The domain that ROS_DOMAIN_ID names; 0 without.
+    """Return the domain in ROS_DOMAIN_ID; 0 if it is not set.
 
     Raises:
-        ConfigError: It names none.
+        ConfigError: ROS_DOMAIN_ID is not a domain.
     """
     text = os.environ.get("ROS_DOMAIN_ID", "") or "0"
     if not text.isdecimal() or int(text) > DOMAIN_MAX:
@@ -35,23 +35,23 @@ def domain() -> int:
 
 @dataclass(frozen=True)
 class Ros2:
-    """What is asked of the bridge."""
+    """Settings of the bridge."""
 
     router: str = "tcp/localhost:7447"
     """Locator of Zenoh's router."""
 
     accepts_level: bool = False
-    """Whether a gravity level may be asked for over ROS 2."""
+    """True if a gravity level may be requested over ROS 2."""
 
     domain: int = field(default_factory=domain)
 
     def __post_init__(self):
-        require_zenoh()  # known before minutes of preparation
+        require_zenoh()  # checked before minutes of preparation
 
 
 @dataclass(frozen=True)
 class AcceptedLevel:
-    """Gravity level that was asked for over ROS 2."""
+    """Gravity level that was requested over ROS 2 and passed on."""
 
     t: float
     gravity_level: float
@@ -62,21 +62,21 @@ class Ros2Figures:
     """Figures of the bridge."""
 
     joint_states: int | None
-    """Messages that were published."""
+    """Number of messages that were published."""
 
     levels: list[AcceptedLevel]
     refused: dict[str, int]
-    """Levels, by the reason of refusal."""
+    """Number of refused levels, by reason."""
 
     ended: str
-    """Why the bridge ended before the run; empty if it did not."""
+    """Reason why the bridge ended before the run; empty if it did not."""
 
 
 class Bridging:
-    """From before a run to its end; one that was not begun does nothing."""
+    """Bridge of a run, from before its start to its end; one that was not begun does nothing."""
 
     def __init__(self, wanted: Ros2, joints: tuple[str, ...]):
-        """Nothing is started yet."""
+        """Prepare a bridge; no process starts yet."""
         self._wanted, self._joints, self.levels = wanted, joints, Levels(wanted.accepts_level)
         self._child: Supervisor[BridgeJob] | None = None
         self._published: int | None = None
@@ -84,20 +84,20 @@ class Bridging:
 
     @property
     def pid(self) -> int:
-        """Of the bridge."""
+        """Process identifier of the bridge."""
         return 0 if self._child is None else self._child.pid
 
     def begin(self, recorder: Recorder, states: Mailbox, tell: Callable[[FeltLevel], object]) -> None:
-        """Start it, and wait until it has joined the graph; before anything moves.
+        """Start the bridge, and wait until it has joined the graph; before anything moves.
 
         Args:
-            recorder: Whose ticks it looks at, and who records what was asked for.
-            states: What the guard tells control.
-            tell: Takes a word to the guard.
+            recorder: Recorder whose ticks the bridge reads, and that records the requests.
+            states: Mailbox of the guard's states for control.
+            tell: Function that sends a message to the guard.
 
         Raises:
-            ConfigError: Zenoh does not begin.
-            RigError: It has died, or takes too long.
+            ConfigError: Zenoh does not start.
+            RigError: The bridge has died, or takes too long.
         """
         self._states, self._tell, self._record = states, tell, recorder.write
         job = BridgeJob(recorder.inlet, self._joints, self._wanted.router, self._wanted.domain)
@@ -106,10 +106,10 @@ class Bridging:
         if isinstance(word, ConfigError):
             raise word
         if word is None:
-            raise RigError("The bridge to ROS 2 did not begin. What it wrote above says why; or leave out --ros2.")
+            raise RigError("The bridge to ROS 2 did not start. Correct the reason in its output above, or omit --ros2.")
 
     def check(self) -> None:
-        """Pass on what is new; to be called some times a second. A bridge that has died is not missed."""
+        """Pass on new messages, several times per second. If the bridge has died, the run goes on without it."""
         if self._child is None or self._ended:
             return
         newest = self._states.read()
@@ -122,12 +122,12 @@ class Bridging:
             self._ended = f"The bridge to ROS 2 has ended (exit status {status}), and the run went on without it."
 
     def figures(self) -> Ros2Figures:
-        """Tell what was published, asked for and refused."""
+        """Return the numbers of published messages and of accepted and refused levels."""
         levels = [AcceptedLevel(round(t, 3), level) for t, level in self.levels.accepted]
         return Ros2Figures(self._published, levels, dict(self.levels.refused), self._ended)
 
     def close(self) -> None:
-        """End it."""
+        """End the bridge."""
         if self._child is None:
             return
         self._child.send(None)

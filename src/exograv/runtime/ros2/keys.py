@@ -1,7 +1,7 @@
-"""Where `rmw_zenoh_cpp` looks for messages, nodes and topics in Zenoh, and what it wants beside each message.
+"""Keys of messages, nodes and topics in Zenoh as `rmw_zenoh_cpp` expects them, and the attachment of a message.
 
-Source: https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md; details (what is left out, what an empty name
-becomes) from `liveliness_utils.cpp` and `attachment_helpers.cpp` there.
+Source: https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md; details (omitted parts, form of an empty name)
+from `liveliness_utils.cpp` and `attachment_helpers.cpp` there.
 """
 
 import struct
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from .messages import MessageType
 
 QUALITY = "::,10:,:,:,,"
-"""Of service, as a token says it: what differs from rmw_zenoh's default, which is reliable, volatile, the last 42."""
+"""Quality of service in a token: the differences from rmw_zenoh's default, which is reliable, volatile, the last 42."""
 
 PUBLISHER, SUBSCRIPTION = "MP", "MS"
 
@@ -18,13 +18,13 @@ GID_BYTES = 16
 
 
 def topic_key(domain: int, topic: str, kind: MessageType) -> str:
-    """On which the messages of a topic (from `/` on) are sent."""
+    """Key on which the messages of a topic (from `/` on) are sent."""
     return f"{domain}/{topic.strip('/')}/{kind.dds_name}/{kind.hash}"
 
 
 @dataclass(frozen=True)
 class NodeTokens:
-    """Keys of the tokens by which the graph of ROS 2 knows a node: of the root namespace, without an enclave."""
+    """Keys of the tokens by which the graph of ROS 2 knows a node in the root namespace, without an enclave."""
 
     domain: int
     session: str
@@ -34,11 +34,11 @@ class NodeTokens:
 
     @property
     def node(self) -> str:
-        """Of the node itself, which is the first entity of the session."""
+        """Token of the node itself, which is the first entity of the session."""
         return self._token(0, "NN")
 
     def endpoint(self, number: int, what: str, topic: str, kind: MessageType) -> str:
-        """Of a publisher or a subscription, whose `number` no other entity of the session has."""
+        """Token of a publisher or subscription, with a `number` that is unique in the session."""
         name = topic.replace("/", "%")
         return f"{self._token(number, what)}/{name}/{kind.dds_name}/{kind.hash}/{QUALITY}"
 
@@ -47,11 +47,11 @@ class NodeTokens:
 
 
 def attachment(number: int, sent_ns: int, gid: bytes) -> bytes:
-    """What goes with a message; a subscription of rmw_zenoh drops one that has none.
+    """Return the attachment of a message; a subscription of rmw_zenoh drops a message without one.
 
     Args:
-        number: Of the message, from 1.
-        sent_ns: Since 1970 [ns].
-        gid: Of the publisher, `GID_BYTES`.
+        number: Number of the message, from 1.
+        sent_ns: Time since 1970 [ns].
+        gid: Identifier of the publisher, `GID_BYTES` long.
     """
     return struct.pack("<qqB", number, sent_ns, len(gid)) + gid

@@ -1,34 +1,34 @@
-"""Which of the gravity levels that somebody else asks for are passed on to the guard, and why the others are not."""
+"""Checks of gravity levels requested from outside, before the guard decides, with the reasons of refusal."""
 
 from collections import Counter
 
 from exograv.safety.guard import SafeState
 
 EVERY_S = 1.0
-"""Between two levels that are passed on: each is recorded, and found again by its time in a replay [s]."""
+"""Time between two levels that are passed on [s]; each is recorded, and a replay finds it by its time."""
 
 
 class Levels:
-    """Of one run. The guard has the last word, on what has happened meanwhile."""
+    """Levels of one run. The guard has the final decision."""
 
     def __init__(self, accepts: bool):
-        """Nothing has been asked for.
+        """Start without a request.
 
         Args:
-            accepts: Whether the run was started to take levels from outside at all.
+            accepts: True if the run was started with permission for levels from outside.
         """
         self._accepts, self._has_stopped = accepts, False
         self.accepted: list[tuple[float, float]] = []
-        """When, on the rig's clock [s], and which."""
+        """Accepted levels, each with its time on the rig's clock [s]."""
         self.refused = Counter[str]()
-        """Why, and how often."""
+        """Number of refusals, by reason."""
 
     def look(self, safe_state: int) -> None:
-        """What the guard says now; a stop closes this way for the rest of the run."""
+        """Update by the guard's present state; a stop refuses all levels for the rest of the run."""
         self._has_stopped |= safe_state >= SafeState.DESCENT
 
     def ask(self, level: float, now: float) -> str:
-        """Why this level is not passed on at the time `now` [s] of the rig's clock; empty where it is."""
+        """Return the reason against this level at the time `now` [s] of the rig's clock; empty if it is passed on."""
         why = self._objection(level, now)
         if why:
             self.refused[why] += 1
@@ -42,7 +42,7 @@ class Levels:
         if not 0.0 <= level <= 1.0:
             return "allowed are 0 (weightless) to 1 (Earth)"
         if self._has_stopped:
-            return "the run was stopped; who is at the machine decides how it goes on"
+            return "the run was stopped; the operator at the machine decides how it goes on"
         if self.accepted and now - self.accepted[-1][0] < EVERY_S:
             return f"one was taken less than {EVERY_S:g} s ago"
         return ""

@@ -1,4 +1,4 @@
-"""Eclipse Zenoh. It starts threads in its process: only the bridge's imports it, never the guard's or control's."""
+"""Import of Eclipse Zenoh. It starts threads: only the bridge imports it, never the guard's or control's process."""
 
 import importlib
 import importlib.util
@@ -11,10 +11,10 @@ MISSING = "Eclipse Zenoh is not installed. Install it: pip install 'exograv[ros2
 
 
 def require_zenoh() -> None:
-    """Ask without importing it, where its threads are not wanted.
+    """Check that Zenoh is installed, without an import in a process where its threads are not wanted.
 
     Raises:
-        ConfigError: It is not installed.
+        ConfigError: Zenoh is not installed.
     """
     if importlib.util.find_spec("zenoh") is None:
         raise ConfigError(MISSING)
@@ -22,10 +22,10 @@ def require_zenoh() -> None:
 
 @cache
 def zenoh() -> ModuleType:
-    """The module `zenoh`.
+    """Return the module `zenoh`.
 
     Raises:
-        ConfigError: It is not installed.
+        ConfigError: Zenoh is not installed.
     """
     try:
         return importlib.import_module("zenoh")

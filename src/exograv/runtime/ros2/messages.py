@@ -1,7 +1,7 @@
-"""The messages of ROS 2 that the bridge speaks: their bytes, names and hashes.
+"""Messages of ROS 2 that the bridge uses: their bytes, names and hashes.
 
-Bytes are plain CDR, little-endian, as `rmw_zenoh_cpp` writes them: a value is aligned to its own size, counted from the
-end of the four bytes that say so; a text ends with a zero byte, which its length counts; a sequence begins with its
+Bytes are plain CDR, little-endian, as `rmw_zenoh_cpp` writes them. A value is aligned to its own size, counted from the
+end of the header of four bytes. A text ends with a zero byte, which its length counts. A sequence begins with its
 length. Source: OMG DDSI-RTPS 2.5, section 10, and OMG CORBA 3.3 part 2, section 9.3.
 """
 
@@ -15,27 +15,27 @@ FLOAT64_BYTES = 12
 
 @dataclass(frozen=True)
 class MessageType:
-    """A type of message."""
+    """Type of a message."""
 
     name: str
-    """As on ROS 2's command line: package, `msg`, type."""
+    """Name as on ROS 2's command line: package, `msg`, type."""
 
     hash: str
-    """RIHS01, of the type's description (REP-2016). The same in Iron, Jazzy, Kilted and Lyrical."""
+    """Hash RIHS01 of the type's description (REP-2016), equal in Iron, Jazzy, Kilted and Lyrical."""
 
     @property
     def dds_name(self) -> str:
-        """As in the keys of Zenoh."""
+        """Name in the keys of Zenoh."""
         package, kind, name = self.name.split("/")
         return f"{package}::{kind}::dds_::{name}_"
 
 
-# Computed from the descriptions by the tests, and by `rosbags` 0.11.9 from its own copies of the .msg files.
+# The tests compute these hashes from the descriptions. `rosbags` 0.11.9 computes the same from its own .msg files.
 JOINT_STATE = MessageType(
     "sensor_msgs/msg/JointState", "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e"
 )
 FLOAT64 = MessageType("std_msgs/msg/Float64", "RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a")
-# The one that rmw_zenoh's design document shows in its example.
+# The design document of rmw_zenoh shows this hash in its example.
 STRING = MessageType("std_msgs/msg/String", "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18")
 
 
@@ -60,7 +60,7 @@ class _Writer:
         self._bytes += content
 
     def float64s(self, values: Sequence[float]) -> None:
-        """A sequence. An empty one is its length alone: there is no value to align."""
+        """Append a sequence. An empty one has only its length, because there is no value to align."""
         self.uint32(len(values))
         if values:
             self.align(8)
@@ -74,20 +74,20 @@ def joint_state(
     velocity: Sequence[float],
     effort: Sequence[float],
 ) -> bytes:
-    """A `JointState`.
+    """Return a `JointState`.
 
     Args:
-        stamp_ns: Of the measurement, since 1970 [ns].
-        names: Of the joints.
-        position: Of each joint [rad].
-        velocity: Likewise [rad/s]; empty where it is unknown.
-        effort: Torque of each joint [N·m]; empty where it is unknown.
+        stamp_ns: Time of the measurement since 1970 [ns].
+        names: Names of the joints.
+        position: Position of each joint [rad].
+        velocity: Velocity of each joint [rad/s]; empty if it is unknown.
+        effort: Torque of each joint [N·m]; empty if it is unknown.
     """
     writer = _Writer()
     seconds, rest = divmod(stamp_ns, 1_000_000_000)
     writer.uint32(seconds & 0xFFFFFFFF)
     writer.uint32(rest)
-    writer.text("")  # frame: joints have none
+    writer.text("")  # no frame: joints have none
     writer.uint32(len(names))
     for name in names:
         writer.text(name)
@@ -97,20 +97,20 @@ def joint_state(
 
 
 def float64(value: float) -> bytes:
-    """A `Float64`."""
+    """Return a `Float64`."""
     return LITTLE_ENDIAN + struct.pack("<d", value)
 
 
 def string(value: str) -> bytes:
-    """A `String`."""
+    """Return a `String`."""
     writer = _Writer()
     writer.text(value)
     return writer.message
 
 
 def read_float64(message: bytes) -> float | None:
-    """The number in a `Float64` of either byte order; None where this is none."""
-    # What the last two bytes of the header say is free, and what may follow the value is padding.
+    """Return the number in a `Float64` of either byte order; None for another message."""
+    # The last two bytes of the header are free, and padding may follow the value.
     if not FLOAT64_BYTES <= len(message) <= FLOAT64_BYTES + 4 or message[0] != 0 or message[1] > 1:
         return None
     return struct.unpack_from("<d" if message[1] else ">d", message, 4)[0]

@@ -1,4 +1,4 @@
-"""One node of ROS 2, made of a session of Zenoh."""
+"""Node of ROS 2, made of a session of Zenoh."""
 
 import json
 import secrets
@@ -14,10 +14,10 @@ from .messages import MessageType
 
 
 def configuration(router: str) -> dict[str, Any]:
-    """What matters of `rmw_zenoh_cpp`'s own configuration of a session.
+    """Return the relevant part of `rmw_zenoh_cpp`'s own configuration of a session.
 
-    A peer that others of this computer find by way of the router, nothing by multicast, nothing from outside; a router
-    that is not there yet is tried again and again.
+    The session is a peer that other programs of this computer find by the router. There is no multicast, and nothing
+    listens to the network outside. The connection to a missing router is retried for ever.
 
     Source: DEFAULT_RMW_ZENOH_SESSION_CONFIG.json5 of rmw_zenoh_cpp.
     """
@@ -32,13 +32,13 @@ def configuration(router: str) -> dict[str, Any]:
 
 
 class Publisher:
-    """Of one topic."""
+    """Publisher of one topic."""
 
     def __init__(self, publisher: Any):
         self._publisher, self._gid, self.sent = publisher, secrets.token_bytes(GID_BYTES), 0
 
     def send(self, message: bytes) -> None:
-        """Send it to whoever listens; who does not keep up misses it."""
+        """Send a message to all subscribers; a slow subscriber misses it."""
         self.sent += 1
         self._publisher.put(message, attachment=attachment(self.sent, time.time_ns(), self._gid))
 
@@ -50,19 +50,19 @@ class Ros2Node:
         """Open the session.
 
         Args:
-            name: Of the node.
-            router: Locator of Zenoh, such as `tcp/localhost:7447`; it need not be there.
-            domain: As in ROS_DOMAIN_ID.
+            name: Name of the node.
+            router: Locator of Zenoh, such as `tcp/localhost:7447`; the router may start later.
+            domain: Domain as in ROS_DOMAIN_ID.
 
         Raises:
-            ConfigError: Zenoh is not installed, or takes no such locator.
+            ConfigError: Zenoh is not installed, or does not accept the locator.
         """
         library = zenoh()
         try:
             self._session = library.open(library.Config.from_json5(json.dumps(configuration(router))))
         except library.ZError as error:
             raise ConfigError(
-                f"--ros2-router is '{router}', with which Zenoh does not begin: {error}. Give a locator such as "
+                f"--ros2-router is '{router}', with which Zenoh does not start: {error}. Give a locator such as "
                 "tcp/localhost:7447."
             ) from error
         self._domain = domain
@@ -71,14 +71,14 @@ class Ros2Node:
         self._entities = 0
 
     def publisher(self, topic: str, kind: MessageType) -> Publisher:
-        """Of this topic."""
+        """Return a publisher of this topic."""
         drop = zenoh().CongestionControl.DROP
         found = self._session.declare_publisher(topic_key(self._domain, topic, kind), congestion_control=drop)
         self._declare(PUBLISHER, topic, kind)
         return Publisher(found)
 
     def subscribe(self, topic: str, kind: MessageType, take: Callable[[bytes], object]) -> None:
-        """Have every message of a topic handed to `take`, in a thread of Zenoh's."""
+        """Subscribe to a topic; `take` gets each message, in a thread of Zenoh."""
         key = topic_key(self._domain, topic, kind)
         self._kept.append(self._session.declare_subscriber(key, lambda sample: take(sample.payload.to_bytes())))
         self._declare(SUBSCRIPTION, topic, kind)

@@ -1,4 +1,4 @@
-"""What of a run goes to other devices and programs while it lasts, and comes from them."""
+"""Streams of a run to and from other devices and programs."""
 
 from dataclasses import dataclass
 
@@ -11,20 +11,20 @@ from .bridging import Bridging
 
 @dataclass(frozen=True)
 class Streaming:
-    """Nothing unless it is asked for."""
+    """Streams of a run; without settings there are none."""
 
     outlets: OutletsJob | None = None
-    """What is published over Lab Streaming Layer."""
+    """Streams published over Lab Streaming Layer."""
 
     listening: Listening | None = None
-    """To other devices."""
+    """Listener for other devices."""
 
     ros2: Bridging | None = None
-    """To ROS 2."""
+    """Bridge to ROS 2."""
 
     @property
     def devices(self) -> RecordedDevices | None:
-        """For the recorder."""
+        """Devices for the recorder."""
         return None if self.listening is None else self.listening.devices
 
 
