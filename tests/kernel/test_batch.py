@@ -108,12 +108,12 @@ def test_what_a_batch_cannot_be_is_refused():
         kernel.compile(small_function(), lanes=4, dtype=np.int64)
     with pytest.raises(ValueError, match=r"shared is a list of names; write \[\"x\"\]"):
         kernel.compile(small_function(), lanes=4, shared="x")
-    with pytest.raises(ValueError, match="belong to batches"):
+    with pytest.raises(ValueError, match="are for batches"):
         kernel.compile(small_function(), shared=["x"])  # pyright: ignore[reportCallIssue] - what is refused
     with pytest.raises(ValueError, match="no argument z to share"):
         kernel.compile(small_function(), lanes=4, shared=["z"])
     compiled = kernel.compile(small_function(), lanes=4)
-    with pytest.raises(ValueError, match="needs a state, not 0"):
+    with pytest.raises(ValueError, match="needs at least 1 state, not 0"):
         compiled.bind(0)
     with pytest.raises(TypeError, match="takes A, x, s; 1 values were given"):
         compiled.of(np.zeros((2, 3, 4)))
