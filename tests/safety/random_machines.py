@@ -1,4 +1,4 @@
-"""Machines, people and faults drawn at random, and what the guard of `exograv.safety` makes of them."""
+"""Random machines, persons and faults, and the responses of the guard in `exograv.safety` to them."""
 
 import math
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ from exograv.signals import JointState, TorqueSource
 from .second_envelope import RAN_WELL, Machines, SecondEnvelope, SecondGuard, Tick
 
 EXTREMES = np.array([np.nan, np.inf, -np.inf, 1e308, -1e308, 1e4, 1100.0, 1e3, 5.0, -2.0, 0.0, -0.0])
-"""No numbers, numbers of no use, and those at which a limit begins."""
+"""Non-finite values, values out of range, and values at which a limit begins."""
 
 TRIPS: dict[int, tuple[str, bool, tuple[int, ...]]] = {
     1: ("MODEL_LOST", False, ()),
@@ -24,28 +24,28 @@ TRIPS: dict[int, tuple[str, bool, tuple[int, ...]]] = {
     3: ("ASTRAY", False, ()),
     4: ("TORQUE_WRONG", True, (1,)),
 }
-"""Faults that others find, whether the model is then not believed, and of which joints the motor."""
+"""Faults that other parts find: reason, whether the model is distrusted, and joints whose motor is distrusted."""
 
 TOLERANCE = 1e-9
-"""N·m, J, of itself where it is above 1: of torques up to 100 N·m whose sums were taken in another order."""
+"""Tolerance in N·m or J, relative above 1: for torques up to 100 N·m whose sums are taken in another order."""
 
 
 @dataclass
 class History:
-    """What happens to all machines: tick by tick, and what others do to them between ticks."""
+    """Course of all machines: each tick, and events between ticks."""
 
     ticks: list[Tick]
     reset: np.ndarray
-    """(tick, machine)"""
+    """Reset after the tick (tick, machine)."""
     trip: np.ndarray
-    """(tick, machine): a key of `TRIPS`, or 0."""
+    """Key of `TRIPS`, or 0 (tick, machine)."""
     v: np.ndarray
     """Velocities for an envelope without a guard (tick, machine, joint)."""
 
 
 @dataclass
 class Trace:
-    """What went out, and what is remembered; (tick, machine, …)."""
+    """Outputs and states (tick, machine, …)."""
 
     tau: np.ndarray
     drive_damping: np.ndarray
@@ -57,11 +57,11 @@ class Trace:
     clipped: np.ndarray
     dropped: np.ndarray
     left: np.ndarray
-    """Whether a reset left the latch."""
+    """True where a reset left the latch."""
 
     @classmethod
     def empty(cls, ticks: int, machines: int, joints: int) -> "Trace":
-        """Nothing has happened."""
+        """Return a trace without events."""
         shape = (ticks, machines)
         return cls(
             tau=np.zeros((*shape, joints)),
@@ -78,7 +78,7 @@ class Trace:
 
 
 def draw_machines(rng: np.random.Generator, machines: int, joints: int) -> Machines:
-    """Half of them worn; some with limits, tables and encoders that no real one has."""
+    """Draw machines, about half of them worn; some have limits, tables and encoders that no real machine has."""
     each, every = (machines,), (machines, joints)
     halves = ([0, 2], [3, 1]) if joints == 4 else (list(range(joints)),)
     chains = []
@@ -116,13 +116,13 @@ def draw_machines(rng: np.random.Generator, machines: int, joints: int) -> Machi
 
 
 def draw_history(rng: np.random.Generator, m: Machines, ticks: int) -> History:
-    """Motion that starts and stops, control of all tempers, and faults: from one in 100 000 ticks to one in 30."""
+    """Draw motion that starts and stops, varied control, and faults: from one in 100 000 ticks to one in 30."""
     machines, joints = m.torque_max.shape
     shape, every = (ticks, machines), (ticks, machines, joints)
     rarity = 10.0 ** rng.uniform(-5.0, -1.5, machines)
 
     def happens(share: float = 1.0) -> np.ndarray:
-        """Bursts of one to six ticks."""
+        """Return bursts of one to six ticks."""
         starts = rng.random(shape) < share * rarity
         longest = rng.integers(1, 7, shape)
         return np.any([np.roll(starts & (longest > k), k, axis=0) for k in range(6)], axis=0)
@@ -156,7 +156,7 @@ def draw_history(rng: np.random.Generator, m: Machines, ticks: int) -> History:
 
 
 def _motion(rng: np.random.Generator, m: Machines, ticks: int) -> np.ndarray:
-    """Velocities (tick, machine, joint) that wander, stop for a while, and are now and then too fast."""
+    """Draw velocities (tick, machine, joint) that wander, stop for a while, and are sometimes too fast."""
     machines, joints = m.torque_max.shape
     lively = 10.0 ** rng.uniform(-1.0, 0.8, (machines, joints))
     v, now, moves = np.zeros((ticks, machines, joints)), np.zeros((machines, joints)), np.ones(machines, dtype=bool)
@@ -169,7 +169,7 @@ def _motion(rng: np.random.Generator, m: Machines, ticks: int) -> np.ndarray:
 
 
 def _temper(rng: np.random.Generator, m: Machines, v: np.ndarray) -> np.ndarray:
-    """Torques (tick, machine, joint): slow, pushing with every motion, or anything."""
+    """Draw torques (tick, machine, joint): slow, pushing with each motion, or random."""
     slow = np.cumsum(rng.normal(0.0, 0.5, v.shape), axis=0)
     pushing = np.sign(v) * rng.uniform(0.0, 30.0, v.shape[1:])
     wild = rng.normal(0.0, 40.0, v.shape)
@@ -178,7 +178,7 @@ def _temper(rng: np.random.Generator, m: Machines, v: np.ndarray) -> np.ndarray:
 
 
 def _frozen(rng: np.random.Generator, q: np.ndarray, rarity: np.ndarray) -> np.ndarray:
-    """Some encoders stand still for a time around that after which they are dead."""
+    """Freeze some encoders for about the time after which they are found dead."""
     q = q.copy()
     for k, machine in np.argwhere(rng.random(q.shape[:2]) < 0.3 * rarity):
         joint, length = rng.integers(q.shape[2]), rng.integers(15, 60)
@@ -187,13 +187,13 @@ def _frozen(rng: np.random.Generator, q: np.ndarray, rarity: np.ndarray) -> np.n
 
 
 def _extreme(rng: np.random.Generator, values: np.ndarray, where: np.ndarray) -> np.ndarray:
-    """One of the values at `where` is put to an extreme."""
+    """Set one of the values at `where` to an extreme."""
     chosen = where[..., None] & (rng.random(values.shape) < 0.6)
     return np.where(chosen, rng.choice(EXTREMES, values.shape), values)
 
 
 def first_envelope(m: Machines, k: int) -> Envelope:
-    """That of `exograv.safety`, of machine k."""
+    """Return the envelope of `exograv.safety` for machine k."""
     limits = Limits(
         torque_max_Nm=m.torque_max[k],
         damping_Nms_per_rad=m.damping[k],
@@ -214,7 +214,7 @@ def first_envelope(m: Machines, k: int) -> Envelope:
 
 
 def first_guards(m: Machines, history: History) -> Trace:
-    """The guards of `exograv.safety`, one machine after the other."""
+    """Run the guards of `exograv.safety`, one machine after the other."""
     machines, joints = m.torque_max.shape
     trace = Trace.empty(len(history.ticks), machines, joints)
     none = np.full(joints, np.nan)
@@ -240,7 +240,7 @@ def first_guards(m: Machines, history: History) -> Trace:
 
 
 def first_envelopes(m: Machines, history: History) -> Trace:
-    """The envelopes of `exograv.safety` alone: nobody has looked at what they are told."""
+    """Run the envelopes of `exograv.safety` alone, with inputs that no ingress has checked."""
     machines, joints = m.torque_max.shape
     trace = Trace.empty(len(history.ticks), machines, joints)
     for b in range(machines):
@@ -255,7 +255,7 @@ def first_envelopes(m: Machines, history: History) -> Trace:
 
 
 def _between(envelope: Envelope, trip: int, level: float) -> None:
-    """What others do between two ticks."""
+    """Apply the events between two ticks."""
     if trip:
         reason, without_model, powerless = TRIPS[trip]
         envelope.trip(StopReason[reason], without_model=without_model, powerless=powerless)
@@ -271,10 +271,10 @@ def _note(trace: Trace, envelope: Envelope, k: int, b: int) -> None:
 
 
 def second(m: Machines, history: History, has_guard: bool, first: Trace) -> Trace:
-    """Those of `second_envelope.py`, all machines at once, beside the first ones.
+    """Run `second_envelope.py` for all machines at once, and compare with the first ones.
 
-    What is in a tank is taken over from the first ones where the two agree: of a tank that is all but empty the law
-    takes the root, over a speed that may be next to nothing, and rounding of seconds would be a newton metre.
+    The tank's energy is taken over from the first ones where the two agree. In an almost empty tank the law takes a
+    root, over a speed that may be almost zero, so rounding errors of seconds would grow to a newton metre.
     """
     trace = Trace.empty(len(history.ticks), len(m.period), m.torque_max.shape[1])
     guard = SecondGuard(m)
@@ -306,21 +306,21 @@ def second(m: Machines, history: History, has_guard: bool, first: Trace) -> Trac
 
 @dataclass
 class Comparison:
-    """Of the two, over a batch of machines."""
+    """Comparison of two traces over a batch of machines."""
 
     ticks: int
     disagreements: int
-    """Ticks in which a machine's two traces differ; after the first one all of its others may."""
+    """Number of ticks in which the traces of a machine differ; after the first one all later ticks may differ."""
     largest_Nm: float
-    """Difference of the torques."""
+    """Largest difference of torques."""
     first: list[str]
-    """Where each machine that differs begins to."""
+    """First difference of each machine that differs."""
     covered: dict[str, int]
-    """Ticks in each safe state, with each reason, and resets that left the latch."""
+    """Numbers of ticks in each safe state and with each reason, and of resets that left the latch."""
 
 
 def compare(one: Trace, other: Trace) -> Comparison:
-    """Numbers within `TOLERANCE`, all else exactly; a number that is none is a disagreement."""
+    """Compare floats within `TOLERANCE` and all else exactly; a NaN is a disagreement."""
     bad, found = np.zeros(one.reason.shape, dtype=bool), []
     for field in fields(Trace):
         a, b = getattr(one, field.name), getattr(other, field.name)

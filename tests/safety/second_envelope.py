@@ -1,7 +1,7 @@
-"""What may go out in a tick, written a second time: from docs/safety.md, for many machines at once, without the first.
+"""Second implementation of guard and envelope, from docs/safety.md and without a look at the first one.
 
-Nothing of `exograv` is imported, so that an error of the one is not an error of the other. Machines are the first axis
-of every array; each of them is a guard of its own.
+It imports no part of `exograv`, so that the two do not share errors. Machines are the first axis of each array; each of
+them has its own guard.
 """
 
 from collections.abc import Sequence
@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 RAN_WELL = ""
-"""In the place of the reason for a stop."""
+"""Value in place of a stop reason if there was no stop."""
 
 
 @dataclass
 class Machines:
-    """What the machines and the people in them are: (machine,), (machine, joint), (machine, joint, product)."""
+    """Properties of machines and of the persons in them: (machine,), (machine, joint), (machine, joint, product)."""
 
     period: np.ndarray
     torque_max: np.ndarray
@@ -25,12 +25,12 @@ class Machines:
     v_trip: np.ndarray
     descent: np.ndarray
     count: np.ndarray
-    """Of the encoders [rad]."""
+    """Resolution of the encoders [rad]."""
 
     worn: np.ndarray
-    """Whether somebody is in it; the rest is about this person."""
+    """True if a person is in the machine; the fields below belong to this person."""
     chains: Sequence[tuple[list[int], int, np.ndarray, np.ndarray]]
-    """Joints, most factors in a product, table of the machine and of the arm."""
+    """Joints, largest number of factors in a product, table of the machine and of the arm."""
     error: np.ndarray
     dry: np.ndarray
     viscous: np.ndarray
@@ -40,16 +40,16 @@ class Machines:
     wall: np.ndarray
     trip: np.ndarray
     own_trip: np.ndarray
-    """Speed, infinite where the machine's own holds."""
+    """Person's own speed limit; infinite where the machine's own limit applies."""
     path: np.ndarray
-    """Power."""
+    """Power on a path."""
     tank_start: np.ndarray
     tank_max: np.ndarray
 
 
 @dataclass
 class Tick:
-    """What happens to every machine in one tick; `came` and `spoke`: where a machine and its control said anything."""
+    """Inputs of all machines in one tick; `came` and `spoke` are true where measurement and request arrived."""
 
     now: np.ndarray
     came: np.ndarray
@@ -59,15 +59,15 @@ class Tick:
     measured: np.ndarray
     spoke: np.ndarray
     answers: np.ndarray
-    """The sequence number that control answers."""
+    """Number of the measurement that control answers."""
     valid_until: np.ndarray
     tau: np.ndarray
     level: np.ndarray
-    """Of gravity."""
+    """Gravity level."""
 
 
 def products(q: np.ndarray, most_factors: int) -> np.ndarray:
-    """Of one of 1, cos and sin a joint (machine, product), the first joint's changing fastest."""
+    """Products of one factor per joint out of 1, cos and sin (machine, product), the first joint's changing fastest."""
     found, factors = np.ones((len(q), 1)), np.zeros(1, dtype=int)
     for angle in q.T:
         three = np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=1)
@@ -77,12 +77,12 @@ def products(q: np.ndarray, most_factors: int) -> np.ndarray:
 
 
 def any_joint(joints: np.ndarray) -> np.ndarray:
-    """Machines of which any joint is so."""
+    """Machines for which any joint is true."""
     return np.logical_or.reduce(joints, axis=1)
 
 
 class SecondEnvelope:
-    """Torque, rate, speed, stops, plausibility and tank of all machines."""
+    """Limits of all machines: torque, rate, speed, stops, plausibility and tank."""
 
     def __init__(self, machines: Machines):
         self.m = machines
@@ -103,18 +103,18 @@ class SecondEnvelope:
         return np.not_equal(self.reason, RAN_WELL)
 
     def trip(self, where: np.ndarray, reason: str) -> None:
-        """Latch some machines; who is latched keeps the first reason, and the torque of its time."""
+        """Latch some machines; a machine that is latched keeps its first reason, and the torque of that time."""
         new = where & ~self.stopped
         self.tau_at_stop[new] = self.tau[new]
         self.reason[new] = reason
 
     def distrust(self, joints: np.ndarray) -> None:
-        """Of some joints (machine, joint) neither encoder nor motor is believed: only their drives brake them."""
+        """Distrust encoder and motor of some joints (machine, joint): only their drives brake them."""
         self.powerless |= joints
         self.isolated |= joints
 
     def reset(self, where: np.ndarray) -> None:
-        """Leave the latch."""
+        """Leave the latch of some machines."""
         self.reason[where] = RAN_WELL
         self.isolated[where], self.powerless[where] = False, False
         self.without_model[where], self.stopped_for[where] = False, 0.0
@@ -134,7 +134,7 @@ class SecondEnvelope:
         too_fast = np.abs(v) > fastest_allowed[:, None]
         self.trip(any_joint(too_fast), "TOO_FAST")
         self.distrust(too_fast)
-        # Nobody moves like that: the person's bounds and the tank are then those at rest.
+        # No joint is that fast, so the person's bounds and the tank are then those at rest.
         credible = np.where(any_joint(np.abs(v) > 1e3)[:, None], 0.0, v)
         self.soon = self.q + 0.1 * credible
         asked, brake = np.where(self.stopped[:, None], self._descent(), tau), self._brake(v)
@@ -154,7 +154,7 @@ class SecondEnvelope:
         return np.where(self.powerless, 0.0, self.tau_at_stop * np.where(self.without_model, 0.0, left)[:, None])
 
     def _depth(self) -> tuple[np.ndarray, np.ndarray]:
-        """How deep in the wall before the upper and the lower stop; 0 where nobody is in the machine."""
+        """Depth in the wall before the upper and the lower stop; 0 if nobody is in the machine."""
         wall, worn = self.m.wall[:, None], self.m.worn[:, None]
         upper = np.clip((np.maximum(self.q, self.soon) - (self.m.upper - wall)) / wall, 0.0, 1.0)
         lower = np.clip(((self.m.lower + wall) - np.minimum(self.q, self.soon)) / wall, 0.0, 1.0)
@@ -189,7 +189,7 @@ class SecondEnvelope:
         return tau - np.sign(v) * (1.0 - kept)[:, None] * driving
 
     def _over(self, tau: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Torque in the direction of motion, beyond carrying and friction; negative where it brakes."""
+        """Torque in the direction of motion, beyond carrying and friction; negative when it brakes."""
         along = np.sign(v) * (tau - self.carried)
         return along - np.clip(along, 0.0, self.friction)
 
@@ -200,13 +200,13 @@ class SecondEnvelope:
 
 
 def ticks_in(ms: float, period: np.ndarray) -> np.ndarray:
-    """So many of each machine last so long, or just longer."""
+    """Smallest number of ticks of each machine that lasts at least `ms` milliseconds."""
     whole = np.rint(1e-3 * ms / period)
     return np.where(whole * period * 1e3 > ms - 1e-6, whole, whole + 1).astype(int)
 
 
 class Missed:
-    """Which ticks of the last second were missed, in a ring that all machines share."""
+    """Missed ticks of the last second, in a ring that all machines share."""
 
     def __init__(self, period: np.ndarray):
         self.short, self.long, self.bridge = (ticks_in(ms, period) for ms in (20.0, 1000.0, 3.0))
@@ -215,7 +215,7 @@ class Missed:
         self.row = np.zeros(len(period), dtype=int)
 
     def add(self, is_missed: np.ndarray) -> np.ndarray:
-        """Machines for which this tick is one too many."""
+        """Add a tick; return the machines for which it is one too many."""
         self.at = (self.at + 1) % self.size
         self.ring[self.at] = is_missed
         self.row = np.where(is_missed, self.row + 1, 0)
@@ -224,17 +224,17 @@ class Missed:
         return is_missed & ((self.row > self.bridge) | (in_short > self.bridge) | (in_long > 10))
 
     def forget(self, where: np.ndarray) -> None:
-        """As if nothing had been missed."""
+        """Forget all missed ticks of some machines."""
         self.ring[:, where], self.row[where] = False, 0
 
 
 class SecondIngress:
-    """Which measurements are used, and which joints are not believed."""
+    """Choice of the measurements that are used, and of the joints that are distrusted."""
 
     def __init__(self, machines: Machines):
         self.m = machines
         shape = machines.torque_max.shape
-        # Five milliseconds of motion, then the same position and for twenty no other.
+        # The history holds five milliseconds of motion, and then twenty with the same position.
         self.moving, self.still = ticks_in(5.0, machines.period)[:, None], ticks_in(20.0, machines.period)[:, None]
         self.needed = self.moving + self.still + 1
         self.kept = int(self.needed.max())
@@ -247,9 +247,9 @@ class SecondIngress:
         self.far = np.zeros(shape, dtype=int)
 
     def see(self, tick: Tick, isolated: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Machines whose measurement is used; joints that jumped, stand still without reason, are no numbers."""
+        """Return machines whose measurement is used, and joints that jumped, are frozen, or gave non-finite values."""
         m, believed = self.m, ~isolated
-        # A joint that is not believed has no past when it is believed again.
+        # A joint loses its history when it is distrusted.
         self.uses[isolated], self.far[isolated] = 0, 0
         new = tick.came & (tick.sequence > self.newest)
         self.dropped += tick.came & ~new
@@ -270,7 +270,7 @@ class SecondIngress:
         return used, off & (self.far >= 3), dead, no_number
 
     def _used(self, ago: int | np.ndarray) -> np.ndarray:
-        """The position that many uses ago, 1 for the last one."""
+        """Position `ago` uses before, 1 for the last one."""
         return np.take_along_axis(self.history, ((self.uses - ago) % self.kept)[None], axis=0)[0]
 
     def _use(self, q: np.ndarray, where: np.ndarray, last: np.ndarray) -> np.ndarray:
@@ -299,7 +299,7 @@ class SecondGuard:
         self.has_before, self.used = np.zeros(shape[0], dtype=bool), np.zeros(shape[0], dtype=bool)
 
     def step(self, tick: Tick) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Torque, damping by the drives, and the number of the safe state."""
+        """Run a tick; return torque, damping by the drives, and the number of the safe state."""
         envelope, everybody = self.envelope, np.ones_like(tick.came)
         used, jumped, dead, no_number = self.ingress.see(tick, envelope.isolated.copy())
         for joints, reason in ((jumped, "ENCODER_JUMPED"), (dead, "ENCODER_DEAD")):
@@ -326,10 +326,10 @@ class SecondGuard:
         return tau, braked * self.m.damping, state
 
     def reset(self, where: np.ndarray) -> np.ndarray:
-        """Machines whose latch was left."""
+        """Reset some machines; return those whose latch was left."""
         envelope = self.envelope
         down = envelope.stopped & (envelope.stopped_for >= self.m.descent)
-        # Of a machine of which no joint is believed all have to stand, by a measurement of this tick.
+        # If no joint of a machine is trusted, all of them must stand still, by a measurement of this tick.
         asked = ~envelope.isolated | ~any_joint(~envelope.isolated)[:, None]
         with np.errstate(invalid="ignore"):
             standing = (~asked | (np.abs(self.v) < 0.05)).all(axis=1)
@@ -338,7 +338,7 @@ class SecondGuard:
         self.silent.forget(left)
         self.bridged.forget(left)
         self.held[left], self.has_before[left] = 0.0, False
-        # What moved before the reset is not known any more; the speed in force stays until the next measurement.
+        # Positions from before the reset are forgotten. The speed in force stays until the next measurement.
         return left
 
     def _move(self, tick: Tick, used: np.ndarray) -> None:

@@ -1,4 +1,4 @@
-"""Whatever control asks for and the encoders say, what reaches a person is finite, bounded and slow to change."""
+"""The torque that reaches a person is finite, bounded and slow, for all requests of control and all encoder values."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ from exograv.safety.envelope import Envelope, Limits, StopReason
 DT = 1e-3
 LIMITS = Limits(np.array([60.0, 60.0, 30.0, 30.0]), np.array([10.0, 10.0, 4.0, 4.0]))
 RATE = LIMITS.torque_rate_max_Nm_per_s * DT
-ROUNDING = 1e-9  # N·m: of sums of torques below 100 N·m
+ROUNDING = 1e-9  # N·m, for sums of torques below 100 N·m
 STILL = np.zeros(4)
 TORQUE = np.array([20.0, -12.0, 3.0, 8.0])
 
@@ -26,12 +26,12 @@ histories = st.lists(st.tuples(torques, speeds, st.booleans()), min_size=1, max_
 
 
 def held(envelope: Envelope, tau: np.ndarray, v: np.ndarray, ticks: int) -> np.ndarray:
-    """What comes out after so many ticks of the same."""
+    """Return the output after a number of equal ticks."""
     return np.array([envelope.limit(tau, STILL, v) for _ in range(ticks)])[-1]
 
 
 def settled(tau: np.ndarray = TORQUE) -> Envelope:
-    """After it has come up to a torque of at most 25 N·m."""
+    """Return an envelope that has reached a torque of at most 25 N·m."""
     envelope = Envelope(LIMITS, DT)
     held(envelope, tau, STILL, round(25.0 / RATE) + 2)
     return envelope
@@ -62,7 +62,7 @@ def test_a_stop_stays_until_reset(history):
 
 @given(tau=arrays(float, 4, elements=st.floats(-25.0, 25.0)), v=arrays(float, 4, elements=st.floats(-3.9, 3.9)))
 @settings(max_examples=25)
-def test_what_is_within_the_limits_passes_unchanged(tau: np.ndarray, v: np.ndarray):
+def test_a_torque_within_the_limits_passes_unchanged(tau: np.ndarray, v: np.ndarray):
     envelope = settled(tau)
     clipped = envelope.clipped_ticks
     np.testing.assert_array_equal(envelope.limit(tau, STILL, v), tau)
@@ -84,7 +84,7 @@ def test_a_fault_starts_a_descent_that_ends_within_three_seconds_and_begins_with
     envelope.limit(tau, STILL, v)
     assert envelope.stop is reason
     descent = np.array([envelope.limit(tau, STILL, STILL) for _ in range(round(LIMITS.descent_s / DT))])
-    # The torque is never simply off: half of it is there half-way.
+    # The torque is never simply switched off: half of it is left half-way.
     half_way = descent[len(descent) // 2]
     np.testing.assert_allclose(half_way, 0.5 * TORQUE, rtol=0.02)
     np.testing.assert_allclose(descent[-1], 0.0, atol=RATE)
@@ -140,32 +140,32 @@ def test_clipped_ticks_are_counted():
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, np.nan, np.inf])
 @pytest.mark.parametrize("name", ["torque_max_Nm", "damping_Nms_per_rad"])
-def test_a_limit_of_a_joint_that_is_no_limit_is_refused(name: str, bad: float):
+def test_an_invalid_limit_of_one_joint_is_refused(name: str, bad: float):
     with pytest.raises(ConfigError, match=rf"envelope\.{name} of joint 2 is {bad}; it must be positive and finite"):
         replace(LIMITS, **{name: np.array([1.0, 1.0, bad, 1.0])})
 
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, np.nan, np.inf])
 @pytest.mark.parametrize("name", ["torque_rate_max_Nm_per_s", "v_damping_rad_s", "v_trip_rad_s", "descent_s"])
-def test_a_limit_of_all_joints_that_is_no_limit_is_refused(name: str, bad: float):
+def test_an_invalid_limit_of_all_joints_is_refused(name: str, bad: float):
     with pytest.raises(ConfigError, match=rf"envelope\.{name} is {bad}; it must be positive and finite"):
         replace(LIMITS, **{name: bad})
 
 
-def test_at_the_very_limit_of_speed_nothing_trips():
+def test_a_joint_exactly_at_the_speed_limit_does_not_trip():
     envelope = Envelope(LIMITS, DT)
     envelope.limit(STILL, STILL, np.full(4, LIMITS.v_trip_rad_s))
     assert envelope.stop is None
 
 
-def test_a_joint_at_the_very_limit_of_speed_keeps_its_motor_and_a_faster_one_is_left_to_its_drive():
+def test_a_joint_at_the_speed_limit_keeps_its_motor_and_a_faster_one_is_left_to_its_drive():
     envelope, trip = Envelope(LIMITS, DT), LIMITS.v_trip_rad_s
     envelope.limit(STILL, STILL, np.array([trip, 1.001 * trip, -trip, -1.001 * trip]))
     assert envelope.powerless == {1, 3}
 
 
-def test_the_descent_is_over_when_its_time_is_and_before_any_fault_it_is_not():
-    dt, ticks = 2.0**-10, 128  # without rounding
+def test_the_descent_is_over_after_its_time_and_never_before_a_fault():
+    dt, ticks = 2.0**-10, 128  # a power of two, so that sums have no rounding
     envelope = Envelope(replace(LIMITS, descent_s=ticks * dt), dt)
     assert not envelope.descent_is_over
     envelope.trip(StopReason.MODEL_LOST)
@@ -176,7 +176,7 @@ def test_the_descent_is_over_when_its_time_is_and_before_any_fault_it_is_not():
     assert envelope.descent_is_over
 
 
-def test_of_what_several_find_the_first_reason_stays_and_all_distrust_is_kept_until_a_reset():
+def test_after_several_faults_the_first_reason_stays_and_all_distrust_lasts_until_a_reset():
     envelope = settled()
     envelope.trip(StopReason.TORQUE_WRONG, without_model=True)
     envelope.trip(StopReason.ENCODER_DEAD, isolate=(1,))
@@ -191,14 +191,14 @@ def test_of_what_several_find_the_first_reason_stays_and_all_distrust_is_kept_un
     assert not envelope.drive_damping.any()
 
 
-def test_the_damping_that_all_ticks_share_cannot_be_written_over():
+def test_the_damping_array_shared_by_all_ticks_is_read_only():
     damping = Envelope(LIMITS, DT).drive_damping
     with pytest.raises(ValueError, match="read-only"):
         damping[0] = 1.0
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_a_machine_that_does_not_say_what_it_gives_begins_at_nothing(bad: float):
+def test_a_machine_that_reports_no_torque_begins_at_zero(bad: float):
     envelope = Envelope(LIMITS, DT)
     envelope.begin(np.array([20.0, bad, -70.0, 8.0]))
     out = envelope.limit(np.array([20.0, 0.0, 3.0, 8.0]), STILL, STILL)
@@ -208,7 +208,7 @@ def test_a_machine_that_does_not_say_what_it_gives_begins_at_nothing(bad: float)
     np.testing.assert_array_equal(envelope.limit(TORQUE, STILL, STILL), STILL)
 
 
-def test_a_fault_right_at_the_beginning_lets_go_of_what_the_machine_gave():
+def test_a_fault_at_the_first_tick_fades_the_torque_that_the_machine_gave():
     envelope = Envelope(LIMITS, DT)
     envelope.begin(TORQUE)
     envelope.limit(np.full(4, np.nan), STILL, STILL)

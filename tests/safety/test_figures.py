@@ -1,4 +1,4 @@
-"""The code's figures are those of docs/safety.md and its sources: tests that use a constant do not see it slip."""
+"""Figures in the code equal those of docs/safety.md and its sources, so a changed constant is noticed."""
 
 import math
 
@@ -41,7 +41,7 @@ def test_a_figure_is_the_published_one(figure, published):
     assert figure == pytest.approx(published)
 
 
-def test_the_limits_of_a_machine_that_says_nothing_else_are_the_published_ones():
+def test_the_default_limits_of_a_machine_are_the_published_ones():
     limits = envelope.Limits(np.ones(1), np.ones(1))
     of_all = (limits.torque_rate_max_Nm_per_s, limits.v_damping_rad_s, limits.v_trip_rad_s, limits.descent_s)
     assert of_all == (150.0, 4.0, 5.0, 3.0)

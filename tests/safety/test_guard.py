@@ -1,4 +1,4 @@
-"""Control may be late, mad or dead, and encoders may say anything: what goes out is bounded, and the arm comes down."""
+"""Late, wrong or dead control and false encoders lead to bounded outputs, and the arm comes down."""
 
 import numpy as np
 import pytest
@@ -27,11 +27,11 @@ ROUNDING = 1e-9
 TORQUE = np.array([10.0, -3.0])
 LIFE_S = 0.005
 BUDGET_TICKS = 6
-"""F04, F14: from the first missed tick to the safe state, at 1 kHz."""
+"""Budget of F04 and F14 in ticks of 1 kHz, from the first missed tick to the safe state."""
 
 
 class Bench:
-    """A guard, a machine that moves as it is told to, and control that answers."""
+    """Guard with a machine that moves as commanded, and a control that answers."""
 
     def __init__(self):
         self.guard = Guard(Envelope(LIMITS, DT), Ingress([1e-6, 1e-6], DT, LIMITS.v_trip_rad_s), DT)
@@ -42,7 +42,7 @@ class Bench:
         return JointState(self.k * DT, self.k, q.copy(), np.ones(2), np.full(2, np.nan), TorqueSource.CURRENT)
 
     def tick(self, tau: np.ndarray | None = TORQUE, q: np.ndarray | None = None, *, lost: bool = False) -> Guarded:
-        """One tick: control's torque or silence, the true position or another one, or none."""
+        """Run one tick with control's torque or without, and with the true position, another one or none."""
         self.k += 1
         self.q = self.q + self.v * DT
         now = self.k * DT
@@ -55,14 +55,14 @@ class Bench:
         return self
 
 
-def test_in_good_order_control_s_torque_goes_out_unchanged():
+def test_without_faults_control_s_torque_goes_out_unchanged():
     out = Bench().settled().tick()
     np.testing.assert_array_equal(out.tau, TORQUE)
     assert out.safe_state is SafeState.NONE
     assert not out.drive_damping.any()
 
 
-def test_what_is_believed_of_a_measurement_is_handed_on_for_control_to_answer():
+def test_a_checked_measurement_is_handed_to_control():
     bench = Bench()
     measured = bench.state()
     assert bench.guard.see(measured, 0.0) is measured
@@ -81,7 +81,7 @@ def test_a_guard_that_has_seen_nothing_is_not_reset():
     assert not bench.guard.reset()
 
 
-def test_an_answer_is_good_until_the_end_of_its_life_and_not_after_it():
+def test_an_answer_is_valid_until_the_end_of_its_life_and_not_after_it():
     bench = Bench().settled()
     bench.k += 1
     now, measured = bench.k * DT, bench.state()
@@ -133,7 +133,7 @@ def test_a_miss_every_hundred_and_tenth_tick_is_bridged_for_ever():
 
 
 @pytest.mark.parametrize("of_before", [True, False])
-def test_an_answer_to_another_measurement_or_one_that_has_expired_is_none(of_before: bool):
+def test_an_answer_that_has_expired_or_is_to_another_measurement_is_not_used(of_before: bool):
     bench = Bench().settled()
     bench.k += 1
     now = bench.k * DT
@@ -153,7 +153,7 @@ def test_a_machine_that_falls_silent_is_braked_by_its_drives_within_six_ticks():
     assert bench.guard.envelope.stop is StopReason.MACHINE_SILENT
 
 
-def test_an_encoder_that_says_nothing_is_isolated_and_the_other_joint_is_still_watched_and_damped():
+def test_a_silent_encoder_is_isolated_and_the_other_joint_is_still_watched_and_damped():
     bench = Bench().settled()
     broken = np.array([np.nan, 0.6])
     outs = [bench.tick(q=broken) for _ in range(4)]
@@ -202,7 +202,7 @@ def test_of_two_faults_the_worse_state_is_in_force_and_the_first_reason_stays():
     assert bench.guard.envelope.stop is StopReason.CONTROL_SILENT
 
 
-def test_a_torque_that_is_not_believed_is_damped_without_and_twice_as_hard():
+def test_a_wrong_motor_torque_leads_to_damping_without_a_model_twice_as_hard():
     bench = Bench().settled()
     bench.guard.envelope.trip(StopReason.TORQUE_WRONG, without_model=True)
     bench.v = np.array([0.5, 0.0])
@@ -211,7 +211,7 @@ def test_a_torque_that_is_not_believed_is_damped_without_and_twice_as_hard():
     np.testing.assert_allclose(out.tau, [-2.0 * 10.0 * 0.5, 0.0], atol=0.01)
 
 
-def test_nothing_leaves_the_latch_but_a_reset_after_the_descent_at_rest():
+def test_only_a_reset_after_the_descent_at_rest_leaves_the_latch():
     bench = Bench().settled()
     for _ in range(4):
         bench.tick(None)
@@ -230,7 +230,7 @@ def test_nothing_leaves_the_latch_but_a_reset_after_the_descent_at_rest():
     assert (np.abs(out.tau) <= STEP + ROUNDING).all()
 
 
-def test_after_a_silence_there_is_no_reset_before_the_machine_says_again_that_it_stands_still():
+def test_after_a_silence_a_reset_needs_measurements_that_show_the_machine_at_rest():
     bench = Bench().settled()
     for _ in range(3100):
         bench.tick(lost=True)
@@ -251,7 +251,7 @@ near = st.tuples(st.floats(-0.002, 0.002), st.floats(-0.002, 0.002)).map(np.arra
 
 @given(st.lists(st.tuples(st.none() | pairs, st.one_of(near, pairs), st.booleans()), min_size=1, max_size=60))
 @settings(max_examples=60)
-def test_whatever_comes_in_what_goes_out_is_finite_bounded_slow_and_never_less_safe_than_before(history):
+def test_for_any_input_the_output_is_finite_bounded_slow_and_never_less_safe_than_before(history):
     bench = Bench().settled(20)
     before, worst = bench.guard.envelope.limit(TORQUE, bench.q, np.zeros(2)), SafeState.NONE
     for tau, off, lost in history:
@@ -265,7 +265,7 @@ def test_whatever_comes_in_what_goes_out_is_finite_bounded_slow_and_never_less_s
         before, worst = out.tau, max(worst, out.safe_state)
 
 
-def test_machine_and_control_by_turns_hold_no_torque_for_longer_than_either():
+def test_machine_and_control_silent_in_turns_hold_no_torque_longer_than_one_of_them():
     bench = Bench().settled()
     assert bench.tick(lost=True).safe_state is SafeState.BRIDGE
     assert bench.tick(None).safe_state is SafeState.BRIDGE
@@ -273,7 +273,7 @@ def test_machine_and_control_by_turns_hold_no_torque_for_longer_than_either():
     assert bench.tick(None).safe_state is SafeState.DESCENT
 
 
-def test_a_joint_that_was_isolated_is_believed_again_after_a_reset_wherever_it_now_is():
+def test_an_isolated_joint_is_trusted_again_after_a_reset_at_any_position():
     bench = Bench().settled()
     spike = bench.q + np.array([0.0, 0.4])
     for _ in range(3):
@@ -295,7 +295,7 @@ def test_a_model_that_control_has_lost_lets_the_arm_down():
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 @pytest.mark.parametrize("way", [-1.0, 1.0])
 @pytest.mark.parametrize(("beyond", "speed", "is_found"), [(3.1, 0.05, True), (2.9, 0.05, False), (3.1, 0.15, False)])
-def test_a_slow_joint_that_is_asked_for_far_more_than_may_go_out_is_of_another_arm(
+def test_a_slow_joint_asked_for_far_more_than_may_go_out_stops_as_another_arm(
     beyond: float, speed: float, is_found: bool, side: float, way: float
 ):
     bench = Bench()
@@ -307,7 +307,7 @@ def test_a_slow_joint_that_is_asked_for_far_more_than_may_go_out_is_of_another_a
     assert [out.safe_state for out in outs].count(SafeState.NONE) == (300 if is_found else 700)
 
 
-def test_being_asked_for_too_much_now_and_then_is_forgotten_and_a_descent_counts_for_nothing():
+def test_short_excessive_requests_are_forgotten_and_a_descent_does_not_count():
     bench, much, little = Bench(), np.array([80.0, 0.0]), np.zeros(2)
     for _ in range(10):
         for asked, ticks in ((much, 100), (little, 300)):
@@ -321,16 +321,16 @@ def test_being_asked_for_too_much_now_and_then_is_forgotten_and_a_descent_counts
     assert all(bench.tick(TORQUE).safe_state is SafeState.NONE for _ in range(500))
 
 
-def test_a_machine_that_nobody_has_tried_may_be_asked_for_anything():
+def test_an_untried_machine_may_be_asked_for_any_torque():
     bench = Bench()
     bench.guard = Guard.of_machine(Envelope(LIMITS, DT), DT, [2.0, 0.5], is_known=False)
     for _ in range(1500):
-        bench.tick(np.array([80.0, 0.0]))  # its motors say that they give something else
+        bench.tick(np.array([80.0, 0.0]))  # its currents report another torque
     assert bench.guard.envelope.stop is None
 
 
 @pytest.mark.parametrize("is_known", [True, False])
-def test_encoders_of_a_calibrated_machine_are_doubted_and_those_of_one_that_nobody_has_tried_are_not(is_known: bool):
+def test_encoders_of_a_calibrated_machine_are_checked_and_those_of_an_untried_one_are_not(is_known: bool):
     bench = Bench()
     bench.guard = Guard.of_machine(Envelope(LIMITS, DT), DT, is_known=is_known)
     bench.settled()
@@ -340,7 +340,7 @@ def test_encoders_of_a_calibrated_machine_are_doubted_and_those_of_one_that_nobo
 
 
 def worn(level: float) -> tuple[Bench, GuardedPerson]:
-    """A bench with somebody in it, of whom anything is plausible."""
+    """Return a bench with a person for whom any torque is plausible."""
     bench, nothing, wide = Bench(), np.zeros((2, 9)), np.full(2, 60.0)
     table = PlausibleTable((LimbTable((0, 1), 2, nothing, nothing),), wide, wide, wide)
     person = bench.guard.envelope.person = GuardedPerson(
@@ -350,9 +350,7 @@ def worn(level: float) -> tuple[Bench, GuardedPerson]:
 
 
 @pytest.mark.parametrize(("before", "wanted"), [(0.0, 0.0313), (0.7, 0.65), (0.3, 0.3), (1.0, 0.99)])
-def test_another_gravity_level_is_felt_by_a_ramp_no_steeper_than_the_operator_s_and_exactly_in_the_end(
-    before: float, wanted: float
-):
+def test_a_gravity_level_is_reached_exactly_by_a_ramp_no_steeper_than_the_operator_s(before: float, wanted: float):
     bench, person = worn(before)
     assert bench.guard.feel(wanted)
     felt = [before]
@@ -365,14 +363,14 @@ def test_another_gravity_level_is_felt_by_a_ramp_no_steeper_than_the_operator_s_
 
 
 @pytest.mark.parametrize("level", [np.nan, np.inf, -0.001, 1.001])
-def test_what_is_no_gravity_level_changes_nothing(level: float):
+def test_an_invalid_gravity_level_changes_nothing(level: float):
     bench, person = worn(0.5)
     assert bench.guard.feel(level) is False
     bench.settled()
     assert person.gravity_level == 0.5
 
 
-def test_a_stop_ends_the_way_to_a_gravity_level_where_it_is_and_none_is_taken_while_it_is_latched():
+def test_a_stop_ends_a_gravity_ramp_at_its_level_and_no_level_is_accepted_while_latched():
     bench, person = worn(0.0)
     assert bench.guard.feel(1.0)
     bench.settled()
@@ -387,7 +385,7 @@ def test_a_stop_ends_the_way_to_a_gravity_level_where_it_is_and_none_is_taken_wh
     assert person.gravity_level == reached
 
 
-def test_the_way_to_a_gravity_level_ends_with_the_person():
+def test_a_gravity_ramp_ends_when_the_person_leaves():
     bench, person = worn(0.5)
     assert bench.guard.feel(1.0)
     bench.guard.envelope.person = None
@@ -397,7 +395,7 @@ def test_the_way_to_a_gravity_level_ends_with_the_person():
     assert person.gravity_level == 0.5
 
 
-def test_no_gravity_level_is_taken_while_control_moves_the_arm_or_where_nobody_is():
+def test_no_gravity_level_is_accepted_without_a_person_or_while_control_moves_the_arm():
     bench, person = worn(0.0)
     person.drive(True)
     assert bench.guard.feel(0.5) is False

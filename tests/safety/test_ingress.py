@@ -1,4 +1,4 @@
-"""No measurement is believed that is no number, old, out of order, a jump or of a dead encoder; good ones all are."""
+"""Measurements that are non-finite, old, out of order, jumped or from a dead encoder are not used; all others are."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ V_TRIP = 5.0
 JUMP = 1.5 * V_TRIP * DT
 FINE = 1e-9
 COUNT = 2 * np.pi / 2**14
-"""Of a fine encoder, and of a coarse one [rad]."""
+"""Counts of a fine encoder, and of a coarse one [rad]."""
 
 
 def state(k: int, q: list[float], current: float = 1.0, source: TorqueSource = TorqueSource.CURRENT) -> JointState:
@@ -31,7 +31,7 @@ def seen(positions: list[list[float]], count: float = FINE) -> list[IngressResul
 
 
 @pytest.mark.parametrize("source", [TorqueSource.CURRENT, TorqueSource.JOINT_SENSOR])
-def test_what_a_machine_measures_in_good_order_is_all_believed(source: TorqueSource):
+def test_all_measurements_of_a_machine_without_faults_are_used(source: TorqueSource):
     ingress = Ingress([FINE, FINE], DT, V_TRIP)
     for k in range(100):
         one = state(k, [0.004 * k, -0.001 * k], source=source)
@@ -55,7 +55,7 @@ def test_an_arm_at_rest_on_a_coarse_encoder_is_not_taken_for_a_dead_one():
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_a_number_that_is_none_is_not_used_and_its_joint_is_named(bad: float):
+def test_a_non_finite_value_is_not_used_and_its_joint_is_named(bad: float):
     ingress = Ingress([FINE, FINE], DT, V_TRIP)
     assert ingress.see(state(0, [0.0, bad]), 0.0) == IngressResult(None, broken=frozenset({1}))
     assert ingress.see(state(1, [0.0, 0.0], current=bad), DT) == IngressResult(None, broken=frozenset({0, 1}))
@@ -78,7 +78,7 @@ def test_a_position_just_within_reach_is_no_jump_and_one_just_beyond_it_is():
 
 
 @pytest.mark.parametrize(("counts", "is_believed"), [(0.9, True), (1.1, False)])
-def test_after_a_jump_a_joint_is_believed_again_as_far_as_the_fastest_may_have_come_and_no_farther(
+def test_after_a_jump_a_joint_is_used_again_within_the_reach_of_the_fastest_joint_and_no_farther(
     counts: float, is_believed: bool
 ):
     way, count = V_TRIP * DT, 0.1 * V_TRIP * DT
@@ -104,7 +104,7 @@ def test_what_is_too_old_is_not_used_as_fresh():
 
 
 @given(st.permutations(range(12)), st.lists(st.integers(0, 11), max_size=5))
-def test_whatever_comes_twice_or_late_the_outcome_is_that_of_the_newest_alone(order: list[int], twice: list[int]):
+def test_repeated_or_late_measurements_do_not_change_the_result_of_the_newest(order: list[int], twice: list[int]):
     arrivals = [state(k, [0.001 * k]) for k in [*order, *twice]]
     ingress, newest, used = Ingress([FINE], DT, V_TRIP), -1, []
     for one in arrivals:
@@ -131,7 +131,7 @@ def test_an_encoder_that_stops_dead_in_motion_is_found_after_twenty_ticks_and_no
 def test_a_joint_that_comes_to_rest_like_a_body_is_not_found():
     v, q, positions = 0.5, 0.0, []
     while v > 0.0:
-        v -= 0.004  # 4 rad/s²: what dry friction does
+        v -= 0.004  # 4 rad/s², by dry friction
         q += v * DT
         positions.append([COUNT * round(q / COUNT), 0.0])
     positions += [positions[-1]] * 100
@@ -139,7 +139,7 @@ def test_a_joint_that_comes_to_rest_like_a_body_is_not_found():
 
 
 @pytest.mark.parametrize("ahead", [1.001 * AGE_MAX_S, 1.0, np.inf])
-def test_a_time_to_come_is_not_used_and_excuses_no_jump(ahead: float):
+def test_a_time_in_the_future_is_not_used_and_excuses_no_jump(ahead: float):
     ingress = Ingress([FINE], DT, V_TRIP)
     ingress.see(state(0, [0.0]), 0.0)
     future = JointState(DT + ahead, 1, np.array([0.5]), np.zeros(1), np.full(1, np.nan), TorqueSource.CURRENT)
@@ -148,7 +148,7 @@ def test_a_time_to_come_is_not_used_and_excuses_no_jump(ahead: float):
 
 
 @pytest.mark.parametrize("says_anything", [True, False])
-def test_a_joint_that_is_believed_again_has_no_past(says_anything: bool):
+def test_a_joint_that_is_trusted_again_has_no_history(says_anything: bool):
     ingress = Ingress([FINE], DT, V_TRIP)
     for k in range(50):
         ingress.see(state(k, [0.001 * k]), k * DT)
@@ -159,10 +159,10 @@ def test_a_joint_that_is_believed_again_has_no_past(says_anything: bool):
 
 
 BINARY = 2.0**-8
-"""A count whose multiples have no rounding [rad]."""
+"""Encoder count whose multiples have no rounding errors [rad]."""
 
 
-def test_at_its_limits_a_measurement_is_used():
+def test_a_measurement_exactly_at_its_limits_is_used():
     ingress = Ingress([FINE], DT, V_TRIP)
     assert ingress.see(state(0, [0.0]), AGE_MAX_S).state is not None
     assert ingress.see(state(1, [JUMP + FINE]), DT).state is not None
@@ -181,7 +181,7 @@ def test_a_joint_that_is_back_where_it_was_and_rests_is_not_dead():
 
 
 @pytest.mark.parametrize("count", [-1e-6, np.nan, -np.inf])
-def test_a_count_of_nonsense_is_refused(count: float):
+def test_an_invalid_encoder_count_is_refused(count: float):
     with pytest.raises(ConfigError, match="encoder of joint 1 has a count of"):
         Ingress([FINE, count], DT, V_TRIP)
 

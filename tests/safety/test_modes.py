@@ -1,4 +1,4 @@
-"""Nothing happens to a worn machine but what the table says: no short cut into an arm, none out of a fault."""
+"""A worn machine changes its mode only by the table: no short cut into an arm, none out of a fault."""
 
 import itertools
 
@@ -32,7 +32,7 @@ WEIGHING   -         -        -      -        -        MOVING -        FLOATING 
 RAMP_OUT   -         -        -      -        EXO_ONLY -      -        -        -         -          SAFE  -
 SAFE       -         -        -      -        -        -      -        -        -         -          -     OFF
 """
-"""All transitions and all that are none, a second time: a row a mode, a column an event."""
+"""All transitions and all refusals, written a second time: one row per mode, one column per event."""
 
 INTO_AN_ARM = (Event.TEST, Event.PASSED, Event.TAKE_ARM)
 STEEPEST_PER_S = 0.32  # pi / (2 * 5 s), in shares of the arm
@@ -54,7 +54,7 @@ def ramped(machine: ModeMachine, seconds: float, drift: float = 0.0, fastest: fl
 
 
 @pytest.mark.parametrize(("mode", "event"), list(itertools.product(Mode, Event)))
-def test_an_event_does_what_the_table_says_and_else_nothing(mode: Mode, event: Event):
+def test_an_event_has_exactly_the_effect_in_the_table(mode: Mode, event: Event):
     machine = ModeMachine(mode, 0.25 if mode in WORN else 0.0)
     before = (machine.mode, machine.arm_share)
     expected = TRANSITIONS.get((mode, event))
@@ -74,7 +74,7 @@ def written_down() -> dict[tuple[Mode, Event], Mode | None]:
 
 
 @pytest.mark.parametrize(("mode", "event"), list(itertools.product(Mode, Event)))
-def test_every_transition_and_every_other_is_as_written_down_here(mode: Mode, event: Event):
+def test_every_transition_and_every_refusal_is_as_written_here(mode: Mode, event: Event):
     machine = ModeMachine(mode, 0.25 if mode in WORN else 0.0)
     expected = written_down()[mode, event]
     assert machine.take(event) == (expected is not None)

@@ -1,4 +1,4 @@
-"""Two signals that part are found in time, and noise, gears and delays are not taken for that."""
+"""Redundant signals that disagree are found in time, and noise, gear compliance and delays cause no finding."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def found(monitors: Monitors, states, told=(0.0, 0.0)) -> list[tuple[int, StopRe
     return results
 
 
-def test_encoders_that_agree_but_for_gear_noise_and_a_constant_are_left_alone():
+def test_encoders_that_differ_by_gear_noise_and_a_constant_cause_no_finding():
     generator, states = np.random.default_rng(0), []
     for tick in range(2000):
         q = 0.5 * np.sin(3.0 * tick * DT)
@@ -73,7 +73,7 @@ def test_an_encoder_that_counts_the_other_way_is_found_within_20_ms(speed: float
 
 
 @pytest.mark.parametrize("way", [-0.2, 0.2])
-def test_an_encoder_that_stands_still_while_its_motor_turns_is_found_and_a_coarse_one_of_a_slow_joint_is_not(
+def test_an_encoder_still_while_its_motor_turns_is_found_and_a_coarse_one_of_a_slow_joint_is_not(
     way: float,
 ):
     dead = [state(t, [way * min(t, 50) * DT, 0.0], [way * t * DT, 0.0], [0.0, 0.0]) for t in range(100)]
@@ -109,7 +109,7 @@ def test_a_motor_that_does_not_give_its_torque_is_found_and_one_that_is_late_is_
         monitors.told([asked, 0.0])
 
 
-def test_a_drive_that_reports_a_fault_is_believed_at_once_and_a_distrusted_one_is_not_asked():
+def test_a_drive_fault_is_found_at_once_and_an_isolated_drive_is_ignored():
     monitors = Monitors(2, DT, GAIN)
     assert list(monitors.look(state(0, [0.0, 0.0], None, [0.0, 0.0], (1,)))) == [(StopReason.DRIVE_FAULT, 1)]
     assert list(monitors.look(state(1, [0.0, 0.0], None, [0.0, 0.0], (1,)), {1})) == []
@@ -134,7 +134,7 @@ def test_the_joint_of_a_faulty_drive_is_isolated_and_the_others_come_down():
     assert one.envelope.stop is StopReason.DRIVE_FAULT
 
 
-def test_stop_lets_the_arm_down_and_is_told_as_such():
+def test_a_pressed_stop_lets_the_arm_down_with_its_own_reason():
     one = guard()
     step(one, 0)
     one.press_stop()
@@ -145,7 +145,7 @@ def test_stop_lets_the_arm_down_and_is_told_as_such():
 @pytest.mark.parametrize(("speed", "is_found"), [(0.14, False), (-0.14, False), (0.16, True), (-0.16, True)])
 @pytest.mark.parametrize("slow_one", [0, 1])
 def test_encoders_that_part_slowly_may_be_noise_and_faster_ones_are_not(speed: float, is_found: bool, slow_one: int):
-    # For 20 ticks: they are still less than two degrees apart.
+    # In 20 ticks they part by less than two degrees.
     ways = [[speed * t * DT, -3.0 * speed * t * DT][:: 1 - 2 * slow_one] for t in range(25)]
     states = [state(t, [0.0, way], [0.0, other], [0.0, 0.0]) for t, (way, other) in enumerate(ways)]
     assert [(reason, j) for _, reason, j in found(Monitors(2, DT, GAIN), states)[:1]] == (
@@ -155,7 +155,7 @@ def test_encoders_that_part_slowly_may_be_noise_and_faster_ones_are_not(speed: f
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 @pytest.mark.parametrize(("off", "is_found"), [(0.99, False), (1.0, False), (1.01, True)])
-def test_where_torque_has_a_sensor_it_is_the_sensor_that_is_asked(side: float, off: float, is_found: bool):
+def test_a_torque_sensor_is_used_in_place_of_currents(side: float, off: float, is_found: bool):
     tau, none = np.array([5.0, 5.0 + side * off * TORQUE_OFF_NM]), np.full(2, np.nan)
     sensor = TorqueSource.JOINT_SENSOR
     states = [JointState(t * DT, t, np.zeros(2), none, tau, sensor) for t in range(LATELY_MS + IN_A_ROW_MS)]
@@ -163,7 +163,7 @@ def test_where_torque_has_a_sensor_it_is_the_sensor_that_is_asked(side: float, o
     assert reasons == ([(LATELY_MS + IN_A_ROW_MS - 1, StopReason.TORQUE_WRONG, 1)] if is_found else [])
 
 
-def test_a_torque_that_is_wrong_for_less_than_ten_ticks_is_not_found_nor_one_of_a_joint_that_is_not_asked():
+def test_a_torque_wrong_for_less_than_ten_ticks_or_at_an_ignored_joint_is_not_found():
     monitors = Monitors(2, DT, GAIN)
     for t in range(100):
         wrong = 0.0 if t % 50 >= IN_A_ROW_MS - 1 else 2.0 * TORQUE_OFF_NM / GAIN[0]
@@ -174,7 +174,7 @@ def test_a_torque_that_is_wrong_for_less_than_ten_ticks_is_not_found_nor_one_of_
         monitors.told([0.0, 0.0])
 
 
-def test_a_torque_that_is_not_what_was_told_leaves_damping_only_and_none_through_that_motor():
+def test_a_wrong_torque_leaves_damping_only_and_none_through_that_motor():
     one, states = guard(), []
     for tick in range(LATELY_MS + IN_A_ROW_MS + 1):
         measured = state(tick, [0.0, 0.0], None, [0.0, 8.0])
@@ -200,7 +200,7 @@ def test_a_torque_that_is_off_on_average_is_found_within_a_quarter_of_a_second(
     assert not is_found or results[0][0] <= 300
 
 
-def test_an_average_begins_with_nothing_and_takes_a_tenth_of_a_second():
+def test_the_average_begins_at_zero_and_has_a_time_constant_of_a_tenth_of_a_second():
     off, share = 2.9, DT / (0.1 + DT)
     states = [state(t, [0.0, 0.0], None, [0.0, off / GAIN[1]]) for t in range(200)]
     tick = found(Monitors(2, DT, GAIN), states)[0][0]
@@ -228,7 +228,7 @@ def test_a_slow_motor_that_lags_behind_a_long_ramp_is_not_taken_for_biased(side:
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_a_joint_whose_current_was_no_number_for_a_while_is_watched_again(bad: float):
+def test_a_joint_is_watched_again_after_non_finite_currents(bad: float):
     monitors = Monitors(2, DT, GAIN)
     broken = [state(t, [0.0, 0.0], None, [bad, 0.0]) for t in range(50)]
     for one in broken:
@@ -253,7 +253,7 @@ def test_a_torque_that_is_off_to_both_sides_by_turns_is_not_off_on_average():
 
 
 def refusals(asked: float, v: float, ticks: int, before: int = 0) -> bool:
-    """What is said of a joint in the last of so many ticks, after some in which it was asked for nothing."""
+    """Result for a joint in the last of some ticks, after others in which it was asked for no torque."""
     monitors = Monitors(2, DT, GAIN)
     for _ in range(before):
         monitors.is_refused([0.0, 0.0], [0.0, 0.0], [0.0, 0.0])
@@ -261,7 +261,7 @@ def refusals(asked: float, v: float, ticks: int, before: int = 0) -> bool:
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
-def test_at_its_very_limits_nothing_is_refused_and_just_beyond_all_of_them_it_is(sign: float):
+def test_a_refused_torque_is_found_just_beyond_all_its_limits_and_not_at_one_of_them(sign: float):
     enough = round(REFUSED_S / DT)
     assert refusals(sign * 1.001 * REFUSED_NM, sign * 0.999 * SLOW_RAD_S, enough + 1)
     assert refusals(sign * 1.001 * REFUSED_NM, 0.0, enough + 1, before=1)

@@ -1,4 +1,4 @@
-"""A guard's times are times: on a bus of 2 or 4 ms a fault is found within the budget that it has at 1 ms."""
+"""Times of the guard are milliseconds: on a bus of 2 or 4 ms a fault is found within the budget that it has at 1 ms."""
 
 import math
 from dataclasses import replace
@@ -22,7 +22,7 @@ ONSET_MS = 400
 
 
 def found_ms(period_ms: int, fault: str, most_ms: int = 400) -> tuple[float, StopReason | None]:
-    """After which time the guard lets the arm down, and why."""
+    """Return the time after which the guard lets the arm down, and the reason."""
     dt = 1e-3 * period_ms
     envelope = Envelope(LIMITS, dt)
     envelope.begin(TORQUE)
@@ -59,7 +59,7 @@ BUDGETS_MS = {
     "silent": (6.0, (StopReason.MACHINE_SILENT,)),
     "dead": (5.0, (StopReason.CONTROL_SILENT,)),
 }
-"""F02, F07, F11, F01, F04, F16 of docs/safety.md."""
+"""Budget in milliseconds and reasons for F02, F07, F11, F01, F04, F16 of docs/safety.md."""
 
 
 @pytest.mark.parametrize("period_ms", PERIODS_MS)
@@ -72,17 +72,17 @@ def test_a_fault_is_found_within_its_budget_at_every_period(fault: str, period_m
 
 
 @pytest.mark.parametrize("period_ms", PERIODS_MS)
-def test_nothing_is_found_where_nothing_is_wrong(period_ms: int):
+def test_a_machine_without_faults_is_never_stopped(period_ms: int):
     assert found_ms(period_ms, "none") == (math.inf, None)
 
 
 @pytest.mark.parametrize("period_ms", PERIODS_MS)
-def test_a_measurement_that_is_missed_now_and_then_is_borne_at_every_period(period_ms: int):
+def test_occasional_missed_measurements_are_tolerated_at_every_period(period_ms: int):
     assert found_ms(period_ms, "now and then", 1500) == (math.inf, None)
 
 
 @pytest.mark.parametrize("period_ms", PERIODS_MS)
-def test_something_is_bridged_at_every_period_and_never_for_longer_than_a_command_lives(period_ms: int):
+def test_misses_are_bridged_at_every_period_and_never_longer_than_the_life_of_a_command(period_ms: int):
     assert 0.0 < found_ms(period_ms, "dead")[0] <= 1e3 * COMMAND_LIFE_S
 
 

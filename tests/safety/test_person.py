@@ -1,4 +1,4 @@
-"""Whatever control asks for stays near what is plausible for this person, away from stops, and paid by the tank."""
+"""Torques stay near the plausible torque of this person, away from stops, and within the tank, for any request."""
 
 import math
 from dataclasses import replace
@@ -25,9 +25,9 @@ STILL = np.zeros(2)
 
 
 def sine(weight: np.ndarray) -> np.ndarray:
-    """Of two joints that carry nothing of each other: weight · sin q."""
+    """Table of two joints that carry nothing of each other: weight · sin q."""
     table = np.zeros((2, 9))
-    # Products in the order of `Features`: 1 and cos and sin of the first joint, then these times those of the second.
+    # The order is that of `Features`: 1, cos and sin of the first joint, then these times those of the second.
     table[0, 2], table[1, 6] = weight
     return table
 
@@ -43,7 +43,7 @@ def worn(gravity_level: float = 0.0, limits: PersonLimits = LIMITS, machine: Lim
 
 
 def held(tau: np.ndarray, q: np.ndarray, v: np.ndarray, gravity_level: float = 0.0, limits: PersonLimits = LIMITS):
-    """What comes out in the end, where torque may change as fast as it likes."""
+    """Return the output with a torque rate that is practically unlimited."""
     return worn(gravity_level, limits, replace(MACHINE, torque_rate_max_Nm_per_s=1e6)).limit(tau, q, v)
 
 
@@ -52,7 +52,7 @@ def plausible(q: np.ndarray, gravity_level: float = 0.0) -> np.ndarray:
 
 
 def bounds(q: np.ndarray, v: np.ndarray, gravity_level: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Both rows of the reference's table, written once more."""
+    """Bounds of both rows of the table in docs/safety.md, written a second time."""
     p, f = plausible(q, gravity_level), DRY + VISCOUS * np.abs(v) + ERROR
     down, up = np.minimum(p, 0.0), np.maximum(p, 0.0)
     low = np.maximum(SHARE_MAX * down - f - MARGIN_NM, down - f - ACTIVE)
@@ -66,7 +66,7 @@ wild = arrays(float, 2, elements=st.one_of(st.floats(-1e3, 1e3), st.floats(allow
 levels = st.floats(0.0, 1.8)
 
 
-def test_a_person_of_whom_nothing_else_is_said_is_weightless_free_and_in_no_wall():
+def test_a_person_is_weightless_not_driven_and_in_no_wall_by_default():
     person = GuardedPerson(LIMITS)
     assert (person.gravity_level, person.is_driven, person.energy_J) == (0.0, False, LIMITS.tank_start_J)
     person.look([0.0, 0.0], [0.0, 0.0])
@@ -83,9 +83,7 @@ WALLS = np.array([LIMITS.q_lower + LIMITS.wall_rad, LIMITS.q_upper - LIMITS.wall
 @example(np.nextafter(WALLS[1], 9.0), np.zeros(2))
 @example(WALLS[0] - 0.01, np.ones(2))
 @example(WALLS[1] + 0.01, -np.ones(2))
-def test_whoever_is_before_a_stop_or_will_be_in_a_tenth_of_a_second_is_in_a_wall_and_nobody_else(
-    q: np.ndarray, v: np.ndarray
-):
+def test_a_person_is_in_a_wall_exactly_if_near_a_stop_now_or_in_a_tenth_of_a_second(q: np.ndarray, v: np.ndarray):
     person = GuardedPerson(LIMITS)
     person.look(q.tolist(), v.tolist())
     near = [(at < WALLS[0]) | (at > WALLS[1]) for at in (q, q + 0.1 * v)]
@@ -185,7 +183,7 @@ def test_the_tank_is_never_overdrawn_where_speed_is_that_of_a_body(history):
 
 
 TANK_DEBT_J = 0.02
-"""While torque comes down at its rate and the joint still gains speed."""
+"""Energy that the tank may be overdrawn while torque falls at its rate and the joint still gains speed."""
 
 
 def test_a_push_that_follows_every_motion_ends_with_the_tank():
@@ -215,14 +213,14 @@ def test_braking_fills_the_tank_to_its_cap_and_no_farther():
         ({"tank_start_J": 0.0}, "tank_start_J is 0.0"),
     ],
 )
-def test_limits_of_nonsense_are_refused(change: dict, word: str):
+def test_invalid_limits_are_refused(change: dict, word: str):
     with pytest.raises(ConfigError) as error:
         replace(LIMITS, **change)
     assert word in str(error.value)
 
 
 @pytest.mark.parametrize("level", [np.nan, -np.inf, np.inf])
-def test_a_gravity_level_that_is_no_number_lifts_no_bound_and_spoils_no_tank(level: float):
+def test_a_non_finite_gravity_level_lifts_no_bound_and_spoils_no_tank(level: float):
     envelope, q = worn(level, machine=replace(MACHINE, torque_rate_max_Nm_per_s=1e6)), np.array([1.2, 0.8])
     out = envelope.limit(np.array([60.0, 60.0]), q, STILL)
     assert (out <= bounds(q, STILL, 1.8 if level > 0.0 else 0.0)[1] + ROUNDING).all()
@@ -239,7 +237,7 @@ def test_at_rest_and_braking_an_overdrawn_tank_takes_nothing_away():
         np.testing.assert_allclose(envelope.limit(brake, np.zeros(2), v), brake, atol=ROUNDING)
 
 
-def test_a_speed_that_nobody_has_lifts_no_bound_and_empties_no_tank():
+def test_an_incredible_speed_lifts_no_bound_and_empties_no_tank():
     envelope = worn(machine=replace(MACHINE, torque_rate_max_Nm_per_s=1e6))
     out = envelope.limit(STILL, np.zeros(2), np.array([1e308, 0.0]))
     assert out[0] == pytest.approx(bounds(np.zeros(2), STILL)[0][0])
@@ -247,7 +245,7 @@ def test_a_speed_that_nobody_has_lifts_no_bound_and_empties_no_tank():
     assert envelope.person.energy_J == LIMITS.tank_start_J
 
 
-def test_just_at_the_trip_a_joint_is_not_past_its_stop():
+def test_a_joint_exactly_at_the_trip_is_not_past_its_stop():
     limits = replace(LIMITS, trip_rad=0.25)
     person = GuardedPerson(limits)
     for q, is_past in (([2.25, -2.25], False), ([2.25 + 1e-9, 0.0], True), ([0.0, -2.25 - 1e-9], True)):
@@ -255,7 +253,7 @@ def test_just_at_the_trip_a_joint_is_not_past_its_stop():
         assert person.is_past_a_stop == is_past
 
 
-def test_limits_that_just_make_sense_are_taken():
+def test_limits_just_inside_their_ranges_are_accepted():
     limits = replace(LIMITS, tank_start_J=1.0, tank_max_J=1.0, trip_rad=0.0)
     assert GuardedPerson(limits).energy_J == 1.0
 
@@ -282,16 +280,16 @@ def test_limits_that_just_make_sense_are_taken():
         {"trip_rad": np.nan},
     ],
 )
-def test_limits_that_just_make_no_sense_are_refused(change: dict):
+def test_limits_just_outside_their_ranges_are_refused(change: dict):
     with pytest.raises(ConfigError):
         replace(LIMITS, **change)
 
 
-def test_a_joint_with_a_little_way_between_two_walls_is_taken():
+def test_a_joint_with_a_small_range_between_two_walls_is_accepted():
     replace(LIMITS, wall_rad=0.25, q_upper=np.full(2, -1.45))
 
 
-def test_a_speed_that_is_a_person_s_own_starts_the_descent_before_the_machine_s():
+def test_a_person_s_own_speed_limit_starts_the_descent_before_the_machine_s():
     for speed, is_stopped in ((1.4, False), (1.6, True)):
         envelope = worn(limits=replace(LIMITS, v_trip_rad_s=1.5))
         envelope.limit(STILL, np.zeros(2), np.array([0.0, -speed]))
@@ -301,7 +299,7 @@ def test_a_speed_that_is_a_person_s_own_starts_the_descent_before_the_machine_s(
     assert envelope.stop is StopReason.TOO_FAST
 
 
-def test_who_is_moved_along_a_path_has_a_larger_tank_and_who_is_let_go_what_floating_begins_with():
+def test_a_driven_person_has_a_larger_tank_and_a_released_one_the_tank_of_floating():
     envelope = worn(limits=replace(LIMITS, driven_W=2.0, driven_J=3.0))
     person = envelope.person
     assert person is not None
@@ -339,8 +337,8 @@ def test_on_a_path_the_tank_fills_by_its_power_to_its_cap():
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_a_joint_that_is_thrown_at_a_stop_is_caught_before_the_trip_even_while_control_pushes(side: float):
-    # An elbow with a kilogram in the hand, as fast as a restless wearer has thrown it (demo, level 2, seed 0).
+def test_a_joint_thrown_at_a_stop_is_caught_before_the_trip_even_while_control_pushes(side: float):
+    # An elbow with a kilogram in the hand, at the speed at which a restless wearer threw it (demo, level 2, seed 0).
     inertia, q, v = 0.25, np.array([0.0, side * 1.2]), np.array([0.0, side * 2.7])
     envelope = worn(
         limits=replace(LIMITS, table=replace(TABLE, chains=(LimbTable((0, 1), 2, *[0.0 * sine(EXO_NM)] * 2),)))

@@ -1,4 +1,4 @@
-"""The guard's table says what the weight of a chain is, exactly where it can, and refuses nonsense."""
+"""The guard's table gives the weight of a chain, exactly where the products can, and refuses invalid entries."""
 
 from dataclasses import replace
 from itertools import combinations
@@ -12,7 +12,7 @@ from exograv.errors import ConfigError
 from exograv.safety.plausible import Features, LimbTable, PlausibleTable
 
 WEIGHTS = np.array([20.0, 8.0])
-"""Of two links of one metre, hanging in series on horizontal axes [N]."""
+"""Weights of two links of one metre, hanging in series on horizontal axes [N]."""
 angles = st.floats(-np.pi, np.pi)
 
 
@@ -23,7 +23,7 @@ def pendulum(q: np.ndarray) -> np.ndarray:
 
 
 def fitted() -> PlausibleTable:
-    """Of the pendulum as a machine, and an arm of half its weight."""
+    """Return the table of the pendulum as a machine, and of an arm of half its weight."""
     postures = np.random.default_rng(0).uniform(-np.pi, np.pi, (200, 2))
     features = Features(2, 2)
     F = np.array([features.of(q).copy() for q in postures])
@@ -59,7 +59,7 @@ def test_two_limbs_keep_their_own_joints():
 
 
 @pytest.mark.parametrize(("joints", "factors", "count"), [(1, 1, 3), (2, 2, 9), (4, 4, 81), (3, 1, 7), (7, 4, 939)])
-def test_features_are_the_products_with_so_few_factors(joints: int, factors: int, count: int):
+def test_features_are_the_products_with_at_most_so_many_factors(joints: int, factors: int, count: int):
     features = Features(joints, factors)
     q = np.random.default_rng(joints).uniform(-3.0, 3.0, joints)
     chosen = [(k, name) for k in range(joints) for name in (np.cos, np.sin)]
@@ -83,6 +83,6 @@ def test_features_are_the_products_with_so_few_factors(joints: int, factors: int
         ({"chains": (replace(TABLE.chains[0], exo=np.where(np.eye(2, 9), np.nan, 1.0)),)}, "not finite"),
     ],
 )
-def test_a_table_of_nonsense_is_refused(change: dict, word: str):
+def test_an_invalid_table_is_refused(change: dict, word: str):
     with pytest.raises(ConfigError, match=word):
         replace(TABLE, **change)

@@ -1,4 +1,4 @@
-"""What was commanded did not hold a joint: nothing goes through its motor any more, and its own drive brakes it."""
+"""A joint that is too fast gets no torque through its motor any more, and its own drive brakes it."""
 
 import numpy as np
 import pytest
@@ -10,8 +10,8 @@ LIMITS = Limits(np.array([60.0, 30.0]), np.array([10.0, 4.0]))
 RATE = LIMITS.torque_rate_max_Nm_per_s * DT
 STILL = np.zeros(2)
 TORQUE = np.array([12.0, -3.0])
-BY_DRIVE = 2.0  # times the damping of the soft descent
-INERTIA = 0.25  # kg·m²: of an elbow with its part of the machine
+BY_DRIVE = 2.0  # as a multiple of the damping of the soft descent
+INERTIA = 0.25  # kg·m², of an elbow with its part of the machine
 
 
 def settled() -> Envelope:
@@ -45,7 +45,7 @@ def test_a_joint_that_runs_away_in_a_descent_is_left_to_its_drive_too_and_the_fi
     assert tau[1] < -2.8
 
 
-def test_a_reset_gives_every_motor_another_chance():
+def test_after_a_reset_every_motor_is_used_again():
     envelope = settled()
     envelope.limit(TORQUE, STILL, np.array([5.1, 0.0]))
     envelope.reset()
@@ -56,11 +56,12 @@ def test_a_reset_gives_every_motor_another_chance():
 
 @pytest.mark.parametrize("constant", [-1.0, -0.5, 0.0, 0.5, 1.0, 2.0])
 @pytest.mark.parametrize("v", [4.1, -8.0])
-def test_whatever_a_motor_makes_of_its_current_a_joint_past_the_trip_slows_down(constant: float, v: float):
+def test_a_joint_past_the_trip_slows_down_for_any_torque_constant_of_its_motor(constant: float, v: float):
     envelope, speeds = settled(), [abs(v)]
     for _ in range(900):
         tau = envelope.limit(np.array([12.0, 0.0]), STILL, np.array([0.0, v]))
-        # A motor whose phases are shorted brakes by the square of its constant; of a dead one something else does.
+        # A motor with shorted phases brakes by the square of its constant. A dead motor does not brake; another part
+        # must.
         brake = min(constant**2, 1.0) or 0.25
         v += DT * (constant * tau[1] - brake * envelope.drive_damping[1] * v) / INERTIA
         speeds.append(abs(v))

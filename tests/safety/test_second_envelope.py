@@ -1,4 +1,4 @@
-"""Two that were written apart decide the same about what may go out, whatever machines say and control asks for.
+"""Two independent implementations decide the same about the output, for any machine and any control.
 
 A million ticks: `python benchmarks/second_guard.py`.
 """
@@ -20,13 +20,13 @@ def compared(seed: int, machines: int, joints: int, ticks: int, has_guard: bool)
 
 @pytest.mark.parametrize("joints", [2, 4])
 @pytest.mark.parametrize("has_guard", [True, False])
-def test_the_two_send_out_the_same_and_remember_the_same(joints: int, has_guard: bool):
+def test_both_implementations_have_the_same_outputs_and_states(joints: int, has_guard: bool):
     result = compared(joints, 8, joints, 250, has_guard)
     assert result.first == []
     assert result.ticks == 2000
 
 
-def test_the_second_one_is_told_apart_from_a_wrong_one():
+def test_the_comparison_finds_a_wrong_implementation():
     rng = np.random.default_rng(3)
     m = draw_machines(rng, 6, 2)
     with np.errstate(all="ignore"):
