@@ -94,7 +94,7 @@ REFUSED = {
         "file: ",
     ),
     "a missing recording": (("report", "none.mcap"), "No recording 'none.mcap'"),
-    "a file that is no recording": (("report", "file"), "is no MCAP file"),
+    "a file that is no recording": (("report", "file"), "is not an MCAP file"),
     "gains that are no numbers": ((*LOG, "--gains", "1,x"), "--gains is '1,x'; give numbers separated by commas"),
     "too few gains": ((*LOG, "--gains", "1,2"), "--gains has 2 numbers; recupera_like_right has 4 joints"),
     "a gain of nothing": ((*LOG, "--gains", "1,2,0,4"), "--gains of joint 'shoulder_rotation' is 0.0"),

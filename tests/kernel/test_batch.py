@@ -1,4 +1,4 @@
-"""A batch gives every state the bits of a single call, whatever its size, its lanes and its neighbours."""
+"""A batch gives each state the bits of a single call, for any size, number of lanes and neighbours."""
 
 import gc
 
@@ -10,7 +10,7 @@ from exograv import kernel
 from exograv.kernel import batch, compilation
 
 SINGLE_PRECISION = 2e-6
-"""Relative: a dozen roundings of 6e-8."""
+"""Relative tolerance: a dozen roundings of 6e-8."""
 
 
 def small_function() -> ca.Function:
@@ -58,7 +58,7 @@ def test_a_shared_argument_is_the_same_for_every_state():
         np.testing.assert_array_equal(result, expected)
 
 
-def test_single_precision_is_as_right_as_single_precision_is():
+def test_single_precision_is_right_within_its_rounding():
     values = states(64)
     compiled = kernel.compile(small_function(), lanes=0, dtype=np.float32)
     for got, expected in zip(compiled.of(*values), one_by_one(*values), strict=True):
@@ -101,7 +101,7 @@ def test_single_precision_has_twice_the_lanes():
     assert single.lanes == 2 * wide.lanes
 
 
-def test_what_a_batch_cannot_be_is_refused():
+def test_invalid_settings_of_a_batch_are_refused():
     with pytest.raises(ValueError, match="has 2, 4, 8, 16, 32 lanes, not 3"):
         kernel.compile(small_function(), lanes=3)
     with pytest.raises(ValueError, match="float64 or float32 elements, not int64"):
@@ -109,7 +109,7 @@ def test_what_a_batch_cannot_be_is_refused():
     with pytest.raises(ValueError, match=r"shared is a list of names; write \[\"x\"\]"):
         kernel.compile(small_function(), lanes=4, shared="x")
     with pytest.raises(ValueError, match="are for batches"):
-        kernel.compile(small_function(), shared=["x"])  # pyright: ignore[reportCallIssue] - what is refused
+        kernel.compile(small_function(), shared=["x"])  # pyright: ignore[reportCallIssue] - this is refused
     with pytest.raises(ValueError, match="no argument z to share"):
         kernel.compile(small_function(), lanes=4, shared=["z"])
     compiled = kernel.compile(small_function(), lanes=4)

@@ -1,4 +1,4 @@
-"""Code is compiled once, taken from disk only if it is whole and nobody else could have put it there."""
+"""Code is compiled once, and read from disk only if it is complete and no other user could have put it there."""
 
 import os
 from pathlib import Path
@@ -50,7 +50,7 @@ def test_another_processor_gets_its_own_code(monkeypatch: pytest.MonkeyPatch):
         assert not native.compile(cube()).from_cache
 
 
-def test_another_compiler_of_ours_makes_its_own_code(monkeypatch: pytest.MonkeyPatch):
+def test_a_changed_compiler_makes_its_own_code(monkeypatch: pytest.MonkeyPatch):
     native.compile(cube())
     monkeypatch.setattr(cache, "_own_source", lambda: "changed")
     assert not native.compile(cube()).from_cache
@@ -117,7 +117,7 @@ def test_a_disk_that_cannot_be_written_costs_only_time(monkeypatch: pytest.Monke
     check(native.compile(cube()))
 
 
-def test_a_full_disk_leaves_no_piece_behind(empty_cache: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_full_disk_leaves_no_partial_file(empty_cache: Path, monkeypatch: pytest.MonkeyPatch):
     def full(_self: Path, _target: Path) -> Path:
         raise OSError(28, "No space left on device")
 
@@ -126,7 +126,7 @@ def test_a_full_disk_leaves_no_piece_behind(empty_cache: Path, monkeypatch: pyte
     assert list(empty_cache.iterdir()) == []
 
 
-def test_what_was_not_used_for_longest_goes_first(empty_cache: Path, monkeypatch: pytest.MonkeyPatch):
+def test_the_least_recently_used_code_is_removed_first(empty_cache: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(cache, "KEPT_BYTES", 3 * (1000 + cache.DIGEST_BYTES))
     for name in ("first", "second", "third"):
         cache.write(name, bytes(1000))
@@ -156,7 +156,7 @@ def test_without_a_compiler_the_virtual_machine_runs_and_says_so_once(
         compilation.native_is_possible.cache_clear()
 
 
-def test_the_virtual_machine_can_be_asked_for(monkeypatch: pytest.MonkeyPatch):
+def test_the_virtual_machine_can_be_requested(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv(compilation.ENGINE_VARIABLE, "virtual-machine")
     compilation.native_is_possible.cache_clear()
     try:

@@ -1,4 +1,4 @@
-"""A kernel computes its function on memory that never moves, hides no NaN, and refuses memory that does not fit."""
+"""A kernel computes its function on fixed memory, hides no NaN, and refuses memory that does not fit."""
 
 import gc
 
@@ -12,7 +12,7 @@ from exograv.kernel import native, virtual_machine
 
 @pytest.fixture(autouse=True, params=["native", "virtual machine"])
 def engine(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Every sentence here holds for both engines."""
+    """Run each test with both engines."""
     chosen = {"native": native, "virtual machine": virtual_machine}[request.param]
 
     def compile_by_it(function: ca.Function, bindings=None, *, carry=None) -> kernel.Kernel:
@@ -34,7 +34,7 @@ def test_a_kernel_computes_its_function():
     np.testing.assert_array_equal(twice, 2 * A)
 
 
-def test_what_is_written_into_the_inputs_is_read_and_the_outputs_stay_where_they_are():
+def test_a_call_reads_the_inputs_and_writes_to_the_same_outputs():
     compiled = kernel.compile(product_function())
     y, before = compiled.outputs["y"], {name: array.ctypes.data for name, array in compiled.outputs.items()}
     for scale in (1.0, 2.0):
@@ -75,7 +75,7 @@ def test_a_copy_of_the_outputs_survives_the_next_call():
     np.testing.assert_array_equal(first, 3.0)
 
 
-def test_structural_zeros_stand_in_their_places():
+def test_structural_zeros_are_in_their_places():
     x = ca.SX.sym("x", 2)
     sparse = ca.diag(x)
     assert sparse.nnz() == 2
@@ -92,7 +92,7 @@ def test_a_result_that_is_always_zero_is_overwritten_with_zero():
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_values_that_are_no_numbers_pass_through(value: float):
+def test_non_finite_values_pass_through(value: float):
     y, twice = kernel.compile(product_function()).of(np.ones((2, 3)), [1.0, value, 1.0])
     np.testing.assert_array_equal(y, value)
     np.testing.assert_array_equal(twice, 2.0)
@@ -127,7 +127,7 @@ def test_memory_that_must_not_be_written_is_refused_for_results():
         kernel.compile(product_function(), {"y": y})
 
 
-def test_a_matrix_in_c_order_is_refused_because_its_entries_would_stand_elsewhere():
+def test_a_matrix_in_c_order_is_refused_because_its_entries_would_be_permuted():
     with pytest.raises(ValueError, match=r"A is a matrix \(2, 3\) in C order; bind \(2, 3\) in Fortran"):
         kernel.compile(product_function(), {"A": np.zeros((2, 3))})
 
@@ -149,7 +149,7 @@ def test_a_result_on_an_arguments_memory_is_refused():
         kernel.compile(function, {"x": memory[:3], "y": memory[1:]})
 
 
-def test_what_is_carried_lies_as_the_binding_lies():
+def test_a_carried_argument_has_the_layout_of_its_binding():
     A, B = ca.SX.sym("A", 2, 3), np.arange(6.0).reshape(3, 2)
     bound = B.copy()
     function = ca.Function("doubled", [A], [2 * A], ["A"], ["twice"])
@@ -164,7 +164,7 @@ def test_a_transposed_matrix_in_c_order_is_taken_as_it_is():
     np.testing.assert_array_equal(compiled()["y"], A @ [1.0, -2.0, 0.5])
 
 
-def test_a_binding_to_nothing_is_refused():
+def test_a_binding_to_an_unknown_name_is_refused():
     with pytest.raises(ValueError, match="product has no argument or result z"):
         kernel.compile(product_function(), {"z": np.zeros(3)})
 
@@ -191,7 +191,7 @@ def test_the_callable_outlives_its_kernel():
     np.testing.assert_array_equal(outputs["y"], 3.0)
 
 
-def test_a_kernel_says_how_long_its_program_is_and_what_runs_it(engine: str):
+def test_a_kernel_states_the_length_of_its_program_and_its_engine(engine: str):
     compiled = kernel.compile(product_function())
     assert compiled.engine == engine
     assert compiled.n_instructions == 33
@@ -204,7 +204,7 @@ def counting_function() -> ca.Function:
     return ca.Function("counting", [n, step], [n + step, 2 * step], ["n", "step"], ["next", "twice"])
 
 
-def test_what_is_carried_is_the_next_calls_argument():
+def test_a_carried_value_is_the_argument_of_the_next_call():
     compiled = kernel.compile(counting_function(), carry={"n": "next"})
     compiled.inputs["step"][:] = [1.0, 2.0]
     for calls in (1.0, 2.0, 3.0):
@@ -228,7 +228,7 @@ def test_an_argument_can_be_carried_to_another():
 
 
 @pytest.mark.parametrize("carry", [{"m": "next"}, {"n": "last"}, {"twice": "next"}])
-def test_what_cannot_be_carried_is_refused_with_the_names(carry: dict[str, str]):
+def test_an_invalid_carry_is_refused_with_the_names(carry: dict[str, str]):
     with pytest.raises(ValueError, match="it has n, step, next, twice"):
         kernel.compile(counting_function(), carry=carry)
 

@@ -1,4 +1,4 @@
-"""Native code gives the virtual machine's bits: for every operation, every zero, infinity and NaN, at any length."""
+"""Native code gives the bits of the virtual machine: for each operation, zero, infinity and NaN, at any length."""
 
 import sys
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ OF_TWO = {
     ca.OP_IF_ELSE_ZERO, ca.OP_FMIN, ca.OP_FMAX, ca.OP_COPYSIGN, *LIBRARY_OF_TWO,
 }  # fmt: skip
 EXACT = sorted(known_operations() - set(PLACED) - set(TRIGONOMETRIC))
-"""Sine and cosine are our own; their last bit has its own tests."""
+"""Operations that are compared bitwise; sine and cosine are our own, and have tests of their last bit."""
 
 STRANGE = [0.0, -0.0, 1.0, -1.0, 0.5, 2.0, np.inf, -np.inf, np.nan, 1e308, -1e308, 5e-324, 1e-308, 1e16, 3.0]
 N_INPUTS = 4
@@ -30,7 +30,7 @@ steps = st.tuples(st.sampled_from(EXACT), st.integers(0, 10**6), st.integers(0, 
 
 @pytest.fixture(autouse=True, scope="module")
 def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Random programs would crowd out useful ones."""
+    """Use a cache of this module's own, because random programs would crowd out useful ones."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
         yield
@@ -41,7 +41,7 @@ def expression(operation: int, a: ca.SX, b: ca.SX) -> ca.SX:
 
 
 def program_of(chain: list[tuple[int, int, int]]) -> ca.Function:
-    """Each step works on two of the values before it; all of them are results."""
+    """Return a program in which each step works on two of the values before it; all of them are results."""
     x = ca.SX.sym("x", N_INPUTS)
     values = [*ca.vertsplit(x), ca.SX(1.5)]
     for operation, first, second in chain:
@@ -78,7 +78,7 @@ def test_products_and_sums_are_rounded_one_by_one(lanes: int):
     function = ca.Function("rounded", [a, b, c], [a * b - c])
     x = 1.0 + 2.0**-30
     values = np.array([[[x] * 9], [[x] * 9], [[x * x] * 9]])
-    # Fused into one rounding it would leave what the product's rounding lost, 2⁻⁶⁰.
+    # Fused into one rounding, the sum would be the rounding error of the product, 2⁻⁶⁰.
     got = native.compile(function).of(*values[:, 0, 0]) if lanes == 1 else kernel.compile(function, lanes=8).of(*values)
     np.testing.assert_array_equal(got[0], 0.0)
 

@@ -1,4 +1,4 @@
-"""Sine and cosine are right to the last bit but one at every angle, and the same in every lane."""
+"""Sine and cosine are right within one unit of the last place at each angle, and the same in each lane."""
 
 import casadi as ca
 import numpy as np
@@ -10,16 +10,16 @@ from exograv import kernel
 from exograv.kernel import native
 
 ULP_MAX = 1.0
-"""Units in the last place; the C library's own are within 0.55."""
+"""Largest error in units in the last place; the C library's own are within 0.55."""
 
 LONG = np.finfo(np.longdouble).nmant > 60
-"""Whether this platform has a longer double to compare with; its sine reduces every angle exactly."""
+"""True if this platform has a longer double to compare with; its sine reduces each angle exactly."""
 
 LANES = [1, 2, 4, 8]
 
 
 def both(lanes: int, x: np.ndarray) -> np.ndarray:
-    """Sine and cosine (2, size)."""
+    """Return sine and cosine (2, size)."""
     angle = ca.SX.sym("x")
     function = ca.Function("both", [angle], [ca.vertcat(ca.sin(angle), ca.cos(angle))])
     if lanes > 1:
@@ -34,7 +34,7 @@ def angles() -> np.ndarray:
                                  np.arange(2**21 - 200, 2**21 + 200) * np.pi / 2])  # fmt: skip
     neighbours = [near_turns, np.nextafter(near_turns, np.inf), np.nextafter(near_turns, -np.inf)]
     sizes = np.exp(rng.uniform(np.log(1e-320), np.log(1.7e308), 2000)) * rng.choice([-1.0, 1.0], 2000)
-    # The double that comes closest to a multiple of π/2 of all: 6381956970095103 · 2⁷⁹⁷ (Muller, Elementary Functions).
+    # Of all doubles, this one is closest to a multiple of π/2: 6381956970095103 · 2⁷⁹⁷ (Muller, Elementary Functions).
     hard = [6381956970095103.0 * 2.0**797, 2.0**20, np.nextafter(2.0**20, 0), np.nextafter(2.0**20, 1e9), 1.7e308]
     return np.concatenate([rng.uniform(-10, 10, 4000), *neighbours, sizes, hard, np.negative(hard)])
 
@@ -57,7 +57,7 @@ def test_every_lane_has_the_bits_of_a_single_state_whatever_its_neighbours_are(l
 
 
 @pytest.mark.parametrize("lanes", LANES)
-def test_zero_keeps_its_sign_and_what_is_no_angle_has_no_sine(lanes: int):
+def test_zero_keeps_its_sign_and_a_non_finite_angle_gives_nan(lanes: int):
     sine, cosine = both(lanes, np.array([0.0, -0.0, np.inf, -np.inf, np.nan]))
     np.testing.assert_array_equal(sine, [0.0, -0.0, np.nan, np.nan, np.nan])
     np.testing.assert_array_equal(np.signbit(sine[:2]), [False, True])

@@ -1,4 +1,4 @@
-"""The index of a file is whole, and an hour of recording keeps little of it in memory."""
+"""The index of a file is complete, and an hour of recording keeps little of it in memory."""
 
 import tracemalloc
 
@@ -10,7 +10,7 @@ from exograv.recording.chunk_list import ChunkList
 
 CHUNKS_PER_HOUR = 4 * 3600
 GROWTH_MAX = 1_000_000
-"""Of memory in an hour: F37 [bytes]."""
+"""Largest growth of memory in an hour, for F37 [bytes]."""
 
 
 @st.composite
@@ -31,7 +31,7 @@ def chunks(draw: st.DrawFn) -> ChunkIndex:
 
 
 @given(st.lists(chunks(), min_size=1))
-def test_every_chunk_comes_back_as_it_was(many: list[ChunkIndex]):
+def test_every_chunk_comes_back_unchanged(many: list[ChunkIndex]):
     kept = ChunkList()
     for chunk in many:
         kept.append(chunk)

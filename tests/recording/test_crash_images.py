@@ -1,4 +1,4 @@
-"""A file that was cut, altered or torn at any kind of place gives back what was whole before, and nothing else."""
+"""A file that was cut, altered or torn at any kind of place gives back its content before the damage, and no more."""
 
 import struct
 from collections import Counter
@@ -16,13 +16,13 @@ HEAD = struct.Struct("<BQ")
 OPCODES = {1: "header", 2: "footer", 3: "schema", 4: "channel", 6: "chunk", 7: "index", 8: "chunk index"}
 OPCODES |= {11: "statistics", 15: "data end"}
 SECTOR = 512
-"""What a disk writes at once, and a failing one loses at once [bytes]."""
+"""Block that a disk writes at once, and that a failing disk loses at once [bytes]."""
 
 Told = tuple[bytes, list[tuple[str, bytes]], FileEnding]
 
 
 def told(content: bytes) -> Told:
-    """Ticks, other messages, and how the file ends."""
+    """Return ticks, other messages, and the state of the file's end."""
     ticks, others = [], []
     found = examine(content, lambda topic, data: (ticks if topic == "/tick" else others).append((topic, data)))
     return b"".join(data for _, data in ticks), others, found.ending
@@ -30,7 +30,7 @@ def told(content: bytes) -> Told:
 
 @pytest.fixture(scope="module")
 def content(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """A complete file of some chunks."""
+    """Content of a complete file of some chunks."""
     path, rng = tmp_path_factory.mktemp("images") / "a.mcap", np.random.default_rng(0)
     with RecordingWriter(path, JOINTS, {"seed": 3}) as recording:
         for k in range(CHUNKS):
@@ -45,7 +45,7 @@ def content(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 
 def places(content: bytes) -> list[str]:
-    """What each byte is part of, by the layout of MCAP alone: record by record, head and body apart."""
+    """Return the part of the file that each byte belongs to, by the layout of MCAP: by record, head and body apart."""
     names, at = ["magic"] * 8, 8
     while at < len(content) - 8:
         opcode, length = HEAD.unpack_from(content, at)
@@ -56,7 +56,7 @@ def places(content: bytes) -> list[str]:
 
 
 def whole_until(content: bytes) -> list[tuple[int, int]]:
-    """Of each chunk with its indexes, where it ends, and how many ticks are in the file up to there."""
+    """Return, for each chunk with its indexes, its end and the number of ticks in the file up to there."""
     names = places(content)
     end_of_data = names.index("data end, head")
     starts = [k for k in range(1, end_of_data) if names[k] == "chunk, head" != names[k - 1]]
@@ -65,7 +65,7 @@ def whole_until(content: bytes) -> list[tuple[int, int]]:
 
 
 def chosen(names: list[str], most: int) -> list[int]:
-    """Places of every kind, at most so many of each, evenly spread; not in the first mark: that makes it an MCAP."""
+    """Choose places of each kind, evenly spread; the first mark is left out, because it makes the file an MCAP."""
     kinds = np.array(names)
     spread = []
     for kind in sorted(set(names) - {"magic"}):
@@ -75,7 +75,7 @@ def chosen(names: list[str], most: int) -> list[int]:
 
 
 def images(content: bytes, places: list[int]) -> Iterator[tuple[str, int, bytes]]:
-    """What was done to a file, from which byte on it is another one, and what is left of it."""
+    """Yield the damage to a file, the first byte that it changes, and the damaged content."""
     rng = np.random.default_rng(1)
     for place in places:
         yield "cut", place, content[:place]
@@ -90,9 +90,7 @@ def images(content: bytes, places: list[int]) -> Iterator[tuple[str, int, bytes]
 
 
 @pytest.mark.parametrize("most", [20, pytest.param(3000, marks=pytest.mark.slow)])
-def test_every_image_gives_back_what_was_whole_before_its_damage_and_nothing_that_was_not_written(
-    most: int, content: bytes
-):
+def test_every_image_gives_back_the_content_before_its_damage_and_no_other(most: int, content: bytes):
     ticks, others, ending = told(content)
     assert ending is FileEnding.COMPLETE
     size, names, chunks, seen = tick_dtype(len(JOINTS)).itemsize, places(content), whole_until(content), Counter()

@@ -1,4 +1,4 @@
-"""The format's document and the schemas in a file say what the table says."""
+"""The document of the format and the schemas in a file agree with the table."""
 
 import json
 from pathlib import Path
@@ -13,7 +13,7 @@ from exograv.recording.schema import CHANNELS, RESULT
 DOCUMENT = Path(__file__).parents[2] / "docs" / "reference" / "recording_format.md"
 
 
-def test_the_document_is_the_table():
+def test_the_document_agrees_with_the_table():
     assert DOCUMENT.read_text(encoding="utf-8") == format_document(), (
         "Renew it: python -m exograv.recording.document > docs/recording_format.md"
     )

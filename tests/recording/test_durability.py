@@ -1,4 +1,4 @@
-"""What a sync has promised is in the file, wherever it was cut; what was altered is found; a failing disk is said."""
+"""Synced data are in the file wherever it was cut, alterations are found, and a failing disk is reported."""
 
 import errno
 import json
@@ -33,7 +33,7 @@ def rows(first: int, count: int) -> np.ndarray:
 
 
 def write(path: Path, chunks: int = CHUNKS) -> Path:
-    """A file of several syncs, complete."""
+    """Content of a complete file of several syncs."""
     with RecordingWriter(path, JOINTS, {"seed": 3}) as recording:
         for k in range(chunks):
             recording.phase(1e-3 * TICKS_PER_CHUNK * k, str(k))
@@ -48,14 +48,14 @@ def sequence(recording: Recording) -> list[int]:
 
 
 def told(content: bytes) -> tuple[bytes, list[tuple[str, bytes]], FileEnding]:
-    """Ticks, other messages, and how the file ends."""
+    """Return ticks, other messages, and the state of the file's end."""
     ticks, others = [], []
     found = examine(content, lambda topic, data: (ticks if topic == "/tick" else others).append((topic, data)))
     return b"".join(data for _, data in ticks), others, found.ending
 
 
 def prefixes(content: bytes, step: int) -> list[int]:
-    """Lengths of crash images: at regular places, and around the end of each part of a chunk."""
+    """Return lengths of crash images: at regular places, and around the end of each part of a chunk."""
     marks = [k for k in range(len(content)) if content.startswith(b"\x28\xb5\x2f\xfd", k)]
     near = {mark + d for mark in marks for d in range(-60, 3)}
     return sorted(near | set(range(8, len(content), step)))
@@ -75,7 +75,7 @@ def test_every_crash_image_holds_a_prefix_of_the_messages_and_says_that_it_was_c
 
 @pytest.mark.parametrize("step", [97, pytest.param(7, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("is_complete", [True, False])
-def test_no_altered_byte_alters_a_message_unnoticed(is_complete: bool, step: int, tmp_path: Path):
+def test_no_altered_byte_changes_a_message_without_notice(is_complete: bool, step: int, tmp_path: Path):
     content = write(tmp_path / "a.mcap").read_bytes()
     if not is_complete:
         content = content[: content.rfind(b"\x28\xb5\x2f\xfd") + 40]
@@ -116,7 +116,7 @@ def test_a_file_that_was_cut_anywhere_can_be_continued(tmp_path: Path):
         assert found.remark is None
         assert before[:kept] == list(range(kept))
         assert sequence(found) == list(range(kept + 2))
-        assert len(before) - kept in (0, TICKS_PER_CHUNK)  # a chunk without its whole index goes
+        assert len(before) - kept in (0, TICKS_PER_CHUNK)  # a chunk without its complete index is cut off
         assert found.last("/phase")["name"] == "on"
 
 
@@ -126,7 +126,7 @@ def test_a_continued_file_is_the_file_that_was_never_interrupted(tmp_path: Path)
     content = path.read_bytes()
     with RecordingWriter.continued(path) as recording:
         pass
-    assert path.read_bytes() == content  # its end was taken off and put back
+    assert path.read_bytes() == content  # the end of the file was removed and written again
     path.write_bytes(content[: content.rfind(b"\x28\xb5\x2f\xfd") - 40])  # within the head of the last chunk
     with RecordingWriter.continued(path, ticks_safe=6) as recording:
         recording.phase(1e-3 * 6, "2")
@@ -159,7 +159,7 @@ def test_other_programs_find_all_ticks_of_a_continued_file_by_its_index(tmp_path
     assert summary.statistics.channel_message_counts[2] == 17
 
 
-def test_nothing_is_cut_off_a_file_that_holds_less_than_was_promised(tmp_path: Path):
+def test_a_file_with_fewer_ticks_than_promised_is_not_cut(tmp_path: Path):
     path = write(tmp_path / "a.mcap")
     content = path.read_bytes()[:-3000]
     path.write_bytes(content)
@@ -194,7 +194,7 @@ def test_ticks_of_the_present_version_are_not_copied():
     assert unpacked_ticks(data, len(JOINTS), SCHEMA_VERSION).tobytes() == data
 
 
-def test_what_a_sync_has_counted_is_on_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_all_ticks_counted_by_a_sync_are_on_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     path, synced = tmp_path / "a.mcap", list[int]()
     monkeypatch.setattr(os, "fdatasync", lambda file: synced.append(os.fstat(file).st_size))
     recording = RecordingWriter(path, JOINTS, {})
@@ -213,7 +213,7 @@ def fails(code: int) -> Callable[..., None]:
     return raise_it
 
 
-@pytest.mark.parametrize(("code", "advice"), [(errno.ENOSPC, "Free some space"), (errno.EIO, "the disk fails")])
+@pytest.mark.parametrize(("code", "advice"), [(errno.ENOSPC, "Free some space"), (errno.EIO, "The disk fails")])
 def test_a_sync_that_fails_ends_the_recording_and_is_never_repeated(
     code: int, advice: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
@@ -236,7 +236,7 @@ def test_a_sync_that_fails_ends_the_recording_and_is_never_repeated(
     assert found.remark is not None
 
 
-def test_room_is_asked_for_before_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_disk_space_is_checked_before_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     class Usage:
         free = 2 * expected_bytes(4, 60.0)
 
@@ -252,7 +252,7 @@ def test_the_expected_size_is_not_less_than_the_real_one(tmp_path: Path):
     names = [name for name in ticks.dtype.names or () if ticks.dtype[name].shape == (len(JOINTS),)]
     rng = np.random.default_rng(0)
     for name in names:
-        ticks[name] = rng.normal(size=(count, len(JOINTS)))  # what compresses least
+        ticks[name] = rng.normal(size=(count, len(JOINTS)))  # random values compress least
     with RecordingWriter(path, JOINTS, {}) as recording:
         for first in range(0, count, 250):
             recording.ticks(ticks[first : first + 250])

@@ -1,4 +1,4 @@
-"""A foreign log is cut to its motion, loses nothing silently, and is refused where it is not what it is taken for."""
+"""A foreign log is cut to its motion, loses no row without a count, and is refused if it has another content."""
 
 import os
 from pathlib import Path
@@ -14,7 +14,7 @@ JOINTS = 2
 
 
 def rows_of_motion(rest_before: int = 100, motion: int = 400, rest_after: int = 60) -> np.ndarray:
-    """A drive to the start, a rest, the motion, a rest; 100 Hz; time, q, v, current and a column nobody asked for."""
+    """Return a drive to the start, a rest, the motion, a rest; 100 Hz; time, q, v, current and one further column."""
     moving = [*[1.0] * 30, *[0.0] * rest_before, *[1.0] * motion, *[0.0] * rest_after]
     n = len(moving)
     t = 838.0 + 0.01 * np.arange(n)
@@ -49,7 +49,7 @@ def test_chosen_rows_are_used_as_they_are(tmp_path: Path):
     assert len(log.t) == 241
 
 
-def test_cut_rows_numbers_that_are_none_and_repeated_times_are_skipped_and_counted(tmp_path: Path):
+def test_cut_rows_non_finite_numbers_and_repeated_times_are_skipped_and_counted(tmp_path: Path):
     path = write(tmp_path / "log.csv", rows_of_motion())
     lines = path.read_text().splitlines()
     lines[200] = lines[200][:11]
@@ -90,7 +90,7 @@ def test_a_log_in_which_nothing_moves_is_refused(tmp_path: Path):
 
 
 @pytest.mark.parametrize("rows", ["5", "a:b", "9:3", "0:10", "-4:10"])
-def test_rows_that_mean_nothing_are_refused(rows: str, tmp_path: Path):
+def test_invalid_row_ranges_are_refused(rows: str, tmp_path: Path):
     with pytest.raises(RecordingError, match="first:last"):
         read_log(write(tmp_path / "log.csv", rows_of_motion()), JOINTS, rows)
 
@@ -108,7 +108,8 @@ def test_an_empty_or_absent_or_binary_file_is_a_readable_error(tmp_path: Path):
             read_log(tmp_path / name, JOINTS)
 
 
-# Rows that the data's README names, and how far from them the rule may begin or end: a fifth of a second of creeping.
+# The rows are those in the README of the data. The rule may begin or end a fifth of a second of creeping away from
+# them.
 @pytest.mark.parametrize(
     ("name", "rows"),
     [("ur-20_02_19_14harm50sec.csv", (195, 4966)), ("ur-20_02_19_14harm50secLoad.csv", (308, 5071))],

@@ -1,4 +1,4 @@
-"""Piece by piece a recording says the same as whole, and takes memory for a piece only."""
+"""A recording read in pieces has the same content as a whole one, and takes memory for one piece only."""
 
 from pathlib import Path
 
@@ -24,14 +24,14 @@ def written(path: Path, ticks: int = 12_000) -> Path:
     return path
 
 
-def test_pieces_joined_are_all_ticks_to_the_bit(tmp_path: Path):
+def test_joined_pieces_are_bitwise_all_ticks(tmp_path: Path):
     path = written(tmp_path / "run.mcap")
     pieces = list(tick_pieces(path))
     assert len(pieces) > 1
     assert np.concatenate(pieces).tobytes() == read_recording(path).ticks.tobytes()
 
 
-def test_chosen_messages_are_there_and_others_are_not(tmp_path: Path):
+def test_only_chosen_messages_are_kept(tmp_path: Path):
     path = written(tmp_path / "run.mcap")
     whole, chosen = read_recording(path), read_topics(path, ["/event"])
     assert chosen.messages("/event") == whole.messages("/event")
@@ -51,7 +51,7 @@ def test_a_cut_file_gets_the_remark_of_the_whole_reader(tmp_path: Path, share: f
     assert whole.remark is not None
 
 
-def test_a_flipped_byte_ends_the_pieces_where_it_ends_the_whole(tmp_path: Path):
+def test_a_flipped_byte_ends_the_pieces_where_it_ends_the_whole_recording(tmp_path: Path):
     path = written(tmp_path / "run.mcap")
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
@@ -61,9 +61,9 @@ def test_a_flipped_byte_ends_the_pieces_where_it_ends_the_whole(tmp_path: Path):
     assert "damaged" in str(passing.recording().remark)
 
 
-def test_what_is_no_recording_is_refused_in_a_sentence(tmp_path: Path):
+def test_a_file_that_is_not_a_recording_is_refused_with_a_message(tmp_path: Path):
     (tmp_path / "letter.mcap").write_text("Dear all")
-    with pytest.raises(RecordingError, match="no MCAP file"):
+    with pytest.raises(RecordingError, match="not an MCAP file"):
         read_topics(tmp_path / "letter.mcap", [])
     with pytest.raises(RecordingError, match="cannot be read"):
         list(tick_pieces(tmp_path / "missing.mcap"))

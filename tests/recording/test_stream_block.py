@@ -1,4 +1,4 @@
-"""Samples of another device come back bit by bit, and whoever knows CDR and the schema reads them too."""
+"""Samples of another device come back bit by bit, and a reader with only CDR and the schema finds the same."""
 
 import struct
 from pathlib import Path
@@ -22,7 +22,7 @@ def numbers(value_type: str, samples: int, channels: int) -> np.ndarray:
 
 @pytest.mark.parametrize("value_type", NUMBERS)
 @pytest.mark.parametrize("channels", [1, 3])
-def test_numbers_come_back_as_they_were(value_type: str, channels: int):
+def test_numbers_come_back_unchanged(value_type: str, channels: int):
     values, stamps = numbers(value_type, 7, channels), np.random.default_rng(1001).standard_normal(7)
     data = packed(StreamBlock(12.5, 3, stamps, values), channels)
     found = unpacked(data, value_type)
@@ -35,13 +35,13 @@ def test_numbers_come_back_as_they_were(value_type: str, channels: int):
 
 @settings(max_examples=50, deadline=None)
 @given(texts=st.lists(st.tuples(st.text(), st.text()), min_size=1, max_size=5))
-def test_texts_come_back_as_they_were(texts: list[tuple[str, str]]):
+def test_texts_come_back_unchanged(texts: list[tuple[str, str]]):
     samples = [list(sample) for sample in texts]
     data = packed(StreamBlock(0.0, 1, np.arange(float(len(samples))), samples), 2)
     assert unpacked(data, "string").values == samples
 
 
-def test_bytes_that_are_no_text_come_back_as_they_were():
+def test_bytes_that_are_not_valid_text_come_back_unchanged():
     blob = bytes(range(256)).decode(errors="surrogateescape")
     found = unpacked(packed(StreamBlock(0.0, 1, np.zeros(1), [[blob]]), 1), "string")
     assert found.values[0][0].encode(errors="surrogateescape") == bytes(range(256))
@@ -52,7 +52,7 @@ CODES = {"float64": "d", "float32": "f", "uint32": "I", "int8": "b", "int16": "h
 
 
 def read_by_schema(definition: str, data: bytes) -> dict[str, list]:
-    """A second reader, from the rules of CDR: each value aligned to its size, a sequence led by its length."""
+    """Read a message by the rules of CDR: each value aligned to its size, a sequence led by its length."""
     start, found = 4, {}
 
     def value(kind: str):
@@ -100,7 +100,7 @@ def test_a_file_with_streams_is_continued_with_them(tmp_path: Path):
     recording = RecordingWriter(path, (), {}, [StreamFormat("/lsl/amp", "float32")])
     recording.write_block("/lsl/amp", 1.0, block)
     recording.sync()
-    recording._stream.close()  # as if it had been killed
+    recording._stream.close()  # as if the writer had been killed
     with RecordingWriter.continued(path) as again:
         assert again.count("/lsl/amp") == 1
         again.write_block("/lsl/amp", 2.0, block)

@@ -1,4 +1,4 @@
-"""Messages one at a time are those of the whole, in the order of the file."""
+"""Messages read one at a time are those of the whole recording, in the order of the file."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Programs that know nothing of exograv read a recording: by its index and as a stream, by the schemas in it alone."""
+"""Programs without knowledge of exograv read a recording: by its index, as a stream, and by its schemas alone."""
 
 import json
 import re
@@ -59,7 +59,7 @@ ROS2 = {"float64": "d", "float32": "f", "uint32": "I"}
 
 
 def decoded(definition: str, data: bytes) -> dict[str, Any]:
-    """A message by its ROS 2 definition and the rules of plain CDR: each value at a multiple of its own size.
+    """Read a message by its ROS 2 definition and the rules of plain CDR: each value at a multiple of its own size.
 
     Source: OMG DDS-XTypes 1.3, 7.4.3, encoding version 1; ROS 2 interface definitions, fixed-size arrays.
     """
@@ -88,7 +88,7 @@ def test_a_tick_is_read_by_the_definition_in_the_file_alone(path: Path):
 
 
 def json_channels(path: Path) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
-    """Schema and message of every JSON message."""
+    """Yield schema and message of each JSON message."""
     with path.open("rb") as stream:
         for schema, channel, message in SeekingReader(stream).iter_messages():
             if channel.message_encoding == "json":
@@ -101,7 +101,7 @@ PLAIN = {"string": str, "number": (int, float), "integer": int, "boolean": bool}
 
 
 def check(schema: dict[str, Any], value: Any) -> None:
-    """What JSON Schema says of our words."""
+    """Check a value against the used part of JSON Schema."""
     if schema["type"] == "object":
         assert isinstance(value, dict)
         assert set(schema.get("required", ())) <= set(value)
@@ -119,13 +119,13 @@ def check(schema: dict[str, Any], value: Any) -> None:
         assert isinstance(value, PLAIN[schema["type"]])
 
 
-def test_every_message_is_what_its_schema_says(path: Path):
+def test_every_message_fits_its_schema(path: Path):
     seen = [check(schema, message) for schema, message in json_channels(path)]
     assert len(seen) == len(MESSAGES) + 1
 
 
 def understood(schema: dict[str, Any], *, in_array: bool = False) -> None:
-    """What Foxglove Studio and Lichtblick refuse to open is not in it (their `parseJsonSchema.ts`)."""
+    """Check that a schema has no part that Foxglove Studio and Lichtblick refuse (their `parseJsonSchema.ts`)."""
     kind = schema["type"]
     assert isinstance(kind, str)
     assert not (in_array and kind == "array")

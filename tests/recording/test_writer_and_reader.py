@@ -1,4 +1,4 @@
-"""A recording gives back what went in, survives an abrupt end, and says what is wrong with a file."""
+"""A recording gives back its input, survives an abrupt end, and reports what is wrong with a file."""
 
 import resource
 import struct
@@ -22,7 +22,7 @@ PER_JOINT = [field.name for field in TICK.fields if field.size]
 
 
 def tick_values(k: int) -> dict:
-    """Values that differ in every field and tick."""
+    """Return values that differ in each field and tick."""
     values = {name: np.array([k + 10.0 * i, -k - 10.0 * i]) for i, name in enumerate(PER_JOINT)}
     return {**values, "closure_slope": 1e-9 * k, "tick_us": 40.0 + k}
 
@@ -61,7 +61,7 @@ def test_a_packed_tick_is_plain_cdr(seconds: float, value: float, tmp_path_facto
     assert found["t"] == seconds
     assert [found[name] for name in ("phase", "closure_slope", "tick_us")] == [0, 0.0, 1.0]
     assert np.isnan(found["lateness_us"])  # a virtual clock is never late
-    assert [found[name] for name in ("safe_state", "sequence")] == [0, 0]  # no safe state, nobody counts
+    assert [found[name] for name in ("safe_state", "sequence")] == [0, 0]  # no safe state, no count
     assert [found[name] for name in PER_JOINT] == [value] * len(PER_JOINT)
 
 
@@ -172,7 +172,7 @@ def test_a_number_that_json_cannot_hold_is_refused(tmp_path: Path):
         recording.write("/result", 0.0, {"simulated_s": float("nan")})
 
 
-def test_a_torque_beyond_what_32_bits_hold_is_recorded_as_infinite_without_a_word_at_the_terminal(tmp_path: Path):
+def test_a_torque_beyond_32_bits_is_recorded_as_infinite_without_a_warning(tmp_path: Path):
     with RecordingWriter(tmp_path / "a.mcap", JOINTS, SETTINGS) as recording:
         recording.tick(0.0, **{**tick_values(0), "tau_feedforward": np.array([1e100, -1e100])})
     np.testing.assert_array_equal(read_recording(tmp_path / "a.mcap").ticks["tau_feedforward"], [[np.inf, -np.inf]])
@@ -229,7 +229,7 @@ def test_another_version_is_refused_with_the_version_that_wrote_it(tmp_path: Pat
 @pytest.mark.parametrize("content", [b"", b"t,q\n1,2\n", b"\x89MCAP0\r"])
 def test_a_file_of_another_kind_is_refused(content: bytes, tmp_path: Path):
     (tmp_path / "a.mcap").write_bytes(content)
-    with pytest.raises(RecordingError, match="no MCAP file"):
+    with pytest.raises(RecordingError, match="not an MCAP file"):
         read_recording(tmp_path / "a.mcap")
 
 

@@ -1,4 +1,4 @@
-"""The sheet of a bring-up says what was tried, and nobody changes it afterwards."""
+"""The sheet of a bring-up records all steps, and a later change is found."""
 
 from datetime import UTC, datetime
 from pathlib import Path
@@ -64,7 +64,7 @@ def test_a_drive_that_may_give_ten_times_the_torque_of_its_motor_is_named(tmp_pa
     assert "elbow_flexion" in step.what_to_do
 
 
-def test_drives_that_let_go_lock_the_machine_for_people_and_do_not_end_a_bring_up(tmp_path: Path):
+def test_drives_that_do_not_brake_lock_the_machine_for_people_and_do_not_end_a_bring_up(tmp_path: Path):
     path = tmp_path / "drives.toml"
     text = drives_of(RIG, 47100).replace("brake_Nms_per_rad = 4", "brake_Nms_per_rad = 0")
     path.write_text(text, encoding="utf-8")

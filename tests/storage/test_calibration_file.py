@@ -1,4 +1,4 @@
-"""A calibration comes back as it was written, and is refused where it is damaged, foreign or stale."""
+"""A calibration comes back unchanged, and is refused if it is damaged, foreign or stale."""
 
 import re
 from collections.abc import Callable
@@ -46,7 +46,7 @@ def calibration(rig: RigDescription) -> Calibration:
 
 @pytest.fixture
 def keep(rig: RigDescription, calibration: Calibration, tmp_path: Path) -> Callable[..., Path]:
-    """Writes the calibration as if it were measured some time ago."""
+    """Return a function that writes the calibration as if it had been measured some time ago."""
 
     def write(ago: timedelta = timedelta(), machine: str = MACHINE, **changes: object) -> Path:
         measured = MeasurementConditions(
@@ -63,7 +63,7 @@ def keep(rig: RigDescription, calibration: Calibration, tmp_path: Path) -> Calla
     return write
 
 
-def test_it_comes_back_as_it_was_written(calibration: Calibration, keep: Callable[..., Path]):
+def test_a_calibration_comes_back_unchanged(calibration: Calibration, keep: Callable[..., Path]):
     again, before = read_calibration(keep()).calibration(), calibration
     for part in ("actuators", "friction", "friction_sd"):
         for name, value in vars(getattr(before.machine, part)).items():
@@ -75,7 +75,7 @@ def test_it_comes_back_as_it_was_written(calibration: Calibration, keep: Callabl
         np.testing.assert_allclose(getattr(again, name), getattr(before, name), rtol=ROUNDED, atol=1e-12)
 
 
-def test_writing_what_was_read_changes_nothing(keep: Callable[..., Path], tmp_path: Path):
+def test_writing_a_calibration_that_was_read_changes_nothing(keep: Callable[..., Path], tmp_path: Path):
     path = keep()
     write_calibration(tmp_path / "again.toml", read_calibration(path))
     assert (tmp_path / "again.toml").read_bytes() == path.read_bytes()
@@ -95,7 +95,7 @@ def test_a_person_can_read_it(keep: Callable[..., Path]):
     assert "coulomb_sd_Nm = " in text
 
 
-def test_every_changed_digit_is_found_out(keep: Callable[..., Path]):
+def test_every_changed_digit_is_found(keep: Callable[..., Path]):
     path = keep()
     text = path.read_text(encoding="utf-8")
     numbers = [match.span() for match in re.finditer(r"(?<== )-?\d+\.\d+", text)]
@@ -170,7 +170,7 @@ def test_friction_of_yesterday_warns_and_names_the_recheck(rig: RigDescription, 
     )
 
 
-def test_the_same_values_have_the_same_hash_and_others_another(keep: Callable[..., Path]):
+def test_equal_values_have_equal_hashes_and_other_values_other_hashes(keep: Callable[..., Path]):
     def sealed(**options) -> StoredCalibration:
         return read_calibration(keep(**options))
 

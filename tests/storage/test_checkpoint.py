@@ -1,4 +1,4 @@
-"""What was done before an interruption is there afterwards, and what something else has made is refused."""
+"""Results from before an interruption are there afterwards, and those of another computation are refused."""
 
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ def rows_in(path: Path, head: dict[str, int], resume: bool) -> CheckpointRows[di
     return CheckpointRows(path, head, resume, dict, dict)
 
 
-def test_what_was_kept_is_there_when_it_goes_on_but_for_a_line_that_was_cut_off(tmp_path: Path):
+def test_a_resumed_file_has_all_rows_except_a_last_line_that_was_cut_off(tmp_path: Path):
     path = tmp_path / "new" / "rows.jsonl"
     rows_in(path, HEAD, resume=False).add({"number": 1}, {"number": 2})
     content = path.read_text()
@@ -26,7 +26,7 @@ def test_what_was_kept_is_there_when_it_goes_on_but_for_a_line_that_was_cut_off(
     assert path.read_text() == content
 
 
-def test_what_something_else_has_made_is_refused_with_what_differs(tmp_path: Path):
+def test_rows_of_another_computation_are_refused_with_the_difference(tmp_path: Path):
     rows_in(tmp_path / "rows.jsonl", HEAD, resume=False)
     with pytest.raises(RecordingError, match=r"now seed 1\)"):
         rows_in(tmp_path / "rows.jsonl", {**HEAD, "seed": 1}, resume=True)

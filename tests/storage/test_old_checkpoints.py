@@ -25,7 +25,7 @@ DATA = Path(__file__).with_name("data")
 
 
 def copied(name: str, folder: Path) -> Path:
-    """A resumed file is written to."""
+    """Copy a checkpoint, because a resumed file is written to."""
     return Path(shutil.copy(DATA / name, folder / name))
 
 
@@ -40,7 +40,7 @@ def test_a_campaign_of_faults_goes_on(tmp_path: Path):
     assert [len(verdict.scenario.faults) for verdict in kept.rows] == [1, 3, 1]
     assert path.read_bytes() == before
     kept.add(kept.rows[0])
-    assert path.read_bytes() == before + before.splitlines(keepends=True)[1]  # rows are written as they were
+    assert path.read_bytes() == before + before.splitlines(keepends=True)[1]  # rows are written unchanged
 
 
 def test_a_benchmark_goes_on(tmp_path: Path):

@@ -1,4 +1,4 @@
-"""A participant's file comes back bit for bit, and is refused where it is damaged, foreign or somebody else's."""
+"""A participant's file comes back bit by bit, and is refused if it is damaged, foreign or of another person."""
 
 import re
 from collections.abc import Callable
@@ -38,7 +38,7 @@ from exograv.storage.sealed_file import sealed
 NOW = datetime(2026, 11, 21, 12, 0, tzinfo=UTC)
 MACHINE = "serial 7"
 BODY = Body(1.75, 75.0, "male", {"upper_arm": 0.305, "forearm": 0.262, "hand": 0.19})
-SIZE_MAX = 30_000  # bytes: it goes into an e-mail or a folder of a hundred
+SIZE_MAX = 30_000  # bytes: it fits an e-mail, and a folder can hold hundreds
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def assembly() -> Assembly:
 
 @pytest.fixture(scope="module")
 def belief(assembly: Assembly) -> tuple[np.ndarray, np.ndarray]:
-    """The table's, mixed by a random rotation so that everything depends on everything."""
+    """Prior of the table, mixed by a random rotation so that all parameters are correlated."""
     mean, covariance = prior(assembly, nominal_machine(assembly.description, assembly.exo.phi))
     generator = np.random.default_rng(0)
     sd = np.sqrt(np.diag(covariance)) + 1e-6
@@ -87,7 +87,7 @@ def keep(assembly: Assembly, belief: tuple[np.ndarray, np.ndarray], tmp_path: Pa
     return write
 
 
-def test_writing_what_was_read_changes_no_bit(keep: Callable[..., Path], tmp_path: Path):
+def test_writing_a_participant_that_was_read_changes_no_bit(keep: Callable[..., Path], tmp_path: Path):
     path = keep()
     again = tmp_path / "again.toml"
     write_participant(again, read_participant(path))
@@ -95,7 +95,7 @@ def test_writing_what_was_read_changes_no_bit(keep: Callable[..., Path], tmp_pat
     assert np.array_equal(read_participant(again).covariance, read_participant(path).covariance)
 
 
-def test_what_is_the_persons_comes_back_and_what_is_the_machines_is_not_in_it(
+def test_the_file_has_the_parameters_of_the_person_and_none_of_the_machine(
     keep: Callable[..., Path], assembly: Assembly, belief: tuple[np.ndarray, np.ndarray]
 ):
     whole, kept = read_participant(keep()), slice(0, ParameterLayout.of(assembly).fit.stop)
@@ -106,7 +106,7 @@ def test_what_is_the_persons_comes_back_and_what_is_the_machines_is_not_in_it(
     assert "coulomb" not in text
 
 
-def test_it_is_small_and_for_its_owner_alone(keep: Callable[..., Path]):
+def test_the_file_is_small_and_readable_by_its_owner_only(keep: Callable[..., Path]):
     path = keep()
     assert path.stat().st_size < SIZE_MAX
     assert path.stat().st_mode & 0o077 == 0
@@ -155,7 +155,7 @@ def test_a_foreign_file_is_refused(keep: Callable[..., Path], assembly: Assembly
         refuse_other(path, read_participant(path), assembly, MACHINE, NOW)
 
 
-def test_its_own_machine_takes_it(keep: Callable[..., Path], assembly: Assembly):
+def test_a_file_of_the_same_machine_is_accepted(keep: Callable[..., Path], assembly: Assembly):
     path = keep()
     whole = read_participant(path)
     refuse_other(path, whole, assembly, MACHINE, NOW)
@@ -171,19 +171,19 @@ def test_its_own_machine_takes_it(keep: Callable[..., Path], assembly: Assembly)
         Body(1.75, 75.0, "male", {"upper_arm": 0.34, "forearm": 0.262, "hand": 0.19}),
     ],
 )
-def test_somebody_of_another_size_is_refused_before_anything_moves(keep: Callable[..., Path], told: Body):
+def test_a_person_of_another_size_is_refused_before_anything_moves(keep: Callable[..., Path], told: Body):
     path = keep()
-    with pytest.raises(ConfigError, match="somebody else"):
+    with pytest.raises(ConfigError, match="another person"):
         refuse_other_body(path, read_participant(path), told)
 
 
 @pytest.mark.parametrize("code", ["anna", "Anna-Maria", "P", "P 07", "P07/..", "x" * 16 + "1", ""])
-def test_a_name_is_no_code(code: str):
+def test_a_name_is_not_a_valid_code(code: str):
     with pytest.raises(ConfigError, match="--code"):
         PersonCode().refuse("--code", code)
 
 
-def test_a_random_code_is_one_and_another_each_time():
+def test_random_codes_are_valid_and_differ():
     codes = {new_code() for _ in range(20)}
     assert all(PersonCode().accepts(code) for code in codes)
     assert len(codes) > 15  # of a million

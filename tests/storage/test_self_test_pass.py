@@ -1,4 +1,4 @@
-"""A real machine carries an arm only where its self-test has passed here, today, and nothing has happened since."""
+"""A real machine carries an arm only if its self-test has passed here, today, without a fault since."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -28,7 +28,7 @@ SEAL = "a" * 64
 
 
 class Metal:
-    """A machine of one joint that stands still and does not say that it is virtual."""
+    """Machine of one joint that stands still and does not state that it is virtual."""
 
     joints: tuple[str, ...] = ("elbow",)
     period_s = 0.001
@@ -66,12 +66,12 @@ def pilot(key: MachineKey | None) -> Pilot:
     return Pilot(Metal(), ActuatorGain(np.ones(1), np.zeros(1)), envelope, key=key)
 
 
-def test_a_machine_that_does_not_say_that_it_is_virtual_may_be_worn():
+def test_a_machine_that_does_not_state_that_it_is_virtual_may_be_worn():
     assert may_be_worn(Metal())
     assert not may_be_worn(Computed())
 
 
-def test_nobody_asks_for_a_self_test_of_a_twin():
+def test_a_twin_needs_no_self_test():
     assert unlock(Computed(), None) == NOT_NEEDED
 
 
@@ -89,7 +89,7 @@ def test_a_self_test_of_today_unlocks_until_midnight(key: MachineKey):
         unlock(Metal(), key, NOON + timedelta(hours=12))
 
 
-def test_the_day_is_that_of_the_clock_on_the_wall(key: MachineKey):
+def test_the_day_is_that_of_local_time(key: MachineKey):
     write_pass(key, NOON)
     tokyo = NOON.astimezone(datetime.fromisoformat("2026-11-22T00:00:00+09:00").tzinfo)
     with pytest.raises(RigError, match="today is 2026-11-23"):
@@ -136,7 +136,7 @@ def test_a_fault_locks_until_the_next_self_test(key: MachineKey):
     assert unlock(Metal(), key, NOON)
 
 
-def test_a_self_test_that_fails_withdraws_the_one_that_passed(key: MachineKey):
+def test_a_failed_self_test_withdraws_an_earlier_pass(key: MachineKey):
     good, bad, slow = Step("clock", True), Step("Stop is heard", False), Step("ticks", False, locks_only=True)
     assert keep(key, [good], False, NOON).startswith("passed")
     assert unlock(Metal(), key, NOON)
@@ -147,8 +147,8 @@ def test_a_self_test_that_fails_withdraws_the_one_that_passed(key: MachineKey):
             unlock(Metal(), key, NOON)
 
 
-def test_no_pilot_carries_an_arm_on_a_machine_that_is_locked(key: MachineKey):
-    arm = ArmController.__new__(ArmController)  # refused before anything of it moves
+def test_no_pilot_carries_an_arm_on_a_locked_machine(key: MachineKey):
+    arm = ArmController.__new__(ArmController)  # refused before it moves
     arm._tick = SimpleNamespace(tau_feedforward=np.zeros(1), closure_slope=0.0, clearance=1.0)  # pyright: ignore[reportAttributeAccessIssue]
     with pytest.raises(RigError, match="locked"):
         pilot(None).run(arm, hold(np.zeros(1), 0.01, 0.001), "")

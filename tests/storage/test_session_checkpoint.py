@@ -1,4 +1,4 @@
-"""A run is kept whole or not at all, comes back to the last bit, and is given to nobody else."""
+"""A run is stored completely or not at all, comes back to the last bit, and is refused for other options."""
 
 import json
 from pathlib import Path
@@ -20,7 +20,7 @@ def kept(**changes: object) -> KeptSession:
     return KeptSession.model_validate(whole | changes)
 
 
-def test_what_was_kept_comes_back(tmp_path: Path):
+def test_a_stored_run_comes_back(tmp_path: Path):
     path = tmp_path / "run.json"
     SESSION_FILE.write(path, kept())
     SESSION_FILE.write(path, kept(t=13.0))
@@ -44,7 +44,7 @@ def test_the_person_comes_back_to_the_last_bit(tmp_path: Path):
 
 
 @pytest.mark.parametrize(("name", "value"), [("seed", 1015), ("participant", "P-02"), ("windows", 3)])
-def test_a_run_of_other_options_is_not_gone_on_with(tmp_path: Path, name: str, value: str | int):
+def test_a_run_with_other_options_is_not_resumed(tmp_path: Path, name: str, value: str | int):
     path = tmp_path / "run.json"
     SESSION_FILE.write(path, kept())
     with pytest.raises(ConfigError, match=f"--{name} is {value}, and the run"):
@@ -59,12 +59,12 @@ def test_a_damaged_file_is_refused(tmp_path: Path, content: str):
         read_kept(path, OPTIONS)
 
 
-def test_without_a_run_there_is_nothing_to_go_on_with(tmp_path: Path):
+def test_resuming_without_a_stored_run_is_refused(tmp_path: Path):
     with pytest.raises(ConfigError, match="There is no run to go on with"):
         read_kept(tmp_path / "run.json", OPTIONS)
 
 
-def test_a_second_start_overwrites_nobody(tmp_path: Path):
+def test_a_second_start_overwrites_no_run(tmp_path: Path):
     path = tmp_path / "run.json"
     refuse_kept(path)
     SESSION_FILE.write(path, kept())

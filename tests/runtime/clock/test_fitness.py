@@ -1,4 +1,4 @@
-"""A computer may drive a worn machine only where every criterion holds; the answer says why, and what to do."""
+"""A computer may drive a worn machine only if each criterion holds; the answer gives reasons and next steps."""
 
 from dataclasses import replace
 
@@ -15,14 +15,14 @@ GOOD_RIGHTS = Rights(is_fifo=True, is_locked=True)
 
 
 def timing(periods: int = 30_000, late: int = 0, lateness_us: int = 300, compute_us: int = 40) -> Timing:
-    """A run in which `late` ticks started late."""
+    """Return a run in which `late` ticks started late."""
     lateness = np.zeros(periods, dtype=np.int64)
     lateness[:late] = 1000 * lateness_us
     compute = np.full(periods, 1000 * compute_us)
     return Timing(np.arange(periods), lateness, compute, periods, PERIOD_NS, LoopOutcome.COMPLETE)
 
 
-def test_a_prepared_and_punctual_computer_may():
+def test_a_prepared_and_punctual_computer_is_accepted():
     fitness = judge(timing(), GOOD_RIGHTS, GOOD_HOST)
     assert fitness.may_drive_worn
     assert fitness.prepare == []
@@ -36,7 +36,7 @@ def test_a_good_run_claims_no_more_than_its_length_shows():
     assert "goal" not in long
 
 
-def test_on_an_ordinary_kernel_a_good_run_says_what_it_does_not_bound():
+def test_on_an_ordinary_kernel_a_good_run_states_that_delays_have_no_bound():
     fitness = judge(timing(), GOOD_RIGHTS, replace(GOOD_HOST, is_realtime_kernel=False))
     assert fitness.may_drive_worn
     assert "nothing bounds them" in " ".join(fitness.reasons)
@@ -51,12 +51,12 @@ AGAINST = {
     "a tick in five hundred late": (timing(late=60), GOOD_RIGHTS, GOOD_HOST, "99.8 % of the ticks started within 200"),
     "one late by a period": (timing(late=1, lateness_us=1001), GOOD_RIGHTS, GOOD_HOST, "1 of 30000 periods ended"),
     "a tick that is too long": (timing(compute_us=1001), GOOD_RIGHTS, GOOD_HOST, "30000 of 30000"),
-    "a loop broken off": (replace(timing(), outcome=LoopOutcome.NO_REST), GOOD_RIGHTS, GOOD_HOST, "broken off"),
+    "a loop that was stopped": (replace(timing(), outcome=LoopOutcome.NO_REST), GOOD_RIGHTS, GOOD_HOST, "was stopped"),
 }
 
 
 @pytest.mark.parametrize("case", AGAINST)
-def test_one_criterion_that_fails_is_enough_and_is_the_only_reason_given(case: str):
+def test_one_failed_criterion_is_enough_and_is_the_only_reason(case: str):
     run, rights, host, words = AGAINST[case]
     fitness = judge(run, rights, host)
     assert not fitness.may_drive_worn
@@ -64,7 +64,7 @@ def test_one_criterion_that_fails_is_enough_and_is_the_only_reason_given(case: s
     assert words in reason
 
 
-def test_exactly_the_share_that_it_takes_is_enough():
+def test_exactly_the_required_share_is_enough():
     assert judge(timing(late=30), GOOD_RIGHTS, GOOD_HOST).may_drive_worn
     assert not judge(timing(late=31), GOOD_RIGHTS, GOOD_HOST).may_drive_worn
 
@@ -85,7 +85,7 @@ UNPREPARED = {
 
 
 @pytest.mark.parametrize("case", UNPREPARED)
-def test_what_is_not_prepared_is_told_with_the_way_to_do_it(case: str):
+def test_a_missing_preparation_is_named_with_its_remedy(case: str):
     rights, host, words = UNPREPARED[case]
     (step,) = judge(timing(), rights, host).prepare
     assert words in step

@@ -1,4 +1,4 @@
-"""The computer is described by what its system states, and what it does not state is not invented."""
+"""The description of a computer is what its system states, and unknown properties stay empty."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ from exograv.runtime.clock.host import cpu_list, read_host
 
 
 def write(root: Path, path: str, text: str) -> None:
-    """A file of a system that is not this one."""
+    """Write a file of a simulated system."""
     file = root / path
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text(text)
@@ -22,12 +22,12 @@ def test_a_system_that_states_nothing_is_taken_for_an_ordinary_one(tmp_path: Pat
     assert host.clock_source == ""
 
 
-def test_the_processors_flag_gives_a_hypervisor_away(tmp_path: Path):
+def test_a_hypervisor_is_found_by_the_processor_s_flag(tmp_path: Path):
     write(tmp_path, "proc/cpuinfo", "processor\t: 0\nflags\t\t: fpu vme hypervisor lahf_lm\n")
     assert read_host(tmp_path).is_virtual
 
 
-def test_a_word_that_only_begins_like_the_flag_is_none(tmp_path: Path):
+def test_a_word_that_only_begins_like_the_flag_is_not_the_flag(tmp_path: Path):
     write(tmp_path, "proc/cpuinfo", "model name\t: hypervisor\nflags\t\t: fpu hypervisorless\n")
     assert not read_host(tmp_path).is_virtual
 

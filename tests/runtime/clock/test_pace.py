@@ -9,7 +9,7 @@ PERIOD_S = 0.001
 
 
 class Clock:
-    """Time that passes only when somebody sleeps or works."""
+    """Clock that advances only by sleep or work."""
 
     def __init__(self):
         self.now = 100.0

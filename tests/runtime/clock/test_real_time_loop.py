@@ -1,4 +1,4 @@
-"""The loop keeps its phase whatever happens, repeats nothing, and never holds a processor for itself."""
+"""The loop keeps its phase, repeats no period, and never blocks a processor."""
 
 from collections.abc import Callable
 
@@ -10,11 +10,11 @@ from exograv.runtime.clock.timing import LoopOutcome, Timing
 
 PERIOD_NS = 1_000_000
 READ_NS = 500
-"""What one look at the clock takes; a watched deadline is met to this."""
+"""Time of one look at the clock; a busy wait meets its deadline within this [ns]."""
 
 
 class Clock:
-    """Time that passes only when somebody looks, sleeps or works."""
+    """Clock that advances only by a look, sleep or work."""
 
     def __init__(self):
         self.now = 5_000_000_000
@@ -30,7 +30,7 @@ class Clock:
         self.now += round(1e9 * seconds)
 
     def run(self, periods: int, cost_ns: Callable[[int], int]) -> Timing:
-        """The loop on this clock, with a tick that takes `cost_ns` in a period."""
+        """Run the loop on this clock, with a tick that takes `cost_ns` in a period."""
 
         def work(period: int) -> None:
             self.periods.append(period)
@@ -52,7 +52,7 @@ def test_deadlines_do_not_drift_however_long_the_ticks_are(clock: Clock):
     assert timing.outcome is LoopOutcome.COMPLETE
 
 
-def test_what_a_tick_took_is_told_apart_from_how_late_it_was(clock: Clock):
+def test_the_duration_of_a_tick_is_separate_from_its_lateness(clock: Clock):
     timing = clock.run(10, lambda _period: 300_000)
     assert np.all(np.abs(timing.compute_ns - 300_000) <= READ_NS)
 
@@ -90,18 +90,18 @@ def test_a_tick_that_leaves_a_little_time_to_sleep_goes_on(clock: Clock):
     assert timing.missed == 0
 
 
-def test_sleep_ends_before_the_deadline_by_the_stretch_that_is_watched(clock: Clock):
+def test_sleep_ends_before_the_deadline_by_the_time_of_the_busy_wait(clock: Clock):
     clock.run(5, lambda _period: 100_000)
     assert clock.slept[1] == pytest.approx(1e-9 * (PERIOD_NS - SPIN_NS - 100_000), abs=3e-9 * READ_NS)
 
 
-def test_a_sleep_that_ends_early_is_gone_on_with(clock: Clock):
+def test_a_sleep_that_ends_early_is_continued(clock: Clock):
     whole = clock.sleep
     clock.sleep = lambda seconds: whole(0.5 * seconds if seconds > 1e-4 else seconds)
     assert clock.run(20, lambda _period: 100_000).lateness_ns.max() <= READ_NS
 
 
-def test_what_the_tick_raises_is_not_hidden(clock: Clock):
+def test_an_error_of_a_tick_is_not_hidden(clock: Clock):
     def break_off(_period: int) -> int:
         raise KeyboardInterrupt
 
@@ -109,7 +109,7 @@ def test_what_the_tick_raises_is_not_hidden(clock: Clock):
         clock.run(5, break_off)
 
 
-def test_a_tick_that_says_that_it_was_the_last_ends_the_loop_in_good_order(clock: Clock):
+def test_a_tick_that_returns_true_ends_the_loop_as_complete(clock: Clock):
     def work(period: int) -> bool:
         clock.periods.append(period)
         return period == 4

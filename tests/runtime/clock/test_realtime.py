@@ -1,4 +1,4 @@
-"""Real-time rights are given back by whatever way one leaves, and what is refused is told with what to do."""
+"""Real-time rights are returned in every way of leaving, and a refused right is reported with its remedy."""
 
 import errno
 import gc
@@ -42,7 +42,7 @@ def test_on_leaving_everything_is_as_before(way: str):
 
 
 class System:
-    """A system that notes what is asked of it, and refuses what it is told to."""
+    """Mock of the system that records the calls, and refuses some of them."""
 
     def __init__(self, refused: tuple[str, ...] = ()):
         self.refused = refused
@@ -57,14 +57,14 @@ class System:
         return act
 
     def put_under(self, patch: pytest.MonkeyPatch) -> None:
-        """Everything that reaches beyond this interpreter goes to this system."""
+        """Redirect all calls beyond this interpreter to the mock."""
         for name in ("sched_setscheduler", "sched_setaffinity"):
             patch.setattr(module.os, name, self.call(name))
         patch.setattr(module.resource, "setrlimit", self.call("setrlimit"))
         patch.setattr(module, "_libc", self.call)
 
 
-def test_the_scheduler_is_asked_last_and_left_first(monkeypatch: pytest.MonkeyPatch):
+def test_the_scheduler_is_set_last_and_reset_first(monkeypatch: pytest.MonkeyPatch):
     system = System()
     system.put_under(monkeypatch)
     with realtime() as rights:
@@ -83,9 +83,12 @@ REFUSALS = {
 
 
 @pytest.mark.parametrize("name", REFUSALS)
-def test_a_refusal_is_one_sentence_with_what_to_do_and_the_rest_goes_on(name: str, monkeypatch: pytest.MonkeyPatch):
+def test_a_refusal_is_one_sentence_with_its_remedy_and_does_not_stop_the_rest(
+    name: str, monkeypatch: pytest.MonkeyPatch
+):
     system = System((name,))
-    # Giving back what one never had may not be refused: affinity and scheduler are set to what they were.
+    # The return of rights that were never granted may not be refused: affinity and scheduler are set to their old
+    # values.
     leave = {"sched_setscheduler", "sched_setaffinity"}
     system.put_under(monkeypatch)
     with realtime((3,)) as rights:
@@ -97,7 +100,7 @@ def test_a_refusal_is_one_sentence_with_what_to_do_and_the_rest_goes_on(name: st
     assert sentence.endswith(".")
 
 
-def test_without_any_right_the_collector_rests_all_the_same(monkeypatch: pytest.MonkeyPatch):
+def test_without_any_right_the_garbage_collector_is_off(monkeypatch: pytest.MonkeyPatch):
     system = System(tuple(REFUSALS))
     system.put_under(monkeypatch)
     with realtime() as rights:

@@ -1,4 +1,4 @@
-"""The figures of a loop say what happened: what is late is counted late, and nothing falls out of the histogram."""
+"""The figures of a loop are true: late ticks are counted as late, and the histogram has all ticks."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from exograv.runtime.clock.timing import EDGES_US, LATE_NS, PERIOD_NS, LoopOutco
 
 
 def timing(lateness_us: list[int], compute_us: int = 50, periods: int | None = None) -> Timing:
-    """One tick in each of the first periods."""
+    """Return a timing with one tick in each of the first periods."""
     lateness = 1000 * np.array(lateness_us, dtype=np.int64)
     ticks = np.arange(len(lateness))
     count = len(lateness) if periods is None else periods
@@ -23,7 +23,7 @@ def test_a_punctual_loop_misses_nothing_and_keeps_its_rate():
     assert found.longest_gap_us == pytest.approx(1000.0)
 
 
-def test_late_is_the_command_and_not_the_start():
+def test_lateness_counts_the_command_and_not_the_start():
     found = timing([0, 460, 0, 0], compute_us=50)
     assert found.lateness_ns.max() < LATE_NS
     assert found.late_share == 0.25
@@ -53,6 +53,6 @@ def test_every_tick_is_in_the_histogram_however_late(lateness_us: list[int]):
     assert sum(timing(lateness_us).histogram()) == len(lateness_us)
 
 
-def test_the_bins_part_where_the_criteria_do():
+def test_the_criteria_are_edges_of_the_bins():
     counts = dict(zip(EDGES_US[1:], timing([199, 200, 999, 1000]).histogram(), strict=True))
     assert (counts[200], counts[500], counts[1000], counts[2000]) == (1, 1, 1, 1)

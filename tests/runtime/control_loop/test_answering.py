@@ -1,4 +1,4 @@
-"""Control says that it is ready when it is: the guard begins by that word, and asks at once."""
+"""Control reports that it is ready only then: the guard begins with this message, and asks at once."""
 
 import contextlib
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from exograv.runtime.recorder.recorder_process import Inlet
 
 
 class Silent:
-    """Is asked nothing."""
+    """Control that must not be asked."""
 
     mode_names = ()
 

@@ -1,4 +1,4 @@
-"""The guard hears a word in its next tick, does of it what may be done, and says what became of it."""
+"""The guard takes a message in its next tick, executes it if allowed, and replies."""
 
 import contextlib
 from collections.abc import Iterator
@@ -35,7 +35,7 @@ class Clock:
 
 @dataclass
 class Room:
-    """A guard, what it hears, and its parent."""
+    """Guard with its messages and its parent."""
 
     guard: Guard
     hearing: GuardCommands
@@ -44,11 +44,11 @@ class Room:
     notes: list[str]
     mode: Mode | None = Mode.OFF
     answers: bool = True
-    period: int = 1  # not one in which it looks at the line without a bell
+    period: int = 1  # not a period in which it looks at the line without the bell
     state: np.ndarray = field(default_factory=lambda: np.zeros((), state_dtype(1)))
 
     def tick(self) -> None:
-        """As in the guard's process."""
+        """Run a tick as in the guard's process."""
         now, self.period = PERIOD_S * self.period, self.period + 1
         measured = JointState(now, self.period, np.zeros(1), np.zeros(1), np.full(1, np.nan), TorqueSource.CURRENT)
         self.guard.see(measured, now)
@@ -64,7 +64,7 @@ class Room:
         self.hearing.listen(self.period, now, self.mode, is_answered=self.answers)
 
     def says(self, word: object) -> str | None:
-        """What the guard answers to it in the next tick; None where it says nothing."""
+        """Send a message, run a tick, and return the guard's reason of refusal; None without a reply."""
         self.line.send(word)
         self.tick()
         heard = self.ours.recv() if self.ours.poll() else None
@@ -72,7 +72,7 @@ class Room:
 
     @property
     def told(self) -> Event | None:
-        """What control was told in the last tick, as it is recorded in the next one."""
+        """Event that control was told in the last tick, as the next one records it."""
         code = self.hearing.acts >> EVENT_SHIFT
         return ASKABLE[code - 1] if code else None
 
@@ -95,7 +95,7 @@ def lease(room: Room) -> None:
     assert room.says(LeaseCommand(FAR)) is None
 
 
-def test_stop_is_heard_in_the_next_tick_whoever_steers(room: Room):
+def test_stop_is_executed_in_the_next_tick_with_any_lease(room: Room):
     room.tick()
     assert room.says(DescentCommand(7)) == ""
     assert room.guard.envelope.stop is StopReason.STOP_PRESSED
@@ -104,7 +104,7 @@ def test_stop_is_heard_in_the_next_tick_whoever_steers(room: Room):
     assert room.notes == ["operator: stop: done."]
 
 
-def test_words_are_heard_in_their_order_one_a_tick(room: Room):
+def test_messages_are_taken_in_order_one_per_tick(room: Room):
     for number in range(3):
         room.line.send(GuardRequest(number, Event.TEST))
     for number in range(3):
@@ -113,7 +113,7 @@ def test_words_are_heard_in_their_order_one_a_tick(room: Room):
         assert not room.ours.poll()
 
 
-def test_nobody_looks_at_the_line_before_there_is_a_word(room: Room, monkeypatch: pytest.MonkeyPatch):
+def test_the_guard_does_not_poll_the_line_before_a_message_is_announced(room: Room, monkeypatch: pytest.MonkeyPatch):
     looks: list[int] = []
     poll = room.hearing._parent.poll
     monkeypatch.setattr(room.hearing._parent, "poll", lambda: looks.append(room.period) or poll(), raising=False)
@@ -122,17 +122,17 @@ def test_nobody_looks_at_the_line_before_there_is_a_word(room: Room, monkeypatch
     assert len(looks) == 1
 
 
-def test_where_the_parent_is_gone_the_arm_comes_down_and_the_run_ends(room: Room):
+def test_without_its_parent_the_guard_lets_the_arm_down_and_ends_the_run(room: Room):
     room.ours.close()
     for _ in range(ASK_PARENT_EVERY):
         room.tick()
     assert room.hearing.is_asked_to_end
     assert room.guard.envelope.stop is StopReason.STOP_PRESSED
     for _ in range(ASK_PARENT_EVERY):
-        room.tick()  # and nobody asks a line that is closed
+        room.tick()  # and the closed line is not polled
 
 
-def test_control_is_told_an_event_once_and_only_what_it_has_answered_is_followed_by_another(room: Room):
+def test_control_gets_each_event_once_and_the_next_one_only_after_its_answer(room: Room):
     lease(room)
     assert room.says(GuardRequest(1, Event.TEST)) == ""
     room.answers = False
@@ -148,7 +148,7 @@ def test_control_is_told_an_event_once_and_only_what_it_has_answered_is_followed
     assert int(room.state["asked"]) == 2
 
 
-def test_nothing_that_was_asked_for_before_a_stop_is_told_after_it(room: Room):
+def test_no_request_from_before_a_stop_reaches_control_after_it(room: Room):
     lease(room)
     assert room.says(GuardRequest(1, Event.TEST)) == ""
     room.guard.press_stop()
@@ -175,14 +175,14 @@ def test_a_reset_waits_until_the_arm_is_down_and_control_answers_and_leaves_the_
     assert room.says(GuardRequest(4, Event.RESET)) == ""
     assert room.guard.envelope.stop is None
     assert room.hearing.acts & RESET
-    room.hearing.tell(room.state)  # a safe state was told in this tick still
+    room.hearing.tell(room.state)  # this tick still carried a safe state
     assert int(room.state["asked"]) == 0
     room.state["safe_state"] = SafeState.NONE
     room.hearing.tell(room.state)
     assert ASKABLE[int(room.state["event"])] is Event.RESET
 
 
-def test_nobody_resets_without_steering(room: Room):
+def test_a_reset_without_a_lease_is_refused(room: Room):
     room.mode = Mode.SAFE
     room.says(DescentCommand(1))
     for _ in range(DOWN):
@@ -191,7 +191,7 @@ def test_nobody_resets_without_steering(room: Room):
     assert room.guard.envelope.stop is not None
 
 
-def test_a_gravity_level_of_whoever_steers_is_answered_and_comes_by_a_ramp_as_long_as_asked_for(room: Room):
+def test_a_gravity_level_from_a_steering_page_is_answered_and_reached_by_the_requested_ramp(room: Room):
     assert "Nobody steers" in (room.says(FeltLevel(0.5, 10.0, 1)) or "")
     lease(room)
     assert room.says(FeltLevel(0.5, 10.0, 2)) == ""
@@ -216,7 +216,7 @@ def test_an_arm_that_is_carried_when_the_lease_ends_is_given_back(room: Room):
         Clock.now = 0
 
 
-def test_the_last_word_lets_the_arm_down_and_ends_the_run(room: Room):
+def test_the_last_message_lets_the_arm_down_and_ends_the_run(room: Room):
     room.says(ENDS)
     assert room.hearing.is_asked_to_end
     assert room.guard.envelope.stop is StopReason.STOP_PRESSED

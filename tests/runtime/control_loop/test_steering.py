@@ -1,4 +1,4 @@
-"""Beside the guard: no words without a lease, no arm without two steps, and an arm that nobody steers is given back."""
+"""No request without a lease, no arm without two steps, and an arm that no page steers is given back."""
 
 import pytest
 from hypothesis import given
@@ -41,19 +41,19 @@ def test_a_lease_is_never_longer_than_allowed():
 
 @pytest.mark.parametrize("event", [event for event in Event if event not in ASKABLE or event is Event.PASSED])
 @pytest.mark.parametrize("mode", Mode)
-def test_what_is_not_an_operators_cannot_be_asked_for(event: Event, mode: Mode):
+def test_events_that_are_not_the_operator_s_cannot_be_requested(event: Event, mode: Mode):
     assert ask(steered(), event, mode)
 
 
 @pytest.mark.parametrize("event", ASKABLE)
 @pytest.mark.parametrize("mode", Mode)
-def test_while_the_guard_has_stopped_nothing_is_passed_on(event: Event, mode: Mode):
+def test_no_request_is_passed_on_while_the_guard_is_latched(event: Event, mode: Mode):
     steering = steered()
     assert ask(steering, event, mode, is_latched=True)
     assert steering.next() is None
 
 
-def test_the_self_test_of_the_twin_is_passed_when_it_is_asked_for():
+def test_the_self_test_of_the_twin_passes_with_its_request():
     steering = steered()
     assert not ask(steering, Event.TEST, Mode.OFF)
     assert [steering.next(), steering.next(), steering.next()] == [Event.TEST, Event.PASSED, None]
@@ -72,7 +72,7 @@ def test_an_arm_is_taken_within_half_a_minute_after_step_one_and_once():
     assert "Step one" in ask(steering, Event.TAKE_ARM, Mode.EXO_ONLY, 2 * READY_NS + 1)
 
 
-def test_a_stop_takes_back_step_one_and_all_that_waits():
+def test_a_stop_discards_step_one_and_all_waiting_requests():
     steering = steered()
     ask(steering, Event.TEST, Mode.OFF)
     steering.stopped()
@@ -81,7 +81,7 @@ def test_a_stop_takes_back_step_one_and_all_that_waits():
 
 
 @pytest.mark.parametrize("mode", [mode for mode in Mode if mode in WORN and mode is not Mode.RAMP_OUT])
-def test_an_arm_that_nobody_steers_any_more_is_given_back_once(mode: Mode):
+def test_an_arm_without_a_lease_is_given_back_once(mode: Mode):
     steering = steered()
     assert steering.watch(mode, LEASE_MAX_NS) == ""
     assert steering.watch(mode, LEASE_MAX_NS + 1)
@@ -92,7 +92,7 @@ def test_an_arm_that_nobody_steers_any_more_is_given_back_once(mode: Mode):
 
 
 @pytest.mark.parametrize("mode", [mode for mode in Mode if mode not in WORN])
-def test_where_no_arm_is_carried_a_lost_lease_only_takes_back_step_one(mode: Mode):
+def test_without_a_carried_arm_a_lost_lease_only_discards_step_one(mode: Mode):
     steering = steered()
     ask(steering, Event.TEST, Mode.EXO_ONLY)
     assert steering.watch(mode, LEASE_MAX_NS + 1)
@@ -113,21 +113,21 @@ def test_a_window_is_finished_without_an_operator_and_never_longer_than_a_window
     assert not steering.is_to_stop
 
 
-def test_a_window_is_stopped_where_the_session_is_set_so():
+def test_a_lost_lease_stops_a_window_if_the_session_is_set_so():
     steering = steered(window_until_ns=5 * SECOND, on_loss="stop")
     assert steering.watch(Mode.FLOATING, LEASE_MAX_NS + 1)
     assert steering.is_to_stop
     assert steering.next() is None
 
 
-def test_without_a_window_that_setting_gives_the_arm_back_like_the_other():
+def test_without_a_window_both_settings_give_the_arm_back():
     steering = steered(on_loss="stop")
     steering.watch(Mode.FLOATING, LEASE_MAX_NS + 1)
     assert not steering.is_to_stop
     assert steering.next() is Event.GIVE_BACK
 
 
-def test_a_lease_that_comes_again_is_one_and_lost_anew_gives_the_arm_back_anew():
+def test_a_renewed_lease_is_valid_and_its_loss_gives_the_arm_back_again():
     steering = steered()
     steering.watch(Mode.FLOATING, LEASE_MAX_NS + 1)
     steering.next()
@@ -139,7 +139,7 @@ def test_a_lease_that_comes_again_is_one_and_lost_anew_gives_the_arm_back_anew()
 
 
 @given(st.lists(st.tuples(st.sampled_from(Event), st.sampled_from(Mode), st.integers(0, 40)), max_size=30))
-def test_no_history_of_words_passes_on_an_arm_that_was_not_made_ready_before(words):
+def test_no_sequence_of_requests_takes_an_arm_without_making_the_machine_ready_before(words):
     steering, now, ready_at = CommandDecisions(), 0, None
     for event, mode, seconds in words:
         now += seconds * SECOND

@@ -1,4 +1,4 @@
-"""A worker says of when it knows, forgets nothing when it is replaced, and says in the end what it has found."""
+"""A worker's findings carry their time, a replaced worker loses no sample, and the end brings a final finding."""
 
 import contextlib
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ SAMPLES_MAX = 100
 
 
 class Counts:
-    """Finds how many samples it has seen, and always thinks it is time to tell."""
+    """Worker that counts its samples, and reports after each one."""
 
     def __init__(self):
         self.seen = 0
@@ -30,7 +30,7 @@ class Counts:
 
 
 class Table:
-    """Control's side of both rings, and a worker that works when it is told to."""
+    """Control's side of both rings, and a worker that works when told to."""
 
     def __init__(self, samples: Ring, findings: Ring, memory: WorkerMemory, stack: contextlib.ExitStack):
         self.samples, self.findings, self._memory, self._stack = samples, findings, memory, stack
@@ -69,7 +69,7 @@ def table() -> Iterator[Table]:
         yield Table(samples, findings, memory, stack)
 
 
-def test_what_is_found_is_told_with_the_time_of_its_sample(table: Table):
+def test_a_finding_has_the_time_of_its_sample(table: Table):
     table.tell(3)
     assert not table.desk.work()
     newest = table.findings.newest()
@@ -77,7 +77,7 @@ def test_what_is_found_is_told_with_the_time_of_its_sample(table: Table):
     assert (newest[0], newest[1]["now"], newest[1]["x"][0]) == (3, 3.0, 3.0)
 
 
-def test_a_worker_in_place_of_one_that_died_begins_with_the_first_sample(table: Table):
+def test_a_replacement_worker_begins_with_the_first_sample(table: Table):
     table.tell(5)
     table.desk.work()
     table.tell(2)
@@ -85,7 +85,7 @@ def test_a_worker_in_place_of_one_that_died_begins_with_the_first_sample(table: 
     assert table.found() == [1, 2, 3, 4, 5, 1, 2, 3, 4, 5, 6, 7]
 
 
-def test_the_last_sample_brings_the_last_finding_and_the_last_word_once(table: Table):
+def test_the_last_sample_brings_the_final_finding_and_message_once(table: Table):
     table.tell(4, is_last=True)
     assert table.desk.work() == ["5 samples"]
     assert table.found()[-1] == -1.0
@@ -94,7 +94,7 @@ def test_the_last_sample_brings_the_last_finding_and_the_last_word_once(table: T
     assert table.found() == []
 
 
-def test_the_newest_finding_can_be_read_by_many_and_is_taken_by_nobody(table: Table):
+def test_many_readers_can_read_the_newest_finding_without_taking_it(table: Table):
     assert table.findings.newest() is None
     table.tell(2)
     table.desk.work()

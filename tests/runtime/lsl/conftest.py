@@ -1,4 +1,4 @@
-"""Streams of a test are seen by nobody else: one session of LSL a test process, on this computer only."""
+"""Streams of a test are invisible to others: one session of LSL per test process, on this computer only."""
 
 import os
 import secrets
@@ -18,12 +18,12 @@ SessionID = {session}
 """
 
 SOON_S = 20.0
-"""For a slow computer; nothing that is tested waits so long."""
+"""Time limit for a slow computer; no tested event takes so long."""
 
 
 @pytest.fixture(scope="session", autouse=True)
 def network(tmp_path_factory: pytest.TempPathFactory):
-    """Read by liblsl when it is first used, here and in every process that is started."""
+    """Write the configuration that liblsl reads at its first use, here and in each process that is started."""
     file: Path = tmp_path_factory.mktemp("lsl") / "lsl_api.cfg"
     file.write_text(NETWORK.format(session=f"test-{os.getpid()}-{secrets.token_hex(4)}"))
     with pytest.MonkeyPatch.context() as patch:

@@ -11,7 +11,7 @@ import pylsl.lib
 
 
 def opened(name: str, value_type: str) -> pylsl.StreamOutlet:
-    """A stream of three channels, or of texts."""
+    """Open a stream of three channels, or of texts."""
     is_text = value_type == "string"
     kind, channels, rate = ("Markers", 1, 0.0) if is_text else ("EEG", 3, 200.0)
     info = pylsl.StreamInfo(name, kind, channels, rate, pylsl.lib.string2fmt[value_type], f"{name}-1")

@@ -1,4 +1,4 @@
-"""What another device sends is in the file as it was sent, whatever dies on the way; and nobody is held up by it."""
+"""Samples of another device are in the file unchanged, whatever process dies, and delay no other process."""
 
 import contextlib
 import itertools
@@ -29,7 +29,7 @@ TYPES = ("float32", "double64", "int16", "int64")
 
 @contextlib.contextmanager
 def device(*streams: str) -> Iterator[subprocess.Popen]:
-    """Another program, that pushes counted samples into streams `NAME:TYPE`."""
+    """Another program that pushes counted samples into streams `NAME:TYPE`."""
     with subprocess.Popen([sys.executable, str(DEVICE), *streams], stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
         process.stdout.readline()
@@ -53,7 +53,7 @@ def finished(listening: Listening, recorder: Recorder) -> Recording:
 
 
 def written(path: Path, topic: str) -> int:
-    """Samples that are in the file now."""
+    """Return the samples that are in the file now."""
     return sum(len(stream.stamps) for stream in read_recording(path).streams if stream.topic == topic)
 
 
@@ -67,7 +67,7 @@ def noted(listening: Listening, what: str, count: int = 1):
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Recording:
-    """Streams of all kinds, for three seconds."""
+    """Recording of streams of all kinds, for three seconds."""
     path = tmp_path_factory.mktemp("streams") / "a.mcap"
     with (
         device(*(f"{one}:{one}" for one in TYPES), "keys:string"),
@@ -79,7 +79,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Recording:
 
 
 def corrections(path: Path) -> int:
-    """Fewest of a stream, so far."""
+    """Return the smallest number of samples of a stream so far."""
     return min(len(stream.corrections) for stream in read_recording(path).streams)
 
 
@@ -96,7 +96,7 @@ def test_numbers_and_stamps_are_recorded_bit_by_bit(undisturbed: Recording, valu
     np.testing.assert_array_equal(np.diff(counts), 1)
     np.testing.assert_array_equal(stream.values[:, 1], (counts / 3).astype(kind))
     np.testing.assert_array_equal(stream.values[:, 2], -stream.values[:, 0])
-    # The device has said 10 000 s + n/7 on its own clock: nothing is smoothed, and nothing is shifted.
+    # The device gave 10 000 s + n/7 on its own clock: stamps are neither smoothed nor shifted.
     np.testing.assert_array_equal(stream.stamps, 1e4 + counts / 7)
 
 
@@ -138,7 +138,7 @@ def test_a_device_that_dies_is_noted_and_awaited_and_comes_back_as_another_conne
 
 
 @pytest.mark.slow
-def test_nothing_is_missing_and_nothing_is_twice_after_recorder_and_listener_were_killed(tmp_path: Path):
+def test_no_sample_is_missing_or_repeated_after_recorder_and_listener_were_killed(tmp_path: Path):
     path = tmp_path / "a.mcap"
     with device("amp:float32"), recording(path, "amp") as (listening, recorder):
         wait_until(lambda: written(path, "/lsl/amp") > 20, "samples")
@@ -155,7 +155,7 @@ def test_nothing_is_missing_and_nothing_is_twice_after_recorder_and_listener_wer
     counts = stream.values[:, 0].astype(int)
     for number in (1, 2):
         np.testing.assert_array_equal(np.diff(counts[stream.connection == number]), 1)
-    assert counts[stream.connection == 1][-1] < counts[stream.connection == 2][0]  # what came meanwhile is a gap
+    assert counts[stream.connection == 1][-1] < counts[stream.connection == 2][0]  # a gap for the time between
     assert [note.kind for note in stream.notes] == ["connected", "connected"]
 
 
@@ -182,7 +182,7 @@ def test_a_stream_that_is_not_there_is_an_error_that_names_those_that_are():
         Listening(["amp", "heart"], within_s=0.5)
 
 
-def test_a_full_ring_is_written_part_by_part_in_its_order_and_nothing_is_missing(tmp_path: Path):
+def test_a_full_ring_is_written_part_by_part_in_order_without_a_gap(tmp_path: Path):
     path, ring = tmp_path / "a.mcap", Ring(BLOCK, SLOTS)
     stream = FoundStream("amp", "1", "here", 3, 200.0, "int16", "EEG")
     devices = RecordedDevices(ring.name, formats([stream]))
@@ -198,7 +198,7 @@ def test_a_full_ring_is_written_part_by_part_in_its_order_and_nothing_is_missing
     np.testing.assert_array_equal(found.stamps, 0.1 * np.arange(SLOTS))
 
 
-def test_no_two_streams_share_a_channel_and_any_name_can_be_sought():
+def test_no_two_streams_share_a_channel_and_any_name_can_be_searched():
     names = ["a b", "a/b", "a b", "ü", 'say "x"', "it's"]
     streams = [FoundStream(name, str(k), "here", 1, 0.0, "float32", "EEG") for k, name in enumerate(names)]
     topics = [one.topic for one in formats(streams)]

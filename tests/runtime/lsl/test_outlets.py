@@ -1,4 +1,4 @@
-"""What a run publishes has the time of its measurement, says nothing of a person, and comes back with the recorder."""
+"""Published samples have the time of their measurement, name no person, and come back with the recorder."""
 
 import contextlib
 import os
@@ -21,14 +21,14 @@ from exograv.runtime.recorder.recorder_process import PHASE, event
 JOINTS = ("shoulder_flexion", "elbow_flexion")
 SETTINGS = {"rig": "recupera_like", "wearer": {"name": "Ada Example", "mass_kg": 61.0}}
 AHEAD_S = 5e4
-"""Of the rig's clock before CLOCK_MONOTONIC here."""
+"""Lead of the rig's clock over CLOCK_MONOTONIC in this test [s]."""
 
 OLD_S = 0.004
-"""Between a measurement and the decision."""
+"""Time from a measurement to the decision [s]."""
 
 
 class Loop:
-    """Stands for the guard: puts ticks that are measured now."""
+    """Mock of the guard that puts ticks measured now."""
 
     def __init__(self, recorder: Recorder):
         self._ticks, self._events, self.put_in = recorder.inlet.ticks(), recorder.inlet.events(), list[np.ndarray]()
@@ -69,7 +69,7 @@ def run(tmp_path: Path, job: OutletsJob):
 
 
 def inlet(job: OutletsJob, kind: str, recover: bool = False):
-    """Of a consumer in another process than the recorder's."""
+    """Open the inlet of a consumer in another process than the recorder's."""
     found = lsl().resolve_byprop("source_id", f"exograv-{job.token}-{kind}", 1, 10.0)
     assert len(found) == 1
     opened = lsl().StreamInlet(found[0], recover=recover)
@@ -96,7 +96,7 @@ def test_the_clock_of_lsl_is_the_monotonic_one():
     assert all(before <= between <= after for before, between, after in gaps)
 
 
-def test_a_stamp_is_the_time_of_the_measurement_and_not_that_of_pushing(run, job: OutletsJob):
+def test_a_stamp_is_the_time_of_the_measurement_and_not_of_sending(run, job: OutletsJob):
     _, loop = run
     joints, torque = inlet(job, "jointstate"), inlet(job, "torque")
     for _ in range(30):
@@ -113,7 +113,7 @@ def test_a_stamp_is_the_time_of_the_measurement_and_not_that_of_pushing(run, job
     np.testing.assert_array_equal(np.array(values)[:, 5], -np.arange(30.0))  # second joint, commanded
 
 
-def test_a_marker_has_the_time_of_what_it_marks(run, job: OutletsJob):
+def test_a_marker_has_the_time_of_its_event(run, job: OutletsJob):
     _, loop = run
     markers = inlet(job, "markers")
     loop.tick()
@@ -122,7 +122,7 @@ def test_a_marker_has_the_time_of_what_it_marks(run, job: OutletsJob):
     loop.tick()
     texts, stamps = received(markers, 2)
     assert texts == [["phase: floating"], ["stop: Größer als ½"]]
-    np.testing.assert_allclose(stamps, said, rtol=0.0, atol=1e-6)  # the rig's clock has less digits
+    np.testing.assert_allclose(stamps, said, rtol=0.0, atol=1e-6)  # the rig's clock has fewer digits
 
 
 def test_ticks_of_a_virtual_clock_are_recorded_and_not_published(run, job: OutletsJob):
@@ -139,7 +139,7 @@ def test_ticks_of_a_virtual_clock_are_recorded_and_not_published(run, job: Outle
     assert recorder.finish().acknowledged == 2
 
 
-def test_a_description_says_joint_and_unit_and_no_name_of_a_person(run, job: OutletsJob):
+def test_a_description_has_joint_and_unit_and_no_name_of_a_person(run, job: OutletsJob):
     xml = inlet(job, "torque").info(10.0).as_xml()
     assert "<label>tau_desired/elbow_flexion</label>" in xml
     assert xml.count("<unit>N·m</unit>") == 6
@@ -167,11 +167,11 @@ def test_a_killed_recorder_loses_no_tick_and_its_streams_are_found_again(run, jo
     report = recorder.finish()
     assert (report.restarts, report.lost, report.unpublished) == (1, 0, "")
     assert read_recording(recorder.path).ticks["sequence"].tolist() == list(range(1, len(loop.put_in) + 1))
-    assert np.all(np.diff(back) > 0)  # none twice
+    assert np.all(np.diff(back) > 0)  # no sample is repeated
     assert back[0] > float(loop.put_in[19]["monotonic"])
 
 
-def test_whoever_has_no_lsl_is_told_how_to_get_it(tmp_path: Path, job: OutletsJob, monkeypatch: pytest.MonkeyPatch):
+def test_without_lsl_the_error_says_how_to_install_it(tmp_path: Path, job: OutletsJob, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(ConfigError, match=r"pip install 'exograv\[lsl\]'"):
         Recorder(tmp_path / "a.mcap", JOINTS, SETTINGS, 5.0, outlets=job)

@@ -1,4 +1,4 @@
-"""Several processes bring the same results as one; a task that kills its process is told, and takes nothing else."""
+"""Several processes give the same results as one; a task that kills its process is reported, and no other is lost."""
 
 import os
 import signal
@@ -56,7 +56,7 @@ def fails(task: int, _tell: object) -> Iterator[int]:
 
 
 class UnpackableError(Exception):
-    """Cannot be packed: it takes two arguments, and says one."""
+    """Error that cannot be pickled: it takes two arguments, and stores one."""
 
     def __init__(self, one: int, two: int):
         super().__init__(f"{one} and {two}")
@@ -72,7 +72,7 @@ def test_results_do_not_depend_on_the_number_of_processes(processes: int):
     told = []
     results = list(results_of(counts, TASKS, processes, told.append, LOST))
     assert sorted(results) == [(0, 30), (0, 31), (0, 32), (1, 10), (2, 20), (2, 21)]
-    assert [one for number, one in results if number == 0] == [30, 31, 32]  # of one task in their order
+    assert [one for number, one in results if number == 0] == [30, 31, 32]  # results of one task in order
     assert sorted(told) == ["1: 0", "2: 0", "2: 1", "3: 0", "3: 1", "3: 2"]
 
 
@@ -86,7 +86,7 @@ def test_a_process_goes_on_with_the_next_run():
     assert first == second != [(0, os.getpid())]
 
 
-def test_a_task_that_kills_its_process_is_told_and_may_be_tried_again():
+def test_a_task_that_kills_its_process_is_reported_and_may_be_tried_again():
     left = [2, 1, 1, 3]
     with ProcessPool(2) as pool:
         events = list(pool.run(strikes, lambda: left.pop(0) if left else None))
@@ -94,7 +94,7 @@ def test_a_task_that_kills_its_process_is_told_and_may_be_tried_again():
     assert sorted(event.result for event in events if isinstance(event, Arrived)) == [1, 1, 2, 3]
 
 
-def test_where_no_task_may_be_lost_a_sentence_says_so():
+def test_a_lost_task_raises_the_given_error():
     with pytest.raises(RigError, match=LOST):
         list(results_of(strikes, (1, 2), 2, print, LOST))
 
@@ -108,7 +108,7 @@ def test_an_error_of_a_task_is_raised_after_the_results():
     assert "test_process_pool.py" in raised.value.__notes__[0]
 
 
-def test_an_error_that_cannot_be_sent_is_told_in_words():
+def test_an_error_that_cannot_be_pickled_arrives_as_text():
     with ProcessPool(1) as pool, pytest.raises(RuntimeError, match="UnpackableError: 1 and 2"):
         list(pool.results(fails_oddly, (1,), LOST))
 

@@ -1,4 +1,4 @@
-"""What another process reads is whole, the newest, or in order; a writer never waits and counts what it leaves out."""
+"""Another process reads complete values, the newest or all in order; a writer never waits, and counts lost values."""
 
 import multiprocessing
 import os
@@ -48,7 +48,7 @@ def test_a_mailbox_has_the_newest_value_and_counts(mailbox: Mailbox):
         assert (found[1]["q"] == k).all()
 
 
-def test_what_was_read_does_not_change_with_the_next_value(mailbox: Mailbox):
+def test_a_value_that_was_read_does_not_change_with_the_next_one(mailbox: Mailbox):
     mailbox.write(value(1))
     found = mailbox.read()
     for k in range(2, 2 + SLOTS):
@@ -85,7 +85,7 @@ def test_across_processes_no_value_is_torn_and_none_is_older_than_the_one_before
     assert writer.exitcode == 0
 
 
-def test_a_ring_gives_all_values_in_their_order(ring: Ring):
+def test_a_ring_gives_all_values_in_order(ring: Ring):
     taken: list[int] = []
     for k in range(5 * CAPACITY):
         assert ring.put(value(k))
@@ -97,12 +97,12 @@ def test_a_ring_gives_all_values_in_their_order(ring: Ring):
     assert ring.lost == 0
 
 
-def test_a_full_ring_counts_what_it_leaves_out_and_keeps_what_it_has(ring: Ring):
+def test_a_full_ring_counts_dropped_values_and_keeps_its_own(ring: Ring):
     room = [ring.put(value(k)) for k in range(CAPACITY + 5)]
     assert room == [True] * CAPACITY + [False] * 5
     assert ring.lost == 5
     assert ring.take()["sequence"].tolist() == list(range(CAPACITY))
-    # Taken is not safe yet: the place is free after the acknowledgement only.
+    # A value that was taken is not safe yet: its slot is free only after the acknowledgement.
     assert not ring.put(value(99))
     ring.acknowledge(CAPACITY)
     assert ring.put(value(100))
@@ -115,7 +115,7 @@ def _take_and_die(name: str, acknowledged: int) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def test_after_a_reader_was_killed_the_next_one_goes_on_from_what_was_safe(ring: Ring):
+def test_after_a_reader_was_killed_the_next_one_continues_after_the_acknowledged_values(ring: Ring):
     for k in range(20):
         ring.put(value(k))
     reader = multiprocessing.get_context("spawn").Process(target=_take_and_die, args=(ring.name, 12))

@@ -1,4 +1,4 @@
-"""Ctrl-C reaches all processes of a terminal at once; those that were spawned leave it to their parent."""
+"""Ctrl-C reaches all processes of a terminal at once; spawned processes leave it to their parent."""
 
 import os
 import signal
@@ -15,7 +15,7 @@ def says(word: str, parent: Connection) -> None:
     parent.send(word)
 
 
-def test_a_process_that_just_begins_survives_ctrl_c_and_says_its_word():
+def test_a_process_that_just_starts_survives_ctrl_c_and_sends_its_message():
     process, line = spawned("child", says, "here")
 
     def has_said() -> bool:

@@ -1,4 +1,4 @@
-"""A child process is heard, replaced within a limit, and ended; the parent never waits longer than it said."""
+"""A child process is heard, replaced within a limit, and ended; the parent never waits longer than stated."""
 
 import contextlib
 import time
@@ -14,7 +14,7 @@ SOON_S = 30.0
 
 
 def says(word: str, parent: Connection) -> None:
-    """Say the word of the job, and do as the parent says."""
+    """Send the message of the job, then follow the parent's messages."""
     parent.send(word)
     with contextlib.suppress(EOFError):
         while parent.recv() != "over":
@@ -39,7 +39,7 @@ def supervised(target, job: object, fruitless_max: int = 0) -> Iterator[Supervis
         child.end(0.0)
 
 
-def test_each_process_gets_a_job_of_its_own_and_is_counted():
+def test_each_process_gets_its_own_job_and_is_counted():
     with supervised(says, "first", 1) as child:
         assert child.next_word(SOON_S) == "first"
         pid = child.pid
@@ -49,11 +49,11 @@ def test_each_process_gets_a_job_of_its_own_and_is_counted():
         assert child.restarts == 1
 
 
-def test_processes_that_achieve_nothing_are_replaced_so_often_only():
+def test_fruitless_processes_are_replaced_only_up_to_the_limit():
     with supervised(says, "a", 1) as child:
         assert child.replace("b")
         assert not child.replace("c")
-        assert child.is_alive  # a process that is not replaced is left in peace
+        assert child.is_alive  # a process that is not replaced keeps running
         child.succeeded()
         assert child.replace("d")
         assert child.replace("e", was_fruitless=False)
@@ -65,7 +65,7 @@ def test_a_process_that_dies_before_it_is_ready_is_an_error_with_its_exit_status
         child.await_ready()
 
 
-def test_a_process_that_has_died_hangs_up_and_is_sent_nothing():
+def test_a_dead_process_hangs_up_and_gets_no_messages():
     with supervised(says, "ready") as child:
         child.await_ready()
         assert not child.has_hung_up
@@ -77,7 +77,7 @@ def test_a_process_that_has_died_hangs_up_and_is_sent_nothing():
 
 
 @pytest.mark.parametrize("word", ["over", None])
-def test_a_process_ends_by_itself_when_it_is_told_or_its_line_is_closed(word: object):
+def test_a_process_ends_by_itself_after_the_end_message_or_when_its_line_is_closed(word: object):
     with supervised(says, "ready") as child:
         child.await_ready()
         child.end(SOON_S, word)

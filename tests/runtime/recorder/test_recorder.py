@@ -1,4 +1,4 @@
-"""What the recorder has acknowledged is in the file, whatever is killed; whoever fills its rings is never disturbed."""
+"""Acknowledged data are in the file after any kill, and the writer of the rings is never delayed."""
 
 import contextlib
 import json
@@ -28,14 +28,14 @@ from exograv.runtime.recorder.recorder_process import EVENT, PHASE, RING_TICKS, 
 JOINTS = ("shoulder_flexion", "elbow_flexion")
 SETTINGS = {"rig": "recupera_like", "hashes": {"rig": "0" * 64}}
 RUN_S = 5.0
-SOON_S = 20.0  # for a slow computer; nothing that is tested waits so long
-PUT_US = 1000.0  # nine in ten puts are shorter, checked types and a busy computer included; a sync here takes 300 ms
+SOON_S = 20.0  # for a slow computer; no tested event takes so long
+PUT_US = 1000.0  # nine in ten puts are shorter, with checked types on a busy computer; a sync here takes 300 ms
 KILLS = Path(__file__).parents[3] / "benchmarks" / "recorder_kills.py"
-SYNC_S = 0.02  # ten times as often as in a run, so that a kill meets one more often
+SYNC_S = 0.02  # ten times as often as in a run, so that a kill hits a sync more often
 
 
 def rows(first: int, count: int) -> np.ndarray:
-    """Ticks that differ, counted."""
+    """Return ticks that differ, counted."""
     ticks = np.zeros(count, tick_dtype(len(JOINTS)))
     ticks["sequence"] = np.arange(first, first + count)
     ticks["t"] = 1e-3 * ticks["sequence"]
@@ -45,7 +45,7 @@ def rows(first: int, count: int) -> np.ndarray:
 
 
 class Control:
-    """Stands for the loop: puts counted ticks, and watches how long each takes."""
+    """Mock of the loop: puts counted ticks, and measures how long each takes."""
 
     def __init__(self, recorder: Recorder):
         self._ticks, self._events = recorder.inlet.ticks(), recorder.inlet.events()
@@ -77,12 +77,12 @@ def recording(path: Path, sync_every_s: float = SYNC_S) -> Iterator[tuple[Record
 
 
 def file_size_limit(pid: int, size: int) -> None:
-    """A disk that takes no more: the kernel then refuses to write, as on a full one."""
+    """Let the kernel refuse to write, as on a full disk."""
     _, hard = resource.prlimit(pid, resource.RLIMIT_FSIZE)
     resource.prlimit(pid, resource.RLIMIT_FSIZE, (size, hard))
 
 
-def test_what_is_put_into_the_rings_comes_back_from_the_file(tmp_path: Path):
+def test_ticks_and_events_put_into_the_rings_come_back_from_the_file(tmp_path: Path):
     path = tmp_path / "a.mcap"
     none = np.zeros(3, dtype=np.int64)
     timing = Timing(np.arange(3), none, none, 3, 1_000_000, LoopOutcome.COMPLETE)
@@ -117,7 +117,7 @@ def test_ticks_are_acknowledged_while_the_run_goes_on(tmp_path: Path):
 
 
 @pytest.mark.parametrize("kills", [4, pytest.param(100, marks=pytest.mark.slow)])
-def test_no_acknowledged_tick_is_missing_and_none_is_there_twice_after_kills_at_random_moments(kills: int):
+def test_no_acknowledged_tick_is_missing_or_repeated_after_kills_at_random_moments(kills: int):
     command = [sys.executable, KILLS, "--kills", str(kills), "--json"]
     found = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
     assert (found["restarts"], found["acknowledged_and_missing"], found["lost"]) == (kills, 0, 0)
@@ -155,7 +155,7 @@ def test_a_file_of_an_earlier_run_is_not_continued(tmp_path: Path):
     assert len(read_recording(path).ticks) == 7
 
 
-def test_when_the_parent_is_killed_all_that_was_put_is_recorded_and_the_file_completed(tmp_path: Path):
+def test_after_a_kill_of_the_parent_all_ticks_are_recorded_and_the_file_is_complete(tmp_path: Path):
     program = (
         "import os, signal, sys\n"
         "from pathlib import Path\n"
@@ -184,7 +184,7 @@ def test_ctrl_c_does_not_end_the_recorder(tmp_path: Path):
         assert recorder.check().restarts == 0
 
 
-def test_a_full_disk_is_reported_within_a_second_and_leaves_control_alone(tmp_path: Path):
+def test_a_full_disk_is_reported_within_a_second_and_does_not_delay_control(tmp_path: Path):
     path = tmp_path / "a.mcap"
     with recording(path) as (recorder, control):
         control.put(100)
@@ -219,7 +219,7 @@ def _record_on_a_slow_disk(job: RecorderJob, parent: Connection) -> None:
     record(job, parent)
 
 
-def test_a_slow_disk_delays_nobody_and_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_slow_disk_delays_no_process_and_loses_no_tick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("exograv.runtime.recorder.recorder.record", _record_on_a_slow_disk)
     with recording(tmp_path / "a.mcap") as (recorder, control):
         for _ in range(100):
@@ -232,7 +232,7 @@ def test_a_slow_disk_delays_nobody_and_loses_nothing(tmp_path: Path, monkeypatch
     assert np.percentile(put_us, 90) < PUT_US
 
 
-def test_a_disk_that_stands_still_is_reported_and_forgiven(tmp_path: Path):
+def test_a_disk_that_hangs_is_reported_until_it_works_again(tmp_path: Path):
     with recording(tmp_path / "a.mcap") as (recorder, control):
         os.kill(recorder.pid, signal.SIGSTOP)
         control.put(TICKS_WAITING_MAX + 1)
@@ -264,7 +264,7 @@ def _end_at_once(job: RecorderJob, parent: Connection) -> None:
     record(job, parent)
 
 
-def test_a_recorder_that_ends_by_itself_again_and_again_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_recorder_that_ends_repeatedly_by_itself_is_not_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("exograv.runtime.recorder.recorder.record", _end_at_once)
     with recording(tmp_path / "a.mcap") as (recorder, _):
         os.kill(recorder.pid, signal.SIGKILL)

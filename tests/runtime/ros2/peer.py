@@ -1,6 +1,6 @@
-"""Stands for ROS 2 in a process of its own: a router of Zenoh, and somebody who listens and asks, by Zenoh alone.
+"""Mock of ROS 2 in its own process: a router of Zenoh, and a client that listens and publishes by Zenoh alone.
 
-Says a line of JSON for each thing that comes; a line `KEY HEX` on its input is published.
+Each message that arrives is printed as a line of JSON. A line `KEY HEX` on standard input is published.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""Whoever speaks Zenoh as rmw_zenoh does sees the node, its joint states with their time, and may ask for a level."""
+"""A program that uses Zenoh as rmw_zenoh does sees the node and its joint states, and may ask for a level."""
 
 import contextlib
 import json
@@ -37,17 +37,17 @@ pytest.importorskip("zenoh")
 JOINTS = ("shoulder_flexion", "elbow_flexion")
 SETTINGS = {"rig": "recupera_like"}
 AHEAD_S = 5e4
-"""Of the rig's clock before CLOCK_MONOTONIC here."""
+"""Lead of the rig's clock over CLOCK_MONOTONIC in this test [s]."""
 
 OLD_S = 0.004
-"""Between a measurement and the decision."""
+"""Time from a measurement to the decision [s]."""
 
-SOON_S = 20.0  # for a slow computer; nothing that is tested waits so long
-STAMP_NS = 2_000_000  # what the wall clock is corrected by between two looks at it
+SOON_S = 20.0  # for a slow computer; no tested event takes so long
+STAMP_NS = 2_000_000  # correction of the wall clock between two readings
 
 
 class Peer:
-    """The other side, in its own process."""
+    """Process on the side of ROS 2."""
 
     def __init__(self, port: int):
         program = [sys.executable, str(Path(__file__).with_name("peer.py")), str(port)]
@@ -59,7 +59,7 @@ class Peer:
         self.wait_for(lambda line: "ready" in line)
 
     def wait_for(self, is_it: Callable[[dict[str, Any]], bool], meanwhile: Callable[[], object] = lambda: None):
-        """The next line that is it, and what came before it."""
+        """Return the next line that fits; the error shows the lines before it."""
         until, before = time.monotonic() + SOON_S, []
         while time.monotonic() < until:
             meanwhile()
@@ -71,7 +71,7 @@ class Peer:
         raise AssertionError(f"not said; but {before[-5:]}")
 
     def forget(self) -> None:
-        """What came of a bridge before, until that is gone."""
+        """Discard the lines of an earlier bridge until there are no more."""
         with contextlib.suppress(queue.Empty):
             while True:
                 self._lines.get(timeout=0.2)
@@ -95,7 +95,7 @@ class Peer:
 
 
 class Run:
-    """Stands for a live run: a recorder, a guard that ticks, and the bridge."""
+    """Mock of a live run: a recorder, a guard that ticks, and the bridge."""
 
     def __init__(self, recorder: Recorder, states: Mailbox, bridging: Bridging, peer: Peer):
         self.recorder, self.bridging, self.peer, self.told = recorder, bridging, peer, list[FeltLevel]()
@@ -118,7 +118,7 @@ class Run:
         self.bridging.check()
 
     def message(self, topic: str, is_it: Callable[[bytes], bool] = lambda _: True) -> dict[str, Any]:
-        """The next one of this topic that is it."""
+        """Return the next message of this topic that fits."""
 
         def fits(line: dict[str, Any]) -> bool:
             return line.get("key", "").startswith(f"0{topic}/") and is_it(bytes.fromhex(line["message"]))
@@ -126,7 +126,7 @@ class Run:
         return self.peer.wait_for(fits, self.tick)
 
     def ask(self, level: float) -> str:
-        """Ask for a level over ROS 2; what is said to it."""
+        """Ask for a level over ROS 2, and return the bridge's remark."""
         self.peer.send(float64(level))
         said = self.message(REMARK, lambda message: message[8:].startswith(f"{level:g} ".encode()))
         return bytes.fromhex(said["message"])[8:-1].decode()
@@ -159,7 +159,7 @@ def running(folder: Path, peer: Peer, accepts: bool) -> Iterator[Run]:
 
 @pytest.fixture(scope="module")
 def telling(tmp_path_factory: pytest.TempPathFactory, peer: Peer) -> Iterator[Run]:
-    """One that nobody asks for anything, for all who only listen."""
+    """Run without requests, shared by tests that only listen."""
     with running(tmp_path_factory.mktemp("telling"), peer, False) as made:
         yield made
 
@@ -170,7 +170,7 @@ def run(request: pytest.FixtureRequest, tmp_path: Path, peer: Peer) -> Iterator[
         yield made
 
 
-def test_joint_states_come_with_the_time_of_their_measurement_and_whom_they_are_from(telling: Run):
+def test_joint_states_have_the_time_of_their_measurement_and_their_source(telling: Run):
     offset_ns = time.time_ns() - time.monotonic_ns()
     got = [telling.message(JOINT_STATES) for _ in range(12)]
     assert {one["key"] for one in got} == {topic_key(0, JOINT_STATES, JOINT_STATE)}
@@ -187,7 +187,7 @@ def test_joint_states_come_with_the_time_of_their_measurement_and_whom_they_are_
         assert abs(second - measured_ns) < STAMP_NS
 
 
-def test_gravity_level_and_safe_state_in_force_are_told(telling: Run):
+def test_gravity_level_and_safe_state_in_force_are_published(telling: Run):
     level, state = telling.message(GRAVITY_LEVEL), telling.message(SAFE_STATE)
     assert level["key"] == topic_key(0, GRAVITY_LEVEL, FLOAT64)
     assert level["message"] == float64(0.25).hex()
@@ -214,7 +214,7 @@ def test_the_graph_has_the_node_its_publishers_and_its_subscription_until_the_ru
     assert gone == set(there)
 
 
-def test_a_level_that_is_asked_for_goes_to_the_guard_and_into_the_recording(run: Run):
+def test_a_requested_level_goes_to_the_guard_and_into_the_recording(run: Run):
     run.message(JOINT_STATES)
     assert run.ask(0.375) == "0.375 of the arm's weight is asked for; the guard decides."
     assert run.told == [FeltLevel(0.375)]
@@ -225,25 +225,25 @@ def test_a_level_that_is_asked_for_goes_to_the_guard_and_into_the_recording(run:
     assert message["t"] in [float(row["now"]) for row in run.put_in]
 
 
-def test_what_is_no_level_is_refused_and_the_reason_is_said(run: Run):
+def test_an_invalid_level_is_refused_with_the_reason(run: Run):
     run.message(JOINT_STATES)
     assert run.ask(1.5) == "1.5 is refused: allowed are 0 (weightless) to 1 (Earth)."
     assert run.ask(math.nan).startswith("nan is refused")
     run.peer.send(b"\0\1\0\0\0")
-    run.message(REMARK, lambda message: b"is no std_msgs/msg/Float64" in message)
+    run.message(REMARK, lambda message: b"is not a std_msgs/msg/Float64" in message)
     assert run.told == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("run", [False], indirect=True, ids=["not accepting"])
-def test_without_the_operator_s_consent_no_level_is_taken(run: Run):
+def test_without_the_operator_s_consent_no_level_is_accepted(run: Run):
     run.message(JOINT_STATES)
     assert "--ros2-accept-gravity-level" in run.ask(0.5)
     assert run.told == []
     assert sum(run.bridging.figures().refused.values()) == 1
 
 
-def test_a_bridge_that_is_killed_is_noted_and_nothing_else_happens(run: Run):
+def test_a_killed_bridge_is_noted_and_the_run_goes_on(run: Run):
     run.message(JOINT_STATES)
     os.kill(run.bridging.pid, signal.SIGKILL)
 
@@ -258,7 +258,7 @@ def test_a_bridge_that_is_killed_is_noted_and_nothing_else_happens(run: Run):
     assert run.recorder.finish().acknowledged == put_in + 50
 
 
-def test_a_router_that_cannot_be_one_is_refused_before_anything_moves(tmp_path: Path):
+def test_an_invalid_router_is_refused_before_anything_moves(tmp_path: Path):
     bridging = Bridging(Ros2("localhost:7447", domain=0), JOINTS)
     with (
         Recorder(tmp_path / "a.mcap", JOINTS, SETTINGS, 5.0) as recorder,
@@ -270,7 +270,7 @@ def test_a_router_that_cannot_be_one_is_refused_before_anything_moves(tmp_path: 
 
 
 @pytest.mark.parametrize("text", ["-1", "233", "lab"])
-def test_a_domain_that_is_none_is_refused(text: str, monkeypatch: pytest.MonkeyPatch):
+def test_an_invalid_domain_is_refused(text: str, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", text)
     with pytest.raises(ConfigError, match=f"ROS_DOMAIN_ID is '{text}'"):
         Ros2()

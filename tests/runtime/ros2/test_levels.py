@@ -1,4 +1,4 @@
-"""A gravity level from outside is passed on where it was allowed, is one, comes seldom, and nothing has stopped."""
+"""A gravity level from outside is passed on only if it is allowed, valid, not too frequent, and before any stop."""
 
 import math
 
@@ -16,18 +16,18 @@ def test_a_level_is_passed_on(level: float):
 
 
 @pytest.mark.parametrize("level", [math.nan, math.inf, -math.inf, -0.001, 1.001, 1.8])
-def test_what_is_no_level_is_refused_with_what_is_allowed(level: float):
+def test_an_invalid_level_is_refused_with_the_allowed_range(level: float):
     levels = Levels(accepts=True)
     assert "0 (weightless) to 1 (Earth)" in levels.ask(level, 5.0)
     assert levels.accepted == []
     assert levels.refused.total() == 1
 
 
-def test_none_is_passed_on_where_the_run_was_not_started_for_it():
+def test_no_level_is_passed_on_if_the_run_was_not_started_for_it():
     assert "--ros2-accept-gravity-level" in Levels(accepts=False).ask(0.5, 5.0)
 
 
-def test_they_come_seldom_and_a_refused_one_does_not_put_off_the_next():
+def test_levels_have_a_rate_limit_and_a_refused_one_does_not_delay_the_next():
     levels = Levels(accepts=True)
     asked = [levels.ask(0.01 * k, 0.1 * k) for k in range(31)]
     assert [t for t, _ in levels.accepted] == pytest.approx([0.0, EVERY_S, 2 * EVERY_S, 3 * EVERY_S])
@@ -35,7 +35,7 @@ def test_they_come_seldom_and_a_refused_one_does_not_put_off_the_next():
 
 
 @pytest.mark.parametrize("state", [SafeState.DESCENT, SafeState.DAMPING, SafeState.ISOLATION])
-def test_after_a_stop_none_is_passed_on_any_more_though_the_latch_was_reset(state: SafeState):
+def test_after_a_stop_no_level_is_passed_on_even_if_the_latch_was_reset(state: SafeState):
     levels = Levels(accepts=True)
     levels.look(SafeState.BRIDGE)
     assert levels.ask(0.2, 1.0) == ""

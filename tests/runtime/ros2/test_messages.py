@@ -1,4 +1,4 @@
-"""Messages of ROS 2 are the bytes that others write, and have the names and hashes that others look for."""
+"""Messages of ROS 2 have the bytes, names and hashes of other implementations."""
 
 import hashlib
 import json
@@ -23,7 +23,7 @@ from exograv.runtime.ros2.messages import (
 STAMP_NS = 1_700_000_000_123_456_789
 NAMES = ("shoulder_flexion", "elbow")
 
-# Written by rosbags 0.11.9, `get_typestore(Stores.ROS2_JAZZY).serialize_cdr`.
+# rosbags 0.11.9 wrote these bytes: `get_typestore(Stores.ROS2_JAZZY).serialize_cdr`.
 WRITTEN = (
     "0001000000f1536515cd5b070100000000000000020000001100000073686f756c6465725f666c6578696f6e0000000006000000656c626f77"
     "0000000200000000000000000000000000e03f000000000000f4bf000000000200000000000000000008400000000000001040"
@@ -31,7 +31,7 @@ WRITTEN = (
 EMPTY = "000100000000000005000000010000000000000000000000000000000000000000000000"
 
 NESTED, INT32, UINT32, FLOAT, TEXT, SEQUENCE = 1, 6, 7, 11, 17, 144
-"""Of type_description_interfaces/msg/FieldType; `SEQUENCE` is added for an unbounded one."""
+"""Codes of type_description_interfaces/msg/FieldType; `SEQUENCE` is added for an unbounded sequence."""
 
 TIME = ("builtin_interfaces/msg/Time", [("sec", INT32, ""), ("nanosec", UINT32, "")])
 HEADER = ("std_msgs/msg/Header", [("stamp", NESTED, TIME[0]), ("frame_id", TEXT, "")])
@@ -61,7 +61,7 @@ def states(draw: st.DrawFn):
 
 
 def read_joint_state(message: bytes) -> tuple[int, list[str], list[float], list[float], list[float]]:
-    """By the rule of alignment alone, from the other side."""
+    """Read a joint state by the rule of alignment alone, independently of the writer."""
     assert message[:4] == b"\0\1\0\0"
     body, at = message[4:], 0
 
@@ -90,7 +90,7 @@ def read_joint_state(message: bytes) -> tuple[int, list[str], list[float], list[
 
 
 @given(states())
-def test_a_joint_state_is_read_as_it_was_written(state):
+def test_a_joint_state_comes_back_unchanged(state):
     assert read_joint_state(joint_state(*state)) == state
 
 
@@ -111,7 +111,7 @@ def test_another_writer_agrees_on_every_joint_state(state):
 
 
 @given(st.floats())
-def test_a_number_is_read_as_it_was_written_in_either_byte_order(value: float):
+def test_a_number_comes_back_in_either_byte_order(value: float):
     bits = struct.pack("<d", value)
     for message in (float64(value), b"\0\0\0\0" + struct.pack(">d", value)):
         found = read_float64(message)
@@ -120,7 +120,7 @@ def test_a_number_is_read_as_it_was_written_in_either_byte_order(value: float):
 
 
 @given(st.binary(max_size=24))
-def test_what_is_no_number_is_none_and_never_an_error(message: bytes):
+def test_an_invalid_message_gives_none_and_never_an_error(message: bytes):
     found = read_float64(message)
     is_one = 12 <= len(message) <= 16 and message[:2] in (b"\0\0", b"\0\1")
     assert (found is not None) == is_one
@@ -132,8 +132,8 @@ def test_a_text_ends_with_a_zero_byte_that_its_length_counts():
 
 
 @pytest.mark.parametrize("kind", list(DESCRIBED), ids=lambda kind: kind.name)
-def test_a_type_s_hash_is_that_of_its_description(kind: MessageType):
-    """As rosidl computes it: SHA-256 of the description in JSON, referenced types sorted by name (REP-2016)."""
+def test_the_hash_of_a_type_is_that_of_its_description(kind: MessageType):
+    """Compare with rosidl's hash: SHA-256 of the description in JSON, referenced types sorted by name (REP-2016)."""
     fields, referenced = DESCRIBED[kind]
     description = {
         "type_description": described(kind.name, fields),
@@ -152,5 +152,5 @@ def described(name: str, fields: list[tuple[str, int, str]]) -> dict:
     }
 
 
-def test_a_type_has_its_name_of_dds():
+def test_a_type_has_its_dds_name():
     assert JOINT_STATE.dds_name == "sensor_msgs::msg::dds_::JointState_"

@@ -24,15 +24,15 @@ TESTED_FAULTS = (
         "F18",
         "the recorder dies, or its disk is slow (also tested by strikes)",
         (
-            "tests/runtime/recorder/test_recorder.py::test_no_acknowledged_tick_is_missing_and_none_is_there_twice_after_kills_at_random_moments",
-            "tests/runtime/recorder/test_recorder.py::test_a_slow_disk_delays_nobody_and_loses_nothing",
+            "tests/runtime/recorder/test_recorder.py::test_no_acknowledged_tick_is_missing_or_repeated_after_kills_at_random_moments",
+            "tests/runtime/recorder/test_recorder.py::test_a_slow_disk_delays_no_process_and_loses_no_tick",
         ),
     ),
     TestedFault(
         "F19",
         "the disk is full or fails (also tested by strikes)",
         (
-            "tests/runtime/recorder/test_recorder.py::test_a_full_disk_is_reported_within_a_second_and_leaves_control_alone",
+            "tests/runtime/recorder/test_recorder.py::test_a_full_disk_is_reported_within_a_second_and_does_not_delay_control",
             "tests/recording/test_durability.py::test_a_sync_that_fails_ends_the_recording_and_is_never_repeated",
         ),
     ),
@@ -73,8 +73,8 @@ TESTED_FAULTS = (
         "F24",
         "a recording, a person's or a machine's file is altered",
         (
-            "tests/recording/test_durability.py::test_no_altered_byte_alters_a_message_unnoticed",
-            "tests/storage/test_calibration_file.py::test_every_changed_digit_is_found_out",
+            "tests/recording/test_durability.py::test_no_altered_byte_changes_a_message_without_notice",
+            "tests/storage/test_calibration_file.py::test_every_changed_digit_is_found",
             "tests/storage/test_participant_file.py::test_a_changed_value_is_refused",
         ),
     ),
@@ -82,7 +82,7 @@ TESTED_FAULTS = (
         "F27",
         "the identifier pauses, hangs or dies: it is a separate process, and control drops its outdated results",
         (
-            "tests/runtime/control_loop/test_worker.py::test_a_worker_in_place_of_one_that_died_begins_with_the_first_sample",
+            "tests/runtime/control_loop/test_worker.py::test_a_replacement_worker_begins_with_the_first_sample",
             "tests/live/test_live_identification.py::test_a_finding_is_taken_once_and_one_of_an_earlier_time_never",
             "tests/scenario/test_learn_live.py::test_a_worker_that_is_killed_is_replaced_and_the_arm_learned_all_the_same",
         ),
@@ -92,10 +92,10 @@ TESTED_FAULTS = (
         "the operator's page is lost, or frozen",
         (
             "tests/runtime/control_loop/test_steering.py::test_a_lease_is_never_longer_than_allowed",
-            "tests/runtime/control_loop/test_steering.py::test_an_arm_that_nobody_steers_any_more_is_given_back_once",
+            "tests/runtime/control_loop/test_steering.py::test_an_arm_without_a_lease_is_given_back_once",
             "tests/runtime/control_loop/test_steering.py::test_a_window_is_finished_without_an_operator_and_never_longer_than_a_window_takes",
             "tests/runtime/control_loop/test_guard_commands.py::test_an_arm_that_is_carried_when_the_lease_ends_is_given_back",
-            "tests/runtime/control_loop/test_guard_commands.py::test_where_the_parent_is_gone_the_arm_comes_down_and_the_run_ends",
+            "tests/runtime/control_loop/test_guard_commands.py::test_without_its_parent_the_guard_lets_the_arm_down_and_ends_the_run",
             "tests/experiment/steered/test_session_controller.py::test_where_nobody_steers_any_more_there_is_an_alarm_and_the_arm_is_given_back",
             "tests/scenario/test_console_struck.py::test_a_console_that_is_killed_lets_the_arm_down_within_the_lease",
             "tests/scenario/test_console_struck.py::test_a_console_that_stands_still_has_the_arm_given_back_when_the_lease_ends",
