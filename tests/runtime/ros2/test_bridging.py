@@ -230,7 +230,7 @@ def test_an_invalid_level_is_refused_with_the_reason(run: Run):
     assert run.ask(1.5) == "1.5 is refused: allowed are 0 (weightless) to 1 (Earth)."
     assert run.ask(math.nan).startswith("nan is refused")
     run.peer.send(b"\0\1\0\0\0")
-    run.message(REMARK, lambda message: b"is not a std_msgs/msg/Float64" in message)
+    run.message(REMARK, lambda message: b"is no std_msgs/msg/Float64" in message)
     assert run.told == []
 
 

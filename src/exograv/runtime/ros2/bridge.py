@@ -119,7 +119,7 @@ class Bridge:
             return None
         level = read_float64(message)
         if level is None:
-            self.remark(f"The message on {WANTED} is not a {FLOAT64.name}.")
+            self.remark(f"The message on {WANTED} is no {FLOAT64.name}.")
         return level
 
     def remark(self, text: str) -> None:
