@@ -1,4 +1,4 @@
-"""Generator of docs/reference/recording_format.md from the table. `python -m exograv.recording.document` prints the page."""
+"""Generator of docs/reference/recording_format.md. `python -m exograv.recording.document` prints the page."""
 
 from .encoding import tick_definition
 from .fields import POINTS, Channel, Field
@@ -16,8 +16,8 @@ A recording is one [MCAP](https://mcap.dev) file, version {SCHEMA_VERSION} of th
 `/settings`); older versions are still read. The file is written during the run, in chunks of at most about 1 MB (zstd).
 A writer that is killed loses at most its last chunk, and the reader reports the loss. A live recording is synced to the
 disk every {1e3 * SYNC_EVERY_S:.0f} ms. If its recorder is killed, another one continues the same file
-([realtime.md](../explanation/realtime.md)). The file holds no wall-clock time. Log times are the rig's clock in nanoseconds. So the
-same seed gives the same messages, except for `tick_us`, `lateness_us` and `monotonic`.
+([realtime.md](../explanation/realtime.md)). The file holds no wall-clock time. Log times are the rig's clock in
+nanoseconds. So the same seed gives the same messages, except for `tick_us`, `lateness_us` and `monotonic`.
 
 Each chunk has a checksum and an index that must agree with it. A complete file has a checksum over all that was
 written, and one over its summary. The reader leaves out a part that does not agree and all that follows, and reports
@@ -53,11 +53,11 @@ to follow their commands of this replay. Recordings before version 3 do not hold
 STREAMS = f"""\
 ## `{TOPICS}…`: streams of other devices
 
-Each stream of Lab Streaming Layer has one channel ([lsl.md](../howto/lsl.md)), named after it. The number of streams is fixed
-when the file begins. A message holds the samples of about a tenth of a second. The encoding is `cdr` with sequences: a
-length of four bytes, then the entries, each value aligned to its own size, counted from the end of the four bytes at
-the beginning. `values` has the stream's own type, `float32`, `float64` (LSL's `double64`), `int8`, `int16`, `int32`,
-`int64` or `string`:
+Each stream of Lab Streaming Layer has one channel ([lsl.md](../howto/lsl.md)), named after it. The number of streams is
+fixed when the file begins. A message holds the samples of about a tenth of a second. The encoding is `cdr` with
+sequences: a length of four bytes, then the entries, each value aligned to its own size, counted from the end of the four
+bytes at the beginning. `values` has the stream's own type, `float32`, `float64` (LSL's `double64`), `int8`, `int16`,
+`int32`, `int64` or `string`:
 
 ```
 {DEFINITION.format(type="float32")}```

@@ -11,7 +11,10 @@ TASK = Channel(
         T,
         Field("kind", "string", "-", "`run_began`, `phase_began`, `window_opened`, `touch`, `pace_changed` …"),
         Field(
-            "record", "object", "-", "the whole record (docs/explanation/task.md); at a console its own times are the computer's"
+            "record",
+            "object",
+            "-",
+            "the whole record (docs/explanation/task.md); at a console its own times are the computer's",
         ),
     ),
 )
