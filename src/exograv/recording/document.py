@@ -55,9 +55,9 @@ STREAMS = f"""\
 
 Each stream of Lab Streaming Layer has one channel ([lsl.md](../howto/lsl.md)), named after it. The number of streams is
 fixed when the file begins. A message holds the samples of about a tenth of a second. The encoding is `cdr` with
-sequences: a length of four bytes, then the entries, each value aligned to its own size, counted from the end of the four
-bytes at the beginning. `values` has the stream's own type, `float32`, `float64` (LSL's `double64`), `int8`, `int16`,
-`int32`, `int64` or `string`:
+sequences: a length of four bytes, then the entries, each value aligned to its own size, counted from the end of the
+four bytes at the beginning. `values` has the stream's own type, `float32`, `float64` (LSL's `double64`), `int8`,
+`int16`, `int32`, `int64` or `string`:
 
 ```
 {DEFINITION.format(type="float32")}```
