@@ -30,7 +30,7 @@ class FrameLink(Protocol[HeardFrame]):
     """Number of frames that were not sent or not received, by reason."""
 
     def receive(self, until: float) -> HeardFrame | None:
-        """Return the next frame of another participant, from before or until `until` on `time.monotonic`."""
+        """Return the next frame of another participant, waiting or arriving before `until` on `time.monotonic`."""
         ...
 
     def close(self) -> None:

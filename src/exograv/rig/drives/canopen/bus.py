@@ -70,7 +70,7 @@ class Bus:
             self.counts["not sent"] += 1
 
     def receive(self, until: float) -> CanFrame | None:
-        """Return the next frame of another participant, from before or until `until` on `time.monotonic`."""
+        """Return the next frame of another participant, waiting or arriving before `until` on `time.monotonic`."""
         while True:
             try:
                 message = self.adapter.recv(max(until - time.monotonic(), 0.0))

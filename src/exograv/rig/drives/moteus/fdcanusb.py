@@ -20,7 +20,7 @@ FILLED_UP = b"\x50"
 
 ANSWER_WANTED, NUMBER = 0x80, 0x7F
 SPOILS = b"!\n"
-"""Text that makes the rest of a partly sent line invalid.
+"""Text that ends a partly sent line and makes it invalid.
 
 The drive would obey a shorter frame, with its defaults for the missing values.
 """
@@ -89,7 +89,7 @@ class Fdcanusb:
             self.counts["not sent"] += 1
 
     def receive(self, until: float) -> CanFdFrame | None:
-        """Return the next frame from before or until `until` on `time.monotonic`."""
+        """Return the next frame, waiting or arriving before `until` on `time.monotonic`."""
         while True:
             while self._lines:
                 if (frame := self._frame(self._lines.popleft())) is not None:

@@ -56,7 +56,7 @@ def build_skeleton(model: mujoco.MjModel, told: WearerMap, stand: HangingPosture
     """Build the arm of a model, whose parts the map names.
 
     Raises:
-        ModelError: Bodies or joints are not in the order of an arm, or the map names not all joints.
+        ModelError: Bodies or joints are not in the order of an arm, or the map does not name all joints.
     """
     data = mujoco.MjData(model)
     data.qpos[:] = stand.qpos

@@ -71,8 +71,8 @@ def usual_axes(skeleton: Skeleton, q: Angles) -> dict[str, Matrix]:
 def lying_like(skeleton: Skeleton, q: Angles) -> Angles:
     """Posture in which upper arm, forearm and a moving hand lie as those of a usual arm at `q` [rad].
 
-    People put an arm into a machine in this way: the limbs lie along its links, at whatever joint angles that needs. A
-    forearm on an oblique elbow needs another rotation of the upper arm for that.
+    People put an arm into a machine in this way: the limbs lie along its links, with the joint angles that this needs.
+    A forearm on an oblique elbow needs another rotation of the upper arm for that.
     """
     if skeleton.is_straight:
         return q
