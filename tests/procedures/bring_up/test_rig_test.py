@@ -1,4 +1,4 @@
-"""A bring-up of simulated drives in another process passes where they are right, and ends where they are not."""
+"""Bring-up of simulated drives in another process: it passes for correct drives, and ends at the first wrong one."""
 
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ def brought_up(folder: Path, **given: Any) -> BringUpResult:
 
 
 def failed(result: BringUpResult) -> str:
-    """The step that failed; nothing after it may have been tried."""
+    """Return the step that failed, after a check that no later step was tried."""
     marks = [step.passed for step in result.steps]
     at = marks.index(False)
     assert set(marks[:at]) == {True}
@@ -30,7 +30,7 @@ def failed(result: BringUpResult) -> str:
 def test_an_encoder_that_counts_the_other_way_ends_it_before_any_motor_is_switched_on(tmp_path: Path):
     what = failed(brought_up(tmp_path, wrong_encoder=("shoulder_flexion",)))
     assert "shoulder_flexion: encoder, turned by hand" in what
-    assert "change the sign" in what
+    assert "Change the sign" in what
 
 
 @pytest.mark.slow

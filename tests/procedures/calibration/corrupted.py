@@ -1,4 +1,7 @@
-"""Rigs whose driver is wrong, and what their calibration says; a script, so that no shape check slows the ticks."""
+"""Rigs with a wrong driver, and the verdict of their calibration.
+
+This is a script, so that shape checks do not slow the ticks.
+"""
 
 import json
 import sys
@@ -30,12 +33,12 @@ Change = Callable[[np.ndarray], np.ndarray]
 
 
 def unchanged(values: np.ndarray) -> np.ndarray:
-    """As it is."""
+    """Return the values unchanged."""
     return values
 
 
 def scaled(joint: int, factor: float) -> Change:
-    """One joint's value is wrong by a factor."""
+    """Return a change that scales the value of one joint by a factor."""
 
     def change(values: np.ndarray) -> np.ndarray:
         wrong = values.copy()
@@ -46,7 +49,7 @@ def scaled(joint: int, factor: float) -> Change:
 
 
 def shifted(joint: int, by: float) -> Change:
-    """One joint's value is off."""
+    """Return a change that shifts the value of one joint."""
 
     def change(values: np.ndarray) -> np.ndarray:
         wrong = values.copy()
@@ -57,7 +60,7 @@ def shifted(joint: int, by: float) -> Change:
 
 
 def swapped(one: int, other: int) -> Change:
-    """Two joints stand in each other's place."""
+    """Return a change that swaps the values of two joints."""
 
     def change(values: np.ndarray) -> np.ndarray:
         wrong = values.copy()
@@ -69,7 +72,7 @@ def swapped(one: int, other: int) -> Change:
 
 @dataclass
 class Corrupted:
-    """A rig between the computer and a twin."""
+    """Rig with a wrong driver between the computer and a twin."""
 
     twin: Twin
     position: Change
@@ -83,27 +86,27 @@ class Corrupted:
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """As the driver lists them."""
+        """Joints in the order of the driver."""
         return self.names or self.twin.joints
 
     @property
     def period_s(self) -> float:
-        """Of a tick [s]."""
+        """Duration of a tick [s]."""
         return self.twin.period_s
 
     @property
     def t(self) -> float:
-        """The rig's clock [s]."""
+        """Time on the rig's clock [s]."""
         return self.twin.t
 
     def read(self) -> JointState:
-        """What the driver says; a joint that is wired or described wrongly is so with both of its encoders."""
+        """Read the state as the driver reports it. A joint with wrong wiring or description has two wrong encoders."""
         state = self.twin.read()
         q_motor = None if state.q_motor is None else self.position(state.q_motor)
         return replace(state, q=self.position(state.q), current=self.current(state.current), q_motor=q_motor)
 
     def write(self, command: Command) -> None:
-        """What the driver does."""
+        """Write the command as the driver passes it on."""
         self.twin.write(replace(command, current=self.command(command.current)))
         truth = self.twin.truth
         self.tau_max = max(self.tau_max, float(np.abs(command.tau / truth.machine.drives.torque_max).max()))
@@ -119,7 +122,7 @@ class Corrupted:
 
 @dataclass(frozen=True)
 class Case:
-    """One thing that is wrong."""
+    """Machine with a single fault."""
 
     rig: str = "recupera_like"
     position: Change = unchanged
@@ -129,7 +132,7 @@ class Case:
     blocked: int | None = None
     weight_share: float = 1.0
     start_deg: dict[int, float] = field(default_factory=dict)
-    """Joints that do not start where they hang."""
+    """Start angles of joints that do not start in the hanging posture [°], by joint."""
     constant: tuple[int, float] | None = None
     """Joint, and factor on its torque constant in rig.toml."""
 
@@ -139,7 +142,7 @@ QDD = "recupera_like_qdd"
 
 
 def motor(change: Change, rig: str = "recupera_like", position: Change = unchanged) -> Case:
-    """Command and measured current are wrong alike."""
+    """Return a case in which command and measured current have the same error."""
     return Case(rig, position, change, change)
 
 
@@ -180,7 +183,7 @@ SLOW = {
 
 
 def verdict(case: Case) -> dict[str, Any]:
-    """What the calibration of a corrupted machine says, and how fast it truly became."""
+    """Return the verdict of the calibration of a corrupted machine, and its true largest speed."""
     rig = described(case)
     tree = adjusted(read_exoskeleton(rig), rig, LENGTHS)
     corrupted = Corrupted(corrupted_twin(case, rig, tree), case.position, case.current, case.command, case.names)
@@ -196,7 +199,7 @@ def verdict(case: Case) -> dict[str, Any]:
 
 
 def described(case: Case) -> RigDescription:
-    """The machine as its files describe it."""
+    """Return the machine as its files describe it."""
     rig = load_rig(case.rig)
     if case.constant is None:
         return rig
@@ -208,7 +211,7 @@ def described(case: Case) -> RigDescription:
 
 
 def corrupted_twin(case: Case, rig: RigDescription, tree: Tree) -> Twin:
-    """The machine as it is."""
+    """Return the twin with its true parameters."""
     machine = draw_machine(load_rig(case.rig), Disturbances.at_level(2), SEED)
     if case.blocked is not None:
         coulomb = machine.friction.coulomb.copy()

@@ -1,4 +1,4 @@
-"""A machine that is not what its files say is refused with joint, value and next step, and never runs away."""
+"""Breakaway test: a machine that differs from its files is refused with joint and value, without a runaway."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ SCRIPT = "corrupted.py"
 SEED = 1012
 V_MAX = 5.0  # rad/s: the envelope's trip speed, which a machine must not truly reach
 PUSHED = "Joint 'shoulder_flexion' moved by -1."
-ASKED = "Joint 'shoulder_flexion' was asked for"
+ASKED = "Joint 'shoulder_flexion' was commanded"
 OTHER_WAY = "Its encoder or its motor counts the other way round"
 MILLI = "(mA for A)"
 QUICK: dict[str, tuple[str, ...]] = {
@@ -33,7 +33,7 @@ QUICK: dict[str, tuple[str, ...]] = {
     "motor reversed": (PUSHED, OTHER_WAY),
     "motor reversed, light": (PUSHED, OTHER_WAY),
     "motor reversed, its current not": (ASKED, "the sign of the current in the driver"),
-    "degrees": ("'shoulder_flexion' reads 27.", "turns from -0.70 to 2.30 rad", "Does it count in degrees"),
+    "degrees": ("'shoulder_flexion' reads 27.", "turns from -0.70 to 2.30 rad", "It may count in degrees"),
     "degrees at zero": ("'shoulder_abduction' was pushed by 1.15° and came back", "counts in degrees"),
     "current in mA": (ASKED, MILLI),
     "drive takes mA": (ASKED, MILLI),
@@ -50,8 +50,8 @@ QUICK: dict[str, tuple[str, ...]] = {
     "all reversed": ("'shoulder_flexion', which reads -27.", "this encoder is reversed"),
     "blocked": ("'shoulder_flexion' did not move under 15.0 N·m", "Free it"),
     "blocked, light": ("'shoulder_flexion' did not move under 2.4 N·m", "Free it"),
-    "disconnected": (ASKED, "Its motor is disconnected if nothing flows"),
-    "disconnected, noise measured": (ASKED, "Its motor is disconnected if nothing flows"),
+    "disconnected": (ASKED, "its motor is disconnected"),
+    "disconnected, noise measured": (ASKED, "its motor is disconnected"),
 }
 SLOW: dict[str, tuple[str, ...]] = {
     "weights in pounds": ("The weight of 1.5 kg acts like 0.", "pounds"),

@@ -1,4 +1,4 @@
-"""A calibration in figures: truth beside the estimate on the twin, none on hardware."""
+"""Figures of a calibration: true values stand beside the estimates on the twin, and are absent on hardware."""
 
 from dataclasses import replace
 
@@ -30,7 +30,7 @@ def truth(rig: RigDescription) -> Machine:
 
 @pytest.fixture(scope="module")
 def perfect(rig: RigDescription, truth: Machine) -> Calibration:
-    """Knows gain and friction of the warm machine."""
+    """Return a calibration that knows gain and friction of the warm machine."""
     machine = nominal_machine(rig, read_exoskeleton(rig).phi)
     still = still_to_rub(truth, HALF_AN_HOUR_S)
     friction = replace(
@@ -82,6 +82,6 @@ def test_what_an_operator_should_look_at_is_named(rig: RigDescription, perfect: 
     offset = np.deg2rad([0.0, 0.0, 0.0, 1.5])
     found = warnings(replace(perfect, machine=replace(perfect.machine, actuators=unsure), offset=offset), rig)
     assert [text.split("'")[1] for text in found] == ["shoulder_flexion", "shoulder_abduction", "elbow_flexion"]
-    assert "±12% only: no weight loads this joint" in found[0]
-    assert "+20% off" in found[1]
+    assert "only known to ±12%: no weight loads this joint" in found[0]
+    assert "by +20%" in found[1]
     assert "+1.5°" in found[2]

@@ -1,11 +1,11 @@
-"""Somebody at the keyboard is asked once, and the machine waits without being left alone."""
+"""Person at the keyboard: asked once, while the machine keeps holding."""
 
 import os
 
 from exograv.procedures.calibration.operator import KeyboardOperator
 
 
-def test_the_operator_is_asked_once_and_is_ready_when_enter_is_pressed_and_asked_again_for_the_next_weight():
+def test_the_operator_is_asked_once_per_weight_and_is_ready_when_enter_is_pressed():
     asked: list[str] = []
     end, keys = os.pipe()
     with os.fdopen(end) as answers:

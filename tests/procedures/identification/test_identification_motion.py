@@ -1,4 +1,4 @@
-"""The arm is set in motion and brought to rest softly, however long the motion is."""
+"""Identification motion: it starts and ends at rest, for every duration."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def test_the_motion_goes_from_rest_to_rest_in_its_time(assembly: Assembly, secon
 def test_position_speed_and_acceleration_belong_together_all_the_way(assembly: Assembly, seconds: float):
     path = identification_motion(assembly, seconds, DT)
     np.testing.assert_allclose(np.diff(path.q, axis=0) / DT, 0.5 * (path.v[1:] + path.v[:-1]), atol=5e-3)
-    assert np.abs(np.diff(path.v, axis=0)).max() / DT < 5.0  # rad/s², the excitation's largest and the ramp's share
+    assert np.abs(np.diff(path.v, axis=0)).max() / DT < 5.0  # rad/s², for excitation and ramp together
 
 
 def test_the_way_there_and_back_is_the_excitations_own(assembly: Assembly):
@@ -37,4 +37,4 @@ def test_the_way_there_and_back_is_the_excitations_own(assembly: Assembly):
     centre, sine, cosine = (np.deg2rad(x) for x in (settings.centre_deg, settings.sine_deg, settings.cosine_deg))
     whole = motion.fourier(centre, sine, cosine, settings.period_s, 30.0, DT)
     for q in identification_motion(assembly, 30.0, DT).q[::500]:
-        assert np.linalg.norm(whole.q - q, axis=1).min() < 2e-3  # rad: the way of a tick
+        assert np.linalg.norm(whole.q - q, axis=1).min() < 2e-3  # rad: motion of one tick

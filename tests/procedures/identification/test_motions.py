@@ -1,4 +1,4 @@
-"""Motions under one name each: all from rest to rest in their time, all within the same limits."""
+"""Identification motions by name: all start and end at rest in their time, within the same limits."""
 
 import numpy as np
 import pytest
@@ -52,7 +52,7 @@ def test_a_motion_goes_from_rest_to_rest_within_the_limits(
     assert sum(path.seconds for path in found) == pytest.approx(20.0)
     for path in found:
         np.testing.assert_allclose(path.v[[0, -1]], 0.0, atol=0.02)
-        # Easing in and out adds a little acceleration to that of the motion.
+        # The ramps at the ends add a little acceleration to that of the motion.
         assert not MotionLimits.of(assembly).broken_by_motion(path.q, path.v, 0.8 * path.a).any()
 
 
@@ -68,5 +68,5 @@ def test_the_fixed_motion_moves_one_joint_at_a_time_through_its_range_and_back(
 
 def test_nothing_is_planned_from_a_method_that_states_no_uncertainty(assembly: Assembly, machine: CalibratedMachine):
     method = build_method("gradient", assembly, machine)
-    with pytest.raises(ConfigError, match=r"--motion adaptive plans from what is still uncertain.*gradient"):
+    with pytest.raises(ConfigError, match=r"--motion adaptive plans for uncertain parameters.*gradient"):
         motion_parts("adaptive", assembly, machine, method, 20.0, DT)

@@ -1,4 +1,4 @@
-"""An arm at rest is where it was asked to be; what is averaged there is free of friction and of noise."""
+"""Resting poses: the arm is where it should be, and its averages are free of friction and noise."""
 
 import casadi as ca
 import numpy as np
@@ -20,8 +20,8 @@ from exograv.rig.twin import Disturbances, Examiner, Twin, draw_machine, draw_we
 from exograv.signals import Command, JointState
 
 POSTURE = np.array([0.6, 0.3, 0.2, 1.2])
-SAG_RAD = 0.06  # what 3 N·m of wrong model and friction turn a weakly held joint by
-FRICTION_NM = 0.05  # a twentieth of what rubs in each direction
+SAG_RAD = 0.06  # rotation of a weakly held joint by 3 N·m of model error and friction
+FRICTION_NM = 0.05  # a twentieth of the friction in each direction
 CARRIED_NM = 5e-3  # of torques of 4 N·m: the mean of two postures half a degree apart; sensors are perfect at level 0
 
 
@@ -62,7 +62,7 @@ def test_the_cuffs_are_felt_as_they_carry_the_arm(rested):
     rest, laboratory, _ = rested
     examiner = Examiner(laboratory.description, laboratory.machine, laboratory.wearer)
     assembly = laboratory.assembly()
-    # With the machine locked, all that the arm asks of its joints comes in at the cuffs.
+    # With the machine locked, all torque of the arm on its joints comes through the cuffs.
     share = examiner.lock_torque(rest.q) - examiner.lock_torque(rest.q, arm=False)
     through = np.zeros(4)
     for cuff, wrench in zip(assembly.cuffs, rest.wrenches, strict=True):
@@ -71,7 +71,7 @@ def test_the_cuffs_are_felt_as_they_carry_the_arm(rested):
 
 
 class Bare:
-    """A machine that feels no cuffs."""
+    """Machine without cuff sensors."""
 
     joints, period_s, t = ("one",), 0.001, 0.0
 
@@ -94,7 +94,7 @@ def test_a_machine_without_sensors_at_its_cuffs_is_refused():
 
 
 def exo_torque_of(assembly: Assembly, frame: str, q: np.ndarray, wrench: np.ndarray) -> np.ndarray:
-    """Torque (joint,) with which the machine's joints give a wrench at one of its frames [N·m]."""
+    """Torque (joint,) with which the machine's joints balance a wrench at one of its frames [N·m]."""
     y = ca.SX.sym("y", len(q))
     T = frame_pose(assembly.exo, body_poses(assembly.exo, y), frame)
     pose = ca.Function("pose", [y], [T.p, T.R])

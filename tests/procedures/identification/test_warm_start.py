@@ -1,4 +1,4 @@
-"""A participant's file is refused by two judgements running, and never by one."""
+"""Warm start: a participant's file is refused after two judgements in a row, and never after one."""
 
 import re
 from pathlib import Path
@@ -10,7 +10,7 @@ from exograv.procedures.identification.warm_start import WarmStart
 
 
 def returning(evidence: dict[float, float]) -> WarmStart:
-    """Somebody whose file met these log evidences over the table."""
+    """Return the warm start of a participant whose file has these log evidences over the table."""
     one, check = object.__new__(WarmStart), object.__new__(PersonCheck)
     check.evidence = evidence
     one.path, one.code, one._check = Path("p-08.toml"), "P-08", check
@@ -29,4 +29,4 @@ def test_one_judgement_against_a_file_is_not_enough(evidence: dict[float, float]
 def test_two_judgements_running_refuse_it_by_name(evidence: dict[float, float]):
     one = returning(evidence)
     assert one._check.is_contradicted
-    assert re.match(r"p-08\.toml is not this person's.*'P-08'", str(one._contradicted(max(evidence))))
+    assert re.match(r"p-08\.toml belongs to another person.*'P-08'", str(one._contradicted(max(evidence))))

@@ -1,4 +1,4 @@
-"""A machine is sound, or each reason why not is a sentence with joint, value and next step, never a traceback."""
+"""Check of a machine: it is sound, or each problem is a sentence with joint, value and next step, never a traceback."""
 
 import re
 import shutil
@@ -16,7 +16,7 @@ from exograv.results import json_value
 
 SOURCE = robots_folder() / "recupera_like"
 LIMIT = '<limit lower="0.0" upper="2.18" effort="30" velocity="3.0"/>'
-"""Of the elbow."""
+"""Limits of the elbow."""
 ELBOW = '<origin xyz="0 0 -0.29" rpy="0 0 0"/>'
 TASK = "upper_deg = [95.0, 50.0, 45.0, 110.0]"
 DONNED = "posture_deg = [0.0, 0.0, 0.0, 90.0]"
@@ -43,7 +43,7 @@ def check(rig: str | Path, out: Path, **wearer: Any) -> dict[str, Any]:
 
 
 def broken(folder: Path, *pairs: tuple[str, str]) -> list[str]:
-    """What is found when each old text gives way to the new one, in rig.toml or in the only URDF."""
+    """Return the problems after each old text was replaced by the new one, in rig.toml or in the only URDF."""
     machine = folder / "machine"
     shutil.copytree(SOURCE, machine)
     (machine / "left.urdf").unlink()
@@ -62,7 +62,7 @@ def broken(folder: Path, *pairs: tuple[str, str]) -> list[str]:
 
 @pytest.fixture
 def without_picture(monkeypatch: pytest.MonkeyPatch):
-    """Drawing takes as long as all the rest."""
+    """Skip drawing, which takes as long as everything else."""
     monkeypatch.setattr(figure_style, "write_picture", lambda path, _draw: path)
 
 
@@ -75,7 +75,7 @@ def test_the_machines_that_come_with_exograv_have_no_problem_and_hold_all_freedo
     assert result["unsupported"] == []
     assert result["rank"] == result["human_dof"] == {"recupera_like_7": 7, "recupera_like_dual": 8}.get(rig, 4)
     has_motors = load_rig(rig).settings.calibration is not None
-    # Every one but the passive carries a wearer of 95 kg: 4.9 % of that is one arm.
+    # Every machine except the passive one carries a wearer of 95 kg, with an arm of 4.9 % of that mass.
     assert result["largest_arm_kg"] > 4.7 if has_motors else result["largest_arm_kg"] == 0.0
 
 
@@ -87,19 +87,19 @@ def test_the_check_leaves_a_picture(rig: str, tmp_path: Path):
 WRONG = {
     "degrees for radians": (
         [(LIMIT, LIMIT.replace('upper="2.18"', 'upper="125"'))],
-        r"joint 'elbow_flexion'.*125.* rad.*Are these degrees",
+        r"joint 'elbow_flexion'.*125.* rad.*degrees",
     ),
     "ten degrees for radians": (
         [(LIMIT, LIMIT.replace('upper="2.18"', 'upper="10"'))],
-        r"joint 'elbow_flexion' turns from 0 to 10 rad, more than once round. Are these degrees\? URDF is in rad",
+        r"joint 'elbow_flexion' turns from 0 to 10 rad, more than a full turn. These may be degrees; URDF is in rad",
     ),
     "degrees per second": (
         [(LIMIT, LIMIT.replace('velocity="3.0"', 'velocity="172"'))],
-        r"'elbow_flexion' may turn at 172 rad/s; allowed: up to 35. Is that in °/s",
+        r"'elbow_flexion' may turn at 172 rad/s; allowed: up to 35. It may be in °/s",
     ),
     "millimetres for metres": (
         [(ELBOW, ELBOW.replace("-0.29", "-290")), ("nominal_m = 0.29", "nominal_m = 290"), ("= 0.37", "= 370")],
-        r"joint 'elbow_flexion' from its parent is 290 m away; allowed: up to 1.5 m. Is it in mm",
+        r"joint 'elbow_flexion' from its parent is 290 m away; allowed: up to 1.5 m. It may be in mm",
     ),
     "grams for kilograms": (
         [('<mass value="0.6"/>', '<mass value="600"/>')],
@@ -111,7 +111,7 @@ WRONG = {
             ("lower_deg = [0.0, 0.0, -40.0, 25.0]", "lower_deg = [0.0, 0.0, -0.7, 0.4]"),
             (TASK, "upper_deg = [1.66, 0.87, 0.79, 1.92]"),
         ],
-        r"the largest angle of \[donning\] and \[task_workspace\] is 1.92°. Are these radians",
+        r"the largest angle of \[donning\] and \[task_workspace\] is 1.92°. It seems to be in radians",
     ),
     "a joint without actuator": (
         [('<joint name="upper_arm_cuff_mount" type="fixed">', SLIDE), ('<link name="upper_arm_cuff"/>', MASSIVE)],
@@ -123,7 +123,7 @@ WRONG = {
     ),
     "a swapped order": (
         [(FIRST, SWAP), (SECOND, FIRST), (SWAP, SECOND)],
-        r"the order shoulder_abduction, shoulder_flexion, .*; those of right.urdf in the order shoulder_flexion,.*Swap",
+        r"the order shoulder_abduction, .*; those of right.urdf in the order shoulder_flexion,.*Use the URDF's order",
     ),
     "a frame that does not exist": (
         [('exo_frame = "forearm_cuff"', 'exo_frame = "cuff"')],
@@ -157,7 +157,7 @@ WRONG = {
     "a cuff that is too soft": (
         [(CUFF.format("upper_arm", *WELD), CUFF.format("upper_arm", *NOTHING)),
          (CUFF.format("forearm", *WELD), CUFF.format("forearm", 2.1, 4.5, 1e-4, 0.001))],
-        r"hold rotation with 0.\d+ N·m/rad only; allowed: from 0.5 N·m/rad on",
+        r"hold rotation with 0.\d+ N·m/rad only; allowed: at least 0.5 N·m/rad",
     ),
     "a task far beyond the limits": (
         [(TASK, TASK.replace("110.0", "100000.0"))],
@@ -173,7 +173,7 @@ WRONG = {
     ),
     "a cuff across the limb": (
         [('<origin xyz="0 0 -0.17" rpy="0 0 0"/>', '<origin xyz="0 0 -0.17" rpy="0 1.57 0"/>')],
-        r"z of 'forearm_cuff' is 90° off the forearm at donning; allowed: 30°. A cuff's z is along the limb",
+        r"'forearm_cuff' is 90° off the axis of the forearm at donning; allowed: 30°. A cuff's z is along",
     ),
     "an arm that is donned elsewhere": (
         [(DONNED, DONNED + "\narm_posture_deg = [90.0, 0.0, 0.0, 90.0]")],
@@ -185,11 +185,11 @@ WRONG = {
     ),
     "a weak shoulder": (
         [("torque_max_Nm = 60.0", "torque_max_Nm = 14.0")],
-        r"hold an arm of 0.0 kg with 1 kg in the hand; the lightest adult's weighs 2.02 kg. 'shoulder_flexion' gives",
+        r"hold an arm of 0.0 kg with 1 kg in the hand; the lightest adult's weighs 2.02 kg. 'shoulder_flexion' reaches",
     ),
     "a torque constant in mN·m/A": (
         [("torque_constant_Nm_per_A = 0.060", "torque_constant_Nm_per_A = 60.0")],
-        r"'elbow_flexion' gives 4500 N·m/A .* would need 0.0067 A for its 30 N·m; .* Is torque_constant_Nm_per_A in mN",
+        r"'elbow_flexion' gives 4500 N·m/A .* would need 0.0067 A .* torque_constant_Nm_per_A is not in mN",
     ),
     "a rotor without its gear's square": (
         [("rotor_inertia_kgm2 = 0.25\n", "rotor_inertia_kgm2 = 250.0\n")],
@@ -199,7 +199,7 @@ WRONG = {
         [(CUFF.format("forearm", *WELD), CUFF.format("forearm", 2100, 4500, 0.035, 0.20))],
         r"along_N_per_mm of cuff 'forearm' is 2100; allowed: up to 500",
     ),
-    "weights in g": ([("weights_kg = [1.5, 3.0]", "weights_kg = [1500, 3000]")], "holds 1500 kg; .* Is it in g"),
+    "weights in g": ([("weights_kg = [1.5, 3.0]", "weights_kg = [1500, 3000]")], "holds 1500 kg; .* It may be in g"),
     "no rig.toml that can be read": ([('name = "recupera_like"', "name = ")], "rig.toml is not valid TOML"),
     "no URDF": ([('right = "right.urdf"', 'right = "arm.urdf"')], r"rig.toml names 'arm.urdf', which is not in"),
     "a URDF that is none": ([('<robot name="recupera_like_right">', "<nothing>")], r"right.urdf is not valid XML"),
@@ -223,7 +223,7 @@ def test_several_mistakes_are_said_at_once(tmp_path: Path):
         ("efficiency = 0.75", "efficiency = 75"),
     )
     text = "\n".join(problems)
-    for part in ("more than once round", "in °/s", "colour", "actuators.0.efficiency", "actuators.3.efficiency"):
+    for part in ("more than a full turn", "in °/s", "colour", "actuators.0.efficiency", "actuators.3.efficiency"):
         assert part in text
 
 
@@ -273,7 +273,7 @@ def test_a_name_that_is_none_is_refused():
 
 @pytest.mark.usefixtures("without_picture")
 def test_half_of_the_drives_torque_carries_less_than_half_of_the_arm(tmp_path: Path):
-    # Machine, weight in the hand and friction take their share first.
+    # Machine, weight in the hand and friction need a part of the torque first.
     whole = check("agree_like", tmp_path)
     shutil.copytree(robots_folder() / "agree_like", tmp_path / "machine")
     text = (tmp_path / "machine" / "rig.toml").read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""A designed motion is a block that a rig file takes, better than the one before it, within its limits."""
+"""Designed motion: a valid block for a rig file, better than the one before it, within its limits."""
 
 import tomllib
 
@@ -20,7 +20,7 @@ from exograv.procedures.machine_tools.design_motion import (
 from exograv.procedures.machine_tools.options import DesignOptions
 
 ROUNDING = 0.01
-"""Share of a limit by which the tenths of a degree in the file may exceed it."""
+"""Share of a limit by which the rounding to 0.1° in the file may exceed it."""
 
 
 @pytest.mark.parametrize(

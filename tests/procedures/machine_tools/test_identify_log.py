@@ -1,4 +1,4 @@
-"""A payload is found from recorded logs: on a simulated robot with an interval that holds, and on a real one."""
+"""Payload from recorded logs: found on a simulated robot with a correct interval, and on a real one."""
 
 import json
 import os
@@ -18,7 +18,7 @@ from exograv.procedures.machine_tools.options import LogOptions
 from exograv.results import json_value
 
 DATA = Path(os.environ.get("EXOGRAV_DATA", Path(__file__).parents[4] / "shared" / "data")) / "ur10e"
-REAL_GAINS = [13.56, 12.09, 10.15, 9.69, 10.06, 10.46]  # N·m/A: the common factor was calibrated on this very pair
+REAL_GAINS = [13.56, 12.09, 10.15, 9.69, 10.06, 10.46]  # N·m/A: the common factor was calibrated on this pair of logs
 REAL_KG = 2.805
 
 LINK = """<link name="{name}"><inertial><origin xyz="{com}"/><mass value="{mass}"/>
@@ -30,11 +30,11 @@ MASS, COM = 1.8, np.array([0.03, -0.02, 0.12])  # payload, in its frame
 COULOMB, VISCOUS, ASYMMETRY = np.array([2.0, 1.5, 1.0]), np.array([1.5, 1.0, 0.5]), np.array([0.3, -0.2, 0.1])
 ROTOR = np.array([0.8, 0.5, 0.2])
 NOISE_SD = 0.3  # N·m, white, as a current sensor's
-FOUND_BY_OTHERS = 0.2  # share of the mass within which a method of another kind finds it on this log
+FOUND_BY_OTHERS = 0.2  # share of the mass: allowed error of other methods on this log
 
 
 def urdf(link_masses: tuple[float, ...] = (6.0, 4.0, 2.0), payload_kg: float = 0.0) -> str:
-    """A turret, an upper and a lower link, and a tool frame that is turned and set off from the last link."""
+    """URDF of a turret, an upper and a lower link, and a tool frame that is rotated and offset from the last link."""
     parts = ['<robot name="three"><link name="base"/>', JOINT.format(
         name="turn", parent="base", child="turret", xyz="0 0 0.3", axis="0 0 1", effort=120)]  # fmt: skip
     parts += [
@@ -52,7 +52,7 @@ def urdf(link_masses: tuple[float, ...] = (6.0, 4.0, 2.0), payload_kg: float = 0
 
 
 def motion(seconds: float, phase: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Time, position, velocity, acceleration of three harmonics at 100 Hz."""
+    """Time, position, velocity and acceleration of three harmonics at 100 Hz."""
     t = np.arange(0.0, seconds, 0.01)
     q, v, a = (np.zeros((len(t), 3)) for _ in range(3))
     for k, amplitude in ((1, 0.6), (2, 0.25), (3, 0.15)):
@@ -67,7 +67,7 @@ def motion(seconds: float, phase: float) -> tuple[np.ndarray, np.ndarray, np.nda
 def write_log(
     path: Path, seed: int, payload_kg: float, phase: float = 0.0, seconds: float = 15.0, friction: float = 1.0
 ) -> Path:
-    """What a robot whose links are not those of its description records; inverse dynamics by MuJoCo."""
+    """Write the log of a robot whose links differ from its description; inverse dynamics by MuJoCo."""
     model = mujoco.MjModel.from_xml_string(urdf((7.0, 3.6, 2.2), payload_kg))
     data = mujoco.MjData(model)
     t, q, v, a = motion(seconds, phase)
@@ -84,7 +84,7 @@ def write_log(
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the description, an unloaded log and a loaded one."""
+    """Folder with the description, an unloaded log and a loaded one."""
     folder = tmp_path_factory.mktemp("lab")
     (folder / "robot.urdf").write_text(urdf())
     write_log(folder / "unloaded.csv", seed=100, payload_kg=0.0)
@@ -115,7 +115,7 @@ def test_the_interval_holds_the_mass_on_nearly_every_seed_even_when_motion_and_f
         assert result["payload"]["mass_kg"] == pytest.approx(MASS, rel=0.05)
         error = np.abs(np.array(result["payload"]["com_m"]) - COM)
         assert np.all(error < 3 * np.array(result["payload"]["com_sd_m"]))
-    # One miss of eight: with 95 % intervals two or more would happen in one of eighteen such tests.
+    # One miss of eight is allowed: with 95 % intervals two misses or more happen in one of eighteen such tests.
     assert sum(hits) >= 7
 
 
@@ -210,7 +210,7 @@ def test_progress_names_every_stage_and_ends_at_one(lab: Path):
         ({"method": "anthropometric"}, ConfigError, "a payload has no table"),
         ({"payload_frame": "gripper"}, ModelError, "Frames there: base, lower, tool, turret, upper"),
         ({"payload_frame": "base"}, ModelError, "does not move"),
-        ({"rows": "1:40"}, RecordingError, "samples are left"),
+        ({"rows": "1:40"}, RecordingError, "samples remain"),
     ],
 )
 def test_an_option_that_cannot_be_used_is_refused_with_what_is_allowed(

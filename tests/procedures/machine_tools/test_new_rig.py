@@ -1,4 +1,4 @@
-"""A user's URDF becomes a folder that asks what it must, is refused until it is answered, and then is a machine."""
+"""New rig: a user's URDF becomes a folder with questions, which is a valid machine once they are answered."""
 
 import re
 from pathlib import Path
@@ -21,7 +21,7 @@ def silent(_text: str, _share: float) -> None:
 
 
 def answered(folder: Path, answers: dict[str, list[str]]) -> None:
-    """Answer each question with the next of its key's answers; the last one serves all that follow."""
+    """Answer each question with the next of its key's answers; the last one is used for all that follow."""
     path = folder / "rig.toml"
     lines = path.read_text(encoding="utf-8").splitlines()
     for question in open_questions(path.read_text(encoding="utf-8")):
@@ -32,7 +32,7 @@ def answered(folder: Path, answers: dict[str, list[str]]) -> None:
 
 
 def answers_for(rig: str) -> dict[str, list[str]]:
-    """What the makers of a machine would answer: its own rig file."""
+    """Return the answers of a machine's builder, taken from the machine's own rig file."""
     settings = load_rig(rig).settings
     donning, box, plan = settings.donning, settings.task_workspace, settings.calibration
     assert plan is not None

@@ -1,4 +1,4 @@
-"""The computer's part of the self-test looks at what it says, and each look can fail."""
+"""Self-test of the computer: each step measures, and each step can fail."""
 
 import itertools
 import time

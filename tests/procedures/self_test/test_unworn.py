@@ -1,4 +1,4 @@
-"""Every fault that a self-test is for is refused with what to do, and a machine in good order passes in a minute."""
+"""Self-test: every fault is refused with the next step, and a sound machine passes in a minute."""
 
 import pytest
 
@@ -20,7 +20,7 @@ SLOW = {
     "both encoders reversed": ("sign of each joint", "'shoulder_rotation'"),
     "both encoders off by 10°": ("encoder offset by weight", "'elbow_flexion'"),
     "current loop off by 2.5 N·m": ("", "'shoulder_flexion'"),
-    "watchdog does not trip": ("torque left when nobody commands", "goes on giving torque when nobody commands"),
+    "watchdog does not trip": ("torque left when nobody commands", "continues to give torque without commands"),
     "watchdog does not brake": ("drives brake when nobody commands", "an arm would fall"),
     "Stop does nothing": ("Stop is heard", "Stop does not stop the machine"),
     "Stop does not reach the drives": ("torque left after Stop", "Stop does not stop the machine"),
@@ -57,12 +57,12 @@ def test_a_machine_in_good_order_passes_within_a_minute(slow: dict):
 @pytest.mark.slow
 @pytest.mark.parametrize("rig", ["nesm_like", "agree_like", "recupera_like_7", "recupera_like_qdd"])
 def test_every_shipped_machine_in_good_order_passes(slow: dict, rig: str):
-    """One of them lies on a stop where it would hang, and is pushed off it first."""
+    """Check every shipped machine. One of them hangs on a joint stop, and is pushed off it first."""
     assert slow[rig]["failed"] == slow[rig]["not_tried"] == []
 
 
 def test_every_fault_of_the_campaign_has_a_number_or_is_about_wiring():
     assert {hidden.fault for hidden in HIDDEN.values()} == {"F02", "F05", "F07", "F08", "F09", "F10", "F13", "F30", "–"}
     unproven = set(HIDDEN) - set(QUICK) - set(SLOW)
-    # Larger and smaller sisters of those above.
+    # These are larger and smaller variants of faults above.
     assert unproven == {"encoder off by 10°", "both encoders off by 5°"}

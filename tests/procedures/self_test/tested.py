@@ -1,6 +1,7 @@
-"""What the self-test says of machines with a hidden fault; a script, so that no shape check slows the ticks.
+"""Verdict of the self-test on machines with a hidden fault; a script, so that shape checks do not slow the ticks.
 
-Their calibration is the truth of the day before: a measured one takes a minute, and benchmarks/self_test.py has those.
+The calibration consists of the true values of the day before, because a measured one takes a minute. Measured ones are
+in benchmarks/self_test.py.
 """
 
 import json
@@ -28,7 +29,7 @@ QUICK = {
     "current sensor off by 2.5 N·m": 2,
     "measurements come late": 0,
 }
-"""Found before anything moves: fault, and joint."""
+"""Faults that are found before anything moves, with their joint."""
 
 SLOW = {
     "motor gives half its torque": 0,
@@ -49,11 +50,11 @@ SLOW = {
 }
 
 OTHER_RIGS = ("nesm_like", "agree_like", "recupera_like_7", "recupera_like_qdd")
-"""In good order."""
+"""Machines without a fault."""
 
 
 def verdict(fault: str, joint: int, rig: str = "recupera_like") -> dict[str, Any]:
-    """Steps that failed, and what was done to the machine meanwhile."""
+    """Return the steps that failed, and what happened to the machine in the meantime."""
     description = load_rig(rig)
     machine = draw_machine(description, Disturbances.at_level(LEVEL), SEED)
     calibration, lengths = calibrated(rig)
@@ -74,7 +75,7 @@ def verdict(fault: str, joint: int, rig: str = "recupera_like") -> dict[str, Any
 
 
 def calibrated(rig: str) -> tuple[Calibration, dict[str, float]]:
-    """As if stage 0 had found the truth."""
+    """Return a calibration with the true values, as from a perfect stage 0."""
     laboratory = draw_laboratory(rig, None, LEVEL, SEED)
     machine = ideal_knowledge(laboratory, 0.0).machine
     joints = len(machine.phi)

@@ -1,4 +1,4 @@
-"""One person in one machine, and passes of them that no rig is needed for."""
+"""Fixtures: one person in one machine, and simulated passes that need no rig."""
 
 from collections.abc import Callable
 
@@ -20,7 +20,7 @@ DT = 0.01
 CORRELATION_S = 3.0
 TRAVEL_S = 2.5
 SURE = 0.05
-"""Standard deviations of the table that an identification leaves [-]."""
+"""Standard deviations after an identification, as a share of the table's [-]."""
 
 
 @pytest.fixture(scope="session")
@@ -32,7 +32,7 @@ def model() -> ArmModel:
 
 @pytest.fixture(scope="session")
 def arm(model) -> Estimate:
-    """As a good identification leaves it."""
+    """Return the estimate of a good identification."""
     mean, covariance = prior(model.assembly, model.machine)
     return Estimate(60.0, mean, SURE**2 * covariance, 0.0, 1.0)
 
@@ -44,7 +44,7 @@ def postures(model, arm) -> np.ndarray:
 
 @pytest.fixture(scope="session")
 def heard(model, postures) -> Callable[..., list[PassSample]]:
-    """What the passes of an arm `x` sound like, with a wearer's slow torque and friction that is `turning` off."""
+    """Return a function that simulates passes of an arm `x`, with slow torque and a friction error `turning`."""
 
     def samples(x: np.ndarray, seed: int, restless: float = 1.0, turning: float = 0.0) -> list[PassSample]:
         random = np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""Two verifications differ only where more changed than chance explains, and only alike ones are compared."""
+"""Comparison of verifications: only changes larger than chance count, and only equal postures are compared."""
 
 import copy
 import json
@@ -21,7 +21,7 @@ SD, POSTURES, RUNS = 0.1, 12, 200
 
 
 def result(seed: int, shift: float = 0.0, hour: int = 10) -> dict[str, Any]:
-    """Of a machine with two joints; the first gives `shift` [N·m] more."""
+    """Return a result of a machine with two joints; the first gives `shift` [N·m] more."""
     beyond = SD * np.random.default_rng(seed).standard_normal((POSTURES, 2)) + [shift, 0.0]
     rows = [{"deg": [k, -k], "beyond_Nm": list(row), "beyond_sd_Nm": [SD, SD]} for k, row in enumerate(beyond)]
     at = f"2026-01-01T{hour}:00:00+00:00"
@@ -52,7 +52,7 @@ def test_results_at_other_postures_are_not_compared():
 
 
 @pytest.mark.parametrize(
-    ("text", "said"), [("{", "cannot be read"), ("[]", "no 'rig'"), (json.dumps(result(0) | {"rig": "x"}), "of x")]
+    ("text", "said"), [("{", "cannot be read"), ("[]", "no 'rig'"), (json.dumps(result(0) | {"rig": "x"}), "to x, not")]
 )
 def test_a_file_that_is_no_former_result_is_refused_with_what_to_give(tmp_path: Path, text: str, said: str):
     file = tmp_path / "before.json"

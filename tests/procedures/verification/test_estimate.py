@@ -1,4 +1,4 @@
-"""What is left over is told from friction and muscles, whoever identified the arm, and unrest makes it less sure."""
+"""Estimate of the left over: separated from friction and muscles, and less certain for a restless person."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from exograv.model.arm import held_weight
 from exograv.procedures.verification.estimate import LeftOverEstimator
 
 HIDDEN_KG = 0.4
-"""Of the joints flexion and elbow carry it, with levers beyond 0.2 m."""
+"""Hidden mass in the hand [kg]. Flexion and elbow carry it, with levers over 0.2 m."""
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +19,7 @@ def estimator(model, arm, postures) -> LeftOverEstimator:
 
 @pytest.fixture(scope="module")
 def heavier(model, arm) -> np.ndarray:
-    """The arm as it is: somebody has a bottle in the hand that nobody knows of."""
+    """Return the true arm: a bottle in the hand that the estimator does not know."""
     x = arm.x.copy()
     x[ParameterLayout.of(model.assembly).phi] += held_weight(model.assembly.arm, HIDDEN_KG, at="hand")
     return x

@@ -1,4 +1,4 @@
-"""Half a newton metre at the shoulder moves an unseen fingertip by centimetres, and twice of it by twice as much."""
+"""Displacement of a fingertip: centimetres at 0.5 N·m at the shoulder, and twice as much at twice the torque."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from exograv.procedures.verification.fingertip import Fingertip
 
 HALF_NM = 0.5
 RANGE_MM = (5.0, 20.0)
-"""5-15 mm at 0.6 m from the shoulder (docs/verify.md), and a stretched arm reaches farther."""
+"""Expected range [mm]: 5-15 mm at 0.6 m from the shoulder (docs/verify.md), and more for a stretched arm."""
 
 STRETCHED = np.deg2rad([[60.0, 10.0, 0.0, 30.0]])
 

@@ -1,4 +1,4 @@
-"""The postures are new to the identification, the same for the same seed, and passed in both directions."""
+"""Postures of a verification: new to the identification, equal for equal seeds, and passed in both directions."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from exograv.procedures.verification.postures import (
 
 DT = 0.001
 NOWHERE = np.full((1, 4), 9.0)
-"""A motion that has been near nothing [rad]."""
+"""Motion that is far from all postures [rad]."""
 
 ROUNDING = 1e-9
 

@@ -1,4 +1,4 @@
-"""The verdict names the joints it is about, claims no more than the interval does, and does not judge muscles."""
+"""Verdict of a verification: it names the joints, claims no more than the interval, and does not judge muscles."""
 
 import numpy as np
 import pytest
@@ -24,8 +24,8 @@ def verified(
     ("low", "high", "said"),
     [
         ([0.05, 0.02], [0.15, 0.09], "Every joint is surely within its target."),
-        ([0.05, 0.02], [0.15, 0.12], "Nothing is surely beyond its target; elbow may be."),
-        ([0.25, 0.02], [0.45, 0.12], "More than its target is left over at flexion."),
+        ([0.05, 0.02], [0.15, 0.12], "No joint surely exceeds its target; elbow may exceed it."),
+        ([0.25, 0.02], [0.45, 0.12], "The left over exceeds its target at flexion."),
     ],
 )
 def test_the_verdict_says_what_the_interval_says(low: list[float], high: list[float], said: str):

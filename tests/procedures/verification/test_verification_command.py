@@ -1,4 +1,4 @@
-"""What cannot be verified is refused before anything moves; on the twin the interval is held against the truth."""
+"""Verify command: wrong options are refused before motion, and on the twin the interval is compared with the truth."""
 
 import json
 from pathlib import Path
@@ -13,11 +13,11 @@ from exograv.procedures.verification.postures import POSTURES
 from exograv.results import json_value
 
 MOTION_MAX_S = 240.0
-"""A few minutes: what may pass between two windows of a task."""
+"""Longest motion [s]: a few minutes, which fit between two windows of a task."""
 
 
 def silent(_text: str, _share: float) -> None:
-    """No progress."""
+    """Ignore progress."""
 
 
 @pytest.mark.parametrize("options", [{"level": 5}, {"seed": -1}, {"later_min": -1.0}, {"later_min": LATER_MAX_MIN + 1}])
@@ -52,6 +52,6 @@ def test_an_hour_later_a_twin_says_in_minutes_what_is_left_over_and_what_changed
         assert result["motion_s"] < MOTION_MAX_S
         assert result["relaxed"]
         held = [low <= truth <= high for (low, high), truth in zip(result["ci95"], result["truth_Nm"], strict=True)]
-        # One of four may be missed by chance; more may not.
+        # One of four may be missed by chance, more may not.
         assert sum(held) >= len(held) - 1, result
     assert not any(later["before"]["more_than_chance"]), later["before"]

@@ -1,4 +1,4 @@
-"""One person in one machine, and motions of them that no rig is needed for."""
+"""Fixtures: one person in one machine, and simulated motions that need no rig."""
 
 from collections.abc import Callable
 
@@ -33,7 +33,7 @@ def believed_arm(model) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.fixture(scope="session")
 def heard(model) -> Callable[..., list[Sample]]:
-    """What a motion of an arm `x` sounds like, with a restless wearer's slow torque of a seed."""
+    """Return a function that simulates a motion of an arm `x`, with a restless wearer's slow torque of a seed."""
 
     def samples(path: Trajectory, x: np.ndarray, seed: int, restless: float = 1.0) -> list[Sample]:
         random = np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""The right form is believed, pounds and kilograms mixed up are found, and the operator is told what to check."""
+"""Check of the arm: the right form is accepted, mixed-up units are found, and the operator gets the next step."""
 
 import copy
 from dataclasses import replace
@@ -25,7 +25,7 @@ def samples(model, believed_arm, heard):
 
 
 def judged(model, samples, factor: float) -> ArmCheck:
-    """With a body mass on the form that is off by a factor."""
+    """Return the check with a body mass on the form that is wrong by a factor."""
     arm = model.assembly.arm
     typed = copy.copy(model)
     wrong = replace(arm, phi=factor * arm.phi, phi_covariance=factor**2 * arm.phi_covariance)
@@ -40,7 +40,7 @@ def test_the_right_form_is_believed_and_the_interval_holds_the_arm(model, believ
     assert check.ci95[0] < mass < check.ci95[1]
 
 
-@pytest.mark.parametrize(("factor", "word"), [(POUNDS_PER_KG, "pounds typed"), (1 / POUNDS_PER_KG, "once more")])
+@pytest.mark.parametrize(("factor", "word"), [(POUNDS_PER_KG, "in pounds"), (1 / POUNDS_PER_KG, "kilograms again")])
 def test_mixed_up_units_are_refused_with_what_to_check(model, samples, factor: float, word: str):
     check = judged(model, samples, factor)
     assert check.refused

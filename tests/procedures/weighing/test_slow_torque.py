@@ -1,4 +1,4 @@
-"""A batch says the same as the recursive filter, and what is only considered widens and does not move."""
+"""Slow torque: the batch agrees with the recursive filter, and considered unknowns only widen the covariance."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from exograv.procedures.weighing.slow_torque import CORRELATION_S, RegressionRow
 DT, SAMPLES, JOINTS, UNKNOWNS = 0.08, 60, 2, 3
 USUAL = np.array([0.3, 0.15])
 SAME = 1e-8
-"""Two ways of the same arithmetic."""
+"""Tolerance between two orders of the same arithmetic."""
 
 
 @pytest.fixture

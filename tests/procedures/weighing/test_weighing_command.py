@@ -1,4 +1,4 @@
-"""What the operator asks for is checked before anything moves, and an implausible form is a refusal with a reason."""
+"""Weigh command: options are checked before motion, and an implausible form is refused with a reason."""
 
 import pytest
 

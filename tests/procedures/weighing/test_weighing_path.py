@@ -1,4 +1,4 @@
-"""A way goes to and fro from rest to rest, at its pace, between postures that tell much."""
+"""Weighing path: to and fro from rest to rest, with limited speed, between informative postures."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from exograv.model.arm import held_weight
 from exograv.model.support import sample_postures
 from exograv.procedures.weighing.weighing_path import WeighingPath, informative_path
 
-ROUNDING = 1e-4  # rad: of a path that is slowed down at its ends
+ROUNDING = 1e-4  # rad: at the ends of a path, which are slowed down
 
 
 @pytest.fixture(scope="module")

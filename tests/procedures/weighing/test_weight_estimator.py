@@ -1,4 +1,4 @@
-"""A weight is found beside an arm that is not quite known, and its interval says what it should."""
+"""Weight estimator: a weight is found beside an arm that is not exactly known, with a correct interval."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def weighed(model, believed_arm, heard):
     def at(place: WeightPlace, kg: float, farther_m: float = 0.0):
         way = informative_path(model, x, held_weight(model.assembly.arm, 1.0, at=place), 0.7, postures)
         path = way.trajectory(15.0, PATH_DT)
-        # Identification has made the arm ten times better known than the table, and not quite right.
+        # The identified arm is ten times more certain than the table, and not exactly right.
         truth = x + 0.1 * np.sqrt(np.diag(covariance)) * np.random.default_rng(1001).standard_normal(len(x))
         loaded = truth.copy()
         loaded[ParameterLayout.of(model.assembly).phi] += held_weight(

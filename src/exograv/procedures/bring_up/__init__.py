@@ -1,1 +1,1 @@
-"""A machine is brought up on the bench for the first time: step by step, in the order of danger, nothing skipped."""
+"""Bring-up of a new machine on the bench: steps in the order of danger, none of which can be skipped."""

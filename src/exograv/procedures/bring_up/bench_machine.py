@@ -1,4 +1,4 @@
-"""The machine on the bench, spoken to at its own pace: what every step of a bring-up is made of."""
+"""Bench machine without feedback: reads, zero-torque commands and samples that each bring-up step uses."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,28 +16,31 @@ from exograv.signals import Command, JointState
 
 @dataclass(frozen=True)
 class BenchSample:
-    """What one period brought."""
+    """Sample of one period."""
 
     state: JointState
     status: tuple[DriveStatus, ...]
     at_s: float
-    """Since the watch began [s]."""
+    """Time since the watch began [s]."""
 
 
 class BenchMachine:
-    """Reads and commands a machine without any feedback."""
+    """Machine on the bench. Motors are commanded zero torque, without feedback."""
 
     def __init__(self, rig: DrivenRig, drives: Drives, lock_step: bool = False):
-        """Of drives; in lock-step nobody waits for the clock."""
+        """Wrap the rig of drives. In lock-step, `watch` does not wait for the wall clock."""
         self.rig, self.lock_step = rig, lock_step
         self.rated = np.array([drive.current_rated_A for drive in drives.each])
-        """Currents (joint,) [A]."""
+        """Rated motor currents (joint,) [A]."""
         self._zero = np.zeros(len(rig.joints))
 
     def watch(
         self, seconds: float, until: Callable[[BenchSample], bool] | None = None, commands: bool = True
     ) -> tuple[list[BenchSample], bool]:
-        """Look for so long, commanding no torque, or nothing at all; ends early where `until` is met, and says so."""
+        """Record samples for `seconds`, commanding zero torque, or no command at all.
+
+        Return the samples, and True if `until` was met; the watch ends there.
+        """
         pace, begun, found = RealTimePace(self.rig.period_s), self.rig.t, list[BenchSample]()
         while (passed := self.rig.t - begun) < seconds:
             state = self.rig.read()
@@ -53,15 +56,15 @@ class BenchMachine:
 
 
 def all_say(fault: DriveFault) -> Callable[[BenchSample], bool]:
-    """Whether every drive reports this fault."""
+    """Return a test that is True if every drive reports this fault."""
     return lambda seen: all(fault in status.fault for status in seen.status)
 
 
 def positions(seen: list[BenchSample]) -> Float[np.ndarray, "tick joint"]:
-    """Of all joints [rad]."""
+    """Positions of all joints [rad]."""
     return np.array([one.state.q for one in seen])
 
 
 def currents(seen: list[BenchSample]) -> Float[np.ndarray, "tick joint"]:
-    """Of all motors [A]."""
+    """Currents of all motors [A]."""
     return np.array([one.state.current for one in seen])

@@ -1,4 +1,4 @@
-"""Who stands at the machine: turns a joint by hand, presses the hardware stop, hangs the weights."""
+"""Manual actions at the machine: turn a joint, press the hardware stop, hang the weights."""
 
 from collections.abc import Callable
 from typing import Protocol, runtime_checkable
@@ -8,18 +8,18 @@ from exograv.procedures.calibration.operator import KeyboardOperator, Operator
 
 @runtime_checkable
 class Hands(Protocol):
-    """Is told what to do; what comes of it the machine itself has to say."""
+    """Person or test bench that carries out manual actions. The machine's sensors report the effect."""
 
     patience_s: float
-    """How long to wait for it [s]."""
+    """Longest wait for a manual action [s]."""
 
     @property
     def weights(self) -> Operator:
-        """Hangs the known weights."""
+        """Operator who hangs the known weights."""
         ...
 
     def turn(self, joint: str, way: int) -> None:
-        """Turn this joint by hand: 1 the way that the URDF calls positive, -1 back to where it was, 0 let go."""
+        """Turn this joint by hand: 1 in the URDF's positive direction, -1 back to where it hung, 0 let go."""
         ...
 
     def press_stop(self) -> None:
@@ -27,12 +27,12 @@ class Hands(Protocol):
         ...
 
     def release_stop(self) -> None:
-        """Release it."""
+        """Release the hardware stop."""
         ...
 
 
 class KeyboardHands:
-    """Somebody who reads the screen."""
+    """Person who follows instructions on the screen."""
 
     patience_s = 60.0
 
@@ -41,10 +41,10 @@ class KeyboardHands:
         self.weights: Operator = KeyboardOperator(say)
 
     def turn(self, joint: str, way: int) -> None:
-        """Say so."""
+        """Show the instruction to turn the joint."""
         self._say(
             {
-                1: f"Turn '{joint}' by hand by about 10°, the way that its axis in the URDF calls positive "
+                1: f"Turn '{joint}' by hand by about 10°, in the positive direction of its axis in the URDF "
                 "(docs/frames_and_signs.md).",
                 -1: f"Turn '{joint}' back to where it hung.",
                 0: f"Let go of '{joint}'.",
@@ -52,45 +52,45 @@ class KeyboardHands:
         )
 
     def press_stop(self) -> None:
-        """Say so."""
+        """Show the instruction to press the hardware stop."""
         self._say("Press the hardware stop now.")
 
     def release_stop(self) -> None:
-        """Say so."""
+        """Show the instruction to release the hardware stop."""
         self._say("Release the hardware stop.")
 
 
 class BenchHands:
-    """Writes to the bench of simulated drives (`exograv drive-sim`)."""
+    """Test bench of simulated drives (`exograv drive-sim`), commanded by text lines."""
 
     patience_s = 5.0
     lowers_s = 1.0
 
     def __init__(self, tell: Callable[[str], None]):
-        """With what writes a line to it."""
+        """Keep the function that writes a line to the bench."""
         self._tell = tell
 
     @property
     def weights(self) -> Operator:
-        """Itself."""
+        """Return this bench, which also hangs the weights."""
         return self
 
     def turn(self, joint: str, way: int) -> None:
-        """With a torque that overcomes friction and brake."""
+        """Turn the joint at the bench."""
         self._tell(f"turn {joint} {12 * way}")
 
     def press_stop(self) -> None:
-        """At once."""
+        """Press the hardware stop at the bench."""
         self._tell("press")
 
     def release_stop(self) -> None:
-        """At once."""
+        """Release the hardware stop at the bench."""
         self._tell("release")
 
     def is_ready(self, mount: str, mass_kg: float) -> bool:
-        """Always."""
+        """Return True: the bench is always ready."""
         return True
 
     def lower(self, mount: str, mass_kg: float) -> None:
-        """As told."""
+        """Hang this mass on the mount at the bench."""
         self._tell(f"hang {mount} {mass_kg:.6f}")

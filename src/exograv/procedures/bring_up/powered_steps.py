@@ -32,19 +32,21 @@ from .hands import Hands
 from .unpowered_steps import WATCHDOG_WITHIN_MS, is_released
 
 LOW = 0.5
-"""Share of the motors' torque that a bring-up may use: the machine carries itself and one known weight by less."""
+"""Share of the motors' torque limit that a bring-up may use. The machine and one known weight need less."""
 
-LED_SHARE = 0.7  # of the way that a joint may be astray before it is stopped
+LED_SHARE = 0.7  # share of the tracking error at which the run stops
 GONE_SHARE, GONE_NM = 0.1, 0.7
-"""Of the torque before, and torque, which count as none beside what brakes (as in the self-test)."""
+"""Torque below which a motor counts as off: share of the earlier torque, and torque [N·m], whichever is larger. The
+torque of the brake is excluded, as in the self-test."""
 
 SMOOTH_TICKS = 5
 OFF_WITHIN_MS = 50.0  # docs/safety.md, F30
 FALLS_MAX_RAD_S = 1.5
-"""Of a machine that is braked by its drives; in free fall it would be twice as fast within the time watched."""
+"""Largest speed of a machine that its drives brake [rad/s]. In free fall the speed would be twice as high within the
+time watched."""
 
 LOADED_RAD = 0.6
-"""By which the machine is raised, so that its motors have something to carry [rad]."""
+"""Angle by which the machine is raised, so that its motors carry a load [rad]."""
 
 AFTER_S = 1.0
 SCALE_MAX = 0.15  # docs/safety.md, F09
@@ -53,21 +55,21 @@ Rows = Float[np.ndarray, "tick joint"]
 
 
 class Logged(PoweredRecordingRig):
-    """Between computer and drives, which keep saying how they are."""
+    """Rig that also logs the status of the drives at each reading."""
 
     def __init__(self, rig: DrivenRig):
         super().__init__(rig)
         self.said: list[tuple[float, tuple[DriveStatus, ...]]] = []
-        """Time of each reading on the rig's clock [s], and what the drives said of themselves."""
+        """Time of each reading on the rig's clock [s], and status of the drives."""
 
     def read(self) -> JointState:
-        """What the machine says; how its drives are is kept."""
+        """Read the joint state, and log the status of the drives."""
         state = super().read()
         self.said.append((self.t, self.status()))
         return state
 
     def first(self, fault: DriveFault) -> float:
-        """When every drive had said so [s]; infinite where one has not."""
+        """First time at which every drive reported this fault [s]; infinite if it did not happen."""
         for t, status in self.said:
             if all(fault in drive.fault for drive in status):
                 return t
@@ -76,7 +78,7 @@ class Logged(PoweredRecordingRig):
 
 @dataclass
 class PoweredSteps:
-    """The machine under torque."""
+    """Bring-up steps in which the motors give torque."""
 
     description: RigDescription
     tree: Tree
@@ -102,23 +104,33 @@ class PoweredSteps:
         return Pilot(rig, self._gains, envelope, progress=self.progress, pace=pace)
 
     def begin(self) -> None:
-        """Each step has a guard of its own: what stopped the last one is over."""
+        # Each step has a guard of its own: a stop in one step must not end the next.
+        """Start a new log and a new guard for the next step."""
         self.log = Logged(self.line.rig)
         self.run.pilot = self._pilot()
 
     def nudges(self) -> list[Step]:
-        """Each joint is pushed until it moves, no harder than friction asks for: along the push, and it alone."""
+        """Push each joint with growing torque until it moves.
+
+        The joint must move along the push, alone, and at a torque that friction explains.
+        """
         self.begin()
         friction = BreakawayTester(self.run).nudge(pushes=1)
         most = LOW * self.description.per_actuator("torque_max_Nm")
         names = self.description.joints
         return [
-            within(f"{name}: moves along a nudge of", float(tau), float(top), "N·m", "It takes too much to move it.")
+            within(
+                f"{name}: moves along a nudge of",
+                float(tau),
+                float(top),
+                "N·m",
+                "The joint needs too much torque to move.",
+            )
             for name, tau, top in zip(names, friction, most, strict=True)
         ]
 
     def leads(self, joint: int) -> list[Step]:
-        """One joint slowly there and back by feedback, the others held."""
+        """Move one joint slowly there and back by feedback, with the other joints held."""
         self.begin()
         farthest = 0.0
 
@@ -130,13 +142,13 @@ class PoweredSteps:
         plan = self._plan(joint)
         path = to_and_fro(self.run, plan, SLOW, way=CHECK_WAY)
         name = self.description.joints[joint]
-        self.run.pilot.run(self.run.controller, path, f"Leading {name}", listener)
+        self.run.pilot.run(self.run.controller, path, f"Moving {name}", listener)
         limit = LED_SHARE * float(np.rad2deg(self.run.astray_rad[joint]))
-        what = f"'{name}' lags: its torque is less than told, or its friction more than such a drive's."
+        what = f"'{name}' lags: its torque is lower than commanded, or its friction higher than usual for its drive."
         return [within(f"{name}: follows a slow motion within", float(np.rad2deg(farthest)), limit, "°", what)]
 
     def stops(self) -> list[Step]:
-        """The hardware stop is pressed while the motors carry the machine."""
+        """Have the hardware stop pressed while the motors carry the machine."""
         pressed = [np.inf]
 
         def press(t: float) -> None:
@@ -144,7 +156,10 @@ class PoweredSteps:
             self.hands.press_stop()
 
         self._raised("Stop is pressed", press, self.hands.patience_s)
-        heard, what = self.log.first(DriveFault.STOP_LINE), "Look at the stop's line and what it cuts (STO)."
+        heard, what = (
+            self.log.first(DriveFault.STOP_LINE),
+            "Check the wiring of the stop line and that it cuts the power (STO).",
+        )
         off = self._gone(heard)
         is_released(self.line, self.hands)
         return [
@@ -152,18 +167,18 @@ class PoweredSteps:
                  "not all", "all", "drives", "" if np.isfinite(heard) else what),
             within("hardware stop under torque: motors off after", 1e3 * off, OFF_WITHIN_MS, "ms", what),
             within("hardware stop under torque: sinks at", self._falls(heard), FALLS_MAX_RAD_S, "rad/s",
-                   "It falls: the drives do not brake without torque. Nobody may be in it."),
+                   "The machine falls: its drives do not brake without torque. No person may be in it."),
         ]  # fmt: skip
 
     def falls_silent(self) -> list[Step]:
-        """Nobody commands any more while the motors carry the machine."""
+        """Stop all commands while the motors carry the machine."""
         silent = [np.inf]
 
         def fall_silent(t: float) -> None:
             silent[0] = t
             self.log.is_silent = True
 
-        self._raised("Nobody commands", fall_silent, 0.5)
+        self._raised("No commands are sent", fall_silent, 0.5)
         self.log.is_silent = False
         what = "Set the drives' watchdogs to 20 ms and to braking (docs/safety.md)."
         off = self._gone(silent[0])
@@ -173,7 +188,7 @@ class PoweredSteps:
         ]
 
     def weighs(self, joint: int) -> list[Step]:
-        """A known weight, carried slowly there and back: what the motor's current says it weighs."""
+        """Measure a known weight by motor current on a slow pass there and back."""
         self.begin()
         plan = self._plan(joint)
         mount = plan.mount or self.description.calibration.mount
@@ -186,9 +201,9 @@ class PoweredSteps:
         name = self.description.joints[joint]
         mass = self.description.calibration.weights_kg[0]
         what = (
-            f"By its current the motor of '{name}' carries {scale:.2f} times {mass:g} kg: correct current_rated_A in "
-            "drives.toml (a wrong unit shows as a thousand, peak for RMS as 1.4), else torque_constant_Nm_per_A or "
-            "gear_ratio in rig.toml; below zero, the sign of current and encoder are both reversed."
+            f"By its current the motor of '{name}' carries {scale:.2f} times {mass:g} kg. Correct current_rated_A in "
+            "drives.toml (a wrong unit gives a factor of 1000, peak for RMS 1.4), or torque_constant_Nm_per_A or "
+            "gear_ratio in rig.toml. If the factor is negative, the signs of current and encoder are both reversed."
         )
         passed = abs(scale - 1.0) <= SCALE_MAX
         return [Step(f"{name}: weighs {mass:g} kg as", passed, round(scale, 3), "0.85 to 1.15", "times that",
@@ -199,7 +214,7 @@ class PoweredSteps:
         return next(plan for plan in plans if plan.joint == self.description.joints[joint])
 
     def _pass(self, joint: int) -> tuple[Float[np.ndarray, " place"], Float[np.ndarray, " place"]]:
-        """Torque by the current and by the model [N·m] at places on a slow way, mean of both directions."""
+        """Torque by current and by model [N·m] at places on a slow pass, mean of both directions."""
         rows: list[tuple[float, float, float, float]] = []
 
         def listener(moment: TickSample) -> None:
@@ -221,14 +236,14 @@ class PoweredSteps:
         )  # pyright: ignore[reportReturnType]
 
     def _go(self, joint: int, beyond: float, text: str) -> None:
-        """To where a joint's sweep begins, and so far [rad] into it."""
+        """Move the machine to the start of a joint's sweep, and `beyond` [rad] into the sweep."""
         plan, dt = self._plan(joint), self.run.pilot.rig.period_s
         goal = np.deg2rad(plan.posture_deg)
         goal[joint] = np.deg2rad(plan.from_deg) + np.copysign(beyond, plan.to_deg - plan.from_deg)
         self.run.follow(go_to(self.run.pilot.q.copy(), goal, SLOW, dt), text)
 
     def _raised(self, text: str, act: Callable[[float], None], seconds: float) -> None:
-        """Raise the machine so that its motors carry something, then act, and watch what becomes of it."""
+        """Raise the machine so that its motors carry a load, then call `act` and hold for `seconds` more."""
         self.begin()
         run, ticks = self.run, 0
         self._go(0, LOADED_RAD, "Raising the machine")
@@ -246,7 +261,10 @@ class PoweredSteps:
             return
 
     def _gone(self, since: float) -> float:
-        """Until no motor gives a tenth of what it gave, beside what brakes [s]; infinite where one always does."""
+        """Time until every motor is off [s]; infinite if one never is.
+
+        A motor is off below a tenth of its earlier torque. The torque of the brake is not counted.
+        """
         passed = self.log.passed(0)
         after = passed.t > since
         if not (after.any() and (~after).any()):
@@ -259,7 +277,7 @@ class PoweredSteps:
         return float(passed.t[after][small.argmax()] - since) if small.any() else np.inf
 
     def _falls(self, since: float) -> float:
-        """How fast the fastest joint was after that [rad/s]."""
+        """Largest joint speed after `since` [rad/s]; infinite without enough samples."""
         passed = self.log.passed(0)
         after = passed.t > since
         if np.count_nonzero(after) < 20:
@@ -269,7 +287,7 @@ class PoweredSteps:
 
 
 def _smooth(rows: Rows) -> Rows:
-    """Mean over some ticks up to each."""
+    """Return the moving average over the last `SMOOTH_TICKS` ticks."""
     sums = np.cumsum(np.vstack([np.zeros((SMOOTH_TICKS, rows.shape[1])), rows]), axis=0)
     return (sums[SMOOTH_TICKS:] - sums[:-SMOOTH_TICKS]) / SMOOTH_TICKS
 

@@ -1,4 +1,4 @@
-"""The drives.toml of simulated drives, made from a machine's data sheets."""
+"""Generated `drives.toml` of simulated drives, from the data sheets of a machine."""
 
 import tempfile
 from pathlib import Path
@@ -9,17 +9,18 @@ from exograv.loop.machine_limits import DAMPING
 from exograv.model.description import RigDescription
 from exograv.rig.drives.simulated.address import free_port
 
-RATED_SHARE = 1.0 / 3.0  # of the greatest current, for ever: as in examples/drives
+RATED_SHARE = 1.0 / 3.0  # continuous current as a share of the peak current, as in examples/drives
 
 HEAD = "# Simulated drives, written by exograv for `exograv drive-sim` and its clients.\n\n"
 COUNTS_PER_TURN, GEAR = 2**20, 25
-"""Of simulated CAN drives: encoders so fine that the twin's own are what is felt; their motors' turn so much faster."""
+"""Encoder resolution and gear ratio of simulated CAN drives. The encoders are fine enough that the twin's own
+resolution dominates."""
 
 
 def drives_of(description: RigDescription, port: int, bus: str = "udp") -> str:
-    """A `drives.toml` of simulated drives for any machine: what its motors may give, by their data sheets.
+    """Return a `drives.toml` of simulated drives for any machine, with current limits from its data sheets.
 
-    Where they are reached no other machine that is simulated on this computer is: by `port`.
+    The port gives each simulated machine on this computer an address of its own.
     """
     most = description.per_actuator("torque_max_Nm") / description.nominal_gain
     counts = {"counts_per_turn": COUNTS_PER_TURN, "motor_counts_per_turn": GEAR * COUNTS_PER_TURN}
@@ -50,7 +51,7 @@ def _bus_tables(bus: str, port: int) -> dict[str, Any]:
 
 
 def written(folder: Path, description: RigDescription, bus: str = "udp") -> Path:
-    """Such a file of this machine in a folder, with a port of its own."""
+    """Write `drives.toml` of this machine to a folder, with a free port, and return its path."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "drives.toml"
     path.write_text(drives_of(description, free_port(), bus), encoding="utf-8")

@@ -13,24 +13,24 @@ from .bench_machine import BenchMachine, all_say, currents, positions
 from .hands import Hands
 
 TURNED = np.deg2rad(5.0)
-"""Way of a joint that somebody turns by hand [rad]."""
+"""Rotation that shows that a joint was turned by hand [rad]."""
 
 BACK = np.deg2rad(1.0)
-"""From where it hung, at which it has been turned back [rad]."""
+"""Distance from the hanging position at which the joint counts as turned back [rad]."""
 
 STOP_WITHIN_MS = 50.0  # docs/safety.md, F30
 WATCHDOG_WITHIN_MS = 30.0  # docs/safety.md, F13
-QUIET_SHARE = 0.05  # of the rated current: what flows where none is asked for
+QUIET_SHARE = 0.05  # allowed share of the rated current at zero command
 CREEP = np.deg2rad(1.0)
 ZERO_S, RELEASED_S = 0.5, 0.3
 
 
 def wiring(drives: Drives, torque_max: np.ndarray, gain: np.ndarray) -> list[Step]:
-    """What `drives.toml` says against `rig.toml`: before anything is switched on.
+    """Compare current limits of `drives.toml` with torque limits of `rig.toml`, before any motor is switched on.
 
     Args:
-        drives: Of the machine.
-        torque_max: What each motor may give (joint,) [N·m].
+        drives: Drives of the machine.
+        torque_max: Torque limit of each motor (joint,) [N·m].
         gain: Torque per current by the data sheet (joint,) [N·m/A].
     """
     most = np.array([drive.current_max_A for drive in drives.each]) * gain / torque_max
@@ -45,13 +45,13 @@ def wiring(drives: Drives, torque_max: np.ndarray, gain: np.ndarray) -> list[Ste
         Step("greatest current against greatest torque", passed, round(float(most[joint]), 3), "0.5 to 1.5",
              "", "" if passed else what),
         Step("every drive brakes by itself", not brakes, ", ".join(brakes) or "all", "all", "",
-             "" if not brakes else f"Without a brake at {', '.join(brakes)} nobody may be in this machine: a fault "
+             "" if not brakes else f"Without a brake at {', '.join(brakes)} no person may be in this machine: a fault "
              "would drop the arm (docs/safety.md, SS4).", locks_only=True),
     ]  # fmt: skip
 
 
 def turns(line: BenchMachine, hands: Hands, joint: int) -> list[Step]:
-    """One joint is turned by hand, its motor off: its encoder must count up, and no other."""
+    """Have one joint turned by hand with its motor off: its encoder must count up, and no other."""
     name = line.rig.joints[joint]
     start = line.rig.read().q.copy()
     hands.turn(name, 1)
@@ -59,7 +59,7 @@ def turns(line: BenchMachine, hands: Hands, joint: int) -> list[Step]:
         hands.patience_s, lambda seen: bool(np.abs(seen.state.q - start).max() > TURNED), commands=False
     )
     if moved:
-        # A machine that does not hang any more would sink when it is pushed.
+        # A machine that is not turned back would sink at its first push.
         hands.turn(name, -1)
         line.watch(hands.patience_s, lambda seen: bool(np.abs(seen.state.q - start).max() < BACK), commands=False)
     hands.turn(name, 0)
@@ -67,21 +67,29 @@ def turns(line: BenchMachine, hands: Hands, joint: int) -> list[Step]:
     way = np.rad2deg(found[-1].state.q - start)
     title = f"{name}: encoder, turned by hand"
     if not moved:
-        what = "No encoder has moved. Was it turned? Is the drive braking too hard, or the encoder not connected?"
+        what = (
+            "No encoder has moved. Turn the joint. Check that the drive does not brake too hard, and that the encoder "
+            "is connected."
+        )
         return [Step(title, False, round(float(way[joint]), 2), np.rad2deg(TURNED), "°", what)]
     other = int(np.abs(np.delete(way, joint)).argmax()) if len(way) > 1 else -1
     largest = float(np.delete(way, joint)[other]) if other >= 0 else 0.0
     if abs(largest) > abs(way[joint]):
         swapped = np.delete(np.array(line.rig.joints), joint)[other]
-        what = f"Turning '{name}' is reported at '{swapped}': their nodes in drives.toml are swapped."
+        what = f"A turn of '{name}' is reported at '{swapped}'. Their nodes in drives.toml are swapped: correct them."
         return [Step(title, False, round(float(way[joint]), 2), np.rad2deg(TURNED), "°", what)]
-    what = f"It counts down where it must count up: change the sign of '{name}' in drives.toml, and its offset."
+    what = (
+        f"The encoder counts down where it must count up. Change the sign of '{name}' in drives.toml, and its offset."
+    )
     passed = bool(way[joint] > 0.0)
     return [Step(title, passed, round(float(way[joint]), 2), np.rad2deg(TURNED), "°", "" if passed else what)]
 
 
 def stop_is_heard(line: BenchMachine, hands: Hands) -> list[Step]:
-    """The hardware stop is pressed while all motors are off: every drive must see it, and refuse to be switched on."""
+    """Have the hardware stop pressed while all motors are off.
+
+    Every drive must report the stop, and refuse to be switched on.
+    """
     hands.press_stop()
     found, heard = line.watch(hands.patience_s, all_say(DriveFault.STOP_LINE), commands=False)
     deaf = [
@@ -89,7 +97,7 @@ def stop_is_heard(line: BenchMachine, hands: Hands) -> list[Step]:
         for joint, status in zip(line.rig.joints, found[-1].status, strict=True)
         if DriveFault.STOP_LINE not in status.fault
     ]
-    what = f"Not heard by the drives of {', '.join(deaf)}: look at the stop's line. Nobody goes on before it is heard."
+    what = f"The drives of {', '.join(deaf)} do not report the stop. Check the stop line before you continue."
     steps = [Step("hardware stop is seen by every drive", heard, f"{len(line.rig.joints) - len(deaf)}",
                   f"{len(line.rig.joints)}", "drives", "" if heard else what)]  # fmt: skip
     if not heard:
@@ -100,21 +108,24 @@ def stop_is_heard(line: BenchMachine, hands: Hands) -> list[Step]:
     except RigError:
         refused = True
     line.rig.disable()
-    what = "A drive switches on while the stop is pressed: its line must cut the power (STO), not only tell."
+    what = "A drive switches on while the stop is pressed: the stop line must cut the power (STO), not only report."
     steps.append(Step("pressed, no motor can be switched on", refused, "refused" if refused else "switched on",
                       "refused", "", "" if refused else what))  # fmt: skip
     stays_off, can_be = is_released(line, hands)
-    what = "Released, a drive comes back by itself: set it so that it waits to be enabled (ISO 13850)."
+    what = "A drive switches on by itself when the stop is released. Set it to wait until it is enabled (ISO 13850)."
     steps.append(Step("released, no motor comes back by itself", stays_off, "off" if stays_off else "on", "off", "",
                       "" if stays_off else what))  # fmt: skip
-    what = "Released, the motors cannot be switched on again: is the stop's line closed?"
+    what = "The motors cannot be switched on after the stop is released. Check that the stop line is closed."
     steps.append(Step("released, they can be switched on", can_be, "on" if can_be else "refused", "on", "",
                       "" if can_be else what))  # fmt: skip
     return steps
 
 
 def is_released(line: BenchMachine, hands: Hands) -> tuple[bool, bool]:
-    """Have the hardware stop released; whether all motors stay off then, and whether they can be switched on."""
+    """Have the hardware stop released.
+
+    Return True if all motors stay off then, and True if they can be switched on.
+    """
     hands.release_stop()
     until, stays_off = line.rig.t + hands.patience_s, True
     while line.rig.t < until:
@@ -128,7 +139,7 @@ def is_released(line: BenchMachine, hands: Hands) -> tuple[bool, bool]:
 
 
 def zero_torque(line: BenchMachine) -> list[Step]:
-    """All motors on, told no torque: nothing flows, nothing moves."""
+    """Switch all motors on at zero torque: no current may flow and no joint may move."""
     line.rig.enable()
     found, _ = line.watch(ZERO_S)
     share = np.abs(currents(found).mean(axis=0)) / line.rated
@@ -138,7 +149,7 @@ def zero_torque(line: BenchMachine) -> list[Step]:
     return [
         within(
             "current at no torque", float(share[flows]), QUIET_SHARE, "of the rated",
-            f"In the motor of '{names[flows]}' current flows though none is asked for: zero its current sensor.",
+            f"In the motor of '{names[flows]}' current flows at zero command. Zero its current sensor.",
         ),
         within(
             "motion at no torque", float(np.rad2deg(way[creeps])), float(np.rad2deg(CREEP)), "°",
@@ -148,7 +159,7 @@ def zero_torque(line: BenchMachine) -> list[Step]:
 
 
 def watchdog(line: BenchMachine, drives: Drives, title: str) -> list[Step]:
-    """Nobody commands any more: every drive must be off in time, and stay off when commands come again."""
+    """Stop all commands: every drive must be off in time, and stay off when commands come again."""
     begun = line.rig.t
     tripped, _ = line.watch(4.0 * drives.watchdog_s, all_say(DriveFault.WATCHDOG), commands=False)
     took_ms = 1e3 * (line.rig.t - begun)
@@ -157,10 +168,10 @@ def watchdog(line: BenchMachine, drives: Drives, title: str) -> list[Step]:
         for joint, status in zip(line.rig.joints, tripped[-1].status, strict=True)
         if DriveFault.WATCHDOG not in status.fault
     ]
-    what = f"The drives of {', '.join(lazy) or 'all'} go on when nobody commands: set their watchdogs (20 ms)."
+    what = f"The drives of {', '.join(lazy) or 'all'} stay on without commands. Set their watchdogs to 20 ms."
     steps = [within(title, np.inf if lazy else took_ms, WATCHDOG_WITHIN_MS + 1e3 * line.rig.period_s, "ms", what)]
     found, _ = line.watch(0.05)
     back = any(status.is_enabled for status in found[-1].status)
-    what = "A drive comes back by itself after its watchdog: it must wait to be enabled." if back else ""
+    what = "A drive switches on by itself after its watchdog. Set it to wait until it is enabled." if back else ""
     steps.append(Step(f"{title}: stays off afterwards", not back, "on" if back else "off", "off", "", what))
     return steps

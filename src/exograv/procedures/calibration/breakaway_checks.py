@@ -1,4 +1,4 @@
-"""What the first pushes of a calibration must show of every joint, or no feedback may be closed over it."""
+"""Plausibility checks of the first pushes of a calibration. Feedback is closed over a joint only after them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,41 +13,41 @@ from exograv.model.tree import Tree
 from exograv.rig import Rig
 
 PEAK_CURRENT_A = (0.2, 500.0)
-"""Of a joint's motor at its largest torque: motors of exoskeletons take 1-50 A; a constant in mN·m/A, or a current in
-mA, is a thousand times off."""
+"""Plausible current of a joint's motor at its largest torque. Motors of exoskeletons take 1-50 A; a constant in mN·m/A,
+or a current in mA, is wrong by a factor of 1000."""
 BEYOND_LIMITS = np.deg2rad(15.0)  # hard stops lie up to 5° beyond the URDF's limits, an encoder may be off by 3°
 MOVED = 0.02
-"""Displacement that ends a push: four hundred steps of a good encoder, twenty of a bad one [rad]."""
+"""Displacement that ends a push: 400 steps of a good encoder, 20 of a bad one [rad]."""
 CURRENT_TICKS = 100  # over which commanded and measured current are compared
-CURRENT_SHARE = 0.5  # they may differ by so much of the command,
-CURRENT_OFFSET = 0.5  # and by so much of the usual Coulomb friction
+CURRENT_SHARE = 0.5  # allowed difference as a share of the command,
+CURRENT_OFFSET = 0.5  # plus this share of the usual Coulomb friction
 V_PUSHED = 1.5  # rad/s: a push that grows slowly moves a joint at 0.2-1
-TOO_LIGHT = 0.1  # of the usual Coulomb friction
+TOO_LIGHT = 0.1  # share of the usual Coulomb friction below which a measured one is not credible
 
 Joints = Float[np.ndarray, " joint"]
 
 
 @dataclass(frozen=True)
 class PushSamples:
-    """One push, tick by tick, position and current filtered alike."""
+    """Samples of one push, with position and current filtered alike."""
 
     t: Float[np.ndarray, " tick"]
-    """[s]"""
+    """Time [s]."""
     q: Float[np.ndarray, "tick joint"]
-    """[rad]"""
+    """Joint position [rad]."""
     current: Float[np.ndarray, "tick joint"]
-    """Measured [A]."""
+    """Measured motor current [A]."""
     commanded: Float[np.ndarray, "tick joint"]
-    """[A]"""
+    """Commanded motor current [A]."""
     way: Joints
-    """From rest to the end, not filtered [rad]."""
+    """Displacement from rest to the end of the push, not filtered [rad]."""
 
 
 def refuse_joints_without_motor(description: RigDescription) -> None:
-    """A calibration moves every joint by its own motor.
+    """Refuse a machine with a motorless joint: a calibration moves every joint by its own motor.
 
     Raises:
-        ConfigError: It cannot.
+        ConfigError: A joint has no motor.
     """
     if description.motorless:
         raise ConfigError(
@@ -57,7 +57,7 @@ def refuse_joints_without_motor(description: RigDescription) -> None:
 
 
 def refuse_before_motion(description: RigDescription, tree: Tree, rig: Rig) -> None:
-    """What can be seen before the first current flows.
+    """Check joints, drives and encoder readings before the first current flows.
 
     Raises:
         ConfigError: Joints, drives or encoder readings do not fit `rig.toml` and URDF.
@@ -80,34 +80,34 @@ def refuse_before_motion(description: RigDescription, tree: Tree, rig: Rig) -> N
         if not joint.lower - BEYOND_LIMITS <= q <= joint.upper + BEYOND_LIMITS:
             raise ConfigError(
                 f"The encoder of joint '{joint.name}' reads {q:.2f} rad ({np.rad2deg(q):.0f}°); the joint turns from "
-                f"{joint.lower:.2f} to {joint.upper:.2f} rad. Does it count in degrees, or from another zero? Correct "
+                f"{joint.lower:.2f} to {joint.upper:.2f} rad. It may count in degrees, or from another zero. Correct "
                 "the encoder's unit, sign or zero in the driver."
             )
 
 
 def refuse_not_hanging(description: RigDescription, hanging: Joints, q: Joints, weight: Joints) -> None:
-    """What the joints would have to hold of the machine's weight (joint,) [N·m] where they read `q` [rad].
+    """Refuse a posture `q` [rad] in which the torque by the machine's `weight` (joint,) [N·m] exceeds friction.
 
     Raises:
-        ConfigError: More than friction can hold; then it is not there.
+        ConfigError: Friction could not hold the machine there, so the readings are wrong.
     """
     for joint, (name, usual) in enumerate(
         zip(description.joints, usual_friction(description, COULOMB)[0], strict=True)
     ):
         if abs(weight[joint]) > usual:
             raise ConfigError(
-                f"By its encoders the machine would pull with {weight[joint]:+.1f} N·m at joint '{name}', "
-                f"which reads {np.rad2deg(q[joint]):.1f}° (hanging by the URDF: {np.rad2deg(hanging[joint]):.0f}°). "
-                f"Friction holds {usual:g} N·m. Let it hang, empty, before it is calibrated; if it hangs, this "
+                f"By its encoders the machine's weight gives {weight[joint]:+.1f} N·m at joint '{name}', which reads "
+                f"{np.rad2deg(q[joint]):.1f}° (hanging by the URDF: {np.rad2deg(hanging[joint]):.0f}°). Friction "
+                f"holds {usual:g} N·m. Let the machine hang, empty, before it is calibrated. If it hangs, this "
                 "encoder is reversed, has another zero, or is swapped with another."
             )
 
 
 def check_push(description: RigDescription, joint: int, sign: float, pushed: PushSamples) -> None:
-    """Whether a push moved the joint that was pushed, along the push, by the current that was commanded.
+    """Check that a push moved the pushed joint, along the push, by the commanded current.
 
     Raises:
-        IdentificationError: It did not.
+        IdentificationError: A check failed.
     """
     name, gain = description.joints[joint], float(description.nominal_gain[joint])
     usual = float(usual_friction(description, COULOMB)[0][joint])
@@ -117,9 +117,9 @@ def check_push(description: RigDescription, joint: int, sign: float, pushed: Pus
     way = sign * float(pushed.way[joint])
     if abs(pushed.way[moved]) < MOVED:
         raise IdentificationError(
-            f"Joint '{name}' did not move under {abs(tau):.1f} N·m ({abs(tau) / gain:.2f} A); friction of such a drive "
-            f"is about {usual:g} N·m. Is it blocked or braked, its motor disconnected, or torque_constant_Nm_per_A in "
-            "rig.toml a thousand times too large? Free it, or correct that."
+            f"Joint '{name}' did not move under {abs(tau):.1f} N·m ({abs(tau) / gain:.2f} A); friction of such a "
+            f"drive is about {usual:g} N·m. It may be blocked or braked, its motor disconnected, or "
+            "torque_constant_Nm_per_A in rig.toml 1000 times too large. Free it, or correct that."
         )
     if moved != joint:
         raise IdentificationError(
@@ -136,31 +136,31 @@ def check_push(description: RigDescription, joint: int, sign: float, pushed: Pus
 
 
 def refuse_shot(description: RigDescription, joint: int, speed: float) -> None:
-    """A push that grows slowly moves a joint slowly, not at a `speed` [rad/s] like this.
+    """Refuse a joint whose `speed` [rad/s] under a slowly growing push is too high.
 
     Raises:
-        IdentificationError: It shot off.
+        IdentificationError: The speed exceeds `V_PUSHED`.
     """
     if speed > V_PUSHED:
         raise IdentificationError(
-            f"Joint '{description.joints[joint]}' shot off at {speed:.1f} rad/s when it was pushed; {V_PUSHED:g} rad/s "
-            "are allowed. Its motor gives far more than it is asked for: correct torque_constant_Nm_per_A in rig.toml, "
-            "or the unit of the current in the driver (mA for A)."
+            f"Joint '{description.joints[joint]}' shot off at {speed:.1f} rad/s when it was pushed; {V_PUSHED:g} "
+            "rad/s are allowed. Its motor gives far more torque than commanded: correct torque_constant_Nm_per_A in "
+            "rig.toml, or the unit of the current in the driver (mA for A)."
         )
 
 
 def refuse_too_light(description: RigDescription, joint: int, upwards: Sequence[float], down: Sequence[float]) -> None:
-    """Compare the torques that moved a joint both ways [N·m], half of whose difference is friction.
+    """Refuse a joint with almost no friction: half the difference of the torques that moved it both ways [N·m].
 
     Raises:
-        IdentificationError: There is next to none.
+        IdentificationError: The friction is too small to be credible.
     """
     name, usual = description.joints[joint], float(usual_friction(description, COULOMB)[0][joint])
     friction = 0.5 * (float(np.mean(upwards)) + float(np.mean(down)))
     if friction < TOO_LIGHT * usual:
         raise IdentificationError(
             f"By rig.toml, {friction:.2g} N·m of friction hold joint '{name}'; such a drive has about {usual:g} N·m, "
-            f"and {TOO_LIGHT * usual:.2g} N·m is the least that is credible. torque_constant_Nm_per_A is too "
+            f"and {TOO_LIGHT * usual:.2g} N·m is the smallest credible value. torque_constant_Nm_per_A is too "
             "small in rig.toml, or the drive takes mA for A: correct the unit."
         )
 
@@ -172,19 +172,20 @@ def _refuse_other_current(
     if abs(flowed - asked) <= CURRENT_SHARE * abs(asked) + CURRENT_OFFSET * usual / gain:
         return
     raise IdentificationError(
-        f"Joint '{name}' was asked for {asked:.3g} A and measures {flowed:.3g} A; they may differ by "
-        f"{CURRENT_SHARE:.0%}. Its motor is disconnected if nothing flows; else correct the unit (mA for A) or the "
-        "sign of the current in the driver."
+        f"Joint '{name}' was commanded {asked:.3g} A and measures {flowed:.3g} A; they may differ by "
+        f"{CURRENT_SHARE:.0%}. If no current flows, its motor is disconnected. Otherwise correct the unit (mA for A) "
+        "or the sign of the current in the driver."
     )
 
 
 def refuse_spring(description: RigDescription, joint: int, stayed: Mapping[float, Sequence[float]]) -> None:
-    """A joint that was pushed stays where it was pushed to, `stayed` [rad] from where it was, by way of the push.
+    """Refuse a joint that springs back: friction must hold it where it was pushed, `stayed` [rad] along the push.
 
-    A light joint may come back the way that its weight pulls; a spring brings it back both ways.
+    `stayed` holds displacements by direction of the push. The weight of a light joint may bring it back in one
+    direction; a spring brings it back in both.
 
     Raises:
-        IdentificationError: It sprang back.
+        IdentificationError: The joint came back in both directions.
     """
     by_way = [float(np.mean(one_way)) for one_way in stayed.values()]
     if by_way and max(by_way) < MOVED / 2:
@@ -197,9 +198,13 @@ def refuse_spring(description: RigDescription, joint: int, stayed: Mapping[float
 
 
 def refuse_restless(description: RigDescription, v: Joints) -> None:
-    """Raises IdentificationError: the machine moves at `v` [rad/s] without being pushed."""
+    """Raise an error: the machine moves at `v` [rad/s] without a push.
+
+    Raises:
+        IdentificationError: Always.
+    """
     joint = int(np.abs(v).argmax())
     raise IdentificationError(
         f"Joint '{description.joints[joint]}' moves at {np.rad2deg(v[joint]):.1f}°/s while nothing pushes it. Let the "
-        "machine hang still before it is calibrated, with nobody in it and nothing on it."
+        "machine hang still before it is calibrated, without a person in it or a weight on it."
     )

@@ -1,7 +1,7 @@
-"""The first motion of a calibration: every joint is pushed from rest, both ways, before any feedback is trusted.
+"""Breakaway test: each joint is pushed from rest in both directions before any feedback is trusted.
 
-Feedback with a flipped sign runs away; a push that only grows until something moves does not. What it took to move is
-the breakaway friction.
+Feedback with a flipped sign runs away; a push that grows until a joint moves does not. The torque at which the joint
+starts to move is the breakaway friction.
 """
 
 import numpy as np
@@ -28,39 +28,40 @@ from .breakaway_checks import (
 )
 from .empty_run import EmptyRun
 
-MARGIN = np.deg2rad(4.0)  # of the first posture from the joints' limits: room to be pushed both ways
-PUSHES = 3  # each way; each ends some tenths of a degree farther, at another ripple of the gear
+MARGIN = np.deg2rad(4.0)  # of the first posture from the joints' limits, so that a joint can be pushed both ways
+PUSHES = 3  # in each direction; each ends some tenths of a degree farther, at another ripple of the gear
 STARTED = 0.0015
-"""Displacement at which a joint slides: more than stuck friction bends, and two steps of a bad encoder [rad]."""
-RATE, KNOWN_RATE = 1.0, 1.5  # of the usual Coulomb friction, and of a known one, a second
-KNOWN = 0.5  # of a known Coulomb friction, with which a push starts: a shorter one would not show its current
-AGAIN = 0.4  # a further push of the same kind starts at this share of the last
-HELD = 0.4  # of the usual Coulomb friction: what it holds on any day
+"""Displacement at which a joint slides [rad]: more than stuck friction bends, and two steps of a bad encoder."""
+RATE, KNOWN_RATE = 1.0, 1.5  # 1/s, of the usual and of a known Coulomb friction
+# A push shorter than this could not show its current.
+KNOWN = 0.5  # share of a known Coulomb friction at which a push starts
+AGAIN = 0.4  # share of the last breakaway torque at which the next push starts
+HELD = 0.4  # share of the usual Coulomb friction that holds on any day
 PUSH_MAX = {"harmonic": 6.0, "quasi_direct": 8.0}
-"""Of the usual Coulomb friction, and nine tenths of the motor: what breaks the worst twins away; ripple counts for more
-in light drives [-]."""
-STILL_S, STILL_MAX, WAITS = 0.3, np.deg2rad(0.3), 10  # s, rad in that time, and how often to look
+"""Largest push as a multiple of the usual Coulomb friction [-], limited to 0.9 of the motor's torque. It moves the
+worst twins. Gear ripple counts for more in light drives."""
+STILL_S, STILL_MAX, WAITS = 0.3, np.deg2rad(0.3), 10  # window [s], largest motion in it [rad], number of windows
 CHUNK_S = 0.02
 
 Joints = Float[np.ndarray, " joint"]
 
 
 def starting_posture(tree: Tree) -> Joints:
-    """Where an empty machine should be switched on (joint,) [rad]: as it hangs, so that it stays there by itself."""
+    """Posture in which an empty machine is switched on (joint,) [rad]: hanging, so that it stays by itself."""
     return hanging_posture(tree, MARGIN)
 
 
 def held_torque(description: RigDescription, tree: Tree) -> Joints:
-    """What motors that nobody has tried yet must carry as the machine hangs (joint,) [N·m], by the URDF alone.
+    """Torque that untested motors must carry while the machine hangs (joint,) [N·m], by the URDF alone.
 
-    Friction holds what hangs; a joint whose limit is in the way of hanging would fall from its best posture.
+    Friction holds a joint that hangs. A joint that cannot hang because of its limit would fall and is carried.
     """
     weight = carrying_torque(tree, starting_posture(tree))
     return np.where(np.abs(weight) > HELD * usual_friction(description, COULOMB)[0], weight, 0.0)
 
 
 class BreakawayPush:
-    """Controller without feedback: holds what would fall by the model's weight, and pushes at one joint."""
+    """Controller without feedback: carries the model's weight where friction would not, and pushes one joint."""
 
     closure_slope, clearance = 0.0, 1.0
 
@@ -69,45 +70,45 @@ class BreakawayPush:
         self.tau = held.copy()
 
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
-        """The push, whatever is measured [N·m]."""
+        """Return the push torque [N·m]; measurements are ignored."""
         return self.tau
 
 
 class BreakawayTester:
-    """Pushes the joints of a machine that nobody has moved yet."""
+    """Breakaway test of all joints of a machine that has not moved yet."""
 
     def __init__(self, run: EmptyRun, coulomb: Joints | None = None):
-        """Look where it hangs.
+        """Check that the machine hangs.
 
         Args:
-            run: Of the empty machine.
-            coulomb: Friction of a machine that is known (joint,) [N·m]; where absent, what is usual.
+            run: Run of the empty machine.
+            coulomb: Coulomb friction of a calibrated machine (joint,) [N·m]; the usual friction if None.
 
         Raises:
-            ConfigError: By its encoders it does not hang.
+            ConfigError: By its encoders the machine does not hang.
         """
         self._run, self._joints = run, run.description.joints
         self._usual = usual_friction(run.description, COULOMB)[0]
         known = np.zeros(len(self._joints)) if coulomb is None else coulomb
         self._first, self._rate = KNOWN * known, np.maximum(RATE * self._usual, KNOWN_RATE * known)
         hanging, q = starting_posture(run.tree), run.pilot.q.copy()
-        # No feedback: by a reversed encoder it might drive the machine away.
+        # No feedback here: a reversed encoder could make it drive the machine away.
         self._push = BreakawayPush(held_torque(run.description, run.tree))
         refuse_not_hanging(run.description, hanging, q, carrying_torque(run.tree, q) - self._push.tau_feedforward)
         self._stiffness = np.diag(weight_stiffness(run.tree, q))
         self._speed = 0.0
         self._stayed = dict[float, list[float]]()
-        """By way of the push, how far the joint stayed from where it was [rad]."""
+        """Displacements that remained after a push [rad], by direction of the push."""
         most = np.array([PUSH_MAX[actuator.drive] for actuator in run.description.settings.actuators])
         self._most = np.minimum(most * self._usual, 0.9 * run.description.per_actuator("torque_max_Nm"))
 
     def nudge(self, pushes: int = PUSHES) -> Joints:
-        """Push every joint both ways, and note what it took: by that, the friction of each (joint,) [N·m].
+        """Push every joint both ways, and return the friction of each (joint,) [N·m].
 
         Raises:
             IdentificationError: A joint, its encoder or its motor is not what `rig.toml` says.
         """
-        self._wait("Does it stay where it hangs?")
+        self._wait("Checking that the machine hangs still")
         friction = np.zeros(len(self._joints))
         for joint, name in enumerate(self._joints):
             self._stayed = {}
@@ -118,7 +119,7 @@ class BreakawayTester:
         return friction
 
     def _ways(self, joint: int, pushes: int) -> tuple[tuple[float, int], tuple[float, int]]:
-        """Directions in their order, and how often: one that lies on its stop is first brought off it."""
+        """Directions of the pushes and their numbers. A joint that lies on its stop is pushed off the stop first."""
         limits, q = self._run.tree.joints[joint], float(self._run.pilot.feedback.q[joint])
         if q > limits.upper:
             return (-1.0, pushes + 1), (1.0, pushes)
@@ -127,7 +128,7 @@ class BreakawayTester:
         return (1.0, pushes), (-1.0, pushes)
 
     def _starts(self, joint: int, sign: float, pushes: int, text: str) -> list[float]:
-        """Pushes one way; the torques along the push that moved the joint [N·m]."""
+        """Push repeatedly in one direction, and return the torques along the push that moved the joint [N·m]."""
         found: list[float] = []
         for _ in range(pushes):
             first = AGAIN * max(found[-1], 0.0) if found else float(self._first[joint])
@@ -135,18 +136,18 @@ class BreakawayTester:
         return found
 
     def _start(self, joint: int, sign: float, first: float, text: str) -> float:
-        """One push from rest; the torque along the push that moved the joint [N·m]."""
+        """Push once from rest, and return the torque along the push that moved the joint [N·m]."""
         run = self._run
         pushed = self._ramp(joint, sign, first, text)
         if np.abs(pushed.way).argmax() != joint:
-            # A joint on the edge of what its friction holds slips at any touch, once; a swapped one does it again.
+            # A joint at the edge of what its friction holds slips once at any touch; a swapped joint moves again.
             self._wait(text)
             pushed = self._ramp(joint, sign, first, text)
         check_push(run.description, joint, sign, pushed)
         self._wait(text)
         refuse_shot(run.description, joint, self._speed)
         if self._stiffness[joint] * 3 * MOVED < self._usual[joint]:
-            # Not of a joint that its weight may bring back.
+            # A joint that its weight may bring back is not checked for a spring.
             stayed = sign * float(run.filter.sample.q[joint] - pushed.q[0, joint])
             self._stayed.setdefault(sign, []).append(stayed)
         moved = int(np.argmax(sign * (pushed.q[:, joint] - pushed.q[0, joint]) > STARTED))
@@ -154,7 +155,7 @@ class BreakawayTester:
         return sign * float(run.description.nominal_gain[joint] * pushed.commanded[moved, joint])
 
     def _ramp(self, joint: int, sign: float, first: float, text: str) -> PushSamples:
-        """Push harder and harder until something moves or the motor may no more."""
+        """Increase the push until a joint moves or the motor's limit is reached."""
         rig, push, run = self._run.pilot.rig, self._push, self._run
         rows: list[tuple[float, Joints, Joints, Joints]] = []
         q_start, way, size = run.pilot.feedback.q.copy(), np.zeros(len(self._joints)), first
@@ -164,12 +165,12 @@ class BreakawayTester:
             nonlocal size
             self._listen(moment)
             if not size < self._most[joint]:
-                return  # has been let go
+                return  # the push has ended
             sample = run.filter.sample
             commanded = run.pilot.actuators.current(moment.tau_commanded)
             rows.append((moment.state.t, sample.q.copy(), sample.tau.copy(), commanded))
             way[:] = moment.q - q_start
-            # The filter would tell of it 40 ms late.
+            # The filter would report the motion 40 ms late.
             size = np.inf if np.abs(way).max() > MOVED else size + self._rate[joint] * rig.period_s
             push.tau[joint] = push.tau_feedforward[joint] + (sign * size if size < self._most[joint] else 0.0)
 
@@ -179,10 +180,10 @@ class BreakawayTester:
         return PushSamples(t, q, current, commanded, way)
 
     def _wait(self, text: str) -> None:
-        """Let go, until the machine has stood still for a while.
+        """Release the push, and wait until the machine has stood still for a while.
 
         Raises:
-            IdentificationError: It moves by itself.
+            IdentificationError: The machine moves by itself.
         """
         run, dt = self._run, self._run.pilot.rig.period_s
         self._push.tau[:] = self._push.tau_feedforward

@@ -1,4 +1,4 @@
-"""Stage 0: the empty machine is pushed, swept with nothing and with known weights, before anybody is put in."""
+"""Calibration of the empty machine (stage 0): breakaway test, sweeps without load, and sweeps with known weights."""
 
 import numpy as np
 
@@ -15,18 +15,19 @@ from .breakaway_test import BreakawayTester, starting_posture
 from .empty_run import EmptyRun
 from .operator import Operator
 
-SLOW, FAST = 0.3, 0.9  # rad/s: two speeds tell Coulomb from viscous
-CREEP, CREEP_WAY = 0.16, 0.35  # rad/s at most and rad: through all slow speeds, to show how friction falls from rest
-CHECK_WAY = 0.6  # rad: of the slow pass of a re-check
+SLOW, FAST = 0.3, 0.9  # rad/s: two speeds separate Coulomb from viscous friction
+# Creep passes through all low speeds, to show how friction falls from rest (Stribeck effect).
+CREEP, CREEP_WAY = 0.16, 0.35  # largest speed [rad/s] and length [rad]
+CHECK_WAY = 0.6  # rad: length of the slow pass of a re-check
 TRAVEL = 0.8  # rad/s between sweeps
 
 
 def calibrate_machine(description: RigDescription, tree: Tree, pilot: Pilot, operator: Operator) -> Calibration:
-    """Push, sweep, weigh and fit; the pilot's rig must be empty and hang still, and the tree set to its lengths.
+    """Push, sweep, weigh and fit. The pilot's rig must be empty and hang still, and the tree set to its lengths.
 
     Raises:
         ConfigError: The rig is not the one that `rig.toml` describes.
-        IdentificationError: A joint, its encoder, its motor or a weight is not what it should be.
+        IdentificationError: A joint, its encoder, its motor or a weight is not as described.
         RigError: The envelope stopped the run.
     """
     refuse_before_motion(description, tree, pilot.rig)
@@ -47,7 +48,7 @@ def calibrate_machine(description: RigDescription, tree: Tree, pilot: Pilot, ope
 
 
 def recheck_machine(description: RigDescription, tree: Tree, pilot: Pilot, before: Calibration) -> Calibration:
-    """Friction as it is now: one push a joint and slow passes without weights; all else stays as it was `before`.
+    """Measure friction again, by one push per joint and passes without weights. The rest stays as `before`.
 
     Raises:
         As `calibrate_machine`.
@@ -61,16 +62,16 @@ def recheck_machine(description: RigDescription, tree: Tree, pilot: Pilot, befor
 
 
 def lead_home(run: EmptyRun) -> None:
-    """Motors that can be switched off are, where the machine hangs: nobody commands them during the fit."""
+    """Move the machine to where it hangs and switch its motors off, if it can: the fit sends no commands."""
     rig = run.pilot.rig
     if isinstance(rig, Powered):
         home = go_to(run.pilot.q.copy(), starting_posture(run.tree), TRAVEL, rig.period_s)
-        run.follow(home, "Leading the machine home")
+        run.follow(home, "Moving the machine to its hanging posture")
         rig.disable()
 
 
 def check_passes(run: EmptyRun) -> None:
-    """Every joint slowly and fast, both ways, without weights: what its friction is now."""
+    """Move every joint slowly and fast, both ways, without weights, to measure its friction."""
     plans = run.description.calibration.sweeps
     for i, plan in enumerate(plans):
         text = f"Friction as it is now: {plan.joint} ({i + 1}/{len(plans)})"
@@ -78,7 +79,10 @@ def check_passes(run: EmptyRun) -> None:
 
 
 def to_and_fro(run: EmptyRun, plan: SweepSettings, *speeds: float, way: float = np.inf) -> Trajectory:
-    """A path to the start of a sweep, then one pass a speed [rad/s]; the slower ones as far as `way` [rad] at most."""
+    """Path to the start of a sweep, then one pass per speed [rad/s].
+
+    Passes at `SLOW` are `way` [rad] long at most, creep passes `CREEP_WAY`.
+    """
     dt, joint = run.pilot.rig.period_s, run.description.joints.index(plan.joint)
     start = np.deg2rad(plan.posture_deg)
     start[joint] = np.deg2rad(plan.from_deg)

@@ -1,4 +1,4 @@
-"""`exograv calibrate`: calibrate an empty machine or check its friction again, keep the file and give the figures."""
+"""`exograv calibrate`: calibrate an empty machine or check its friction again, store the file and the figures."""
 
 import contextlib
 import time
@@ -44,24 +44,24 @@ class CalibrationResult:
 
 
 class EmptyMachine(Protocol):
-    """An empty machine that is calibrated, real or simulated."""
+    """Empty machine that is calibrated, real or simulated."""
 
     @property
     def serial(self) -> str:
-        """Serial number, or what stands for it."""
+        """Serial number, or identity of the twin."""
         ...
 
     @property
     def truth(self) -> TruthAt | None:
-        """Of a simulated machine."""
+        """True values of a simulated machine; None for a real one."""
         ...
 
     def calibrate(self, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
-        """From the first breakaway test to the last weight; and how long the machine ran [s]."""
+        """Run from the first breakaway test to the last weight. Return the calibration and the running time [s]."""
         ...
 
     def recheck(self, before: Calibration, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
-        """Friction anew and all else as `before`; and how long the machine ran [s]."""
+        """Measure friction again; keep the rest of `before`. Return the calibration and the running time [s]."""
         ...
 
 
@@ -71,17 +71,17 @@ def calibrate_and_keep(
     connect: Callable[[RigDescription], contextlib.AbstractContextManager[EmptyMachine]],
     now: datetime | None = None,
 ) -> CalibrationResult:
-    """Calibrate one machine, and keep the calibration in a file.
+    """Calibrate one machine, and write the calibration to a file.
 
     Args:
-        options: Of the command.
-        file: Of the calibration.
-        connect: Opens the machine.
-        now: Wall-clock time; this moment where absent.
+        options: Options of the command.
+        file: File of the calibration.
+        connect: Function that opens the machine.
+        now: Wall-clock time; the current time if None.
 
     Raises:
         ConfigError: The rig or the stored file cannot be used.
-        IdentificationError: The machine is not what it should be.
+        IdentificationError: The machine is not as described.
         RigError: The envelope stopped the run.
     """
     start, now = time.perf_counter(), (now or datetime.now(UTC)).replace(microsecond=0)

@@ -1,4 +1,4 @@
-"""The empty machine under way: led along references, loaded with known weights, watched; what it measures is kept."""
+"""Run of the empty machine: motion along references, known weights, limit of the tracking error, and samples."""
 
 from dataclasses import dataclass, field
 
@@ -21,35 +21,37 @@ from exograv.safety.envelope import StopReason
 from .operator import ComputedOperator, Operator
 
 ASTRAY_RAD = np.deg2rad(8.0)
-"""A joint may always be as far from its reference: friction, a wrong gain and a weight ask the PD for 5° at most."""
+"""Tracking error that is always allowed [rad]. Friction, a wrong gain and a weight make the PD deviate by 5° at most.
+"""
 ASTRAY_SHARE = 1.0 / 3.0
-"""Of the motor's torque, which the PD of a light joint gives only farther away; a blocked joint asks for any angle."""
-HANG_TICKS = 20  # steps in which a weight is lowered
-WAIT_S = 0.1  # between two looks whether the operator is ready
+"""Share of the motor's torque. The PD of a light joint reaches it only at a larger error; a blocked joint reaches any
+error."""
+HANG_TICKS = 20  # ticks per step in which a weight is lowered
+WAIT_S = 0.1  # between two checks whether the operator is ready
 
 Joints = Float[np.ndarray, " joint"]
 
 
 @dataclass
 class EmptyRun:
-    """One calibration or re-check; the tree is set to the lengths that the machine is set to."""
+    """Run of a calibration or re-check. The tree must be set to the lengths of the machine."""
 
     description: RigDescription
     tree: Tree
     pilot: Pilot
     operator: Operator = field(default_factory=lambda: ComputedOperator(lambda _mount, _mass: None))
-    """Hangs the weights; nothing has any where absent."""
+    """Operator who hangs the weights; by default no weight is hung."""
     gravity: Float[np.ndarray, " 3"] = field(default_factory=GRAVITY.copy)
-    """In the base, where a calibration has found how it leans [m/s²]."""
+    """Gravity vector in the base frame, after a calibration has found the lean of the base [m/s²]."""
 
     def __post_init__(self):
         self.controller = ExoTick(self.description, self.tree, self.gravity)
         self.filter = SampleFilter(len(self.description.joints), self.pilot.rig.period_s, FILTER_DELAY_S)
-        """Its torque is the motor current [A]."""
+        """Filter of the samples; its torque is the motor current [A]."""
         kp, _ = empty_gains(self.description, self.tree)
         torque_max = self.description.per_actuator("torque_max_Nm")
         self.astray_rad = np.maximum(ASTRAY_RAD, ASTRAY_SHARE * torque_max / kp)
-        """Largest distance from the reference (joint,) [rad]."""
+        """Largest allowed distance from the reference (joint,) [rad]."""
         weights = len(self.description.calibration.weights_kg)
         self._hung = np.zeros((len(self.description.mounts), weights))
         self._rows: list[tuple[float | bool | np.ndarray, ...]] = []
@@ -57,7 +59,7 @@ class EmptyRun:
         self._ticks = 0
 
     def listen(self, moment: TickSample) -> None:
-        """Filter one tick, and keep a sample now and then while something moves."""
+        """Filter one tick, and keep a sample every `SAMPLE_PERIOD_S` while a joint moves."""
         sample = self.filter.update(moment.state.q, moment.state.current)
         self._ticks += 1
         if self._ticks % self._every == 0 and self.filter.settled and np.abs(sample.v).max() > V_CLEAR:
@@ -65,18 +67,18 @@ class EmptyRun:
             self._rows.append((moment.state.t, *columns, self._hung.ravel().copy(), False))
 
     def note_start(self, t: float, joint: int, sign: float, q: Joints, current: Joints) -> None:
-        """Keep what it took to move a joint from rest at `q` [rad], upwards (1) or downwards (-1) [A]."""
+        """Store the current [A] that moved a joint from rest at `q` [rad], upwards (1) or downwards (-1)."""
         v = np.zeros(len(q))
         v[joint] = sign * V_START
         self._rows.append((t, q, v, np.zeros(len(q)), current, self._hung.ravel().copy(), True))
 
     def sweeps(self) -> Sweeps:
-        """All that was kept."""
+        """All samples of the run."""
         columns = [np.array(column) for column in zip(*self._rows, strict=True)]
         return Sweeps(*columns)
 
     def follow(self, path: Trajectory, text: str) -> None:
-        """Lead the machine along a path from where it is.
+        """Move the machine along a path from its present posture.
 
         Raises:
             IdentificationError: A joint did not follow; the machine has come down softly.
@@ -87,10 +89,10 @@ class EmptyRun:
         if watch.astray is not None:
             joint, led, stands = watch.astray
             raise IdentificationError(
-                f"Joint '{self.description.joints[joint]}' stands at {np.rad2deg(stands):.1f}° where it was led to "
-                f"{np.rad2deg(led):.1f}°; {np.rad2deg(self.astray_rad[joint]):.0f}° apart are allowed. Is it blocked, "
-                "its motor disconnected, are its encoder and motor both reversed, or hangs another weight than stated? "
-                "The machine has come down; free it, or correct that, and repeat."
+                f"Joint '{self.description.joints[joint]}' is at {np.rad2deg(stands):.1f}° where its reference is "
+                f"{np.rad2deg(led):.1f}°; {np.rad2deg(self.astray_rad[joint]):.0f}° are allowed. It may be blocked, "
+                "its motor disconnected, its encoder and motor both reversed, or the weight another than stated. "
+                "The machine has come down. Free the joint, or correct the fault, and repeat."
             )
 
     def _run(self, controller: Controller, path: Trajectory, text: str, watch: "_Watch") -> None:
@@ -105,7 +107,7 @@ class EmptyRun:
                 ) from error
 
     def load(self, mount: str, weight: int | None) -> None:
-        """Have a known weight, by its number, lowered onto an empty mount, or what hangs there taken off."""
+        """Have a known weight, by its number, lowered onto an empty mount, or the present weight taken off."""
         k = self.description.mounts.index(mount)
         weights = np.array(self.description.calibration.weights_kg)
         before = float(self._hung[k] @ weights)
@@ -136,13 +138,13 @@ class EmptyRun:
 
 
 class _Watch:
-    """Listens along a path: keeps samples, and stops a machine that does not follow."""
+    """Listener of one path: keeps samples, and stops a machine that does not follow."""
 
     def __init__(self, run: EmptyRun, path: Trajectory):
         self._run, self._path, self._tick = run, path, 0
         self.fastest = np.zeros(len(run.description.joints))
         self.astray: tuple[int, float, float] | None = None
-        """Joint, where it was led and where it stood [rad]."""
+        """Joint, its reference and its position [rad], where the error was too large."""
 
     def __call__(self, moment: TickSample) -> None:
         self._run.listen(moment)

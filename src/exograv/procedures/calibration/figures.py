@@ -1,4 +1,4 @@
-"""Figures of a calibration: the part of `exograv calibrate --json` that says what was found, and warnings."""
+"""Figures and warnings of a calibration, for `exograv calibrate --json`."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -12,8 +12,8 @@ from exograv.model.description import RigDescription
 from exograv.results import OPTIONAL
 
 DIGITS = 5
-GAIN_SD_SURE = 0.02  # share: 2 % of an arm's weight is 0.2 N·m at the shoulder
-GAIN_UNUSUAL = 0.15  # share: beyond any unit tolerance (docs/safety.md)
+GAIN_SD_SURE = 0.02  # relative: 2 % of an arm's weight is 0.2 N·m at the shoulder
+GAIN_UNUSUAL = 0.15  # relative: larger than the tolerance of any unit (docs/safety.md)
 OFFSET_UNUSUAL = np.deg2rad(1.0)
 Values = Float[np.ndarray, " value"]
 Row = TypeVar("Row")
@@ -26,11 +26,11 @@ class CalibrationTruth:
     gain: Float[np.ndarray, " joint"]
     """Torque per current (joint,) [N·m/A]."""
     encoder_offset: Float[np.ndarray, " joint"]
-    """Of each joint [rad]."""
+    """True encoder offset of each joint [rad]."""
     lean: Float[np.ndarray, " 2"]
-    """Of the base, forward and left [rad]."""
+    """Lean of the base, forward and left [rad]."""
     friction: Mapping[str, Float[np.ndarray, " joint"]]
-    """By the names of `Friction`'s fields."""
+    """Friction parameters by the names of `Friction`'s fields."""
 
 
 Interval = tuple[float, float]
@@ -39,7 +39,7 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True)
 class JointEstimate:
-    """Found value of a joint."""
+    """Estimated value of a joint."""
 
     joint: str
     true: float | None = field(metadata=OPTIONAL)
@@ -49,7 +49,7 @@ class JointEstimate:
 
 @dataclass(frozen=True)
 class LeanEstimate:
-    """Found lean of the base in one direction."""
+    """Estimated lean of the base in one direction."""
 
     lean: str
     true: float | None = field(metadata=OPTIONAL)
@@ -59,7 +59,7 @@ class LeanEstimate:
 
 @dataclass(frozen=True)
 class JointFriction:
-    """Found friction of a joint."""
+    """Estimated friction of a joint."""
 
     joint: str
     coulomb_Nm: float
@@ -84,7 +84,7 @@ class JointFriction:
 
 @dataclass(frozen=True)
 class LinkEstimate:
-    """Found inertial parameters of the link that a joint moves."""
+    """Estimated inertial parameters of the link that a joint moves."""
 
     joint: str
     mass_kg: float
@@ -113,8 +113,8 @@ def calibration_figures(
 
     Args:
         calibration: Result of the calibration.
-        joints: Their names.
-        truth: Of a simulated machine, to be shown beside it.
+        joints: Names of the joints.
+        truth: True values of a simulated machine, shown beside the estimates.
     """
     machine, gains = calibration.machine, calibration.machine.actuators
     tilt = np.rad2deg(np.arcsin(calibration.tilt)), np.rad2deg(calibration.tilt_sd)
@@ -138,22 +138,24 @@ def calibration_figures(
 
 
 def warnings(calibration: Calibration, description: RigDescription) -> list[str]:
-    """What an operator should look at, though it is no reason to refuse."""
+    """Warnings for the operator that do not invalidate the calibration."""
     gains, found = calibration.machine.actuators, []
     for j, joint in enumerate(description.joints):
         sd, off = gains.gain_sd[j] / gains.gain[j], gains.gain[j] / description.nominal_gain[j] - 1.0
         if sd > GAIN_SD_SURE:
             found.append(
-                f"The gain of '{joint}' is known to ±{1.96 * sd:.0%} only: no weight loads this joint in the sweeps of "
-                "rig.toml. Add a sweep in which one does, if there is such a posture."
+                f"The gain of '{joint}' is only known to ±{1.96 * sd:.0%}: no weight loads this joint in the sweeps of "
+                "rig.toml. Add a sweep in which a weight loads it, if such a posture exists."
             )
         if abs(off) > GAIN_UNUSUAL:
             found.append(
-                f"The gain of '{joint}' is {off:+.0%} off rig.toml's. Check motor, gear and the unit of current."
+                f"The gain of '{joint}' differs by {off:+.0%} from rig.toml. Check motor, gear and the unit of current."
             )
         if abs(calibration.offset[j]) > OFFSET_UNUSUAL:
             offset = np.rad2deg(calibration.offset[j])
-            found.append(f"The encoder of '{joint}' seems off by {offset:+.1f}°. Set its zero at the jig or the stop.")
+            found.append(
+                f"The encoder of '{joint}' seems to be off by {offset:+.1f}°. Set its zero at the jig or the stop."
+            )
     return found
 
 

@@ -1,4 +1,4 @@
-"""A machine by its data sheets, as if a calibration had confirmed them: for planning, never for a wearer."""
+"""Nominal machine by its data sheets, as if a calibration had confirmed them: for planning, never for a wearer."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from exograv.model.description import RigDescription
 
 
 def nominal_machine(description: RigDescription, phi: np.ndarray) -> CalibratedMachine:
-    """Gains and rotors of `rig.toml`, friction usual of the drives, links (joint, 10) as drawn."""
+    """Machine with gains and rotors of `rig.toml`, usual friction of the drives, and links (joint, 10) as drawn."""
     coulomb, viscous = (usual_friction(description, table)[0] for table in (COULOMB, VISCOUS))
     ones, zeros = np.ones(len(coulomb)), np.zeros(len(coulomb))
     v_stribeck = np.full(len(coulomb), V_STRIBECK)

@@ -1,4 +1,4 @@
-"""Who hangs weights on a machine: somebody at the keyboard, or a bench that is only computed."""
+"""Operators who hang weights on a machine: a person at the keyboard, or a computed bench."""
 
 import sys
 from collections.abc import Callable
@@ -10,41 +10,42 @@ from exograv.loop.keyboard import is_line_typed
 
 @runtime_checkable
 class Operator(Protocol):
-    """Is asked for something while the machine goes on holding; nobody waits for the answer in a tick."""
+    """Person or bench that hangs weights while the machine holds. A tick never waits for the answer."""
 
     lowers_s: float
-    """What it takes to lower a weight onto a mount, or off it [s]."""
+    """Time to lower a weight onto a mount, or to take it off [s]."""
 
     def is_ready(self, mount: str, mass_kg: float) -> bool:
-        """Whether the weight is at the mount, about to be lowered; asked again until it is."""
+        """Return True if the weight is at the mount, about to be lowered. The run asks again until then."""
         ...
 
     def lower(self, mount: str, mass_kg: float) -> None:
-        """So much of it hangs now [kg]."""
+        """Report or set the mass that hangs on the mount now [kg]."""
         ...
 
 
 @dataclass
 class ComputedOperator:
-    """Hangs weights by a call, at once."""
+    """Simulated bench that hangs weights by a call."""
 
     hang: Callable[[str, float], None]
     lowers_s: float = 1.0
-    """All at once it would drop the arm, and the way back is as steep as the envelope allows: the machine would
-    swing."""
+    """Duration [s]. A sudden weight would drop the arm, and the envelope would return it so steeply that the machine
+    would swing.
+    """
 
     def is_ready(self, mount: str, mass_kg: float) -> bool:
-        """Always."""
+        """Return True: the bench is always ready."""
         return True
 
     def lower(self, mount: str, mass_kg: float) -> None:
-        """As told."""
+        """Hang this mass on the mount of the bench."""
         self.hang(mount, mass_kg)
 
 
 @dataclass
 class KeyboardOperator:
-    """Asks on the screen, and goes on when Enter is pressed."""
+    """Person who is asked on the screen and answers with Enter."""
 
     say: Callable[[str], object]
     answers: TextIO = field(default_factory=lambda: sys.stdin)
@@ -52,7 +53,7 @@ class KeyboardOperator:
     _asked: tuple[str, float] | None = None
 
     def is_ready(self, mount: str, mass_kg: float) -> bool:
-        """Ask once; whether Enter has been pressed since."""
+        """Ask once; True if Enter has been pressed since."""
         if self._asked != (mount, mass_kg):
             self._asked = mount, mass_kg
             what = f"hang {mass_kg:g} kg on '{mount}'" if mass_kg else f"take the weight off '{mount}'"
@@ -63,4 +64,4 @@ class KeyboardOperator:
         return True
 
     def lower(self, mount: str, mass_kg: float) -> None:
-        """By hand."""
+        """Do nothing: the person lowers the weight by hand."""

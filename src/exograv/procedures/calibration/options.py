@@ -21,14 +21,15 @@ class CalibrateOptions(CalibratedOptions):
     """drives.toml of a real machine, empty and hanging, whose bring-up has passed (docs/rig_test.md)."""
 
     simulate: bool = False
-    """Practise on simulated drives in another process, with weights that are simulated too."""
+    """Practise on simulated drives in another process, with simulated weights."""
 
     lengths: SegmentLengths = ()
-    """With --drives: what the machine is set to, such as forearm=0.26; nominal if not named. May be repeated."""
+    """Length that the machine is set to, as forearm=0.26; nominal if not named. May be repeated; needs --drives."""
 
     def __post_init__(self):
         super().__post_init__()
         if self.lengths and self.drives is None:
             raise ConfigError(
-                f"--length is {self.lengths[0]}, and nobody sets a simulated machine. Leave it out, or give --drives."
+                f"--length is {self.lengths[0]}, but a simulated machine is not adjusted. Leave it out, or give "
+                "--drives."
             )

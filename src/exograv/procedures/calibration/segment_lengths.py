@@ -5,10 +5,10 @@ from exograv.model.description import RigDescription
 
 
 def settings_of_lengths(description: RigDescription, given: tuple[str, ...]) -> dict[str, float]:
-    """Length of each adjustable segment [m]: as given by SEGMENT=METRES, nominal where nothing is given.
+    """Length of each adjustable segment [m]: as given by SEGMENT=METRES, otherwise nominal.
 
     Raises:
-        ConfigError: No such segment, no number, or longer or shorter than the machine can be set.
+        ConfigError: The segment does not exist, the value is no number, or the length is outside the allowed range.
     """
     adjustments = {one.segment: one for one in description.settings.adjustments}
     lengths = {segment: one.nominal_m for segment, one in adjustments.items()}

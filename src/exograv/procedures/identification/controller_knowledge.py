@@ -1,4 +1,4 @@
-"""What the controller of a worn machine knows of arm and machine."""
+"""Knowledge that the controller of a worn machine has of arm and machine."""
 
 from dataclasses import dataclass
 
@@ -12,15 +12,15 @@ MOTION_S = 60.0  # as in `exograv demo`
 
 @dataclass(frozen=True)
 class ControllerKnowledge:
-    """What the controller of a worn machine knows."""
+    """Model and parameters that the controller of a worn machine uses."""
 
     assembly: Assembly
     machine: CalibratedMachine
     x: Parameters
-    """The arm as identified, or as the table has it, and the friction."""
+    """Arm parameters, as identified or by the table, and friction."""
 
     t: float
-    """The rig's clock when all was done: the machine has warmed up so far [s]."""
+    """Time on the rig's clock after the identification [s]. The machine has warmed up for this long."""
 
     calibration: Calibration | None = None
-    """Of the empty machine, where it was measured."""
+    """Calibration of the empty machine, where it was measured."""

@@ -1,4 +1,4 @@
-"""What learns an arm from a stream of moments, the same in a session's own process and in a worker of a live one."""
+"""Estimator session: learns an arm from a stream of samples, in a session's process or in a live run's worker."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -29,39 +29,39 @@ from exograv.model.assembly import Assembly
 from .method_names import MethodName
 
 PUBLISH_S = 0.2  # new parameters reach the controller at 5 Hz
-NOTE_S = 1.0  # and are noted, judged and drawn once a second
+NOTE_S = 1.0  # estimates are recorded, judged and drawn once a second
 
 Joints = Float[np.ndarray, " joint"]
 
 
 @dataclass
 class Identification:
-    """What an identification leaves behind."""
+    """Result of an identification."""
 
     method: Method
     prior: parameters.Parameters
-    """What the method believed before anything moved."""
+    """Parameters that the method believed before any motion."""
     prior_covariance: Float[np.ndarray, "parameter parameter"]
     estimates: list[Estimate] = field(default_factory=list)
-    """One a second."""
+    """Estimates, one per second."""
     predicted: list[np.ndarray | None] = field(default_factory=list)
-    """Left over that each estimate expects of itself (joint,) [N·m]; None where the method states none."""
+    """Left over that each estimate predicts for itself (joint,) [N·m]; None if the method states no uncertainty."""
     stop_s: float | None = None
-    """When the stop rule would have ended the motion [s]."""
+    """Time at which the stop rule would have ended the motion [s]."""
     outcome: Outcome = Outcome.RUNNING
     why: str = ""
-    """The figures behind the outcome; empty where the method states none."""
+    """Figures behind the outcome; empty if the method states none."""
     restless_s: float | None = None
-    """When the wearer was first seen not to relax [s of motion]."""
+    """Time of motion at which the wearer was first seen not to relax [s]."""
 
     @property
     def last(self) -> Estimate:
-        """The final one."""
+        """Final estimate."""
         return self.estimates[-1]
 
 
 Belief = tuple[Float[np.ndarray, " parameter"], Float[np.ndarray, "parameter parameter"]]
-"""Mean and covariance of everything that is learned, in the order of `dynamics.parameters`."""
+"""Mean and covariance of all parameters, in the order of `dynamics.parameters`."""
 
 
 OF_JUST: Mapping[str, Callable[[Assembly, CalibratedMachine], Method]] = MappingProxyType(
@@ -77,10 +77,10 @@ def build_method(
     model: ArmModel | None = None,
     belief: Belief | None = None,
 ) -> Method:
-    """An identification method for this arm in this machine, on a `model` of the two if there is one already.
+    """Return an identification method for this arm in this machine, on `model` if it exists already.
 
-    It starts from the table's person, or from a `belief` about this one; methods that state no uncertainty have no use
-    for that.
+    The method starts from the table's person, or from a `belief` about this person. Methods without uncertainty ignore
+    the belief.
     """
     believed = prior(assembly, machine) if belief is None else belief
     if name == "anthropometric":
@@ -93,12 +93,12 @@ def build_method(
 
 
 def setting_of(model: ArmModel, belief: Belief) -> Setting:
-    """What the methods that serve any model start from; `model` becomes the method's own."""
+    """Return the setting from which the model-independent methods start; `model` becomes the method's own."""
     return arm_setting(model, *belief, Discrepancy.of_machine(model.machine.residual_sd))
 
 
 def table_guess(assembly: Assembly, machine: CalibratedMachine) -> parameters.Parameters:
-    """The table's arm in the calibrated machine: what is known before the arm has moved."""
+    """Parameters of the table's arm in the calibrated machine, known before the arm has moved."""
     friction = machine.friction
     return parameters.table_parameters(
         assembly.arm, machine.rotor_inertia, np.asarray(friction.coulomb), np.asarray(friction.viscous)
@@ -106,7 +106,7 @@ def table_guess(assembly: Assembly, machine: CalibratedMachine) -> parameters.Pa
 
 
 class EstimatorSession:
-    """Feeds a method, says when there is something to publish, and judges once a second."""
+    """Session that feeds samples to a method, publishes estimates at 5 Hz and judges them once a second."""
 
     def __init__(
         self,
@@ -116,20 +116,20 @@ class EstimatorSession:
         period_s: float,
         belief: Belief | None = None,
     ):
-        """Before any motion; `belief` is of another day, the table's person if absent."""
+        """Prepare the session before any motion. `belief` is from another day; None means the table's person."""
         self._assembly = assembly
         mean, covariance = prior(assembly, machine) if belief is None else belief
         self.followers: list[Callable[[Sample], None]] = []
-        """Who else listens to the samples, each before the method takes it."""
+        """Observers of the samples, called before the method takes each sample."""
         self.model = ArmModel(assembly, machine)
-        """Of this arm in this machine; others take another of it by `again`."""
+        """Model of this arm in this machine. Other users take a copy by `again`."""
         method = build_method(name, assembly, machine, self.model.again(), belief)
-        # A batch solve takes seconds: it is asked when the motion is over.
+        # A batch solve takes seconds, so it runs only after the motion.
         self._is_offline = getattr(method, "offline", False)
         self.result = Identification(method, method.estimate().x, covariance)
         self._left_over = LeftOverPrediction(self.model, mean)
         self.before = mean, np.sqrt(np.diag(covariance)), self._left_over.rms(covariance)
-        """What was believed before any motion: parameters, their standard deviations, and the left over by both."""
+        """Belief before any motion: parameters, their standard deviations, and the left over that both predict."""
         self._rule = StopRule(assembly.description.places)
         self._filter = SampleFilter(assembly.n, period_s)
         self._published = self._noted = 0.0
@@ -158,19 +158,22 @@ class EstimatorSession:
         return self.result.method.estimate()
 
     def interrupt(self) -> None:
-        """The motion was broken off; what comes next follows on nothing."""
+        """Restart the filter after an interruption of the motion."""
         self._filter.restart()
 
     @property
     def is_to_note(self) -> bool:
-        """Whether the estimate just published is to be judged; once a second."""
+        """True if the estimate just published is due to be judged, once a second."""
         if self._published - self._noted <= NOTE_S - 1e-9:
             return False
         self._noted = self._published
         return True
 
     def judge(self, estimate: Estimate) -> np.ndarray | None:
-        """Ask the stop rule, and whether the wearer relaxes; the left over that the estimate expects (joint,) [N·m]."""
+        """Apply the stop rule, and check if the wearer relaxes.
+
+        Return the left over that the estimate predicts (joint,) [N·m]; None if it states no uncertainty.
+        """
         result = self.result
         predicted = None if estimate.covariance is None else self._left_over.rms(estimate.covariance)
         result.estimates.append(estimate)
@@ -185,14 +188,14 @@ class EstimatorSession:
         return predicted
 
     def last(self) -> Estimate:
-        """Take everything into account once more."""
+        """Return the final estimate; a recursive method relinearises first."""
         method = self.result.method
         if isinstance(method, Recursive):
             method.relinearise()
         return method.estimate()
 
     def close(self) -> Identification:
-        """The books, after the last estimate was judged."""
+        """Return the result after the last estimate was judged."""
         result = self.result
         if result.stop_s is None:
             result.outcome = _final_outcome(result)
@@ -200,11 +203,11 @@ class EstimatorSession:
 
 
 def restless_text(estimate: Estimate) -> str:
-    """What to tell about a wearer who does not relax."""
+    """Return the message about a wearer who does not relax."""
     return (
         f"The person does not relax: muscles push about {estimate.noise_scale:.1f} times as hard as usual, and "
         f"{estimate.rejected_share:.0%} of the samples fit no relaxed arm. "
-        "Ask the person to let go; the motion goes on."
+        "Ask the person to relax. The motion continues."
     )
 
 

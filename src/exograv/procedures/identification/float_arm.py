@@ -1,4 +1,4 @@
-"""The arm is let go: nothing drives it, its weight is taken away to the wanted level, and what it does is watched."""
+"""Floating phase: the arm floats at the wanted gravity level, without a reference, and its drift is measured."""
 
 from dataclasses import dataclass
 
@@ -16,10 +16,10 @@ from .identify import SKELETON_TICKS, record_skeleton
 
 @dataclass(frozen=True)
 class Drift:
-    """What the floated arm did by itself."""
+    """Drift of the floating arm."""
 
     drift_deg: Float[np.ndarray, " joint"]
-    """Farthest from where it was let go."""
+    """Largest distance from the posture of release [°]."""
 
     window_s: float
 
@@ -32,7 +32,9 @@ def float_arm(
     window_s: float,
     phase: Phase | str = FLOATING,
 ) -> Drift:
-    """Bring the arm to a posture [rad], let go, and watch it for `window_s`; `phase` names the watch in the recording.
+    """Bring the arm to a posture [rad], release it, and watch it for `window_s`.
+
+    `phase` names the watch in the recording.
 
     Raises:
         RigError: The envelope stopped the run.
@@ -40,7 +42,7 @@ def float_arm(
     dt = pilot.rig.period_s
     pilot.begin(ON_THE_WAY)
     fade(pilot, controller, "drive", ON_THE_WAY.drive.goal(is_known=True), pilot.q.copy())
-    pilot.run(controller, FLOATING.approach(pilot.q, posture, dt), "Moving to where the arm is let go")
+    pilot.run(controller, FLOATING.approach(pilot.q, posture, dt), "Moving to the posture of release")
     fade(pilot, controller, "gravity_level", gravity_level, posture)
     fade(pilot, controller, "drive", FLOATING.drive.goal(is_known=True), posture)
     pilot.begin(phase)

@@ -1,4 +1,4 @@
-"""The relaxed arm is moved, and learned while it moves; what is learned drives the next tick."""
+"""Identification of the relaxed arm during motion. Each new estimate drives the next tick."""
 
 from collections.abc import Callable, Iterator
 from itertools import chain
@@ -20,7 +20,7 @@ from .estimator_session import Belief, EstimatorSession, Identification, restles
 from .method_names import MethodName, TorqueSourceName
 from .resting_poses import rest_first
 
-EASE_S = 2.0  # a periodic motion starts and ends with speed, an arm does not
+EASE_S = 2.0  # a periodic motion starts and ends with speed, an arm starts and ends at rest
 V_MOTION = 1.3  # rad/s: no joint of a designed motion is faster
 SKELETON_TICKS = 50
 
@@ -28,7 +28,7 @@ SKELETON_TICKS = 50
 def identification_motion(
     assembly: Assembly, seconds: float, dt: float, excitation: Excitation | None = None
 ) -> Trajectory:
-    """The machine's excitation, or another, from rest to rest in `seconds`."""
+    """Excitation of the machine, or another, from rest to rest in `seconds`."""
     excitation = excitation or assembly.description.excitation
     path = motion.fourier(
         np.deg2rad(excitation.centre_deg),
@@ -42,7 +42,7 @@ def identification_motion(
 
 
 class Identifier:
-    """Listens to a pilot's motion, lets it be learned, publishes to the controller, and notes once a second."""
+    """Listener of a pilot's motion: learns, publishes to the controller, and notes an estimate once a second."""
 
     def __init__(
         self,
@@ -62,11 +62,11 @@ class Identifier:
 
     @property
     def followers(self) -> list[Callable[[Sample], None]]:
-        """Who else listens to the samples, each before the method takes it."""
+        """Observers of the samples, called before the method takes each sample."""
         return self._learner.followers
 
     def __call__(self, moment: TickSample) -> None:
-        """One tick."""
+        """Take one tick."""
         tau = moment.tau_measured if self._torque_source == "current" else moment.tau_commanded
         self._ticks += 1
         if self._pilot.recording is not None and self._ticks % SKELETON_TICKS == 0:
@@ -79,7 +79,7 @@ class Identifier:
             self._judge(estimate, moment.state.t)
 
     def finish(self, moment_t: float) -> Identification:
-        """Take everything into account once more and close the books."""
+        """Judge the final estimate, and return the result."""
         self._judge(self._learner.last(), moment_t)
         return self._learner.close()
 
@@ -87,7 +87,7 @@ class Identifier:
         relaxed_so_far = self.result.restless_s is None
         predicted = self._learner.judge(estimate)
         if relaxed_so_far and self.result.restless_s is not None and self._pilot.recording is not None:
-            # The operator hears it while something can still be done.
+            # The operator gets the message while the wearer can still relax.
             self._pilot.recording.write("/event", t, {"kind": "not relaxed", "text": restless_text(estimate)})
         self._note(t, estimate, predicted, self.result.outcome)
 
@@ -99,9 +99,9 @@ def identify_arm(
     seconds: float,
     parts: Iterator[Trajectory] | None = None,
 ) -> Identification:
-    """Drive the relaxed arm through the motion for `seconds` and learn it.
+    """Drive the relaxed arm through the motion for `seconds`, and learn it.
 
-    `parts` of `session.motions` take the place of the machine's own motion, each asked for when the last one is over.
+    `parts` of `motions` replace the machine's own motion. Each part is requested when the last one is over.
 
     Raises:
         RigError: The envelope stopped the run.
@@ -126,7 +126,7 @@ def identify_arm(
 
 
 def record_skeleton(pilot: Pilot, controller: ArmController, moment: TickSample) -> None:
-    """Where exoskeleton and arm are, for the report's pictures."""
+    """Record the points of exoskeleton and arm for the report's pictures."""
     if pilot.recording is not None:
         exo, arm = controller.skeleton(moment.q)
         pilot.recording.write("/skeleton", moment.state.t, {"exo": exo, "arm": arm})

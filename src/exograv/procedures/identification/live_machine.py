@@ -1,4 +1,4 @@
-"""A machine with its wearer, ready for the processes of a live run."""
+"""Machine with its wearer, ready for the processes of a live run."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,14 +12,14 @@ from .simulated_wearer import SimulatedWearer
 
 @dataclass(frozen=True)
 class LiveMachine:
-    """What the processes of a live run are built from."""
+    """Inputs of the processes of a live run."""
 
     form: WearerForm
     """Body data and lengths, as an operator measures them."""
     known: ControllerKnowledge
     connect: Callable[[], Rig]
-    """Makes the machine, in the process that owns it."""
+    """Function that opens the machine, called in the process that owns it."""
     period_s: float
     wearer: SimulatedWearer
     self_test: str | None = None
-    """How the self-test went; absent where it was skipped."""
+    """Result of the self-test; None if it was skipped."""

@@ -1,4 +1,4 @@
-"""The words of the command line."""
+"""Names of methods, torque sources and motions on the command line."""
 
 from typing import Literal
 
@@ -19,10 +19,11 @@ MethodName = Literal[
     "full",
     "equilibrium",
 ]
-"""Identification methods; docs/identification_methods.md says what each is."""
+"""Identification methods; docs/identification_methods.md describes each."""
 
 TorqueSourceName = Literal["current", "commanded"]
 
 MotionName = Literal["designed", "adaptive", "fourier", "fixed"]
-"""What moves the arm while it is identified: the machine's own motion, pieces planned on the way from what is still
-uncertain, D-optimal harmonics, or one joint after the other (docs/excitation.md)."""
+"""Motion of the arm during identification (docs/excitation.md): the machine's own motion, pieces planned on the way
+for the parameters that are still uncertain, D-optimal harmonics, or one joint after the other.
+"""

@@ -1,4 +1,4 @@
-"""Which motion identifies the arm: the machine's own, pieces planned on the way, or what others move."""
+"""Motions that identify the arm: the machine's own, pieces planned on the way, or motions of the literature."""
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -20,7 +20,7 @@ from .identify import EASE_S, identification_motion
 from .method_names import MotionName
 
 STANDARD_PERIOD_S = 20.0
-STANDARD_SEED = 0  # of the random start; part of the comparison, not of the run
+STANDARD_SEED = 0  # of the random start: part of the compared method, not of the run
 
 
 def motion_parts(
@@ -31,15 +31,15 @@ def motion_parts(
     seconds: float,
     dt: float,
 ) -> Iterator[Trajectory]:
-    """The motion from rest to rest in `seconds`, in one part or in several; ask for a part when the last one is over.
+    """Motion from rest to rest in `seconds`, in one or more parts. Request each part when the last one is over.
 
     Raises:
-        ConfigError: Nothing can be planned from a method that states no uncertainty.
+        ConfigError: An adaptive motion is planned from a method that states no uncertainty.
     """
     if name == "adaptive":
         if method.estimate().covariance is None:
             raise ConfigError(
-                f"--motion adaptive plans from what is still uncertain, and --method {method.name} states no "
+                f"--motion adaptive plans for uncertain parameters, and --method {method.name} states no "
                 "uncertainty. Use --method recursive, or --motion designed."
             )
         return adaptive_parts(assembly, machine, method, seconds, dt)
@@ -52,7 +52,7 @@ def motion_parts(
 
 
 def standard_motion(assembly: Assembly, machine: CalibratedMachine, seconds: float, dt: float) -> Trajectory:
-    """Five D-optimal harmonics for this machine, from rest to rest; designing them takes some ten seconds."""
+    """Five D-optimal harmonics for this machine, from rest to rest. The design takes about ten seconds."""
     design = Designer(assembly, machine).standard(STANDARD_PERIOD_S, STANDARD_SEED)
     path = design.basis.trajectory(design.coefficients, seconds - EASE_S / 2, dt)
     return motion.eased_out(motion.eased_in(path, EASE_S), EASE_S)
@@ -61,7 +61,7 @@ def standard_motion(assembly: Assembly, machine: CalibratedMachine, seconds: flo
 def adaptive_parts(
     assembly: Assembly, machine: CalibratedMachine, method: Method, seconds: float, dt: float
 ) -> Iterator[Trajectory]:
-    """Pieces of about `PIECE_S`, each planned while the one before it runs, from what was known when that began."""
+    """Pieces of about `PIECE_S`, each planned while the previous one runs, from the estimate at its start."""
     model = ArmModel(assembly, machine)
     mean, _ = prior(assembly, machine)
     count = max(1, round(seconds / PIECE_S))
@@ -79,7 +79,9 @@ def adaptive_parts(
 def _known(method: Method) -> tuple[Covariance, Parameters]:
     estimate = method.estimate()
     if estimate.covariance is None:
-        raise ConfigError(f"{method.name} has stopped to state its uncertainty; nothing can be planned from it.")
+        raise ConfigError(
+            f"{method.name} no longer states its uncertainty, so no motion can be planned. Use --motion designed."
+        )
     return estimate.covariance, estimate.x.copy()
 
 

@@ -12,10 +12,10 @@ class ParticipantOptions(Options):
     """Files of a person that a run reads and writes."""
 
     keep: Path | None = None
-    """Keep the person as identified in this file, for the next donning."""
+    """File in which the person as identified is kept for the next donning."""
 
     code: Annotated[str | None, PersonCode()] = None
-    """Code that stands for the person in that file, such as P-07, never a name; a random one if none is given."""
+    """Code of the person in that file, such as P-07, never a name; a random code if none is given."""
 
     participant: Path | None = None
     """File of an earlier donning (`--keep`) to start from."""

@@ -1,4 +1,4 @@
-"""From a run to a participant's file, and from a file to a run."""
+"""Participant's file: a run starts from it and writes it."""
 
 from dataclasses import dataclass
 from datetime import datetime
@@ -38,7 +38,7 @@ from .sample_observers import HeldOutError
 from .warm_start import WarmStart, belief_today
 
 NOT_KEPT = (Outcome.NOT_RELAXED, Outcome.NOT_EXCITED)
-"""After these a file would carry on what was no arm."""
+"""Outcomes after which no file is written, because the estimate is not a relaxed arm."""
 
 
 @dataclass(frozen=True)
@@ -63,12 +63,12 @@ class NotKept:
 
 @dataclass
 class ParticipantRun:
-    """The file's part in one identification."""
+    """Reading and writing of a participant's file in one identification."""
 
     options: ParticipantOptions
     assembly: Assembly
     serial: str
-    """Of the machine."""
+    """Serial number of the machine."""
     told: Body
     now: datetime
     before: StoredParticipant | None = None
@@ -79,7 +79,7 @@ class ParticipantRun:
         """Read the file.
 
         Raises:
-            ConfigError: It is damaged, foreign or somebody else's.
+            ConfigError: The file is damaged, or belongs to another machine or person.
         """
         path = self.options.participant
         if path is None:
@@ -89,7 +89,7 @@ class ParticipantRun:
         refuse_other_body(path, self.before, self.told)
 
     def belief(self, machine: CalibratedMachine) -> Belief | None:
-        """What to start from in the machine as calibrated today; None without a file."""
+        """Belief from the file, in the machine as calibrated today; None without a file."""
         path, before = self.options.participant, self.before
         if path is None or before is None:
             return None
@@ -98,16 +98,16 @@ class ParticipantRun:
         return belief
 
     def listen(self, identifier: Identifier) -> None:
-        """Before the motion begins.
+        """Add the observers of the file before the motion begins.
 
         Raises:
-            ConfigError: The method states no uncertainty, so that there is nothing to keep or to start from.
+            ConfigError: The method states no uncertainty, so that its estimate cannot be kept or continued.
         """
         method = identifier.result.method
         wants = [name for name in ("keep", "participant") if getattr(self.options, name) is not None]
         if wants and method.estimate().covariance is None:
             raise ConfigError(
-                f"--{wants[0]} needs a method that says how sure it is; '{method.name}' does not. "
+                f"--{wants[0]} needs a method that states its uncertainty; '{method.name}' does not. "
                 "Use --method recursive."
             )
         if self.options.keep is not None:
@@ -119,21 +119,21 @@ class ParticipantRun:
 
     @property
     def hashes(self) -> dict[str, str]:
-        """Of the file that was read."""
+        """Hash of the file that was read."""
         return {} if self.before is None else {"participant": self.before.content_sha256}
 
     def note(self, estimate: Estimate, predicted: np.ndarray | None) -> None:
-        """What is known, once a second."""
+        """Judge the present estimate, once a second."""
         if self.returning is not None:
             self.returning.note(estimate, predicted)
 
     def keep(
         self, found: Identification, machine: CalibratedMachine, motion: str, calibration_sha256: str
     ) -> KeptParticipant | NotKept | None:
-        """Write the file; None if nothing was asked.
+        """Write the file, if it was requested; return None otherwise.
 
         Raises:
-            ConfigError: The place cannot be written.
+            ConfigError: The file cannot be written.
         """
         path, covariance = self.options.keep, found.last.covariance
         if path is None or covariance is None or self._held_out is None:
@@ -171,7 +171,7 @@ class ParticipantRun:
 def stored_person(
     person: StoredPerson, assembly: Assembly, serial: str, identified: Identified, found: Belief
 ) -> StoredParticipant:
-    """The file of a person in the machine of this serial number, as found."""
+    """Return the sealed file of an identified person in the machine with this serial number."""
     return sealed(
         StoredParticipant(
             schema_version=SCHEMA_VERSION,

@@ -1,4 +1,4 @@
-"""Is the file this person's? The first seconds of motion are asked which of two beliefs foretold them better."""
+"""Check that a file belongs to the wearer, by the evidence of the first seconds of motion for file or table."""
 
 from dataclasses import dataclass, field
 
@@ -14,26 +14,27 @@ from exograv.identification.recursive.prior_comparison import UnexplainedTorque,
 from .estimator_session import Belief
 
 JUDGED_S = (5.0, 10.0, 20.0)
-"""Motion after which the samples are asked [s]."""
+"""Times of motion after which the samples are compared [s]."""
 
 ONE_IN = 4
-"""Of the means over `BATCH_PERIOD_S` that are asked [-]."""
+"""Divisor of the sample rate: one in so many means over `BATCH_PERIOD_S` is compared [-]."""
 
 CONTRADICTED = -5.0
-"""Log evidence of the file over the table below which, twice running, it is refused [-]: 150 to 1 for another."""
+"""Log evidence of the file over the table [-], 150 to 1 for another person. The file is refused below it twice in a
+row."""
 
 
 @dataclass
 class PersonCheck:
-    """Of one motion."""
+    """Check of one motion."""
 
     model: ArmModel
-    """Its own: it follows no other motion."""
+    """Model of the check. No other motion uses it."""
     machine: CalibratedMachine
     by_file: Belief
     by_table: Belief
     evidence: dict[float, float] = field(default_factory=dict)
-    """Log evidence of the file over the table after so much motion [s]."""
+    """Log evidence of the file over the table, by seconds of motion."""
 
     def __post_init__(self):
         places = self.model.assembly.description.places
@@ -44,7 +45,7 @@ class PersonCheck:
         self._samples: list[Sample] = []
 
     def take(self, sample: Sample) -> bool:
-        """One sample; whether the file has just been asked about."""
+        """Take one sample. Return True if the evidence has just been computed."""
         if len(self.evidence) == len(JUDGED_S):
             return False
         mean = self._averages.take(sample)
@@ -60,6 +61,9 @@ class PersonCheck:
 
     @property
     def is_contradicted(self) -> bool:
-        """Twice running: early a slow torque of the wearer's alone can speak against any narrow belief."""
+        """True if the file was contradicted twice in a row.
+
+        Early, a slow torque of the wearer can contradict any narrow belief.
+        """
         lately = list(self.evidence.values())[-2:]
         return len(lately) == 2 and max(lately) < CONTRADICTED

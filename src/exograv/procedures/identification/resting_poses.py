@@ -1,4 +1,4 @@
-"""The worn machine holds the relaxed arm still in some postures, and averages what is measured there."""
+"""Resting poses: the worn machine holds the relaxed arm still in several postures, and measurements are averaged."""
 
 import numpy as np
 from jaxtyping import Float
@@ -12,15 +12,15 @@ from exograv.loop.phases import RESTING, TRAVEL_RAD_S
 from exograv.loop.pilot import Pilot, TickSample
 from exograv.rig.interface import CuffSensing, Rig
 
-APPROACH_RAD = 0.09  # 5°: friction's and the tissue's hysteresis turn within it (assumed)
+APPROACH_RAD = 0.09  # 5°: the hysteresis of friction and tissue reverses within it (assumed)
 APPROACH_S = 1.0
-AVERAGE_S = 2.0  # from each side; half of the slow torque of a wearer lasts longer
+AVERAGE_S = 2.0  # from each side. Half of a wearer's slow torque lasts longer.
 
 Joints = Float[np.ndarray, " joint"]
 
 
 class _Mean:
-    """Listens while the arm is still."""
+    """Listener that collects samples while the arm is still."""
 
     def __init__(self, rig: CuffSensing):
         self._rig = rig
@@ -31,16 +31,16 @@ class _Mean:
 
 
 def take_rests(pilot: Pilot, controller: ArmController, postures: Float[np.ndarray, "rest joint"]) -> tuple[Rest, ...]:
-    """Let the arm rest in each of `postures` [rad], reached from both sides, and average.
+    """Let the arm rest in each of `postures` [rad], approached from both sides, and average.
 
-    For a method that needs rests (`identification.interface.RestingMethod`), before its first sample: give its
+    Call it before the first sample of a method that needs rests (`identification.interface.RestingMethod`): pass its
     `postures`, hand the result to its `take_rests`, and add its `rest_s` to the seconds of motion where times are
-    compared. Both sides, so that friction in the motors' torque and hysteresis in the wearer's joints cancel.
+    compared. Approaches from both sides cancel friction in the motors' torque and hysteresis in the wearer's joints.
 
     Args:
-        pilot: On the worn machine.
-        controller: The arm's, with whatever parameters are believed so far; it drives afterwards.
-        postures: Of the machine's joints.
+        pilot: Pilot of the worn machine.
+        controller: Controller of the arm with the present parameters; it drives the arm afterwards, too.
+        postures: Postures of the machine's joints.
 
     Raises:
         ConfigError: The machine has no force/torque sensors at its cuffs.
@@ -61,7 +61,7 @@ def take_rests(pilot: Pilot, controller: ArmController, postures: Float[np.ndarr
 
 
 def rest_first(pilot: Pilot, controller: ArmController, method: object) -> None:
-    """Give a method the rests that it needs, and the controller what they say; other methods need none.
+    """Measure the rests that a method needs, and publish its estimate to the controller; other methods need none.
 
     Raises:
         ConfigError: The machine has no force/torque sensors at its cuffs.
@@ -73,21 +73,21 @@ def rest_first(pilot: Pilot, controller: ArmController, method: object) -> None:
 
 
 def sensing(rig: Rig) -> CuffSensing:
-    """The machine as one that feels its cuffs.
+    """Return the machine as one with cuff sensors.
 
     Raises:
-        ConfigError: It does not.
+        ConfigError: The machine has no force/torque sensors at its cuffs.
     """
     if not isinstance(rig, CuffSensing):
         raise ConfigError(
-            "This machine has no force/torque sensors at its cuffs, and the methods 'full' and 'equilibrium' measure "
-            "nothing else. Choose another --method: 'recursive' needs only motor currents."
+            "This machine has no force/torque sensors at its cuffs, and the methods 'full' and 'equilibrium' use "
+            "only these. Choose another --method: 'recursive' needs only motor currents."
         )
     return rig
 
 
 def _now(pilot: Pilot) -> float:
-    """On the rig's clock [s]."""
+    """Time on the rig's clock [s]."""
     return pilot.rig.read().t
 
 

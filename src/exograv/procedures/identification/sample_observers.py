@@ -1,4 +1,4 @@
-"""Who listens to an identification's samples beside the method: a held-out check of what it predicts."""
+"""Observers of an identification's samples: held-out check of the prediction error."""
 
 from collections import deque
 from collections.abc import Callable
@@ -11,15 +11,15 @@ from exograv.identification.core.interface import Parameters, Sample
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
 
 AHEAD_S = 1.0
-"""A sample is predicted by what was known so long before [s]."""
+"""Age of the estimate that predicts a sample [s]."""
 WINDOW_S = 20.0
-"""A period of the usual motion: every posture once."""
+"""Duration of the error window [s]: one period of the usual motion, which contains every posture once."""
 
 Joints = Float[np.ndarray, " joint"]
 
 
 class HeldOutError:
-    """Prediction error on samples that had not been used: each is predicted by an estimate from before it."""
+    """Prediction error on unused samples. Each sample is predicted by an estimate from before it."""
 
     def __init__(self, model: ArmModel, estimate: Callable[[], Parameters]):
         self._model, self._estimate = model, estimate
@@ -28,7 +28,7 @@ class HeldOutError:
         self._errors: deque[tuple[float, Joints]] = deque()
 
     def __call__(self, sample: Sample) -> None:
-        """One sample, before the method takes it."""
+        """Take one sample, before the method does."""
         if sample.t - self._renewed > AHEAD_S - 1e-9:
             self._x, self._renewed = self._estimate(), sample.t
         mean = self._averages.take(sample)
@@ -41,10 +41,10 @@ class HeldOutError:
 
     @property
     def rms(self) -> Joints:
-        """Over the last `WINDOW_S` of motion (joint,) [N·m]: noise, the wearer's unrest, and what is wrong."""
+        """RMS error over the last `WINDOW_S` (joint,) [N·m]: noise, the wearer's unrest, and errors of the estimate."""
         return np.sqrt(np.mean([error**2 for _, error in self._errors], axis=0))
 
     @property
     def window_s(self) -> float:
-        """Motion that it covers [s]."""
+        """Duration of the motion in the window [s]."""
         return self._errors[-1][0] - self._errors[0][0]

@@ -1,4 +1,4 @@
-"""What a live run may ask of a simulated wearer: the form, and at the end the score that only a simulation has."""
+"""Interface of a simulated wearer to a live run: the form, and at the end the score that only a simulation has."""
 
 from typing import Protocol, runtime_checkable
 
@@ -12,7 +12,7 @@ from exograv.procedures.identification.controller_knowledge import ControllerKno
 
 @runtime_checkable
 class SimulatedWearer(Protocol):
-    """The wearer of a simulated machine. No controller and no estimator is given one."""
+    """Wearer of a simulated machine. No controller or estimator has access to it."""
 
     @property
     def form(self) -> WearerForm:
@@ -22,5 +22,5 @@ class SimulatedWearer(Protocol):
     def left_over_Nm(
         self, known: ControllerKnowledge, x: Parameters, postures: Float[ndarray, "posture joint"] | None = None
     ) -> list[float]:
-        """Torque left over with parameters `x`, RMS per joint [N·m]; over held-out postures if none are given."""
+        """Return the left over with parameters `x`, RMS per joint [N·m]; over held-out postures if none are given."""
         ...

@@ -1,7 +1,7 @@
 """Warm start of a known participant from the stored belief, unless the first seconds of motion contradict it.
 
-A second method starts cold, from the table, and takes the same samples. The difference between the two, by the stop
-rule's own prediction and without any truth, is the gain of the file.
+A second method starts cold, from the table, and takes the same samples. The difference between the two is the gain of
+the file. It is computed from the stop rule's prediction, without any true values.
 """
 
 from dataclasses import dataclass, field
@@ -26,7 +26,8 @@ from .person_check import PersonCheck
 
 SECONDS_PER_DAY = 86400.0
 FROM_FILE_S = 20.0
-"""Motion of a returning participant [s]: by then all of ten were within target (docs/participants.md)."""
+"""Duration of the motion of a returning participant [s]: all of ten were within target by then (docs/participants.md).
+"""
 
 
 def belief_today(
@@ -114,7 +115,7 @@ class WarmStart:
         self._noted = 0.0
 
     def __call__(self, sample: Sample) -> None:
-        """One sample.
+        """Take one sample.
 
         Raises:
             IdentificationError: The motion contradicts the file.
@@ -137,9 +138,9 @@ class WarmStart:
     def _contradicted(self, t: float) -> IdentificationError:
         odds = np.exp(min(-list(self._check.evidence.values())[-1], 20.0))
         return IdentificationError(
-            f"{self.path} is not this person's, or much has changed: {t:.0f} s of motion speak {odds:.0f} to 1 "
-            f"for anybody of this size against the arm of '{self.code}'. Check the code and what is held in the "
-            "hand; without --participant the person is identified from the start."
+            f"{self.path} belongs to another person, or much has changed: after {t:.0f} s of motion the odds are "
+            f"{odds:.0f} to 1 for a table person of this size against the arm of '{self.code}'. Check the code and "
+            "any load in the hand. Without --participant the person is identified from the start."
         )
 
     @property

@@ -1,4 +1,4 @@
-"""The motion that identifies the arm, designed for a machine: the block for its rig file, and what it promises."""
+"""Design of the identification motion of a machine: the block for its rig file, and the left over that it predicts."""
 
 import time
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ from exograv.results import OPTIONAL
 from .options import DesignOptions
 
 FORECAST_S = (20.0, 60.0, 120.0)
-DT = 0.02  # s: of the tables that are judged; the filter takes every eighth row
+DT = 0.02  # s: step of the tables that are judged; the filter takes every eighth row
 STANDARD_PERIOD_S = 20.0
 
 
@@ -38,7 +38,7 @@ class DesignFigures:
     excitation: Excitation
     targets_Nm: list[float]
     predicted_left_over_Nm: dict[str, dict[str, list[float]]]
-    """Residual torque of each joint, by motion and by seconds of it."""
+    """Predicted left over of each joint [N·m], by motion and by seconds of motion."""
     seed: int
     wall_s: float
     picture: Path | None = field(default=None, metadata=OPTIONAL)
@@ -46,19 +46,19 @@ class DesignFigures:
 
 @dataclass(frozen=True)
 class DesignedMotion:
-    """The result, with the tables that a picture needs."""
+    """Result of a design, with the tables that a picture needs."""
 
     figures: DesignFigures
 
     path: Trajectory
-    """One period."""
+    """Trajectory of one period."""
 
     limits_deg: tuple[list[float], list[float]]
-    """Of the joints."""
+    """Lower and upper limits of the joints [°]."""
 
 
 def design_motion(options: DesignOptions, progress: Progress) -> DesignedMotion:
-    """Design it for a person by the table in a machine by its data sheets; no twin is asked.
+    """Design the motion for a table person in a machine by its data sheets, without a twin.
 
     Raises:
         ConfigError: An option or the rig file cannot be used.
@@ -92,25 +92,28 @@ def design_motion(options: DesignOptions, progress: Progress) -> DesignedMotion:
 
 
 def excitation_block(basis: Basis, coefficients: Coefficients) -> Excitation:
-    """As a rig file has it: degrees to a tenth."""
+    """Return the block as a rig file has it, in degrees with one decimal."""
     centre, sine, cosine = (np.rad2deg(part).round(1).tolist() for part in basis.series(coefficients))
     return Excitation(period_s=basis.period_s, centre_deg=centre, sine_deg=sine, cosine_deg=cosine)
 
 
 def excitation_text(block: Excitation) -> str:
-    """The lines for `rig.toml`."""
+    """Return the lines for `rig.toml`."""
     rows = "\n".join(f"{key} = {getattr(block, key)}" for key in ("period_s", "centre_deg", "sine_deg", "cosine_deg"))
     return f"[excitation]\n{rows}\n"
 
 
 def periodic(block: Excitation, seconds: float, dt: float) -> Trajectory:
-    """The motion as such, without coming from rest."""
+    """Return the periodic motion, without a start from rest."""
     centre, sine, cosine = (np.deg2rad(part) for part in (block.centre_deg, block.sine_deg, block.cosine_deg))
     return motion.fourier(centre, sine, cosine, block.period_s, seconds, dt)
 
 
 def _start_of(block: Excitation) -> tuple[Basis, Coefficients]:
-    """The motion in force as a start: what comes out is never worse than what of it keeps the limits."""
+    """Return the present motion as a start of the search.
+
+    The result is then not worse than the part of the present motion within the limits.
+    """
     rows = np.vstack([[block.centre_deg], block.sine_deg, block.cosine_deg])
     return harmonic(block.period_s, len(block.sine_deg)), np.deg2rad(rows)
 

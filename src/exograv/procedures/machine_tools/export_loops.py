@@ -1,4 +1,4 @@
-"""What no URDF can say about a machine with an arm in it: cuffs, shoulder offset, elasticity, gravity."""
+"""Data that no URDF holds about a machine with an arm: cuffs, shoulder offset, elasticity and gravity."""
 
 from typing import Any
 
@@ -18,8 +18,8 @@ HEAD = """\
 # exo_frame to arm_frame, in exo_frame.
 #
 # Joint arm_shift follows: slope * s(theta), s = theta * (1 + c * theta) / (1 + c * pi / 2), c = 1.83 / 22.0,
-# theta = atan2(sqrt(1 - k^2 + rounding^2), k), k = cos(flexion) * cos(abduction). exo_and_arm.xml holds it where the
-# middle of the task workspace has it.
+# theta = atan2(sqrt(1 - k^2 + rounding^2), k), k = cos(flexion) * cos(abduction). In exo_and_arm.xml this joint
+# is fixed at its value in the middle of the task workspace.
 """
 
 
@@ -30,7 +30,7 @@ def loops_text(
     gravity: Float[np.ndarray, " 3"],
     links: str,
 ) -> str:
-    """The loops of a machine and an arm as TOML."""
+    """Return the loops of a machine and an arm as TOML."""
     source = {
         "code": whole.person.code,
         "participant_sha256": whole.content_sha256,

@@ -1,4 +1,4 @@
-"""`exograv export-urdf`: the personalised machine and arm as files that other tools open."""
+"""`exograv export-urdf`: the personalised machine and arm as files for other tools."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -28,18 +28,18 @@ from .export_loops import loops_text
 from .options import ExportOptions
 
 EXO, ARM, LOOPS, BOTH = "exo.urdf", "arm.urdf", "loops.toml", "exo_and_arm.xml"
-GIVE = "Give a calibration.toml of the participant's machine with --calibration, or none."
+GIVE = "Give a calibration.toml of the participant's machine with --calibration, or leave it out."
 
 
 @dataclass(frozen=True)
 class Links:
-    """The machine's links and how they were found."""
+    """Links of the machine and their source."""
 
     phi: Float[np.ndarray, "joint 10"]
     gravity: Float[np.ndarray, " 3"]
-    """In the base frame [m/s²]."""
+    """Gravity vector in the base frame [m/s²]."""
     rotor: Float[np.ndarray, " joint"]
-    """[kg·m²]"""
+    """Rotor inertia at the joint [kg·m²]."""
     source: str
     notes: tuple[str, ...] = ()
 
@@ -58,11 +58,11 @@ class ExportedMachine:
 
 
 def run_export(options: ExportOptions, folder: Path) -> ExportedMachine:
-    """Write the files.
+    """Write the files of a participant's machine and arm.
 
     Raises:
         ConfigError: A file cannot be read, used or written.
-        ModelError: A body cannot exist.
+        ModelError: The mass or inertia of a body is physically impossible.
     """
     whole = read_participant(options.participant)
     assembly = _assembly(options, whole)
@@ -96,7 +96,9 @@ def _assembly(options: ExportOptions, whole: StoredParticipant) -> Assembly:
     person = whole.person
     assembly = put_together(description, Body(person.height_m, person.mass_kg, person.sex, dict(person.lengths_m)))
     if [row.name for row in whole.parameters] != parameter_names(assembly):
-        raise ConfigError(f"{options.participant} has other parameters than an arm in {description.name}.")
+        raise ConfigError(
+            f"{options.participant} has other parameters than an arm in {description.name}. Identify the person again."
+        )
     return assembly
 
 
@@ -110,8 +112,8 @@ def _links(options: ExportOptions, assembly: Assembly, whole: StoredParticipant)
     machine = stored.calibration().machine
     phi, changed = possible_links(machine.phi, assembly.exo.phi, description.joints)
     notes = tuple(
-        f"{joint}: no body has the calibrated moments of inertia; the description's about its centre are written. "
-        "Mass and centre, all that gravity sees, are calibrated."
+        f"{joint}: the calibrated moments of inertia are physically impossible; those of the description are written. "
+        "Mass and centre of mass, which determine gravity torque, are calibrated."
         for joint in changed
     )
     return Links(phi, machine.gravity, machine.rotor_inertia, f"calibration {stored.content_sha256[:12]}", notes)
@@ -120,9 +122,10 @@ def _links(options: ExportOptions, assembly: Assembly, whole: StoredParticipant)
 def possible_links(
     phi: Float[np.ndarray, "joint 10"], described: Float[np.ndarray, "joint 10"], joints: tuple[str, ...]
 ) -> tuple[Float[np.ndarray, "joint 10"], tuple[str, ...]]:
-    """Calibrated links as possible bodies, and the joints whose moments of inertia had to be the description's.
+    """Calibrated links as possible bodies, and the joints that kept the description's moments of inertia.
 
-    Calibration moves slowly: it sees what gravity sees, and the rest may come out as no body's.
+    Calibration moves slowly: it measures what affects gravity torque. The other parameters may be physically
+    impossible.
 
     Raises:
         ModelError: A link has no positive mass.
@@ -142,11 +145,11 @@ def _refuse_impossible(person: Personal) -> None:
     for tree in (person.exo, person.arm):
         for joint, phi in zip(tree.joints, tree.phi, strict=True):
             if phi[0] != 0.0 and not is_physical(phi):
-                raise ModelError(f"The body behind {joint.name} is not possible. Identify the person again.")
+                raise ModelError(f"The body behind {joint.name} is physically impossible. Identify the person again.")
 
 
 def springs_of(assembly: Assembly, x: Float[np.ndarray, " parameter"]) -> ArmSprings:
-    """Of the arm's joints; where a stiffness is zero or less there is no spring."""
+    """Springs of the arm's joints; a joint with stiffness of zero or less has none."""
     layout, tree = ParameterLayout.of(assembly), assembly.arm.tree
     names = [tree.joints[i].name for limb in assembly.arm.limbs for i in limb.joints]
     stiffness = np.maximum(x[layout.stiffness], 0.0)
@@ -164,7 +167,7 @@ def _positions(
 
 
 def _shifts(assembly: Assembly, x: Float[np.ndarray, " parameter"]) -> Mapping[str, float]:
-    """Where the shoulder's centre is in the middle of the task workspace."""
+    """Position of each shoulder-shift joint in the middle of the task workspace."""
     lower, upper = assembly.description.workspace
     z, _ = LoopSolver(assembly).solve(0.5 * (lower + upper), fit=x[ParameterLayout.of(assembly).fit])
     at = _positions(assembly, x, z)

@@ -1,4 +1,4 @@
-"""A recorded log of a loaded robot to the payload it carried, by the methods that serve the arm."""
+"""Identification of a payload from recorded logs of a robot, with the methods that serve the arm."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,21 +27,21 @@ from exograv.recording import MotionLog, read_log
 from .options import LogOptions
 
 LOOK_PERIOD_S = 0.1
-"""Between estimates that are compared with a known mass."""
+"""Time between estimates that are compared with a known mass [s]."""
 
 OFFLINE_LOOK_PERIOD_S = 5.0
-"""The same for a method that solves for all samples anew at each."""
+"""Time between estimates of a method that solves for all samples anew each time [s]."""
 
 METHODS = ("gradient", *BUILDERS)
-"""What can identify a payload."""
+"""Methods that can identify a payload."""
 
 SAMPLES_MIN = 100
-FOUND = 0.1  # share of the known mass
+FOUND = 0.1  # allowed error as a share of the known mass
 
 
 @dataclass(frozen=True)
 class _Loaded:
-    """What the loaded run starts from."""
+    """Data from which the loaded run starts."""
 
     model: PayloadModel
     robot: RobotFromLog
@@ -73,7 +73,7 @@ class LogResult:
 
     payload: PayloadFigures
     time_to_10pct_s: float | None
-    """Motion until the mass stayed within 10 % of the known one."""
+    """Time of motion from which the mass stayed within 10 % of the known one [s]."""
     duration_s: float
     samples: int
     outcome: PayloadOutcome
@@ -91,13 +91,13 @@ class LogResult:
 
 
 def identify_log(options: LogOptions, progress: Progress = lambda _text, _share: None) -> LogResult:
-    """Identify the empty robot from one log, then from another the payload it carries.
+    """Identify the empty robot from one log, then its payload from another.
 
     Raises:
-        ConfigError: An option that cannot be used.
+        ConfigError: An option cannot be used.
         ModelError: The description cannot be read, or has no such frame.
         RecordingError: A log cannot be read, or is not of this robot.
-        IdentificationError: The robot carried less than nothing.
+        IdentificationError: The payload has a negative mass.
     """
     tree = read_urdf(options.urdf)
     _refuse_options(tree, options)
@@ -152,7 +152,7 @@ def _refuse_options(tree: Tree, options: LogOptions) -> None:
         raise ConfigError(f"--gain-sd is {gain_sd}; allowed: a share from 0 to below 1, for instance 0.05 for 5 %.")
     if method not in METHODS:
         raise ConfigError(
-            f"--method {method} is for arms: a payload has no table and lies in no cuffs. "
+            f"--method {method} is for arms: a payload has no table and no cuffs. "
             f"Choose {', '.join(METHODS[:-1])} or {METHODS[-1]}."
         )
 
@@ -167,7 +167,7 @@ def _samples(log: MotionLog, path: Path, gains: Sequence[float]) -> list[Sample]
     samples = samples_of_log(log, np.array(gains))
     if len(samples) < SAMPLES_MIN:
         raise RecordingError(
-            f"{path}: {len(samples)} samples are left of rows {log.rows[0]}–{log.rows[1]} once the filter has settled; "
+            f"{path}: {len(samples)} samples remain of rows {log.rows[0]}–{log.rows[1]} after the filter has settled; "
             f"{SAMPLES_MIN} are needed. Record a longer motion or choose more rows."
         )
     return samples
@@ -176,7 +176,7 @@ def _samples(log: MotionLog, path: Path, gains: Sequence[float]) -> list[Sample]
 def _follow(
     loaded: _Loaded, method: MethodName, watch_mass: bool, progress: Progress
 ) -> tuple[Estimate, Float[np.ndarray, "look 2"]]:
-    """The last estimate; and time [s] and mass [kg] on the way, where they are watched."""
+    """Return the last estimate, and time [s] and mass [kg] during the run if `watch_mass` is set."""
     identifier = _method(loaded, method, progress)
     looks, look_t = [], 0.0
     period_s = OFFLINE_LOOK_PERIOD_S if getattr(identifier, "offline", False) else LOOK_PERIOD_S
@@ -191,7 +191,7 @@ def _follow(
     progress("Identifying the payload", 1.0)
     estimate = identifier.estimate()
     if not np.isfinite(estimate.x).all():
-        raise IdentificationError(f"{method} diverged: its parameters are no numbers any more. Use --method recursive.")
+        raise IdentificationError(f"{method} diverged: its parameters are not finite. Use --method recursive.")
     return estimate, np.array(looks).reshape(-1, 2)
 
 
@@ -213,7 +213,7 @@ def _payload(estimate: Estimate, interval: Any) -> PayloadFigures:
 
 
 def _time_to_stay_within(band_kg: float, masses: Float[np.ndarray, "look 2"], true_kg: float) -> float | None:
-    """Seconds of motion from which on the mass stays within the band to the end; None if it ends outside."""
+    """Time of motion from which the mass stays within the band [s]; None if it ends outside."""
     outside = np.flatnonzero(~(np.abs(masses[:, 1] - true_kg) <= band_kg))
     if outside.size == 0:
         return 0.0
@@ -221,7 +221,10 @@ def _time_to_stay_within(band_kg: float, masses: Float[np.ndarray, "look 2"], tr
 
 
 def _residuals(loaded: _Loaded, estimate: Estimate) -> dict[str, Float[np.ndarray, " joint"]]:
-    """Torque that is not explained, RMS per joint: without the payload it is what the payload weighs."""
+    """Unexplained torque, RMS per joint [N·m].
+
+    In the loaded log without the payload, it is the torque by the payload's weight.
+    """
     without = estimate.x.copy()
     without[PAYLOAD] = 0.0
     runs = (
@@ -237,7 +240,7 @@ def _residuals(loaded: _Loaded, estimate: Estimate) -> dict[str, Float[np.ndarra
 
 
 def _digits(value: Any) -> Any:
-    """Four decimals; None stays."""
+    """Round to four decimals; None stays None."""
     if value is None:
         return None
     return np.round(np.asarray(value, dtype=float), 4).tolist()

@@ -1,4 +1,4 @@
-"""`exograv new-rig`: a folder for a user's machine, with all that its URDF tells and a question for everything else."""
+"""`exograv new-rig`: folder of a user's machine, filled from its URDF, with a question for each other value."""
 
 import re
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from exograv.model.urdf import read_urdf
 from .options import NewRigOptions
 from .rig_questions import rig_text
 
-# Pictures for people: nothing here looks at them, and the twin would search for their meshes.
+# Visual and collision shapes are only for pictures; no code here uses them, and the twin would search for their meshes.
 PICTURES = re.compile(r"[ \t]*<(visual|collision)\b[^>]*?(?:/>|>.*?</\1\s*>)[ \t]*\n?", re.DOTALL)
 
 
@@ -23,7 +23,7 @@ class NewRig:
     folder: Path
     joints: tuple[str, ...]
     questions: list[Question]
-    """Values of `rig.toml` that the URDF does not tell."""
+    """Values of `rig.toml` that the URDF does not determine."""
 
 
 def new_rig(options: NewRigOptions) -> NewRig:
@@ -50,5 +50,5 @@ def new_rig(options: NewRigOptions) -> NewRig:
 
 
 def _name(tree: Tree) -> str:
-    """The robot's name as a folder's."""
+    """Return the robot's name as a valid folder name."""
     return re.sub(r"[^\w.-]+", "_", tree.name).strip("._") or "machine"

@@ -12,7 +12,7 @@ from exograv.options import AnySeed, Options, RigOption, Seed, Sex, Side, SideOp
 from exograv.procedures.identification.method_names import MethodName
 
 PERIOD_S = (5.0, 120.0)
-FASTEST_HZ = 0.6  # a harmonic faster than this would lie too near the sample filter's corner
+FASTEST_HZ = 0.6  # faster harmonics would be too near the sample filter's corner
 
 
 @dataclass(frozen=True)
@@ -20,13 +20,13 @@ class NewRigOptions:
     """Options of `exograv new-rig`."""
 
     urdf: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
-    """The machine's description; it is copied, without its pictures and collision shapes."""
+    """URDF of the machine. It is copied without its pictures and collision shapes."""
 
     out: Path = Path()
-    """Folder to write, which must not exist; called like the robot, in this folder, if none is named."""
+    """Folder to write, which must not exist; named after the robot, in this folder, if none is given."""
 
     side: Side | None = None
-    """Which arm it is for; by the names in the URDF if not given."""
+    """Arm that the machine is for; taken from the names in the URDF if not given."""
 
 
 @dataclass(frozen=True)
@@ -40,13 +40,13 @@ class CheckOptions:
     """Arm that is put in; the machine's first if none is named."""
 
     height_m: float = 1.75
-    """Of the wearer whose arm is put in [m]."""
+    """Height of the wearer whose arm is put in [m]."""
 
     mass_kg: float = 75.0
-    """Of the wearer [kg]."""
+    """Body mass of the wearer [kg]."""
 
     sex: Sex = "male"
-    """Of the wearer: which table the arm is taken from."""
+    """Sex of the wearer, which selects the table of the arm."""
 
 
 @dataclass(frozen=True)
@@ -57,28 +57,29 @@ class DesignOptions(Options):
     side: SideOption = None
 
     height_m: float = 1.70
-    """Of the person it is designed for [m]."""
+    """Height of the person that the motion is designed for [m]."""
 
     mass_kg: float = 70.0
-    """Of that person [kg]."""
+    """Body mass of that person [kg]."""
 
     sex: Sex = "female"
-    """By which table."""
+    """Sex of that person, which selects the table of the arm."""
 
     seconds: float = 300.0
-    """How long to search [s]; what is not reached by then is left out, and the result may differ between computers."""
+    """Duration of the search [s]. Starts that are not begun by then are left out, so the result may differ between
+    computers."""
 
     period_s: Annotated[float, Within(*PERIOD_S, f"{PERIOD_S[0]:g} to {PERIOD_S[1]:g} s.")] = 30.0
-    """After which the motion repeats itself [s]."""
+    """Period of the motion [s]."""
 
     harmonics: int = 8
-    """Of that period."""
+    """Harmonics of that period."""
 
     starts: int = 4
-    """Random starts beside the machine's present motion: loops, and motions that come back the way they went."""
+    """Random starts beside the machine's present motion: loops, and motions that return on the same path."""
 
     iterations: tyro.conf.Fixed[int] = 120
-    """Of each start."""
+    """Iterations of each start."""
 
     seed: Seed = 0
 
@@ -102,7 +103,7 @@ class ExportOptions:
     """File that `exograv identify --keep` has written."""
 
     calibration: Path | None = None
-    """calibration.toml of the machine, for its links; without it they are those of its description."""
+    """File calibration.toml of the machine, for its links; without it the links are those of its description."""
 
     rig: str | None = None
     """Folder of the machine, if it is not a built-in one."""
@@ -113,13 +114,13 @@ class LogOptions:
     """Options of `exograv identify-log`."""
 
     log: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
-    """Recorded with the payload: CSV with time [s], positions [rad], velocities [rad/s], currents [A]; no more."""
+    """Log with the payload: CSV with time [s], positions [rad], velocities [rad/s] and currents [A] only."""
 
     unloaded: Path = field(default=tyro.MISSING)
-    """The same robot without the payload."""
+    """Log of the same robot without the payload."""
 
     urdf: Path = field(default=tyro.MISSING)
-    """Description of the robot."""
+    """URDF of the robot."""
 
     payload_frame: str = field(default=tyro.MISSING)
     """Link or frame that carries the payload."""
@@ -127,22 +128,22 @@ class LogOptions:
     gains: Annotated[Sequence[float], words(lambda text: tuple(read_numbers(text, "--gains")))] = field(
         default=tyro.MISSING
     )
-    """Joint torque per motor current [N·m/A], one a joint, separated by commas."""
+    """Joint torque per motor current [N·m/A], one per joint, separated by commas."""
 
     true_kg: float | None = None
-    """The payload's mass, if it is known: then the time until the estimate stays within 10 % is reported."""
+    """Known mass of the payload [kg]: the time until the estimate stays within 10 % is then reported."""
 
     method: MethodName = "recursive"
-    """How the payload is identified."""
+    """Identification method of the payload."""
 
     rows: str | None = None
     """First and last row of the log to use, counted from 1, as a:b; without it the log is cut to the motion."""
 
     rows_unloaded: str | None = None
-    """The same for the unloaded log."""
+    """First and last row of the unloaded log to use, as --rows."""
 
     gain_sd: float = 0.0
     """Standard deviation of the gains, as a share; widens the interval."""
 
     seed: AnySeed = 0
-    """Without effect: nothing is drawn here. Every command takes one."""
+    """Seed without effect, since nothing is drawn here; every command takes one."""

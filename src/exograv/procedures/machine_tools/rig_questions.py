@@ -1,4 +1,4 @@
-"""The text of a new `rig.toml`: what is known stands there with its reason, what is not is asked with "?"."""
+"""Text of a new `rig.toml`: known values with their reasons, and a "?" for each unknown value."""
 
 import numpy as np
 
@@ -11,8 +11,8 @@ from exograv.model.urdf_inference import ArmGuess, arms, place_of, side_of
 from exograv.options import Side
 
 HEAD = """\
-# {name}: written by `exograv new-rig` from {file}. Every "?" is a question: its comment says what to put in its place.
-# `exograv check-rig {name}` lists what is left, and then says how far the machine reaches and whom it can carry.
+# {name}: written by `exograv new-rig` from {file}. Every "?" is a question: its comment explains the value.
+# `exograv check-rig {name}` lists open questions, then shows reach and heaviest arm of the machine.
 # Angles are in degrees, in the order of [[actuators]]; every other unit is in the name.
 name = {quoted}
 title = {title}
@@ -36,14 +36,14 @@ weak_kd_Nms_per_rad = {kd:g}
 """
 
 SWEEP_MARGIN, SWEEP_DEG = 0.1, 90.0
-"""A proposed sweep keeps off the limits by this share of the range, and is no longer than this."""
+"""Limits of a proposed sweep: distance from the joint limits as a share of the range, and largest length [°]."""
 PERIOD_S, HARMONICS = 20.0, 5
 EXCITATION_SHARE, EXCITATION_DEG = 0.25, 25.0
-"""A proposed excitation stays this close to its centre: a share of the joint's range, and this much."""
+"""Largest deviation of a proposed excitation from its centre: a share of the joint's range, and [°]."""
 
 
 def rig_text(tree: Tree, name: str, file: str, side: Side | None = None) -> str:
-    """The file for this machine; `side` where the URDF's names do not tell."""
+    """Return the file for this machine; `side` is needed where the URDF's names do not show it."""
     side, found = side or side_of(tree), arms(tree)
     parts = [
         HEAD.format(name=name, file=file, quoted=toml_value(name), title=toml_value(tree.name)),
@@ -71,7 +71,7 @@ def _urdf(file: str, side: Side | None) -> str:
 
 
 def _kind(tree: Tree, found: list[ArmGuess]) -> ArmKind:
-    """By how many joints beyond the elbow an arm has, as they are called."""
+    """Return the kind of arm, by the number of wrist joints as they are named."""
     beyond = max(sum(place_of(tree.joint_names[i]) == "wrist" for i in arm.joints) for arm in found)
     kinds: dict[int, ArmKind] = {n - 4: kind for kind, n in FREEDOMS_OF_ARM.items()}
     return kinds[min(beyond, max(kinds))]
@@ -81,7 +81,7 @@ def _wearer(tree: Tree, found: list[ArmGuess], side: Side | None) -> str:
     kind = _kind(tree, found)
     moved = ", ".join(FREEDOMS[3 : FREEDOMS_OF_ARM[kind]])
     others = ", ".join(f'"{name}"' for name in FREEDOMS_OF_ARM if name != kind)
-    lines = [f'[wearer]\narm = "{kind}"  # by its names it moves shoulder, {moved}; else one of {others}']
+    lines = [f'[wearer]\narm = "{kind}"  # by its joint names it moves shoulder, {moved}; otherwise one of {others}']
     if side == "both":
         lines += ["", "[wearer.shoulder_centre]", *(f"{arm.side} = {_centre(arm)}" for arm in found)]
     else:
@@ -94,7 +94,7 @@ def _centre(arm: ArmGuess) -> str:
         return f"{toml_value(arm.shoulder_centre)}  # where the first three axes meet"
     what = "link, fixed to the base, where the machine has the wearer's shoulder"
     if arm.meeting is None:
-        return f'"?"  # {what}; the first three axes meet in no point'
+        return f'"?"  # {what}; the first three axes do not meet in a point'
     x, y, z = arm.meeting
     return f'"?"  # {what}; the first three axes meet at {x:.4g} {y:.4g} {z:.4g} in the base: add such a link there'
 
@@ -162,20 +162,20 @@ def _calibration(tree: Tree) -> str:
     blocks = [
         "# How the empty machine is calibrated. Without any motor: delete [calibration], its sweeps and [excitation].\n"
         '[calibration]\nmount = "?"       # link on which known weights can be hung, far out\n'
-        'weights_kg = "?"  # at least two, as [1.5, 3.0]; the heaviest as heavy as an arm if the drives hold it\n'
+        'weights_kg = "?"  # at least two, as [1.5, 3.0]; the heaviest like an arm if the drives hold it\n'
     ]
     for joint, low, high in _limits(tree):
         middle, reach = 0.5 * (low + high), min(0.5 * SWEEP_DEG, (0.5 - SWEEP_MARGIN) * (high - low))
         blocks.append(
             f"[[calibration.sweeps]]\njoint = {toml_value(joint.name)}\n"
             f"from_deg = {middle - reach:.1f}  # proposed, off the limits\nto_deg = {middle + reach:.1f}\n"
-            f'posture_deg = "?"  # {_angles(tree)}, of the other joints: where the weight loads this one\n'
+            f'posture_deg = "?"  # {_angles(tree)}; the other joints so that the weight loads this one\n'
         )
     return "\n".join(blocks)
 
 
 def _excitation(tree: Tree) -> str:
-    """Harmonics with phases that repeat nowhere: no joint follows another."""
+    """Return harmonics with phases that never repeat, so that no joint follows another."""
     size = np.array([min(EXCITATION_DEG, EXCITATION_SHARE * (high - low)) for _, low, high in _limits(tree)])
     joints, harmonics = np.arange(len(size)), np.arange(1, HARMONICS + 1)[:, None]
     phase = 2 * np.pi * ((np.sqrt(5.0) - 1) / 2 * harmonics * (joints + 1) % 1.0)
@@ -184,7 +184,7 @@ def _excitation(tree: Tree) -> str:
         for name, wave in (("sine", np.sin), ("cosine", np.cos))
     }
     return (
-        "# The motion that identifies the arm: proposed and small; exograv design-motion finds better.\n"
+        "# The motion that identifies the arm: proposed and small; exograv design-motion finds a better one.\n"
         f"[excitation]\nperiod_s = {PERIOD_S}\n"
         f'centre_deg = "?"  # {_angles(tree)}: middle of the task workspace\n'
         f"sine_deg = {toml_value(rows['sine'])}\ncosine_deg = {toml_value(rows['cosine'])}\n"
@@ -196,6 +196,6 @@ def _angles(tree: Tree) -> str:
 
 
 def _limits(tree: Tree) -> list[tuple[Joint, float, float]]:
-    """Of each joint in degrees; an endless one's are those of a turn."""
+    """Limits of each joint [°]; those of an endless joint are a full turn."""
     ends = [np.clip([joint.lower, joint.upper], -np.pi, np.pi) for joint in tree.joints]
     return [(joint, *np.rad2deg(end).tolist()) for joint, end in zip(tree.joints, ends, strict=True)]

@@ -1,1 +1,1 @@
-"""The start-up self-test: what a machine must show each day before anybody is in it, and the lock that asks for it."""
+"""Start-up self-test: tests that a machine must pass each day before a person may be in it, and their lock."""

@@ -1,4 +1,4 @@
-"""The empty machine on the bench: what all moving steps of the self-test share."""
+"""Empty machine on the bench: shared setup of all moving steps of the self-test."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -26,44 +26,45 @@ from .recording_rig import PoweredRecordingRig, RecordedTicks, RecordingRig
 
 TRAVEL = 1.1  # rad/s between postures
 
-REST_WITHIN_S = 5.0  # after a descent: a light machine sinks slowly, braked
+REST_WITHIN_S = 5.0  # after a descent, since a light machine sinks slowly while it brakes
 
 Joints = Float[np.ndarray, " joint"]
 Press = Callable[[Guard], None]
-"""Presses Stop: on the twin by itself; on hardware an operator is asked to, and the button's line tells the guard."""
+"""Function that presses Stop: directly on the twin; on hardware the operator is asked, and the button's line reports to
+the guard."""
 
 
 def press_software_stop(guard: Guard) -> None:
-    """As Ctrl-C, or a button on a screen; the hardware stop of drives has a step of its own."""
+    """Press Stop in software, like Ctrl-C or a button on a screen. The drives' hardware stop has its own step."""
     guard.press_stop()
 
 
 @dataclass(frozen=True)
 class TestedMachine:
-    """What is tested."""
+    """Machine under test."""
 
     description: RigDescription
     tree: Tree
-    """Set to the lengths of the calibration."""
+    """Kinematic tree, set to the lengths of the calibration."""
 
     calibration: Calibration
     rig: Rig
-    """Empty, hanging, and just switched on."""
+    """Rig of the machine: empty, hanging, and just switched on."""
 
     press: Press
 
     brake: Joints | None = None
-    """With which its drives are set to brake by themselves; that of a soft descent where absent [N·m·s/rad]."""
+    """Damping with which the drives brake by themselves [N·m·s/rad]; that of a soft descent if None."""
 
     in_lock_step: bool = True
-    """Whether the machine waits for us: a real one does not."""
+    """True if the machine waits for the computer; a real machine does not."""
 
 
 class SelfTestRun:
-    """One self-test under way."""
+    """State of one self-test."""
 
     def __init__(self, subject: TestedMachine, progress: Progress):
-        """Look at the machine; nothing moves."""
+        """Prepare the test; nothing moves."""
         machine = subject.calibration.machine
         self.description, self.calibration, self.press = subject.description, subject.calibration, subject.press
         self.tree = replace(subject.tree, phi=machine.phi)
@@ -71,20 +72,20 @@ class SelfTestRun:
         self.tap = PoweredRecordingRig(subject.rig) if isinstance(subject.rig, DrivenRig) else RecordingRig(subject.rig)
         worn = limits(subject.description)
         self.drive_damping = worn.damping_Nms_per_rad if subject.brake is None else subject.brake
-        """With which a drive has to brake that hears nothing (joint,) [N·m·s/rad]."""
-        # Without an arm in it a light machine shakes under the damping that suits a worn one.
+        """Damping with which a drive must brake without commands (joint,) [N·m·s/rad]."""
+        # Without an arm a light machine shakes under the damping of a worn machine.
         self.damping = np.minimum(worn.damping_Nms_per_rad, most_damping(self.description, self.tree))
-        """Of a soft descent of the empty machine (joint,) [N·m·s/rad]."""
+        """Damping of a soft descent of the empty machine (joint,) [N·m·s/rad]."""
         envelope = Envelope(replace(worn, damping_Nms_per_rad=self.damping), subject.rig.period_s)
         pace = None if subject.in_lock_step else RealTimePace(subject.rig.period_s)
         self.pilot = Pilot(self.tap, machine.actuators, envelope, progress=progress, pace=pace)
         self.run = EmptyRun(self.description, self.tree, self.pilot, gravity=machine.gravity)
         self.zero = np.zeros(len(self.description.joints))
-        """Torque that the motors report while they are told none (joint,) [N·m]."""
+        """Torque that the motors report at zero command (joint,) [N·m]."""
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Of the machine."""
+        """Joints of the machine."""
         return self.description.joints
 
     def tau(self, passed: RecordedTicks) -> Float[np.ndarray, "tick joint"]:
@@ -92,20 +93,22 @@ class SelfTestRun:
         return self.gain * passed.current - self.zero
 
     def fly(self, controller: Controller, seconds: float, text: str) -> RecordedTicks:
-        """Let a controller work; what passed meanwhile."""
+        """Run a controller for `seconds`, and return the recorded ticks."""
         start = self.tap.ticks
         path = hold(self.pilot.q.copy(), seconds, self.tap.period_s)
         self.pilot.run(controller, path, text, self.run.listen)
         return self.tap.passed(start)
 
     def go(self, q: Joints, text: str) -> None:
-        """Lead the machine to a posture [rad]."""
+        """Move the machine to a posture [rad]."""
         self.run.follow(go_to(self.pilot.q.copy(), q, TRAVEL, self.tap.period_s), text)
 
     def come_down(
         self, controller: Controller, path: Trajectory, text: str, listener: Callable[[TickSample], None]
     ) -> StopReason | None:
-        """Fly until the guard stops it, come down, and leave the latch; why it stopped, None where it did not.
+        """Run until the guard stops, come down and leave the latch.
+
+        Return the reason of the stop; None if the guard did not stop.
 
         Raises:
             RigError: The latch cannot be left.
@@ -117,7 +120,7 @@ class SelfTestRun:
             self.tap.is_silent = False
             if not self.pilot.leave_stop(controller, REST_WITHIN_S):
                 raise RigError(
-                    "After a stop the machine does not come to rest, or does not say where it is. Look at encoders "
+                    "After a stop the machine does not come to rest, or its encoders do not answer. Check encoders "
                     "and drives, then repeat the self-test."
                 ) from None
             return reason
@@ -126,10 +129,10 @@ class SelfTestRun:
         return None
 
     def leave(self) -> None:
-        """Whatever was going on: let the machine down softly, if it still listens."""
+        """Let the machine down softly at the end of any run, if it still reacts."""
         try:
             if self.pilot.envelope.stop is None:
                 self.pilot.guard.press_stop()
                 self.fly(self.run.controller, 0.01, "Coming down")
         except (RigError, IdentificationError):
-            pass  # it has come down, or does not listen: its drives brake
+            pass  # the machine has come down, or does not react and its drives brake

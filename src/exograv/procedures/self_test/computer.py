@@ -1,4 +1,4 @@
-"""The computer's part of the self-test: disk, clock, recorder, and how punctual the loop is."""
+"""Self-test of the computer: disk, clock, recorder and timing of the loop."""
 
 import os
 import signal
@@ -20,7 +20,7 @@ from exograv.storage.self_test_step import Step, within
 from .loop_timing import loop_test
 
 TRIAL_S = 3600.0
-"""There must be room for twice of it: a session [s]."""
+"""Duration of a session [s]. The disk must have room for twice of it."""
 
 READINGS = 10_000
 KILL_TICKS = 200  # before and after the recorder is killed
@@ -29,27 +29,27 @@ LOOK_S = 0.02
 
 
 def disk(folder: Path, joints: int) -> list[Step]:
-    """Room for twice a session."""
+    """Check that the disk has room for twice a session."""
     refuse_small_disk(folder / "session.mcap", joints, TRIAL_S)
     return [Step("disk", True, "room for twice a session", f"2 × {TRIAL_S:g} s")]
 
 
 def clock() -> list[Step]:
-    """The clock that the loop runs on never goes back."""
+    """Check that the clock of the loop never goes back."""
     info = time.get_clock_info("monotonic")
     readings = np.array([time.monotonic_ns() for _ in range(READINGS)])
     back = float(-np.diff(readings).min(initial=0))
-    wrong = "The computer's monotonic clock goes back, or can be set: use another computer."
+    wrong = "The computer's monotonic clock goes back, or can be set. Use another computer."
     if not info.monotonic or info.adjustable:
         return [Step("clock is monotonic", False, info.implementation, "monotonic", "", wrong)]
     return [within("clock goes back", max(back, 0.0), 0.0, "ns", wrong)]
 
 
 def recorder(folder: Path, joints: Sequence[str]) -> list[Step]:
-    """The recorder is killed in the middle: another one goes on, and nothing is lost.
+    """Kill the recorder during a recording: another one must take over without loss.
 
     Raises:
-        RecordingError: It cannot even begin.
+        RecordingError: The recorder cannot start.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder) as place:
@@ -69,10 +69,8 @@ def recorder(folder: Path, joints: Sequence[str]) -> list[Step]:
             finally:
                 ring.close()
         kept = len(read_recording(path).ticks["t"])
-    lost = (
-        "The recorder loses what it was given when it is killed: look at the disk of --out, then install exograv again."
-    )
-    slow = "A killed recorder is replaced too slowly: the computer or its disk is too slow, or too busy."
+    lost = "The recorder loses ticks when it is killed. Check the disk of --out, then install exograv again."
+    slow = "A killed recorder is replaced too slowly. The computer or its disk is too slow or too busy."
     return [
         within(
             "ticks lost when the recorder is killed",
@@ -92,7 +90,10 @@ def _put(ring, row: np.ndarray, first: int) -> None:
 
 
 def timing(progress: Progress) -> list[Step]:
-    """Ten seconds of the loop with real-time rights; what it lacks locks a real machine, and says nothing of it."""
+    """Measure the loop for ten seconds with real-time rights.
+
+    A failure locks a real machine, but is no fault of the machine.
+    """
     found = loop_test(2.0 * SELF_TEST_S, progress).figures
     row, may = found.rows[1], found.may_drive_worn
     reasons = " ".join([*found.reasons, *found.prepare])

@@ -1,4 +1,4 @@
-"""What flies the machine while it is tested."""
+"""Controllers of the machine during the self-test."""
 
 import numpy as np
 from jaxtyping import Float
@@ -10,7 +10,7 @@ Joints = Float[np.ndarray, " joint"]
 
 
 class CarryController:
-    """The machine carries itself by its calibration, and is held by nothing else: what is wrong with it drifts."""
+    """Controller that only carries the machine by its calibration. An error of the calibration shows as drift."""
 
     closure_slope, clearance = 0.0, 1.0
 
@@ -19,31 +19,31 @@ class CarryController:
 
     @property
     def tau_feedforward(self) -> Joints:
-        """What the model expects [N·m]."""
+        """Torque of the model [N·m]."""
         return self._exo.tau_feedforward
 
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
-        """Weight, and damping; the reference is not followed [N·m]."""
+        """Return the torque of weight and damping [N·m]; the reference is not followed."""
         return self._exo.step(q, v, Reference(q, self._still, self._still))
 
 
 class RunawayController:
-    """Asks for what no controller should: far too much, to and fro, and in the end for what is no number."""
+    """Faulty controller that a guard must catch: far too much torque, alternating, and at the end NaN."""
 
     closure_slope, clearance = 0.0, 1.0
 
     def __init__(self, tau: Joints, ticks: int, size: float):
-        """Begin.
+        """Start with the present torque.
 
         Args:
-            tau: What the machine gives already [N·m].
-            ticks: How long it only asks for too much.
-            size: How much [N·m].
+            tau: Present torque of the machine [N·m].
+            ticks: Ticks with a torque that is too large, before NaN.
+            size: Size of the wrong torque [N·m].
         """
         self.tau_feedforward, self._ticks, self._size, self._k = tau, ticks, size, 0
 
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
-        """A wrong torque [N·m]."""
+        """Return a wrong torque [N·m]."""
         self._k += 1
         if self._k > self._ticks:
             return np.full_like(q, np.nan)

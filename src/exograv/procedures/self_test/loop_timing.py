@@ -1,6 +1,7 @@
-"""How punctual the live loop is here, without and with real-time rights, and whether a worn machine may hang on it.
+"""Timing of the live loop on this computer, without and with real-time rights, and the verdict for worn machines.
 
-It runs in a process of its own, as live control does: the progress line of this one would take the interpreter from it.
+The loop runs in a process of its own, like live control. In this process the progress line would compete for the
+interpreter.
 """
 
 import multiprocessing
@@ -25,7 +26,7 @@ SECONDS_MIN, SECONDS_MAX = 2.0, 7200.0  # the longest holds 170 MB of times
 HALVES = ("ordinary", "real-time")
 WARM_UP_TICKS = 500  # first calls fault pages in and fill caches
 POLL_S = 0.2
-END_S = 5.0  # for the loop's process to go
+END_S = 5.0  # for the loop's process to end
 
 Progress = Callable[[str, float], None]
 Loop = Callable[[Callable[[int], object], int], Timing]
@@ -33,7 +34,7 @@ Loop = Callable[[Callable[[int], object], int], Timing]
 
 @dataclass(frozen=True)
 class LatenessHistogram:
-    """Ticks by lateness, one count per pair of edges."""
+    """Histogram of lateness, one count per pair of edges."""
 
     edges_us: tuple[int, ...]
     counts: list[int]
@@ -82,7 +83,7 @@ class LoopTest:
 
 
 def loop_test(seconds: float, progress: Progress) -> LoopTest:
-    """Run the loop for half of `seconds` without and for half with real-time rights; a row for each.
+    """Run the loop for half of `seconds` without and for half with real-time rights, with a row for each.
 
     Raises:
         ConfigError: The time cannot be used, or the system is not Linux.
@@ -100,7 +101,7 @@ def loop_test(seconds: float, progress: Progress) -> LoopTest:
     try:
         result = _await(process, receiver, lambda: _show(progress, place, periods))
     finally:
-        # Ended by whatever way, it leaves nothing: rights and locks are the process's own.
+        # The process is ended in any case; rights and locks belong to it and end with it.
         process.terminate()
         process.join(END_S)
     if isinstance(result, ExogravError):
@@ -109,18 +110,18 @@ def loop_test(seconds: float, progress: Progress) -> LoopTest:
 
 
 def refuse_unusable(seconds: float) -> None:
-    """Refuse what cannot be run, before anything is built.
+    """Refuse a duration or system that cannot be used, before the loop is built.
 
     Raises:
         ConfigError: See `loop_test`.
     """
     if not SECONDS_MIN <= seconds <= SECONDS_MAX:
         raise ConfigError(
-            f"--loop is {seconds:g}; allowed: {SECONDS_MIN:g} to {SECONDS_MAX:g} s. Half of it runs without, half "
-            "with real-time rights; a verdict takes 20 s."
+            f"--loop is {seconds:g}; allowed: {SECONDS_MIN:g} to {SECONDS_MAX:g} s. One half runs without, one half "
+            "with real-time rights; a verdict needs 20 s."
         )
     if not sys.platform.startswith("linux"):
-        raise ConfigError(f"--loop needs Linux, and this is {sys.platform}: a worn machine is driven from Linux only.")
+        raise ConfigError(f"--loop needs Linux, and this is {sys.platform}. A worn machine is driven from Linux only.")
 
 
 def measure(
@@ -130,7 +131,7 @@ def measure(
     begin: Callable[[int], object] = lambda _half: None,
     loop: Loop = run_loop,
 ) -> LoopFigures:
-    """Both halves in this process, and the verdict; `begin` is told which of the `HALVES` comes."""
+    """Measure both halves in this process, and judge. `begin` gets the index in `HALVES` before each half."""
     begin(0)
     ordinary = _row(HALVES[0], loop(work, periods), Rights())
     begin(1)
@@ -141,7 +142,8 @@ def measure(
     if periods < PERIODS_FOR_GOAL:
         seconds = 2e-9 * PERIODS_FOR_GOAL * timing.period_ns
         prepare.append(
-            f"Then repeat, with --loop {seconds:.0f} and under the load of a session: an idle computer is punctual."
+            f"Then repeat, with --loop {seconds:.0f} and under the load of a session, because an idle computer is "
+            "punctual."
         )
     rows = ordinary, _row(HALVES[1], timing, rights)
     return LoopFigures(1e9 / timing.period_ns, rows, fitness.may_drive_worn, fitness.reasons, prepare, host)
@@ -168,7 +170,7 @@ def _row(name: str, timing: Timing, rights: Rights) -> ScheduledLoop:
 
 
 def _loop_process(periods: int, place: MutableSequence[int], results: Connection) -> None:
-    """The whole life of the loop's process: build, warm up, measure, tell."""
+    """Run the loop's process: build, warm up, measure and send the result."""
     try:
         from .nominal_tick import MovingTick
 
@@ -202,10 +204,10 @@ def _await(process: BaseProcess, receiver: Connection, show: Callable[[], None])
 def _obituary(exit_status: int | None) -> str:
     if exit_status == -getattr(signal, "SIGXCPU", 24):
         return (
-            "The loop was ended by the system: a tick never came back, and would have held its processor for itself. "
+            "The system ended the loop: a tick did not return, and would have blocked its processor. "
             "A computer or a kernel this slow cannot drive a machine; see the line 'tick' of `exograv doctor`."
         )
-    return f"The loop's process died (exit status {exit_status}). What it wrote above says why; then repeat."
+    return f"The loop's process died (exit status {exit_status}). Read its messages above, then repeat."
 
 
 def _show(progress: Progress, place: MutableSequence[int], periods: int) -> None:

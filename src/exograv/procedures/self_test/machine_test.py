@@ -1,4 +1,4 @@
-"""Self-test of the unworn machine, step by step; it ends at the first step that fails."""
+"""Self-test of the unworn machine, step by step, until the first step that fails."""
 
 from collections.abc import Callable, Sequence
 
@@ -15,7 +15,7 @@ Act = Callable[[SelfTestRun], list[Step]]
 
 
 def first_look(bench: SelfTestRun) -> list[Step]:
-    """Joints, drives and first readings, before any current flows."""
+    """Check joints, drives and first readings, before any current flows."""
     refuse_before_motion(bench.description, bench.tree, bench.pilot.rig)
     return [Step("joints and first readings", True, "as in rig.toml", "as in rig.toml")]
 
@@ -29,11 +29,11 @@ ACTS: Sequence[tuple[str, Act]] = (
     ("Stop", press_stop),
     ("nobody commands", stop_feeding),
 )
-"""In this order: nothing is fed back before its sign is known, and nothing is stopped in motion before it is held."""
+"""Steps in their order: no feedback before the signs are known, and no stop in motion before the hold."""
 
 
 def test_machine(subject: TestedMachine, progress: Progress) -> tuple[list[Step], float]:
-    """All of it on the empty machine; its steps, and how long the machine was busy [s]."""
+    """Run all steps on the empty machine. Return the steps, and the time for which the machine was busy [s]."""
     started = subject.rig.t
     bench = SelfTestRun(subject, progress)
     steps: list[Step] = []
@@ -44,6 +44,6 @@ def test_machine(subject: TestedMachine, progress: Progress) -> tuple[list[Step]
             else:
                 steps.append(Step(name, None))
     finally:
-        # By whatever way it ends, Ctrl-C too.
+        # This runs after an error or Ctrl-C, too.
         bench.leave()
     return steps, subject.rig.t - started

@@ -14,25 +14,27 @@ from .controllers import CarryController
 from .poses import telling_poses
 
 PASS_RAD, PASS_SPEED = np.deg2rad(10.0), 0.8
-"""Half the way of a pass through a posture [rad], and its greatest speed [rad/s]: friction shows both ways."""
+"""Half the length of a pass through a posture [rad], and its greatest speed [rad/s]. Friction is measured in both
+directions."""
 
 HOLD_S, DRIFT_MAX_DEG = 3.0, 2.0  # docs/safety.md, start-up self-test
 CHUNK_S = 0.1
 SCALE_MAX = 0.15  # docs/safety.md, F09
 OFFSET_MAX_DEG = 3.0
-"""Of an encoder against its calibration, by the machine's weight; a calibration refuses as much (F08)."""
+"""Allowed encoder offset against the calibration, by the machine's weight [°]; a calibration has the same limit (F08).
+"""
 
 BIAS_MAX_NM = 2.0  # docs/safety.md, F10
-SCALE_SD_MAX = 0.075  # so uncertain a scale cannot be told from one that is 15 % off
+SCALE_SD_MAX = 0.075  # a less certain scale cannot be distinguished from an error of 15 %
 
 Joints = Float[np.ndarray, " joint"]
 
 
 def nudge(bench: SelfTestRun) -> list[Step]:
-    """Push every joint both ways, without feedback: it, and no other, has to move along the push.
+    """Push every joint both ways, without feedback: only the pushed joint may move, along the push.
 
-    Half a newton metre alone moves no harmonic drive: the push begins at a part of the calibrated friction, and grows
-    until the joint moves.
+    0.5 N·m alone moves no harmonic drive. The push starts at a part of the calibrated friction, and grows until the
+    joint moves.
     """
     friction = bench.calibration.machine.friction
     BreakawayTester(bench.run, np.asarray(friction.coulomb)).nudge(pushes=1)
@@ -40,7 +42,7 @@ def nudge(bench: SelfTestRun) -> list[Step]:
 
 
 def hold_poses(bench: SelfTestRun) -> list[Step]:
-    """Three postures: through each of them slowly both ways, then let go in it."""
+    """Move through three postures slowly both ways, and release the machine in each of them."""
     drifts = []
     for k, pose in enumerate(telling_poses(bench.description, bench.tree)):
         text = f"Posture {k + 1} of 3"
@@ -51,15 +53,15 @@ def hold_poses(bench: SelfTestRun) -> list[Step]:
             break
     drift, name = max(((*worst(np.rad2deg(row), bench.joints),) for row in drifts), key=lambda found: abs(found[0]))
     sinks = (
-        f"Joint '{name}' moved by {drift:+.1f}° while the machine carried itself: its motor does not give the torque "
-        "of its current, its encoder is off, or something hangs on the machine. Take that off, or calibrate again."
+        f"Joint '{name}' moved by {drift:+.1f}° while the machine carried itself. Its motor does not give the torque "
+        "of its current, its encoder is off, or a load hangs on the machine. Remove the load, or calibrate again."
     )
     steps = [within("drift while it carries itself", drift, DRIFT_MAX_DEG, f"° in {HOLD_S:g} s", sinks)]
     return steps if not steps[0].passed else [*steps, *weight(bench)]
 
 
 def weight(bench: SelfTestRun) -> list[Step]:
-    """What the machine's own links say of all that has moved so far."""
+    """Compare gains, encoder offsets and torque zeros with the calibration, by the links' weight in motion."""
     found = weigh_again(bench.description, bench.tree, bench.run.sweeps(), bench.calibration)
     return [_scale(bench, found), _offset(bench, found), _bias(bench, found)]
 
@@ -73,7 +75,7 @@ def _pass_through(bench: SelfTestRun, pose: Joints, text: str) -> None:
 
 
 def _drift(bench: SelfTestRun, text: str) -> Joints:
-    """Let go by the feedback; how far each joint is from where it was after three seconds, or when one is too far."""
+    """Release the feedback. Return the drift of each joint [rad] after three seconds, or when one drifts too far."""
     carry, dt = CarryController(bench.run.controller, len(bench.joints)), bench.tap.period_s
     start, way = bench.pilot.q.copy(), np.zeros(len(bench.joints))
     for _ in range(round(HOLD_S / CHUNK_S)):
@@ -89,42 +91,43 @@ def _scale(bench: SelfTestRun, found: CalibrationChange) -> Step:
     error, name = worst(np.where(told, found.scale - 1.0, 0.0), bench.joints)
     what_to_do = (
         f"The motor of joint '{name}' gives {1.0 + error:.2f} times the torque of its calibration for the same "
-        "current. Look for a hot or damaged motor, a slipping gear, another drive setting, or a weight on the machine; "
-        "then calibrate again."
+        "current. Check for a hot or damaged motor, a slipping gear, another drive setting, or a weight on the "
+        "machine; then calibrate again."
     )
     step = within("error of the torque's scale", error, SCALE_MAX, "share", what_to_do)
     if told.all() or not step.passed:
         return step
     unknown = ", ".join(joint for joint, is_told in zip(bench.joints, told, strict=True) if not is_told)
-    cannot = (
-        f"Warning: {unknown} carry too little of the machine's weight for their scale to be told to {SCALE_MAX:.0%}."
-    )
+    cannot = f"Warning: {unknown} carry too little of the machine's weight to measure their scale to {SCALE_MAX:.0%}."
     return Step(step.name, True, step.measured, step.limit, step.unit, cannot)
 
 
 def _offset(bench: SelfTestRun, found: CalibrationChange) -> Step:
-    """Of the joint that is farthest beyond what is allowed: more where its weight tells less."""
+    """Return the step of the joint with the largest offset relative to its limit.
+
+    The limit is larger for a joint that carries too little weight for an accurate offset.
+    """
     allowed = np.maximum(np.deg2rad(OFFSET_MAX_DEG), SURE_SD * found.offset_sd)
     _, name = worst(found.offset / allowed, bench.joints)
     joint = bench.joints.index(name)
     angle, limit = float(np.rad2deg(found.offset[joint])), round(float(np.rad2deg(allowed[joint])), 2)
     what_to_do = (
         f"By the machine's weight the encoder of joint '{name}' reads {angle:+.1f}° more than when it was calibrated. "
-        "Set its zero at the jig or the stop, look whether the base still stands as it did, then calibrate again."
+        "Set its zero at the jig or the stop, check that the base has not moved, then calibrate again."
     )
     step = within("encoder offset by weight", angle, limit, "°", what_to_do)
     vague = np.rad2deg(allowed) > OFFSET_MAX_DEG
     if not vague.any() or not step.passed:
         return step
     unsure = ", ".join(joint for joint, is_vague in zip(bench.joints, vague, strict=True) if is_vague)
-    cannot = f"Warning: {unsure} carry too little of the machine's weight for an offset of {OFFSET_MAX_DEG:g}° to show."
+    cannot = f"Warning: {unsure} carry too little of the machine's weight to show an offset of {OFFSET_MAX_DEG:g}°."
     return Step(step.name, True, step.measured, step.limit, step.unit, cannot)
 
 
 def _bias(bench: SelfTestRun, found: CalibrationChange) -> Step:
     value, name = worst(found.bias, bench.joints)
     what_to_do = (
-        f"The motor of joint '{name}' gives {-value:+.2f} N·m beside what it reports: set the zero of its current "
+        f"The motor of joint '{name}' gives {-value:+.2f} N·m in addition to its report. Set the zero of its current "
         "sensor, with the motor switched off."
     )
     return within("torque zero by weight", value, BIAS_MAX_NM, "N·m", what_to_do)

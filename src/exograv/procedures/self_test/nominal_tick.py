@@ -1,4 +1,4 @@
-"""What the doctor times: the default machine's general tick, cuffs soft, around an arm of the table."""
+"""Nominal tick that `exograv doctor` times: the default machine with soft cuffs around a table arm."""
 
 import numpy as np
 
@@ -22,7 +22,7 @@ BODY = Body(1.75, 75.0, "male")
 
 
 def nominal_tick() -> tuple[Tick, Parameters, Assembly]:
-    """A controller, its parameters, and whom it is for."""
+    """Return a controller, its parameters and its assembly."""
     description = load_rig(RIG)
     assembly = assemble(description, BODY)
     machine = nominal_machine(description, assembly.exo.phi)
@@ -30,9 +30,9 @@ def nominal_tick() -> tuple[Tick, Parameters, Assembly]:
 
 
 class MovingTick:
-    """A decision of the pilot's loop in each period, on the machine's own excitation: the loops really move.
+    """Decision of the pilot's loop in each period, on the machine's own excitation, so that the loops really move.
 
-    The encoders read the reference: what is timed is the decision, not a machine.
+    The encoders read the reference: the decision is timed, without a machine.
     """
 
     def __init__(self, dt: float):
@@ -42,13 +42,13 @@ class MovingTick:
         centre, sine, cosine = (
             np.deg2rad(x) for x in (excitation.centre_deg, excitation.sine_deg, excitation.cosine_deg)
         )
-        # One period of it: the end runs into the start, so the loop may last as long as it likes.
+        # One period, whose end joins its start, so that the loop may run for any time.
         path = motion.fourier(centre, sine, cosine, excitation.period_s, excitation.period_s, dt)
         self._references = [Reference(*row) for row in zip(path.q, path.v, path.a, strict=True)]
         self._observer = Observer(assembly.n, dt)
         self._envelope = Envelope(limits(assembly.description), dt)
         self.open_ticks = 0
-        """In how many the loops were not closed: what was timed there was no valid decision."""
+        """Ticks in which the loops were not closed. They contain no valid decision."""
 
     def __call__(self, period: int) -> None:
         """Decide the torque of this period."""

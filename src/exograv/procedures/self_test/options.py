@@ -15,14 +15,13 @@ class SelfTestOptions(CalibratedOptions):
     """Options of `exograv self-test`."""
 
     calibration: Path | None = None
-    """calibration.toml of this machine (`exograv calibrate`); calibration.toml in the folder of --out if none is
-    named."""
+    """Calibration of this machine (`exograv calibrate`); calibration.toml in the folder of --out if none is named."""
 
     worn: bool = False
-    """Then also weigh the arm in the machine against the form."""
+    """Also weigh the arm in the machine, and compare with the form, after the other steps."""
 
     body_mass_kg: Annotated[float | None, tyro.conf.arg(name="body-mass", metavar="KG")] = None
-    """With --worn: body mass as the operator typed it [kg]; the wearer's own if none is given."""
+    """Body mass as the operator typed it [kg]; the wearer's own if none is given. Needs --worn."""
 
     drives: DrivesFile = None
     """drives.toml of a real machine, empty and hanging (docs/rig_test.md)."""
@@ -33,6 +32,6 @@ class SelfTestOptions(CalibratedOptions):
     def __post_init__(self):
         super().__post_init__()
         if self.body_mass_kg is not None and not self.worn:
-            raise ConfigError(f"--body-mass is {self.body_mass_kg:g} kg, and nobody is weighed: give --worn too.")
+            raise ConfigError(f"--body-mass is {self.body_mass_kg:g} kg, but no person is weighed. Give --worn too.")
         if self.worn and self.is_on_drives:
-            raise ConfigError("--worn is for the twin so far: leave it out with --drives or --simulate.")
+            raise ConfigError("--worn works only with the twin. Leave it out with --drives or --simulate.")

@@ -1,4 +1,4 @@
-"""Where an empty machine is held: three postures in which the joints' own links weigh as differently as they can."""
+"""Test postures of an empty machine: three postures in which the weight torques of its links differ most."""
 
 from itertools import combinations
 
@@ -10,11 +10,14 @@ from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 
 POSES = 3  # docs/safety.md, start-up self-test
-INSIDE = np.deg2rad(14.0)  # of the joints' limits: room for the passes
+INSIDE = np.deg2rad(14.0)  # of the joints' limits, as room for the passes
 
 
 def telling_poses(description: RigDescription, tree: Tree) -> Float[np.ndarray, "3 joint"]:
-    """Three of the corners and middles of the calibration's sweeps that tell most of the joint told least of [rad]."""
+    """Choose three postures [rad] from the corners and middles of the calibration's sweeps.
+
+    They are the most informative ones for the joint with the smallest change of weight torque.
+    """
     lower = np.array([joint.lower for joint in tree.joints]) + INSIDE
     upper = np.maximum(np.array([joint.upper for joint in tree.joints]) - INSIDE, lower)
     candidates = []
@@ -24,7 +27,7 @@ def telling_poses(description: RigDescription, tree: Tree) -> Float[np.ndarray, 
             posture[description.joints.index(plan.joint)] = np.deg2rad(angle)
             candidates.append(np.clip(posture, lower, upper))
     loads = np.array([carrying_torque(tree, posture) for posture in candidates])
-    most = np.maximum(np.ptp(loads, axis=0), 1e-6)  # a joint about a vertical axis carries nothing anywhere
+    most = np.maximum(np.ptp(loads, axis=0), 1e-6)  # a joint with a vertical axis carries no weight in any posture
 
     def told(chosen: tuple[int, ...]) -> float:
         return float((np.ptp(loads[list(chosen)], axis=0) / most).min())

@@ -1,4 +1,4 @@
-"""Between computer and machine: keeps what passes, and can hold commands back as a dead computer would."""
+"""Rig that records all ticks, and can hold commands back like a dead computer."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,30 +17,30 @@ Rows = Float[np.ndarray, "tick joint"]
 
 @dataclass(frozen=True)
 class RecordedTicks:
-    """What passed, tick by tick."""
+    """Recorded ticks of a run."""
 
     t: Float[np.ndarray, " tick"]
-    """Of the command on the rig's clock [s]."""
+    """Time of the command on the rig's clock [s]."""
 
     age: Float[np.ndarray, " tick"]
-    """Of the measurement when it was read [s]."""
+    """Age of the measurement when it was read [s]."""
 
     sequence: Float[np.ndarray, " tick"]
     q: Rows
-    """[rad]"""
+    """Joint position [rad]."""
 
     q_motor: Rows | None
-    """[rad]"""
+    """Joint position by the motor's encoder [rad]."""
 
     current: Rows
-    """Measured [A]."""
+    """Measured motor current [A]."""
 
     tau_commanded: Rows
-    """[N·m]"""
+    """Commanded torque [N·m]."""
 
 
 class RecordingRig:
-    """A `Rig` in front of another."""
+    """Rig that wraps another rig and records its ticks."""
 
     def __init__(self, rig: Rig):
         self._rig = rig
@@ -48,35 +48,35 @@ class RecordingRig:
         self._state: JointState | None = None
         self._last: Command | None = None
         self.is_silent = False
-        """Whether the machine hears nothing new: only the last command, again and again, which expires."""
+        """True while the machine gets only the last command, again and again, until it expires."""
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Of the machine."""
+        """Joints of the machine."""
         return self._rig.joints
 
     @property
     def period_s(self) -> float:
-        """Of the machine [s]."""
+        """Period of the machine [s]."""
         return self._rig.period_s
 
     @property
     def t(self) -> float:
-        """The machine's clock [s]."""
+        """Time on the machine's clock [s]."""
         return self._rig.t
 
     @property
     def ticks(self) -> int:
-        """So many have passed."""
+        """Number of recorded ticks."""
         return len(self._rows)
 
     def read(self) -> JointState:
-        """What the machine says."""
+        """Read the joint state of the machine."""
         self._state = self._rig.read()
         return self._state
 
     def write(self, command: Command) -> None:
-        """Hand on, or hold back; either is kept."""
+        """Record a command, and pass it on unless the rig is silent."""
         if not self.is_silent or self._last is None:
             self._last = command
         if self._state is not None:
@@ -84,7 +84,7 @@ class RecordingRig:
         self._rig.write(self._last)
 
     def passed(self, start: int, end: int | None = None) -> RecordedTicks:
-        """Of the ticks from `start` on."""
+        """Return the ticks from `start` on, up to `end`."""
         rows = self._rows[start:end]
         commands, states = [command for command, _ in rows], [state for _, state in rows]
         motors = [state.q_motor for state in states if state.q_motor is not None]
@@ -105,26 +105,26 @@ class RecordingRig:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """The machine's owner lets go of it."""
+        """Do nothing: the owner of the machine closes it."""
 
 
 class PoweredRecordingRig(RecordingRig):
-    """In front of a machine whose drives have to be switched on."""
+    """Recording rig of a machine whose drives must be switched on."""
 
     def __init__(self, rig: DrivenRig):
         super().__init__(rig)
         self._powered = rig
 
     def enable(self) -> None:
-        """As the machine."""
+        """Switch the drives on."""
         self._powered.enable()
 
     def disable(self) -> None:
-        """As the machine."""
+        """Switch the drives off."""
         self._powered.disable()
 
     def status(self) -> tuple[DriveStatus, ...]:
-        """As the machine."""
+        """Return the status of each drive."""
         return self._powered.status()
 
 

@@ -1,4 +1,4 @@
-"""`exograv self-test`: the computer, the empty machine, and, if asked, the arm in it; a pass unlocks the day."""
+"""`exograv self-test`: test the computer, the empty machine and, on request, the arm in it; unlock the machine."""
 
 import contextlib
 import time
@@ -25,7 +25,7 @@ from .options import SelfTestOptions
 
 @dataclass(frozen=True)
 class StepFigures:
-    """A step as the result of a self-test has it."""
+    """Figures of a step in the result of a self-test."""
 
     name: str
     measured: float | str | None
@@ -44,7 +44,7 @@ class SelfTestResult:
     disturbance_level: int
     seed: int
     ok: bool
-    """True if the machine has passed; a step that only locks worn mode says nothing of the machine."""
+    """True if the machine has passed. Steps that only lock worn mode do not count."""
     may_be_worn: bool
     self_test: str
     """State of the lock."""
@@ -54,23 +54,23 @@ class SelfTestResult:
 
 
 class MachineUnderTest(Protocol):
-    """An empty machine that is tested, real or simulated."""
+    """Empty machine under test, real or simulated."""
 
     @property
     def serial(self) -> str:
-        """Serial number, or what stands for it."""
+        """Serial number, or identity of the twin."""
         ...
 
     def hardware_steps(self) -> list[Step]:
-        """Steps that only a machine on drives has, before it is driven."""
+        """Return the steps that only a machine on drives has, before it is driven."""
         ...
 
     def subject(self, whole: StoredCalibration) -> TestedMachine:
-        """The machine with its calibration, set to the lengths of that calibration."""
+        """Return the machine with its calibration, set to the lengths of that calibration."""
         ...
 
     def worn_steps(self, steps: list[Step], /) -> list[Step]:
-        """Steps with the wearer in the machine, after these."""
+        """Return the steps with the wearer in the machine, after the steps so far."""
         ...
 
 
@@ -84,14 +84,14 @@ def self_test_and_unlock(
     """Test one machine.
 
     Args:
-        options: Of the command.
-        folder: Of the pass that unlocks the machine.
-        progress: Told now and then.
-        connect: Opens the machine.
-        now: Wall-clock time; this moment where absent.
+        options: Options of the command.
+        folder: Folder of the pass that unlocks the machine.
+        progress: Called with the progress.
+        connect: Function that opens the machine.
+        now: Wall-clock time; the current time if None.
 
     Raises:
-        ConfigError: The machine cannot be tested at all.
+        ConfigError: The machine cannot be tested.
         RigError: A drive does not answer.
     """
     started, now = time.perf_counter(), now or datetime.now().astimezone()
@@ -130,10 +130,10 @@ def self_test_and_unlock(
 def hashes(
     file: Path, description: RigDescription, serial: str, now: datetime, taken: list[TakenCalibration]
 ) -> list[Step]:
-    """Compare the files in force with those of the calibration, which goes into `taken`.
+    """Compare the hashes of the present files with those of the calibration, and append the calibration to `taken`.
 
     Raises:
-        ConfigError: They are not, or are damaged or too old.
+        ConfigError: A file differs, is damaged or is too old.
     """
     taken.append(take_calibration(file, description, serial, now.astimezone(UTC)))
     seal = taken[0].whole.content_sha256
@@ -155,7 +155,7 @@ def _of_computer(
 
 
 def keep(key: MachineKey, steps: list[Step], worn: bool, now: datetime, is_simulated: bool = False) -> str:
-    """Write the pass of a real machine whose every step has passed; withdraw an older one where one has not.
+    """Write the pass of a machine if every step has passed; otherwise withdraw an older pass.
 
     A simulated machine is exempt from steps that only lock: no person is in it, and its pass unlocks no other machine.
     """

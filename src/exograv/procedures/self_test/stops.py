@@ -1,4 +1,4 @@
-"""Does it stop? Stop is pressed, and then nobody commands any more."""
+"""Self-test steps of the stops: Stop is pressed during motion, and commands end during motion."""
 
 import numpy as np
 from jaxtyping import Float
@@ -13,20 +13,21 @@ from .bench import SelfTestRun
 from .recording_rig import RecordedTicks
 
 STOP_WITHIN_MS = 50.0  # docs/safety.md, F30
-GONE_WITHIN_S = 4.0  # docs/safety.md: what a stop may take with the motors on
+GONE_WITHIN_S = 4.0  # docs/safety.md: longest stop with the motors on
 HOME_SPEED, PRESS_AT = 1.0, 0.7
-"""Of the way home [rad/s], and the share of it after which Stop is pressed: from there the machine soon hangs still."""
+"""Speed on the way to the hanging posture [rad/s], and share of the way at which Stop is pressed. From there the
+machine soon hangs still."""
 
 REST_S, REST_MAX_NM = 0.3, 0.7
-"""Last of a descent, and what may be left then beside what brakes."""
+"""Last part of a descent [s], and torque that may remain then, without the torque of the brake [N·m]."""
 
 FEED_SPEED, FEED_WAY = 0.7, 0.5  # rad/s and rad: fast enough to see a drive brake
-SILENCE_S = 0.15  # after which Stop is pressed as well
+SILENCE_S = 0.15  # after this time Stop is pressed, too
 TRIP_MAX_MS = 30.0  # docs/safety.md, F13
 BRAKES_SHARE = 0.3
-"""Of the damping that a drive has to be set to."""
+"""Least share of its set damping with which a drive must brake."""
 
-SEEN_RAD = 0.004  # way in which braking can be told from noise
+SEEN_RAD = 0.004  # smallest motion at which braking can be distinguished from noise
 WHILE_S = 0.02
 HALF = 0.5
 MEAN_TICKS = 8
@@ -35,7 +36,10 @@ Joints = Float[np.ndarray, " joint"]
 
 
 def press_stop(bench: SelfTestRun) -> list[Step]:
-    """Stop is pressed on the way to where the machine hangs: the descent begins, and no torque is left at its end."""
+    """Press Stop on the way to the hanging posture.
+
+    The descent must begin, and no torque may remain at its end.
+    """
     dt, ticks, start = bench.tap.period_s, 0, bench.tap.ticks
     path = go_to(bench.pilot.q.copy(), starting_posture(bench.tree), HOME_SPEED, dt)
     path = joined([path, hold(path.q[-1], 2e-3 * STOP_WITHIN_MS, dt)])
@@ -52,7 +56,7 @@ def press_stop(bench: SelfTestRun) -> list[Step]:
             seen = bench.tap.ticks
 
     reason = bench.come_down(bench.run.controller, path, "Stop is pressed", listener)
-    again = "Stop does not stop the machine: look at the button, its line and the drives. Nobody may be in it."
+    again = "Stop does not stop the machine. Check the button, its line and the drives. No person may be in it."
     if reason is not StopReason.STOP_PRESSED:
         return [Step("Stop is heard", False, "not heard", STOP_WITHIN_MS, "ms", again)]
     heard_ms = 1e3 * bench.tap.period_s * (seen - pressed + 1)
@@ -66,13 +70,13 @@ def press_stop(bench: SelfTestRun) -> list[Step]:
 
 
 def _left(bench: SelfTestRun, passed: RecordedTicks) -> float:
-    """The most that any motor still gives, beside what brakes [N·m]."""
+    """Largest torque that a motor still gives, without the torque of the brake [N·m]."""
     v = np.gradient(passed.q, bench.tap.period_s, axis=0)
     return worst((bench.tau(passed) + bench.damping * v).mean(axis=0), bench.joints)[0]
 
 
 def _gone(bench: SelfTestRun, passed: RecordedTicks) -> int:
-    """Tick after which no mean over a tenth of a second is larger than what may be left."""
+    """Tick after which all means over 0.1 s are below the allowed torque."""
     ticks = round(0.1 / bench.tap.period_s)
     v = np.gradient(passed.q, bench.tap.period_s, axis=0)
     means = _means(bench.tau(passed) + bench.damping * _means(v, ticks), ticks)
@@ -80,7 +84,7 @@ def _gone(bench: SelfTestRun, passed: RecordedTicks) -> int:
 
 
 def stop_feeding(bench: SelfTestRun) -> list[Step]:
-    """In the middle of a motion the machine hears no more: every drive must let go by itself, and brake."""
+    """Stop all commands in the middle of a motion: every drive must release its torque by itself, and brake."""
     path = _crossing(bench)
     ticks, silent = 0, -1
     middle = len(path) // 4
@@ -101,7 +105,7 @@ def stop_feeding(bench: SelfTestRun) -> list[Step]:
 
 
 def _crossing(bench: SelfTestRun) -> Trajectory:
-    """All joints at once, to the side where there is more room, and back."""
+    """Trajectory of all joints at once, to the side with more room, and back."""
     dt, q = bench.tap.period_s, bench.pilot.q.copy()
     lower, upper = (np.array([getattr(joint, end) for joint in bench.tree.joints]) for end in ("lower", "upper"))
     goal = q + np.where(q < 0.5 * (lower + upper), FEED_WAY, -FEED_WAY)
@@ -115,13 +119,13 @@ def _crossing(bench: SelfTestRun) -> Trajectory:
 
 
 def _watchdog(bench: SelfTestRun, passed: RecordedTicks, silent: int) -> list[Step]:
-    """From 50 ms before the silence on; `silent` is its first tick."""
+    """Judge the drives' watchdogs from the ticks since 50 ms before the silence; `silent` is its first tick."""
     dt = bench.tap.period_s
     tau, expires = bench.tau(passed), passed.t[silent] - dt + 0.005
     before = tau[: silent + 1].mean(axis=0)
     trip = int(np.searchsorted(passed.t, expires + 1e-3 * TRIP_MAX_MS))
     dead = (
-        "It goes on giving torque when nobody commands: set its watchdog (docs/safety.md), and look whether its driver "
+        "It continues to give torque without commands. Set its watchdog (docs/safety.md), and check that its driver "
         "drops commands that have expired."
     )
     rest = slice(len(tau) - round(1.0 / dt), None)
@@ -131,7 +135,7 @@ def _watchdog(bench: SelfTestRun, passed: RecordedTicks, silent: int) -> list[St
     gone_ms = 1e3 * max(_falls(passed.t, tau[:, j], before[j], silent) for j in range(len(before)))
     brakes, lazy = _braking(bench, passed, tau, trip)
     is_lazy = (
-        f"The drive of joint '{lazy}' does not brake when it hears nothing: an arm would fall. Set its watchdog to "
+        f"The drive of joint '{lazy}' does not brake without commands: an arm would fall. Set its watchdog to "
         "brake after 20 ms (docs/safety.md)."
     )
     return [
@@ -149,7 +153,7 @@ def _watchdog(bench: SelfTestRun, passed: RecordedTicks, silent: int) -> list[St
 
 
 def _falls(t: Float[np.ndarray, " tick"], tau: Float[np.ndarray, " tick"], before: float, silent: int) -> float:
-    """Seconds from the silence until half of the torque of before is gone."""
+    """Time from the silence until half of the earlier torque is gone [s]."""
     means = _means(tau[:, None], MEAN_TICKS)[:, 0]
     below = np.flatnonzero(means[silent:] * np.sign(before) < HALF * abs(before))
     return float(t[silent + below[0]] - t[silent]) if below.size else np.inf
@@ -158,9 +162,10 @@ def _falls(t: Float[np.ndarray, " tick"], tau: Float[np.ndarray, " tick"], befor
 def _braking(
     bench: SelfTestRun, passed: RecordedTicks, tau: Float[np.ndarray, "tick joint"], trip: int
 ) -> tuple[float, str]:
-    """Least share of its damping with which a drive brakes, from when it must have tripped until Stop, and its joint.
+    """Return the least share of its damping with which a drive brakes, and its joint, between the watchdog and Stop.
 
-    What brakes by damping · v takes damping · way of momentum, in each short while: a joint may go on, then sink back.
+    In each short interval a brake with torque -damping · v takes a momentum of damping · way. The share is computed by
+    intervals because a joint may first go on, then sink back.
     """
     dt = bench.tap.period_s
     ticks = max(round(WHILE_S / dt), 1)
@@ -175,7 +180,7 @@ def _braking(
 
 
 def _means(rows: Float[np.ndarray, "tick joint"], ticks: int) -> Float[np.ndarray, "tick joint"]:
-    """Over so many ticks up to each."""
+    """Return the moving average over the last `ticks` ticks."""
     sums = np.cumsum(np.vstack([np.zeros(rows.shape[1]), rows]), axis=0)
     first = np.maximum(np.arange(1, len(rows) + 1) - ticks, 0)
     return (sums[1:] - sums[first]) / (np.arange(1, len(rows) + 1) - first)[:, None]

@@ -1,1 +1,1 @@
-"""What is left over of the arm's weight where no truth exists: postures passed slowly in both directions."""
+"""Verification of the left over without a known truth: postures that are passed slowly in both directions."""

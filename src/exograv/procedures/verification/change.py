@@ -1,4 +1,4 @@
-"""Two verifications of the same arm, some time apart: what changed, and whether by more than chance."""
+"""Comparison of two verifications of the same arm: the change, and if it is larger than chance explains."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -14,7 +14,7 @@ from exograv.errors import ConfigError
 
 GIVE = "Give a file that `exograv verify --json` has written for this machine, with the same --seed."
 CHANCE = 0.05
-"""How often no change at all may be called one, all joints together [-]."""
+"""Probability of a false change, over all joints together [-]."""
 
 SAME_DEG = 0.01
 
@@ -29,29 +29,29 @@ class StoredVerification:
     left_over_Nm: Float[np.ndarray, " joint"]
     deg: Float[np.ndarray, "posture joint"]
     beyond_Nm: Float[np.ndarray, "posture joint"]
-    """Measured beyond the model at each posture [N·m]."""
+    """Measured torque beyond the model at each posture [N·m]."""
     beyond_sd_Nm: Float[np.ndarray, "posture joint"]
 
 
 @dataclass(frozen=True)
 class ArmChange:
-    """Change of the residual torque since a former verification, by joint."""
+    """Change of the left over since an earlier verification, by joint."""
 
     at_utc: str
-    """Time of the former one."""
+    """Time of the earlier verification."""
     minutes: float
     left_over_change_Nm: list[float]
     chance: list[float]
-    """Probability of so much change by chance alone."""
+    """Probability of a change of this size by chance alone."""
     more_than_chance: list[bool]
     why: str
 
 
 def read_former(path: Path, rig: str) -> StoredVerification:
-    """Read a former result, before anything moves.
+    """Read an earlier result, before anything moves.
 
     Raises:
-        ConfigError: It cannot be read, or is no result of this machine.
+        ConfigError: The file cannot be read, or is not a result of this machine.
     """
     try:
         former = json.loads(path.read_text(encoding="utf-8"))
@@ -59,9 +59,9 @@ def read_former(path: Path, rig: str) -> StoredVerification:
         raise ConfigError(f"--before {path} cannot be read: {error}. {GIVE}") from error
     missing = [name for name in NEEDED if not isinstance(former, dict) or name not in former]
     if missing:
-        raise ConfigError(f"--before {path} has no '{missing[0]}': it is no result of a verification. {GIVE}")
+        raise ConfigError(f"--before {path} has no '{missing[0]}': it is not a result of a verification. {GIVE}")
     if former["rig"] != rig:
-        raise ConfigError(f"--before {path} is of {former['rig']}, not of {rig}. {GIVE}")
+        raise ConfigError(f"--before {path} belongs to {former['rig']}, not to {rig}. {GIVE}")
     return stored_verification(former)
 
 
@@ -76,18 +76,18 @@ def stored_verification(result: Mapping[str, Any]) -> StoredVerification:
 
 
 def changed_since(former: StoredVerification, now: StoredVerification, joints: Sequence[str]) -> ArmChange:
-    """By joint: what the motors give now beyond what they gave then, and how probable so much is by chance alone.
+    """Return the change of the motors' torque by joint, and its probability by chance alone.
 
-    Compared is what was measured at each posture beyond the model: how its torque divides into weight and springs is
-    the same question both times, and its answer falls out of the difference.
+    The comparison uses the torque beyond the model at each posture. The division of that torque into weight and springs
+    is the same in both verifications, so it cancels in the difference.
 
     Raises:
-        ConfigError: The two were at different postures.
+        ConfigError: The two results are at different postures.
     """
-    from scipy.stats import chi2  # 0.3 s that no tick has to wait for
+    from scipy.stats import chi2  # takes 0.3 s to import, which no tick may wait for
 
     if former.deg.shape != now.deg.shape or np.abs(former.deg - now.deg).max() > SAME_DEG:
-        raise ConfigError(f"--before is a result at other postures: nothing can be compared. {GIVE}")
+        raise ConfigError(f"--before is a result at other postures and cannot be compared. {GIVE}")
     difference = now.beyond_Nm - former.beyond_Nm
     sd = np.hypot(now.beyond_sd_Nm, former.beyond_sd_Nm)
     probability = chi2.sf(((difference / sd) ** 2).sum(axis=0), len(difference))
@@ -108,11 +108,11 @@ def _column(result: Mapping[str, Any], name: str) -> Float[np.ndarray, "posture 
     try:
         return np.array([posture[name] for posture in result["postures"]], dtype=float)
     except (KeyError, TypeError, ValueError) as error:
-        raise ConfigError(f"--before holds no '{name}' of its postures. {GIVE}") from error
+        raise ConfigError(f"--before contains no '{name}' of its postures. {GIVE}") from error
 
 
 def _sentence(joints: Sequence[str], is_change: Bool[np.ndarray, " joint"], by: Float[np.ndarray, " joint"]) -> str:
     if not is_change.any():
-        return "Nothing changed by more than chance."
+        return "No joint changed by more than chance."
     names = ", ".join(f"{joints[j]} ({by[j]:+.2f} N·m)" for j in np.flatnonzero(is_change).tolist())
-    return f"Changed by more than chance: {names}. Check the cuffs, and identify again where a target is missed."
+    return f"Changed by more than chance: {names}. Check the cuffs, and identify again if a target is missed."

@@ -1,14 +1,14 @@
-"""What is left over at the postures that were passed, with its uncertainty, from the motors' torque alone.
+"""Estimate of the left over at the passed postures, with its uncertainty, from the motors' torque alone.
 
-At a posture the motors gave more than the model says by
+At a posture the motors gave more torque than the model by
 
-    left over + what the springs of the wearer's joints are off + friction off ± friction off + slow torque + noise
+    left over + error of the springs of the wearer's joints + friction error ± friction error + slow torque + noise
 
-Both directions together take away the friction that turns its sign with the motion, and hours would take away the slow
-torque. What the identified springs are off stays: how a posture's torque divides into weight and springs no pass shows.
-The identification knows it, and how well: its covariance is where this estimate starts from. Beside it each posture may
-be off by something of its own, of a size that the data weigh: so a wrong identification is not believed. Joint by
-joint: what is wrong at one does not count against the others.
+The mean of both directions removes the friction error that changes its sign with the motion; an average over hours
+would remove the slow torque. The error of the identified springs remains: no pass shows how a posture's torque divides
+into weight and springs. The identification estimates this, with a covariance from which this estimate starts. In
+addition each posture may have an error of its own, whose size is estimated from the data, so that a wrong
+identification is not trusted. Joints are estimated separately: an error at one joint does not affect the others.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,14 +28,14 @@ from .postures import Postures
 from .slow_passes import SAMPLE_S, PassSample
 
 DRAWS = 4000
-"""Of the postures' torques: the ends of a 95 % interval are off by a fiftieth of its width."""
+"""Number of draws of the postures' torques. The ends of a 95 % interval then err by 1/50 of its width."""
 
 SEED = 20_260_107
 
 ENDS = (0.025, 0.975)
-"""Of a 95 % interval [-]."""
+"""Quantiles at the ends of a 95 % interval [-]."""
 
-TEXT = "Telling what is left over from what muscles do"
+TEXT = "Separating what is left over from muscle torque"
 
 Joints = Float[np.ndarray, " joint"]
 Draws = Float[np.ndarray, "draw posture joint"]
@@ -43,27 +43,27 @@ Draws = Float[np.ndarray, "draw posture joint"]
 
 @dataclass(frozen=True)
 class LeftOver:
-    """What the motors leave over at each posture, as far as the passes tell [N·m]."""
+    """Left over at each posture, with its uncertainty [N·m]."""
 
     draws: Draws
-    """Possible ones, all alike probable."""
+    """Draws of the left over, all equally probable."""
 
     beyond: Postures
-    """Mean of both directions of what the motors gave beyond the model, springs included."""
+    """Mean of both directions of the motors' torque beyond the model, springs included."""
 
     beyond_sd: Postures
-    """One standard deviation of it, for noise and the wearer's slow torque."""
+    """Standard deviation of `beyond`, for noise and the wearer's slow torque."""
 
     noise_scale: float
-    """How restless the wearer was at the worst joint, against the assumed size [-]."""
+    """Size of the wearer's unrest at the worst joint, relative to the assumed size [-]."""
 
     rejected_share: float
-    """Of the samples that surprise by more than twice what is taken in full [-]."""
+    """Share of the samples whose error is more than twice the limit of full weight [-]."""
 
     @property
     def excludes_nothing(self) -> Bool[np.ndarray, " joint"]:
-        """Where it cannot be that nothing is left over at any posture."""
-        from scipy.stats import chi2  # 0.3 s that no tick has to wait for
+        """True for joints at which the left over cannot be zero at all postures."""
+        from scipy.stats import chi2  # takes 0.3 s to import, which no tick may wait for
 
         postures = self.draws.shape[1]
         far = [
@@ -75,7 +75,7 @@ class LeftOver:
     def rms(self) -> Float[np.ndarray, "3 joint"]:
         """Left over, RMS over the postures: median and ends of its 95 % interval [N·m].
 
-        The interval begins at zero where nothing may be left over: a root mean square of possible torques never is.
+        The interval begins at zero where the left over may be zero, because the root mean square of draws never is.
         """
         each = np.sqrt(np.mean(self.draws**2, axis=1))
         middle, low, high = np.quantile(each, (0.5, *ENDS), axis=0)
@@ -87,7 +87,7 @@ class LeftOver:
 
 
 class LeftOverEstimator:
-    """Of one arm in one machine, as identified."""
+    """Estimator of the left over of one identified arm in one machine."""
 
     def __init__(self, model: ArmModel, arm: Estimate, postures: Postures):
         self._model, self._x, self._postures = model.again(), arm.x, postures
@@ -100,7 +100,7 @@ class LeftOverEstimator:
     def estimate(
         self, heard: Sequence[PassSample], progress: Callable[[str, float], None] = lambda _text, _share: None
     ) -> LeftOver:
-        """From all samples of all passes; seconds pass."""
+        """Estimate from all samples of all passes; this takes seconds."""
         rows = self._rows(heard)
         joints = [JointPasses(_of(rows, j), self._unknowns, float(sd)) for j, sd in enumerate(self._slow_sd)]
         random = np.random.default_rng(SEED)
@@ -111,7 +111,7 @@ class LeftOverEstimator:
             draws.append(joint.draw(to_torque, DRAWS, random))
             beyond.append(np.array(joint.beyond()))
         progress(TEXT, 1.0)
-        # A motor that gives more than its calibration says gives as much more of all of it.
+        # An error of a motor's gain scales all of its torque.
         gains = 1.0 + self._machine.actuators.gain_sd / self._machine.actuators.gain * random.standard_normal(
             (DRAWS, 1, len(joints))
         )
@@ -120,7 +120,7 @@ class LeftOverEstimator:
         return LeftOver(gains * np.stack(draws, axis=-1), middle, sd, noise_scale, rejected_share(joints))
 
     def _rows(self, heard: Sequence[PassSample]) -> RegressionRows:
-        """All joints' samples, linear in their unknowns."""
+        """Return the samples of all joints, linear in their unknowns."""
         rows, posture = [], -1
         for one in heard:
             if one.posture != posture:
@@ -136,7 +136,7 @@ class LeftOverEstimator:
     def _derivative(
         self, one: PassSample, by_parameter: Float[np.ndarray, "joint parameter"]
     ) -> Float[np.ndarray, "joint unknown"]:
-        """What each unknown adds to the torque of each joint [N·m]."""
+        """Return the derivative of each joint's torque by each unknown [N·m]."""
         H = np.zeros((len(one.sample.q), self._unknowns.constant.stop))
         friction, sd = self._machine.friction, self._machine.friction_sd
         H[:, self._unknowns.arm] = by_parameter @ self._spread
@@ -152,5 +152,5 @@ def _of(rows: RegressionRows, joint: int) -> RegressionRows:
 
 
 def _covariance(arm: Estimate, model: ArmModel) -> Covariance:
-    """Of the arm; where a method states none, what was believed before it moved."""
+    """Covariance of the arm; the prior covariance if the method states none."""
     return prior(model.assembly, model.machine)[1] if arm.covariance is None else arm.covariance

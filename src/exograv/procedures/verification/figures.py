@@ -13,19 +13,19 @@ from .verification import VerificationResult
 
 @dataclass(frozen=True)
 class PostureFigures:
-    """Residual torque at one posture, by joint."""
+    """Left over at one posture, by joint."""
 
     deg: list[float]
     left_over_Nm: list[float]
     sd_Nm: list[float]
     beyond_Nm: list[float]
-    """Measured beyond the model [N·m]."""
+    """Measured torque beyond the model [N·m]."""
     beyond_sd_Nm: list[float]
 
 
 @dataclass(frozen=True)
 class VerificationFigures:
-    """Residual torque over all postures."""
+    """Left over, as RMS over all postures."""
 
     joints: tuple[str, ...]
     left_over_Nm: list[float]
@@ -61,7 +61,7 @@ class VerifyResult:
     identification: VerifiedIdentification
     self_test: str
     truth_Nm: list[float] | None
-    """Residual torque by the truth of a simulated machine and person."""
+    """Left over by the true parameters of a simulated machine and person."""
     live: object | None = field(default=None, metadata=OPTIONAL)
     """Figures of the live run on drives."""
     before: ArmChange | None = field(default=None, metadata=OPTIONAL)
@@ -70,10 +70,10 @@ class VerifyResult:
 
 
 def compared(result: VerifyResult, former: StoredVerification | None) -> VerifyResult:
-    """Result with the change since a former verification, if there is one.
+    """Return the result with the change since an earlier verification, if there is one.
 
     Raises:
-        ConfigError: The two were at different postures.
+        ConfigError: The two results are at different postures.
     """
     if former is None:
         return result
@@ -82,7 +82,7 @@ def compared(result: VerifyResult, former: StoredVerification | None) -> VerifyR
 
 
 def verified_figures(verified: VerificationResult, joints: tuple[str, ...]) -> VerificationFigures:
-    """Figures of what the passes tell."""
+    """Figures of a verification result."""
     median, low, high = verified.rms
     return VerificationFigures(
         joints=joints,

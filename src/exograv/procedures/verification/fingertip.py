@@ -1,4 +1,4 @@
-"""What a torque that is left over does to a fingertip that nobody sees: how far it moves where the person gives way."""
+"""Displacement of an unseen fingertip by the left over, against the person's own stiffness."""
 
 import casadi as ca
 import numpy as np
@@ -15,19 +15,21 @@ from exograv.model.loops import arm_positions, arm_roots
 from .postures import Postures
 
 PERSON_NM_PER_RAD = {"shoulder": 20.0, "elbow": 14.0, "wrist": 2.0}
-"""With which a person at ease holds an arm. An effective shoulder has 20-60 N·m/rad (docs/verify.md, unverified): the
-soft end, so that no displacement is told too small; elbow and wrist as of a virtual person (docs/transparency.md)."""
+"""Stiffness with which a relaxed person holds the arm [N·m/rad]. An effective shoulder has 20-60 N·m/rad
+(docs/verify.md, unverified). The lower end is used, so that no displacement is underestimated. Elbow and wrist are as
+in a virtual person (docs/transparency.md).
+"""
 
-STEP_RAD = 1e-4  # of a difference
+STEP_RAD = 1e-4  # step of the finite difference
 
 Displacements = Float[np.ndarray, "draw posture"]
 
 
 class Fingertip:
-    """Of the farther arm, at each posture."""
+    """Fingertip displacement at each posture, of the arm that moves farther."""
 
     def __init__(self, model: ArmModel, x: Parameters, postures: Postures):
-        """For the arm `x` in its machine, at `postures` [rad]."""
+        """Prepare the arm with parameters `x` in its machine, at `postures` [rad]."""
         assembly = model.assembly
         self._tips, self._model, self._x = kernel.compile(_tips_function(assembly)), model.again(), x
         self._fit = ParameterLayout.of(assembly).fit
@@ -35,7 +37,7 @@ class Fingertip:
         self._per_torque = np.array([self._jacobian(q) for q in postures]) / stiffness
 
     def moved_mm(self, left_over: Float[np.ndarray, "draw posture joint"]) -> Displacements:
-        """How far torques [N·m] move it against the person's own stiffness [mm]."""
+        """Displacement of the fingertip by torques [N·m] against the person's own stiffness [mm]."""
         moved = np.einsum("plij,dpj->dpli", self._per_torque, left_over)
         return 1e3 * np.linalg.norm(moved, axis=-1).max(axis=-1)
 

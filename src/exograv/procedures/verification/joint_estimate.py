@@ -1,4 +1,4 @@
-"""What one joint's passes say of what is left over there, weighed over all that is not known of the wearer's unrest."""
+"""Estimate of the left over of one joint, averaged over the possible sizes of the wearer's unrest."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,46 +12,46 @@ from exograv.identification.recursive.recursive import USUAL_SCALES
 from exograv.procedures.weighing.slow_torque import Belief, Information, RegressionRows, believed, motion_information
 
 CORRELATIONS_S = (1.5, 3.0, 5.0)
-"""Of the slow torque that are held possible; people: 1-5 s (docs/arm.md)."""
+"""Possible correlation times of the slow torque [s]; people have 1-5 s (docs/arm.md)."""
 
 SIZES_NM = np.geomspace(0.02, 5.0, 8)
-"""Held possible of what a posture is off by of its own: from a calibration's rest to the weight of a forearm [N·m]."""
+"""Possible sizes of a posture's own error [N·m]: from the residual of a calibration to the weight of a forearm."""
 
 STEPS = 2
-"""The second knows which samples surprise."""
+"""Number of steps; the second one knows the samples with unusual errors."""
 
 NOTHING, ANYTHING = 1e-9, 1e3
-"""Variance of what is taken as known, and of what is not [-]."""
+"""Prior variance of a known and of a free unknown [-]."""
 
 Weights = Float[np.ndarray, " belief"]
 
 
 @dataclass(frozen=True)
 class Unknowns:
-    """Where each kind is among a joint's unknowns; all but the own ones have a standard deviation of one."""
+    """Slices of a joint's unknowns by kind. All but `own` are scaled to a standard deviation of one."""
 
     arm: slice
-    """What the identification is off by."""
+    """Errors of the identification."""
 
     own: slice
-    """Each posture's own [N·m]."""
+    """Own error of each posture [N·m]."""
 
     turning: slice
-    """Of friction: turns its sign with the motion, one at each posture."""
+    """Friction errors that change their sign with the motion, one per posture."""
 
     constant: slice
-    """Of friction: by how much its two directions differ."""
+    """Friction error that does not: the difference of the two directions."""
 
     @classmethod
     def of(cls, arm: int, postures: int) -> "Unknowns":
-        """In this order."""
+        """Set the slices, in the order of the fields."""
         own, turning = arm + postures, arm + 2 * postures
         return cls(slice(0, arm), slice(arm, own), slice(own, turning), slice(turning, turning + 1))
 
 
 @dataclass(frozen=True)
 class JointPasses:
-    """All samples of one joint, and what its torque may be off by."""
+    """Samples of one joint, with the unknowns of its torque."""
 
     rows: RegressionRows
     unknowns: Unknowns
@@ -61,7 +61,10 @@ class JointPasses:
     def draw(
         self, to_torque: Float[np.ndarray, "posture unknown"], count: int, random: np.random.Generator
     ) -> Float[np.ndarray, "draw posture"]:
-        """Possible torques at the postures, all alike probable [N·m]; `to_torque` is of the arm's and the own ones."""
+        """Draw possible torques at the postures, all equally probable [N·m].
+
+        `to_torque` maps the unknowns of arm and postures to torques.
+        """
         known, found = slice(0, self.unknowns.own.stop), []
         for belief, times in zip(self._beliefs, random.multinomial(count, self._weights), strict=True):
             if times:
@@ -71,7 +74,10 @@ class JointPasses:
         return random.permutation(np.vstack(found))
 
     def beyond(self) -> tuple[Float[np.ndarray, " posture"], Float[np.ndarray, " posture"]]:
-        """Each posture's own torque where the model is taken as it is and nothing else believed, and its SD [N·m]."""
+        """Return each posture's own torque and its standard deviation [N·m].
+
+        The model counts as exact, and the own torques have no prior.
+        """
         variance = np.ones(self.unknowns.constant.stop)
         variance[self.unknowns.arm] = variance[self.unknowns.constant] = NOTHING
         variance[self.unknowns.own] = ANYTHING
@@ -80,19 +86,19 @@ class JointPasses:
 
     @property
     def noise_scale(self) -> float:
-        """How restless the wearer was here, against the assumed size [-]."""
+        """Size of the wearer's unrest at this joint, relative to the assumed size [-]."""
         return float(self._weights @ np.tile(USUAL_SCALES, len(SIZES_NM) * len(CORRELATIONS_S)))
 
     @cached_property
     def surprising(self) -> Float[np.ndarray, " sample"]:
-        """Of each sample, how many standard deviations it is off [-]."""
+        """Absolute error of each sample, in standard deviations [-]."""
         likely = self._beliefs[int(self._weights.argmax())]
         off = self.rows.y[:, 0] - self.rows.H[:, 0] @ likely.mean
         return np.abs(off) / np.hypot(self.rows.noise[:, 0], self.noise_scale * self.slow_sd)
 
     @cached_property
     def _learned(self) -> tuple[list[Information], list[Belief], Weights]:
-        """What the data say under each assumption about the slow torque, and what is believed for each own size."""
+        """Information for each assumption on the slow torque, beliefs for each own size, and their weights."""
         information: list[Information] = []
         beliefs: list[Belief] = []
         weights, expected = np.zeros(0), None
@@ -126,5 +132,5 @@ class JointPasses:
 
 
 def rejected_share(joints: list[JointPasses]) -> float:
-    """Of the samples in which some joint surprises by more than twice what is taken in full [-]."""
+    """Share of the samples in which the error of a joint is more than twice the limit of full weight [-]."""
     return float((np.array([joint.surprising for joint in joints]) > 2 * GATE).any(axis=0).mean())

@@ -17,20 +17,23 @@ class VerifyOptions(WornOptions):
     """Options of `exograv verify`."""
 
     calibration: Path | None = None
-    """calibration.toml of this machine (`exograv calibrate`); without it the twin is calibrated first.
-    On drives the one in the folder of --out."""
+    """Calibration of this machine (`exograv calibrate`); without it the twin is calibrated first. On drives it is the
+    calibration.toml in the folder of --out.
+    """
 
     before: Path | None = None
-    """Figures of a former verification (its --json): says what changed since, and whether by more than chance."""
+    """Figures of an earlier verification (its --json), to test if a change since then is larger than chance."""
 
     later_min: Annotated[
         float,
         tyro.conf.arg(name="later", metavar="MIN"),
         Within(0.0, LATER_MAX_MIN, f"0 to {LATER_MAX_MIN:g} min.", " min"),
     ] = 0.0
-    """On the twin: so many minutes the machine runs between identification and verification; friction warms [min]."""
+    """Minutes that the twin runs between identification and verification, so that friction warms up [min]."""
 
     def __post_init__(self):
         super().__post_init__()
         if self.later_min and self.is_on_drives:
-            raise ConfigError(f"--later is {self.later_min:g}; on drives time passes by itself. Leave it out.")
+            raise ConfigError(
+                f"--later is {self.later_min:g}, but it works only with the twin. Leave it out on drives."
+            )

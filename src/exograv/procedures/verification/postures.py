@@ -1,4 +1,4 @@
-"""Where it is asked what is left over: postures of the task workspace that nobody has learned from."""
+"""Postures of a verification: postures of the task workspace that were not used for identification."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,34 +17,36 @@ from exograv.motion import Trajectory
 POSTURES = 12
 CANDIDATES = 64
 UNSEEN_RAD = 0.15
-"""A posture is unseen where the identification's motion was never so near with all joints at once [rad]."""
+"""Least distance of an unseen posture from the identification's motion, in the joint that is farthest off [rad]."""
 
 REACH_RAD = 0.2
-"""A pass leads from so far on one side of its posture to as far on the other, with every joint [rad]."""
+"""Half length of a pass about its posture, for every joint [rad]."""
 
 SPEED_RAD_S = 0.25
-"""Of a pass: slow, so that inertia and damping say nothing, and quick enough that every joint slides [rad/s]."""
+"""Speed of a pass [rad/s]: slow, so that inertia and damping are negligible, and fast enough that every joint slides.
+"""
 
 
 ROUNDS = 2
-"""Through all postures, in the same order: a minute apart the wearer's slow torque is another one, and what comes back
-at a posture is not his."""
+"""Rounds through all postures, in the same order. After a minute the wearer's slow torque is another one, so a repeated
+torque at a posture is not the wearer's.
+"""
 
 NONE = -1
-"""In no posture's pass."""
+"""Index of ticks outside all passes."""
 
 Joints = Float[np.ndarray, " joint"]
 Postures = Float[np.ndarray, "posture joint"]
 
 
 def unseen_postures(model: ArmModel, x: Parameters, seen: Float[np.ndarray, "tick joint"], seed: int) -> Postures:
-    """`POSTURES` of a seed, spread over the workspace, with room for a pass about each, in a short order [rad].
+    """Return `POSTURES` of a seed [rad], spread over the workspace, with room for a pass about each, in a short order.
 
     Args:
-        model: Of the arm in its machine; a posture near a singular one of the arm is left out.
-        x: The arm as known.
-        seen: Where the identification's motion led [rad].
-        seed: Of the postures alone: the same seed asks again at the same ones.
+        model: Model of the arm in its machine. A posture near a singularity of the arm is left out.
+        x: Parameters of the arm.
+        seen: Postures of the identification's motion [rad].
+        seed: Seed of the postures; the same seed gives the same postures.
 
     Raises:
         ModelError: The task workspace has no room for them.
@@ -54,19 +56,19 @@ def unseen_postures(model: ArmModel, x: Parameters, seen: Float[np.ndarray, "tic
     if len(found) < POSTURES:
         raise ModelError(
             f"{description.name} has {len(found)} postures of {CANDIDATES} in its task workspace that the "
-            f"identification has not seen; {POSTURES} are needed. Take a wider task_workspace in rig.toml, or another "
+            f"identification has not seen; {POSTURES} are needed. Use a wider task_workspace in rig.toml, or another "
             "--seed."
         )
     return _in_short_order(np.array(found[:POSTURES]), description.donning_posture)
 
 
 def both_ways(q: Joints, towards: Joints, dt: float) -> Trajectory:
-    """Past `q` [rad] along a line and back; `towards` is ±1 for each joint."""
+    """Return a pass along a line through `q` [rad] and back; `towards` is ±1 for each joint."""
     return motion.there_and_back(q - REACH_RAD * towards, q + REACH_RAD * towards, SPEED_RAD_S, dt)
 
 
 def visits(postures: Postures, seed: int, dt: float) -> Iterator[tuple[int, Trajectory]]:
-    """The passes in their order, each with the posture that it is past."""
+    """Yield the passes in their order, each with the index of its posture."""
     random = np.random.default_rng([seed, 13])
     for visit in range(ROUNDS * len(postures)):
         k = visit % len(postures)
@@ -75,24 +77,24 @@ def visits(postures: Postures, seed: int, dt: float) -> Iterator[tuple[int, Traj
 
 @dataclass(frozen=True)
 class Verification:
-    """Where it is asked, and in which directions."""
+    """Postures of a verification, and the seed of the directions."""
 
     postures: Postures
-    """[rad]"""
+    """Postures [rad]."""
     seed: int
 
 
 @dataclass(frozen=True)
 class VerificationPasses:
-    """All of them, one after the other."""
+    """Trajectory of all passes, one after the other."""
 
     path: Trajectory
     posture: Int[np.ndarray, " tick"]
-    """In whose pass a tick is; `NONE` on the way to one."""
+    """Posture index of the pass of each tick; `NONE` between passes."""
 
 
 def all_passes(postures: Postures, seed: int, start: Joints, dt: float) -> VerificationPasses:
-    """From `start` [rad] to each posture and past it in both directions."""
+    """Return the trajectory from `start` [rad] through all postures, in both directions."""
     parts, of, here = [], [], start
     for k, path in visits(postures, seed, dt):
         way = motion.go_to(here, path.q[0], TRAVEL_RAD_S, dt)
@@ -103,16 +105,16 @@ def all_passes(postures: Postures, seed: int, start: Joints, dt: float) -> Verif
 
 
 def _spread(description: RigDescription, seed: int) -> Postures:
-    from scipy.stats import qmc  # 0.3 s that no tick has to wait for
+    from scipy.stats import qmc  # takes 0.3 s to import, which no tick may wait for
 
     lower, upper = description.workspace
     narrow = [name for name, room in zip(description.joints, upper - lower, strict=True) if room <= 2 * REACH_RAD]
     if narrow:
         raise ModelError(
-            f"task_workspace of {description.name} leaves {narrow[0]} no more than {np.rad2deg(2 * REACH_RAD):.0f}°; a "
-            "pass needs more. Widen it in rig.toml."
+            f"task_workspace of {description.name} gives {narrow[0]} a range of {np.rad2deg(2 * REACH_RAD):.0f}° or "
+            "less; a pass needs more. Widen it in rig.toml."
         )
-    # Scrambled by the seed: neither the postures of the stop rule nor those that identifications are compared at.
+    # The sequence is scrambled by the seed, so it differs from the postures of the stop rule and of comparisons.
     sobol = qmc.Sobol(d=len(lower), scramble=True, rng=np.random.default_rng([seed, 12]))
     return lower + REACH_RAD + sobol.random(CANDIDATES) * (upper - lower - 2 * REACH_RAD)
 

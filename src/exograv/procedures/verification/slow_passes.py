@@ -1,4 +1,4 @@
-"""Flies the passes and keeps what was measured in them, each sample with the posture that it belongs to."""
+"""Flight of the passes, and collection of their samples by posture."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,56 +17,57 @@ from exograv.loop.pilot import Pilot, TickSample
 from .postures import ROUNDS, SPEED_RAD_S, Joints, Postures, visits
 
 SAMPLE_S = 0.25
-"""That a kept sample is the mean of [s]: in a pass gears' ripple turns about once, and cancels."""
+"""Averaging time of a stored sample [s]. During a pass the gears' ripple turns about once in it and cancels."""
 
 SLIDING = 0.6
-"""Share of a pass's speed from which on a joint is asked to move for sure in one direction [-]."""
+"""Share of a pass's speed from which the direction of a joint's reference is certain [-]."""
 
 
 @dataclass(frozen=True)
 class PassSample:
-    """One sample, in the pass of one posture."""
+    """Sample in the pass of one posture."""
 
     posture: int
     sample: Sample
 
 
 class PassListener:
-    """Filters without a break and keeps the means of the passes."""
+    """Listener that filters all ticks and stores the averaged samples of the passes."""
 
     def __init__(self, joints: int, dt: float):
         self._filter = SampleFilter(joints, dt)
         self._averages = Averages(SAMPLE_S)
         self.posture: int | None = None
-        """Whose pass it is; None on the way to one."""
+        """Posture of the present pass; None between passes."""
         self.heard: list[PassSample] = []
 
     def begin(self, posture: int | None) -> None:
-        """What follows belongs to this posture, or to none."""
+        """Assign the following ticks to this posture, or to none."""
         self.posture, self._averages = posture, Averages(SAMPLE_S)
 
     def interrupt(self) -> None:
-        """Ticks are missing: what comes next follows on nothing."""
+        """Restart the filter after missing ticks."""
         self._filter.restart()
         self.begin(self.posture)
 
     def __call__(self, moment: TickSample) -> None:
-        """One tick."""
+        """Take one tick."""
         self.take(moment.state.q, moment.tau_measured, moment.reference.q)
 
     def take(self, q: Joints, tau: Joints, q_asked: Joints) -> None:
-        """One tick: position [rad] and torque [N·m] as measured, position that was asked for [rad]."""
+        """Take measured position [rad], measured torque [N·m] and reference position [rad] of one tick."""
         sample = self._filter.update(q, tau, q_asked)
         if self.posture is None or not self._filter.settled:
             return
         mean = self._averages.take(sample)
-        # Near the turns friction helps nobody knows whom. A joint that a person holds back is told by its own speed.
+        # Near the turns the direction of friction is uncertain. A joint that a person holds back has its direction from
+        # its measured speed.
         if mean is not None and mean.asked is not None and (np.abs(mean.asked.v) > SLIDING * SPEED_RAD_S).all():
             self.heard.append(PassSample(self.posture, mean))
 
 
 def fly_passes(pilot: Pilot, controller: ArmController, postures: Postures, seed: int) -> Sequence[PassSample]:
-    """Bring the arm to each posture and past it in both directions, carried and driven weakly.
+    """Move the arm through each posture in both directions, carried and driven weakly, and return the samples.
 
     Raises:
         RigError: The envelope stopped the run.

@@ -1,4 +1,4 @@
-"""One verification on a worn machine, real or virtual: fly the passes, and say what is left over."""
+"""Verification on a worn machine, real or virtual: the passes are flown, and the left over is estimated."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,45 +20,48 @@ from .fingertip import Fingertip
 from .postures import Postures, unseen_postures
 from .slow_passes import PassSample, fly_passes
 
-RESTLESS_TEXT = "The person does not relax: what is left over cannot be told from muscles. Ask to let go, then repeat."
+RESTLESS_TEXT = (
+    "The person does not relax: the left over cannot be separated from muscle torque. Ask the person to relax, then "
+    "repeat."
+)
 
 
 @dataclass(frozen=True)
 class VerificationResult:
-    """What a verification found."""
+    """Result of a verification."""
 
     postures: Postures
-    """[rad]"""
+    """Postures that were passed [rad]."""
 
     left_over: LeftOver
     rms: Float[np.ndarray, "3 joint"]
     """Left over, RMS over the postures: median and ends of its 95 % interval [N·m]."""
 
     fingertip_mm: Float[np.ndarray, " 3"]
-    """How far it moves an unseen fingertip, RMS over the postures: the same three."""
+    """Displacement of an unseen fingertip, RMS over the postures: median and ends of its 95 % interval [mm]."""
 
     targets: Float[np.ndarray, " joint"]
-    """Of what is left over [N·m]."""
+    """Targets of the left over [N·m]."""
 
     motion_s: float
 
     @property
     def is_relaxed(self) -> bool:
-        """Whether the person let go."""
+        """True if the person relaxed."""
         return self.left_over.noise_scale <= RESTLESS and self.left_over.rejected_share <= REJECTED_MAX
 
     def why(self, joints: tuple[str, ...]) -> str:
-        """The verdict, as a sentence for the operator."""
+        """Return the verdict as a sentence for the operator."""
         if not self.is_relaxed:
             return RESTLESS_TEXT
         _, low, high = self.rms
         beyond, unsure = low > self.targets, (low <= self.targets) & (high > self.targets)
         if beyond.any():
-            return f"More than its target is left over at {_named(joints, beyond)}. Identify the arm again."
+            return f"The left over exceeds its target at {_named(joints, beyond)}. Identify the arm again."
         if unsure.any():
             return (
-                f"Nothing is surely beyond its target; {_named(joints, unsure)} may be. "
-                "A longer identification or another verification tells more."
+                f"No joint surely exceeds its target; {_named(joints, unsure)} may exceed it. "
+                "Use a longer identification or another verification to decide."
             )
         return "Every joint is surely within its target."
 
@@ -71,15 +74,15 @@ def verify_arm(
     seen: Float[np.ndarray, "tick joint"],
     seed: int,
 ) -> VerificationResult:
-    """Fly the passes with a relaxed person, and tell what is left over of the arm as it is carried.
+    """Fly the passes with a relaxed person, and estimate the left over of the arm as it is carried.
 
     Args:
-        pilot: On the worn machine.
-        controller: Of the arm; it drives afterwards.
-        model: Of this arm in the machine as calibrated.
-        arm: As identified, and as carried.
-        seen: Where the identification's motion led [rad].
-        seed: Of the postures.
+        pilot: Pilot of the worn machine.
+        controller: Controller of the arm; it drives the arm afterwards, too.
+        model: Model of this arm in the machine as calibrated.
+        arm: Arm as identified and carried.
+        seen: Postures of the identification's motion [rad].
+        seed: Seed of the postures.
 
     Raises:
         ModelError: The task workspace has no room for the postures.
@@ -99,17 +102,17 @@ def verify_arm(
 def evaluate_passes(
     model: ArmModel, arm: Estimate, postures: Postures, heard: Sequence[PassSample], seconds: float, progress: Progress
 ) -> VerificationResult:
-    """What is left over by passes that have been flown.
+    """Estimate the left over from passes that have been flown.
 
     Args:
-        model: Of this arm in the machine as calibrated.
-        arm: As identified, and as carried.
-        postures: That were passed [rad].
-        heard: In the passes.
-        seconds: That they took [s].
-        progress: Told now and then.
+        model: Model of this arm in the machine as calibrated.
+        arm: Arm as identified and carried.
+        postures: Postures that were passed [rad].
+        heard: Samples of the passes.
+        seconds: Duration of the passes [s].
+        progress: Called with the progress.
     """
-    progress("Telling what is left over from what muscles do", 0.0)
+    progress("Separating what is left over from muscle torque", 0.0)
     found = LeftOverEstimator(model, arm, postures).estimate(heard, progress)
     moved_mm = Fingertip(model, arm.x, postures).moved_mm(found.draws)
     targets = np.array([TARGET_NM[place] for place in model.assembly.description.places])

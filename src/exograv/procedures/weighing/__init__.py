@@ -1,1 +1,1 @@
-"""What weighs how much: the arm against the table before anything else, and known weights that a person carries."""
+"""Weighing: check of the arm's weight against the table at the start, and known weights that a person carries."""

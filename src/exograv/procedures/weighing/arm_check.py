@@ -1,7 +1,8 @@
-"""Does the arm weigh what the table says of the person on the form?
+"""Check of the arm's weight against the table, for the person on the form.
 
-Every body mass foretells an arm, with the table's spread. The motion says how probable it is under each: under the mass
-on the form, under that mass with kilograms and pounds mixed up, and under anybody's. The most probable wins.
+Every body mass predicts an arm, with the table's spread. The motion gives the probability of several hypotheses: the
+mass on the form is right, kilograms and pounds were mixed up, or the form belongs to another person. The most probable
+one wins.
 """
 
 from collections.abc import Sequence
@@ -23,55 +24,56 @@ from .slow_torque import Belief, Information, RegressionRows, believed, motion_i
 
 POUNDS_PER_KG = 2.2046
 SHARES = {"form": 1.0, "pounds": 1.0 / POUNDS_PER_KG, "kilograms": POUNDS_PER_KG}
-"""What a body mass truly is if so much of the one on the form: right, typed in pounds, turned into kilograms twice."""
+"""True body mass as a share of the mass on the form: right, typed in pounds, or converted to kilograms twice."""
 PEOPLE_KG, PEOPLE_LOG_SD = 75.0, 0.2  # adults' body mass, of either sex
 SOMEBODY_ELSE = 0.01
-"""Probability of another person's form against that of the right one. A false alarm costs a second look at the form; a
-form of somebody else is rare, and identification will find the arm anyhow. Mixed-up units are as rare, but the arm
-would be lifted with twice its weight or half: that is a hundred times worse, so it counts as much as the form."""
+"""Prior probability of another person's form against the right one. A false alarm costs only a second look at the form;
+another person's form is rare, and identification will find the arm in any case. Mixed-up units are as rare, but the
+arm would be lifted with twice or half its weight. That is a hundred times worse, so it counts as much as the form.
+"""
 
 KG = np.geomspace(25.0, 250.0, 47)
-"""Body masses that are held against the arm [kg]."""
+"""Body masses that are compared with the arm [kg]."""
 
-STEPS = 2  # of Gauss-Newton
+STEPS = 2  # Gauss-Newton steps
 
 SURE = 0.99
-"""Probability of the winner from which on more motion is not worth while [-]."""
+"""Probability of the winner at which the check may end, because more motion would not change it [-]."""
 
 
 @dataclass(frozen=True)
 class ArmCheck:
-    """What the arm weighs, and whether that fits the form."""
+    """Mass of the arm, and the verdict about the form."""
 
     arm_mass: float
-    """[kg]"""
+    """Estimated mass of the arm [kg]."""
 
     sd: float
     """Standard deviation [kg]."""
 
     like_kg: float
-    """Body mass that such an arm fits best [kg]."""
+    """Body mass that fits this arm best [kg]."""
 
     refused: bool
     why: str
-    """A sentence for the operator."""
+    """Verdict as a sentence for the operator."""
 
     probability: float
-    """Of what `why` says against the other explanations [-]."""
+    """Probability of the verdict against the other hypotheses [-]."""
 
     @property
     def is_sure(self) -> bool:
-        """Whether more motion would hardly change the verdict."""
+        """True if more motion would hardly change the verdict."""
         return self.probability >= SURE
 
     @property
     def ci95(self) -> tuple[float, float]:
-        """The 95 % interval of the arm's mass [kg]."""
+        """Interval of 95 % of the arm's mass [kg]."""
         return self.arm_mass - 1.96 * self.sd, self.arm_mass + 1.96 * self.sd
 
 
 class ArmJudge:
-    """Holds a motion against the table."""
+    """Judge that compares a motion with the table."""
 
     def __init__(self, model: ArmModel):
         self._model, assembly, machine = model.again(), model.assembly, model.machine
@@ -82,17 +84,17 @@ class ArmJudge:
         rest = covariance.copy()
         rest[phi, phi] = 0.0
         others = square_root(rest)
-        # The arm's own unknowns first: they alone depend on the body's mass.
+        # The arm's own unknowns come first: only they depend on the body mass.
         self._bodies = bodies.shape[1]
         self._spread = np.hstack([np.vstack([bodies, np.zeros((len(self._mean) - phi.stop, self._bodies))]), others])
         self._sd = disturbance_sd(assembly.description.places)
         self._field = Discrepancy(machine.residual_sd, POSTURE_LENGTH_RAD, FEATURES)
         self._unknowns = self._spread.shape[1] + self._field.count
-        # The table's arm in these unknowns: so far is an arm without mass from it, the other way.
+        # The table's arm in these unknowns; its negative is an arm without mass.
         self._table, *_ = np.linalg.lstsq(bodies, self._mean[phi], rcond=None)
 
     def judge(self, motions: Sequence[Sequence[Sample]], body_mass_kg: float) -> ArmCheck:
-        """What motions, with pauses between them, say of the arm, and of the body mass on the form [kg]."""
+        """Return the verdict from motions, with pauses between them, and the body mass on the form [kg]."""
         x, expected = self._mean, None
         information: list[Information] = []
         for _ in range(STEPS):
@@ -111,21 +113,24 @@ class ArmJudge:
     def _hypotheses(
         self, information: Sequence[Information], evidence: Float[np.ndarray, " kg"], body_mass_kg: float
     ) -> dict[str, float]:
-        """Logarithm of each one's probability, up to a constant."""
+        """Log probability of each hypothesis, up to a constant."""
         people = np.exp(-0.5 * (np.log(KG / PEOPLE_KG) / PEOPLE_LOG_SD) ** 2)
         anybody = evidence.max() + np.log(np.exp(evidence - evidence.max()) @ people / people.sum())
         found = {name: self._belief(information, share).log_evidence for name, share in SHARES.items()}
         return {**found, "somebody else": float(anybody + np.log(SOMEBODY_ELSE))}
 
     def _belief(self, information: Sequence[Information], share: float) -> Belief:
-        """Of the arm of a person of `share` times the mass on the form; the table's spread is a share too."""
+        """Belief for a person of `share` times the mass on the form.
+
+        The table's spread is relative, so it scales, too.
+        """
         mean, variance = np.zeros(self._unknowns), np.ones(self._unknowns)
         mean[: self._bodies] = (share - 1.0) * self._table
         variance[: self._bodies] = share**2
         return believed(information, mean, variance)
 
     def _mass(self, belief: Belief) -> tuple[float, float]:
-        """Of the first arm, and its standard deviation [kg]."""
+        """Mass of the first arm, and its standard deviation [kg]."""
         segments = len(self._layout.bodies) // self._layout.arms
         masses = np.zeros(len(self._mean))
         masses[[body.start for body in self._layout.bodies[:segments]]] = 1.0
@@ -150,10 +155,10 @@ class ArmJudge:
 
 
 def _sentence(winner: str, like_kg: float, typed_kg: float) -> str:
-    weighs = f"The arm weighs as that of a person of {like_kg:.0f} kg, not {typed_kg:.0f} kg"
+    weighs = f"The arm weighs like that of a person of {like_kg:.0f} kg, not {typed_kg:.0f} kg"
     return {
-        "form": f"The arm may be that of a person of {typed_kg:.0f} kg, as the form says; best fits {like_kg:.0f} kg.",
-        "pounds": f"{weighs}: were pounds typed for kilograms? Check body mass.",
-        "kilograms": f"{weighs}: was a body mass in kilograms turned into kilograms once more? Check body mass.",
-        "somebody else": f"{weighs}: is this another person's form? Check name and body mass.",
+        "form": f"The arm may be that of a person of {typed_kg:.0f} kg, as on the form; best fits {like_kg:.0f} kg.",
+        "pounds": f"{weighs}. The mass may have been typed in pounds. Check body mass.",
+        "kilograms": f"{weighs}. A mass in kilograms may have been converted to kilograms again. Check body mass.",
+        "somebody else": f"{weighs}. This may be another person's form. Check name and body mass.",
     }[winner]

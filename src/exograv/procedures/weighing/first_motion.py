@@ -1,4 +1,4 @@
-"""The first twenty seconds of a worn machine: the table carries, and the arm is moved gently."""
+"""First motion of a worn machine: for twenty seconds the machine carries the table's arm and moves it gently."""
 
 from exograv import motion
 from exograv.dynamics.parameters import ParameterLayout
@@ -16,22 +16,22 @@ from .motion_samples import MotionListener
 from .weighing_path import informative_path
 
 SECONDS = 20.0
-CANDIDATES = 64  # postures of the task workspace, every pair of which is a way
-SPEED, TRAVEL = 0.35, 0.3  # rad/s: gentle, while nobody knows whom the machine carries
+CANDIDATES = 64  # postures of the task workspace; every pair is a possible path
+SPEED, TRAVEL = 0.35, 0.3  # rad/s: gentle, because the wearer's arm is not known yet
 
 
 def first_motion(pilot: Pilot, controller: ArmController, model: ArmModel) -> list[Sample]:
-    """Move the arm to and fro and listen.
+    """Move the arm to and fro, and return the samples.
 
     Args:
-        pilot: On the worn machine, at the donning posture.
-        controller: Of the table's arm; it drives afterwards.
-        model: Of the same arm.
+        pilot: Pilot of the worn machine, at the donning posture.
+        controller: Controller with the table's arm; it drives the arm afterwards, too.
+        model: Model of the same arm.
 
     Raises:
         RigError: The envelope stopped the run.
     """
-    dt, text = pilot.rig.period_s, "Does the arm weigh what the table says?"
+    dt, text = pilot.rig.period_s, "Checking the arm's weight against the table"
     x = controller.x.copy()
     believed = prior(model.assembly, model.machine)
     pilot.worn = pilot.worn or PersonLimitsManager(pilot.envelope, model.assembly, model.machine, believed[0])

@@ -1,4 +1,4 @@
-"""A known weight in the hand or at the forearm: the same way without and with it."""
+"""Weighing of a known weight in the hand or at the forearm, on the same path without and with the weight."""
 
 from collections.abc import Callable, Sequence
 
@@ -23,10 +23,10 @@ from .motion_samples import MotionListener
 from .weighing_path import WeighingPath, informative_path
 from .weight_estimator import Weighing, WeightEstimator, WeightPasses
 
-TORQUE_SHARE = 0.8  # of a motor's torque that arm, weight and friction may ask at rest; the rest is for moving
+TORQUE_SHARE = 0.8  # share of a motor's torque for arm, weight and friction at rest; the rest is for motion
 SPEED = 0.7  # rad/s: a little faster than a relaxed arm is moved by hand
 PASS_S = 60.0
-CANDIDATES = 64  # postures of the task workspace, every pair of which is a way
+CANDIDATES = 64  # postures of the task workspace; every pair is a possible path
 
 
 def weigh(
@@ -37,17 +37,17 @@ def weigh(
     hang: Callable[[bool], None],
     place: WeightPlace = "hand",
 ) -> Weighing:
-    """Move the arm to and fro without and with the weight, find it, and carry it from then on.
+    """Move the arm to and fro without and with the weight, estimate the weight, and carry it from then on.
 
-    Once roughly known the weight is carried already, so that both passes lead through the same postures.
+    The machine carries the weight from the first rough estimate on, so that both passes go through the same postures.
 
     Args:
-        pilot: On the worn machine.
-        controller: The arm's; it drives afterwards.
-        model: Of this arm in the machine as calibrated.
-        arm: As identified, without the weights that the controller carries already.
-        hang: Puts the weight into its place, or takes it away: the wearer's part.
-        place: In the hand or at the forearm.
+        pilot: Pilot of the worn machine.
+        controller: Controller of the arm; it drives the arm afterwards, too.
+        model: Model of this arm in the machine as calibrated.
+        arm: Arm as identified, without the weights that the controller carries already.
+        hang: Function that puts the weight into its place, or removes it; the wearer's part.
+        place: Place of the weight, in the hand or at the forearm.
 
     Raises:
         RigError: The machine cannot carry `HEAVIEST_KG` there, or the envelope stopped the run.
@@ -60,13 +60,13 @@ def weigh(
     estimator = WeightEstimator(model, x, _covariance(arm, model), place)
     fade(pilot, controller, "drive", WEIGHING.drive.goal(is_known=True), pilot.q.copy())
     fade(pilot, controller, "gravity_level", 0.0, pilot.q.copy())
-    if pilot.worn is not None:  # only now: a floating arm may be moved faster than one that is weighed
+    if pilot.worn is not None:  # only now, because a floating arm may move faster than one that is weighed
         pilot.worn.weigh(x, place, SPEED)
     hang(False)
     empty = _heard(pilot, controller, way, way.trajectory(PASS_S, dt), f"{text}: without")
     hang(True)
     once = way.trajectory(0.0, dt)
-    first = _heard(pilot, controller, way, once, f"{text}: a first look")
+    first = _heard(pilot, controller, way, once, f"{text}: first estimate")
     rough = estimator.weigh(WeightPasses(empty[: len(first)], first))
     controller.carry(place, float(np.clip(rough.mass, 0.0, HEAVIEST_KG)), pilot.q)
     loaded = _heard(pilot, controller, way, way.trajectory(PASS_S, dt), f"{text}: with")
@@ -79,10 +79,10 @@ def weigh(
 
 
 def path_for_weight(model: ArmModel, x: parameters.Parameters, place: WeightPlace) -> WeighingPath:
-    """The way that tells most of a weight there, among postures in which the motors hold `HEAVIEST_KG`.
+    """Return the most informative path for a weight there, among postures in which the motors hold `HEAVIEST_KG`.
 
     Raises:
-        RigError: There are not two of them.
+        RigError: There are less than two such postures.
     """
     held = held_weight(model.assembly.arm, HEAVIEST_KG, at=place)
     loaded = x.copy()
@@ -97,14 +97,14 @@ def path_for_weight(model: ArmModel, x: parameters.Parameters, place: WeightPlac
         joint = int((least / limit).argmax())
         raise RigError(
             f"{description.name} cannot carry {HEAVIEST_KG:g} kg at the {place}: {description.joints[joint]} would "
-            f"need {least[joint]:.1f} N·m where it needs least; allowed: {limit[joint]:.1f} N·m, {TORQUE_SHARE:.0%} "
+            f"need at least {least[joint]:.1f} N·m; allowed: {limit[joint]:.1f} N·m, {TORQUE_SHARE:.0%} "
             "of its motor's. Use a stronger machine."
         )
     return informative_path(model, x, held, SPEED, postures[share <= 1.0])
 
 
 def _heard(pilot: Pilot, controller: ArmController, way: WeighingPath, path: Trajectory, text: str) -> Sequence[Sample]:
-    """Go to the way's beginning, wait until all is calm, and listen to the way."""
+    """Move to the start of the path, wait until all is calm, and return the samples of the path."""
     dt = pilot.rig.period_s
     pilot.run(controller, WEIGHING.approach(pilot.q, way.low, dt), text)
     listener = MotionListener(len(way.low), dt)
@@ -113,5 +113,5 @@ def _heard(pilot: Pilot, controller: ArmController, way: WeighingPath, path: Tra
 
 
 def _covariance(arm: Estimate, model: ArmModel) -> Float[np.ndarray, "parameter parameter"]:
-    """Of the arm; where a method states none, what was believed before it moved."""
+    """Covariance of the arm; the prior covariance if the method states none."""
     return prior(model.assembly, model.machine)[1] if arm.covariance is None else arm.covariance

@@ -6,7 +6,7 @@ from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
 from exograv.loop.pilot import TickSample
 
 SAMPLE_S = BATCH_PERIOD_S
-"""That a kept sample is the mean of [s], as in identification."""
+"""Averaging time of a stored sample [s], as in identification."""
 
 
 class SampleCollector:

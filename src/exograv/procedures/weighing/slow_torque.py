@@ -1,8 +1,8 @@
-"""What a motion says about unknowns while a restless wearer adds a slow torque: all of it at once, in closed form.
+"""Information of a motion about unknowns while a restless wearer adds a slow torque: a batch solution in closed form.
 
 Each joint's torque is y = H ξ + b + noise with unknowns ξ and an Ornstein–Uhlenbeck disturbance b. The size of b is not
-known: several are assumed, and the data weigh them. The same as `identification.square_root`, as a batch: for some ten
-seconds it is quicker, and what a motion says can be held against any prior.
+known: several sizes are assumed and weighted by the data. This is the batch form of `identification.square_root`: it is
+faster for about ten seconds of motion, and the information can be combined with any prior.
 """
 
 from collections.abc import Sequence
@@ -25,16 +25,16 @@ Matrix = Float[np.ndarray, "unknown unknown"]
 
 @dataclass(frozen=True)
 class RegressionRows:
-    """A motion's samples, linear in the unknowns."""
+    """Samples of a motion, linear in the unknowns."""
 
     t: Float[np.ndarray, " sample"]
-    """[s]"""
+    """Time of the samples [s]."""
 
     H: Float[np.ndarray, "sample joint unknown"]
     """Derivative of the torque by the unknowns [N·m]."""
 
     y: Float[np.ndarray, "sample joint"]
-    """Torque beyond what is expected at ξ = 0 [N·m]."""
+    """Torque beyond the expected torque at ξ = 0 [N·m]."""
 
     noise: Float[np.ndarray, "sample joint"]
     """Standard deviation of white noise [N·m]."""
@@ -68,14 +68,14 @@ def motion_information(
     expected: Vector | None = None,
     correlation_s: float = CORRELATION_S,
 ) -> list[Information]:
-    """What separate motions say, for each assumed size of the slow torque.
+    """Return the information of separate motions, for each assumed size of the slow torque.
 
     Args:
-        motions: One after another, with pauses in which the slow torque becomes another one.
-        usual_sd: Its usual size per joint; multiples of it are assumed [N·m].
-        expected: Unknowns as known by now: samples that surprise there by more than `GATE` standard deviations get so
-            much more noise that they do not (Huber).
-        correlation_s: Of the slow torque [s].
+        motions: Motions one after another, with pauses in which the slow torque changes.
+        usual_sd: Usual size of the slow torque per joint; multiples of it are assumed [N·m].
+        expected: Unknowns as known so far. The noise of samples that deviate from them by more than `GATE` standard
+            deviations is increased until they do not (Huber).
+        correlation_s: Correlation time of the slow torque [s].
     """
     joints = range(len(usual_sd))
     each = (
@@ -90,7 +90,7 @@ def _of_joint(rows: RegressionRows, j: int, sd: float, correlation_s: float, exp
     noise, H, y = rows.noise[:, j], rows.H[:, j], rows.y[:, j]
     root = np.linalg.cholesky(slow + np.diag(noise**2))
     if expected is not None:
-        # Each whitened sample is what the ones before did not foretell.
+        # Each whitened sample is the innovation after the samples before it.
         surprise = solve_triangular(root, y - H @ expected, lower=True)
         beyond = np.maximum((surprise / GATE) ** 2 - 1.0, 0.0) * np.diag(root) ** 2
         root = np.linalg.cholesky(slow + np.diag(noise**2 + beyond))
@@ -101,10 +101,10 @@ def _of_joint(rows: RegressionRows, j: int, sd: float, correlation_s: float, exp
 
 
 def believed(information: Sequence[Information], mean: Vector, variance: Vector, considered: int = 0) -> Belief:
-    """Data and a prior N(mean, diag(variance)) together, over all assumed sizes, which are alike beforehand.
+    """Combine data with a prior N(mean, diag(variance)), over all assumed sizes, which have equal prior probability.
 
-    The last `considered` unknowns are not learned (Schmidt): they stay at their mean, and what they could have done to
-    the others widens their covariance. That is for what a model says wrongly, and would learn nonsense from.
+    The last `considered` unknowns are not learned (Schmidt): they stay at their mean, and their possible effect widens
+    the covariance of the others. This serves model errors from which wrong values would be learned.
     """
     each = [_with_prior(one, mean, variance, considered) for one in information]
     logs = np.array([one.log_evidence for one in each])

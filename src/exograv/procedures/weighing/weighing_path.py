@@ -1,8 +1,8 @@
-"""Where to move a weight so that it tells most: to and fro faster than a restless wearer's torque changes.
+"""Path on which a weight is most informative: to and fro, faster than a restless wearer's torque changes.
 
-A wearer who should be relaxed adds a slow torque, of seconds; what the weight asks every second or two, up and down, it
-hardly imitates. So not the longest lever counts but the largest change of torque at a quick pace. The weight's own
-inertia tells less than gravity: it swings in the soft cuffs.
+A wearer who should be relaxed adds a slow torque that changes over seconds. It hardly imitates a weight torque that
+changes every second or two. So the largest change of torque at a quick pace matters, not the longest lever. The
+weight's own inertia is less informative than gravity, because the weight swings in the soft cuffs.
 """
 
 import itertools
@@ -21,34 +21,34 @@ from .slow_torque import CORRELATION_S
 
 Joints = Float[np.ndarray, " joint"]
 
-MODEL_ERROR_NM = 0.1  # between two postures: more time does not help against it, a larger change of torque does
-PERIOD_MIN_S = 3.0  # of a sine: in a quicker one a weight would swing in the cuffs
+MODEL_ERROR_NM = 0.1  # between two postures; only a larger change of torque helps against it, not more time
+PERIOD_MIN_S = 3.0  # of a sine; in a shorter period a weight would swing in the cuffs
 LISTEN_S = 30.0
-EASE_S = 1.0  # from rest to the sine's pace
+EASE_S = 1.0  # from rest to the sine's speed
 
 
 @dataclass(frozen=True)
 class WeighingPath:
-    """From one posture to another and back."""
+    """Path from one posture to another and back."""
 
     low: Joints
-    """[rad]"""
+    """First posture, in which less torque is needed [rad]."""
 
     high: Joints
-    """[rad]"""
+    """Second posture [rad]."""
 
     speed: float
-    """Largest of a joint [rad/s]."""
+    """Largest speed of a joint [rad/s]."""
 
     @property
     def period_s(self) -> float:
-        """There and back [s]."""
+        """Duration of one cycle, there and back [s]."""
         return _period(self.low, self.high, self.speed)
 
     def trajectory(self, seconds: float, dt: float) -> Trajectory:
-        """From `low` to and fro as a sine, as often as fits into `seconds`, once at least; it ends at `low`.
+        """Return a sine from `low` to `high` and back, once or as often as fits into `seconds`; it ends at `low`.
 
-        A sine: what has harmonics makes a weight swing in the soft cuffs, and stands still for longer at its ends.
+        A path with harmonics would make a weight swing in the soft cuffs, and would rest for longer at its ends.
         """
         period = self.period_s
         whole = max(1, round((seconds - EASE_S) / period)) * period
@@ -59,7 +59,7 @@ class WeighingPath:
 
 
 def _period(start: Joints, goal: Joints, speed: float) -> float:
-    """Of a sine between two postures with this largest speed [s]."""
+    """Period of a sine between two postures with this largest speed [s]."""
     return max(PERIOD_MIN_S, np.pi * float(np.abs(goal - start).max()) / speed)
 
 
@@ -70,17 +70,17 @@ def informative_path(
     speed: float,
     postures: Float[np.ndarray, "posture joint"],
 ) -> WeighingPath:
-    """The way along which what is `added` to the arm tells most of itself.
+    """Return the path on which the masses `added` to the arm are most informative.
 
-    Signal over noise: the change of torque between two postures, squared, over the slow torque's power at the pace of
-    the way between them and the model's own error, summed over the joints.
+    The criterion is signal over noise, summed over the joints. Signal is the squared change of torque between two
+    postures; noise is the slow torque's power at the frequency of the path, and the model's own error.
 
     Args:
-        model: Of this arm in its machine.
-        x: The arm as known.
-        added: What is to be found, as a change of the arm's inertial parameters.
-        speed: Largest of a joint [rad/s].
-        postures: Two at least, every pair of which is a way [rad].
+        model: Model of this arm in its machine.
+        x: Parameters of the arm.
+        added: Unknown weight, as a change of the arm's inertial parameters.
+        speed: Largest speed of a joint [rad/s].
+        postures: Two postures or more; every pair is a possible path [rad].
     """
     phi = parameters.ParameterLayout.of(model.assembly).phi
     loaded = x.copy()
@@ -92,12 +92,12 @@ def informative_path(
     told = [
         float(np.sum(d**2 / (_slow_power(model, w) + MODEL_ERROR_NM**2))) for d, w in zip(changes, omega, strict=True)
     ]
-    # It begins where less is asked.
+    # The path begins at the posture with the smaller torque.
     low, high = sorted(pairs[int(np.argmax(told))], key=lambda i: float(np.abs(asked[i]).sum()))
     return WeighingPath(postures[low], postures[high], speed)
 
 
 def _slow_power(model: ArmModel, omega: float) -> Joints:
-    """Of a wearer's slow torque in the amplitude of an angular frequency, after `LISTEN_S` (joint,) [N²·m²]."""
+    """Power of a wearer's slow torque in the amplitude of an angular frequency, after `LISTEN_S` (joint,) [N²·m²]."""
     sd = disturbance_sd(model.assembly.description.places)
     return 4.0 * sd**2 * CORRELATION_S / (1.0 + (omega * CORRELATION_S) ** 2) / LISTEN_S

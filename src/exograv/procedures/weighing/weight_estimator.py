@@ -1,4 +1,4 @@
-"""One weight out of two passes of the same way, without and with it, beside everything that could look like it."""
+"""Estimate of a weight from two passes of the same path, without and with it, beside errors that look like a weight."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,18 +17,18 @@ from exograv.model.arm import WeightPlace, held_weight
 from .motion_samples import SAMPLE_S
 from .slow_torque import RegressionRows, believed, motion_information
 
-WEIGHT_SD_KG = 2.0  # of the prior, about nothing
-PLACE_SD_M = 0.010  # where in the hand, or along the forearm, a weight is
-SWING_SD = 0.05  # share of its inertial torque: the cuffs are soft, and a weight swings in them by more than they move
-STEPS = 2  # of Gauss-Newton; the second also knows which samples surprise
+WEIGHT_SD_KG = 2.0  # of the prior, with mean zero
+PLACE_SD_M = 0.010  # of the weight's place in the hand, or along the forearm
+SWING_SD = 0.05  # share of its inertial torque: a weight swings in the soft cuffs by more than they move
+STEPS = 2  # Gauss-Newton steps; the second one also knows the samples with unusual errors
 
 
 @dataclass(frozen=True)
 class Weighing:
-    """A weight, found."""
+    """Estimated weight."""
 
     mass: float
-    """[kg]"""
+    """Estimated mass [kg]."""
 
     sd: float
     """Standard deviation [kg]."""
@@ -37,25 +37,25 @@ class Weighing:
 
     @property
     def ci95(self) -> tuple[float, float]:
-        """The 95 % interval [kg]."""
+        """Interval of 95 % of the mass [kg]."""
         return self.mass - 1.96 * self.sd, self.mass + 1.96 * self.sd
 
 
 @dataclass(frozen=True)
 class WeightPasses:
-    """What was heard on the same way."""
+    """Samples of the path without and with the weight."""
 
     empty: Sequence[Sample]
     loaded: Sequence[Sample]
 
 
 class WeightEstimator:
-    """Bayesian: the weight and the arm are unknown together.
+    """Bayesian estimator of weight and arm together.
 
-    The arm is known by its identification; what the two passes say of it is learned on the way, so that no error of the
-    arm's model that both passes share counts as weight. A smooth field of torque over the postures is among the
-    unknowns for what no parameter explains. The weight's place, its swing in the soft cuffs and the motors' gains are
-    considered and not learned: what tells them from the weight is small, and of the size of the model's errors.
+    The prior of the arm is its identification. The two passes update the arm, too, so that a model error that both
+    passes share does not count as weight. A smooth field of torque over the postures absorbs errors that no parameter
+    explains. The weight's place, its swing in the soft cuffs and the motors' gains are considered and not learned:
+    their difference from the weight's effect is small, and of the size of the model's errors.
     """
 
     def __init__(self, model: ArmModel, x: parameters.Parameters, covariance: Covariance, place: WeightPlace):
@@ -73,7 +73,7 @@ class WeightEstimator:
         self._per_step = held_weight(assembly.arm, 1.0, at=place, farther_m=farther) - self._per_kg
 
     def weigh(self, passes: WeightPasses, mass: float = 0.0) -> Weighing:
-        """The weight that was there in the second pass, looked for from `mass` [kg]."""
+        """Return the weight of the second pass, searched from `mass` [kg]."""
         sd, mean = 0.0, None
         for _ in range(STEPS):
             motions = [self._rows(passes.empty, 0.0, mass), self._rows(passes.loaded, 1.0, mass)]
@@ -85,7 +85,7 @@ class WeightEstimator:
         return Weighing(mass, sd, self._place)
 
     def _rows(self, samples: Sequence[Sample], share: float, mass: float) -> RegressionRows:
-        """One pass, linearised at this weight; `share` is 1 with the weight and 0 without."""
+        """Rows of one pass, linearised at this weight; `share` is 1 with the weight and 0 without."""
         self._model.restart()
         rows = [self._row(sample, share, mass) for sample in samples]
         H, y, noise = (np.array(column) for column in zip(*rows, strict=True))
@@ -94,7 +94,10 @@ class WeightEstimator:
     def _row(
         self, sample: Sample, share: float, mass: float
     ) -> tuple[Float[np.ndarray, "joint unknown"], Float[np.ndarray, " joint"], Float[np.ndarray, " joint"]]:
-        """Derivative, measurement and noise of one sample. Unknowns: weight, arm, field; considered: the rest."""
+        """Return derivative, measurement and noise of one sample.
+
+        The unknowns are weight, arm and field; the rest is considered.
+        """
         x = self._x.copy()
         x[self._phi] += share * mass * self._per_kg
         tau, derivative = self._model.linearise(sample, x)
@@ -111,7 +114,7 @@ class WeightEstimator:
     def _considered(
         self, sample: Sample, x: parameters.Parameters, by_phi: Float[np.ndarray, "joint phi"], mass: float
     ) -> Float[np.ndarray, "joint considered"]:
-        """What the weight would ask otherwise: farther out, swinging in the cuffs, through motors of other gains."""
+        """Change of the weight's torque if it is farther out, swings in the cuffs, or the motors have other gains."""
         asked = mass * (by_phi @ self._per_kg)
         if mass == 0.0:
             return np.zeros((len(asked), 2 + len(asked)))

@@ -1,4 +1,4 @@
-"""A session that is left by Ctrl-C loses no decided block, and the next call goes on with it; without a machine."""
+"""Assist session: after Ctrl-C no decided block is lost, and the next call continues the session; without a machine."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -26,7 +26,7 @@ SETTINGS = {"rig": "recupera_like_qdd", "side": "right", "command": "exograv ass
 
 
 class Flown(Weak):
-    """With what a flight counts."""
+    """Weak person with the counters of a flight."""
 
     rescues, seconds = 0, 1.0
 

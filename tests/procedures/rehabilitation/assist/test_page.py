@@ -1,4 +1,4 @@
-"""The page says every decision in its language, the bounds, and that nobody took part."""
+"""Assist page: it shows every decision in its language, the bounds, and that no person took part."""
 
 import re
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""A participant's file goes on where it was left, and what does not belong to it is refused with what to do."""
+"""Participant's record: it continues where it stopped, and wrong files are refused with the next step."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -66,7 +66,7 @@ def test_what_would_change_a_course_is_refused(ask, message: str):
 def test_files_of_others_and_damaged_ones_are_refused(tmp_path: Path):
     path = tmp_path / "a.json"
     ASSIST_FILE.write(path, flown())
-    with pytest.raises(ConfigError, match=r"is of P-07, not of P-08"):
+    with pytest.raises(ConfigError, match=r"belongs to P-07, not to P-08"):
         read_assist(path, "P-08", OPTIONS)
     with pytest.raises(ConfigError, match=r"--seed is 1001, and the sessions in .* were flown with 1000"):
         read_assist(path, "P-07", OPTIONS | {"seed": 1001})

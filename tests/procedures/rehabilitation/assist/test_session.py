@@ -1,4 +1,4 @@
-"""Block by block support follows the person within its bounds, and a break changes none of them."""
+"""Assist session: support follows the person block by block within its bounds, and an interruption changes nothing."""
 
 import itertools
 
@@ -17,11 +17,11 @@ USUAL = usual()
 
 
 class CtrlC(KeyboardInterrupt):
-    """Of somebody who has to leave."""
+    """Interrupt by a person who has to leave."""
 
 
 def course(needs: list[float], breaks: list[int]) -> list[AssistSession]:
-    """Sessions of a person who needs so much in each, broken off after so many blocks and gone on with."""
+    """Sessions of a person with these needs, each interrupted after `breaks` blocks and continued."""
     file = NOBODY
     for needed, leaves_after in zip(needs, breaks, strict=True):
 

@@ -1,15 +1,15 @@
-"""A person without a machine, who reaches a target when enough is carried, and sinks when far too little is."""
+"""Virtual person without a machine: reaches a target with enough support, and sinks with far too little."""
 
 from exograv.laboratory.support_level.flight import Attempt
 from exograv.procedures.rehabilitation.support_level.targets import TARGETS
 from exograv.task.assist_protocol import LoadedAssist, load_assist_protocol
 
 SINKS_BELOW = 0.3
-"""Of the weight, under one's need."""
+"""Support below the person's need at which the arm sinks [share of the weight]."""
 
 
 class Weak:
-    """Target k needs `needed` plus k percent."""
+    """Person who needs `needed` plus k percent of support for target k."""
 
     def __init__(self, needed: float):
         self.needed, self.asked = needed, list[float]()

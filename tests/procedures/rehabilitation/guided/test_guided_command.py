@@ -1,4 +1,4 @@
-"""What cannot be flown is refused before anything moves, and how well one arm followed is told apart from how late."""
+"""Guided commands: wrong options are refused before motion, and the mirror's error is separated from its delay."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The following arm's place comes late, no faster than allowed, inside the limits, and not at all after a jerk."""
+"""Mirror guide: the target follows late, with limited speed, inside the limits, and not after a jerk."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def guide() -> MirrorGuide:
 
 
 def lead_to(one: MirrorGuide, q_lead: np.ndarray, seconds: float, held: np.ndarray | None = None) -> np.ndarray:
-    """The leading arm is there; the other goes along, or is held. Places and speeds (tick, 2, lead)."""
+    """Hold the leading arm there, and let the other follow or be held. Return positions and speeds (tick, 2, lead)."""
     rows = []
     for _ in range(round(seconds / DT)):
         q = START.copy()

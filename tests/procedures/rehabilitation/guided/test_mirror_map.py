@@ -1,4 +1,4 @@
-"""What a machine's own axes say of its mirror image is true of where its arms are."""
+"""Mirror map: the pairs from the machine's axes agree with the positions of its arms."""
 
 import casadi as ca
 import numpy as np
@@ -51,5 +51,5 @@ def test_either_arm_may_lead():
 
 def test_a_machine_for_one_arm_is_refused():
     one = load_rig("recupera_like_qdd")
-    with pytest.raises(ConfigError, match="has no two arms"):
+    with pytest.raises(ConfigError, match="does not have two arms"):
         MirrorMap.of(one, read_exoskeleton(one), "right")

@@ -1,4 +1,4 @@
-"""A path waits for the arm, comes back with it, and lets go of whoever stays away."""
+"""Path guide: the path waits for the arm, continues with it, and releases a person who stays away."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def guide(speed: float = 1.0, grip: float = 1.0) -> PathGuide:
 
 
 def follow(one: PathGuide, seconds: float) -> None:
-    """An arm that goes along, perfectly."""
+    """Let a perfect arm follow the path."""
     for _ in range(round(seconds / DT)):
         one(one.target, STILL)
 

@@ -1,4 +1,4 @@
-"""What was led becomes a path that is smooth, slow enough and inside; anything else is refused with where and why."""
+"""Shaping of a taught path: the path is smooth, slow and inside; other motions are refused with place and reason."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ INSIDE = MIDDLE + 0.3 * (UPPER - LOWER)
 
 
 def led(goal: np.ndarray, speed: float = 0.5) -> np.ndarray:
-    """There and back, with rests around."""
+    """Motion there and back, with rests around it."""
     there, back = motion.go_to(MIDDLE, goal, speed, DT), motion.go_to(goal, MIDDLE, speed, DT)
     return motion.joined([motion.hold(MIDDLE, 1.0, DT), there, back, motion.hold(MIDDLE, 1.0, DT)]).q
 
@@ -54,19 +54,19 @@ def test_a_driven_path_begins_and_ends_at_rest():
 def test_a_path_outside_is_refused_with_joint_place_and_time():
     outside = INSIDE.copy()
     outside[1] = UPPER[1] + np.deg2rad(12.0)
-    with pytest.raises(ConfigError, match=r"shoulder_abduction comes to 6[12]° at [23]\.\d s .* allowed are"):
+    with pytest.raises(ConfigError, match=r"shoulder_abduction reaches 6[12]° at [23]\.\d s .* allowed are"):
         shaped(led(outside), DT, RIG, EXO)
 
 
 def test_an_arm_that_was_not_moved_is_no_path():
-    with pytest.raises(ConfigError, match="Lead it again"):
+    with pytest.raises(ConfigError, match="Teach it again"):
         shaped(led(MIDDLE), DT, RIG, EXO)
 
 
 def test_a_machine_that_did_not_answer_has_taught_nothing():
     q = led(INSIDE)
     q[150, 2] = np.nan
-    with pytest.raises(ConfigError, match="teach the path again"):
+    with pytest.raises(ConfigError, match="Teach the path again"):
         shaped(q, DT, RIG, EXO)
 
 

@@ -1,4 +1,4 @@
-"""The pull towards a place never exceeds its bound, and its spring stores no more than said."""
+"""Pull: its torque never exceeds the bound, and its spring stores no more energy than stated."""
 
 import numpy as np
 import pytest

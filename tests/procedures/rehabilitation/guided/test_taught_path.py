@@ -1,4 +1,4 @@
-"""A taught path comes back as it was written, for the machine and the person it is of, and for nobody else."""
+"""File of a taught path: it is read as it was written, only for its machine and its person."""
 
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -51,7 +51,7 @@ def test_a_machine_that_was_changed_is_refused(file: Path):
 
 
 def test_somebody_elses_path_is_refused_without_saying_whose(file: Path):
-    with pytest.raises(ConfigError, match="not of the person with this code") as refused:
+    with pytest.raises(ConfigError, match="belongs to another person") as refused:
         read_taught(file, RIG, "C3AA3CA")
     assert CODE not in str(refused.value)
 
@@ -63,7 +63,7 @@ def test_a_path_of_somebody_is_not_repeated_with_nobody_in_particular(file: Path
 
 
 def sealed_with(file: Path, q: np.ndarray) -> None:
-    """As if somebody had made a file with these postures, hash and all."""
+    """Write a correctly sealed file with these postures."""
     write_taught(file, make_taught_path(ShapedPath(q, 1.0), RIG, CODE, datetime(2026, 1, 1, tzinfo=UTC), True))
 
 
@@ -71,7 +71,7 @@ def test_a_path_outside_is_refused_however_well_it_is_sealed(file: Path):
     q = np.tile(RIG.donning_posture, (100, 1))
     q[:, 1] += np.linspace(0.0, 2.0, 100)
     sealed_with(file, q)
-    with pytest.raises(ConfigError, match="shoulder_abduction comes to"):
+    with pytest.raises(ConfigError, match="shoulder_abduction reaches"):
         read_taught(file, RIG, CODE)
 
 
@@ -79,7 +79,7 @@ def test_a_path_that_jumps_is_refused_however_well_it_is_sealed(file: Path):
     q = np.tile(RIG.donning_posture, (100, 1))
     q[50:, 0] += 0.3
     sealed_with(file, q)
-    with pytest.raises(ConfigError, match=r"shoulder_flexion would move with .* allowed are 1\.00"):
+    with pytest.raises(ConfigError, match=r"shoulder_flexion would move with .* allowed: 1\.00"):
         read_taught(file, RIG, CODE)
 
 

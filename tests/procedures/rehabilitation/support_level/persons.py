@@ -1,4 +1,4 @@
-"""Persons of known thresholds, who need no machine to reach or miss a target."""
+"""Virtual persons of known thresholds, who need no machine."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from exograv.procedures.rehabilitation.support_level.targets import TARGETS
 
 
 class Known:
-    """Reaches a target with a chance that rises with support."""
+    """Person who reaches a target with a chance that rises with support."""
 
     def __init__(self, seed: int, person: float | None = None):
         self.random = np.random.default_rng(seed)

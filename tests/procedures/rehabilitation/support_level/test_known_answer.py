@@ -1,4 +1,4 @@
-"""Brute force finds what a person of known thresholds needs, says how sure it is, and leaves out what is clear."""
+"""Known answer by brute force: correct for persons of known thresholds, with an interval, in few attempts."""
 
 import numpy as np
 import pytest
@@ -10,10 +10,10 @@ from known_support_level import FlownAnswer, crossing, fly_answer, rising_share
 from .persons import Known
 
 HELD_LEAST = 35
-"""Of 40 intervals of 95 %: fewer would come by chance in one run of a hundred."""
+"""Least number of 40 intervals of 95 % that contain the truth. Fewer happen by chance in one run of a hundred."""
 
 OFF_MOST = 0.015
-"""Of the weight, on average over those persons: one is off by 0.025 (SD)."""
+"""Largest mean error over those persons [share of the weight]; the error of one person has an SD of 0.025."""
 
 
 def flown(person: Known, repeats: int = 1) -> FlownAnswer:

@@ -1,4 +1,4 @@
-"""Who the person is can be said in a file, and what cannot be is refused with what is allowed."""
+"""Options of the person: a file may describe the person, and invalid values are refused with the allowed ones."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A recorded person is judged by where the fingertip was, and a recording that cannot tell says what is missing."""
+"""Recorded attempts: they are judged by the fingertip, and an unsuitable recording is refused with what is missing."""
 
 from pathlib import Path
 
@@ -25,7 +25,7 @@ SETTINGS = {
 def write(
     path: Path, attempts: list[tuple[float, float]], settings: dict[str, object] = SETTINGS, **change: object
 ) -> Path:
-    """Attempts with a support, the fingertip so far from the target [m]."""
+    """Write attempts with these supports and distances of the fingertip from the target [m]."""
     with RecordingWriter(path, JOINTS, settings) as recording:
         t = 0.0
         for k, (support, off) in enumerate(attempts):
@@ -64,12 +64,12 @@ def test_support_needed_lies_between_where_all_and_where_nothing_was_reached(tmp
 
 
 def test_a_recording_without_attempts_says_what_it_takes(tmp_path: Path):
-    with pytest.raises(RecordingError, match=r"holds no attempts at targets\. A recording for this holds"):
+    with pytest.raises(RecordingError, match=r"contains no attempts at targets\. A recording for this holds"):
         recorded_attempts(write(tmp_path / "a.mcap", []))
 
 
 def test_one_support_alone_says_nothing_between(tmp_path: Path):
-    with pytest.raises(RecordingError, match="2 whole attempts at 1 support; 2 supports"):
+    with pytest.raises(RecordingError, match="2 complete attempts at 1 support; 2 supports"):
         recorded_attempts(write(tmp_path / "a.mcap", [(0.9, 0.01), (0.9, 0.2)]))
 
 
@@ -77,7 +77,7 @@ def test_one_support_alone_says_nothing_between(tmp_path: Path):
     ("change", "message"),
     [
         ({"targets": 9}, "target 0 of 9; the set has 12"),
-        ({"support": 1.5}, "a support of 1.5; allowed: 0 to 1"),
+        ({"support": 1.5}, "support 1.5; allowed: 0 to 1"),
     ],
 )
 def test_other_targets_and_impossible_supports_are_refused(tmp_path: Path, change: dict, message: str):

@@ -1,4 +1,4 @@
-"""A target is reached by who stays at it, on either side, and lies within the arm's length."""
+"""Targets: a fingertip that stays at one has reached it, on either side, and all lie within the arm's length."""
 
 import numpy as np
 import pytest

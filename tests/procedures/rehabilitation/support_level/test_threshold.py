@@ -1,4 +1,4 @@
-"""The search finds what virtual persons of known thresholds need, says how sure it is, and never lowers in leaps."""
+"""Search of the support level: correct for persons of known thresholds, with an interval, in small steps."""
 
 import itertools
 
@@ -17,10 +17,10 @@ from exograv.procedures.rehabilitation.support_level.threshold import ThresholdS
 from .persons import Known
 
 COVERAGE_LEAST = 0.88
-"""Of a 95 % interval over 40 persons: fewer would come by chance in one run of a hundred."""
+"""Least coverage of 95 % intervals over 40 persons. Less happens by chance in one run of a hundred."""
 
 QUICKLY = 0.3
-"""Of the interval [share of the weight], for laws that hold after any number of attempts."""
+"""Width of the interval [share of the weight] for laws that hold after any number of attempts."""
 
 
 def found(person: Known, seed: int = 1, width: float = WIDTH_ENOUGH) -> NeededSupport:

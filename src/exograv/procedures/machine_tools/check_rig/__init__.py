@@ -1,4 +1,4 @@
-"""`exograv check-rig`: what a machine's folder lacks, what its cuffs hold, how far it reaches, whom it can carry."""
+"""`exograv check-rig`: mistakes in a machine's files, support by its cuffs, reach, and largest arm that it carries."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -29,14 +29,14 @@ from .units import examine_numbers, examine_units
 Progress = Callable[[str, float], None]
 
 SOFTEST = 0.5
-"""A freedom that is held more softly sags far under the weight of a hand [N·m/rad]."""
+"""Stiffness below which a freedom sags far under the weight of a hand [N·m/rad]."""
 
 
 def check_rig(options: CheckOptions, out: Path, progress: Progress) -> CheckResult:
     """Examine a machine's folder.
 
     Raises:
-        ConfigError: There is no such machine, or nobody has this height and mass.
+        ConfigError: There is no such machine, or the height and mass are not those of a person.
         RecordingError: The picture cannot be written.
     """
     folder, findings = locate(options.rig), CheckFindings()
@@ -69,7 +69,7 @@ def _freedoms(description: RigDescription) -> int:
 
 
 def _agrees(settings: RigSettings, folder: Path, trees: dict[str, Tree], findings: CheckFindings) -> bool:
-    """Of every side."""
+    """Return True if `rig.toml` and the URDF of every side agree."""
     agrees = True
     for side in settings.urdf.sides:
         description = RigDescription(settings, side, folder)
@@ -88,8 +88,8 @@ def _examine_with_a_wearer(
     assembly = findings.attempt(lambda: put_together(description, body))
     if assembly is None:
         return
-    progress("Putting an arm into it", 0.1)
-    # A machine as strange as nobody thought of: what cannot be computed is a finding, too.
+    progress("Adding the arm", 0.1)
+    # The check must not end with an exception for an unusual machine: a failed computation is a finding, too.
     try:
         _examine_mechanics(assembly, findings, result, out, progress)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError, RuntimeError) as error:
@@ -105,7 +105,7 @@ def _examine_mechanics(
     examine_donning(donned, findings)
     result.rank, result.unsupported = held.rank, list(held.unsupported)
     result.softest = SoftestFreedom(held.softest, round(held.softest_Nm_per_rad, 3))
-    progress("Moving it through its workspace", 0.4)
+    progress("Moving the machine through its workspace", 0.4)
     result.loops = examine_loops(assembly, solver, findings)
     found = conditioning(assembly)
     examine_conditioning(description, found, findings)
@@ -114,14 +114,14 @@ def _examine_mechanics(
     )
     reached = reach(donned)
     result.workspace = [ReachedVolume(arm.side, round(arm.volume_m3, 3), round(arm.furthest_m, 3)) for arm in reached]
-    progress("Letting it carry arms", 0.7)
+    progress("Computing the largest arm", 0.7)
     carrying = strength(assembly, solver)
     arm_kg = float(assembly.arm.phi.reshape(-1, 10)[:, 0].sum()) / len(assembly.arm.limbs)
     examine_strength(description, arm_kg, carrying, findings)
     result.largest_arm_kg, result.wearer_arm_kg = round(carrying.largest_arm_kg, 2), round(arm_kg, 2)
     result.torque_Nm = _torque_rows(description, carrying)
-    progress("Drawing it", 0.9)
-    # Matplotlib: 0.4 s that no other command has to wait for.
+    progress("Drawing the machine", 0.9)
+    # Matplotlib takes 0.4 s to import, which no other command needs.
     from exograv.report.figures.machine import draw
     from exograv.report.style.figure_style import write_picture
 
@@ -138,13 +138,13 @@ def _examine_support(assembly: Assembly, held: Support, findings: CheckFindings)
         )
     if not held.unsupported and held.softest_Nm_per_rad < SOFTEST:
         findings.problem(
-            f"the cuffs ({cuffs}) hold {held.softest} with {held.softest_Nm_per_rad:.2g} N·m/rad only; allowed: from "
-            f"{SOFTEST} N·m/rad on. Give one more stiffness in that direction."
+            f"the cuffs ({cuffs}) hold {held.softest} with {held.softest_Nm_per_rad:.2g} N·m/rad only; allowed: at "
+            f"least {SOFTEST} N·m/rad. Give one cuff more stiffness in that direction."
         )
 
 
 def _torque_rows(description: RigDescription, found: DriveStrength) -> list[TorqueRow]:
-    """One joint a row, in the posture in which it is loaded most."""
+    """Rows of the table, one per joint, in the posture in which the joint is loaded most."""
     limits = (float(limit) if limit > 0.0 else None for limit in found.limit)
     loads = ([round(float(one), 2) for one in load] for load in (found.exo, found.arm, found.hand, found.friction))
     return [TorqueRow(*row) for row in zip(description.joints, limits, *loads, strict=True)]

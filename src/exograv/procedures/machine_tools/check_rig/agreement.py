@@ -1,4 +1,4 @@
-"""Do `rig.toml` and a URDF speak of the same machine: joints, frames, lengths, torques, postures."""
+"""Agreement between `rig.toml` and a URDF: joints, frames, lengths, torques and postures."""
 
 import numpy as np
 from jaxtyping import Float
@@ -12,18 +12,18 @@ from .findings import CheckFindings
 SAME_M = 1e-6
 ARM_ANGLE_MAX_DEG = 180.0
 RADIANS = 3.5
-"""If no angle of a file is larger than this, it was written in radians [°]."""
+"""Largest angle of a file below which the file was probably written in radians [°]."""
 
 
 def examine_agreement(description: RigDescription, tree: Tree, findings: CheckFindings) -> bool:
-    """Add what does not fit together; whether the rest can be examined at all."""
+    """Add all disagreements to the findings. Return True if the rest can be examined."""
     file = description.urdf_path.name
     same = _examine_joints(description, tree, file, findings)
     same = _examine_frames(description, tree, file, findings) and same
     if same:
         _examine_lengths(description, tree, file, findings)
         _examine_torques(description, tree, file, findings)
-        # Beyond the limits the loops mean nothing, and far beyond them the search for closed ones would never end.
+        # Beyond the limits the loops are meaningless, and far beyond them the search for closed loops would not end.
         same = _examine_angles(description, tree, findings)
     return same
 
@@ -32,8 +32,8 @@ def _examine_joints(description: RigDescription, tree: Tree, file: str, findings
     named, found = description.joints, tree.joint_names
     for joint in (joint for joint in found if joint not in named):
         findings.problem(
-            f"joint '{joint}' of {file} has no entry in [[actuators]]. Add it; without a motor its drive is 'passive', "
-            "and if it never moves it is a fixed joint."
+            f"joint '{joint}' of {file} has no entry in [[actuators]]. Add it. Without a motor its drive is 'passive'; "
+            "if it never moves, make it a fixed joint."
         )
     for joint in (joint for joint in named if joint not in found):
         findings.problem(
@@ -42,7 +42,7 @@ def _examine_joints(description: RigDescription, tree: Tree, file: str, findings
     if sorted(named) == sorted(found) and named != found:
         findings.problem(
             f"[[actuators]] are in the order {', '.join(named)}; those of {file} in the order {', '.join(found)}. "
-            "Swap them, and with them every list of angles."
+            "Use the URDF's order, also in every list of angles."
         )
     return named == found
 
@@ -80,20 +80,21 @@ def _examine_torques(description: RigDescription, tree: Tree, file: str, finding
 
 
 def _examine_angles(description: RigDescription, tree: Tree, findings: CheckFindings) -> bool:
-    """Whether donning and task, at least, are within the limits."""
+    """Check angles against the limits. Return True if at least donning and task workspace are within them."""
     settings, within = description.settings, True
     box = settings.task_workspace
     largest = np.abs([settings.donning.posture_deg, box.lower_deg, box.upper_deg]).max()
     if 0.0 < largest < RADIANS:
         findings.problem(
-            f"the largest angle of [donning] and [task_workspace] is {largest:g}°. Are these radians? rig.toml is in °."
+            f"the largest angle of [donning] and [task_workspace] is {largest:g}°. It seems to be in radians; "
+            "rig.toml is in °."
         )
     arm = settings.donning.arm_posture_deg or [0.0]
     if np.abs(arm).max() > ARM_ANGLE_MAX_DEG:
         within = False
         findings.problem(
             f"donning.arm_posture_deg holds {max(arm, key=abs):g}°; allowed: ±{ARM_ANGLE_MAX_DEG:g}°. Give the "
-            "wearer's angles as they are seen where the cuffs are fastened."
+            "wearer's joint angles in the posture in which the cuffs are fastened."
         )
     for what, postures in _postures(description).items():
         for i, joint in enumerate(tree.joints):
@@ -109,7 +110,7 @@ def _examine_angles(description: RigDescription, tree: Tree, findings: CheckFind
 
 
 def _postures(description: RigDescription) -> dict[str, Float[np.ndarray, "posture joint"]]:
-    """All postures that the file names, in degrees."""
+    """All postures that the file names [°], by their names in messages."""
     settings = description.settings
     box = settings.task_workspace
     postures = {"donning": [settings.donning.posture_deg], "task_workspace": [box.lower_deg, box.upper_deg]}

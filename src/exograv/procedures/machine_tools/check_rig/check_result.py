@@ -9,7 +9,7 @@ from exograv.results import OPTIONAL
 
 @dataclass(frozen=True)
 class SoftestFreedom:
-    """Freedom of the arm that the cuffs hold most softly."""
+    """Freedom of the arm that the cuffs hold with the lowest stiffness."""
 
     freedom: str
     Nm_per_rad: float
@@ -17,7 +17,7 @@ class SoftestFreedom:
 
 @dataclass(frozen=True)
 class CuffStrain:
-    """Largest strain of a cuff through the task workspace where nothing loads it: 0 in a perfect fit."""
+    """Largest strain of an unloaded cuff through the task workspace: 0 in a perfect fit."""
 
     stretch_mm: float
     turn_deg: float

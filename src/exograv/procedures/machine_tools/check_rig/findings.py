@@ -1,4 +1,4 @@
-"""What a check has found so far: sentences for whoever builds the machine."""
+"""Findings of a check: sentences for the builder of the machine."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -11,13 +11,13 @@ Result = TypeVar("Result")
 
 @dataclass
 class CheckFindings:
-    """Problems must be solved before the machine can be used; notes only say how far it goes."""
+    """Problems, which must be solved before the machine can be used, and notes about its capabilities."""
 
     problems: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
     def attempt(self, action: Callable[[], Result]) -> Result | None:
-        """What the action returns; None where it refuses, and its reason is one problem more."""
+        """Run the action and return its result. On an error, add its message as a problem and return None."""
         try:
             return action()
         except ExogravError as error:
@@ -25,11 +25,11 @@ class CheckFindings:
             return None
 
     def problem(self, sentence: str) -> None:
-        """Add one; said twice, as for a right and a left file, it stands once."""
+        """Add a problem once, even if both the right and the left file have it."""
         if sentence not in self.problems:
             self.problems.append(sentence)
 
     def note(self, sentence: str) -> None:
-        """Add one."""
+        """Add a note once."""
         if sentence not in self.notes:
             self.notes.append(sentence)

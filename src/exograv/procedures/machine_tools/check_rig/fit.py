@@ -1,4 +1,4 @@
-"""Does an arm fit into the machine where its cuffs are fastened, and can the loops stay closed from there on?"""
+"""Fit of an arm in the machine at donning, and strain of the cuffs through the task workspace."""
 
 import casadi as ca
 import numpy as np
@@ -18,21 +18,22 @@ from .findings import CheckFindings
 
 POSTURES = 32
 ELBOW_OFF_M = 0.04
-"""From the arm's elbow to the machine's elbow axis: twice what donning leaves [m]."""
+"""Allowed distance from the arm's elbow to the machine's elbow axis [m]: twice the error of donning."""
 CUFF_OFF_M = 0.10
-"""From a cuff's frame to the axis of its segment, or beyond its ends: thicker than an arm [m]."""
+"""Allowed distance of a cuff's frame from the axis of its segment, or beyond its ends [m]: more than an arm's
+thickness."""
 TILT_MAX_DEG = 30.0
-"""Between a cuff's z, or the machine's elbow axis, and the arm's own."""
+"""Allowed angle of a cuff's z, or the machine's elbow axis, to the arm's own [°]."""
 STRETCH_MAX_M, TURN_MAX_DEG = 0.03, 30.0
-"""Of a cuff: under the weight of an arm it sags 4-19 mm (docs/arm.md)."""
-SLOPE_MAX = 1e-3  # N·m: what the search for the closed posture may leave
+"""Allowed strain of a cuff. Under the weight of an arm it sags 4-19 mm (docs/arm.md)."""
+SLOPE_MAX = 1e-3  # N·m: allowed residual of the search for the closed posture
 
 Point = Float[np.ndarray, " 3"]
 Pose = tuple[Float[np.ndarray, "3 3"], Point]
 
 
 class Donned:
-    """Machine and arm where the cuffs are fastened, in numbers."""
+    """Numeric poses of machine and arm in the posture of donning."""
 
     def __init__(self, assembly: Assembly):
         self.assembly, description = assembly, assembly.description
@@ -44,15 +45,15 @@ class Donned:
         self._arm = body_poses(assembly.arm.tree, x, self._roots)
 
     def exo_body(self, body: int) -> Pose:
-        """Of the machine."""
+        """Pose of a body of the machine."""
         return _numbers(self._exo[body])
 
     def exo_frame(self, name: str) -> Pose:
-        """Of the machine."""
+        """Pose of a frame of the machine."""
         return self._frame(self.assembly.exo, self._exo, name)
 
     def arm_frame(self, name: str) -> Pose:
-        """Of the arms, with the side before the name where there are two."""
+        """Pose of a frame of the arms; a machine with two arms has the side before the name."""
         return self._frame(self.assembly.arm.tree, self._arm, name)
 
     def _frame(self, tree: Tree, poses: list[Transform], name: str) -> Pose:
@@ -60,14 +61,14 @@ class Donned:
 
 
 def cuffs_of(assembly: Assembly, limb: Limb) -> list[Cuff]:
-    """The cuffs that hold one arm, the most distal last."""
+    """Cuffs that hold one arm, the most distal last."""
     order = ("upper_arm", "forearm", "hand")
     mine = [cuff for cuff in assembly.cuffs if cuff.side in (None, limb.side)]
     return sorted(mine, key=lambda cuff: order.index(cuff.segment))
 
 
 def ancestors(tree: Tree, body: int) -> list[int]:
-    """Joints that move a body, from the base on."""
+    """Joints that move a body, from the base outwards."""
     chain = []
     while body >= 0:
         chain.insert(0, body)
@@ -76,7 +77,7 @@ def ancestors(tree: Tree, body: int) -> list[int]:
 
 
 def examine_donning(donned: Donned, findings: CheckFindings) -> None:
-    """Whether the arm that the file describes lies where the machine and its cuffs are."""
+    """Check that the described arm lies where the machine and its cuffs are."""
     assembly = donned.assembly
     for limb in assembly.arm.limbs:
         for cuff in cuffs_of(assembly, limb):
@@ -101,8 +102,9 @@ def _examine_cuff(donned: Donned, limb: Limb, cuff: Cuff, findings: CheckFinding
     tilt = _degrees(float(abs(R_arm[:, 2] @ R_cuff[:, 2])))
     if tilt > TILT_MAX_DEG:
         findings.problem(
-            f"z of '{cuff.exo_frame}' is {tilt:.0f}° off the {cuff.segment} at donning; allowed: {TILT_MAX_DEG:.0f}°. "
-            "A cuff's z is along the limb: turn that frame in the URDF, or correct donning.arm_posture_deg."
+            f"z of '{cuff.exo_frame}' is {tilt:.0f}° off the axis of the {cuff.segment} at donning; allowed: "
+            f"{TILT_MAX_DEG:.0f}°. A cuff's z is along the limb: turn that frame in the URDF, or correct "
+            "donning.arm_posture_deg."
         )
 
 
@@ -119,13 +121,13 @@ def _examine_elbow(donned: Donned, limb: Limb, findings: CheckFindings) -> None:
         if beside > ELBOW_OFF_M or tilt > TILT_MAX_DEG:
             findings.problem(
                 f"the wearer's elbow is {1e3 * beside:.0f} mm beside the axis of '{joint.name}' at donning, and "
-                f"{tilt:.0f}° turned against it; allowed: {1e3 * ELBOW_OFF_M:.0f} mm and {TILT_MAX_DEG:.0f}°. Correct "
+                f"{tilt:.0f}° tilted against it; allowed: {1e3 * ELBOW_OFF_M:.0f} mm and {TILT_MAX_DEG:.0f}°. Correct "
                 "donning, shoulder_centre or the lengths."
             )
 
 
 def examine_loops(assembly: Assembly, solver: LoopSolver, findings: CheckFindings) -> CuffStrain:
-    """How far the cuffs are strained through the task workspace where nothing loads them: 0 in a perfect fit."""
+    """Return the largest strain of unloaded cuffs through the task workspace: 0 in a perfect fit."""
     worst = (0.0, 0.0, np.zeros(assembly.n))
     turned = 0.0
     for y in sample_postures(assembly.description, POSTURES):
@@ -139,7 +141,7 @@ def examine_loops(assembly: Assembly, solver: LoopSolver, findings: CheckFinding
     stretch, _, y = worst
     if stretch > STRETCH_MAX_M or turned > TURN_MAX_DEG:
         at = ", ".join(f"{angle:.0f}" for angle in np.rad2deg(y))
-        amount = f"stretched by {1e3 * stretch:.0f} mm" if np.isfinite(stretch) else "in no rest at all"
+        amount = f"stretched by {1e3 * stretch:.0f} mm" if np.isfinite(stretch) else "without any position of rest"
         findings.problem(
             f"the loops of machine and arm cannot close: at [{at}]° a cuff is {amount}, and one is turned by up to "
             f"{turned:.0f}°; allowed: {1e3 * STRETCH_MAX_M:.0f} mm and {TURN_MAX_DEG:.0f}°. The machine's axes miss "

@@ -1,4 +1,4 @@
-"""A machine's folder, however broken: all that is wrong with its files, not only the first mistake."""
+"""Reading of a machine's folder that collects all mistakes in its files, not only the first."""
 
 import tomllib
 from pathlib import Path
@@ -16,34 +16,34 @@ from .findings import CheckFindings
 
 
 def locate(rig: str) -> Path:
-    """The folder of a machine by its name or path.
+    """Return the folder of a machine, by its name or path.
 
     Raises:
-        ConfigError: There is neither.
+        ConfigError: No machine has this name or path.
     """
     return Path(rig) if Path(rig).is_dir() else rig_folder(rig)
 
 
 def read_settings(folder: Path, findings: CheckFindings) -> tuple[RigSettings | None, list[Path]]:
-    """The settings where nothing is wrong with them, and the URDF files that they name, as far as can be told."""
+    """Return the settings, or None if anything is wrong with them, and the URDF files that `rig.toml` names."""
     data = _data(folder, findings)
     files = _files(folder, data)
     asked = len(findings.problems)
     try:
         settings = RigSettings.model_validate(data) if data else None
     except ValidationError as error:
-        # A question that is not answered has been said; what it does to its field would only repeat it.
+        # An open question was already reported; the error at its field would only repeat it.
         about = [finding for finding in error.errors(include_url=False) if MARK not in str(finding["input"])]
         for finding in about:
             findings.problem(f"rig.toml: {validation_sentence(finding)}")
         if not about and not asked:
-            findings.problem("rig.toml: a value is not answered.")
+            findings.problem("rig.toml: a value is still '?'. Replace it.")
         settings = None
     return (settings if not findings.problems else None), files
 
 
 def read_trees(files: list[Path], findings: CheckFindings) -> dict[str, Tree]:
-    """The trees of all files that can be read, by file name."""
+    """Return the trees of all files that can be read, by file name."""
     trees = {}
     for file in files:
         if not file.is_file():
@@ -58,7 +58,7 @@ def read_trees(files: list[Path], findings: CheckFindings) -> dict[str, Tree]:
 def _data(folder: Path, findings: CheckFindings) -> dict[str, Any]:
     path = folder / "rig.toml"
     if not path.is_file():
-        findings.problem(f"{folder} has no rig.toml. `exograv new-rig URDF` writes one with all that it must say.")
+        findings.problem(f"{folder} has no rig.toml. `exograv new-rig URDF` writes one with all required entries.")
         return {}
     try:
         text = path.read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""What the picture of a machine shows: points in the base frame, nothing that needs the model to be drawn."""
+"""Data of a machine's picture: points in the base frame, so that drawing does not need the model."""
 
 import numpy as np
 from jaxtyping import Float
@@ -12,7 +12,7 @@ from .reach import VOXEL_M, ArmReach
 
 
 def picture_data(donned: Donned, reached: list[ArmReach], result: CheckResult) -> MachinePicture:
-    """Points of both arms and of what they reach, beside the figures of the check."""
+    """Return points of machine, arms and their reach, beside the figures of the check."""
     return MachinePicture(
         title=donned.assembly.description.settings.title,
         arms=[_arm(donned, *one) for one in zip(donned.assembly.arm.limbs, reached, strict=True)],
@@ -50,7 +50,7 @@ def _links(donned: Donned, limb: Limb) -> Float[np.ndarray, "_ 4"]:
 
 
 def _machine(donned: Donned, limb: Limb) -> Points:
-    """Shoulder centre, joints, and the frame of the last cuff; what coincides stands once."""
+    """Points of the shoulder centre, the joints, and the frame of the last cuff, without duplicates."""
     exo = donned.assembly.exo
     last = cuffs_of(donned.assembly, limb)[-1].exo_frame
     points = [donned.exo_frame(donned.assembly.description.shoulder_centre(limb.side))[1]]

@@ -1,4 +1,4 @@
-"""Where the finger tips get to, and where the machine's axes fall together."""
+"""Reach of the finger tips, and conditioning of the machine's joints."""
 
 from dataclasses import dataclass
 
@@ -14,9 +14,10 @@ from .findings import CheckFindings
 from .fit import Donned, cuffs_of
 
 VOXEL_M = 0.05
-LENGTH_M = 0.3  # a shift of so much counts like a turn by one radian
+LENGTH_M = 0.3  # a shift by this length counts like a turn by one radian
 SINGULAR = 0.1
-"""Smallest over largest singular value of the machine's Jacobian: as if two axes were 6° apart."""
+"""Smallest over largest singular value of the machine's Jacobian below which a posture is singular, as if two axes were
+6° apart."""
 SAMPLES, SAMPLES_OF_JACOBIAN = 16384, 2048
 
 Points = Float[np.ndarray, "point 3"]
@@ -25,56 +26,56 @@ Postures = Float[np.ndarray, "posture joint"]
 
 @dataclass(frozen=True)
 class ArmReach:
-    """Of one arm."""
+    """Reach of one arm."""
 
     side: str
     points: Points
-    """Middles of the voxels that the finger tip gets to within the joints' limits, in the base frame [m]."""
+    """Centres of the voxels that the finger tip reaches within the joints' limits, in the base frame [m]."""
 
     task_points: Float[np.ndarray, "task_point 3"]
-    """The same within the task workspace [m]."""
+    """Centres of the voxels reached within the task workspace [m]."""
 
     furthest_m: float
-    """Of the finger tip from the shoulder centre [m]."""
+    """Largest distance of the finger tip from the shoulder centre [m]."""
 
     @property
     def volume_m3(self) -> float:
-        """By voxels [m³]."""
+        """Reached volume, by voxels [m³]."""
         return len(self.points) * VOXEL_M**3
 
 
 @dataclass(frozen=True)
 class Conditioning:
-    """Smallest over largest singular value of what the joints do to the cuffs: 0 where a motion is lost [-]."""
+    """Smallest over largest singular value of the joints' effect on the cuffs [-]: 0 where a motion is lost."""
 
     worst: float
-    """In the task workspace."""
+    """Smallest value in the task workspace."""
 
     worst_deg: list[float]
-    """Where."""
+    """Posture of the smallest value [°]."""
 
     margin_deg: float | None
-    """How far outside the task workspace the nearest singular posture lies, in the joint that is farthest off; None if
-    there is none within the limits."""
+    """Distance of the nearest singular posture from the task workspace, in the joint that is farthest outside [°]; None
+    if there is none within the limits."""
 
     margin_at_deg: list[float] | None
 
 
 def box(assembly: Assembly) -> tuple[Float[np.ndarray, " joint"], Float[np.ndarray, " joint"]]:
-    """Limits of the joints [rad]; an endless one's count as a turn."""
+    """Limits of the joints [rad]; those of an endless joint are -π and π."""
     ends = np.array([(joint.lower, joint.upper) for joint in assembly.exo.joints]).T
     return np.maximum(ends[0], -np.pi), np.minimum(ends[1], np.pi)
 
 
 def spread(lower: np.ndarray, upper: np.ndarray, count: int) -> Postures:
     """Postures spread evenly over a box [rad]."""
-    from scipy.stats import qmc  # 0.3 s that no tick has to wait for
+    from scipy.stats import qmc  # takes 0.3 s to import, which no tick may wait for
 
     return lower + qmc.Sobol(len(lower), scramble=False).random(count) * (upper - lower)
 
 
 def reach(donned: Donned) -> list[ArmReach]:
-    """Of each arm; the arm lies in the machine as it was fastened."""
+    """Reach of each arm. The arm lies in the machine as at donning."""
     assembly = donned.assembly
     tips = _tips(donned)
     everywhere = _at(tips, spread(*box(assembly), SAMPLES))
@@ -89,12 +90,12 @@ def reach(donned: Donned) -> list[ArmReach]:
 
 
 def voxels(points: Points) -> Float[np.ndarray, "voxel 3"]:
-    """Middles of the cubes of `VOXEL_M` that hold a point."""
+    """Centres of the cubes of `VOXEL_M` that hold a point."""
     return (np.unique(np.floor(points / VOXEL_M), axis=0) + 0.5) * VOXEL_M
 
 
 def conditioning(assembly: Assembly) -> Conditioning:
-    """How well the machine can move the cuffs in all the ways that it has joints for."""
+    """Return how well the machine can move the cuffs in all directions that its joints allow."""
     jacobian = _jacobian(assembly)
     lower, upper = assembly.description.workspace
     task = np.vstack([spread(lower, upper, SAMPLES_OF_JACOBIAN // 2), _corners(lower, upper)])
@@ -112,17 +113,17 @@ def conditioning(assembly: Assembly) -> Conditioning:
 
 
 def examine_conditioning(description: RigDescription, found: Conditioning, findings: CheckFindings) -> None:
-    """A task workspace must not hold postures in which the machine loses a motion."""
+    """Report a singular posture in the task workspace, in which the machine loses a motion."""
     if found.worst < SINGULAR:
         at = ", ".join(f"{name} {angle:.0f}°" for name, angle in zip(description.joints, found.worst_deg, strict=True))
         findings.problem(
-            f"the task workspace holds a nearly singular posture ({at}): conditioning {found.worst:.3f}; allowed: from "
-            f"{SINGULAR} on. Two axes fall together there: move the task workspace away from it."
+            f"the task workspace holds a nearly singular posture ({at}): conditioning {found.worst:.3f}; allowed: at "
+            f"least {SINGULAR}. Two axes coincide there: move the task workspace away from it."
         )
 
 
 def _tips(donned: Donned) -> ca.Function:
-    """Finger tips (3 · arm,) for a posture, each carried along by its last cuff."""
+    """Return the function from a posture to the finger tips (3 · arm,), each fixed to its last cuff."""
     assembly = donned.assembly
     y = ca.SX.sym("y", assembly.n)
     poses, points = body_poses(assembly.exo, y), []
@@ -140,12 +141,12 @@ def _at(tips: ca.Function, postures: Postures) -> Float[np.ndarray, "arm posture
 
 
 def _jacobian(assembly: Assembly) -> ca.Function:
-    """How places and turns of all cuffs (12 · cuff, joint) follow the joints."""
+    """Return the function from a posture to the Jacobian of all cuff poses (12 · cuff, joint)."""
     y = ca.SX.sym("y", assembly.n)
     poses, rows = body_poses(assembly.exo, y), []
     for cuff in assembly.cuffs:
         pose = frame_pose(assembly.exo, poses, cuff.exo_frame)
-        # A rotation's entries change √2 times as fast, taken together, as it turns.
+        # The Frobenius norm of a rotation matrix changes √2 times as fast as the angle.
         rows += [pose.p / LENGTH_M, ca.vec(pose.R) / np.sqrt(2.0)]
     return ca.Function("jacobian", [y], [ca.jacobian(ca.vertcat(*rows), y)])
 
@@ -153,7 +154,7 @@ def _jacobian(assembly: Assembly) -> ca.Function:
 def _ratios(jacobian: ca.Function, postures: Postures) -> Float[np.ndarray, " posture"]:
     count, n = postures.shape
     stacked = np.array(jacobian.map(count)(postures.T)).reshape(-1, count, n).transpose(1, 0, 2)
-    # Singular values by the small matrix: the ratio that counts is far above rounding.
+    # The eigenvalues of J'J are cheaper than singular values; the ratio that matters is far above rounding.
     values = np.linalg.eigvalsh(stacked.transpose(0, 2, 1) @ stacked)
     return np.sqrt(np.maximum(values[:, 0], 0.0) / np.maximum(values[:, -1], np.finfo(float).tiny))
 

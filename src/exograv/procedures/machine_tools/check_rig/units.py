@@ -1,4 +1,4 @@
-"""Lengths, masses and angles that no exoskeleton has: degrees for radians, mm for m, g for kg."""
+"""Implausible lengths, masses and angles: degrees for radians, mm for m, g for kg."""
 
 import numpy as np
 
@@ -7,22 +7,23 @@ from exograv.model.tree import Joint, Tree
 
 from .findings import CheckFindings
 
-TURN_MAX = 2 * np.pi  # rad: no joint of an exoskeleton turns once round
-SPEED_MAX = 35.0  # rad/s: 2000°/s; beyond, a limit is in degrees
+TURN_MAX = 2 * np.pi  # rad: no joint of an exoskeleton makes a full turn
+SPEED_MAX = 35.0  # rad/s: 2000°/s; a larger limit is probably in degrees
 LENGTH_MAX_M, LENGTH_MIN_M = 1.5, 0.05
-"""Between two joints, or from a joint to its link's centre: an arm is shorter; a machine's longest is not below."""
+"""Plausible largest distance between two joints, or from a joint to its link's centre. An arm is shorter than the
+maximum; the longest distance in a machine is not below the minimum."""
 CURRENT_MIN_A, CURRENT_MAX_A = 0.2, 300.0
-"""At peak torque; a torque constant in mN·m/A makes it a thousand times less."""
+"""Plausible current at peak torque. A torque constant in mN·m/A gives a current that is 1000 times lower."""
 ROTOR_MAX = 2.0  # kg·m² at the joint: ten times that of a harmonic drive of 60 N·m
 STIFFNESS_MAX_N_PER_MM, STIFFNESS_MAX_NM_PER_DEG = 500.0, 50.0
-"""Of a cuff: a hundred times a strap's; no flesh is that hard."""
+"""Largest plausible stiffness of a cuff: 100 times that of a strap. No flesh is that stiff."""
 WEIGHT_MAX_KG = 30.0
 LINK_MAX_KG, LINK_MIN_KG = 25.0, 0.005
-"""The heaviest published link weighs 6.7 kg (NESM), a bare bracket some grams."""
+"""Plausible mass of a link. The heaviest published link weighs 6.7 kg (NESM), a bare bracket some grams."""
 
 
 def examine_units(file: str, tree: Tree, findings: CheckFindings) -> None:
-    """What cannot be in the units of URDF (m, kg, rad)."""
+    """Report values that cannot be in the units of URDF (m, kg, rad)."""
     for joint in tree.joints:
         _examine_joint(file, joint, findings)
     longest = 0.0
@@ -32,18 +33,18 @@ def examine_units(file: str, tree: Tree, findings: CheckFindings) -> None:
         for what, length in ((f"joint '{joint.name}' from its parent", place), (f"centre of link '{body}'", centre)):
             if length > LENGTH_MAX_M:
                 findings.problem(
-                    f"{file}: {what} is {length:.4g} m away; allowed: up to {LENGTH_MAX_M} m. Is it in mm? "
+                    f"{file}: {what} is {length:.4g} m away; allowed: up to {LENGTH_MAX_M} m. It may be in mm. "
                     "URDF is in m."
                 )
         if not LINK_MIN_KG <= phi[0] <= LINK_MAX_KG:
             findings.problem(
-                f"{file}: link '{body}' weighs {phi[0]:.4g} kg; allowed: {LINK_MIN_KG} to {LINK_MAX_KG} kg. Is it in "
-                "another unit? URDF is in kg."
+                f"{file}: link '{body}' weighs {phi[0]:.4g} kg; allowed: {LINK_MIN_KG} to {LINK_MAX_KG} kg. It may be "
+                "in another unit; URDF is in kg."
             )
     if longest < LENGTH_MIN_M:
         findings.problem(
-            f"{file}: no joint or centre of mass is more than {longest:.2g} m from its joint; an arm's machine has "
-            f"some beyond {LENGTH_MIN_M} m. URDF is in m."
+            f"{file}: no joint or centre of mass is more than {longest:.2g} m from its joint; a machine for an arm has "
+            f"distances over {LENGTH_MIN_M} m. URDF is in m."
         )
 
 
@@ -51,26 +52,26 @@ def _examine_joint(file: str, joint: Joint, findings: CheckFindings) -> None:
     where = f"{file}: joint '{joint.name}'"
     if joint.kind == "prismatic":
         if max(abs(joint.lower), abs(joint.upper)) > LENGTH_MAX_M:
-            findings.problem(f"{where} slides {joint.lower:.4g} to {joint.upper:.4g} m. Is that in mm? URDF is in m.")
+            findings.problem(f"{where} slides {joint.lower:.4g} to {joint.upper:.4g} m. It may be in mm; URDF is in m.")
         return
     if not np.isfinite([joint.lower, joint.upper]).all():
         findings.problem(
-            f"{where} is continuous: nothing keeps an arm from being turned round. Make it revolute, with limits."
+            f"{where} is continuous: no limit protects the arm from a full turn. Make it revolute, with limits."
         )
     elif max(abs(joint.lower), abs(joint.upper)) > TURN_MAX:
         findings.problem(
-            f"{where} turns from {joint.lower:.4g} to {joint.upper:.4g} rad, more than once round. Are these degrees? "
-            "URDF is in rad."
+            f"{where} turns from {joint.lower:.4g} to {joint.upper:.4g} rad, more than a full turn. These may be "
+            "degrees; URDF is in rad."
         )
     if joint.velocity > SPEED_MAX:
         findings.problem(
-            f"{where} may turn at {joint.velocity:.4g} rad/s; allowed: up to {SPEED_MAX:g}. Is that in °/s? "
+            f"{where} may turn at {joint.velocity:.4g} rad/s; allowed: up to {SPEED_MAX:g}. It may be in °/s; "
             "URDF is in rad/s."
         )
 
 
 def examine_numbers(settings: RigSettings, findings: CheckFindings) -> None:
-    """What cannot be in the units of `rig.toml`."""
+    """Report values that cannot be in the units of `rig.toml`."""
     for actuator in settings.actuators:
         _examine_drive(actuator, findings)
     for cuff in settings.cuffs:
@@ -78,7 +79,8 @@ def examine_numbers(settings: RigSettings, findings: CheckFindings) -> None:
     for weight in [] if settings.calibration is None else settings.calibration.weights_kg:
         if weight > WEIGHT_MAX_KG:
             findings.problem(
-                f"calibration.weights_kg holds {weight:g} kg; allowed: up to {WEIGHT_MAX_KG:g} kg. Is it in g?"
+                f"calibration.weights_kg holds {weight:g} kg; allowed: up to {WEIGHT_MAX_KG:g} kg. It may be in g; "
+                "give kg."
             )
 
 
@@ -90,12 +92,12 @@ def _examine_drive(actuator: Actuator, findings: CheckFindings) -> None:
         findings.problem(
             f"'{actuator.joint}' gives {actuator.nominal_gain:.4g} N·m/A by torque constant, gear ratio and efficiency "
             f"and would need {current:.2g} A for its {actuator.torque_max_Nm:g} N·m; allowed: {CURRENT_MIN_A} to "
-            f"{CURRENT_MAX_A:g} A. Is torque_constant_Nm_per_A in mN·m/A?"
+            f"{CURRENT_MAX_A:g} A. Check that torque_constant_Nm_per_A is not in mN·m/A."
         )
     if actuator.rotor_inertia_kgm2 > ROTOR_MAX:
         findings.problem(
             f"rotor_inertia_kgm2 of '{actuator.joint}' is {actuator.rotor_inertia_kgm2:g} kg·m²; allowed: up to "
-            f"{ROTOR_MAX:g}. It is the rotor's in kg·m², times the square of the gear ratio."
+            f"{ROTOR_MAX:g}. It is the inertia of the rotor times the square of the gear ratio."
         )
 
 
@@ -109,6 +111,6 @@ def _examine_cuff(cuff: Cuff, findings: CheckFindings) -> None:
         value = getattr(cuff, name)
         if value > most:
             findings.problem(
-                f"{name} of cuff '{cuff.name}' is {value:g}; allowed: up to {most:g}. Is it in another unit? Cuffs "
-                "hold with some N/mm and tenths of N·m/°."
+                f"{name} of cuff '{cuff.name}' is {value:g}; allowed: up to {most:g}. Check its unit. Cuffs "
+                "have some N/mm and tenths of N·m/°."
             )

@@ -1,1 +1,1 @@
-"""Sessions in which support follows what a person reaches, block by block, day by day."""
+"""Sessions with assist as needed: support follows the targets that a person reaches, block by block and day by day."""

@@ -1,4 +1,4 @@
-"""The therapist's page of one participant: support against block with its bounds, and every decision in words."""
+"""Therapist's page of one participant: support of each block with its bounds, and the reason of each decision."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ def write_assist_page(path: Path, file: AssistFile, words: AssistTexts) -> None:
 
 
 def course(file: AssistFile) -> list[SupportBlock]:
-    """Blocks of all sessions as the figure shows them."""
+    """Return the blocks of all sessions as the figure shows them."""
     return [
         SupportBlock(
             session=session.number,
@@ -36,7 +36,7 @@ def course(file: AssistFile) -> list[SupportBlock]:
 
 
 def page_of(file: AssistFile, words: AssistTexts) -> Page:
-    """Content of the page; the same sessions give the same page."""
+    """Return the content of the page. The same sessions give the same page."""
     word, last = words.page, file.sessions[-1]
     rows = [
         (

@@ -1,4 +1,4 @@
-"""What is kept of a participant's sessions: each block, each decision; the file that the next session begins from."""
+"""Record of a participant's sessions: each block and decision, and the file from which the next session starts."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -16,23 +16,23 @@ Percent = Annotated[float, Field(ge=0.0, le=100.0)]
 
 
 class AssistBlock(Settings):
-    """Attempts with one support, and what was decided after them."""
+    """Attempts with one support level, and the decision after them."""
 
     support_percent: Percent
     reached: tuple[bool, ...]
     sank: bool
     code: str
-    """Of the sentence (`task.assist_as_needed.SENTENCES`)."""
+    """Code of the decision's sentence (`task.assist_as_needed.SENTENCES`)."""
 
     gaps: dict[str, int | float]
-    """What fills it."""
+    """Values for the gaps of the sentence."""
 
     after_percent: Percent
     has_failed: bool
 
 
 class AssistSession(Settings):
-    """One day."""
+    """Session of one day."""
 
     number: Annotated[int, Field(ge=1)]
     protocol: AssistProtocol
@@ -43,7 +43,7 @@ class AssistSession(Settings):
 
     @property
     def state(self) -> AssistState:
-        """Where the person is after the last block."""
+        """State of the person after the last block."""
         if not self.blocks:
             return AssistState(self.began_percent, self.began_percent)
         last = self.blocks[-1]
@@ -51,7 +51,7 @@ class AssistSession(Settings):
 
 
 class AssistFile(Settings):
-    """The whole file."""
+    """File of one participant's sessions."""
 
     schema_version: Literal[1] = 1
     participant: str
@@ -59,16 +59,17 @@ class AssistFile(Settings):
     sessions: tuple[AssistSession, ...] = ()
 
     def with_session(self, session: AssistSession) -> "AssistFile":
-        """The same with this session as it is now."""
+        """Return a copy of the file with the present state of this session."""
         others = tuple(one for one in self.sessions if one.number != session.number)
         return self.model_copy(update={"sessions": (*others, session)})
 
 
 def opened(file: AssistFile, loaded: LoadedAssist, needed_percent: float | None, new_session: bool) -> AssistSession:
-    """The session to be flown: the one that was broken off, or the next.
+    """Return the session to be flown: the interrupted one, or the next.
 
     Raises:
-        ConfigError: It is broken off under another protocol, or more is told than a next session takes.
+        ConfigError: The session was interrupted under another protocol, or the needed support is given after the first
+            session.
     """
     last, rule = file.sessions[-1] if file.sessions else None, loaded.settings.rule
     fresh = {"protocol": loaded.settings, "protocol_sha256": loaded.sha256}
@@ -76,16 +77,16 @@ def opened(file: AssistFile, loaded: LoadedAssist, needed_percent: float | None,
         return AssistSession(number=1, began_percent=first_session(rule, needed_percent).began_percent, **fresh)
     if needed_percent is not None:
         raise ConfigError(
-            f"--needed-percent is for the first session; {file.participant} has had {len(file.sessions)}, and the "
-            "next begins from the last. Leave it out."
+            f"--needed-percent is for the first session; {file.participant} has {len(file.sessions)} already, and the "
+            "next session continues the last. Leave it out."
         )
     if last.is_over or new_session:
         begin = next_session(rule, last.state).state.began_percent
         return AssistSession(number=last.number + 1, began_percent=begin, **fresh)
     if last.protocol_sha256 != loaded.sha256:
         raise ConfigError(
-            f"Session {last.number} of {file.participant} was broken off under another protocol file "
-            f"('{last.protocol.name}'). Give the same file, or begin another session with --new-session."
+            f"Session {last.number} of {file.participant} was interrupted under another protocol file "
+            f"('{last.protocol.name}'). Give the same file, or start another session with --new-session."
         )
     return last
 
@@ -94,8 +95,8 @@ ASSIST_FILE = StateFile[AssistFile](
     pack=lambda file: file.model_dump_json(indent=1) + "\n",
     unpack=AssistFile.model_validate_json,
     advice=Advice(
-        too_large="{path} has more than {most} bytes; it is no file of sessions.",
-        damaged="{path} is damaged: {why} Take it from a copy, or move it away to begin anew.",
+        too_large="{path} has more than {most} bytes, so it is not a file of sessions. Give another --out.",
+        damaged="{path} is damaged: {why} Restore it from a copy, or move it away to start again.",
         other="--{name} is {value}, and the sessions in {path} were flown with {found}. Give the same, or another "
         "--participant.",
     ),
@@ -103,15 +104,15 @@ ASSIST_FILE = StateFile[AssistFile](
 
 
 def read_assist(path: Path, participant: str, options: OptionRecord) -> AssistFile:
-    """Sessions of this participant; none where there is no file.
+    """Return the sessions of this participant; an empty record if there is no file.
 
     Raises:
-        ConfigError: It cannot be read, is damaged, or is of another participant or virtual person.
+        ConfigError: The file cannot be read, is damaged, or is of another participant or virtual person.
     """
     file = ASSIST_FILE.find(path)
     if file is None:
         return AssistFile(participant=participant, options=options)
     if file.participant != participant:
-        raise ConfigError(f"{path} is of {file.participant}, not of {participant}. Give another --out.")
+        raise ConfigError(f"{path} belongs to {file.participant}, not to {participant}. Give another --out.")
     ASSIST_FILE.refuse_other(path, file.options, options)
     return file

@@ -1,4 +1,7 @@
-"""What the command and its page say, in English and German; the decisions' own sentences are the task's."""
+"""Texts of the command and its page, in English and German.
+
+The sentences of decisions are in `task.assist_as_needed`.
+"""
 
 import json
 from collections.abc import Mapping
@@ -23,28 +26,28 @@ def page_words(language: Language) -> Mapping[str, str]:
 
 @dataclass(frozen=True)
 class AssistTexts:
-    """What is said, and in which language."""
+    """Texts in one language."""
 
     language: Language
     sentences: Mapping[Language, Mapping[str, str]]
-    """Of the decisions, by code, with gaps."""
+    """Sentences of the decisions, by code, with gaps."""
 
     def page(self, name: str, **gaps: object) -> str:
-        """One of the page's own, filled."""
+        """Return a text of the page, with its gaps filled."""
         return page_words(self.language)[name].format(**gaps)
 
     def decided(self, block: AssistBlock) -> str:
-        """Why support is what it is after this block."""
+        """Return the reason for the support after this block."""
         return self.in_all(block)[self.language]
 
     def in_all(self, block: AssistBlock) -> dict[Language, str]:
-        """The same in every language there is."""
+        """Return the reason for the support after this block in every language."""
         return {language: render(said, block.code, block.gaps) for language, said in self.sentences.items()}
 
     def following(self, percent: float) -> str:
-        """Support with which the next session begins."""
+        """Return the sentence on the support with which the next session starts."""
         return render(self.sentences[self.language], "assist.next", {"after": f"{percent:g}"})
 
     def said(self, number: int, block: AssistBlock) -> str:
-        """For the terminal."""
+        """Return the line on this block for the terminal."""
         return self.page("said", block=number, support=f"{block.support_percent:g}", text=self.decided(block))

@@ -1,4 +1,4 @@
-"""An identified arm that floats, all of its weight carried, behind the guard: where teaching and repeating begin."""
+"""Identified arm that floats behind the guard with all its weight carried: the start of teach, repeat and mirror."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from exograv.rig import Rig
 from exograv.safety.stops import StopReason
 
 LOOK_S = 0.02
-"""Between two looks at whether something is over."""
+"""Time between two checks whether a run is done [s]."""
 
 
 AnyRig = TypeVar("AnyRig", bound=Rig)
@@ -33,20 +33,20 @@ class GuardRecord:
 
 @dataclass
 class FloatingArm(Generic[AnyRig]):
-    """One person in one machine, and what control knows of both."""
+    """Floating arm: a person in a machine, with the controller's knowledge of both."""
 
     rig: AnyRig
     pilot: Pilot
     controller: ArmController
 
     def lead(self, guide: Guide, listener: Callable[[TickSample], None]) -> None:
-        """From floating to being led: the control law's own feedback comes by a ramp, and the guide's pull in it."""
+        """Fade from floating to guided: the control law's feedback comes by a ramp, and with it the guide's pull."""
         fade(
             self.pilot, self.controller, "drive", Drive.ALWAYS.goal(is_known=True), self.pilot.q.copy(), guide, listener
         )
 
     def float_again(self, guide: Guide, listener: Callable[[TickSample], None]) -> None:
-        """From being led to floating."""
+        """Fade from guided to floating."""
         fade(
             self.pilot,
             self.controller,
@@ -65,7 +65,7 @@ class FloatingArm(Generic[AnyRig]):
         guide: Guide | None = None,
         done: Callable[[], bool] = lambda: False,
     ) -> bool:
-        """Fly so long, or until it is done; whether it was.
+        """Run for `seconds`, or until `done` is true. Return True if it was.
 
         Raises:
             RigError: The envelope stopped the run.
@@ -86,7 +86,7 @@ class FloatingArm(Generic[AnyRig]):
 
 
 def rms_deg(errors: list[np.ndarray]) -> list[float]:
-    """Of each joint [°], from errors a tick [rad]."""
+    """RMS of each joint [°], from errors of each tick [rad]."""
     if not errors:
         return []
     return np.rad2deg(np.sqrt(np.mean(np.square(errors), axis=0))).round(3).tolist()

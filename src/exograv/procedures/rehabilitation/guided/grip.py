@@ -1,46 +1,47 @@
-"""How firmly an arm is held: the grip comes by a ramp, and gives way to whoever holds against it."""
+"""Grip on a guided arm: comes by a ramp, and fades when the person holds against the guidance."""
 
 import enum
 
 GRIP_S = 2.0
-"""In which the pull comes, from nothing to all of it."""
+"""Time in which the pull rises from zero to its full strength [s]."""
 
 GIVE_S = 2.0
-"""In which it goes while somebody holds against it."""
+"""Time in which the pull fades while the person holds against it [s]."""
 
 DROP_S = 0.2
-"""In which it goes when the person has gone elsewhere, or wants it to."""
+"""Time in which the pull fades when the person has moved away, or asks for release [s]."""
 
 FREE = 0.4
-"""Strain, the largest error over the pull's reach, up to which nothing waits for the arm."""
+"""Strain up to which the path keeps its speed. Strain is the largest error over the pull's reach [-]."""
 
 HELD = 0.85
-"""Strain from which on somebody holds against it: below 1, which a path that slows down never quite reaches."""
+"""Strain from which the person holds against the guidance [-]. It is below 1, which a path that slows down hardly
+reaches."""
 
 AWAY = 2.5
-"""Strain at which the person has gone elsewhere."""
+"""Strain at which the person has moved away from the path [-]."""
 
 
 class GripOutcome(enum.Enum):
-    """Of an arm; the value is a sentence for the operator."""
+    """Outcome of a guided arm; the value is a sentence for the operator."""
 
-    FREE = "The arm floats; nothing leads it."
+    FREE = "The arm floats without guidance."
     LED = "The arm is led."
     ARRIVED = "The path is at its end."
-    OVERRULED = "The person held against what leads the arm, and was let go."
-    RELEASED = "The arm was let go when somebody asked for it."
-    ENDED = "The time was over, and the arm was let go."
-    RUSHED = "The leading arm was jerked, and the other was let go."
-    LOST = "The following arm was left too far behind, and was let go."
+    OVERRULED = "The person held against the guidance, and the arm was released."
+    RELEASED = "The arm was released on request."
+    ENDED = "The time was over, and the arm was released."
+    RUSHED = "The leading arm moved with a jerk, and the following arm was released."
+    LOST = "The following arm was too far behind, and was released."
 
 
 def pace(strain: float) -> float:
-    """Share of its speed with which what leads goes on at a strain: 1 up to `FREE`, 0 at 1 and beyond."""
+    """Share of its speed with which a path or leading arm proceeds at a strain: 1 up to `FREE`, 0 from 1 on."""
     return min(1.0, max(0.0, (1.0 - strain) / (1.0 - FREE)))
 
 
 def next_grip(grip: float, state: GripOutcome, strain: float, dt: float) -> tuple[float, GripOutcome]:
-    """Grip, a share, and state after a tick of `dt` [s]."""
+    """Return the grip, a share, and the state after a tick of `dt` [s]."""
     if state not in (GripOutcome.LED, GripOutcome.ARRIVED):
         return max(grip - dt / DROP_S, 0.0), state
     if strain >= AWAY:

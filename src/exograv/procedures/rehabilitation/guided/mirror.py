@@ -1,4 +1,4 @@
-"""Both arms in one machine: the sound one leads, floated, and the other is led along its mirror image."""
+"""Mirror therapy in one machine: the sound arm leads, floating, and the other arm is led along its mirror image."""
 
 import itertools
 from collections.abc import Callable
@@ -20,10 +20,10 @@ from .pull import PullStrength
 from .repeat import SETTLE_S
 
 MIDDLE_M = 0.10
-"""Of the leading hand to the plane between the shoulders: nearer, and the hands would be at each other."""
+"""Least distance of the leading hand from the plane between the shoulders [m]. Closer hands could collide."""
 
 LOOK_TICKS = 20
-"""Between two looks at where the hands are."""
+"""Ticks between two checks of the hands' positions."""
 
 
 @dataclass(frozen=True)
@@ -37,13 +37,13 @@ class MirrorFigures:
 
 @dataclass
 class MirrorResult:
-    """What came of a session."""
+    """Result of a session."""
 
     state: GripOutcome = GripOutcome.FREE
     pull_max: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    """Largest torque of the pull a joint; none at the leading arm [N·m]."""
+    """Largest torque of the pull by joint; zero at the leading arm [N·m]."""
     waited_s: float = 0.0
-    """For how long the hands were too near to each other to go on."""
+    """Time during which the hands were too close together to proceed [s]."""
 
     @property
     def figures(self) -> MirrorFigures:
@@ -58,24 +58,24 @@ def mirror(
     act: Callable[[], bool] = lambda: False,
     watch: Callable[[MirrorGuide], None] = lambda _guide: None,
 ) -> MirrorResult:
-    """Let one arm follow the other for so long; both float afterwards, whatever happened.
+    """Let one arm follow the other for `seconds`. Both arms float afterwards, whatever the outcome.
 
     Args:
         flown: Both arms, floating.
-        lead: The arm that leads.
-        seconds: From when the other is taken hold of [s].
-        act: Called in every tick: whoever acts beside the machine; whether they want the arms let go.
-        watch: Called in every tick while one follows: whoever examines it.
+        lead: Arm that leads.
+        seconds: Duration from the moment when the following arm is gripped [s].
+        act: Called in every tick, to act beside the machine; True if the arms must be released.
+        watch: Called in every tick while one arm follows, to examine the guide.
 
     Raises:
-        ConfigError: The machine has not two arms that are mirror images.
+        ConfigError: The machine does not have two arms that are mirror images.
         RigError: The envelope stopped the run.
     """
     return _Session(flown, lead, act, watch).mirror(seconds)
 
 
 class _Session:
-    """Both arms, whoever acts, and what came of it so far."""
+    """State of one session: both arms, callbacks and the result so far."""
 
     def __init__(
         self, flown: FloatingArm, lead: ArmSide, act: Callable[[], bool], watch: Callable[[MirrorGuide], None]
@@ -104,7 +104,7 @@ class _Session:
         flown.run(seconds, "One arm follows the other", listen, guide, lambda: guide.has_let_go)
         done.state = GripOutcome.ENDED if guide.state is GripOutcome.LED else guide.state
         guide.let_go()
-        flown.run(2.0 * DROP_S, "Letting go", listen, guide)
+        flown.run(2.0 * DROP_S, "Releasing the arm", listen, guide)
         pilot.begin(FLOATING)
         flown.float_again(guide, self._acting)
         flown.controller.let_lead(None)
@@ -130,7 +130,7 @@ class _Session:
 
 
 class _Hands:
-    """Where the leading hand is, by control's model."""
+    """Position of the leading hand, by the controller's model."""
 
     def __init__(self, flown: FloatingArm, lead: ArmSide):
         self._controller = flown.controller
@@ -138,8 +138,12 @@ class _Hands:
         self._is_first = limbs[0].side == lead
 
     def to_middle(self, q: Float[np.ndarray, " joint"]) -> float:
-        """From fingertip or wrist, whichever is nearer, to the plane between the shoulders; negative beyond [m]."""
-        # From the first arm's fingertip over both shoulders to the other's (`skeleton_function`).
+        """Distance from fingertip or wrist, the nearer one, to the plane between the shoulders [m].
+
+        The distance is negative beyond the plane.
+        """
+        # The skeleton runs from the first arm's fingertip over both shoulders to the other fingertip
+        # (`skeleton_function`).
         points = np.array(self._controller.skeleton(q)[1])
         if not self._is_first:
             points = points[::-1]

@@ -1,4 +1,4 @@
-"""One arm leads, floated; the other follows its mirror image: late, no faster than allowed, and never hard."""
+"""Mirror guide: one arm leads, floating; the other follows its mirror image with limited speed and torque."""
 
 import numpy as np
 from jaxtyping import Float
@@ -14,23 +14,23 @@ Joints = Float[np.ndarray, " joint"]
 OfOneArm = Float[np.ndarray, " lead"]
 
 CLOSING_PER_S = 8.0
-"""Speed of the following arm's place over how far it is behind: an eighth of a second late."""
+"""Speed of the following target per distance [1/s], which gives a delay of an eighth of a second."""
 
 SETTLES_S = 0.05
-"""In which that speed is taken up, where `A_MAX_RAD_S2` allows."""
+"""Time constant with which the target takes up that speed, if `A_MAX_RAD_S2` allows [s]."""
 
 RUSH_RAD_S = 2.0
-"""Of a joint of the leading arm: a jerk, by which whoever leads ends it."""
+"""Speed of a leading joint that counts as a jerk [rad/s]. With a jerk the person ends the session."""
 
 BEHIND_RAD = np.deg2rad(30.0)
-"""By which the place may fall behind the mirror image, once it has been there: the tunnel."""
+"""Largest distance of the target from the mirror image once it has been there [rad]: the tunnel."""
 
 TOGETHER_RAD = np.deg2rad(5.0)
-"""Behind by less, the arms have met for the first time."""
+"""Distance below which the target has met the mirror image for the first time [rad]."""
 
 
 class MirrorGuide:
-    """As `PathGuide`, for a machine with two arms; one call a tick."""
+    """Guide like `PathGuide` for a machine with two arms; call it once per tick."""
 
     def __init__(
         self,
@@ -40,13 +40,13 @@ class MirrorGuide:
         q: Joints,
         dt: float,
     ):
-        """Nothing is led yet: `lead` does.
+        """Prepare the guide; guidance starts with `lead`.
 
         Args:
-            which: Leads and follows.
-            strength: Of the pull, all joints of the machine.
-            limits: Where joints may be led to, lower and upper [rad].
-            q: Where the joints are [rad].
+            which: Leading and following joints.
+            strength: Strength of the pull, for all joints of the machine.
+            limits: Lower and upper limits of the target [rad].
+            q: Present joint positions [rad].
             dt: Period [s].
         """
         self.which, self.strength = which, strength
@@ -54,32 +54,32 @@ class MirrorGuide:
         self._dt = dt
         self.state, self.grip = GripOutcome.FREE, 0.0
         self.target = q.copy()
-        """Where the following arm should be [rad]; the leading one is where it wants."""
+        """Target of the following arm [rad]; the leading arm moves freely."""
         self.v_target = np.zeros_like(q)
         self.tau = np.zeros_like(q)
-        """Pull at the last tick [N·m]; none at the leading arm."""
+        """Pull at the last tick [N·m]; zero at the leading arm."""
         self.waits = False
-        """Set while the hands are too near to each other to go on."""
+        """True while the hands are too close together to proceed."""
         self._is_held = False
         self.has_met = False
-        """Whether the following arm's place was at the mirror image once."""
+        """True once the target was at the mirror image."""
 
     def lead(self) -> None:
-        """From now on one follows the other."""
+        """Start to guide the following arm."""
         self.state = GripOutcome.LED
 
     def let_go(self) -> None:
-        """Somebody, by either arm, wants it to end."""
+        """Release the arm on request of the person or an operator."""
         if self.state is GripOutcome.LED:
             self.state = GripOutcome.RELEASED
 
     @property
     def has_let_go(self) -> bool:
-        """Whether nothing pulls any more, because the arm was let go."""
+        """True if the arm was released and the pull is zero."""
         return self.state not in (GripOutcome.FREE, GripOutcome.LED) and self.grip == 0.0
 
     def __call__(self, q: Joints, v: Joints) -> Reference:
-        """What control is to follow with the arms at `q` [rad], moving with `v` [rad/s]."""
+        """Return the reference for the control law with the arms at `q` [rad] and joint velocity `v` [rad/s]."""
         follow, dt = self.which.follow, self._dt
         strain = float(np.abs(self.target - q)[follow].max()) / REACH_RAD
         self._watch(q, v)
@@ -88,15 +88,15 @@ class MirrorGuide:
         a = self._go_on(wanted, q, strain)
         moving = Reference(q.copy(), np.zeros_like(q), np.zeros_like(q))
         moving.q[follow] = self.target[follow]
-        # What an arm that is let go gets for this motion goes with the pull, without a step.
+        # The feed-forward of the target's motion fades with the pull, so that a release makes no torque step.
         moving.v[follow], moving.a[follow] = self.grip * self.v_target[follow], self.grip * a
-        # The leading arm floats: control drives the other one alone (`ArmController.let_lead`).
+        # The leading arm floats: the controller drives only the following arm (`ArmController.let_lead`).
         self.tau = np.zeros_like(q)
         self.tau[follow] = self.strength.torque(q, v, moving, self.grip)[follow]
         return self.strength.reference(q, v, moving, self.tau)
 
     def _watch(self, q: Joints, v: Joints) -> None:
-        """Whether the leading arm is one that may be followed."""
+        """End the guidance if the leading arm moves with a jerk or is too far ahead."""
         lead, follow = self.which.lead, self.which.follow
         wanted = np.clip(self.which.mirrored(q)[follow], self._lower, self._upper)
         behind = float(np.abs(wanted - self.target[follow]).max())
@@ -109,13 +109,13 @@ class MirrorGuide:
             self.state = GripOutcome.LOST
 
     def _go_on(self, wanted: OfOneArm, q: Joints, strain: float) -> OfOneArm:
-        """Move the following arm's place towards `wanted` [rad]; its acceleration [rad/s²]."""
+        """Move the target of the following arm towards `wanted` [rad], and return its acceleration [rad/s²]."""
         follow, dt = self.which.follow, self._dt
         place, speed = self.target[follow], self.v_target[follow]
         if self.state is not GripOutcome.LED:
             return np.zeros_like(speed)
         left = wanted - place
-        # No faster than it could stop in what is left.
+        # The speed is low enough to stop within the remaining distance.
         fastest = np.minimum(V_MAX_RAD_S, np.sqrt(2.0 * 0.8 * A_MAX_RAD_S2 * np.abs(left)))
         goes = 0.0 if self.waits else pace(strain)
         v_wanted = goes * np.clip(CLOSING_PER_S * left, -fastest, fastest)
@@ -124,7 +124,7 @@ class MirrorGuide:
         place = place + dt * speed
         self._is_held = self._is_held or self.grip == 1.0
         if not self._is_held:
-            # Whoever is being taken hold of may still move on.
+            # During the grip the person may still move on, so the target stays close to the arm.
             slack = FREE * REACH_RAD
             place = np.clip(place, q[follow] - slack, q[follow] + slack)
         self.target[follow], self.v_target[follow] = place, speed

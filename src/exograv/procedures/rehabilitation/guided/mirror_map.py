@@ -1,4 +1,4 @@
-"""Which joint of one arm is the mirror image of which of the other, and with which sign, by the machine's own axes."""
+"""Mirror map: pairs of joints that are mirror images, and their signs, from the machine's axes."""
 
 from dataclasses import dataclass
 
@@ -14,52 +14,52 @@ from exograv.model.tree import Tree
 Joints = Float[np.ndarray, " joint"]
 
 ALIGNED = 0.99
-"""Cosine between an axis and the mirror image of its partner, from which on they are a pair."""
+"""Cosine between an axis and the mirror image of its partner, above which they are a pair."""
 
 PREFIXES: dict[ArmSide, tuple[str, str]] = {"right": ("right_", "left_"), "left": ("left_", "right_")}
-"""Of the leading arm's joints and of the following one's, by the leading side."""
+"""Prefixes of the leading and following arm's joints, by the leading side."""
 
 
 @dataclass(frozen=True)
 class MirrorMap:
-    """Of a machine for both arms."""
+    """Mirror map of a machine for both arms."""
 
     partner: Int[np.ndarray, " joint"]
     """Index of each joint's mirror image."""
 
     sign: Joints
-    """Of the partner's angle [-]."""
+    """Sign of the partner's angle [-]."""
 
     lead: Int[np.ndarray, " lead"]
     """Joints of the leading arm."""
 
     follow: Int[np.ndarray, " lead"]
-    """Their partners, in the same order."""
+    """Partners of the leading joints, in the same order."""
 
     @classmethod
     def of(cls, description: RigDescription, exo: Tree, lead: ArmSide) -> "MirrorMap":
-        """By names, right_… and left_…, and by axes at zero.
+        """Build the map by names, right_… and left_…, and by axes at zero.
 
         Raises:
-            ConfigError: The machine has not two arms, or they are no mirror images of each other.
+            ConfigError: The machine does not have two arms, or they are not mirror images of each other.
         """
         names = list(description.joints)
         pairs = (PREFIXES["right"], PREFIXES["left"])
         partners = [other + name.removeprefix(own) for name in names for own, other in pairs if name.startswith(own)]
         if len(partners) != len(names) or not set(partners) <= set(names):
             raise ConfigError(
-                f"{description.name} has no two arms whose joints are named right_… and left_… in pairs. Choose "
+                f"{description.name} does not have two arms with pairs of joints named right_… and left_…. Choose "
                 "recupera_like_dual."
             )
         partner = np.array([names.index(one) for one in partners])
         axes = _axes(exo)
-        # An axis turns with a mirrored image as a vector product does: its part in the mirror's plane changes sign.
+        # A rotation axis is a pseudovector: under the mirror its components in the mirror's plane change sign.
         image = axes * np.array([-1.0, 1.0, -1.0])
         cosine = np.einsum("ij,ij->i", image, axes[partner])
         if np.abs(cosine).min() < ALIGNED:
             worst = names[int(np.argmin(np.abs(cosine)))]
             raise ConfigError(
-                f"{worst} of {description.name} is no mirror image of its partner: their axes are "
+                f"{worst} of {description.name} is not a mirror image of its partner: their axes are "
                 f"{np.rad2deg(np.arccos(np.abs(cosine).min())):.0f}° apart. Such arms cannot mirror each other."
             )
         own = PREFIXES[lead][0]
@@ -67,7 +67,7 @@ class MirrorMap:
         return cls(partner, np.sign(cosine), leading, partner[leading])
 
     def mirrored(self, q: Joints) -> Joints:
-        """Angles of both arms [rad], or velocities, as in a mirror between them."""
+        """Mirrored angles of both arms [rad], or velocities."""
         return (self.sign * q)[self.partner]
 
 

@@ -1,9 +1,9 @@
-"""An arm along a path that waits for it: time on the path slows where the person holds against it, and gives up.
+"""Path guide: an arm is led along a path that slows down and gives way where the person holds against it.
 
     rate → speed · min(1, (1 − strain) / (1 − FREE)),   strain = largest error over the pull's reach
 
-`rate` is how fast time passes on the path. At a strain of 1 the path stands; from `HELD` on the pull fades. Whoever
-comes back is led on, whoever stays away is let go.
+`rate` is the speed of time on the path. At a strain of 1 the path stops; from `HELD` on the pull fades. A person who
+comes back is led on; a person who stays away is released.
 """
 
 import numpy as np
@@ -18,57 +18,57 @@ from .pull import REACH_RAD, PullStrength
 Joints = Float[np.ndarray, " joint"]
 
 FASTER_PER_S, SLOWER_PER_S = 0.5, 10.0
-"""How quickly the path's rate may change."""
+"""Largest increase and decrease of the path's rate [1/s]."""
 
 
 class PathGuide:
-    """Turns where the arm is into what the control law is to follow; one call a tick."""
+    """Guide along a path: turns the arm's position into a reference for the control law; call it once per tick."""
 
     def __init__(self, path: Trajectory, strength: PullStrength, speed: float, grip: float = 0.0):
-        """Nothing leads yet: `lead` does.
+        """Prepare the guide; guidance starts with `lead`.
 
         Args:
-            path: As fast as it may be driven.
-            strength: Of the pull.
+            path: Path at its highest allowed speed.
+            strength: Strength of the pull.
             speed: Share of the path's own speed, up to 1.
-            grip: Share of the pull that is in force already.
+            grip: Share of the pull that acts already.
         """
         self.path, self.strength, self.speed = path, strength, speed
         self.state = GripOutcome.FREE
         self.grip = grip
-        """Share of the pull that is in force."""
+        """Share of the pull that acts."""
         self.rate = 0.0
-        """Seconds on the path per second."""
+        """Rate of time on the path [s/s]."""
         self.tau = np.zeros(path.q.shape[1])
         """Pull at the last tick [N·m]."""
         self.target = path.q[0].copy()
-        """Where the arm should have been then [rad]."""
+        """Target of the arm at the last tick [rad]."""
         self.place = 0.0
-        """Ticks of the path behind the arm."""
+        """Position on the path, in ticks."""
         self.waited_s = 0.0
-        """For how long it went at less than half of its speed, because somebody held against it."""
+        """Time with less than half of the wanted speed because the person held against the guidance [s]."""
 
     def lead(self) -> None:
-        """Take the arm along, from where it is on the path; the pull comes by a ramp."""
+        """Start to guide the arm from its position on the path. The pull comes by a ramp."""
         self.state = GripOutcome.LED
 
     def let_go(self) -> None:
-        """Somebody asks for it: the pull goes in `DROP_S`."""
+        """Release the arm on request: the pull fades in `DROP_S`."""
         if self.state in (GripOutcome.LED, GripOutcome.ARRIVED):
             self.state = GripOutcome.RELEASED
 
     @property
     def has_let_go(self) -> bool:
-        """Whether nothing pulls any more, because the arm was let go."""
+        """True if the arm was released and the pull is zero."""
         return self.state in (GripOutcome.OVERRULED, GripOutcome.RELEASED) and self.grip == 0.0
 
     @property
     def has_arrived(self) -> bool:
-        """Whether the arm is held at the path's end."""
+        """True if the arm is held at the path's end."""
         return self.state is GripOutcome.ARRIVED
 
     def __call__(self, q: Joints, v: Joints) -> Reference:
-        """What control is to follow with the arm at `q` [rad], moving with `v` [rad/s]."""
+        """Return the reference for the control law with the arm at `q` [rad] and joint velocity `v` [rad/s]."""
         dt = self.path.dt
         before, q_path, v_path, a_path = self.rate, *self._at(self.place)
         self.target = q_path
@@ -83,14 +83,14 @@ class PathGuide:
             self.place = min(self.place + self.rate, len(self.path) - 1.0)
             if self.place >= len(self.path) - 1.0:
                 self.state, self.rate, faster = GripOutcome.ARRIVED, 0.0, 0.0
-        # What an arm that is let go gets for the path's motion goes with the pull, without a step.
+        # The feed-forward of the path's motion fades with the pull, so that a release makes no torque step.
         a_along = a_path * self.rate**2 + v_path * faster
         moving = Reference(q_path, self.grip * v_path * self.rate, self.grip * a_along)
         self.tau = self.strength.torque(q, v, moving, self.grip)
         return self.strength.reference(q, v, moving, self.tau)
 
     def _at(self, place: float) -> tuple[Joints, Joints, Joints]:
-        """Position, velocity and acceleration of the path between two of its ticks."""
+        """Position, velocity and acceleration of the path between two ticks."""
         k = min(int(place), len(self.path) - 2)
         s, path = place - k, self.path
         q, v, a = ((1.0 - s) * table[k] + s * table[k + 1] for table in (path.q, path.v, path.a))
@@ -98,22 +98,22 @@ class PathGuide:
 
 
 class Anchor:
-    """Takes hold of a floating arm, wherever it is: the pull comes, and its place goes along with whoever moves on."""
+    """Anchor that grips a floating arm where it is: the pull rises, and the target follows an arm that still moves."""
 
     def __init__(self, q: Joints, strength: PullStrength, dt: float):
-        """Nothing holds the arm at `q` [rad] yet."""
+        """Prepare the anchor for an arm at `q` [rad], without pull."""
         self._strength, self._dt, self._lets_go = strength, dt, False
         self.grip = 0.0
-        """Share of the pull that is in force."""
+        """Share of the pull that acts."""
         self.target = q.copy()
-        """Where the arm is held [rad]."""
+        """Target position of the arm [rad]."""
 
     def let_go(self) -> None:
-        """As of `PathGuide`."""
+        """Release the arm, as `PathGuide` does."""
         self._lets_go = True
 
     def __call__(self, q: Joints, v: Joints) -> Reference:
-        """As of `PathGuide`."""
+        """Return the reference for the control law, as `PathGuide` does."""
         slack = FREE * REACH_RAD
         self.target = np.clip(self.target, q - slack, q + slack)
         more = -1.0 / DROP_S if self._lets_go else 1.0 / GRIP_S

@@ -1,4 +1,4 @@
-"""From how an arm was led to a path that may be repeated: trimmed, smoothed, checked, and slow enough."""
+"""Shaping of a taught path: the measured motion is trimmed, smoothed, checked and slowed until it may be repeated."""
 
 from dataclasses import dataclass
 
@@ -17,59 +17,61 @@ Joints = Float[np.ndarray, " joint"]
 Rows = Float[np.ndarray, "row joint"]
 
 PERIOD_S = 0.04
-"""Between two postures of a stored path: what smoothing leaves is slower than 3 Hz."""
+"""Time between two postures of a stored path [s]. Smoothing leaves only motion below 3 Hz."""
 
 SMOOTH_S = 0.12
-"""Of the bell curve that is laid over the postures (SD): a hand's tremble goes, a turn stays."""
+"""Standard deviation of the Gaussian filter over the postures [s]. It removes tremor and keeps turns."""
 
 V_MAX_RAD_S, A_MAX_RAD_S2 = 1.0, 3.0
-"""Of any joint of a path; identification moves a person at 1.5 rad/s (assumed)."""
+"""Largest speed [rad/s] and acceleration [rad/s²] of any joint on a path; identification moves a person at 1.5 rad/s
+(assumed)."""
 
 STARTS_RAD = np.deg2rad(1.5)
-"""From where it was at first: the arm is being led."""
+"""Distance from the first posture at which the arm is being led [rad]."""
 
 MORE_S = 0.5
-"""Kept before and after what is seen as led: a movement begins and ends slowly."""
+"""Time that is kept before and after the detected motion [s], since a movement begins and ends slowly."""
 
 SHORTEST_RAD, LONGEST_S = np.deg2rad(5.0), 120.0
-"""Less is no path; more is no movement."""
+"""Least motion [rad] and greatest duration [s] of a path."""
 
 EDGE_RAD = 1e-4
-"""Beyond these bounds, counts as at them: a path that was kept is rounded."""
+"""Tolerance of the bounds [rad]: a stored path is rounded."""
 
 QUICKER = 1.1
-"""Share by which a path's table may be quicker than allowed, between its rows and at its ends [-]."""
+"""Factor by which a path's table may exceed the allowed speed, between its rows and at its ends [-]."""
 
 OUTSIDE_RAD = np.deg2rad(5.0)
-"""Beyond the task workspace, allowed: a hand does not know where its edge is."""
+"""Allowed distance beyond the task workspace [rad]: its edge cannot be felt by hand."""
 
 
 @dataclass(frozen=True)
 class ShapedPath:
-    """A path that may be repeated."""
+    """Path that may be repeated."""
 
     q: Rows
-    """Every `PERIOD_S` [rad]."""
+    """Postures every `PERIOD_S` [rad]."""
 
     stretched: float
-    """Its time over the therapist's, at least 1."""
+    """Duration of the path over that of the therapist's motion, at least 1 [-]."""
 
 
 def shaped(q: Rows, dt: float, description: RigDescription, exo: Tree) -> ShapedPath:
-    """Of postures as they were measured.
+    """Return the path of measured postures.
 
     Args:
-        q: Led postures, from before the motion until after it [rad].
-        dt: Between two of them [s].
-        description: The machine.
-        exo: Its tree, with the joints' limits.
+        q: Measured postures, from before the motion until after it [rad].
+        dt: Time between two postures [s].
+        description: Description of the machine.
+        exo: Tree of the machine, with the joints' limits.
 
     Raises:
-        ConfigError: The path is none, or leaves what machine and person allow; says where.
+        ConfigError: The motion is too small or too long, or leaves the range of machine and person; the message says
+            where.
     """
     if not np.isfinite(q).all():
-        raise ConfigError("The machine did not say where it was all the time. Nothing is kept; teach the path again.")
-    # Smoothed before it is cut, so that no tremble stands at an end; and after, so that it ends at rest.
+        raise ConfigError("Some measured positions are missing, so no path was kept. Teach the path again.")
+    # Smoothed before the cut, so that an end has no tremor, and after it, so that the path ends at rest.
     q = _smooth(q, dt)
     off = np.abs(q - q[0]).max(axis=1) > STARTS_RAD
     away = np.abs(q - q[-1]).max(axis=1) > STARTS_RAD
@@ -77,7 +79,7 @@ def shaped(q: Rows, dt: float, description: RigDescription, exo: Tree) -> Shaped
         farthest = np.rad2deg(np.ptp(q, axis=0).max())
         raise ConfigError(
             f"The arm was moved by {farthest:.1f}° at most; a path needs {np.rad2deg(SHORTEST_RAD):.0f}°. "
-            "Lead it again."
+            "Teach it again."
         )
     begin, end = int(np.argmax(off)), len(q) - int(np.argmax(away[::-1]))
     pad, more = round(4.0 * SMOOTH_S / dt), round(MORE_S / dt)
@@ -85,7 +87,7 @@ def shaped(q: Rows, dt: float, description: RigDescription, exo: Tree) -> Shaped
     smooth = _smooth(led, dt)
     t = np.arange(len(smooth)) * dt
     if t[-1] > LONGEST_S:
-        raise ConfigError(f"The arm was led for {t[-1]:.0f} s; a path may have {LONGEST_S:.0f} s. Lead a shorter one.")
+        raise ConfigError(f"The arm was led for {t[-1]:.0f} s; a path may have {LONGEST_S:.0f} s. Teach a shorter one.")
     refuse_outside(smooth, t, description, exo)
     v = np.abs(np.gradient(smooth, dt, axis=0))
     a = np.abs(np.gradient(np.gradient(smooth, dt, axis=0), dt, axis=0))
@@ -93,20 +95,20 @@ def shaped(q: Rows, dt: float, description: RigDescription, exo: Tree) -> Shaped
     stretched = max(1.0, float((v / allowed).max()), float(np.sqrt(a.max() / A_MAX_RAD_S2)))
     t *= stretched
     rows = np.linspace(0.0, t[-1], max(round(t[-1] / PERIOD_S), 2) + 1)
-    # The last row is at the end: the period is then that of `PERIOD_S` to less than a row.
+    # The last row is at the end of the path, so the period differs from `PERIOD_S` by less than one row in total.
     return ShapedPath(CubicSpline(t, smooth)(rows), stretched)
 
 
 def _smooth(q: Rows, dt: float) -> Rows:
-    """One of two passes, which are `SMOOTH_S` together."""
+    """Apply one of two passes of the filter; both together have the width `SMOOTH_S`."""
     return np.asarray(gaussian_filter1d(q, SMOOTH_S / np.sqrt(2.0) / dt, axis=0, mode="reflect"))
 
 
 def refuse_outside(q: Rows, t: Float[np.ndarray, " row"], description: RigDescription, exo: Tree) -> None:
-    """Refuse a path that comes into the walls before a joint's stops, or leaves the task workspace.
+    """Refuse a path that enters the walls before a joint's stops, or leaves the task workspace.
 
     Raises:
-        ConfigError: Says which joint, when, where, and what is allowed.
+        ConfigError: A posture is outside; the message names joint, time, angle and allowed range.
     """
     lower, upper = allowed_range(description, exo)
     beyond = np.maximum(lower - q, q - upper)
@@ -116,35 +118,35 @@ def refuse_outside(q: Rows, t: Float[np.ndarray, " row"], description: RigDescri
     at, least, most = np.rad2deg([q[row, joint], lower[joint], upper[joint]])
     first = float(t[int(np.argmax((beyond > 0.0).any(axis=1)))])
     raise ConfigError(
-        f"The path cannot be repeated: {description.joints[joint]} comes to {at:.0f}° at {t[row]:.1f} s (first outside "
-        f"at {first:.1f} s); allowed are {least:.0f}° to {most:.0f}°, the task workspace and what keeps clear of the "
+        f"The path cannot be repeated: {description.joints[joint]} reaches {at:.0f}° at {t[row]:.1f} s (first outside "
+        f"at {first:.1f} s); allowed are {least:.0f}° to {most:.0f}°, inside the task workspace and clear of the "
         "joint's stops. Lead the arm again and stay inside."
     )
 
 
 def allowed_range(description: RigDescription, exo: Tree) -> tuple[Joints, Joints]:
-    """Where joints may be led to, lower and upper [rad]: the task workspace, clear of the walls before the stops."""
+    """Lower and upper limits of a guided joint [rad]: the task workspace, clear of the walls before the stops."""
     wall = np.array([PersonLimits.wall_rad] * len(exo.joints))
     stops = np.array([(joint.lower, joint.upper) for joint in exo.joints]).T
     space_lower, space_upper = description.workspace
     lower = np.maximum(stops[0] + wall, space_lower - OUTSIDE_RAD)
     upper = np.minimum(stops[1] - wall, space_upper + OUTSIDE_RAD)
-    # Some machines are put on nearer to a stop than the wall reaches.
+    # In some machines the posture of donning is closer to a stop than the wall reaches.
     lower = np.minimum(lower, description.donning_posture - OUTSIDE_RAD)
     upper = np.maximum(upper, description.donning_posture + OUTSIDE_RAD)
     return lower, upper
 
 
 def speed_limits(exo: Tree) -> Joints:
-    """Of the joints of a path [rad/s]."""
+    """Largest speeds of the joints on a path [rad/s]."""
     return np.minimum(V_MAX_RAD_S, 0.5 * np.array([joint.velocity for joint in exo.joints]))
 
 
 def refuse_quick(path: Trajectory, description: RigDescription, exo: Tree) -> None:
-    """Refuse a path that is quicker than shaping leaves any.
+    """Refuse a path that is faster than any shaped path.
 
     Raises:
-        ConfigError: Says which joint, how quick, and what is allowed.
+        ConfigError: A joint is too fast; the message names joint, speed and limit.
     """
     for of, allowed, unit in ((path.v, speed_limits(exo), "rad/s"), (path.a, A_MAX_RAD_S2, "rad/s²")):
         most = np.abs(of).max(axis=0)
@@ -153,12 +155,12 @@ def refuse_quick(path: Trajectory, description: RigDescription, exo: Tree) -> No
         if most[joint] > QUICKER * limit:
             raise ConfigError(
                 f"The path cannot be repeated: {description.joints[joint]} would move with {most[joint]:.2f} {unit}; "
-                f"allowed are {limit:.2f}. Teach it again: a path that is led too quickly is slowed when it is kept."
+                f"allowed: {limit:.2f}. Teach it again: `exograv teach` slows a path that is too fast."
             )
 
 
 def driven(q: Rows, period_s: float, dt: float) -> Trajectory:
-    """A stored path tabled at the loop's period, from rest to rest."""
+    """Return a stored path at the loop's period, from rest to rest."""
     t = np.arange(len(q)) * period_s
     spline = CubicSpline(t, q, bc_type="clamped")
     ticks = np.linspace(0.0, t[-1], round(t[-1] / dt) + 1)

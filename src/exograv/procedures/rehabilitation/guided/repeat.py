@@ -1,4 +1,4 @@
-"""A taught path, repeated: the arm is led to its beginning and along it, so often, unless its owner wants otherwise."""
+"""Repetition of a taught path: the arm is led to its start and along it, unless the person resists or stops it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -16,17 +16,17 @@ from .path_guide import Anchor, PathGuide
 from .pull import PullStrength
 
 APPROACH_RAD_S = 0.4
-"""On the way to where the path begins, and back from its end."""
+"""Speed on the way to the start of the path, and back from its end [rad/s]."""
 
 PATIENCE_S = 60.0
-"""Beyond the time that a way takes: who holds against it for longer in all is let go."""
+"""Time allowed beyond the duration of a path [s]. A person who holds against it for longer is released."""
 
 REST_S = 1.0
-"""At the end of a path, before it is judged or repeated."""
+"""Rest at the end of a path, before it is judged or repeated [s]."""
 
 
 SETTLE_S = 3.0
-"""In which an arm that has just been let go comes to rest where its own joints like it."""
+"""Time in which a released arm comes to rest by its joints' own elasticity [s]."""
 
 
 @dataclass(frozen=True)
@@ -43,18 +43,18 @@ class RepeatFigures:
 
 @dataclass
 class RepeatResult:
-    """What came of a session."""
+    """Result of a session."""
 
     repetitions: int = 0
-    """That were led to their end."""
+    """Repetitions that were led to their end."""
     state: GripOutcome = GripOutcome.FREE
     waited_s: float = 0.0
     pull_max: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    """Largest torque of the pull a joint [N·m]."""
+    """Largest torque of the pull by joint [N·m]."""
     v_max: float = 0.0
     """Largest speed of a joint while the arm was held or led, by the observer [rad/s]."""
     errors: list[np.ndarray] = field(default_factory=list)
-    """From the path while it was repeated, by the machine's encoders, a tick [rad]."""
+    """Errors from the path while it was repeated, by the machine's encoders, one row per tick [rad]."""
 
     @property
     def figures(self) -> RepeatFigures:
@@ -77,15 +77,15 @@ def repeat(
     act: Callable[[], bool] = lambda: False,
     watch: Callable[[PathGuide], None] = lambda _guide: None,
 ) -> RepeatResult:
-    """Lead the floating arm to the path and along it, `repetitions` times; it floats afterwards, whatever happened.
+    """Lead the floating arm along the path `repetitions` times. It floats afterwards, whatever the outcome.
 
     Args:
-        flown: The arm, floating.
-        path: As fast as it may be driven.
-        speed: Share of its own speed, 0.1 to 1.
-        repetitions: At least 1.
-        act: Called in every tick: whoever acts beside the machine; whether they want the arm let go.
-        watch: Called in every tick on a way: whoever examines it.
+        flown: Arm, floating.
+        path: Path at its highest allowed speed.
+        speed: Share of the path's own speed, 0.1 to 1.
+        repetitions: Repetitions, at least 1.
+        act: Called in every tick, to act beside the machine; True if the arm must be released.
+        watch: Called in every tick while the arm is led, to examine the guide.
 
     Raises:
         RigError: The envelope stopped the run.
@@ -94,7 +94,7 @@ def repeat(
 
 
 class _Session:
-    """Whoever acts, and what came of it so far."""
+    """State of one session: callbacks and the result so far."""
 
     def __init__(self, flown: FloatingArm, act: Callable[[], bool], watch: Callable[[PathGuide], None]):
         self._flown, self._act, self._watch = flown, act, watch
@@ -110,7 +110,7 @@ class _Session:
         guide = self._taken_hold_of()
         for number in range(repetitions):
             pilot.begin("go to the path")
-            # From where the arm should be, not from where it is: what pulls goes on without a step.
+            # The way starts at the arm's target, not at its position, so that the pull makes no step.
             way = motion.go_to(guide.target, path.q[0], APPROACH_RAD_S, pilot.rig.period_s)
             guide = self._along(way, 1.0, guide.grip, counts=False)
             if guide.state is GripOutcome.ARRIVED:
@@ -119,16 +119,16 @@ class _Session:
             if guide.state is not GripOutcome.ARRIVED:
                 break
             done.repetitions += 1
-        # Whoever did not arrive in time is let go too.
+        # An arm that did not arrive in time is released, too.
         done.state = GripOutcome.ENDED if guide.state is GripOutcome.LED else guide.state
         guide.let_go()
-        flown.run(2.0 * DROP_S, "Letting go", self._acting, guide)
+        flown.run(2.0 * DROP_S, "Releasing the arm", self._acting, guide)
         pilot.begin(FLOATING)
         flown.float_again(guide, self._acting)
         return done
 
     def _taken_hold_of(self) -> PathGuide:
-        """The arm where it is held now: a path of one place."""
+        """Grip the arm, and return a guide with a path of one posture."""
         pilot, strength = self._flown.pilot, self._strength
         dt = pilot.rig.period_s
         pilot.begin("take the arm along")
@@ -140,11 +140,11 @@ class _Session:
                 anchor.let_go()
 
         self._flown.lead(anchor, listen)
-        self._flown.run(GRIP_S, "Taking hold", listen, anchor, lambda: self._wants_out)
+        self._flown.run(GRIP_S, "Gripping the arm", listen, anchor, lambda: self._wants_out)
         return PathGuide(motion.hold(anchor.target, 2.0 * dt, dt), strength, 1.0, anchor.grip)
 
     def _along(self, way: Trajectory, speed: float, grip: float, counts: bool) -> PathGuide:
-        """Along one way to its end, or until the arm is let go; `counts` if errors do."""
+        """Lead the arm along one way until its end or a release. Errors are collected if `counts` is set."""
         guide, done = PathGuide(way, self._strength, speed, grip), self._done
         guide.lead()
         if self._wants_out:
@@ -160,7 +160,7 @@ class _Session:
             if counts and guide.state is GripOutcome.LED:
                 done.errors.append(guide.target - moment.q)
 
-        text = "Repeating the path" if counts else "Going to where the path begins"
+        text = "Repeating the path" if counts else "Moving to the start of the path"
         self._flown.run(
             way.seconds / speed + PATIENCE_S, text, listen, guide, lambda: guide.has_let_go or guide.has_arrived
         )

@@ -1,4 +1,4 @@
-"""A floating arm is led once by hand, and where it went is kept."""
+"""Teaching of a path: a floating arm is led once by hand, and its motion is kept."""
 
 from collections.abc import Callable
 
@@ -10,19 +10,19 @@ from .floating_arm import FloatingArm
 from .path_shaping import ShapedPath, shaped
 
 SAMPLE_S = 0.01
-"""Between two postures that are taken down."""
+"""Time between two recorded postures [s]."""
 
 
 def teach(flown: FloatingArm, seconds: float, act: Callable[[], object] = lambda: None) -> ShapedPath:
-    """Let the arm float for so long while a therapist leads it; the path that it took.
+    """Let the arm float for `seconds` while a therapist leads it, and return the shaped path.
 
     Args:
-        flown: The arm, floating.
-        seconds: For the therapist [s].
-        act: Called in every tick: whoever acts beside the machine.
+        flown: Arm, floating.
+        seconds: Time for the therapist [s].
+        act: Called in every tick, to act beside the machine.
 
     Raises:
-        ConfigError: The path is none, or leaves what machine and person allow.
+        ConfigError: The motion is too small or too long, or leaves the range of machine and person.
         RigError: The envelope stopped the run.
     """
     dt = flown.pilot.rig.period_s

@@ -1,1 +1,1 @@
-"""The smallest support of the arm's weight with which a person reaches a set of targets."""
+"""Smallest support of the arm's weight with which a person reaches a set of targets."""

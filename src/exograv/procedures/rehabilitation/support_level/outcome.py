@@ -1,4 +1,4 @@
-"""The figures of a test of support, the same for a virtual and a recorded person."""
+"""Figures of a support-level test, the same for a virtual and a recorded person."""
 
 import numpy as np
 
@@ -12,16 +12,16 @@ SHOWN = np.linspace(0.0, 1.0, 21)
 """Supports of the curve and of the maps [share of the weight]."""
 
 BEYOND_MAX = 0.5
-"""Probability from which on it counts as more than a machine can carry [-]."""
+"""Probability above which the needed support exceeds full support, so that no percentage is given [-]."""
 
 
 def figures(needed: NeededSupport, tried: list[tuple[int, float, bool]], reached: int | None) -> SupportOutcome:
     """Summarize a test.
 
     Args:
-        needed: The answer.
-        tried: Target, support [share of the weight] and whether it was reached, of all attempts.
-        reached: Targets reached where all were tried with the support that was found; None where they were not.
+        needed: Estimated needed support.
+        tried: Target, support [share of the weight] and True if it was reached, for all attempts.
+        reached: Number of targets reached if all were tried with the estimated support; None if they were not.
     """
     posterior = needed.posterior
     middle, low, high = needed.ci
@@ -56,7 +56,7 @@ def figures(needed: NeededSupport, tried: list[tuple[int, float, bool]], reached
 
 
 def sentence(needed: NeededSupport) -> str:
-    """For whoever reads one line only."""
+    """Return the result as one sentence."""
     middle, low, high = (100.0 * value for value in needed.ci)
     goal = f"{100.0 * CRITERION:.0f} % of the targets"
     if needed.beyond > BEYOND_MAX:

@@ -1,4 +1,4 @@
-"""Attempts in a recording: with which support, at which target, and whether the fingertip was there for long enough."""
+"""Attempts in a recording: their support, their target, and if the fingertip stayed there long enough."""
 
 import itertools
 from pathlib import Path
@@ -12,7 +12,7 @@ from exograv.recording import read_recording
 from .targets import TARGETS, ReachJudge
 
 SUPPORTS_LEAST = 2
-"""Different supports that a recording has to hold, for anything to be said between them."""
+"""Different supports that a recording must contain for an estimate."""
 
 WHAT_IT_TAKES = (
     "A recording for this holds, for each attempt, two messages on /task of kind reach_began (with target, targets, "
@@ -23,17 +23,17 @@ WHAT_IT_TAKES = (
 
 
 def recorded_attempts(path: Path) -> tuple[list[tuple[int, float, bool]], bool]:
-    """Target, support [share of the weight] and whether it was reached, attempt by attempt; whether it is simulated.
+    """Return target, support [share of the weight] and success of each attempt, and True if the recording is simulated.
 
-    Reached is judged anew, by where the fingertip was.
+    Success is judged again, by the fingertip's positions.
 
     Raises:
-        RecordingError: The file cannot be read, or does not hold what it takes.
+        RecordingError: The file cannot be read, or does not contain suitable attempts.
     """
     recording = read_recording(path)
     task = [message for message in recording.messages("/task") if message["kind"] in ("reach_began", "reach_ended")]
     if not task:
-        raise RecordingError(f"{path} holds no attempts at targets. {WHAT_IT_TAKES}")
+        raise RecordingError(f"{path} contains no attempts at targets. {WHAT_IT_TAKES}")
     skeleton = recording.messages("/skeleton")
     times, tips = np.array([one["t"] for one in skeleton]), [one["arm"][-1] for one in skeleton]
     tried: list[tuple[int, float, bool]] = []
@@ -49,7 +49,7 @@ def recorded_attempts(path: Path) -> tuple[list[tuple[int, float, bool]], bool]:
     supports = {support for _, support, _ in tried}
     if len(supports) < SUPPORTS_LEAST:
         raise RecordingError(
-            f"{path} holds {len(tried)} whole attempts at {len(supports)} support; {SUPPORTS_LEAST} supports are "
+            f"{path} contains {len(tried)} complete attempts at {len(supports)} support; {SUPPORTS_LEAST} supports are "
             f"needed. {WHAT_IT_TAKES}"
         )
     return tried, recording.is_simulated
@@ -58,11 +58,11 @@ def recorded_attempts(path: Path) -> tuple[list[tuple[int, float, bool]], bool]:
 def _checked(path: Path, record: dict[str, Any]) -> dict[str, Any]:
     missing = [name for name in ("target", "targets", "support", "place_m") if name not in record]
     if missing:
-        raise RecordingError(f"{path}: an attempt does not say {', '.join(missing)}. {WHAT_IT_TAKES}")
+        raise RecordingError(f"{path}: an attempt lacks {', '.join(missing)}. {WHAT_IT_TAKES}")
     if record["targets"] != len(TARGETS) or not 0 <= record["target"] < len(TARGETS):
         raise RecordingError(
             f"{path}: target {record['target']} of {record['targets']}; the set has {len(TARGETS)}. {WHAT_IT_TAKES}"
         )
     if not 0.0 <= record["support"] <= 1.0:
-        raise RecordingError(f"{path}: a support of {record['support']}; allowed: 0 to 1. {WHAT_IT_TAKES}")
+        raise RecordingError(f"{path}: support {record['support']}; allowed: 0 to 1. {WHAT_IT_TAKES}")
     return record

@@ -1,4 +1,4 @@
-"""The search itself: which target with how much support next, until the answer is narrow enough."""
+"""Adaptive search of the needed support: choice of target and support of each attempt until the interval is narrow."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,53 +12,54 @@ from .targets import TARGETS
 from .threshold import DRAWS_LAST, Posterior, ThresholdSearch
 
 CRITERION = 0.8
-"""Share of the targets that is to be reached [-]: ten of twelve are more, nine are fewer."""
+"""Share of the targets that must be reached [-]: ten of twelve are more, nine are fewer."""
 
 SUPPORTS = np.linspace(0.0, 1.0, 41)
 STEP_DOWN_MAX = 0.15
-"""Of support below the least with which anything was reached [share of the weight]: what then is missing to hold a
-heavy arm is 1.6 N·m, and a failing arm sinks slowly."""
+"""Largest step of support below the smallest successful support [share of the weight]. For a heavy arm 1.6 N·m are then
+missing, and a failing arm sinks slowly.
+"""
 
 WIDTH_ENOUGH = 0.08
-"""Of the 95 % interval [share of the weight]."""
+"""Width of the 95 % interval at which the search ends [share of the weight]."""
 
 ATTEMPTS_MIN, ATTEMPTS_MAX = 16, 80
 ASK_EVERY = 4
 ATTEMPT_S = 6.0
-"""About, there and back."""
+"""Approximate duration of an attempt, there and back [s]."""
 
 
 Tries = Callable[[int, float], bool]
-"""Asks somebody for one attempt at a target with a support [share of the weight]; whether it was reached."""
+"""Function that makes one attempt at a target with a support [share of the weight]; True if the target was reached."""
 
 
 @dataclass(frozen=True)
 class NeededSupport:
-    """The answer."""
+    """Result of the search."""
 
     posterior: Posterior
     attempts: int
 
     @property
     def ci(self) -> tuple[float, float, float]:
-        """Median and 95 % interval, within what a machine can carry [share of the weight]."""
+        """Median and 95 % interval, limited to 0 and 1 [share of the weight]."""
         middle, low, high = (min(max(value, 0.0), 1.0) for value in self.posterior.interval())
         return middle, low, high
 
     @property
     def beyond(self) -> float:
-        """Probability that carrying the whole arm is not enough [-]."""
+        """Probability that full support of the arm is not enough [-]."""
         return float((self.posterior.needed > 1.0).mean())
 
 
 def search(tries: Tries, seed: int, progress: Progress, width: float = WIDTH_ENOUGH) -> NeededSupport:
-    """Ask for attempts from full support down, and further where they tell most.
+    """Make attempts from full support downwards, and then where they are most informative.
 
     Args:
-        tries: Makes one attempt.
-        seed: Of the draws with which attempts are chosen.
-        progress: Told after every attempt.
-        width: Of the 95 % interval at which it ends.
+        tries: Function that makes one attempt.
+        seed: Seed of the draws by which attempts are chosen.
+        progress: Called after every attempt.
+        width: Width of the 95 % interval at which the search ends.
     """
     found = ThresholdSearch(len(TARGETS), CRITERION, seed)
     at, least, attempts = 1.0, 1.0, 0

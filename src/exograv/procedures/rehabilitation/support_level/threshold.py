@@ -1,10 +1,10 @@
-"""From attempts that met their target or did not, to the least support with which enough of the targets are reached.
+"""Posterior of the least support with which enough targets are reached, from successful and failed attempts.
 
     p_k(s) = lapse + (1 − 2 lapse) · logistic((s − t_k) / width),   t_k ~ N(person, spread)
     needed support: least s with mean over targets of p_k(s) ≥ criterion
 
-Every target has its own threshold t_k; that they are one person's ties them. All of it is a posterior on a grid: no
-sampling chain, no start value, the same attempts give the same answer.
+Every target k has its own threshold t_k; the thresholds of one person share a mean. The posterior is computed on a
+grid: it needs no sampling chain and no start value, and the same attempts give the same answer.
 """
 
 from dataclasses import dataclass
@@ -13,31 +13,31 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 LAPSE = 0.03
-"""Of attempts that fail or succeed for no reason of weight [-]; assumed."""
+"""Share of attempts that fail or succeed for reasons other than weight [-]; assumed."""
 
 WIDTHS = (0.01, 0.02, 0.04, 0.08)
 SPREADS = (0.05, 0.12, 0.25)
-"""Of logistic and of thresholds, each as likely as the others before any attempt [share of the weight]."""
+"""Prior values of the logistic's width and of the thresholds' spread, all equally likely [share of the weight]."""
 
 THRESHOLDS = np.arange(-0.5, 1.5001, 0.02)
-"""Below 0 are people who need none, above 1 those whom weightlessness alone does not help."""
+"""Grid of thresholds [share of the weight]. Persons below 0 need no support; above 1 full support is not enough."""
 
 PERSONS = np.arange(-0.4, 1.4001, 0.05)
 DRAWS, DRAWS_LAST = 400, 4000
 INSIDE = (-0.05, 1.05)
-"""What lies farther outside of what can be tried is not worth an attempt."""
+"""Range to which needed supports are clipped when an attempt is chosen: attempts cannot narrow values outside."""
 
 Draws = Float[np.ndarray, "draw target"]
 
 
 @dataclass(frozen=True)
 class Posterior:
-    """What the person may be, as equally likely draws."""
+    """Posterior of one person, as equally likely draws."""
 
     thresholds: Draws
     widths: Float[np.ndarray, " draw"]
     needed: Float[np.ndarray, " draw"]
-    """Support [share of the weight]; at the ends of `THRESHOLDS` where it lies beyond them."""
+    """Needed support [share of the weight]; clipped to the ends of `THRESHOLDS`."""
 
     def interval(self) -> tuple[float, float, float]:
         """Median and 95 % interval of the needed support."""
@@ -50,20 +50,20 @@ class Posterior:
 
 
 def chance(x: np.ndarray) -> np.ndarray:
-    """Of reaching, so many widths above the threshold."""
+    """Probability of reaching a target, `x` widths above the threshold."""
     return LAPSE + (1.0 - 2.0 * LAPSE) * 0.5 * (1.0 + np.tanh(0.5 * x))
 
 
 class ThresholdSearch:
-    """Takes attempts, says what is known, and which attempt would tell most."""
+    """Search of the threshold: takes attempts, gives the posterior, and chooses the most informative attempt."""
 
     def __init__(self, targets: int, criterion: float, seed: int):
-        """Nothing is known.
+        """Start from the prior.
 
         Args:
-            targets: How many there are.
-            criterion: Share of them that is to be reached [-].
-            seed: Of the draws from the posterior; attempts in the same order give the same answer.
+            targets: Number of targets.
+            criterion: Share of them that must be reached [-].
+            seed: Seed of the draws from the posterior; attempts in the same order give the same answer.
         """
         self.criterion, self._random = criterion, np.random.default_rng([seed, 11])
         spread = np.array(SPREADS)[:, None, None]
@@ -73,12 +73,12 @@ class ThresholdSearch:
         self._log_likelihood = np.zeros((len(WIDTHS), targets, len(THRESHOLDS)))
 
     def take(self, target: int, support: float, reached: bool) -> None:
-        """One attempt at a target with this support [share of the weight]."""
+        """Take one attempt at a target with this support [share of the weight]."""
         p = chance((support - THRESHOLDS) / np.array(WIDTHS)[:, None])
         self._log_likelihood[:, target] += np.log(p if reached else 1.0 - p)
 
     def posterior(self, draws: int = DRAWS) -> Posterior:
-        """What is known by now."""
+        """Return the posterior after the attempts so far."""
         top = self._log_likelihood.max(axis=2, keepdims=True)
         likelihood = np.exp(self._log_likelihood - top)
         evidence = np.log(likelihood @ self._prior.T).sum(axis=1) + top.sum(axis=(1, 2))[:, None]
@@ -87,7 +87,7 @@ class ThresholdSearch:
         weights = np.cumsum(likelihood[widths] * self._prior[persons][:, None, :], axis=2)
         u = self._random.random(weights.shape[:2]) * weights[:, :, -1]
         cell = np.minimum((weights < u[:, :, None]).sum(axis=2), len(THRESHOLDS) - 1)
-        # Anywhere in the cell: what is known more finely than the grid must not be stated as certain.
+        # Thresholds are drawn anywhere in the cell: differences below the grid's step must not appear certain.
         step = THRESHOLDS[1] - THRESHOLDS[0]
         thresholds = THRESHOLDS[cell] + step * (self._random.random(cell.shape) - 0.5)
         width = np.array(WIDTHS)[widths]
@@ -96,7 +96,7 @@ class ThresholdSearch:
     def most_telling(
         self, supports: Float[np.ndarray, " support"], seconds: Float[np.ndarray, " support"]
     ) -> tuple[int, float]:
-        """Target and support of the attempt that is expected to narrow the answer most for the time it takes [s]."""
+        """Return target and support of the attempt with the largest expected drop of variance per time [s]."""
         found = self.posterior()
         needed = np.clip(found.needed, *INSIDE)
         p = found.share(supports)
@@ -106,7 +106,7 @@ class ThresholdSearch:
         return int(target), float(supports[which])
 
     def _drawn_rows(self, weights: Float[np.ndarray, "width person"], draws: int) -> Int[np.ndarray, " draw"]:
-        """Stratified: the same share of draws for the same share of probability."""
+        """Draw stratified rows: equal shares of draws for equal shares of probability."""
         edges = np.cumsum(weights.ravel())
         u = (np.arange(draws) + self._random.random(draws)) / draws * edges[-1]
         return np.minimum(np.searchsorted(edges, u), weights.size - 1)
@@ -130,7 +130,7 @@ def needed_support(
 def _variance_left(
     weights: Float[np.ndarray, "draw target support"], needed: Float[np.ndarray, " draw"]
 ) -> Float[np.ndarray, "target support"]:
-    """Of the needed support after an outcome of these chances, times the chance of that outcome."""
+    """Variance of the needed support after an outcome with these chances, times the chance of the outcome."""
     total = weights.mean(axis=0)
     first, second = (np.tensordot(needed**power, weights, axes=1) / len(needed) for power in (1, 2))
     return second - first**2 / np.maximum(total, 1e-12)
