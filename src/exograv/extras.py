@@ -1,5 +1,7 @@
 """Extras of the package: which one installs a package that is missing."""
 
+from importlib.util import find_spec
+
 EXTRAS = {
     "canopen": "can",
     "can": "can",
@@ -8,6 +10,7 @@ EXTRAS = {
     "distributed": "cluster",
     "jinja2": "study",
     "llvmlite": "control",
+    "markupsafe": "study",
     "matplotlib": "study",
     "mcap": "recording",
     "moteus": "moteus",
@@ -28,7 +31,8 @@ EXTRAS = {
 """Smallest extra that installs a package, by the name under which it is imported."""
 
 PURPOSES = {
-    "mujoco": "The simulated machine needs MuJoCo. A real machine does not: give --drives, where the command has it",
+    "mujoco": "The simulated machine needs MuJoCo, which is not installed. A real machine does not: give --drives, "
+    "where the command has it",
 }
 """Beginning of the sentence for packages that a reader may not connect with the command."""
 
@@ -39,5 +43,14 @@ def missing_package(error: ModuleNotFoundError) -> str | None:
     extra = EXTRAS.get(package)
     if extra is None:
         return None
-    purpose = PURPOSES.get(package, f"This needs the package '{package}'")
-    return f"{purpose}. '{package}' is not installed; install it with: pip install 'exograv[{extra}]'"
+    purpose = PURPOSES.get(package, f"This needs the package '{package}', which is not installed")
+    return f"{purpose}. Install it with: pip install 'exograv[{extra}]', or everything with 'exograv[all]'."
+
+
+def missing_by_extra() -> dict[str, list[str]]:
+    """List the packages of each extra that are not installed."""
+    found: dict[str, list[str]] = {extra: [] for extra in sorted(set(EXTRAS.values()))}
+    for package, extra in EXTRAS.items():
+        if find_spec(package) is None:
+            found[extra].append(package)
+    return found

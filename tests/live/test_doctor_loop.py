@@ -15,7 +15,7 @@ from exograv.cli.machine import computer_check as doctor
 from exograv.cli.machine.computer_check import Check, ComputerCheck
 from exograv.cli.machine.doctor import Doctor, run_doctor
 from exograv.cli.shell import terminal
-from exograv.cli.shell.base_options import Common
+from exograv.cli.shell.base_options import OutFolder
 from exograv.errors import ConfigError, ExogravError, RigError
 from exograv.procedures.self_test import loop_timing as doctor_loop
 from exograv.procedures.self_test.loop_timing import (
@@ -147,24 +147,24 @@ def test_one_late_tick_among_many_shows_in_the_histogram():
 @pytest.fixture
 def whole(monkeypatch: pytest.MonkeyPatch) -> None:
     """Computer that meets all requirements."""
-    result = ComputerCheck(True, "Linux", [Check("out", True, "")], None)
+    result = ComputerCheck(True, "Linux", [Check("out", True, "")], None, {})
     monkeypatch.setattr(doctor, "examine_computer", lambda _folder: result)
 
 
 @pytest.mark.usefixtures("whole")
 def test_a_computer_unfit_for_worn_machines_is_no_broken_installation(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(doctor_loop, "loop_test", lambda _seconds, _progress: LoopTest(60.0, figures(VIRTUAL), 0))
-    result = json_value(run_doctor(Doctor(loop=60.0), Common()))
+    result = json_value(run_doctor(Doctor(loop=60.0), OutFolder()))
     assert not result["loop"]["may_drive_worn"]
     assert result["ok"]
 
 
 def test_where_something_is_missing_the_loop_is_not_run(monkeypatch: pytest.MonkeyPatch):
-    lacking = ComputerCheck(False, "Linux", [Check("out", False, "")], None)
+    lacking = ComputerCheck(False, "Linux", [Check("out", False, "")], None, {})
     monkeypatch.setattr(doctor, "examine_computer", lambda _folder: lacking)
     monkeypatch.delattr(doctor_loop, "loop_test")
     monkeypatch.setattr(doctor_loop, "loop_test", None, raising=False)
-    assert "loop" not in json_value(run_doctor(Doctor(loop=60.0), Common()))
+    assert "loop" not in json_value(run_doctor(Doctor(loop=60.0), OutFolder()))
 
 
 def run(*words: str, folder: Path) -> list[str]:

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from exograv.errors import KernelError
+from exograv.extras import missing_by_extra
 from exograv.model.description import rig_names
-from exograv.recording.rounding import percentiles
 
 PACKAGES = ("casadi", "mcap", "mujoco-core", "numpy", "pydantic", "scipy")
 TICKS = 2000
@@ -40,6 +40,8 @@ class ComputerCheck:
     computer: str
     checks: list[Check]
     tick_us: dict[str, float] | None
+    missing: dict[str, list[str]]
+    """Packages that are not installed, by extra; an empty list for an extra that is complete."""
 
     @property
     def has_all_it_needs(self) -> bool:
@@ -56,13 +58,13 @@ def examine_computer(folder: Path) -> ComputerCheck:
     checks = [_python(), *(_package(name) for name in PACKAGES), _writable(folder)]
     checks.append(_kernels())
     checks.append(Check("machines", bool(rig_names()), ", ".join(rig_names()) or "none found"))
-    tick = percentiles(_tick_times()) if all(check.ok for check in checks[1:]) else None
+    tick = _tick_percentiles() if all(check.ok for check in checks[1:]) else None
     if tick is not None:
         ok = tick["p99"] < PERIOD_US / 2
         text = f"median {tick['p50']} µs, p99 {tick['p99']} µs of a period of 1000 µs"
         checks.append(Check("tick", ok, text))
     computer = f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"
-    return ComputerCheck(all(check.ok for check in checks), computer, checks, tick)
+    return ComputerCheck(all(check.ok for check in checks), computer, checks, tick, missing_by_extra())
 
 
 def _python() -> Check:
@@ -96,6 +98,13 @@ def _writable(folder: Path) -> Check:
     except OSError as error:
         return Check("out", False, f"{folder}: {error.strerror}; give another folder with --out")
     return Check("out", True, f"{folder} can be written")
+
+
+def _tick_percentiles() -> dict[str, float]:
+    """Return percentiles of the time of the control tick of the default machine [µs]."""
+    from exograv.recording.rounding import percentiles
+
+    return percentiles(_tick_times())
 
 
 def _tick_times() -> list[float]:

@@ -31,17 +31,23 @@ class DoctorResult:
 def run_doctor(command: Doctor, common: OutFolder) -> DoctorResult:
     """Check if this computer meets the requirements of exograv, and how fast its control loop is."""
     from exograv.cli.shell.terminal import bars, say, show_loop
-    from exograv.procedures.self_test.loop_timing import loop_test, refuse_unusable
 
     from .computer_check import examine_computer
 
     if command.loop is not None:
+        from exograv.procedures.self_test.loop_timing import refuse_unusable
+
         refuse_unusable(command.loop)
     computer, loop = examine_computer(common.out), None
     say(computer.computer)
     for check in computer.checks:
         say(f"{'ok ' if check.ok else 'NO '} {check.name}: {check.text}")
+    for extra, missing in computer.missing.items():
+        state = f"not installed: {', '.join(missing)}" if missing else "installed"
+        say(f"{'--- ' if missing else 'ok  '} exograv[{extra}]: {state}")
     if command.loop is not None and computer.has_all_it_needs:
+        from exograv.procedures.self_test.loop_timing import loop_test
+
         with bars() as progress:
             loop = loop_test(command.loop, progress)
         show_loop(loop.figures)

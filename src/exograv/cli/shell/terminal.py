@@ -39,12 +39,12 @@ def bars() -> Iterator[Callable[[str, float], None]]:
 
 def say(text: str) -> None:
     """Print a line for the operator."""
-    Console().print(text, highlight=False)
+    Console().print(text, highlight=False, markup=False)
 
 
 def say_unbroken(text: str) -> None:
     """Print a line with a path, which a narrow terminal must not break."""
-    Console().print(text, highlight=False, soft_wrap=True)
+    Console().print(text, highlight=False, markup=False, soft_wrap=True)
 
 
 def show_steps(title: str, steps: "Sequence[tuple[str, StepFigures | BringUpStep]]") -> None:
