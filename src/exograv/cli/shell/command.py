@@ -1,6 +1,7 @@
 """Options of a command from its function: the command line reads only the classes in its signature."""
 
 from collections.abc import Callable
+from contextvars import ContextVar
 from dataclasses import fields, make_dataclass
 from functools import cache
 from inspect import signature
@@ -12,6 +13,10 @@ from .base_options import Common
 
 Action = Callable[..., Any]
 """Function of a command. It takes its option classes, and `Common` if needed. Its result has a JSON form."""
+
+
+estimate: ContextVar[str] = ContextVar("estimate", default="")
+"""Usual duration of the running command, as a sentence; empty if it is short or not known."""
 
 
 def option_classes(action: Action) -> dict[str, type]:

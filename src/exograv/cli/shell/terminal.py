@@ -1,5 +1,7 @@
 """Terminal output: progress during a run, and tables of results."""
 
+import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from math import log10
@@ -10,6 +12,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
+from .command import estimate
+
 if TYPE_CHECKING:
     from exograv.laboratory.demo_result import DemoFindings, DemoResult, FloatedArm, ParticipantFigures
     from exograv.live.on_drives.bring_up_command import BringUpStep
@@ -18,20 +22,33 @@ if TYPE_CHECKING:
     from exograv.procedures.self_test.self_test_command import StepFigures
 
 
+LINE_EVERY_S = 2.0
+"""Shortest time between two lines of progress where standard error is not a terminal [s]."""
+
+
 @contextmanager
 def bars() -> Iterator[Callable[[str, float], None]]:
-    """Show a progress line if standard error is a terminal; yield its function of a sentence and the share done."""
+    """Show the progress of a command on standard error: a bar on a terminal, else one line per phase.
+
+    Yields a function of the phase, as a text, and the share of it that is done.
+    """
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), TimeElapsedColumn())
     console = Console(stderr=True)
+    current, start, said = "", time.monotonic(), -LINE_EVERY_S
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task("Starting", total=1.0)
-        current = ""
 
         def show(text: str, share: float) -> None:
-            nonlocal current
+            nonlocal current, said
+            if not current and (sentence := estimate.get()):
+                progress.console.print(sentence, highlight=False, markup=False)
+            elapsed = time.monotonic() - start
             if text != current:
                 current = text
                 progress.reset(task, description=text)
+                if not console.is_terminal and elapsed - said >= LINE_EVERY_S:
+                    said = elapsed
+                    print(f"[{elapsed:5.0f} s] {text}", file=sys.stderr, flush=True)
             progress.update(task, completed=share)
 
         yield show
