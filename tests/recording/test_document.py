@@ -15,7 +15,7 @@ DOCUMENT = Path(__file__).parents[2] / "docs" / "reference" / "recording_format.
 
 def test_the_document_agrees_with_the_table():
     assert DOCUMENT.read_text(encoding="utf-8") == format_document(), (
-        "Renew it: python -m exograv.recording.document > docs/recording_format.md"
+        "Renew it: python -m exograv.recording.document > docs/reference/recording_format.md"
     )
 
 

@@ -1,4 +1,4 @@
-"""Second implementation of guard and envelope, from docs/safety.md and without a look at the first one.
+"""Second implementation of guard and envelope, from docs/explanation/safety.md and without a look at the first one.
 
 It imports no part of `exograv`, so that the two do not share errors. Machines are the first axis of each array; each of
 them has its own guard.

@@ -1,4 +1,4 @@
-"""Figures in the code equal those of docs/safety.md and its sources, so a changed constant is noticed."""
+"""Figures in the code equal those of docs/explanation/safety.md and its sources, so a changed constant is noticed."""
 
 import math
 

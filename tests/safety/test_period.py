@@ -59,7 +59,7 @@ BUDGETS_MS = {
     "silent": (6.0, (StopReason.MACHINE_SILENT,)),
     "dead": (5.0, (StopReason.CONTROL_SILENT,)),
 }
-"""Budget in milliseconds and reasons for F02, F07, F11, F01, F04, F16 of docs/safety.md."""
+"""Budget in milliseconds and reasons for F02, F07, F11, F01, F04, F16 of docs/explanation/safety.md."""
 
 
 @pytest.mark.parametrize("period_ms", PERIODS_MS)

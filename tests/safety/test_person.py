@@ -52,7 +52,7 @@ def plausible(q: np.ndarray, gravity_level: float = 0.0) -> np.ndarray:
 
 
 def bounds(q: np.ndarray, v: np.ndarray, gravity_level: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Bounds of both rows of the table in docs/safety.md, written a second time."""
+    """Bounds of both rows of the table in docs/explanation/safety.md, written a second time."""
     p, f = plausible(q, gravity_level), DRY + VISCOUS * np.abs(v) + ERROR
     down, up = np.minimum(p, 0.0), np.maximum(p, 0.0)
     low = np.maximum(SHARE_MAX * down - f - MARGIN_NM, down - f - ACTIVE)

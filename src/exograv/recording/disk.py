@@ -9,7 +9,7 @@ from .container import INDEX_ENTRY, MESSAGE
 from .encoding import tick_dtype
 
 ROOM = 2.0
-"""Factor of free space over the expected size (docs/safety.md, F19).
+"""Factor of free space over the expected size (docs/explanation/safety.md, F19).
 
 The run may take longer, and other programs write too.
 """

@@ -98,7 +98,7 @@ def _rows(fields: tuple[Field, ...], prefix: str = "") -> list[str]:
         if field.size == POINTS:
             remarks.append("each an object of `x`, `y`, `z`; before version 3 a list of the three")
         if field.since > 1:
-            remarks.append(f"since version {field.since}; before, and where nobody says, {field.default:g}")
+            remarks.append(f"since version {field.since}; before, and if it is not given, {field.default:g}")
         if field.narrow_before > 1:
             remarks.append(f"float32 before version {field.narrow_before}")
         meaning = field.meaning + (f" ({', '.join(remarks)})" if remarks else "")

@@ -19,9 +19,9 @@ class TimingMessage:
     counts: Annotated[list[int], "ticks by lateness"]
     longest_gap_us: Annotated[float | None, "longest time between a command and the next", "µs"]
     granted: Annotated[list[str], "real-time rights that the system granted"]
-    refused: Annotated[list[str], "those it refused, and what to do"]
+    refused: Annotated[list[str], "real-time rights that the system refused, and what to do"]
     ticks_lost: Annotated[int | None, "ticks that found the recorder's ring full"] = None
-    recorder_restarts: Annotated[int | None, "times that the recorder had to be started again"] = None
+    recorder_restarts: Annotated[int | None, "number of restarts of the recorder"] = None
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,11 @@ class StreamNote:
     topic: Annotated[str, "channel of its samples"]
     kind: Annotated[
         str,
-        "`connected`, `lost` (its source is gone), `silent` (its source is there, and sends nothing), `resumed`, "
+        "`connected`, `lost` (its source is gone), `silent` (its source is there, and sends no samples), `resumed`, "
         "`left out` (a text that is too long)",
     ]
     text: Annotated[str, "a sentence"]
-    connection: Annotated[int, "counted from 1; another one may have another clock"]
+    connection: Annotated[int, "number from 1; each connection may have another clock"]
     xml: Annotated[str | None, "of `connected`: the stream's own description, unchanged"] = field(
         default=None, metadata=OPTIONAL
     )
@@ -48,8 +48,8 @@ class ClockCorrection:
 
     topic: Annotated[str, "channel of the stream's samples"]
     connection: Annotated[int, "as in `/stream`"]
-    asked: Annotated[float, "CLOCK_MONOTONIC before it was asked for", "s"]
-    answered: Annotated[float, "CLOCK_MONOTONIC after", "s"]
-    offset: Annotated[float, "to be added to a stamp, which is then on CLOCK_MONOTONIC", "s"]
-    remote: Annotated[float, "time on the device's clock for which LSL has measured it", "s"]
-    uncertainty: Annotated[float, "LSL's own bound: the round trip of the best probe", "s"]
+    asked: Annotated[float, "CLOCK_MONOTONIC before the request", "s"]
+    answered: Annotated[float, "CLOCK_MONOTONIC after the answer", "s"]
+    offset: Annotated[float, "value that, added to a stamp, gives CLOCK_MONOTONIC", "s"]
+    remote: Annotated[float, "time on the device's clock of LSL's measurement", "s"]
+    uncertainty: Annotated[float, "LSL's own bound: round-trip time of the best probe", "s"]

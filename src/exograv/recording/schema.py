@@ -1,4 +1,4 @@
-"""Table of the recording format; writer, reader and docs/recording_format.md are made from it."""
+"""Table of the recording format; writer, reader and docs/reference/recording_format.md are made from it."""
 
 from .fields import JOINT, LIST, POINTS, Channel, Field, T, fields_of
 from .messages import ClockCorrection, StreamNote, TimingMessage
@@ -17,7 +17,7 @@ PARAMETER_FIELDS = (
 )
 CALIBRATION_FIELDS = (
     Field("joint", "string", "-", "joint"),
-    Field("name", "string", "-", "what was measured: `gain`, `coulomb`, `viscous`"),
+    Field("name", "string", "-", "measured quantity: `gain`, `coulomb`, `viscous`"),
     Field("unit", "string", "-", "unit of the values beside it"),
     Field("truth", "number", "unit", "value of the twin", optional=True, nullable=True),
     Field("estimate", "number", "unit", "value found on the empty machine"),
@@ -28,7 +28,7 @@ SETTINGS = Channel(
     "/settings",
     "json",
     "once, first",
-    "Everything that the run was started with.",
+    "Settings with which the run was started.",
     (
         Field("schema_version", "integer", "-", "version of this format"),
         Field("joints", "string", "-", "actuated joints, in the order of every per-joint list", LIST),
@@ -41,11 +41,18 @@ SETTINGS = Channel(
         Field("disturbance_level", "integer", "-", "level of the twin, 0–4", optional=True),
         Field("seed", "integer", "-", "seed of the run", optional=True),
         Field("gravity_level", "number", "-", "felt share of the arm's own weight", optional=True),
-        Field("wearer", "object", "-", "what the software was told: height_m, mass_kg, sex …", optional=True),
-        Field("targets_Nm", "number", "N·m", "largest left over that counts as weightless", JOINT, optional=True),
+        Field("wearer", "object", "-", "data of the wearer as entered: height_m, mass_kg, sex …", optional=True),
+        Field(
+            "targets_Nm",
+            "number",
+            "N·m",
+            "largest left over (RMS residual gravity torque) that counts as weightless",
+            JOINT,
+            optional=True,
+        ),
         Field("limits", "object", "-", "limits of the envelope, unit in each name", optional=True),
         Field("hashes", "object", "-", "SHA-256 of rig and settings files", optional=True),
-        Field("versions", "object", "-", "versions of exograv and of the packages that count", optional=True),
+        Field("versions", "object", "-", "versions of exograv and of the packages that affect results", optional=True),
         Field("settings", "object", "-", "settings of all rooms, unchanged", optional=True),
     ),
 )
@@ -54,7 +61,7 @@ PHASE = Channel(
     "/phase",
     "json",
     "at each change",
-    "What the session is doing from here on.",
+    "Phase of the session that begins here.",
     (T, Field("name", "string", "-", "`calibrate`, `table`, `identify`, `held_out`, `float`, `weigh` …")),
 )
 
@@ -62,7 +69,7 @@ EVENT = Channel(
     "/event",
     "json",
     "when it happens",
-    "Something an operator should know; on disk at once.",
+    "Event for the operator; written to disk at once.",
     (
         T,
         Field("kind", "string", "-", "`note`, `warning`, `stop`, `near singular`, `not relaxed` …"),
@@ -74,11 +81,11 @@ ESTIMATE = Channel(
     "/estimate",
     "json",
     "about 5 Hz while identifying",
-    "The arm as far as it is known.",
+    "Present estimate of the arm.",
     (
         T,
         Field("motion_s", "number", "s", "seconds of motion since the first sample of the identification"),
-        Field("parameters", "object", "-", "one entry a parameter", LIST, fields=PARAMETER_FIELDS),
+        Field("parameters", "object", "-", "one entry per parameter", LIST, fields=PARAMETER_FIELDS),
         Field(
             "predicted_left_over_Nm",
             "number",
@@ -95,8 +102,8 @@ ESTIMATE = Channel(
 LEFT_OVER = Channel(
     "/left_over",
     "json",
-    "some times a minute, twin only",
-    "What is truly left over at the held-out postures, by the twin's examiner; never shown to the estimator.",
+    "several times per minute, twin only",
+    "True left over at the held-out postures, by the twin's examiner; the estimator has no access to it.",
     (
         T,
         Field("motion_s", "number", "s", "seconds of motion since the first sample of the identification"),
@@ -121,7 +128,7 @@ RESULT = Channel(
     "/result",
     "json",
     "once, last",
-    "The figures of the run: the command's JSON without wall-clock times and paths.",
+    "Figures of the run: the command's JSON without wall-clock times and paths.",
     (
         T,
         Field(
@@ -132,7 +139,7 @@ RESULT = Channel(
             "identifiability",
             "object",
             "-",
-            "base parameters, condition number, what the data and what the prior decided",
+            "base parameters, condition number, and which of them the data or the prior determined",
             optional=True,
             nullable=True,
         ),
@@ -153,7 +160,7 @@ RESULT = Channel(
         Field("simulated_s", "number", "s", "simulated time", optional=True),
         Field("rig", "string", "-", "name of the machine", optional=True),
         Field("method", "string", "-", "identification method", optional=True),
-        Field("motion", "string", "-", "what moved the arm while it was identified", optional=True),
+        Field("motion", "string", "-", "source of the motion during identification", optional=True),
         Field("disturbance_level", "integer", "-", "level of the twin, 0–4", optional=True),
         Field("seed", "integer", "-", "seed of the run", optional=True),
         Field("joints", "string", "-", "actuated joints", LIST, optional=True),
@@ -164,7 +171,7 @@ TIMING = Channel(
     "/timing",
     "json",
     "once, last, live runs only",
-    "How punctual the run was, by which rights, and what its recorder went through.",
+    "Punctuality of the run, its real-time rights, and losses and restarts of its recorder.",
     (
         T,
         *fields_of(TimingMessage),
@@ -175,7 +182,7 @@ CONTROL = Channel(
     "/control",
     "json",
     "at each change",
-    "What control was given: all that `exograv replay` needs beside the ticks. Numbers are exact.",
+    "Inputs of control that `exograv replay` needs beside the ticks. Numbers are exact.",
     (
         T,
         Field(
@@ -183,30 +190,37 @@ CONTROL = Channel(
             "string",
             "-",
             "`pilot` (a machine and its guard begin), `fly` (a controller takes over), `publish`, `force`, `carry`, "
-            "`hang`, `lead` (what a controller is told), `wear` (who the guard takes to be in the machine), `level` "
-            "(what that person is to feel)",
+            "`hang`, `lead` (inputs of a controller), `wear` (limits of the person in the machine), `level` "
+            "(gravity level that the person is to feel)",
         ),
-        Field("controller", "integer", "-", "which one, from 0, of the pilot in charge", optional=True),
+        Field("controller", "integer", "-", "number of the controller, from 0, of the present pilot", optional=True),
         Field(
             "kind",
             "string",
             "-",
-            "of a controller that is new: `empty` (machine alone), `arm`, `other` (its torque cannot be replayed)",
+            "of a new controller: `empty` (machine alone), `arm`, `other` (its torque cannot be replayed)",
             optional=True,
         ),
-        Field("period_s", "number", "s", "of a pilot: between two ticks", optional=True),
+        Field("period_s", "number", "s", "of a pilot: time between two ticks", optional=True),
         Field("actuators", "object", "N·m/A", "of a pilot: `gain` and `gain_sd` per joint", optional=True),
         Field("machine", "object", "SI", "of an arm's controller: the machine as calibrated", optional=True),
-        Field("x", "number", "SI", "parameters of the arm that are told", LIST, optional=True),
-        Field("q", "number", "rad", "posture in which they must not be felt as a push", JOINT, optional=True),
+        Field("x", "number", "SI", "parameters of the arm that the controller gets", LIST, optional=True),
+        Field(
+            "q",
+            "number",
+            "rad",
+            "posture in which a change of the parameters must not be felt as a push",
+            JOINT,
+            optional=True,
+        ),
         Field("place", "string", "-", "of a known weight: `hand`, `forearm`, or a mount", optional=True),
-        Field("mass_kg", "number", "kg", "the known weight that is carried from now on", optional=True),
-        Field("side", "string", "-", "of two arms, the one that leads the other; null: none", optional=True),
-        Field("person", "object", "SI", "limits of who is in the machine", optional=True),
+        Field("mass_kg", "number", "kg", "known weight that is carried from now on", optional=True),
+        Field("side", "string", "-", "of two arms, the one whose motion the other follows; null: none", optional=True),
+        Field("person", "object", "SI", "limits of the person in the machine", optional=True),
         Field("gravity_level", "number", "-", "share of the arm's weight that is to be felt", optional=True),
-        Field("ramp_s", "number", "s", "in which it comes, at least", optional=True),
-        Field("is_driven", "boolean", "-", "whether that person is moved along a path", optional=True),
-        Field("taken", "boolean", "-", "whether the controller accepted it", optional=True),
+        Field("ramp_s", "number", "s", "shortest duration of the ramp", optional=True),
+        Field("is_driven", "boolean", "-", "true if the person is moved along a path", optional=True),
+        Field("taken", "boolean", "-", "true if the controller accepted the input", optional=True),
     ),
 )
 
@@ -214,7 +228,7 @@ STREAM = Channel(
     "/stream",
     "json",
     "when it happens, runs with other devices only",
-    "What became of a stream of another device; its samples are in a channel of its own.",
+    "Event of another device's stream; its samples are in their own channel.",
     (
         T,
         *fields_of(StreamNote),
@@ -224,8 +238,8 @@ STREAM = Channel(
 CORRECTION = Channel(
     "/correction",
     "json",
-    "every 2 s and stream, runs with other devices only",
-    "LSL's estimate of what a stream's clock lacks: one `time_correction()`, as it came.",
+    "every 2 s per stream, runs with other devices only",
+    "LSL's correction of a stream's clock: one unchanged result of `time_correction()`.",
     (
         T,
         *fields_of(ClockCorrection),
@@ -235,17 +249,17 @@ CORRECTION = Channel(
 PAGE = Channel(
     "/page",
     "json",
-    "when it happens, runs that are steered from pages only",
-    "What was asked for at a page, and what a page told.",
+    "when it happens, only in runs that are steered from pages",
+    "Requests and reports of a page.",
     (
         T,
         Field(
             "topic",
             "string",
             "-",
-            "`/act`: what was asked for, `by` whose page, if it was `taken`, and `why` not; others are the console's",
+            "`/act`: request, `by` which page, if it was `taken`, and `why` not; others are the console's",
         ),
-        Field("message", "object", "-", "what it holds"),
+        Field("message", "object", "-", "content of the message"),
     ),
 )
 

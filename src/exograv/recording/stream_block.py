@@ -32,8 +32,8 @@ TYPES = {
 
 DEFINITION = """\
 float64 received  # CLOCK_MONOTONIC when the last of these samples had been taken from LSL [s]
-uint32 connection  # counted from 1; another one may have another clock
-uint32 channels  # of a sample
+uint32 connection  # number from 1; each connection may have another clock
+uint32 channels  # values per sample
 float64[] stamps  # of the samples, exactly as received: the device's own clock [s]
 {type}[] values  # exactly as received, sample after sample
 """

@@ -6,7 +6,7 @@ TASK = Channel(
     "/task",
     "json",
     "when it happens, sessions with a participant's task only",
-    "What the run of a protocol says: phases, windows, touches, pace, pauses, alarms; also what went out as a marker.",
+    "Records of a protocol's run: phases, windows, touches, pace, pauses, alarms, and markers that were sent.",
     (
         T,
         Field("kind", "string", "-", "`run_began`, `phase_began`, `window_opened`, `touch`, `pace_changed` …"),
@@ -23,11 +23,11 @@ AIRCRAFT = Channel(
     "/aircraft",
     "json",
     "about 10 Hz, flights only",
-    "What the aircraft's own feed said.",
+    "Data of the aircraft's own feed.",
     (
         T,
-        Field("g", "number", "-", "acceleration over that on Earth along the aircraft's axes", (3,)),
-        Field("parabola", "integer", "-", "as the aircraft counts"),
-        Field("announcement", "string", "-", "its text"),
+        Field("g", "number", "-", "acceleration along the aircraft's axes, divided by Earth's gravity", (3,)),
+        Field("parabola", "integer", "-", "number of the parabola by the aircraft's count"),
+        Field("announcement", "string", "-", "text of the announcement"),
     ),
 )

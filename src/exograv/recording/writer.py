@@ -29,7 +29,7 @@ CHUNK_BYTES = 1_000_000
 SYNC_EVERY_S = 0.2
 """Time between two syncs of a live recording [s].
 
-A power failure may cost 250 ms (docs/safety.md, F20), and the sync takes a part of them.
+A power failure may cost 250 ms (docs/explanation/safety.md, F20), and the sync takes a part of them.
 """
 
 AT_ONCE = frozenset({"/settings", "/event", "/result", "/timing"})

@@ -22,7 +22,7 @@ V_CREDIBLE_RAD_S = 1e3
 WITHOUT_MODEL = 2.0
 """Damping without a model, as a multiple of the soft descent's damping.
 
-A falling hand then stays below 0.74 m/s (docs/safety.md).
+A falling hand then stays below 0.74 m/s (docs/explanation/safety.md).
 """
 
 

@@ -20,7 +20,7 @@ from .period import ticks_of
 from .stops import StopReason
 
 COMMAND_LIFE_S = 0.005
-"""Time after which a command that was not replaced is void [s] (docs/safety.md, SS0)."""
+"""Time after which a command that was not replaced is void [s] (docs/explanation/safety.md, SS0)."""
 
 WINDOW_MS, IN_WINDOW_MAX_MS = 20, 3
 """Window [ms], and the time of missed ticks in it that the last valid torque bridges [ms].
@@ -34,7 +34,7 @@ SECOND_MS, IN_SECOND_MAX = 1000, 10
 GRAVITY_LEVEL_S = 5.0
 """Time from weightless to Earth gravity [s].
 
-The weight of a heavy arm, 11 N·m, then comes and goes at 2.2 N·m/s (docs/safety.md).
+The weight of a heavy arm, 11 N·m, then comes and goes at 2.2 N·m/s (docs/explanation/safety.md).
 """
 
 STANDING_RAD_S = 0.05
@@ -48,7 +48,7 @@ One count of a coarse encoder then changes the velocity by a tenth of a radian p
 
 
 class SafeState(enum.IntEnum):
-    """Reaction that protects the person now; the greatest that applies is in force (docs/safety.md, SS0 to SS3)."""
+    """Reaction that protects the person now; the greatest is in force (docs/explanation/safety.md, SS0 to SS3)."""
 
     NONE = -1
     """Limited torque of control."""

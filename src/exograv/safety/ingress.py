@@ -1,6 +1,6 @@
 """Checks of each measurement before it is used: finite values, order, age, jumps and dead encoders.
 
-Sources of all figures: docs/safety.md.
+Sources of all figures: docs/explanation/safety.md.
 """
 
 import math

@@ -1,6 +1,6 @@
 """Limits of a machine and of the person in it, checked before anything moves and only read in a tick.
 
-Sources of all figures: docs/safety.md.
+Sources of all figures: docs/explanation/safety.md.
 """
 
 import math
@@ -16,7 +16,7 @@ from .plausible import PlausibleTable
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of what may reach a joint. Sources: safety figures in docs/safety.md."""
+    """Limits of what may reach a joint. Sources: safety figures in docs/explanation/safety.md."""
 
     torque_max_Nm: Joints
     damping_Nms_per_rad: Joints

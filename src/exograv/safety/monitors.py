@@ -1,6 +1,6 @@
 """Comparison of redundant signals: a joint's encoder with its motor's, a commanded torque with the measured one.
 
-Sources of all figures: docs/safety.md.
+Sources of all figures: docs/explanation/safety.md.
 """
 
 import math

@@ -1,6 +1,6 @@
 """Limits for one person in one posture: torque around the plausible one, walls before the stops, an energy tank.
 
-Sources of all figures: docs/safety.md.
+Sources of all figures: docs/explanation/safety.md.
 """
 
 import math
@@ -38,7 +38,7 @@ class GuardedPerson:
 
     limits: PersonLimits
     gravity_level: float = 0.0
-    """Felt share of the arm's weight, changed between ticks by the guard or the session (docs/safety.md)."""
+    """Felt share of the arm's weight, changed between ticks by guard or session (docs/explanation/safety.md)."""
 
     is_driven: bool = field(init=False, default=False)
     """True if control moves the arm along a path; set by `drive`."""

@@ -17,13 +17,13 @@ GAIN_AGE_MAX = timedelta(days=30)
 Gears wear in, and belts and screws settle (assumed).
 """
 FRICTION_AGE_MAX = timedelta(hours=12)
-"""Age above which friction should be checked again; it changes with the day's temperature (docs/calibration.md)."""
+"""Age above which friction should be checked again; it changes with temperature (docs/howto/calibration.md)."""
 CLOCK_ERROR = timedelta(minutes=10)
 """Largest time by which the clock that wrote a file may be ahead."""
 AGAIN = "Calibrate again: `exograv calibrate`."
 HEAD = """\
-# Calibration of an empty machine, written by `exograv calibrate` (docs/calibration.md). Each value has its standard
-# deviation beside it (_sd). Do not edit: content_sha256 seals the values, and a changed file is refused.
+# Calibration of an empty machine, written by `exograv calibrate` (docs/howto/calibration.md). Each value has its
+# standard deviation beside it (_sd). Do not edit: content_sha256 seals the values, and a changed file is refused.
 """
 
 

@@ -21,8 +21,8 @@ FILE = "self_test.toml"
 NOT_NEEDED = "not needed: twin"
 AGAIN = "Run `exograv self-test`, with nobody in the machine."
 HEAD = """\
-# A self-test that has passed, written by `exograv self-test` (docs/safety.md). It unlocks this machine on this computer
-# until midnight. Do not edit: content_sha256 seals the values, and a changed file is refused.
+# A self-test that has passed, written by `exograv self-test` (docs/explanation/safety.md). It unlocks this machine on
+# this computer until midnight. Do not edit: content_sha256 seals the values, and a changed file is refused.
 """
 
 

@@ -53,7 +53,7 @@ def test_every_torque_is_the_recorded_one_to_the_last_bit(same: dict[str, Any]):
 def test_the_stop_comes_at_the_same_time_for_the_same_reason(same: dict[str, Any]):
     (stop,) = same["stops"]["replayed"]
     assert same["stops"]["recorded_s"] == [stop["t"]]
-    assert stop["cause"] == "A joint did not follow where it was led."
+    assert stop["cause"] == "A joint did not follow its path."
     assert same["safe_state_differs"]["ticks"] == 0
 
 

@@ -24,7 +24,7 @@ SLOW = {
     "watchdog does not brake": ("drives brake when nobody commands", "an arm would fall"),
     "Stop does nothing": ("Stop is heard", "Stop does not stop the machine"),
     "Stop does not reach the drives": ("torque left after Stop", "Stop does not stop the machine"),
-    "encoder is dead": ("sign of each joint", "encoder and its motor's do not say the same"),
+    "encoder is dead": ("sign of each joint", "encoders of a joint and of its motor disagree"),
     "encoders swapped": ("sign of each joint", "is swapped with another"),
     "motors swapped": ("sign of each joint", "swapped"),
     "joints swapped": ("", "swapped"),

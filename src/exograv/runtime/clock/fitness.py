@@ -1,4 +1,4 @@
-"""Assessment of a computer: its timing against the criteria of docs/realtime.md for a machine that is worn.
+"""Assessment of a computer: its timing against the criteria of docs/explanation/realtime.md for a machine that is worn.
 
 The criteria are necessary, not sufficient: bus, drives, their watchdog and the hardware emergency stop are not tested
 here.
@@ -11,7 +11,7 @@ from .realtime import Rights
 from .timing import LoopOutcome, Timing
 
 SELF_TEST_S = 10.0
-"""Shortest run that is judged [s]. Source: start-up self-test, docs/safety.md."""
+"""Shortest run that is judged [s]. Source: start-up self-test, docs/explanation/safety.md."""
 
 WOKEN_WITHIN_NS = 200_000
 """Latest start of a tick [ns]; the measurement is then a fifth of a period old. Source: as above."""

@@ -10,8 +10,8 @@ from .timing import PERIOD_NS, LoopOutcome, Timing
 SPIN_NS = 100_000
 """Last time before a deadline that is spent awake [ns].
 
-To wake a sleeping processor takes 30 to 80 µs, and varies. The busy wait costs up to a tenth of one processor;
-docs/realtime.md has the gain. With a longer one, another loop at the same priority would wait for a loop that only
+To wake a sleeping processor takes 30 to 80 µs, and varies. The busy wait costs up to a tenth of one processor. Its gain
+is in docs/explanation/realtime.md. With a longer one, another loop at the same priority would wait for a loop that only
 reads the clock.
 """
 

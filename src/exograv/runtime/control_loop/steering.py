@@ -13,7 +13,7 @@ from exograv.safety.modes import TRANSITIONS, WORN, Event, Mode
 from exograv.sentence import say
 
 LEASE_MAX_NS = 1_200_000_000
-"""Longest lease (docs/safety.md, F31) [ns]."""
+"""Longest lease (docs/explanation/safety.md, F31) [ns]."""
 
 READY_NS = 30_000_000_000
 """Time after the machine was made ready in which the arm may be taken [ns]."""

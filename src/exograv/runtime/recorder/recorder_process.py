@@ -23,9 +23,10 @@ from exograv.runtime.lsl.outlets import Outlets, OutletsJob
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 
 RING_TICKS = 32 * TICKS_PER_S
-"""Capacity of the ring: five seconds without a recorder (docs/safety.md, F18), and the next one's reading of the file.
+"""Capacity of the ring: five seconds without a recorder, and the time in which the next one reads the file.
 
-Reading takes a second per ten minutes of recording on an idle computer, and three on a busy one.
+The five seconds are those of F18 in docs/explanation/safety.md. Reading takes a second per ten minutes of recording on
+an idle computer, and three on a busy one.
 """
 
 RING_EVENTS = 256
