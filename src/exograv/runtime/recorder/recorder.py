@@ -33,7 +33,7 @@ from exograv.runtime.processes.supervisor import Supervisor
 from .recorder_process import EVENT, GAVE_UP, RING_EVENTS, RING_TICKS, STATUS, Inlet, RecorderJob, RunEnd, record
 
 TICKS_WAITING_MAX = TICKS_PER_S
-"""Ticks in transit above which the disk is called slow; the alarm comes within 1 s (docs/explanation/safety.md, F19)."""
+"""Ticks in transit from which on the disk is slow; the alarm comes within 1 s (docs/explanation/safety.md, F19)."""
 
 FRUITLESS_MAX = 3
 """Recorders in a row that may end without one tick on disk; the cause would stop the next one too."""
