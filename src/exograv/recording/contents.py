@@ -41,6 +41,7 @@ class DamageError(Exception):
 
 
 DAMAGE = (DamageError, McapError, zstandard.ZstdError, struct.error, UnicodeDecodeError, OverflowError)
+"""Errors that the content of a cut or altered file can raise."""
 
 
 @runtime_checkable

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 DECIMALS = 4
+"""Decimals of numbers in results."""
 
 
 def rounded(values: np.ndarray) -> list[float]:

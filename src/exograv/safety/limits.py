@@ -19,6 +19,8 @@ class Limits:
     """Limits of what may reach a joint. Sources: safety figures in docs/explanation/safety.md."""
 
     torque_max_Nm: Joints
+    """Largest torque of the drive."""
+
     damping_Nms_per_rad: Joints
     """Damping of the soft descent."""
 

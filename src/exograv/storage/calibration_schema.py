@@ -16,6 +16,7 @@ from .sealed_file import Sealed, sealed
 
 SCHEMA_VERSION = 1
 DIGITS = 7
+"""Significant digits of the stored numbers [-]."""
 FRICTION = {
     "coulomb": "coulomb{}_Nm",
     "viscous": "viscous{}_Nms_per_rad",

@@ -10,6 +10,8 @@ from exograv.recording.stream_block import StreamFormat
 from exograv.runtime.processes.shared_memory import Ring
 
 DATA_BYTES = 16_000
+"""Largest length of a block's data [bytes]."""
+
 SLOTS = 1024
 """Number of blocks in the ring: 16 MB, ten seconds without a recorder at 1.6 MB/s.
 
@@ -22,6 +24,7 @@ BLOCK = np.dtype(
 """Type of a block: `stream` counts from 0, `kind` is one of those below, `monotonic` is the time of arrival [s]."""
 
 SAMPLES, CORRECTED = 0, 1
+"""Kinds of blocks: samples of a stream, correction of its clock."""
 
 NUMBERS = {int: "<u4", float: "<f8"}
 CORRECTION_ROW = np.dtype(

@@ -30,6 +30,7 @@ an idle computer, and three on a busy one.
 """
 
 RING_EVENTS = 256
+"""Capacity of the ring of events, which are rare."""
 
 EVENT = np.dtype([("t", "<f8"), ("kind", "S32"), ("text", "S480")])
 """Entry of the ring of events; text is UTF-8."""

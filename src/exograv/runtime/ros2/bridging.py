@@ -19,6 +19,7 @@ READY_MAX_S = 60.0
 """Time for a fresh interpreter on a slow computer, and for Zenoh's search of half a second [s]."""
 
 DOMAIN_MAX = 232
+"""Largest domain of ROS 2: the ports of higher ones would exceed 65535. Source: docs.ros.org, The ROS_DOMAIN_ID."""
 
 
 def domain() -> int:

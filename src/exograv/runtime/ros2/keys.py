@@ -15,6 +15,7 @@ QUALITY = "::,10:,:,:,,"
 PUBLISHER, SUBSCRIPTION = "MP", "MS"
 
 GID_BYTES = 16
+"""Length of a publisher's identifier [bytes]."""
 
 
 def topic_key(domain: int, topic: str, kind: MessageType) -> str:

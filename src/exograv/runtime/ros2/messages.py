@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 FLOAT64_BYTES = 12
+"""Length of a `Float64`: a header of 4 and a value of 8 bytes."""
 
 
 @dataclass(frozen=True)
