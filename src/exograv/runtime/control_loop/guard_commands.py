@@ -123,7 +123,7 @@ class GuardCommands:
         self._is_delivered = True
 
     def reset(self, now: float, text: str) -> bool:
-        """Leave the latch if the guard allows it."""
+        """Leave the latch if the guard allows it; return True if it did."""
         is_left = self._guard.reset()
         if is_left:
             self.acts |= RESET
@@ -172,7 +172,7 @@ class GuardCommands:
         self._note(now, "The guard knows the person as identified.")
 
     def _feel(self, word: FeltLevel, now: float) -> None:
-        """Refuse a felt level from outside the machine if the guard has stopped once in this run."""
+        """Start the ramp to a requested level; a request without a number is refused after the first stop of a run."""
         why = "the run was stopped before, or the arm is being moved."
         if word.number is not None:
             why = self._steering.why_nobody(time.monotonic_ns())
