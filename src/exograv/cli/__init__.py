@@ -228,7 +228,7 @@ DURATIONS = {
     "dev transparency": "about a minute and a half for each machine",
     "dev validate-participant": "about a minute",
 }
-"""Usual duration on the twin with the default options, on two cores. Other long commands state an estimate of their own."""
+"""Usual duration on the twin, with the default options, on two cores. Other long commands print an estimate of theirs."""
 
 
 class UnknownCommandError(ConfigError):
