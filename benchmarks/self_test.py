@@ -1,4 +1,4 @@
-"""Does the start-up self-test find what is wrong, and let pass what is not? docs/safety.md, "Before anybody is in it".
+"""Does the start-up self-test find what is wrong, and let pass what is not? docs/explanation/safety.md, "Start-up self-test".
 
     python benchmarks/self_test.py --seeds 0-19 --faults 0-0 --calibrations calibrations --save self_test.json
     python benchmarks/self_test.py --load self_test.json
