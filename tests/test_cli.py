@@ -284,7 +284,7 @@ def test_a_run_that_is_stopped_by_the_keyboard_leaves_a_recording_that_can_be_re
         str(tmp_path),
     ]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    path = tmp_path / "demo.mcap"
+    path = tmp_path / "demo_calibration.mcap"
     wait_until(lambda: path.exists() and path.stat().st_size > 500_000, "half a megabyte", RECORDING_STARTS_S)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=RECORDING_STARTS_S)

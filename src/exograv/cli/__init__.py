@@ -228,7 +228,7 @@ DURATIONS = {
     "dev transparency": "about a minute and a half for each machine",
     "dev validate-participant": "about a minute",
 }
-"""Usual duration on the twin, with the default options, on two cores. Other long commands print an estimate of theirs."""
+"""Usual durations on the twin, default options, two cores. Other long commands print an estimate of their own."""
 
 
 class UnknownCommandError(ConfigError):

@@ -1,13 +1,14 @@
 """Demonstration on the twin: calibrate, identify the arm online, float it, estimate a known weight, write a report."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 
 from exograv.dynamics import parameters
+from exograv.identification.calibration.empty_machine import Calibration
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate, Outcome, RestingMethod
 from exograv.loop.machine_limits import refuse_motorless
@@ -74,6 +75,8 @@ class _Run:
     preparation: Preparation
     recording: RecordingWriter
     taken: TakenCalibration | None
+    calibrated: tuple[Calibration, float]
+    """Calibration of the machine, and the rig's clock after it [s]."""
     person: ParticipantRun
     targets: list[float]
     """Residual torque that counts as reached, by joint [N·m]."""
@@ -128,11 +131,17 @@ def run_demo(
     )
     hashes = person.hashes | ({} if taken is None else {"calibration": taken.whole.content_sha256})
     settings = provenance(options, laboratory, targets, hashes)
-    with RecordingWriter(path, laboratory.description.joints, json_value(settings)) as recording:
-        preparation = Preparation(
-            laboratory, day_seed(options.seed, options.donning), progress, recording, options.realtime
-        )
-        run = _Run(options, preparation, recording, taken, person, targets)
+    joints, seed = laboratory.description.joints, day_seed(options.seed, options.donning)
+    preparation = Preparation(laboratory, seed, progress, None, options.realtime)
+    if taken is None:
+        # In a file of its own: calibration has five times as many ticks as the rest, and few readers need them.
+        with RecordingWriter(path.with_stem(f"{path.stem}_calibration"), joints, json_value(settings)) as recording:
+            known = replace(preparation, recording=recording).calibrate()
+    else:
+        known = taken.whole.calibration(), 0.0
+    with RecordingWriter(path, joints, json_value(settings)) as recording:
+        preparation = replace(preparation, recording=recording)
+        run = _Run(options, preparation, recording, taken, known, person, targets)
         done = _phases(run)
         simulated_s = round(done.t, 3)
         recording.write("/result", done.t, {**json_value(done.findings), "simulated_s": simulated_s})
@@ -207,13 +216,9 @@ def _stored_calibration(options: DemoOptions, laboratory: VirtualLaboratory) -> 
 
 def _known_machine(run: _Run) -> tuple[ControllerKnowledge, list[CalibrationRow]]:
     """The machine by its stored calibration, then cold again, or as calibrated now."""
-    laboratory, taken = run.laboratory, run.taken
-    if taken is None:
-        calibration, t = run.preparation.calibrate()
-    else:
-        calibration, t = taken.whole.calibration(), 0.0
-        if taken.warning is not None:
-            run.recording.write("/event", t, {"kind": "warning", "text": taken.warning})
+    laboratory, taken, (calibration, t) = run.laboratory, run.taken, run.calibrated
+    if taken is not None and taken.warning is not None:
+        run.recording.write("/event", t, {"kind": "warning", "text": taken.warning})
     rows = calibration_rows(calibration.machine, laboratory.machine, t, laboratory.description.joints)
     return run.preparation.known(calibration, t, run.person.assembly), rows
 
