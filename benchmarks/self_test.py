@@ -1,4 +1,4 @@
-"""Does the start-up self-test find what is wrong, and let pass what is not? docs/explanation/safety.md, "Start-up self-test".
+"""Test the start-up self-test: it must find what is wrong, and accept what is not (docs/explanation/safety.md).
 
     python benchmarks/self_test.py --seeds 0-19 --faults 0-0 --calibrations calibrations --save self_test.json
     python benchmarks/self_test.py --load self_test.json

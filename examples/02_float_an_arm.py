@@ -1,7 +1,7 @@
 """Identify a relaxed arm in a machine and float it.
 
 The machine is simulated. These lines drive a real one with `exograv.Drives(rig, "drives.toml", person)` in place of
-the twin (docs/rig_test.md).
+the twin (docs/howto/rig_test.md).
 """
 
 import exograv

@@ -1,4 +1,4 @@
-/* Every byte of docs/udp_protocol.md, as C99 structs without padding. For little-endian processors, which nearly all
+/* Every byte of docs/reference/udp_protocol.md, as C99 structs without padding. For little-endian processors, which nearly all
  * are; the check below fails on others. Tested equal to src/exograv/rig/drives/udp/layout.py. */
 #ifndef EXOGRAV_UDP_H
 #define EXOGRAV_UDP_H

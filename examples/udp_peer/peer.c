@@ -1,4 +1,4 @@
-/* A controller that speaks docs/udp_protocol.md: C99, no dependency, no allocation. To copy.
+/* A controller that speaks docs/reference/udp_protocol.md: C99, no dependency, no allocation. To copy.
  *
  *     cc -std=c99 -O2 -Wall -Wextra -pedantic peer.c -lm -o peer && ./peer 47100
  *

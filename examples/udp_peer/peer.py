@@ -1,4 +1,4 @@
-"""A controller that speaks docs/udp_protocol.md, to copy: plain Python, nothing to install.
+"""A controller that speaks docs/reference/udp_protocol.md, to copy: plain Python, nothing to install.
 
 `python peer.py [PORT]`. Put your own drives into `Motor`; the rest is what keeps them from doing what nobody asks for.
 """

@@ -21,7 +21,7 @@ SESSIONS_MAX = 99
 
 GRAVITY_LEVEL_MAX = 1.0
 """Largest gravity level [-]. Above 1 the machine would push the arm down, which needs a mode of its own
-(docs/safety.md)."""
+(docs/explanation/safety.md)."""
 
 HEAVIEST_KG = 2.0
 """Largest weight that a person holds, and only while it is weighed [kg]."""

@@ -2,7 +2,7 @@
 
 The reference poses are built again from the published numbers: the frames of the NESM's model (MuJoCo: each body in its
 parent by axes, or by axis and angle, and position), and the modified Denavit-Hartenberg table of the AGREE. Sources are
-in docs/robots.md.
+in docs/reference/robots.md.
 """
 
 import casadi as ca

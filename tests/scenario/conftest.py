@@ -23,7 +23,7 @@ from exograv.rig.twin import Twin
 from exograv.safety.envelope import Envelope
 
 SEED = 1012
-"""Figures are reported on other seeds (docs/disturbances.md)."""
+"""Figures are reported on other seeds (docs/explanation/disturbances.md)."""
 
 
 @dataclass

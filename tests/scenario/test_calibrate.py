@@ -14,7 +14,7 @@ from exograv.recording import read_recording
 SEED = 1012
 GAIN = 0.01  # share
 FRICTION = {"coulomb_Nm": 0.04, "viscous": 0.08, "breakaway": 0.10}
-"""Largest error as a share of the truth: some of a bad joint (docs/calibration.md)."""
+"""Largest error as a share of the truth: some of a bad joint (docs/howto/calibration.md)."""
 INSIDE = 0.8
 """Share of intervals that hold the truth: one machine proves no coverage, that is counted over many."""
 pytestmark = pytest.mark.slow

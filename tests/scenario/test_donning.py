@@ -11,7 +11,7 @@ import pytest
 from exograv.storage.participant_file import read_participant
 
 SEED = 1012
-"""Figures are reported on other seeds (docs/disturbances.md)."""
+"""Figures are reported on other seeds (docs/explanation/disturbances.md)."""
 
 pytestmark = pytest.mark.slow
 

@@ -25,7 +25,7 @@ TOO_HEAVY = 1.03  # left over of the arm's weight: what an identification leaves
 
 @pytest.mark.slow
 @pytest.mark.parametrize("level", [2, 3])
-@pytest.mark.parametrize("seed", [0])  # more machines: docs/friction.md
+@pytest.mark.parametrize("seed", [0])  # more machines: docs/explanation/friction.md
 def test_a_relaxed_arm_that_was_pushed_comes_to_rest_and_stays(level: int, seed: int):
     laboratory = draw_laboratory("recupera_like", "right", level, seed)
     arms = tuple(

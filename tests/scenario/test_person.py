@@ -12,7 +12,8 @@ from exograv.procedures.identification.identify import V_MOTION
 from exograv.safety.envelope import StopReason
 
 HAND_MAX_M_S = {False: 1.6, True: 1.0}
-"""By whether the arm is known. The goal is 1.0; before, a healthy motion alone comes to 1.2 (docs/safety.md)."""
+"""By whether the arm is known. The goal is 1.0; before, a healthy motion alone comes to 1.2
+(docs/explanation/safety.md)."""
 
 STOPS = (StopReason.NOT_THIS_ARM, StopReason.TOO_FAST, StopReason.PAST_A_STOP, StopReason.MODEL_LOST)
 """Each says that this arm is not the one in the machine."""

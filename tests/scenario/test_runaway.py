@@ -18,7 +18,7 @@ BRAKED_TICKS = 50
 """Within which the drive has taken the throw away."""
 
 SINKING_M_S = 0.74
-"""Of a hand that damping alone lets down (docs/safety.md)."""
+"""Of a hand that damping alone lets down (docs/explanation/safety.md)."""
 
 
 @pytest.mark.slow

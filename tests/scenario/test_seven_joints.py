@@ -1,6 +1,7 @@
 """With forearm roll and wrist active a hidden arm is identified, floats, and what its hand holds is found.
 
-Flown by the benchmark that says what each joint costs, on one tuning wearer; with more people: docs/seven_joints.md.
+Flown by the benchmark that says what each joint costs, on one tuning wearer; with more people:
+docs/howto/seven_joints.md.
 """
 
 import json

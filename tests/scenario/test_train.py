@@ -16,7 +16,7 @@ from exograv.task.allocation import Group, draw_list, group_of
 from exograv.task.protocol import FOLDER
 
 SEED = 1014
-"""Figures are reported on other seeds (docs/disturbances.md)."""
+"""Figures are reported on other seeds (docs/explanation/disturbances.md)."""
 
 WINDOW_S, TOUCHES = 8.0, 3
 TWO_WINDOWS_S = 7.0 + 2 * WINDOW_S + 12.0 + 6.0

@@ -50,7 +50,7 @@ class Drives:
 
         Args:
             rig: Machine, by `load_rig`.
-            drives: drives.toml of the machine (docs/rig_test.md); may be absent with `simulate`.
+            drives: drives.toml of the machine (docs/howto/rig_test.md); may be absent with `simulate`.
             person: Body data of the person in the machine; with `simulate`, the simulated wearer's own.
             folder: Folder of the machine's calibration and of the self-test of the day.
             simulate: True for simulated drives in another process, with a simulated wearer.

@@ -50,7 +50,7 @@ class Address:
         if self.certificate is None or self.key is None:
             raise ConfigError(
                 f"--lan {self.lan} is given without --certificate and --key. Pages are served in a network with TLS "
-                "only: give both files (docs/console.md says how to make them)."
+                "only: give both files (docs/howto/console.md says how to make them)."
             )
         if self.lan in ("0.0.0.0", "::", ""):
             raise ConfigError(

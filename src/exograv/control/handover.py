@@ -6,7 +6,7 @@ import numpy as np
 
 from exograv.dynamics.parameters import Parameters
 
-TORQUE_RATE_MAX_Nm_per_s = 5.0  # docs/safety.md: parameter update
+TORQUE_RATE_MAX_Nm_per_s = 5.0  # docs/explanation/safety.md: parameter update
 RAMP_MIN_S = 0.2  # assumed: one publication period of an identifier
 
 

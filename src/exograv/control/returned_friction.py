@@ -2,7 +2,8 @@
 
 The travel of a joint stretches the spring, and the motor applies the spring torque along the travel. The spring slips
 at a share of the least friction that the calibration allows. It therefore never exceeds friction, at any delay or
-noise. It is also softer than friction before breakaway, so that it does not amplify tremor (docs/friction.md).
+noise. It is also softer than friction before breakaway, so that it does not amplify tremor
+(docs/explanation/friction.md).
 """
 
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from exograv.dynamics.friction import Friction, Joints
 
 SHARE = 0.8
 """Compensated share of the least friction [-]. The rest covers effects that calibration does not see, as
-ripple (docs/safety.md)."""
+ripple (docs/explanation/safety.md)."""
 
 WARMED = 0.9
 """Smallest friction of a warm machine over that of the cold one [-]; it falls by this much in a good laboratory."""

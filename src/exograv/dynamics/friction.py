@@ -46,7 +46,7 @@ def friction_torque(friction: Friction, v: ca.SX, load: ca.SX) -> ca.SX:
         Joint torque [N·m] with the sign of `v`. Added to a command it cancels friction; subtracted from a measured
         torque it gives the load.
 
-    Source: form after Bittencourt & Gunnarsson 2012, without temperature (unverified, docs/robots.md).
+    Source: form after Bittencourt & Gunnarsson 2012, without temperature (unverified, docs/reference/robots.md).
     """
     # tanh in place of sign: encoder noise at rest must not make the motor chatter, and identification needs a
     # gradient at v = 0.

@@ -10,7 +10,7 @@ from exograv.signals import Reference
 
 from .effort import Performer
 
-HAND_OVER_S = 4.0  # 11 N·m, a heavy arm, at 2.8 N·m/s: a person follows that (docs/safety.md)
+HAND_OVER_S = 4.0  # 11 N·m, a heavy arm, at 2.8 N·m/s: a person follows that (docs/explanation/safety.md)
 
 Joints = Float[np.ndarray, " joint"]
 

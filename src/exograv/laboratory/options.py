@@ -65,7 +65,7 @@ class DemoOptions(Options):
     """MJCF or URDF of a third party's arm that is the truth in place of a drawn one; needs `--wearer-map`."""
 
     wearer_map: str | None = None
-    """TOML file that says what the model's bodies and joints are (docs/wearer_models.md)."""
+    """TOML file that says what the model's bodies and joints are (docs/howto/wearer_models.md)."""
 
     calibration: CalibrationFile = None
     donning: Donning = 0
@@ -107,7 +107,8 @@ class TransparencyOptions(Options):
     """Machines and wearers, drawn from `seed` and the seeds after it."""
 
     movement: MovementName = "pointing"
-    """Eight touches of a screen, or reaching as recorded from people (docs/transparency.md says where to get it)."""
+    """Eight touches of a screen, or reaching as recorded from people (docs/explanation/transparency.md says where to
+    get it)."""
 
 
 @dataclass(frozen=True)

@@ -110,7 +110,7 @@ def draw_laboratory(
         side: Arm; the machine's first where absent.
         level: Of all disturbances.
         seed: Draws machine and wearer.
-        wearer_model: MJCF or URDF of an arm that is the truth in place of a drawn one (docs/wearer_models.md).
+        wearer_model: MJCF or URDF of an arm that is the truth in place of a drawn one (docs/howto/wearer_models.md).
         wearer_map: Assignment of the model's bodies and joints.
         donning: Number of the day on which this wearer is in this machine, 0 the first.
 
@@ -124,7 +124,9 @@ def draw_laboratory(
         foreign = read_wearer_model(Path(wearer_model), Path(wearer_map), description)
     elif wearer_model is not None or wearer_map is not None:
         missing = "--wearer-model" if wearer_model is None else "--wearer-map"
-        raise ConfigError(f"{missing} is missing: a wearer's model and its map go together (docs/wearer_models.md).")
+        raise ConfigError(
+            f"{missing} is missing: a wearer's model and its map go together (docs/howto/wearer_models.md)."
+        )
     drawn = laboratory_at(description, disturbances, seed, seed, foreign)
     wearer = donned_again(drawn.wearer, disturbances, seed, donning)
     return VirtualLaboratory(description, drawn.machine, wearer, foreign, twin_identity(level, seed))

@@ -143,7 +143,7 @@ class RigTestOptions(MachineOptions):
     level: Annotated[Level, tyro.conf.arg(help=LEVEL_HELP.format("simulated machine"))] = 2
 
     drives: DrivesFile = None
-    """File drives.toml with the wiring of this machine's motors (docs/rig_test.md)."""
+    """File drives.toml with the wiring of this machine's motors (docs/howto/rig_test.md)."""
 
     simulate: bool = False
     """Practise on simulated drives in another process, with a simulated operator."""
@@ -164,7 +164,7 @@ class RigTestOptions(MachineOptions):
         super().__post_init__()
         if not self.is_on_drives:
             raise ConfigError(
-                "--drives is missing: give the drives.toml of this machine (docs/rig_test.md), or --simulate to "
+                "--drives is missing: give the drives.toml of this machine (docs/howto/rig_test.md), or --simulate to "
                 "practise on simulated drives."
             )
         if not self.simulate and not self.by:

@@ -11,8 +11,8 @@ from exograv.safety.plausible import PlausibleTable
 from .plausible_table import TableMaker
 
 ACTIVE_MAX_NM = {"shoulder": 8.0, "elbow": 4.0, "wrist": 1.0}
-"""Torque that a weak adult can resist, in addition to carrying and friction [N·m] (docs/safety.md). The wrist's value
-is assumed."""
+"""Torque that a weak adult can resist, in addition to carrying and friction [N·m] (docs/explanation/safety.md). The
+wrist's value is assumed."""
 
 STOPS_GIVE_RAD = np.deg2rad(8.0)
 """Angle past a joint stop that does not count as a fault [rad]. A restless wearer with 1 kg in the hand moved 5° past

@@ -21,7 +21,8 @@ POSTURES = 64
 """Number of workspace postures at which the torque error of an uncertain arm is evaluated."""
 
 V_MORE_RAD_S = 1.0
-"""Trip velocity above the velocity of the motion, while the arm or a weight is unknown [rad/s] (docs/safety.md)."""
+"""Trip velocity above the velocity of the motion, while the arm or a weight is unknown [rad/s]
+(docs/explanation/safety.md)."""
 
 UNKNOWN_J = 3.0
 """Energy in the tank while the arm is unknown [J], in addition to the work of the unknown torque over half of the

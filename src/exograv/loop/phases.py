@@ -58,7 +58,8 @@ ON_THE_WAY = Phase("move", Drive.ALWAYS)
 """Motion from one phase to the next."""
 
 ARM_CHECK = Phase("check arm", Drive.ALWAYS)
-RESTING = Phase("rest", Drive.ALWAYS, settle_s=1.5)  # a strained relaxed joint decays with about 1 s (docs/arm.md)
+# a strained relaxed joint decays with about 1 s (docs/explanation/arm.md)
+RESTING = Phase("rest", Drive.ALWAYS, settle_s=1.5)
 IDENTIFICATION = Phase("identify", Drive.ALWAYS, settle_s=0.5)
 VERIFICATION = Phase("verify", Drive.ALWAYS)
 FLOATING = Phase("float", Drive.UNTIL_KNOWN, settle_s=1.0)

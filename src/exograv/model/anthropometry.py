@@ -1,6 +1,6 @@
 """Anthropometric table of an arm from height, mass and sex, with its uncertainty: the estimator's prior.
 
-Source: de Leva 1996, doi 10.1016/0021-9290(95)00178-6, as tabulated in docs/arm.md.
+Source: de Leva 1996, doi 10.1016/0021-9290(95)00178-6, as tabulated in docs/explanation/arm.md.
 """
 
 from dataclasses import dataclass
@@ -46,7 +46,8 @@ TABLE: dict[Sex, dict[str, SegmentRow]] = {
 }
 SAMPLE_STATURE_M: dict[Sex, float] = {"male": 1.741, "female": 1.735}  # of the table's people
 
-# Standard deviations of a person around the table: chosen to cover the spread between studies (docs/arm.md).
+# Standard deviations of a person around the table: chosen to cover the spread between studies
+# (docs/explanation/arm.md).
 MASS_SD = {"upper_arm": 0.15, "forearm": 0.12, "hand": 0.20}  # share
 COM_ALONG_SD = 0.06  # share of segment length
 COM_ACROSS_SD_M = 0.015

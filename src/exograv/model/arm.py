@@ -136,7 +136,8 @@ def _joints(limb: Limb, lengths: Mapping[str, float]) -> list[Joint]:
     """Joints of one arm as a chain; angles have the same meaning on both sides."""
     outward = 1.0 if limb.side == "right" else -1.0
     along, forward = (0.0, 0.0, outward), (0.0, -1.0, 0.0)
-    # Shift of the shoulder centre: up and medial in the frontal plane (docs/arm.md; the direction is unverified).
+    # Shift of the shoulder centre: up and medial in the frontal plane (docs/explanation/arm.md; the direction is
+    # unverified).
     axes = {
         "shift": (0.0, outward * np.sqrt(0.5), np.sqrt(0.5)),
         "flexion": forward, "abduction": (-outward, 0.0, 0.0), "rotation": along,

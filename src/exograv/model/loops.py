@@ -64,7 +64,8 @@ def elevation(z: ca.SX) -> ca.SX:
 def shift_shape(z: ca.SX) -> ca.SX:
     """Shift of the shoulder centre at one arm's z over its mean slope in the first 90° [rad].
 
-    Source: 12, 25, 39 and 54 mm at 30°, 60°, 90° and 120° are 22.0 θ + 1.83 θ² mm within 0.2 mm (docs/arm.md).
+    Source: 12, 25, 39 and 54 mm at 30°, 60°, 90° and 120° are 22.0 θ + 1.83 θ² mm within 0.2 mm
+    (docs/explanation/arm.md).
     """
     curvature = 1.83 / 22.0
     theta = elevation(z)

@@ -19,7 +19,7 @@ G_MAX = 10.0
 
 @dataclass(frozen=True)
 class AircraftSample:
-    """What the aircraft says of itself. Source: docs/task.md."""
+    """What the aircraft says of itself. Source: docs/explanation/task.md."""
 
     since_midnight_ms: int
     clock: str

@@ -2,7 +2,7 @@
 
 After each block of attempts one decision. Within a session support comes down until a block fails; from then on it only
 stays or goes up, so it cannot swing. It knows no clock and no machine, and asks for shares of the arm's weight only:
-ramp and limits are the guard's (docs/safety.md).
+ramp and limits are the guard's (docs/explanation/safety.md).
 """
 
 import math

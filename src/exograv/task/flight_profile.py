@@ -19,7 +19,7 @@ PEAK_EVERY_S = 2.0
 
 
 class FlightProfile(Settings):
-    """Parabolas of one length; by default the cycle of 180 s of docs/task.md."""
+    """Parabolas of one length; by default the cycle of 180 s of docs/explanation/task.md."""
 
     parabolas: Annotated[int, Field(ge=1, le=100)] = 31
     level: Annotated[float, Field(ge=0.0, le=0.9)] = LEVELS["weightless"]

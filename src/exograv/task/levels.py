@@ -10,7 +10,7 @@ LEVELS: dict[LevelName, float] = {"weightless": 0.0, "moon": 0.16, "mars": 0.38,
 EARTH = LEVELS["earth"]
 
 RATE_MAX_PER_S = 0.2
-"""Of a level that a machine makes: from 1 to 0 in five seconds (docs/safety.md) [1/s]."""
+"""Of a level that a machine makes: from 1 to 0 in five seconds (docs/explanation/safety.md) [1/s]."""
 
 
 def slewed(level: float, target: float, seconds: float) -> float:

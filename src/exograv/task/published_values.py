@@ -44,7 +44,7 @@ PUBLISHED: dict[str, dict[str, tuple[Any, ...]]] = {
         "hypergravity.duration_s": (20.0,),
     },
 }
-"""Values by kind of session and path in the file. Source: docs/task.md."""
+"""Values by kind of session and path in the file. Source: docs/explanation/task.md."""
 
 
 def is_under(path: str, marks: Sequence[str]) -> bool:

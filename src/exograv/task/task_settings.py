@@ -81,7 +81,7 @@ class AircraftSettings(Settings):
     """When measured g opens and closes a window."""
 
     open_within_g: Annotated[float, Field(gt=0.0, le=0.5)] = 0.10
-    """Of the window's level; residual g has peaks of 0.05 (docs/task.md)."""
+    """Of the window's level; residual g has peaks of 0.05 (docs/explanation/task.md)."""
 
     close_beyond_g: Annotated[float, Field(gt=0.0, le=0.8)] = 0.20
     dwell_s: Annotated[float, Field(gt=0.0, le=5.0)] = 0.45

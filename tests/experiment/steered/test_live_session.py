@@ -30,8 +30,8 @@ SOON_S = 120.0
 KEEP_S = 0.1
 KEPT_WITHIN_S = 5.0
 STOP_WITHIN_S = 0.5
-"""Ten times what is promised of a computer that does nothing else (docs/steering.md): this proves that it is heard at
-once, not how soon."""
+"""Ten times what is promised of a computer that does nothing else (docs/howto/steering.md): this proves that it is
+heard at once, not how soon."""
 
 
 class Operator:

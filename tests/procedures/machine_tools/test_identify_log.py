@@ -262,7 +262,8 @@ def real_pair() -> dict[str, Any]:
     missing = [path.name for path in paths.values() if not path.is_file()]
     if missing:
         pytest.skip(
-            f"no UR10e logs: {', '.join(missing)} not in $EXOGRAV_DATA/ur10e; docs/identification.md says where"
+            f"no UR10e logs: {', '.join(missing)} not in $EXOGRAV_DATA/ur10e; docs/explanation/identification.md "
+            "says where"
         )
     return {**paths, "payload_frame": "wrist_3_link", "gains": REAL_GAINS}
 

@@ -5,7 +5,7 @@ import pytest
 from self_test_faults import HIDDEN
 
 SCRIPT = "tested.py"
-BUSY_MAX_S = 60.0  # docs/safety.md, start-up self-test
+BUSY_MAX_S = 60.0  # docs/explanation/safety.md, start-up self-test
 QUICK = {
     "encoder reversed": ("encoders agree", "farther apart than in the calibration"),
     "encoder off by 5°": ("encoders agree", "'elbow_flexion'"),

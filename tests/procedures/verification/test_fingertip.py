@@ -7,7 +7,7 @@ from exograv.procedures.verification.fingertip import Fingertip
 
 HALF_NM = 0.5
 RANGE_MM = (5.0, 20.0)
-"""Expected range [mm]: 5-15 mm at 0.6 m from the shoulder (docs/verify.md), and more for a stretched arm."""
+"""Expected range [mm]: 5-15 mm at 0.6 m from the shoulder (docs/howto/verify.md), and more for a stretched arm."""
 
 STRETCHED = np.deg2rad([[60.0, 10.0, 0.0, 30.0]])
 

@@ -1,6 +1,6 @@
 """Table of all faults: injector, permitted stop reasons, detection budget, and the safe state that protects the person.
 
-Identifiers and budgets: docs/safety.md, after the project's fault table.
+Identifiers and budgets: docs/explanation/safety.md, after the project's fault table.
 """
 
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ class Fault:
     """Row of the fault table."""
 
     id: str
-    """Identifier as in docs/safety.md."""
+    """Identifier as in docs/explanation/safety.md."""
 
     injector: type[Injector]
 
@@ -67,7 +67,7 @@ _FAULTS = (
     Fault("F07", of_machine.SignFlip, (STOP.ENCODERS_PART,), 20.0, ISOLATION, True),
     Fault("F08", of_machine.EncoderSlip, (STOP.ENCODERS_PART, STOP.ENCODER_JUMPED, STOP.TOO_FAST), 112.0, ISOLATION),
     # Without a model of inertia, neither of these two faults can be distinguished from a push by the wearer
-    # (docs/safety.md).
+    # (docs/explanation/safety.md).
     Fault("F09", of_machine.TorqueConstant),
     Fault("F10", of_machine.CurrentBias, (STOP.TORQUE_WRONG,), 250.0, ISOLATION),
     Fault("F11", of_machine.WeakMotor, (STOP.TORQUE_WRONG,), 26.0, ISOLATION),

@@ -156,6 +156,9 @@ TESTED_FAULTS = (
 )
 
 UNTESTED_FAULTS: Mapping[str, str] = MappingProxyType(
-    {"F37": "memory leaks: `exograv live --seconds 3600` reports the growth (docs/realtime.md); no test runs so long"}
+    {
+        "F37": "memory leaks: `exograv run live --seconds 3600` reports the growth (docs/explanation/realtime.md); no "
+        "test runs so long"
+    }
 )
 """Reason for a missing test, by identifier of the fault."""

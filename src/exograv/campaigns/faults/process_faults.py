@@ -36,7 +36,7 @@ AFTER_MS = 1000.0
 """Time after a strike beyond which a stop has another cause [ms]."""
 
 ALARM_MAX_MS = 1000.0
-"""Time allowed from a full disk to the alarm [ms] (docs/safety.md, F19)."""
+"""Time allowed from a full disk to the alarm [ms] (docs/explanation/safety.md, F19)."""
 
 ROUNDING_NM = 1e-4
 """Rounding of values recorded with 32 bits, positions through the table included [N·m]."""

@@ -63,7 +63,7 @@ def load_study(path: Path) -> Study:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ConfigError(f"{path} is not valid TOML: {error}. Correct it there.") from error
     except ValidationError as error:
-        raise ConfigError(f"{path}: {validation_sentences(error)} Correct it there (docs/sweep.md).") from error
+        raise ConfigError(f"{path}: {validation_sentences(error)} Correct it there (docs/howto/sweep.md).") from error
     for name, value in file.grid.items():
         if isinstance(value, list) and len({str(one) for one in value}) < len(value):
             raise ConfigError(f"{path}: grid.{name} has a value twice. Name each once.")

@@ -49,7 +49,8 @@ class StudyOptions(Options):
     """Number of windows to run of the flight; 1 is enough for transfer. The default is --windows."""
 
     constants: NamedNumbers = field(default_factory=dict)
-    """Changed constants of the virtual participants as NAME=VALUE (docs/virtual_participant.md), such as width=0.1."""
+    """Changed constants of the virtual participants as NAME=VALUE (docs/explanation/virtual_participant.md), such as
+    width=0.1."""
 
     def __post_init__(self):
         """Check the options.

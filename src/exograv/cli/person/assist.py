@@ -26,7 +26,7 @@ class AssistMode:
         if not self.simulate:
             raise ConfigError(
                 "Sessions with a person in a real machine are not implemented yet; give --simulate for a session with "
-                "the twin and a virtual person (docs/assist.md)."
+                "the twin and a virtual person (docs/howto/assist.md)."
             )
 
 

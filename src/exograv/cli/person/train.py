@@ -22,8 +22,8 @@ class TrainMode:
     def __post_init__(self):
         if not self.simulate:
             raise ConfigError(
-                "A session with a person is run at the console: exograv console --protocol NAME (docs/console.md). For "
-                "a session with a virtual participant give --simulate."
+                "A session with a person is run at the console: exograv run console --protocol NAME "
+                "(docs/howto/console.md). For a session with a virtual participant give --simulate."
             )
 
 

@@ -202,7 +202,7 @@ def show_loop(loop: "LoopFigures") -> None:
     console.print(f"By its timing this computer {can} drive a worn machine:", style="bold", highlight=False)
     _list(console, loop.reasons)
     if loop.prepare:
-        console.print("To prepare it (docs/realtime.md):", highlight=False)
+        console.print("To prepare it (docs/explanation/realtime.md):", highlight=False)
         _list(console, loop.prepare)
 
 

@@ -25,7 +25,7 @@ class SweepPlan:
     """Study of the sweep, and options for its cost."""
 
     study: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
-    """File of the study: kind of task and grid (docs/sweep.md)."""
+    """File of the study: kind of task and grid (docs/howto/sweep.md)."""
 
     plan: bool = False
     """Run nothing. Show the cost of 10⁴, 10⁶ and 10⁸ wearers from the times in the folder of `--out`."""

@@ -16,7 +16,7 @@ from exograv.sentence import SentenceText
 from .view_models import PlotTrace, SessionSnapshot, SkeletonLines
 
 LATE_S = 0.5
-"""An act that is older when it arrives is refused (docs/safety.md, F33); Stop never is."""
+"""An act that is older when it arrives is refused (docs/explanation/safety.md, F33); Stop never is."""
 
 READY_S = 30.0
 """So long after the machine was made ready may the arm be taken."""

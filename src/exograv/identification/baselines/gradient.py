@@ -24,7 +24,7 @@ STEP = 1e-7
 """Step of the descent, the same for every parameter [1/(N·m)²].
 
 It is the best of 1e-8 to 1e-4 on wearers 1000-1009 at level 2 that still reaches the target on 1000-1002 at level 0.
-The paper's model has no elasticity, and larger steps bias the masses by it faster (docs/identification.md).
+The paper's model has no elasticity, and larger steps bias the masses by it faster (docs/explanation/identification.md).
 """
 
 V_MIDDLE = 0.3

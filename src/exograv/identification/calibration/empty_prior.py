@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 
-# Prior of a drive by its kind: mean and standard deviation (docs/robots.md).
+# Prior of a drive by its kind: mean and standard deviation (docs/reference/robots.md).
 GAIN_SD = 0.08  # share: unit tolerance of a torque constant 5-10 %
 COULOMB = {"harmonic": (2.5, 1.5), "quasi_direct": (0.3, 0.2)}  # N·m
 VISCOUS = {"harmonic": (1.5, 1.5), "quasi_direct": (0.08, 0.08)}  # N·m·s/rad

@@ -7,7 +7,7 @@ from jaxtyping import Float
 def integrated_correlation(residual: Float[np.ndarray, " sample"], period_s: float, floor: float = 0.05) -> float:
     """Integrated autocorrelation time [s]: period · (1 + 2 Σ ρ_k), up to the first ρ_k below `floor`.
 
-    White noise gives one period. Source: docs/identification.md, "coloured residuals".
+    White noise gives one period. Source: docs/explanation/identification.md, "coloured residuals".
     """
     centred = residual - residual.mean()
     power = float(centred @ centred)

@@ -64,7 +64,7 @@ class StopRule:
         self._history.append((estimate.t, ratio))
         if estimate.rejected_share > REJECTED_MAX and is_restless(estimate):
             return Outcome.NOT_RELAXED
-        # Not earlier: a prior from another day may be certain without evidence from today (docs/participants.md).
+        # Not earlier: a prior from another day may be certain without evidence from today (docs/howto/participants.md).
         if ratio <= 1.0 and estimate.t >= LOOK_AHEAD_S:
             return Outcome.CONVERGED
         earlier = [r for t, r in self._history if t <= estimate.t - LOOK_AHEAD_S]

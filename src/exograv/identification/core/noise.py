@@ -20,4 +20,4 @@ class Noise:
     that change with posture. The filter runs for several multiples of it and weights them by the data."""
 
     disturbance_correlation_s: float = 3.0
-    """Correlation time of the slow disturbance [s]; people: 1-5 s (docs/arm.md)."""
+    """Correlation time of the slow disturbance [s]; people: 1-5 s (docs/explanation/arm.md)."""

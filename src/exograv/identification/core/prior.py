@@ -13,7 +13,8 @@ from exograv.model.rig_settings import Place
 
 # Freedom: stiffness [N·m/rad], neutral angle [°], damping [N·m·s/rad], each with its standard deviation. Elbow after
 # Wiegner & Watts 1986 (0.4-1.8 N·m/rad, neutral 107° ± 10°); shoulder stiffness and all damping after the unverified
-# ranges of docs/arm.md; the shoulder's neutral angles are assumed: mid-range, wide; so are forearm and wrist.
+# ranges of docs/explanation/arm.md; the shoulder's neutral angles are assumed: mid-range, wide; so are forearm and
+# wrist.
 SPRINGS = {
     "flexion": ((1.8, 1.2), (25.0, 25.0), (0.6, 0.35)),
     "abduction": ((1.8, 1.2), (25.0, 25.0), (0.6, 0.35)),
@@ -23,20 +24,22 @@ SPRINGS = {
     "wrist_flexion": ((0.6, 0.4), (0.0, 15.0), (0.05, 0.04)),
     "wrist_deviation": ((1.0, 0.6), (0.0, 10.0), (0.05, 0.04)),
 }
-# Donning error 10-30 mm per axis. The shoulder centre migrates 22 mm/rad with free arms (docs/arm.md); how much of that
+# Donning error 10-30 mm per axis. The shoulder centre migrates 22 mm/rad with free arms (docs/explanation/arm.md); how
+# much of that
 # a seated wearer shows is not known: assumed are a mean of half of it and a standard deviation of half of it.
 SHOULDER_OFFSET_SD = 0.015  # m
 GLENOHUMERAL_SLOPE, GLENOHUMERAL_SLOPE_SD = 0.011, 0.011  # m/rad
 LENGTH_SD = 0.03  # share of the measured upper arm
 CUFF_LOG_STIFFNESS_SD = 0.4  # between people and straps: linear fits of one cuff reach from 2.1 to 4.6 N/mm
 ROTOR_SD = 0.4  # share: error of the reflected inertia in a data sheet
-# Warm-up changes friction by 10-20 % within half an hour (docs/arm.md), and the calibration is about that old.
+# Warm-up changes friction by 10-20 % within half an hour (docs/explanation/arm.md), and the calibration is about that
+# old.
 COULOMB_DRIFT, VISCOUS_DRIFT = 0.05, 0.10  # share
 
 
 # Assumed slow torque of a wearer who should be relaxed, by place of the joint [N·m]; the filter weights multiples of
 # it by the data. People who do not relax use 2-5 % of their maximal torque, 0.5-3 N·m. When told to relax they use
-# a tenth of the upper end (docs/arm.md).
+# a tenth of the upper end (docs/explanation/arm.md).
 DISTURBANCE_SD = {"shoulder": 0.3, "elbow": 0.15, "wrist": 0.05}
 
 

@@ -6,7 +6,7 @@ from jaxtyping import Float
 from .interface import Joints, Parameters, Sample, TorqueModel
 
 RELAXES_S = 1.0
-"""Time constant of the decaying part of a relaxed joint's elasticity [s] (docs/arm.md)."""
+"""Time constant of the decaying part of a relaxed joint's elasticity [s] (docs/explanation/arm.md)."""
 
 SHARE_SD = 0.3
 """Standard deviation of that part over the permanent elasticity [-]; the project's ranges are 0 to 0.5."""

@@ -34,7 +34,7 @@ class Averages:
 
     One sample in 0.08 s would be enough for the motion, but it would alias gear ripple, which passes the 7 Hz filter.
     At the speed at which the ripple has one cycle per period it looks like a torque of the posture, and it biases the
-    estimated springs (docs/identification.md). The mean cancels it.
+    estimated springs (docs/explanation/identification.md). The mean cancels it.
     """
 
     def __init__(self, period_s: float):

@@ -24,7 +24,7 @@ class GuidedOptions(TwinOptions):
         if not self.simulate:
             raise ConfigError(
                 "Only the twin is led so far: add --simulate. A real machine first needs its own risk analysis for "
-                "motion that a person does not begin (docs/guided.md)."
+                "motion that a person does not begin (docs/howto/guided.md)."
             )
         super().__post_init__()
 

@@ -1,7 +1,7 @@
 """How a person gets used to a weight of the own arm: a fast state, and slow ones that belong to what is felt.
 
 Two rates after Smith, Ghazizadeh and Shadmehr (2006), PLoS Biology 4:e179, one slow state a context, because wash-out
-alone does not explain savings (docs/study.md); which context it is, is inferred from the torque that is felt.
+alone does not explain savings (docs/howto/study.md); which context it is, is inferred from the torque that is felt.
 """
 
 from collections.abc import Sequence

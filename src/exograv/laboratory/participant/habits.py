@@ -49,7 +49,12 @@ class Habits:
     """How long it lasts."""
 
     trusts_felt: float = constant(
-        0.9, "-", "fitted", "first error without weight 1–3 cm, unverified (docs/virtual_participant.md)", 0.7, 0.95
+        0.9,
+        "-",
+        "fitted",
+        "first error without weight 1–3 cm, unverified (docs/explanation/virtual_participant.md)",
+        0.7,
+        0.95,
     )
     """Share of a wrong expectation of the own weight that is put right by what the arm feels like, before the reach and
     on the way."""

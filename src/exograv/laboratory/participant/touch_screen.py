@@ -33,8 +33,8 @@ class SimulatedRoom(Settings):
 
     touch_lag_s: Annotated[float, Field(ge=0.0)] = 0.06
     touch_lag_sd_s: Annotated[float, Field(ge=0.0)] = 0.008
-    """From contact to the time that the page reports. Touch screens have 0.05 to 0.2 (docs/task.md); the spread is
-    assumed."""
+    """From contact to the time that the page reports. Touch screens have 0.05 to 0.2 (docs/explanation/task.md); the
+    spread is assumed."""
 
     delivery_s: Annotated[float, Field(ge=0.0)] = 0.003
     """From the page to us. Source: measured in a browser on the same computer, 2 to 5 ms."""

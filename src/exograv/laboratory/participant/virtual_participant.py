@@ -1,8 +1,8 @@
 """A virtual participant: reaches from the lap to where the target is believed to be, and comes back.
 
 Where the finger lands follows from muscles, from what is felt of the own arm, and from what the machine leaves over;
-no deviation is put in. Its constants stand in `Habits`, its equations in docs/virtual_participant.md. It shows that the
-software works and is no evidence about people.
+no deviation is put in. Its constants stand in `Habits`, its equations in docs/explanation/virtual_participant.md. It
+shows that the software works and is no evidence about people.
 """
 
 import enum

@@ -34,7 +34,7 @@ class SupportOptions(Options):
     synergy: Synergy = None
 
     person_file: Path | None = None
-    """TOML file of a virtual person: strength, synergy, mobilised_sd, noise (docs/support_level.md)."""
+    """TOML file of a virtual person: strength, synergy, mobilised_sd, noise (docs/howto/support_level.md)."""
 
     name: tyro.conf.Fixed[str] = "support_level"
     """Of recording and picture."""

@@ -13,7 +13,7 @@ from .options import SupportOptions
 
 
 class PersonFile(Settings):
-    """A virtual person of little strength (docs/support_level.md)."""
+    """A virtual person of little strength (docs/howto/support_level.md)."""
 
     strength: float | list[float] = Field(description="Of a healthy adult's; one number, or one a freedom.")
     synergy: float = Field(0.0, ge=0.0, le=1.0)

@@ -45,7 +45,7 @@ class KeyboardHands:
         self._say(
             {
                 1: f"Turn '{joint}' by hand by about 10°, in the positive direction of its axis in the URDF "
-                "(docs/frames_and_signs.md).",
+                "(docs/reference/frames_and_signs.md).",
                 -1: f"Turn '{joint}' back to where it hung.",
                 0: f"Let go of '{joint}'.",
             }[way]

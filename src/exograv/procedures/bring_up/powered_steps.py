@@ -40,7 +40,7 @@ GONE_SHARE, GONE_NM = 0.1, 0.7
 torque of the brake is excluded, as in the self-test."""
 
 SMOOTH_TICKS = 5
-OFF_WITHIN_MS = 50.0  # docs/safety.md, F30
+OFF_WITHIN_MS = 50.0  # docs/explanation/safety.md, F30
 FALLS_MAX_RAD_S = 1.5
 """Largest speed of a machine that its drives brake [rad/s]. In free fall the speed would be twice as high within the
 time watched."""
@@ -49,7 +49,7 @@ LOADED_RAD = 0.6
 """Angle by which the machine is raised, so that its motors carry a load [rad]."""
 
 AFTER_S = 1.0
-SCALE_MAX = 0.15  # docs/safety.md, F09
+SCALE_MAX = 0.15  # docs/explanation/safety.md, F09
 
 Rows = Float[np.ndarray, "tick joint"]
 
@@ -180,7 +180,7 @@ class PoweredSteps:
 
         self._raised("No commands are sent", fall_silent, 0.5)
         self.log.is_silent = False
-        what = "Set the drives' watchdogs to 20 ms and to braking (docs/safety.md)."
+        what = "Set the drives' watchdogs to 20 ms and to braking (docs/explanation/safety.md)."
         off = self._gone(silent[0])
         return [
             within("watchdog under torque: motors off after", 1e3 * off, WATCHDOG_WITHIN_MS + 10.0, "ms", what),

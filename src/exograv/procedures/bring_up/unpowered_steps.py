@@ -18,8 +18,8 @@ TURNED = np.deg2rad(5.0)
 BACK = np.deg2rad(1.0)
 """Distance from the hanging position at which the joint counts as turned back [rad]."""
 
-STOP_WITHIN_MS = 50.0  # docs/safety.md, F30
-WATCHDOG_WITHIN_MS = 30.0  # docs/safety.md, F13
+STOP_WITHIN_MS = 50.0  # docs/explanation/safety.md, F30
+WATCHDOG_WITHIN_MS = 30.0  # docs/explanation/safety.md, F13
 QUIET_SHARE = 0.05  # allowed share of the rated current at zero command
 CREEP = np.deg2rad(1.0)
 ZERO_S, RELEASED_S = 0.5, 0.3
@@ -46,7 +46,7 @@ def wiring(drives: Drives, torque_max: np.ndarray, gain: np.ndarray) -> list[Ste
              "", "" if passed else what),
         Step("every drive brakes by itself", not brakes, ", ".join(brakes) or "all", "all", "",
              "" if not brakes else f"Without a brake at {', '.join(brakes)} no person may be in this machine: a fault "
-             "would drop the arm (docs/safety.md, SS4).", locks_only=True),
+             "would drop the arm (docs/explanation/safety.md, SS4).", locks_only=True),
     ]  # fmt: skip
 
 

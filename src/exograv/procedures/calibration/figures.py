@@ -13,7 +13,7 @@ from exograv.results import OPTIONAL
 
 DIGITS = 5
 GAIN_SD_SURE = 0.02  # relative: 2 % of an arm's weight is 0.2 N·m at the shoulder
-GAIN_UNUSUAL = 0.15  # relative: larger than the tolerance of any unit (docs/safety.md)
+GAIN_UNUSUAL = 0.15  # relative: larger than the tolerance of any unit (docs/explanation/safety.md)
 OFFSET_UNUSUAL = np.deg2rad(1.0)
 Values = Float[np.ndarray, " value"]
 Row = TypeVar("Row")

@@ -18,7 +18,7 @@ class CalibrateOptions(CalibratedOptions):
     """Only check friction again, for the calibration in that file; its gains stay."""
 
     drives: DrivesFile = None
-    """drives.toml of a real machine, empty and hanging, whose bring-up has passed (docs/rig_test.md)."""
+    """drives.toml of a real machine, empty and hanging, whose bring-up has passed (docs/howto/rig_test.md)."""
 
     simulate: bool = False
     """Practise on simulated drives in another process, with simulated weights."""

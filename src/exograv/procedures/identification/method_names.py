@@ -19,11 +19,11 @@ MethodName = Literal[
     "full",
     "equilibrium",
 ]
-"""Identification methods; docs/identification_methods.md describes each."""
+"""Identification methods; docs/explanation/identification_methods.md describes each."""
 
 TorqueSourceName = Literal["current", "commanded"]
 
 MotionName = Literal["designed", "adaptive", "fourier", "fixed"]
-"""Motion of the arm during identification (docs/excitation.md): the machine's own motion, pieces planned on the way
-for the parameters that are still uncertain, D-optimal harmonics, or one joint after the other.
+"""Motion of the arm during identification (docs/explanation/excitation.md): the machine's own motion, pieces planned
+on the way for the parameters that are still uncertain, D-optimal harmonics, or one joint after the other.
 """

@@ -26,7 +26,8 @@ from .person_check import PersonCheck
 
 SECONDS_PER_DAY = 86400.0
 FROM_FILE_S = 20.0
-"""Duration of the motion of a returning participant [s]: all of ten were within target by then (docs/participants.md).
+"""Duration of the motion of a returning participant [s]: all of ten were within target by then
+(docs/howto/participants.md).
 """
 
 

@@ -24,7 +24,7 @@ TRIAL_S = 3600.0
 
 READINGS = 10_000
 KILL_TICKS = 200  # before and after the recorder is killed
-RESTART_MAX_S = 5.0  # docs/safety.md, F18
+RESTART_MAX_S = 5.0  # docs/explanation/safety.md, F18
 LOOK_S = 0.02
 
 

@@ -17,14 +17,14 @@ PASS_RAD, PASS_SPEED = np.deg2rad(10.0), 0.8
 """Half the length of a pass through a posture [rad], and its greatest speed [rad/s]. Friction is measured in both
 directions."""
 
-HOLD_S, DRIFT_MAX_DEG = 3.0, 2.0  # docs/safety.md, start-up self-test
+HOLD_S, DRIFT_MAX_DEG = 3.0, 2.0  # docs/explanation/safety.md, start-up self-test
 CHUNK_S = 0.1
-SCALE_MAX = 0.15  # docs/safety.md, F09
+SCALE_MAX = 0.15  # docs/explanation/safety.md, F09
 OFFSET_MAX_DEG = 3.0
 """Allowed encoder offset against the calibration, by the machine's weight [°]; a calibration has the same limit (F08).
 """
 
-BIAS_MAX_NM = 2.0  # docs/safety.md, F10
+BIAS_MAX_NM = 2.0  # docs/explanation/safety.md, F10
 SCALE_SD_MAX = 0.075  # a less certain scale cannot be distinguished from an error of 15 %
 
 Joints = Float[np.ndarray, " joint"]

@@ -24,7 +24,7 @@ class SelfTestOptions(CalibratedOptions):
     """Body mass as the operator typed it [kg]; the wearer's own if none is given. Needs --worn."""
 
     drives: DrivesFile = None
-    """drives.toml of a real machine, empty and hanging (docs/rig_test.md)."""
+    """drives.toml of a real machine, empty and hanging (docs/howto/rig_test.md)."""
 
     simulate: bool = False
     """Practise on simulated drives in another process."""

@@ -9,7 +9,7 @@ from exograv.dynamics.at_rest import carrying_torque
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 
-POSES = 3  # docs/safety.md, start-up self-test
+POSES = 3  # docs/explanation/safety.md, start-up self-test
 INSIDE = np.deg2rad(14.0)  # of the joints' limits, as room for the passes
 
 

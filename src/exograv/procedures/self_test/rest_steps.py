@@ -17,11 +17,12 @@ NOISE_MAX_DEG = 0.1
 """Allowed noise of an encoder at rest [°]: two steps of the worst twin's encoder."""
 
 APART_MAX_DEG = 2.0
-"""Allowed difference between a joint's encoder and its motor's, after the calibrated offset [°] (docs/safety.md, F08).
+"""Allowed difference between a joint's encoder and its motor's, after the calibrated offset [°]
+(docs/explanation/safety.md, F08).
 """
 
-BIAS_WARN_NM, BIAS_MAX_NM = 1.0, 2.0  # docs/safety.md, F10
-AGE_MAX_MS = 3.0  # docs/safety.md, F05
+BIAS_WARN_NM, BIAS_MAX_NM = 1.0, 2.0  # docs/explanation/safety.md, F10
+AGE_MAX_MS = 3.0  # docs/explanation/safety.md, F05
 REPEATED_MAX = 0.001  # share of ticks without a new measurement
 WILD_TICKS, WILD_NM = 20, 1000.0
 ROUNDING = 1e-4  # relative to a step

@@ -12,8 +12,8 @@ from exograv.storage.self_test_step import Step, within, worst
 from .bench import SelfTestRun
 from .recording_rig import RecordedTicks
 
-STOP_WITHIN_MS = 50.0  # docs/safety.md, F30
-GONE_WITHIN_S = 4.0  # docs/safety.md: longest stop with the motors on
+STOP_WITHIN_MS = 50.0  # docs/explanation/safety.md, F30
+GONE_WITHIN_S = 4.0  # docs/explanation/safety.md: longest stop with the motors on
 HOME_SPEED, PRESS_AT = 1.0, 0.7
 """Speed on the way to the hanging posture [rad/s], and share of the way at which Stop is pressed. From there the
 machine soon hangs still."""
@@ -23,7 +23,7 @@ REST_S, REST_MAX_NM = 0.3, 0.7
 
 FEED_SPEED, FEED_WAY = 0.7, 0.5  # rad/s and rad: fast enough to see a drive brake
 SILENCE_S = 0.15  # after this time Stop is pressed, too
-TRIP_MAX_MS = 30.0  # docs/safety.md, F13
+TRIP_MAX_MS = 30.0  # docs/explanation/safety.md, F13
 BRAKES_SHARE = 0.3
 """Least share of its set damping with which a drive must brake."""
 
@@ -125,8 +125,8 @@ def _watchdog(bench: SelfTestRun, passed: RecordedTicks, silent: int) -> list[St
     before = tau[: silent + 1].mean(axis=0)
     trip = int(np.searchsorted(passed.t, expires + 1e-3 * TRIP_MAX_MS))
     dead = (
-        "It continues to give torque without commands. Set its watchdog (docs/safety.md), and check that its driver "
-        "drops commands that have expired."
+        "It continues to give torque without commands. Set its watchdog (docs/explanation/safety.md), and check that "
+        "its driver drops commands that have expired."
     )
     rest = slice(len(tau) - round(1.0 / dt), None)
     v = np.gradient(passed.q, dt, axis=0)
@@ -136,7 +136,7 @@ def _watchdog(bench: SelfTestRun, passed: RecordedTicks, silent: int) -> list[St
     brakes, lazy = _braking(bench, passed, tau, trip)
     is_lazy = (
         f"The drive of joint '{lazy}' does not brake without commands: an arm would fall. Set its watchdog to "
-        "brake after 20 ms (docs/safety.md)."
+        "brake after 20 ms (docs/explanation/safety.md)."
     )
     return [
         within("torque left when nobody commands", left, REST_MAX_NM, "N·m", f"Drive of joint '{name}': {dead}"),

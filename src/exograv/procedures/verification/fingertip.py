@@ -16,8 +16,8 @@ from .postures import Postures
 
 PERSON_NM_PER_RAD = {"shoulder": 20.0, "elbow": 14.0, "wrist": 2.0}
 """Stiffness with which a relaxed person holds the arm [N·m/rad]. An effective shoulder has 20-60 N·m/rad
-(docs/verify.md, unverified). The lower end is used, so that no displacement is underestimated. Elbow and wrist are as
-in a virtual person (docs/transparency.md).
+(docs/howto/verify.md, unverified). The lower end is used, so that no displacement is underestimated. Elbow and wrist
+are as in a virtual person (docs/explanation/transparency.md).
 """
 
 STEP_RAD = 1e-4  # step of the finite difference

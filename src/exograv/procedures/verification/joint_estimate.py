@@ -12,7 +12,7 @@ from exograv.identification.recursive.recursive import USUAL_SCALES
 from exograv.procedures.weighing.slow_torque import Belief, Information, RegressionRows, believed, motion_information
 
 CORRELATIONS_S = (1.5, 3.0, 5.0)
-"""Possible correlation times of the slow torque [s]; people have 1-5 s (docs/arm.md)."""
+"""Possible correlation times of the slow torque [s]; people have 1-5 s (docs/explanation/arm.md)."""
 
 SIZES_NM = np.geomspace(0.02, 5.0, 8)
 """Possible sizes of a posture's own error [N·m]: from the residual of a calibration to the weight of a forearm."""

@@ -17,7 +17,7 @@ from scipy.linalg import solve_triangular
 from exograv.identification.core.square_root import GATE
 from exograv.identification.recursive.recursive import USUAL_SCALES as SCALES
 
-CORRELATION_S = 3.0  # of the slow torque; people: 1-5 s (docs/arm.md)
+CORRELATION_S = 3.0  # of the slow torque; people: 1-5 s (docs/explanation/arm.md)
 
 Vector = Float[np.ndarray, " unknown"]
 Matrix = Float[np.ndarray, "unknown unknown"]

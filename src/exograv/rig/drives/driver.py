@@ -1,6 +1,6 @@
 """Life cycle of a driver on any bus: opening, clock, measurements, commands, enabling.
 
-docs/rig_test.md tells how to add another bus.
+docs/howto/rig_test.md tells how to add another bus.
 """
 
 import time

@@ -21,7 +21,7 @@ BUSES = ("udp", "canopen", "moteus")
 
 
 class UdpBus(Settings):
-    """Real-time controller of the laboratory's own, with the protocol of `docs/udp_protocol.md`."""
+    """Real-time controller of the laboratory's own, with the protocol of `docs/reference/udp_protocol.md`."""
 
     host: str = "127.0.0.1"
     """Address at which the controller listens."""
@@ -79,7 +79,7 @@ class Drive(Settings):
     """Damping with which the drive brakes its joint without valid commands.
 
     The drive shorts its windings or uses a law of its own. 0 if the drive lets go: no person may wear such a machine
-    (docs/safety.md, SS4).
+    (docs/explanation/safety.md, SS4).
     """
 
     @model_validator(mode="after")
@@ -106,7 +106,7 @@ class DrivesSettings(Settings):
     """Period of the loop, limited by the bus: four drives on CAN at 1 Mbit/s need 2."""
 
     watchdog_ms: Annotated[float, Field(ge=5.0, le=30.0)] = 20.0
-    """Time without a command after which each drive brakes by itself (docs/safety.md: 20 to 30 at most)."""
+    """Time without a command after which each drive brakes by itself (docs/explanation/safety.md: 20 to 30 at most)."""
 
     udp: UdpBus | None = None
     canopen: CanopenBus | None = None

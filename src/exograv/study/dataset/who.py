@@ -7,7 +7,7 @@ from exograv.study.participants.participant_record import ParticipantRow
 from .sources import RecordedBody, SourceNote
 
 HEIGHT_M, MASS_KG = 0.03, 6.0
-"""What one person may differ by from tape to tape; the same as for a kept arm (docs/participants.md)."""
+"""What one person may differ by from tape to tape; the same as for a kept arm (docs/howto/participants.md)."""
 
 
 def same_person(body: RecordedBody, told: ParticipantRow, others: Sequence[SourceNote]) -> str | None:

@@ -113,7 +113,7 @@ def _refuse_columns(sheet: CsvSheet, told: StatedSession, gravity_level: float |
     if "gravity_level" not in sheet.columns and gravity_level is None:
         missing.append("gravity_level (or --gravity-level)")
     if missing:
-        raise RecordingError(f"Columns are missing: {'; '.join(missing)}. See docs/study.md.")
+        raise RecordingError(f"Columns are missing: {'; '.join(missing)}. See docs/howto/study.md.")
 
 
 def _said(

@@ -105,7 +105,7 @@ def _load(path: Path, name: str) -> tuple[_Stream, int]:
     if len(streams) != 1 or not len(streams[0]["time_stamps"]):
         raise RecordingError(
             f"{len(streams)} streams in it are named '{name}', and one with samples is needed. Touches of another "
-            "stream need a mapping (--mapping, docs/study.md)."
+            "stream need a mapping (--mapping, docs/howto/study.md)."
         )
     info = streams[0]["info"]
     rate = float((info.get("nominal_srate") or ["0"])[0] or 0.0)

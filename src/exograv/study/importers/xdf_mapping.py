@@ -14,7 +14,7 @@ class XdfMapping(Settings):
     """Name of the stream that has a sample a touch."""
 
     columns: dict[str, str | Annotated[int, Field(ge=0)]]
-    """Column of a CSV of touches (docs/study.md) to the label of a channel, or its number from 0."""
+    """Column of a CSV of touches (docs/howto/study.md) to the label of a channel, or its number from 0."""
 
     fixed: dict[str, str | float | bool] = Field(default={})
     """Columns that are the same in all touches."""

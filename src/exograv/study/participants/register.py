@@ -13,7 +13,7 @@ from exograv.study.folder.study_folder import StudyFolder
 from .codes import draw_code, typed_code
 from .participant_record import SEALED, ParticipantRow
 
-HEAD = "# Who takes part, by code. Names are elsewhere, in an encrypted file (docs/study.md).\n"
+HEAD = "# Who takes part, by code. Names are elsewhere, in an encrypted file (docs/howto/study.md).\n"
 
 
 class Register(Settings):

@@ -54,7 +54,7 @@ def table(fields: tuple[PacketField, ...], begin: int) -> str:
 @pytest.mark.parametrize("part", PARTS)
 def test_the_page_has_each_field_at_its_byte(part: str):
     expected = table(*PARTS[part])
-    assert expected in PAGE, f"docs/udp_protocol.md should have:\n{expected}"
+    assert expected in PAGE, f"docs/reference/udp_protocol.md should have:\n{expected}"
 
 
 def test_the_page_has_each_type_bit_and_length():

@@ -1,4 +1,4 @@
-"""Every row of docs/disturbances.md exists, with its size and its switch."""
+"""Every row of docs/explanation/disturbances.md exists, with its size and its switch."""
 
 import numpy as np
 import pytest

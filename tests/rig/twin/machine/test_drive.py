@@ -1,4 +1,4 @@
-"""Drives stick, slip and lag as docs/disturbances.md says, and their friction only dissipates."""
+"""Drives stick, slip and lag as docs/explanation/disturbances.md says, and their friction only dissipates."""
 
 from dataclasses import replace
 

@@ -25,7 +25,7 @@ thickness."""
 TILT_MAX_DEG = 30.0
 """Allowed angle of a cuff's z, or the machine's elbow axis, to the arm's own [°]."""
 STRETCH_MAX_M, TURN_MAX_DEG = 0.03, 30.0
-"""Allowed strain of a cuff. Under the weight of an arm it sags 4-19 mm (docs/arm.md)."""
+"""Allowed strain of a cuff. Under the weight of an arm it sags 4-19 mm (docs/explanation/arm.md)."""
 SLOPE_MAX = 1e-3  # N·m: allowed residual of the search for the closed posture
 
 Point = Float[np.ndarray, " 3"]

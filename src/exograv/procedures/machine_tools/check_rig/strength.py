@@ -16,7 +16,7 @@ from .findings import CheckFindings
 
 POSTURES = 64
 BREAKAWAY = 1.3
-"""Breakaway over Coulomb friction, in a good laboratory (docs/disturbances.md, level 2)."""
+"""Breakaway over Coulomb friction, in a good laboratory (docs/explanation/disturbances.md, level 2)."""
 HAND_KG = 1.0
 LIGHTEST_KG = 2.02
 """Arm mass of a woman of 45 kg by the table: the lightest adult that the twin draws."""

@@ -1,1 +1,1 @@
-"""Guided motion: an arm is led by hand, and the machine repeats or mirrors it with limited torque (docs/guided.md)."""
+"""Guided motion: an arm is led, and the machine repeats or mirrors it with limited torque (docs/howto/guided.md)."""

@@ -11,8 +11,8 @@ from exograv.signals import Reference
 Joints = Float[np.ndarray, " joint"]
 
 BOUND_NM = {"shoulder": 3.0, "elbow": 2.0, "wrist": 0.5}
-"""Largest torque of the pull by place [N·m]: less than a weak adult resists (docs/safety.md), and no more than the
-guard leaves beside the arm's weight in any posture."""
+"""Largest torque of the pull by place [N·m]: less than a weak adult resists (docs/explanation/safety.md), and no more
+than the guard leaves beside the arm's weight in any posture."""
 
 REACH_RAD = np.deg2rad(10.0)
 """Error at which the spring alone reaches its bound [rad]."""

@@ -2,7 +2,7 @@
 
 Tests of the reachable workspace describe it about the shoulder, by directions and shares of the arm's length: front and
 side, below, at and above the shoulder, arm nearly straight. These targets follow them; their numbers are our own
-(docs/support_level.md).
+(docs/howto/support_level.md).
 """
 
 from collections.abc import Sequence

@@ -69,7 +69,7 @@ def must(drive: Drive, asked: SdoNode, entry: Entry, value: int, otherwise: str)
     if not asked.write(entry, value):
         raise RigError(
             f"The drive of {drive.joint} (node {drive.node}) does not take {value} in {entry}: {otherwise}. "
-            "docs/canopen.md lists what a drive has to support."
+            "docs/howto/canopen.md lists what a drive has to support."
         )
 
 

@@ -15,8 +15,8 @@ from .states import DISABLE_VOLTAGE, ENABLE, QUICK_STOP, Cia402State, next_contr
 LOST_AFTER_S = 0.003
 """Time without an answer to any SYNC after which a drive is lost [s].
 
-It is as long as the guard bridges (docs/safety.md). The guard thus learns of the one lost joint before it has to treat
-the whole machine as silent.
+It is as long as the guard bridges (docs/explanation/safety.md). The guard thus learns of the one lost joint before it
+has to treat the whole machine as silent.
 """
 
 

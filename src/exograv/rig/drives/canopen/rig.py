@@ -22,12 +22,13 @@ WITHOUT_WIRE = ("udp_multicast", "virtual")
 class CanopenRig(NodesDriver[CanopenNode, Bus]):
     """Driver whose `read` sends the SYNC and waits for its answers, and whose `write` sends a torque to each drive.
 
-    At 1 Mbit/s the SYNC and eight frames of four drives take up to 0.97 ms of a period of 2 ms (docs/canopen.md).
+    At 1 Mbit/s the SYNC and eight frames of four drives take up to 0.97 ms of a period of 2 ms (docs/howto/canopen.md).
     """
 
     not_open: ClassVar[str] = "The CAN bus is not open. Use the machine inside `with rig:`."
     no_answer: ClassVar[str] = (
-        "Does the drive send its PDOs with SYNC (transmission type 1)? docs/canopen.md lists what it has to support."
+        "Does the drive send its PDOs with SYNC (transmission type 1)? docs/howto/canopen.md lists what it has to "
+        "support."
     )
 
     def __init__(self, drives: Drives, answer_s: float | None = None, lock_step: bool = False):

@@ -1,3 +1,3 @@
-"""Driver of moteus controllers on CAN-FD, which take a torque in every period (docs/moteus.md)."""
+"""Driver of moteus controllers on CAN-FD, which take a torque in every period (docs/howto/moteus.md)."""
 
 from .rig import MoteusRig as MoteusRig

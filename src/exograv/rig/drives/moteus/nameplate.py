@@ -16,7 +16,8 @@ BRAKE_MODE, LETS_GO_MODE, ON_OUTPUT = 15, 0, 2
 OLDEST_FIRMWARE, OLDEST_MAP = 0x010A, 5
 """Oldest firmware and register map that exograv supports.
 
-From these on, motor.Kv has the meaning that `torque_per_ampere` assumes, and the registers are those of docs/moteus.md.
+From these on, motor.Kv has the meaning that `torque_per_ampere` assumes, and the registers are those of
+docs/howto/moteus.md.
 """
 
 SAME_BRAKE = 0.25

@@ -15,7 +15,7 @@ from .nameplate import CommandScaling
 LOST_AFTER = 3
 """Number of questions in a row without an answer after which a drive is lost: as many as the guard bridges
 
-(docs/safety.md).
+(docs/explanation/safety.md).
 """
 
 RAD_PER_TURN = 2.0 * math.pi

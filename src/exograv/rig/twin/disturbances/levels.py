@@ -1,4 +1,4 @@
-"""Disturbances of the twin: each row of the two tables in docs/disturbances.md, at levels 0 (none) to 4 (a bad day).
+"""Disturbances of the twin at levels 0 (none) to 4 (a bad day), as in docs/explanation/disturbances.md.
 
 A pair (a, b) is a uniform range. Each row can also be switched off. The numbers may be widened with a reason. They are
 never narrowed to reach a figure.
@@ -99,7 +99,7 @@ WEARER: Mapping[str, LevelRow] = MappingProxyType(
                 "wrist": (0.0, 0.01, 0.03, 0.08, 0.2),
             },
         ),
-        # All of these sizes are assumed: docs/participants.md. The first donning of a seed has none of them.
+        # All of these sizes are assumed: docs/howto/participants.md. The first donning of a seed has none of them.
         "day_to_day": LevelRow(
             "next donning against the first, SD: factors on segment mass, on joints' stiffness and damping; neutral "
             "angles [°]; factor on cuff stiffness",
@@ -239,7 +239,7 @@ MACHINE: Mapping[str, LevelRow] = MappingProxyType(
             {"mass": (0.0, 0.01, 0.03, 0.05, 0.1), "centre_mm": (0.0, 1.0, 3.0, 5.0, 10.0)},
         ),
         # Only machines with such sensors use this row. Level 2 is a data sheet's ±0.5 % of 200 N and 7 N·m, taken as
-        # three SD; level 4 is another data sheet's ±2 % (docs/disturbances.md). Gain and noise are assumed.
+        # three SD; level 4 is another data sheet's ±2 % (docs/explanation/disturbances.md). Gain and noise are assumed.
         "cuff_sensors": LevelRow(
             "force/torque sensors at the cuffs, SD: gain; what taring leaves; noise at 1 kHz [N, N·m]",
             {

@@ -13,7 +13,7 @@ GRAVITY = 9.81
 """Earth's gravity [m/s²]."""
 
 WATCHDOG_DAMPING = {"shoulder": 10.0, "elbow": 4.0, "wrist": 0.4}
-"""Braking coefficient of the assembled drives [N·m·s/rad], as in a soft descent of docs/safety.md."""
+"""Braking coefficient of the assembled drives [N·m·s/rad], as in a soft descent of docs/explanation/safety.md."""
 
 Joints = Float[np.ndarray, " joint"]
 

@@ -19,7 +19,7 @@ from .scene import TIMESTEP, Scene
 WATCHDOG_S = 0.02
 """Age of the last valid command after which a drive brakes its motor by itself [s].
 
-docs/safety.md: a drive brakes 20 to 30 ms after its last command; 5 ms of them are the life of the command.
+docs/explanation/safety.md: a drive brakes 20 to 30 ms after its last command; 5 ms of them are the life of the command.
 """
 
 

@@ -1,4 +1,4 @@
-"""Simulated controller with the protocol of `docs/udp_protocol.md` and the motors of a twin."""
+"""Simulated controller with the protocol of `docs/reference/udp_protocol.md` and the motors of a twin."""
 
 import contextlib
 import select
