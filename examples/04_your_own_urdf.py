@@ -1,4 +1,4 @@
-"""Describe a machine of your own: `exograv new-rig` reads its URDF and writes a folder with the open questions.
+"""Describe a machine of your own: `exograv rig new` reads its URDF and writes a folder with the open questions.
 
 The URDF here is that of a machine that comes with exograv, so that the answers are known.
 """

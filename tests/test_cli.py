@@ -304,7 +304,7 @@ def test_a_campaign_cuts_no_figure_off_and_breaks_no_line_that_is_to_be_copied(
     columns: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
     monkeypatch.setenv("COLUMNS", columns)
-    line = "exograv faults --seed 1000 --level 3 --persons 4 --replay '145:F03 spike+F06 twice'"
+    line = "exograv dev faults --seed 1000 --level 3 --persons 4 --replay '145:F03 spike+F06 twice'"
     row = FaultFigures(
         "an encoder", "interface", 31, 30, 28, ReactionTimes(14.5, 50.0, 56.25), 112.0, 7, "", "", 0.321, None, 0.0, 0.0
     )

@@ -1,4 +1,4 @@
-"""Everything but the live loop imports and runs on Windows and macOS; `exograv live` refuses there with a sentence."""
+"""Everything but the live loop imports and runs on Windows and macOS; `exograv run live` refuses with a sentence."""
 
 import os
 import subprocess

@@ -142,9 +142,7 @@ Donning = Annotated[
 ]
 CalibrationFile = Annotated[
     Path | None,
-    tyro.conf.arg(
-        help="File calibration.toml of this machine (`exograv calibrate`); without it the machine is calibrated first."
-    ),
+    tyro.conf.arg(help="File calibration.toml of this machine (`exograv rig calibrate`); calibrated first if absent."),
 ]
 Repeated = Annotated[tuple[str, ...], tyro.conf.UseAppendAction]
 """Flag that can be repeated."""

@@ -1,4 +1,4 @@
-"""Command `exograv console` on a twin with data-sheet values, which is ready in seconds, for tests that kill it."""
+"""Command `exograv run console` on a twin with data-sheet values, which is ready in seconds, for tests that kill it."""
 
 from exograv.cli import main
 from exograv.laboratory.preparation import Preparation

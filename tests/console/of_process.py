@@ -1,4 +1,4 @@
-"""Process with a real `exograv console`, and pages without a browser that connect to it."""
+"""Process with a real `exograv run console`, and pages without a browser that connect to it."""
 
 import contextlib
 import json

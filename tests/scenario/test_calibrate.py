@@ -1,4 +1,4 @@
-"""`exograv calibrate` keeps its contract, finds the hidden machine, and what it stored is used and named."""
+"""`exograv rig calibrate` keeps its contract, finds the hidden machine, and what it stored is used and named."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""`exograv simulate-study` as somebody types it: one short study, told in JSON, recorded, reported, gone on with."""
+"""`exograv study simulate` as somebody types it: one short study, told in JSON, recorded, reported, gone on with."""
 
 import json
 import os

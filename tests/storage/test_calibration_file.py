@@ -121,7 +121,7 @@ def test_a_damaged_file_is_refused_with_the_next_step(keep: Callable[..., Path],
     path.write_text(path.read_text(encoding="utf-8").replace(old, new, 1), encoding="utf-8")
     with pytest.raises(ConfigError, match=message) as caught:
         read_calibration(path)
-    assert "Calibrate again: `exograv calibrate`" in str(caught.value)
+    assert "Calibrate again: `exograv rig calibrate`" in str(caught.value)
 
 
 def test_a_missing_file_is_named(tmp_path: Path):
@@ -166,7 +166,7 @@ def test_friction_of_yesterday_warns_and_names_the_recheck(rig: RigDescription, 
     assert take_calibration(keep(timedelta(hours=11)), rig, MACHINE, NOW).warning is None
     warning = take_calibration(keep(timedelta(hours=20)), rig, MACHINE, NOW).warning
     assert warning == (
-        "Friction was measured 20 h ago; after 12 h it should be checked: `exograv calibrate --recheck`."
+        "Friction was measured 20 h ago; after 12 h it should be checked: `exograv rig calibrate --recheck`."
     )
 
 

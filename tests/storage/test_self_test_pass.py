@@ -77,7 +77,7 @@ def test_a_twin_needs_no_self_test():
 
 def test_without_a_self_test_a_real_machine_is_locked(key: MachineKey):
     for missing in (None, key):
-        with pytest.raises(RigError, match=r"locked: no self-test has passed here\. Run `exograv self-test`"):
+        with pytest.raises(RigError, match=r"locked: no self-test has passed here\. Run `exograv rig self-test`"):
             unlock(Metal(), missing)
 
 

@@ -30,7 +30,7 @@ def settings(participant: str, protocol: str = "training", session: int = 1, **m
     return {
         "rig": "recupera_like",
         "side": "right",
-        "command": "exograv train",
+        "command": "exograv run train",
         "wearer": {"height_m": 1.78, "mass_kg": 80.0, "sex": "male"},
         "hashes": {"protocol": "ab" * 32},
         "versions": {"exograv": "0.1.0", "code": "cd" * 32},

@@ -31,7 +31,7 @@ def arm_in_machine(
 
 
 def load_calibration(path: str | Path, rig: RigDescription) -> Calibration:
-    """Read the calibration of a machine, as `exograv calibrate` wrote it.
+    """Read the calibration of a machine, as `exograv rig calibrate` wrote it.
 
     Args:
         path: File to read.

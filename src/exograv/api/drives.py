@@ -86,7 +86,7 @@ class Drives:
     def prepare(self) -> Calibration:
         """Calibrate the empty machine, if that was not done yet, and test it, if that was not done today.
 
-        On a real machine both ask for hands at the keyboard; the bring-up (`exograv rig-test`) has to have passed.
+        On a real machine both ask for hands at the keyboard; the bring-up (`exograv rig test`) has to have passed.
 
         Raises:
             ConfigError: A file cannot be used.

@@ -132,7 +132,7 @@ class Estimate:
     def load(
         cls, path: str | Path, rig: RigDescription, calibration: Calibration | None = None, machine: str = ""
     ) -> "Estimate":
-        """Read a file that `save` or `exograv identify --keep` wrote.
+        """Read a file that `save` or `exograv arm identify --keep` wrote.
 
         Friction and rotors come from `calibration`, or from the data sheets; the file holds the person's parameters.
 

@@ -39,7 +39,7 @@ def plan_of(protocol: str | None) -> TaskPlan | None:
 
 @dataclass(frozen=True)
 class ConsoleResult:
-    """Result of `exograv console`."""
+    """Result of `exograv run console`."""
 
     diary: Path
     refused_lines: dict[str, int]

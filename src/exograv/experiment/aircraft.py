@@ -173,7 +173,7 @@ def emulate(emulation: Emulation, say: Say) -> int:
 
 @dataclass(frozen=True)
 class HeardAircraft:
-    """Result of `exograv aircraft listen`."""
+    """Result of `exograv data aircraft listen`."""
 
     heard: int
     refused: int

@@ -1,4 +1,4 @@
-"""`exograv calibrate` on the twin: its empty machine, and the truth beside what was found."""
+"""`exograv rig calibrate` on the twin: its empty machine, and the truth beside what was found."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -152,7 +152,7 @@ class ModelNotes:
 
 @dataclass(frozen=True)
 class DemoResult:
-    """Result of `exograv demo` and `exograv identify`."""
+    """Result of `exograv demo` and `exograv arm identify`."""
 
     findings: DemoFindings = field(metadata=MERGED)
     person: ParticipantFigures = field(metadata=MERGED)

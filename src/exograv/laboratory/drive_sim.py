@@ -1,4 +1,4 @@
-"""`exograv drive-sim`: the twin as a machine that is only reached over its bus."""
+"""`exograv dev drive-sim`: the twin as a machine that is only reached over its bus."""
 
 import contextlib
 import os

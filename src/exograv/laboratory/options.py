@@ -32,7 +32,7 @@ HeldWeight = Within(0.0, HEAVIEST_KG, f"0 (none) to {HEAVIEST_KG:g} kg. Take a l
 
 @dataclass(frozen=True)
 class DemoOptions(Options):
-    """Options of `exograv demo` and `exograv identify`."""
+    """Options of `exograv demo` and `exograv arm identify`."""
 
     rig: RigOption = "recupera_like"
     side: SideOption = None
@@ -73,7 +73,7 @@ class DemoOptions(Options):
 
 @dataclass(frozen=True)
 class WeighOptions(TwinOptions):
-    """Options of `exograv weigh`."""
+    """Options of `exograv arm weigh`."""
 
     hand_weight_kg: Annotated[float | None, tyro.conf.arg(name="hand-weight", metavar="KG"), HeldWeight] = None
     """Weight that the virtual wearer takes into the hand [kg], hidden from the software; drawn if none is given, 0 for
@@ -90,7 +90,7 @@ class WeighOptions(TwinOptions):
 
 @dataclass(frozen=True)
 class TransparencyOptions(Options):
-    """Options of `exograv transparency`."""
+    """Options of `exograv dev transparency`."""
 
     rig: Annotated[
         str | None,
@@ -113,7 +113,7 @@ class TransparencyOptions(Options):
 
 @dataclass(frozen=True)
 class DriveSimOptions(Options):
-    """Options of `exograv drive-sim`."""
+    """Options of `exograv dev drive-sim`."""
 
     bus: tyro.conf.Positional[Bus] = "udp"
     """On which they are reached."""

@@ -82,7 +82,7 @@ def provenance(
     """Describe a demonstration on the twin; `hashes` as in `run_settings`."""
     # Neither the pace nor a file's place changes what is computed; which files were read stands in the hashes.
     given = json_value(options) | {"realtime": False, "calibration": None, "files": None}
-    command = "exograv identify" if options.only_identify else "exograv demo"
+    command = "exograv arm identify" if options.only_identify else "exograv demo"
     run = run_settings(laboratory, command, options.level, options.seed, {"options": given}, hashes)
     return DemoSettings(run, options.method, options.torque_source, options.gravity_level, targets)
 

@@ -1,4 +1,4 @@
-"""`exograv self-test` on the twin: its empty machine, and the arm of its wearer if asked."""
+"""`exograv rig self-test` on the twin: its empty machine, and the arm of its wearer if asked."""
 
 from dataclasses import dataclass
 from pathlib import Path

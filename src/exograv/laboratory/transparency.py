@@ -28,7 +28,7 @@ BOTH_PROFILES = ("recupera_like", "recupera_like_qdd")
 
 @dataclass(frozen=True)
 class TransparencyResult:
-    """Result of `exograv transparency`."""
+    """Result of `exograv dev transparency`."""
 
     machine: MachineTransparency | None = field(metadata=MERGED)
     """Figures of the machine that was asked for."""

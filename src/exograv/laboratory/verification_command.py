@@ -1,4 +1,4 @@
-"""`exograv verify` on the twin: calibrate the machine, identify the arm, then measure the residual torque."""
+"""`exograv arm verify` on the twin: calibrate the machine, identify the arm, then measure the residual torque."""
 
 import time
 from dataclasses import replace

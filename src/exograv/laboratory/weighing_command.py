@@ -1,4 +1,4 @@
-"""`exograv weigh` on the twin: the empty machine, twenty seconds with the wearer, the arm, then known weights."""
+"""`exograv arm weigh` on the twin: the empty machine, twenty seconds with the wearer, the arm, then known weights."""
 
 import time
 from collections.abc import Callable
@@ -43,7 +43,7 @@ class PlacedWeight:
 
 @dataclass(frozen=True)
 class WeighResult:
-    """Result of `exograv weigh`."""
+    """Result of `exograv arm weigh`."""
 
     run: TwinRun = field(metadata=MERGED)
     typed_body_mass_kg: float

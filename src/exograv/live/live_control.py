@@ -1,4 +1,4 @@
-"""Parts of the two processes of `exograv live`: the machine with its guard, and control with its mode machine."""
+"""Parts of the two processes of `exograv run live`: the machine with its guard, and control with its mode machine."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass

@@ -54,7 +54,7 @@ class LearnedFigures:
 
 @dataclass(frozen=True)
 class LiveFigures:
-    """Result of `exograv live`."""
+    """Result of `exograv run live`."""
 
     rig: str
     seconds: float

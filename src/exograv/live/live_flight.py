@@ -93,14 +93,14 @@ def parts_of(plan: LivePlan, is_tested: bool) -> ProcessParts:
 
 
 def settings_of(plan: LivePlan, said: Mapping[str, Any]) -> Mapping[str, object]:
-    """Return the settings of the run for its recording, which `exograv replay` reads."""
+    """Return the settings of the run for its recording, which `exograv data replay` reads."""
     description, prepared = plan.description, plan.prepared
     return {
         **said,
         "rig": description.name,
         "title": description.settings.title,
         "side": description.side,
-        "command": "exograv live",
+        "command": "exograv run live",
         "gravity_level": plan.gravity_level,
         "hashes": {"rig": description.sha256},
         "versions": versions(),

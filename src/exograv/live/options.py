@@ -59,7 +59,7 @@ class PersonForm(Options):
 
 @dataclass(frozen=True)
 class LiveOptions(WornOptions):
-    """Options of `exograv live`."""
+    """Options of `exograv run live`."""
 
     seconds: Annotated[float, tyro.conf.arg(metavar="S"), Within(1.0, 7200.0, "1 to 7200.")] = 10.0
     """Duration of floating in real time; with `--identify` after the identification."""
@@ -109,7 +109,7 @@ class LiveOptions(WornOptions):
         if self.ros2_accept_gravity_level and not self.ros2:
             raise ConfigError("--ros2-accept-gravity-level needs --ros2, which is not given. Give both.")
         if not sys.platform.startswith("linux"):
-            raise ConfigError(f"exograv live needs Linux, and this is {sys.platform}.")
+            raise ConfigError(f"exograv run live needs Linux, and this is {sys.platform}.")
         _ = self.bridge  # An unusable bridge is refused now, not after minutes of preparation.
 
     @property
@@ -136,7 +136,7 @@ class LiveOptions(WornOptions):
 
 @dataclass(frozen=True)
 class RigTestOptions(MachineOptions):
-    """Options of `exograv rig-test`."""
+    """Options of `exograv rig test`."""
 
     rig: tyro.conf.Positional[RigOption] = "recupera_like"
 
@@ -172,7 +172,7 @@ class RigTestOptions(MachineOptions):
 
     @property
     def simulation(self) -> tuple[str, ...]:
-        """Options of `exograv drive-sim` for the faults of the simulated machine."""
+        """Options of `exograv dev drive-sim` for the faults of the simulated machine."""
         wrong = {"--wrong-sign": self.wrong_sign, "--wrong-scale": self.wrong_scale,
                  "--wrong-encoder": self.wrong_encoder}  # fmt: skip
         return tuple(word for flag, joints in wrong.items() if joints for word in (flag, *joints))

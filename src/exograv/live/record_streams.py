@@ -17,7 +17,7 @@ CHECK_S = 0.1
 
 @dataclass(frozen=True)
 class RecordedStreams:
-    """Result of `exograv streams --record`."""
+    """Result of `exograv data streams --record`."""
 
     recording: Path
     recording_ok: bool
@@ -43,7 +43,7 @@ def record_streams(wanted: Sequence[str], seconds: float, path: Path, progress: 
     if not 0.0 < seconds <= 86_400.0:
         raise ConfigError(f"--seconds is {seconds:g}; allowed: above 0 and up to 86400 (one day).")
     progress("Looking for the streams", 0.0)
-    settings = {"command": "exograv streams", "versions": versions()}
+    settings = {"command": "exograv data streams", "versions": versions()}
     with (
         Listening(wanted) as listening,
         Recorder(path, (), settings, seconds, devices=listening.devices) as recorder,

@@ -1,4 +1,4 @@
-"""Live run on a simulated machine (`exograv live`): the arm floats in real time, each part in its own process."""
+"""Live run on a simulated machine (`exograv run live`): the arm floats in real time, each part in its own process."""
 
 import contextlib
 from collections.abc import Callable

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from exograv.safety.envelope import Envelope, StopReason
 
-TEST_AGAIN = "Run `exograv self-test` before the machine is worn again."
+TEST_AGAIN = "Run `exograv rig self-test` before the machine is worn again."
 
 NEXT: Mapping[StopReason, str] = {
     StopReason.NOT_FINITE: "The wearer did not cause this: report the stop with the recording.",

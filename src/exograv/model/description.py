@@ -185,7 +185,7 @@ def _settings(path: Path) -> RigSettings:
         if questions := open_questions(text):
             raise ConfigError(
                 f'{path} still asks {len(questions)} questions; {questions[0].sentence}. Answer each "?" there; '
-                f"`exograv check-rig {path.parent}` lists them all."
+                f"`exograv rig check {path.parent}` lists them all."
             )
         return RigSettings.model_validate(tomllib.loads(text))
     except OSError as error:

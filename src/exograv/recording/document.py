@@ -30,7 +30,7 @@ PlotJuggler, and every reader of MCAP with `ros2msg` and JSON Schema.
 
 ## Replay
 
-    exograv replay FILE [--json P] [--out DIR] [--person FILE] [--calibration FILE] [--gravity-level G] [--rig R]
+    exograv data replay FILE [--json P] [--out DIR] [--person FILE] [--calibration FILE] [--gravity-level G] [--rig R]
 
 lets control and guard decide once more on the measurements in a recording of `exograv demo`, `identify` or `live`. The
 machine is made from the files in `/settings`, and controllers and observer from `/control`. For a live run, they are
@@ -44,7 +44,8 @@ The torque of the first pushes of a calibration, a script without feedback, cann
 torque goes through the guard. Where ticks are missing, filters start again, and half a second is not compared. A file
 that was cut or damaged is replayed up to its last good record.
 
-With an option, the same ticks are decided as with another person (a file of `exograv identify --keep`, from the first
+With an option, the same ticks are decided as with another person (a file of `exograv arm identify --keep`, from the
+first
 tick on), calibration, felt weight or machine. The arm's different response is not simulated, and its motors are assumed
 to follow their commands of this replay. Recordings before version 3 do not hold the inputs of control.
 """

@@ -182,7 +182,7 @@ CONTROL = Channel(
     "/control",
     "json",
     "at each change",
-    "Inputs of control that `exograv replay` needs beside the ticks. Numbers are exact.",
+    "Inputs of control that `exograv data replay` needs beside the ticks. Numbers are exact.",
     (
         T,
         Field(

@@ -18,7 +18,7 @@ from .self_test_step import Step
 
 FILE = "rig_test.toml"
 HEAD = """\
-# The bring-up of one machine, written by `exograv rig-test` (docs/howto/rig_test.md). Do not edit: content_sha256 seals
+# The bring-up of one machine, written by `exograv rig test` (docs/howto/rig_test.md). Do not edit: content_sha256 seals
 # the values, and a changed file is refused. The signature on paper goes below the printed table.
 """
 
@@ -86,7 +86,7 @@ def refuse_not_brought_up(path: Path, description: RigDescription, drives: Drive
     Raises:
         ConfigError: The bring-up has not passed, or the sheet is damaged or of another machine.
     """
-    again = "Bring the machine up first: `exograv rig-test` with these drives, in the same --out."
+    again = "Bring the machine up first: `exograv rig test` with these drives, in the same --out."
     if not path.is_file():
         raise ConfigError(f"{path} is missing: no bring-up of this machine has passed. {again}")
     whole = read_sealed(path, BringUpSheet, again, again)

@@ -20,9 +20,9 @@ FRICTION_AGE_MAX = timedelta(hours=12)
 """Age above which friction should be checked again; it changes with temperature (docs/howto/calibration.md)."""
 CLOCK_ERROR = timedelta(minutes=10)
 """Largest time by which the clock that wrote a file may be ahead."""
-AGAIN = "Calibrate again: `exograv calibrate`."
+AGAIN = "Calibrate again: `exograv rig calibrate`."
 HEAD = """\
-# Calibration of an empty machine, written by `exograv calibrate` (docs/howto/calibration.md). Each value has its
+# Calibration of an empty machine, written by `exograv rig calibrate` (docs/howto/calibration.md). Each value has its
 # standard deviation beside it (_sd). Do not edit: content_sha256 seals the values, and a changed file is refused.
 """
 
@@ -47,7 +47,7 @@ def read_calibration(path: Path) -> StoredCalibration:
     Raises:
         ConfigError: The file cannot be read, is of another version, or its values do not match its hash.
     """
-    give = "Give the calibration.toml that `exograv calibrate` has written."
+    give = "Give the calibration.toml that `exograv rig calibrate` has written."
     return read_sealed(path, StoredCalibration, give, AGAIN)
 
 
@@ -100,7 +100,7 @@ def friction_warning(whole: StoredCalibration, now: datetime) -> str | None:
     hours, allowed = age.total_seconds() / 3600, FRICTION_AGE_MAX.total_seconds() / 3600
     return (
         f"Friction was measured {hours:.0f} h ago; after {allowed:.0f} h it should be checked: "
-        "`exograv calibrate --recheck`."
+        "`exograv rig calibrate --recheck`."
     )
 
 

@@ -12,11 +12,11 @@ from .calibration_file import CLOCK_ERROR, identity_of, refuse_other_machine
 from .participant_schema import StoredParticipant, StoredPerson, parameter_names
 from .sealed_file import read_sealed, write_sealed
 
-AGAIN = "Identify the person again: `exograv identify --keep FILE`."
-GIVE = "Give a file that `exograv identify --keep FILE` has written."
+AGAIN = "Identify the person again: `exograv arm identify --keep FILE`."
+GIVE = "Give a file that `exograv arm identify --keep FILE` has written."
 HEAD = """\
-# One participant in one machine, written by `exograv identify --keep` (docs/howto/participants.md). `covariance` of a
-# parameter is with the parameters before it and with itself. Personal data: protect this file like the key to the
+# One participant in one machine, written by `exograv arm identify --keep` (docs/howto/participants.md). `covariance`
+# of a parameter is with the parameters before it and with itself. Personal data: protect this file like the key to the
 # codes. Do not edit: content_sha256 seals the values, and a changed file is refused.
 """
 HEIGHT_M, MASS_KG, LENGTH_M = 0.03, 6.0, 0.02

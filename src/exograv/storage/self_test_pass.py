@@ -19,10 +19,10 @@ from .sealed_file import Sealed, read_sealed, sealed, write_sealed
 
 FILE = "self_test.toml"
 NOT_NEEDED = "not needed: twin"
-AGAIN = "Run `exograv self-test`, with nobody in the machine."
+AGAIN = "Run `exograv rig self-test`, with nobody in the machine."
 HEAD = """\
-# A self-test that has passed, written by `exograv self-test` (docs/explanation/safety.md). It unlocks this machine on
-# this computer until midnight. Do not edit: content_sha256 seals the values, and a changed file is refused.
+# A self-test that has passed, written by `exograv rig self-test` (docs/explanation/safety.md). It unlocks this machine
+# on this computer until midnight. Do not edit: content_sha256 seals the values, and a changed file is refused.
 """
 
 

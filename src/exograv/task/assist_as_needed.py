@@ -120,7 +120,7 @@ class Decision:
 
 
 def first_session(settings: AssistSettings, needed_percent: float | None = None) -> AssistState:
-    """Fully supported, or a little more than a test of support has found (`exograv support-level`)."""
+    """Fully supported, or a little more than a test of support has found (`exograv run support-level`)."""
     if needed_percent is None or not math.isfinite(needed_percent):
         begin = settings.most_percent
     else:

@@ -141,7 +141,9 @@ def test_what_a_campaign_prints_replays_the_same_scenario():
 
 def test_a_line_that_replays_says_the_level_and_the_persons_where_they_are_not_the_usual_ones():
     campaign = Campaign(seed=5, level=3, persons=4)
-    assert Scenario.drawn(5, 17, campaign.told).command.startswith("exograv faults --seed 5 --level 3 --persons 4 --re")
+    assert Scenario.drawn(5, 17, campaign.told).command.startswith(
+        "exograv dev faults --seed 5 --level 3 --persons 4 --r"
+    )
     assert Campaign(seed=5).told == ""
 
 

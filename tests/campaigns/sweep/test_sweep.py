@@ -158,7 +158,7 @@ def test_a_plan_is_proportional_to_what_was_measured(study_of: StudyOf, tmp_path
 
 
 def test_a_plan_without_a_sweep_says_what_to_do(study_of: StudyOf, tmp_path: Path):
-    with pytest.raises(RecordingError, match="Run `exograv sweep`"):
+    with pytest.raises(RecordingError, match="Run `exograv dev sweep`"):
         plan(study_of(count=4), tmp_path, [1], None)
 
 

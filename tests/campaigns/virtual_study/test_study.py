@@ -36,7 +36,7 @@ def test_a_folder_of_something_else_is_not_offered_for_resuming(tmp_path: Path):
 
 def test_two_commands_at_once_in_one_folder_are_one_too_many(tmp_path: Path):
     options = StudyOptions()
-    is_refused = pytest.raises(ConfigError, match="Another exograv simulate-study")
+    is_refused = pytest.raises(ConfigError, match="Another exograv study simulate")
     with out_folder(tmp_path / "s", options, (), resume=False), is_refused:
         begin(tmp_path / "s", resume=True)
     with out_folder(tmp_path / "s", options, (), resume=True) as study:

@@ -263,7 +263,7 @@ def test_an_arm_longer_than_a_machine_of_fixed_length_strains_its_loops(tmp_path
 def test_a_folder_without_a_rig_file_is_told_how_to_get_one(tmp_path: Path):
     result = check(tmp_path, tmp_path)
     assert not result["ok"]
-    assert "has no rig.toml. `exograv new-rig URDF` writes one" in result["problems"][0]
+    assert "has no rig.toml. `exograv rig new URDF` writes one" in result["problems"][0]
 
 
 def test_a_name_that_is_none_is_refused():

@@ -59,4 +59,4 @@ def test_a_file_that_is_no_former_result_is_refused_with_what_to_give(tmp_path: 
     file.write_text(text)
     with pytest.raises(ConfigError, match=said) as error:
         read_former(file, "two")
-    assert "exograv verify --json" in str(error.value)
+    assert "exograv arm verify --json" in str(error.value)

@@ -70,7 +70,7 @@ def row(method: str, **more: Any) -> MethodFigures:
 
 
 def result(rows: list[MethodFigures]) -> BenchmarkSummary:
-    """Figures as `exograv benchmark-identification` gives them."""
+    """Figures as `exograv dev benchmark-identification` gives them."""
     ratio = PairedRatio("open_loop", 2, "harmonic", "recursive", "gradient", "target", 0.25, (0.1, None), 3, 3, 0, 0, 0)
     won = Winner("recursive", "time to target", 12.0, ["ekf"], ["oracle"])
     ratios = [ratio, replace(ratio, ratio_of_medians=0.0), replace(ratio, ratio_of_medians=None)]

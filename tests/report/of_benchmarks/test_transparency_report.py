@@ -19,7 +19,7 @@ JOINTS = ["flexion", "abduction", "rotation", "elbow"]
 
 
 def made_up(profile: str, left: float) -> MachineTransparency:
-    """Figures as `exograv transparency` gives them."""
+    """Figures as `exograv dev transparency` gives them."""
     sizes = [10.0, 4.0, 4.0 * left, 3.0 * left, 2.0 * left, 1.0 * left]
     conditions = {}
     for name, size in zip(CONDITIONS, sizes, strict=True):

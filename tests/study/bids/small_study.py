@@ -71,7 +71,7 @@ def write_recording(
         "title": "Made up",
         "side": "right",
         "seed": seed,
-        "command": "exograv train --simulate",
+        "command": "exograv run train --simulate",
         "versions": {"exograv": "0.1.0"},
         "settings": {"protocol": {"name": protocol, "exo": "active", "windows": {"count": 1}}},
     }

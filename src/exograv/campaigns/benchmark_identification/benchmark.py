@@ -1,4 +1,4 @@
-"""`exograv benchmark-identification`: all runs, and the figures computed from them."""
+"""`exograv dev benchmark-identification`: all runs, and the figures computed from them."""
 
 import time
 from collections.abc import Sequence
@@ -42,7 +42,7 @@ Group = tuple[str, int, str, str | None, str | None, bool]
 
 @dataclass(frozen=True)
 class BenchmarkResult:
-    """Result of `exograv benchmark-identification`."""
+    """Result of `exograv dev benchmark-identification`."""
 
     summary: BenchmarkSummary = field(metadata=MERGED)
     options: BenchmarkOptions

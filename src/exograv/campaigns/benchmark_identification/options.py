@@ -54,7 +54,7 @@ def _known(text: str, option: str, known: Sequence[str]) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class BenchmarkOptions(Options):
-    """Options of `exograv benchmark-identification`."""
+    """Options of `exograv dev benchmark-identification`."""
 
     wearers: Annotated[int, Within(0, 1000)] = 3
     """Number of wearers in closed loop, where the estimate drives the arm (finalists only)."""

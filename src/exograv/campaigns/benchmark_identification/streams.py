@@ -96,7 +96,7 @@ class Calibrated:
 
 
 def calibrate(case: Case, progress: Progress) -> Calibrated:
-    """Calibrate the empty machine of a case at its nominal lengths, as `exograv calibrate` does.
+    """Calibrate the empty machine of a case at its nominal lengths, as `exograv rig calibrate` does.
 
     Raises:
         ExogravError: The machine was refused or stopped.

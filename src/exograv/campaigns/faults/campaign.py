@@ -38,7 +38,7 @@ LOST = (
 
 @dataclass(frozen=True)
 class Campaign(FaultOptions):
-    """Scenarios of `exograv faults`, and the folder that keeps their verdicts."""
+    """Scenarios of `exograv dev faults`, and the folder that keeps their verdicts."""
 
     out: Path | None = None
     """Folder for the verdicts, written as they are reached; without a folder they are not kept."""

@@ -83,7 +83,7 @@ class World(Protocol):
         ...
 
     def at_bench(self, word: str, joint: int | None = None, number: float | None = None) -> None:
-        """Obey a command of the simulated drives' bench (`exograv drive-sim`, help)."""
+        """Obey a command of the simulated drives' bench (`exograv dev drive-sim`, help)."""
         ...
 
     def is_silent(self) -> None:

@@ -175,7 +175,7 @@ class ScenarioFigures:
 
 @dataclass(frozen=True)
 class CampaignFigures:
-    """Result of `exograv faults`."""
+    """Result of `exograv dev faults`."""
 
     ok: bool
     scenarios: int

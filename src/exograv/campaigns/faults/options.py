@@ -13,7 +13,7 @@ STRIKES_MAX = 60
 
 @dataclass(frozen=True)
 class FaultOptions(Options):
-    """Options of `exograv faults`."""
+    """Options of `exograv dev faults`."""
 
     scenarios: Annotated[int, Within(1)] = 200
     """Number of scenarios; each takes half a second of processor time."""

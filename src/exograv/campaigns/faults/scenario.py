@@ -62,7 +62,8 @@ class Scenario:
     @property
     def command(self) -> str:
         """Command line that replays the scenario."""
-        return f"exograv faults --seed {self.campaign}{self.options} --replay '{self.number}:{'+'.join(self.faults)}'"
+        replay = f"{self.number}:{'+'.join(self.faults)}"
+        return f"exograv dev faults --seed {self.campaign}{self.options} --replay '{replay}'"
 
 
 @dataclass(frozen=True)

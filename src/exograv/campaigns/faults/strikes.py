@@ -84,7 +84,7 @@ def _slow_disk(running: Running) -> None:
 
 
 def _full_disk(running: Running) -> None:
-    import resource  # Available on Linux only, as `exograv live` is.
+    import resource  # Available on Linux only, as `exograv run live` is.
 
     size = running.recorder.path.stat().st_size + FULL_BYTES
     _, hard = resource.prlimit(running.recorder.pid, resource.RLIMIT_FSIZE)

@@ -133,7 +133,7 @@ def _result(run: MethodRun) -> IdentifyResult:
 
 IDENTIFY = TaskKind(
     "identify",
-    "One method identifies one wearer, as in `exograv benchmark-identification`.",
+    "One method identifies one wearer, as in `exograv dev benchmark-identification`.",
     IdentifyGrid,
     IdentifyTask,
     IdentifyResult,

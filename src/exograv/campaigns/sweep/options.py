@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SweepOptions(Options):
-    """Options of the workers of `exograv sweep`."""
+    """Options of the workers of `exograv dev sweep`."""
 
     workers: Annotated[int, Within(1, 1024)] = 1
     """Number of processes of this computer."""

@@ -1,4 +1,4 @@
-"""Task kind `participants`: flight touches of one virtual participant after a training (`exograv simulate-study`)."""
+"""Task kind `participants`: flight touches of one virtual participant after a training (`exograv study simulate`)."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

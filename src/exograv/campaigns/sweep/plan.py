@@ -60,7 +60,7 @@ def plan(study: Study, folder: Path, workers: Sequence[int], price: float | None
     try:
         rows, size = pq.read_table(times), table.stat().st_size
     except (OSError, pa.ArrowException) as error:
-        raise RecordingError(f"{times} cannot be read. Run `exograv sweep` with this --out first.") from error
+        raise RecordingError(f"{times} cannot be read. Run `exograv dev sweep` with this --out first.") from error
     kind = (rows.schema.metadata or {}).get(b"exograv_sweep_kind", b"").decode()
     if kind != study.kind.name or not len(rows):
         raise RecordingError(

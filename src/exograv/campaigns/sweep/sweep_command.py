@@ -1,4 +1,4 @@
-"""`exograv sweep`: run the remaining tasks. Several workers may do so, and finished tasks survive an interruption."""
+"""`exograv dev sweep`: run the remaining tasks. Several workers may do so. Finished tasks survive an interruption."""
 
 import time
 from collections import Counter, deque
@@ -104,7 +104,7 @@ def _time(seconds: float) -> str:
 
 @dataclass(frozen=True)
 class SweepResult:
-    """Result of `exograv sweep`."""
+    """Result of `exograv dev sweep`."""
 
     tasks: int
     done: int

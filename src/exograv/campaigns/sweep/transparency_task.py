@@ -1,4 +1,4 @@
-"""Task kind `transparency`: muscle effort of one movement in six conditions, as in `exograv transparency`."""
+"""Task kind `transparency`: muscle effort of one movement in six conditions, as in `exograv dev transparency`."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, make_dataclass

@@ -23,7 +23,7 @@ def _names(text: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class StudyOptions(Options):
-    """Options of `exograv simulate-study` that its figures depend on."""
+    """Options of `exograv study simulate` that its figures depend on."""
 
     participants: Annotated[tuple[int, int], pair("--participants")] = (3, 3)
     """Numbers of trained and of untrained people."""
@@ -101,7 +101,7 @@ class StudyOptions(Options):
 
 @dataclass(frozen=True)
 class WorkOptions(Options):
-    """Options of `exograv simulate-study` that do not affect its figures."""
+    """Options of `exograv study simulate` that do not affect its figures."""
 
     processes: Processes = 2
     """Number of parallel processes; figures do not depend on it."""

@@ -37,7 +37,7 @@ def out_folder(folder: Path, options: StudyOptions, everybody: Sequence[Career],
             f"{error.filename or folder} cannot be read or made: {error.strerror}. Give another --out, or check the "
             "folder's owner."
         ) from error
-    busy = f"Another exograv simulate-study uses {folder}. Wait until it has ended, or give another --out."
+    busy = f"Another exograv study simulate uses {folder}. Wait until it has ended, or give another --out."
     with locked(folder, busy):
         yield StudyFolder(folder / STUDY) if resume else _begin(folder, options, everybody)
 

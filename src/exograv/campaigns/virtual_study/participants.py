@@ -186,7 +186,7 @@ class ParticipantSimulation:
             "participant_model": habits,
             "condition": self._career.condition_name,
         }
-        command, hashes = "exograv simulate-study --simulate", {"protocol": loaded.sha256}
+        command, hashes = "exograv study simulate --simulate", {"protocol": loaded.sha256}
         return run_settings(stage.laboratory, command, self._options.level, seed, settings, hashes)
 
     def _tell(self, _text: str, share: float) -> None:

@@ -1,7 +1,7 @@
 """Fast simulation of one session of a virtual person: the twin runs while the person moves, and rests are skipped.
 
-Control step, guard, task, screen and aircraft are those of `exograv train`. A machine without motors takes no control
-step: it gets no torque, so there is nothing to limit.
+Control step, guard, task, screen and aircraft are those of `exograv run train`. A machine without motors takes no
+control step: it gets no torque, so there is nothing to limit.
 """
 
 import math

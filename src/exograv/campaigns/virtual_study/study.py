@@ -1,4 +1,4 @@
-"""`exograv simulate-study`: sessions and flights of all people, the study's folder, its report, and the page."""
+"""`exograv study simulate`: sessions and flights of all people, the study's folder, its report, and the page."""
 
 import os
 import random
@@ -52,7 +52,7 @@ class TimeSpent:
 
 @dataclass(frozen=True)
 class VirtualStudyResult:
-    """Result of `exograv simulate-study`."""
+    """Result of `exograv study simulate`."""
 
     outcome: StudyOutcome = field(metadata=MERGED)
     sensitivity: Sequence[SensitivityPoint]

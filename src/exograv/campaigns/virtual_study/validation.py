@@ -74,7 +74,7 @@ class ValidatedPerson:
 
 @dataclass(frozen=True)
 class ValidationResult:
-    """Result of `exograv validate-participant`."""
+    """Result of `exograv dev validate-participant`."""
 
     simulated: bool = field(default=True, init=False)
     people: int

@@ -1,4 +1,4 @@
-"""Command `exograv calibrate` and the table of its result."""
+"""Command `exograv rig calibrate` and the table of its result."""
 
 from typing import TYPE_CHECKING
 

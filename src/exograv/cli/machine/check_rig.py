@@ -1,4 +1,4 @@
-"""Command `exograv check-rig` and the printout of its result."""
+"""Command `exograv rig check` and the printout of its result."""
 
 from typing import TYPE_CHECKING, Any
 

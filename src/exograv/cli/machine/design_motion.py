@@ -1,4 +1,4 @@
-"""Command `exograv design-motion` and the table of its result."""
+"""Command `exograv rig motion` and the table of its result."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING

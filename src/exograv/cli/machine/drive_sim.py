@@ -1,4 +1,4 @@
-"""Command `exograv drive-sim`."""
+"""Command `exograv dev drive-sim`."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Command `exograv export-urdf`."""
+"""Command `exograv rig export`."""
 
 from typing import TYPE_CHECKING
 

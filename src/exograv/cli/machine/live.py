@@ -1,4 +1,4 @@
-"""Command `exograv live` and the printout of its result."""
+"""Command `exograv run live` and the printout of its result."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Command `exograv new-rig`."""
+"""Command `exograv rig new`."""
 
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,6 @@ def run_new_rig(options: NewRigOptions) -> "NewRig":
         print(f"line {question.line}, {question.key}: {question.comment}")
     print(
         f"{result.folder}: rig.toml for {len(result.joints)} joints, with {len(result.questions)} questions. "
-        f"Answer them there, then run `exograv check-rig {result.folder}`."
+        f"Answer them there, then run `exograv rig check {result.folder}`."
     )
     return result

@@ -1,4 +1,4 @@
-"""Command `exograv rig-test` and the table of its result."""
+"""Command `exograv rig test` and the table of its result."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Command `exograv self-test` and the table of its result."""
+"""Command `exograv rig self-test` and the table of its result."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Command `exograv aircraft`."""
+"""Command `exograv data aircraft`."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Aircraft:
-    """Options of `exograv aircraft`."""
+    """Options of `exograv data aircraft`."""
 
     what: tyro.conf.Positional[Literal["listen", "emulate"]] = "listen"
     """Listen to the data and show when windows open, or send an emulated flight."""

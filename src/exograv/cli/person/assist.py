@@ -1,4 +1,4 @@
-"""Command `exograv assist`."""
+"""Command `exograv run assist`."""
 
 import sys
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Command `exograv console`."""
+"""Command `exograv run console`."""
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated

@@ -1,4 +1,4 @@
-"""Commands `exograv demo` and `exograv identify`."""
+"""Commands `exograv demo` and `exograv arm identify`."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING

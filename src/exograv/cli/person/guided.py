@@ -1,4 +1,4 @@
-"""Commands `exograv teach`, `exograv repeat` and `exograv mirror`: guided motion of an arm."""
+"""Commands `exograv run teach`, `exograv run repeat` and `exograv run mirror`: guided motion of an arm."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,7 +31,7 @@ class TaughtPath:
     """Path to repeat."""
 
     path: Path = Path("out/path.toml")
-    """File that `exograv teach` wrote."""
+    """File that `exograv run teach` wrote."""
 
     code: str | None = None
     """Code of the participant, if the path was taught with one. A path of another participant is refused."""
@@ -49,7 +49,7 @@ def run_teach_command(options: GuidedOptions, new: NewPath, common: OutFolder) -
     found = result.found
     slower = f", {found.stretched:.1f} times slower than the therapist moved" if found.stretched > 1.0 else ""
     print(f"A path of {found.seconds:.1f} s{slower}: {found.path}")
-    print("Repeat it with: exograv repeat --simulate --path", found.path)
+    print("Repeat it with: exograv run repeat --simulate --path", found.path)
     return result
 
 

@@ -1,4 +1,4 @@
-"""Command `exograv support-level`."""
+"""Command `exograv run support-level`."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Command `exograv train` and the printout of its result."""
+"""Command `exograv run train` and the printout of its result."""
 
 import sys
 from dataclasses import dataclass

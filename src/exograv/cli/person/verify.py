@@ -1,4 +1,4 @@
-"""Command `exograv verify` and the table of its result."""
+"""Command `exograv arm verify` and the table of its result."""
 
 from typing import TYPE_CHECKING
 

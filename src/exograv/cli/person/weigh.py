@@ -1,4 +1,4 @@
-"""Command `exograv weigh` and the table of its result."""
+"""Command `exograv arm weigh` and the table of its result."""
 
 from typing import TYPE_CHECKING
 

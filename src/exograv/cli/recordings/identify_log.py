@@ -1,4 +1,4 @@
-"""Command `exograv identify-log`."""
+"""Command `exograv arm identify-log`."""
 
 from typing import TYPE_CHECKING
 

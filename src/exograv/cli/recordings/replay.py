@@ -1,4 +1,4 @@
-"""Command `exograv replay` and the table of its result."""
+"""Command `exograv data replay` and the table of its result."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,7 +25,7 @@ class Recording:
     """Recording to replay."""
 
     file: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
-    """Recording of `exograv demo`, `exograv identify` or `exograv live` (.mcap)."""
+    """Recording of `exograv demo`, `exograv arm identify` or `exograv run live` (.mcap)."""
 
 
 def run_replay_command(recording: Recording, options: InsteadOptions, common: OutFolder) -> "ReplayResult":

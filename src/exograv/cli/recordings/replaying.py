@@ -90,7 +90,7 @@ class ReplayFigures:
 
 @dataclass(frozen=True)
 class ReplayResult:
-    """Result of `exograv replay`."""
+    """Result of `exograv data replay`."""
 
     figures: ReplayFigures = field(metadata=MERGED)
     figure: Path | None

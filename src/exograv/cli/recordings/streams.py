@@ -1,4 +1,4 @@
-"""Command `exograv streams`."""
+"""Command `exograv data streams`."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Streams:
-    """Options of `exograv streams`."""
+    """Options of `exograv data streams`."""
 
     record: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="NAME")] = ()
     """Record the stream with this name, or all streams of this type. Can be repeated."""

@@ -1,4 +1,4 @@
-"""Command `exograv sync` and the table of its result."""
+"""Command `exograv data sync` and the table of its result."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Sync:
-    """Options of `exograv sync`."""
+    """Options of `exograv data sync`."""
 
     file: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
-    """Recording of `exograv live --record-stream` or `exograv streams --record` (.mcap)."""
+    """Recording of `exograv run live --record-stream` or `exograv data streams --record` (.mcap)."""
 
 
 @dataclass(frozen=True)
 class SyncShown:
-    """Result of `exograv sync`."""
+    """Result of `exograv data sync`."""
 
     found: "SyncResult" = field(metadata=MERGED)
     figure: Path

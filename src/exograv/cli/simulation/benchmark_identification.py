@@ -1,4 +1,4 @@
-"""Command `exograv benchmark-identification` and the tables of its result."""
+"""Command `exograv dev benchmark-identification` and the tables of its result."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Command `exograv faults` and the table of its result."""
+"""Command `exograv dev faults` and the table of its result."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any

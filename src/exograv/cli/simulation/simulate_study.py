@@ -1,4 +1,4 @@
-"""Command `exograv simulate-study` and the table of its result."""
+"""Command `exograv study simulate` and the table of its result."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Command `exograv sweep` and the tables of its result."""
+"""Command `exograv dev sweep` and the tables of its result."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -51,7 +51,7 @@ def run_sweep_command(asked: SweepPlan, options: SweepOptions, common: OutFolder
     )
     with bars() as progress:
         result = run_sweep(study, options, common.out, progress)
-    _show(result, f"exograv sweep {asked.study} --out {common.out}")
+    _show(result, f"exograv dev sweep {asked.study} --out {common.out}")
     if result.interrupted:
         if common.json is not None:
             write_json(common.json, json_value(result))

@@ -1,4 +1,4 @@
-"""Command `exograv transparency` and the table of its result."""
+"""Command `exograv dev transparency` and the table of its result."""
 
 from typing import TYPE_CHECKING
 

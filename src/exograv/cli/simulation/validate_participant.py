@@ -1,4 +1,4 @@
-"""Command `exograv validate-participant` and the table of its result."""
+"""Command `exograv dev validate-participant` and the table of its result."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,7 +25,7 @@ class ValidationOptions:
 
 @dataclass(frozen=True)
 class ValidationShown:
-    """Result of `exograv validate-participant`."""
+    """Result of `exograv dev validate-participant`."""
 
     found: "ValidationResult" = field(metadata=MERGED)
     picture: Path

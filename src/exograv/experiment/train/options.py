@@ -22,7 +22,7 @@ from exograv.options import (
 
 @dataclass(frozen=True)
 class TrainOptions(Options):
-    """Options of `exograv train`."""
+    """Options of `exograv run train`."""
 
     protocol: str = "training"
     """`training`, `familiarisation`, `flight`, or the path of a protocol of your own."""

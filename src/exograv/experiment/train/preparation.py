@@ -133,7 +133,7 @@ def tested_machine(
     if failed:
         raise RigError(
             f"The self-test has failed: {failed[0].name}. {failed[0].what_to_do} Nobody may be in this machine before "
-            "`exograv self-test` passes."
+            "`exograv rig self-test` passes."
         )
     return replace(known, t=known.t + busy_s), SelfTestPassed(True, len(steps))
 

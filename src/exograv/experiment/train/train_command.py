@@ -1,4 +1,4 @@
-"""`exograv train --simulate`: from the empty machine to the last window, in lock-step and from one seed."""
+"""`exograv run train --simulate`: from the empty machine to the last window, in lock-step and from one seed."""
 
 import time
 from dataclasses import dataclass, field, replace
@@ -51,7 +51,7 @@ AWAY_S = 300.0
 
 @dataclass(frozen=True)
 class TrainResult:
-    """Result of `exograv train`."""
+    """Result of `exograv run train`."""
 
     protocol: str
     participant: str
@@ -281,7 +281,7 @@ class _Training:
         hashes = {"protocol": asked.loaded.sha256}
         if asked.allocation_sha256 is not None:
             hashes["allocation"] = asked.allocation_sha256
-        command = "exograv train --simulate"
+        command = "exograv run train --simulate"
         return run_settings(self._laboratory, command, options.level, options.seed, settings, hashes)
 
 

@@ -1,4 +1,4 @@
-"""`exograv assist --simulate`: one session of a virtual person, from the file that keeps where the last one ended."""
+"""`exograv run assist --simulate`: session of a virtual person, from the file that the last session wrote."""
 
 import time
 from collections.abc import Callable
@@ -52,7 +52,7 @@ class AssistFigures:
 
 @dataclass(frozen=True)
 class AssistResult:
-    """Result of `exograv assist`."""
+    """Result of `exograv run assist`."""
 
     found: AssistFigures = field(metadata=MERGED)
     file: Path
@@ -151,5 +151,5 @@ def _settings(
         "options": options.kept | {"participant": options.participant, "session": session.number},
         "protocol": loaded.settings,
     }
-    command, hashes = "exograv assist --simulate", {"protocol": loaded.sha256}
+    command, hashes = "exograv run assist --simulate", {"protocol": loaded.sha256}
     return run_settings(one.laboratory, command, options.level, options.seed, settings, hashes)

@@ -13,7 +13,7 @@ SEED_OF_SESSION = 10_000
 
 @dataclass(frozen=True)
 class AssistOptions(Options):
-    """Options of `exograv assist`."""
+    """Options of `exograv run assist`."""
 
     participant: Annotated[str, PersonCode("Give the code that stands for the person, such as P-07.")] = ""
     """Code that stands for the person, such as P-07, never a name."""
@@ -34,8 +34,9 @@ class AssistOptions(Options):
     gain: Annotated[float, Within(0.0, 2.0, "0 (stays as weak) to 2.")] = 0.15
     """By which share the virtual person is stronger from session to session."""
 
-    needed_percent: Annotated[float | None, Within(0.0, 100.0, "0 to 100, as `exograv support-level` found it.")] = None
-    """Support that a test has found (`exograv support-level`); without it the first session begins fully supported."""
+    needed_percent: Annotated[float | None, Within(0.0, 100.0, "0 to 100, as `run support-level` found it.")] = None
+    """Support that a test has found (`exograv run support-level`); without it the first session begins at full
+    support."""
 
     new_session: bool = False
     """Leave a session that was broken off as it is, and begin another one."""

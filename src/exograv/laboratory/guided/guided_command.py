@@ -67,7 +67,7 @@ Found = TypeVar("Found")
 
 @dataclass(frozen=True)
 class GuidedResult(Generic[Found]):
-    """Result of `exograv teach`, `repeat` or `mirror`."""
+    """Result of `exograv run teach`, `repeat` or `mirror`."""
 
     found: Found = field(metadata=MERGED)
     lead: ArmSide | None = field(metadata=OPTIONAL)
@@ -91,7 +91,7 @@ def run_teach(
     """
     laboratory = _of_one_arm(options)
     recorded = folder / "teach.mcap"
-    with writer_of(recorded, options, laboratory, "exograv teach") as recording:
+    with writer_of(recorded, options, laboratory, "exograv run teach") as recording:
         known = preparing(laboratory, options.seed, progress)
         arm = floating_twin(laboratory, known, options.seed, recording, progress)
         start = laboratory.description.donning_posture
@@ -125,7 +125,7 @@ def run_repeat(
     laboratory = _of_one_arm(options)
     whole = read_taught(path, laboratory.description, code)
     recorded = folder / "repeat.mcap"
-    with writer_of(recorded, options, laboratory, "exograv repeat") as recording:
+    with writer_of(recorded, options, laboratory, "exograv run repeat") as recording:
         known = preparing(laboratory, options.seed, progress)
         arm = floating_twin(laboratory, known, options.seed, recording, progress)
         true_errors: list[np.ndarray] = []
@@ -164,7 +164,7 @@ def _of_one_arm(options: GuidedOptions) -> VirtualLaboratory:
     if len(laboratory.description.arm_sides) > 1:
         raise ConfigError(
             f"{options.rig} holds both arms, and nothing keeps the hands apart on the way to a path: a path is of one "
-            "arm. Choose a machine for one arm, or let one arm follow the other (exograv mirror)."
+            "arm. Choose a machine for one arm, or let one arm follow the other (exograv run mirror)."
         )
     return laboratory
 

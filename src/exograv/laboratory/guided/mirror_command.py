@@ -64,7 +64,7 @@ def run_mirror(
     description, assembly = laboratory.description, laboratory.assembly()
     which = MirrorMap.of(description, assembly.exo, options.lead)
     recorded = folder / "mirror.mcap"
-    with writer_of(recorded, options, laboratory, "exograv mirror") as recording:
+    with writer_of(recorded, options, laboratory, "exograv run mirror") as recording:
         known = preparing(laboratory, options.seed, progress)
         arms = floating_twin(laboratory, known, options.seed, recording, progress)
         twin = arms.rig

@@ -13,7 +13,7 @@ PersonKind = Literal["relaxed", "pauses", "overrules", "lets-go"]
 
 @dataclass(frozen=True)
 class GuidedOptions(TwinOptions):
-    """Options of `exograv teach`, and of what else leads an arm of the twin."""
+    """Options of `exograv run teach`, and of what else leads an arm of the twin."""
 
     rig: RigOption = "recupera_like_qdd"
 
@@ -31,7 +31,7 @@ class GuidedOptions(TwinOptions):
 
 @dataclass(frozen=True)
 class RepeatOptions(GuidedOptions):
-    """Options of `exograv repeat`."""
+    """Options of `exograv run repeat`."""
 
     speed: Annotated[float, Within(0.1, 1.0, "0.1 to 1, the speed of the path itself.")] = 1.0
     """Share of the path's own speed, 0.1 to 1."""
@@ -45,7 +45,7 @@ class RepeatOptions(GuidedOptions):
 
 @dataclass(frozen=True)
 class MirrorOptions(GuidedOptions):
-    """Options of `exograv mirror`."""
+    """Options of `exograv run mirror`."""
 
     rig: Annotated[str, tyro.conf.arg(help="Name of a machine for both arms, or path of its folder.")] = (
         "recupera_like_dual"

@@ -21,7 +21,7 @@ Synergy = Annotated[
 
 @dataclass(frozen=True)
 class SupportOptions(Options):
-    """Options of `exograv support-level` with a virtual person."""
+    """Options of `exograv run support-level` with a virtual person."""
 
     rig: RigOption = "recupera_like_qdd"
     side: OneSideOption = None

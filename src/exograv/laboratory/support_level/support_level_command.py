@@ -40,7 +40,7 @@ class VirtualSupport:
 
 @dataclass(frozen=True)
 class SupportResult:
-    """Result of `exograv support-level` for a virtual person."""
+    """Result of `exograv run support-level` for a virtual person."""
 
     found: VirtualSupport = field(metadata=MERGED)
     figure: Path
@@ -51,7 +51,7 @@ class SupportResult:
 
 @dataclass(frozen=True)
 class RecordedSupport:
-    """Result of `exograv support-level` for a recorded person."""
+    """Result of `exograv run support-level` for a recorded person."""
 
     outcome: SupportOutcome = field(metadata=MERGED)
     is_simulated: bool
@@ -131,4 +131,4 @@ def _settings(options: SupportOptions, one: WeakParticipant) -> RunSettings:
         "options": json_value(options) | {"person_file": None},
         "weakness": one.weakness,
     }
-    return run_settings(one.laboratory, "exograv support-level", options.level, options.seed, settings)
+    return run_settings(one.laboratory, "exograv run support-level", options.level, options.seed, settings)

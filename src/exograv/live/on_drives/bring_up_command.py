@@ -1,4 +1,4 @@
-"""Bring-up of a machine (`exograv rig-test`): steps in order of danger. None is optional; the first failure ends it."""
+"""Bring-up of a machine (`exograv rig test`): steps in order of danger. None is optional; the first failure ends it."""
 
 import contextlib
 from collections.abc import Callable

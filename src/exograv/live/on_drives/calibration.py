@@ -1,4 +1,4 @@
-"""Calibration of an empty machine on its bus (`exograv calibrate --drives`), after a passed bring-up."""
+"""Calibration of an empty machine on its bus (`exograv rig calibrate --drives`), after a passed bring-up."""
 
 import contextlib
 from collections.abc import Iterator, Mapping

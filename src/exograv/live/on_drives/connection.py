@@ -65,7 +65,7 @@ def drives_with_hands(
         description: Description of the machine.
         say: Function that shows a line to the operator of a real machine.
         what: Subject of the error message: the procedure that needs the operator.
-        simulation: Further options of `exograv drive-sim`.
+        simulation: Further options of `exograv dev drive-sim`.
         in_real_time: True if simulated drives have a clock of their own, instead of waiting for this process.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Live run on drives (`exograv live --drives`): the machine learns the wearer's arm live, then the arm floats."""
+"""Live run on drives (`exograv run live --drives`): the machine learns the wearer's arm live, then the arm floats."""
 
 import contextlib
 import sys

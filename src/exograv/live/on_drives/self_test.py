@@ -1,4 +1,4 @@
-"""Self-test of the empty machine on its bus (`exograv self-test --drives`)."""
+"""Self-test of the empty machine on its bus (`exograv rig self-test --drives`)."""
 
 import contextlib
 from collections.abc import Iterator

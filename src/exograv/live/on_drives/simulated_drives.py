@@ -21,7 +21,7 @@ GREETING, DONE = "Simulated drives of", "done: "
 
 @contextlib.contextmanager
 def simulated_drives(bus: str, options: Sequence[str]) -> Iterator[Callable[[str], None]]:
-    """Run `exograv drive-sim` in another process; yield a function that performs one action at its bench.
+    """Run `exograv dev drive-sim` in another process; yield a function that performs one action at its bench.
 
     Raises:
         RigError: The process does not start, or does not perform an action; the message has its output.

@@ -1,4 +1,4 @@
-"""Verification on drives (`exograv verify --drives`): live identification, passes at unseen postures, verdict."""
+"""Verification on drives (`exograv arm verify --drives`): live identification, passes at unseen postures, verdict."""
 
 from dataclasses import fields
 from datetime import UTC, datetime
@@ -76,7 +76,7 @@ def _judged(run: FlownOnDrives, progress: Progress) -> VerificationResult:
         why = f"it stopped after {latches[0].at_s:.1f} s: {latches[0].cause}" if latches else "the run ended early."
         raise RigError(
             f"The machine did not lead the arm past all postures; {why} Recording until then: {run.flown.path}. After "
-            "a stop test the machine again (`exograv self-test`), then repeat."
+            "a stop test the machine again (`exograv rig self-test`), then repeat."
         )
     model = ArmModel(run.prepared.assembly, run.prepared.machine)
     return evaluate_passes(model, learned.estimate, asked.postures, passed.heard, passed.seconds, progress)

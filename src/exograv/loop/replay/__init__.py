@@ -1,1 +1,1 @@
-"""`exograv replay`: control and guard decide again on the measurements of a recording."""
+"""`exograv data replay`: control and guard decide again on the measurements of a recording."""

@@ -9,7 +9,7 @@ from exograv.options import Options, Within
 
 @dataclass(frozen=True)
 class InsteadOptions(Options):
-    """Options of `exograv replay` that take the place of something recorded."""
+    """Options of `exograv data replay` that take the place of something recorded."""
 
     rig: str | None = None
     """Machine for a what-if replay: its present files replace the recorded ones."""

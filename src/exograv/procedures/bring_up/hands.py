@@ -61,7 +61,7 @@ class KeyboardHands:
 
 
 class BenchHands:
-    """Test bench of simulated drives (`exograv drive-sim`), commanded by text lines."""
+    """Test bench of simulated drives (`exograv dev drive-sim`), commanded by text lines."""
 
     patience_s = 5.0
     lowers_s = 1.0

@@ -11,7 +11,7 @@ from exograv.rig.drives.simulated.address import free_port
 
 RATED_SHARE = 1.0 / 3.0  # continuous current as a share of the peak current, as in examples/drives
 
-HEAD = "# Simulated drives, written by exograv for `exograv drive-sim` and its clients.\n\n"
+HEAD = "# Simulated drives, written by exograv for `exograv dev drive-sim` and its clients.\n\n"
 COUNTS_PER_TURN, GEAR = 2**20, 25
 """Encoder resolution and gear ratio of simulated CAN drives. The encoders are fine enough that the twin's own
 resolution dominates."""

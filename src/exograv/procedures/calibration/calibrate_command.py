@@ -1,4 +1,4 @@
-"""`exograv calibrate`: calibrate an empty machine or check its friction again, store the file and the figures."""
+"""`exograv rig calibrate`: calibrate an empty machine or check its friction again, store the file and the figures."""
 
 import contextlib
 import time
@@ -25,7 +25,7 @@ TruthAt = Callable[[float], CalibrationTruth]
 
 @dataclass(frozen=True)
 class CalibrationResult:
-    """Result of `exograv calibrate`."""
+    """Result of `exograv rig calibrate`."""
 
     rig: str
     side: str

@@ -1,4 +1,4 @@
-"""Figures and warnings of a calibration, for `exograv calibrate --json`."""
+"""Figures and warnings of a calibration, for `exograv rig calibrate --json`."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

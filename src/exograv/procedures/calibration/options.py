@@ -9,7 +9,7 @@ from exograv.options import CalibratedOptions, DrivesFile, SegmentLengths
 
 @dataclass(frozen=True)
 class CalibrateOptions(CalibratedOptions):
-    """Options of `exograv calibrate`."""
+    """Options of `exograv rig calibrate`."""
 
     calibration: Path | None = None
     """File to keep the calibration in; calibration.toml in the folder of --out if none is named."""

@@ -31,7 +31,7 @@ STANDARD_PERIOD_S = 20.0
 
 @dataclass(frozen=True)
 class DesignFigures:
-    """Result of `exograv design-motion`."""
+    """Result of `exograv rig motion`."""
 
     rig: str
     joints: tuple[str, ...]

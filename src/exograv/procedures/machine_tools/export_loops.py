@@ -12,7 +12,7 @@ from exograv.model.personal import Personal
 from exograv.storage.participant_schema import StoredParticipant
 
 HEAD = """\
-# The closed loops between exo.urdf and arm.urdf, written by `exograv export-urdf` (docs/howto/participants.md).
+# The closed loops between exo.urdf and arm.urdf, written by `exograv rig export` (docs/howto/participants.md).
 # Lengths in m,
 # angles in rad, stiffness in N/m and N·m/rad. At rest the arm lies where its weight, its joints' elasticity and the
 # cuffs' energy balance; energy of a cuff = 1/2 sum(stiffness * e^2), e = displacement and sine of rotation from

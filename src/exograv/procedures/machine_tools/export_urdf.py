@@ -1,4 +1,4 @@
-"""`exograv export-urdf`: the personalised machine and arm as files for other tools."""
+"""`exograv rig export`: the personalised machine and arm as files for other tools."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ class Links:
 
 @dataclass(frozen=True)
 class ExportedMachine:
-    """Result of `exograv export-urdf`."""
+    """Result of `exograv rig export`."""
 
     code: str
     folder: Path

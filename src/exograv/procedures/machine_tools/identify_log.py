@@ -69,7 +69,7 @@ class LogRows:
 
 @dataclass(frozen=True)
 class LogResult:
-    """Result of `exograv identify-log`."""
+    """Result of `exograv arm identify-log`."""
 
     payload: PayloadFigures
     time_to_10pct_s: float | None

@@ -1,4 +1,4 @@
-"""`exograv new-rig`: folder of a user's machine, filled from its URDF, with a question for each other value."""
+"""`exograv rig new`: folder of a user's machine, filled from its URDF, with a question for each other value."""
 
 import re
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ PICTURES = re.compile(r"[ \t]*<(visual|collision)\b[^>]*?(?:/>|>.*?</\1\s*>)[ \t
 
 @dataclass(frozen=True)
 class NewRig:
-    """Result of `exograv new-rig`."""
+    """Result of `exograv rig new`."""
 
     folder: Path
     joints: tuple[str, ...]

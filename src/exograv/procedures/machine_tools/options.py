@@ -17,7 +17,7 @@ FASTEST_HZ = 0.6  # faster harmonics would be too near the sample filter's corne
 
 @dataclass(frozen=True)
 class NewRigOptions:
-    """Options of `exograv new-rig`."""
+    """Options of `exograv rig new`."""
 
     urdf: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
     """URDF of the machine. It is copied without its pictures and collision shapes."""
@@ -31,7 +31,7 @@ class NewRigOptions:
 
 @dataclass(frozen=True)
 class CheckOptions:
-    """Options of `exograv check-rig`."""
+    """Options of `exograv rig check`."""
 
     rig: Annotated[str, tyro.conf.Positional] = field(default=tyro.MISSING)
     """Folder with a rig.toml, or name of a machine (see `exograv rigs`)."""
@@ -51,7 +51,7 @@ class CheckOptions:
 
 @dataclass(frozen=True)
 class DesignOptions(Options):
-    """Options of `exograv design-motion`."""
+    """Options of `exograv rig motion`."""
 
     rig: tyro.conf.Positional[RigOption] = "recupera_like"
     side: SideOption = None
@@ -97,10 +97,10 @@ class DesignOptions(Options):
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """Options of `exograv export-urdf`."""
+    """Options of `exograv rig export`."""
 
     participant: Path = Path("participant.toml")
-    """File that `exograv identify --keep` has written."""
+    """File that `exograv arm identify --keep` has written."""
 
     calibration: Path | None = None
     """File calibration.toml of the machine, for its links; without it the links are those of its description."""
@@ -111,7 +111,7 @@ class ExportOptions:
 
 @dataclass(frozen=True)
 class LogOptions:
-    """Options of `exograv identify-log`."""
+    """Options of `exograv arm identify-log`."""
 
     log: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
     """Log with the payload: CSV with time [s], positions [rad], velocities [rad/s] and currents [A] only."""

@@ -11,8 +11,8 @@ from exograv.model.urdf_inference import ArmGuess, arms, place_of, side_of
 from exograv.options import Side
 
 HEAD = """\
-# {name}: written by `exograv new-rig` from {file}. Every "?" is a question: its comment explains the value.
-# `exograv check-rig {name}` lists open questions, then shows reach and heaviest arm of the machine.
+# {name}: written by `exograv rig new` from {file}. Every "?" is a question: its comment explains the value.
+# `exograv rig check {name}` lists open questions, then shows reach and heaviest arm of the machine.
 # Angles are in degrees, in the order of [[actuators]]; every other unit is in the name.
 name = {quoted}
 title = {title}
@@ -184,7 +184,7 @@ def _excitation(tree: Tree) -> str:
         for name, wave in (("sine", np.sin), ("cosine", np.cos))
     }
     return (
-        "# The motion that identifies the arm: proposed and small; exograv design-motion finds a better one.\n"
+        "# The motion that identifies the arm: proposed and small; exograv rig motion finds a better one.\n"
         f"[excitation]\nperiod_s = {PERIOD_S}\n"
         f'centre_deg = "?"  # {_angles(tree)}: middle of the task workspace\n'
         f"sine_deg = {toml_value(rows['sine'])}\ncosine_deg = {toml_value(rows['cosine'])}\n"

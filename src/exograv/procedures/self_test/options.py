@@ -12,10 +12,10 @@ from exograv.options import CalibratedOptions, DrivesFile
 
 @dataclass(frozen=True)
 class SelfTestOptions(CalibratedOptions):
-    """Options of `exograv self-test`."""
+    """Options of `exograv rig self-test`."""
 
     calibration: Path | None = None
-    """Calibration of this machine (`exograv calibrate`); calibration.toml in the folder of --out if none is named."""
+    """Calibration of this machine (`exograv rig calibrate`); calibration.toml in the folder of --out if absent."""
 
     worn: bool = False
     """Also weigh the arm in the machine, and compare with the form, after the other steps."""

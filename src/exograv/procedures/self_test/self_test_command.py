@@ -1,4 +1,4 @@
-"""`exograv self-test`: test the computer, the empty machine and, on request, the arm in it; unlock the machine."""
+"""`exograv rig self-test`: test the computer, the empty machine and, on request, the arm in it; unlock the machine."""
 
 import contextlib
 import time

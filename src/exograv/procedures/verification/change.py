@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 
 from exograv.errors import ConfigError
 
-GIVE = "Give a file that `exograv verify --json` has written for this machine, with the same --seed."
+GIVE = "Give a file that `exograv arm verify --json` has written for this machine, with the same --seed."
 CHANCE = 0.05
 """Probability of a false change, over all joints together [-]."""
 

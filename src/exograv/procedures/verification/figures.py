@@ -51,7 +51,7 @@ class VerifiedIdentification:
 
 @dataclass(frozen=True)
 class VerifyResult:
-    """Result of `exograv verify`."""
+    """Result of `exograv arm verify`."""
 
     rig: str
     disturbance_level: int | None

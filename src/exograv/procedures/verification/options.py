@@ -14,11 +14,11 @@ LATER_MAX_MIN = 240.0
 
 @dataclass(frozen=True)
 class VerifyOptions(WornOptions):
-    """Options of `exograv verify`."""
+    """Options of `exograv arm verify`."""
 
     calibration: Path | None = None
-    """Calibration of this machine (`exograv calibrate`); without it the twin is calibrated first. On drives it is the
-    calibration.toml in the folder of --out.
+    """Calibration of this machine (`exograv rig calibrate`); without it the twin is calibrated first. On drives it is
+    the calibration.toml in the folder of --out.
     """
 
     before: Path | None = None

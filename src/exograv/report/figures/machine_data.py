@@ -1,4 +1,4 @@
-"""A machine and the arm in it, as the picture of `exograv check-rig` shows them: points in the base frame."""
+"""A machine and the arm in it, as the picture of `exograv rig check` shows them: points in the base frame."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

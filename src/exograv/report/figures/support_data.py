@@ -1,4 +1,4 @@
-"""Result of a test of support: what the figure draws and what `exograv support-level --json` writes."""
+"""Result of a test of support: what the figure draws and what `exograv run support-level --json` writes."""
 
 from dataclasses import dataclass
 

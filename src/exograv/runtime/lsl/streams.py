@@ -84,7 +84,7 @@ def choose(wanted: Sequence[str], within_s: float) -> list[FoundStream]:
             seen = "; ".join(f"{one.name} ({one.type}, {one.host})" for one in there) or "none"
             raise ConfigError(
                 f"No stream has the name or type {missing}, after {within_s:g} s. Streams there: {seen}. "
-                "Start the device's program, or give another name; `exograv streams` shows what is there."
+                "Start the device's program, or give another name; `exograv data streams` shows what is there."
             )
 
 

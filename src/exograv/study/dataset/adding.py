@@ -28,7 +28,7 @@ from .who import same_person
 
 BUILT_IN = ("training", "familiarisation", "flight")
 FIRST_WINDOWS = re.compile(r"-first-\d{1,3}$")
-"""What `exograv train --windows` puts behind a protocol's name."""
+"""What `exograv run train --windows` puts behind a protocol's name."""
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from .findings import Interval, MixedFit
 
 CAVEAT = (
     "Wald's p takes the standard deviation between people as known. With 3 against 3 people it sees a difference where "
-    "there is none in 11 to 15 % of studies in place of 5 (docs/explanation/study_statistics.md), and this software has "
-    "no Kenward-Roger correction: do not quote it as a test."
+    "there is none in 11 to 15 % of studies in place of 5 (docs/explanation/study_statistics.md), and this software "
+    "has no Kenward-Roger correction: do not quote it as a test."
 )
 METHODS = ("bfgs", "powell")
 """Both are tried, the likelier fit is kept. Not `lbfgs`: of statsmodels 0.15.0 it ends at zeros, called converged."""

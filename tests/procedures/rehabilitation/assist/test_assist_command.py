@@ -21,7 +21,7 @@ from .weak import Weak
 
 WORDS = AssistTexts("en", {"en": SENTENCES, "de": said_in("de")})
 OPTIONS = AssistOptions("P-07", seed=1000)
-SETTINGS = {"rig": "recupera_like_qdd", "side": "right", "command": "exograv assist --simulate", "seed": 1000,
+SETTINGS = {"rig": "recupera_like_qdd", "side": "right", "command": "exograv run assist --simulate", "seed": 1000,
             "disturbance_level": 2}  # fmt: skip
 
 

@@ -97,5 +97,5 @@ def test_what_is_no_path_is_refused_with_what_to_do(file: Path, content: str):
 
 
 def test_a_path_that_is_not_there_is_refused_with_what_to_do(file: Path):
-    with pytest.raises(ConfigError, match="Give the file that `exograv teach` wrote"):
+    with pytest.raises(ConfigError, match="Give the file that `exograv run teach` wrote"):
         read_taught(file.with_name("other.toml"), RIG, CODE)

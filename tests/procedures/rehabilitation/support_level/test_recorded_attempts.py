@@ -16,7 +16,7 @@ PLACE = [0.5, -0.2, 0.3]
 SETTINGS = {
     "rig": "recupera_like_qdd",
     "side": "right",
-    "command": "exograv support-level",
+    "command": "exograv run support-level",
     "disturbance_level": 2,
     "seed": 1000,
 }

@@ -1,4 +1,4 @@
-"""`exograv check-rig`: mistakes in a machine's files, support by its cuffs, reach, and largest arm that it carries."""
+"""`exograv rig check`: mistakes in a machine's files, support by its cuffs, reach, and largest arm that it carries."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Result of `exograv check-rig`."""
+"""Result of `exograv rig check`."""
 
 from dataclasses import dataclass, field
 from pathlib import Path

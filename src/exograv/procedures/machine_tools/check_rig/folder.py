@@ -58,7 +58,7 @@ def read_trees(files: list[Path], findings: CheckFindings) -> dict[str, Tree]:
 def _data(folder: Path, findings: CheckFindings) -> dict[str, Any]:
     path = folder / "rig.toml"
     if not path.is_file():
-        findings.problem(f"{folder} has no rig.toml. `exograv new-rig URDF` writes one with all required entries.")
+        findings.problem(f"{folder} has no rig.toml. `exograv rig new URDF` writes one with all required entries.")
         return {}
     try:
         text = path.read_text(encoding="utf-8")

@@ -155,7 +155,7 @@ def refuse_quick(path: Trajectory, description: RigDescription, exo: Tree) -> No
         if most[joint] > QUICKER * limit:
             raise ConfigError(
                 f"The path cannot be repeated: {description.joints[joint]} would move with {most[joint]:.2f} {unit}; "
-                f"allowed: {limit:.2f}. Teach it again: `exograv teach` slows a path that is too fast."
+                f"allowed: {limit:.2f}. Teach it again: `exograv run teach` slows a path that is too fast."
             )
 
 

@@ -17,7 +17,7 @@ SUPPORTS_LEAST = 2
 WHAT_IT_TAKES = (
     "A recording for this holds, for each attempt, two messages on /task of kind reach_began (with target, targets, "
     "support as a share of the arm's weight, and place_m in the base frame) and reach_ended, and /skeleton between "
-    "them, with at least two different supports; `exograv support-level` writes such recordings "
+    "them, with at least two different supports; `exograv run support-level` writes such recordings "
     "(docs/howto/support_level.md)."
 )
 
