@@ -45,9 +45,8 @@ torque goes through the guard. Where ticks are missing, filters start again, and
 that was cut or damaged is replayed up to its last good record.
 
 With an option, the same ticks are decided as with another person (a file of `exograv arm identify --keep`, from the
-first
-tick on), calibration, felt weight or machine. The arm's different response is not simulated, and its motors are assumed
-to follow their commands of this replay. Recordings before version 3 do not hold the inputs of control.
+first tick on), calibration, felt weight or machine. The arm's different response is not simulated, and its motors are
+assumed to follow their commands of this replay. Recordings before version 3 do not hold the inputs of control.
 """
 
 

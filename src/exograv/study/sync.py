@@ -152,8 +152,8 @@ def sync_figures(recording: Recording) -> SyncResult:
     """
     if not recording.streams:
         raise RecordingError(
-            f"{recording.path} holds no stream of another device. Record one with `exograv run live --record-stream
-            NAME` " "or `exograv data streams --record NAME`."
+            f"{recording.path} holds no stream of another device. Record one with "
+            "`exograv run live --record-stream NAME` or `exograv data streams --record NAME`."
         )
     streams = [stream_figures(stream) for stream in recording.streams]
     return SyncResult(recording.path, recording.remark, _robot(recording), streams)
