@@ -112,8 +112,10 @@ def test_every_make_command_of_the_readme_exists():
 
 
 def test_every_link_of_the_documentation_leads_somewhere():
-    pages = [ROOT / "README.md", *sorted((ROOT / "docs").glob("**/*.md"))]
+    pages = [ROOT / "README.md", *sorted((ROOT / "docs").glob("[!_]*/*.md")), *sorted((ROOT / "docs").glob("*.md"))]
     links = [(page, link) for page in pages for link in re.findall(r"\]\(([^)#\s]+)", visible(page)) if ":" not in link]
+    # `make docs` writes the generated pages, and finds links to pages that it does not write.
+    links = [(page, link) for page, link in links if "generated/" not in link]
     assert [f"{page.name}: {link}" for page, link in links if not (page.parent / link).exists()] == []
 
 
