@@ -56,7 +56,7 @@ class Outcome(enum.Enum):
     """Outcome of an identification; the value is a sentence for the operator."""
 
     RUNNING = "The identification is still running."
-    CONVERGED = "The arm is identified: the predicted left over is within its target."
+    CONVERGED = "Estimate converged: the predicted left over is within its target."
     EXHAUSTED = "More of this motion would add little: the next 10 s improve the prediction by less than 5 %."
     TIME_IS_UP = "The motion ended before the target was reached. Run a longer one."
     NOT_EXCITED = "The joints moved too little to determine the arm's weight. Run the longer motion."
