@@ -1,4 +1,4 @@
-"""A recording as `exograv demo` writes it, made up: no rig, no controller, no truth in its numbers."""
+"""Made-up recording in the form of `exograv demo`: no rig, no controller, no true values in its numbers."""
 
 from pathlib import Path
 
@@ -48,7 +48,7 @@ RESULT = {
 
 
 def parameter_entries(seconds: float, rng: np.random.Generator) -> list[dict]:
-    """Estimates that close in with time."""
+    """Return estimates that converge with time."""
     entries = []
     for k, (segment, (name, unit)) in enumerate((s, q) for s in SEGMENTS for q in QUANTITIES):
         prior, truth, spread = 1.0 + 0.3 * k, 1.1 + 0.28 * k, 0.3 / np.sqrt(1.0 + seconds)
@@ -60,7 +60,7 @@ def parameter_entries(seconds: float, rng: np.random.Generator) -> list[dict]:
 
 
 def skeleton(q: np.ndarray) -> dict[str, list]:
-    """Points of an arm that flexes and abducts, its elbow in front."""
+    """Return points of an arm that flexes and abducts, with its elbow in front."""
     shoulder = np.array([0.0, -0.19, 0.0])
     upper = np.array([np.sin(q[0]) * np.cos(q[1]), -np.sin(q[1]), -np.cos(q[0]) * np.cos(q[1])])
     reach = q[0] + q[3]
@@ -74,7 +74,7 @@ def skeleton(q: np.ndarray) -> dict[str, list]:
 
 
 def write_demo(path: Path, seed: int = 3) -> Path:
-    """A short recording of a whole session."""
+    """Return a short recording of a whole session."""
     rng = np.random.default_rng(seed)
     with RecordingWriter(path, JOINTS, SETTINGS) as recording:
         recording.phase(0.0, "identify")
@@ -141,5 +141,5 @@ def _calibration() -> list[dict]:
 
 @pytest.fixture(scope="session")
 def demo_recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A whole session, on disk."""
+    """Return the path of a whole session on disk."""
     return write_demo(tmp_path_factory.mktemp("recording") / "demo.mcap")

@@ -1,4 +1,4 @@
-"""Small recordings of a task, and studies to put them into: a few ticks, two windows, touches that somebody counted."""
+"""Small recordings of a task with known content, and studies for them: a few ticks, two windows, some touches."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,11 +20,11 @@ ZEROS = {
     )
 }  # fmt: skip
 BEGUN_S = 100.0
-"""On the rig's clock: a recording need not begin at 0."""
+"""Beginning on the rig's clock [s]; a recording need not begin at 0."""
 
 
 def settings(participant: str, protocol: str = "training", session: int = 1, **more: Any) -> dict[str, Any]:
-    """Of a session whose protocol has two windows."""
+    """Return the settings of a session whose protocol has two windows."""
     options = {"participant": participant, "protocol": protocol, "session": session}
     said = {"name": protocol, "exo": "active", "windows": {"count": 2}}
     return {
@@ -40,7 +40,7 @@ def settings(participant: str, protocol: str = "training", session: int = 1, **m
 
 
 def touch(t: float, sequence: int, window: int | None, **more: Any) -> dict[str, Any]:
-    """A record of a touch that counts, 30 px right and 40 px above the target."""
+    """Return the record of an accepted touch, 30 px right and 40 px above the target."""
     return {
         "kind": "touch", "t": t, "received": t, "page": "page1", "sequence": sequence, "window": window,
         "attempt": None if window is None else 1, "is_accepted": True, "reason": None, "x_px": 990.0, "y_px": 500.0,
@@ -50,7 +50,7 @@ def touch(t: float, sequence: int, window: int | None, **more: Any) -> dict[str,
 
 
 def run_records(pitch_mm: Sequence[float] | None = (0.3, 0.3)) -> list[dict[str, Any]]:
-    """Two windows with two touches each, of which one does not count, and one touch outside."""
+    """Return the records of two windows with two touches each, one of them rejected, and one touch outside."""
     began = {"kind": "run_began", "t": BEGUN_S + 1.0, "protocol": "training", "protocol_sha256": "ab" * 32}
     records = [{**began, "pitch_mm": pitch_mm}]
     for window in (1, 2):
@@ -76,14 +76,14 @@ def write_session(
     times: np.ndarray | None = None,
     shift: float = 0.0,
 ) -> Path:
-    """A recording.
+    """Write a recording.
 
     Args:
-        path: Of the file.
-        said: Its settings.
-        records: What the task says; two windows if nothing else is asked for.
-        times: Of the ticks [s].
-        shift: By which the records' own clock is behind that of the rig, as at a console [s].
+        path: Path of the file.
+        said: Settings of the recording.
+        records: Records of the task; two windows by default.
+        times: Times of the ticks [s].
+        shift: Delay of the records' own clock behind the rig's clock, as at a console [s].
     """
     records = run_records() if records is None else records
     times = BEGUN_S + 0.1 * np.arange(310) if times is None else times
@@ -97,6 +97,6 @@ def write_session(
 
 
 def study_with(path: Path, *groups: str) -> tuple[StudyFolder, list[str]]:
-    """A study and the codes of one person for each of these groups."""
+    """Create a study, and return its folder and the codes of one person for each of these groups."""
     folder = begin_study(path, AS_PUBLISHED)
     return folder, [new_participant(folder, group).code for group in groups]

@@ -1,4 +1,4 @@
-"""A study that nobody took part in, as tidy tables: deviations by a law that each test can state."""
+"""Study without participants, as tidy tables. The deviations follow a law that each test can state."""
 
 from collections.abc import Callable, Mapping
 
@@ -21,7 +21,7 @@ Law = Callable[[str, str, int, int, int, np.random.Generator], tuple[float, floa
 
 
 def shrinking(group: str, protocol: str, session: int, window: int, k: int, rng: np.random.Generator):
-    """Scatter about the target that trained people lose from session to session."""
+    """Return scatter about the target, which trained people reduce from session to session."""
     size = 40.0 if (group, protocol) == ("trained", "flight") else 100.0 * 0.8 ** (session - 1)
     x, y = size * rng.normal(size=2)
     return float(x), float(y)
@@ -38,7 +38,7 @@ def made_up_study(
     is_simulated: bool = True,
     rest_s: Callable[[int], float] = lambda window: 158.0,
 ) -> Tables:
-    """Tables of as many people a group, each with these sessions; a rest of `rest_s` follows each window."""
+    """Return tables with people per group, each with these sessions; a rest of `rest_s` follows each window."""
     rng = np.random.default_rng(1001)
     rows: dict[str, list[dict]] = {name: [] for name in ("touches", "windows", "sessions", "participants")}
     for group, n in (people or {"trained": 3, "untrained": 3}).items():
@@ -65,7 +65,7 @@ def made_up_study(
 
 
 def study_data(tables: Tables, settings: StudySettings = AS_PUBLISHED) -> StudyData:
-    """With measures, and traces of every session: level 0 in windows, 1 outside, joints that move in windows only."""
+    """Return a study with measures and traces: level 0 in windows, 1 outside, and joints that move in windows only."""
     keys = [dict(zip(SESSION, key, strict=True)) for key in keys_of(tables.sessions, SESSION)]
     inside = (TIMES_S >= 0.0) & (TIMES_S <= 22.0)
     moments = [

@@ -1,4 +1,4 @@
-"""The words of `exograv study` do what they say, and a script can tell by their figures."""
+"""The commands of `exograv study` work as described, and report their figures for scripts."""
 
 from pathlib import Path
 
@@ -29,7 +29,7 @@ def new(study: Path, **told) -> str:
 
 def test_a_study_begins_where_nothing_is(study: Path):
     assert run_status(Status(study=study)).name == "Trial"
-    with pytest.raises(ConfigError, match="not empty"):
+    with pytest.raises(ConfigError, match="not an empty folder"):
         run_init(Init(study=study))
 
 

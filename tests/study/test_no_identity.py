@@ -1,4 +1,4 @@
-"""Who somebody is stands nowhere: in no file, name of a file, log, output or error, whatever is typed or added."""
+"""No file, file name, log, output or error contains a person's identity, whatever a user types or adds."""
 
 import io
 import json
@@ -23,7 +23,7 @@ FIRST = ("Jörg", "Zoë", "Anna Maria", "Łukasz", "Siân", "Hannelore")
 LAST = ("Müller-Lüdenscheidt", "O'Brien", "van der Straaten", "Çelik Özgür", "Wassermann")
 HEADER = "participant,protocol,session,window,t_s,x_px,y_px,target_x_px,target_y_px,gravity_level"
 CHEAP = 2**10
-"""Of scrypt: a test need not withstand a guesser."""
+"""Cost of scrypt; a test need not withstand an attack."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Person:
 
     @property
     def words(self) -> list[str]:
-        """What must be found nowhere."""
+        """Words that no file may contain."""
         parts = [*self.first.split(), *self.last.split(), self.name, self.mail, self.phone, str(self.number)]
         return [form for part in parts if len(part) > 3 for form in (part, unicodedata.normalize("NFD", part))]
 
@@ -57,7 +57,7 @@ people = st.builds(Person, st.sampled_from(FIRST), st.sampled_from(LAST), st.int
 
 @dataclass
 class Terminal:
-    """Commands in this process, and all that they said."""
+    """Commands in this process, and all their output."""
 
     folder: Path
     said: list[str] = field(default_factory=list)
@@ -86,7 +86,7 @@ def begun(terminal: Terminal, study: str) -> str:
 
 
 def refused_words(study: str, code: str, person: Person) -> list[Sequence[str]]:
-    """What somebody might type into the wrong place."""
+    """Arguments that a user might type into the wrong place."""
     name = person.name
     return [
         ("participant", study, "new", "--group", name),
@@ -101,7 +101,7 @@ def refused_words(study: str, code: str, person: Person) -> list[Sequence[str]]:
 
 
 def named_files(folder: Path, code: str, person: Person) -> list[Path]:
-    """Files that bear the name, and hold it where it does not belong."""
+    """Files with the name in their file name and in wrong places of their content."""
     row = f"{code},training,3,1,10.5,990,500,960,540,0"
     texts = {
         f"{person.name}.csv": f"{HEADER},name\n{row},{person.name}\n",

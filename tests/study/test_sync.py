@@ -1,4 +1,7 @@
-"""What is wrong with a stream is found, with its size: clock, rate, jitter, gaps, a foreign clock; and nothing else."""
+"""Errors of a stream are found with their size: clock, rate, jitter, gaps, foreign clock.
+
+A sound stream has no remark.
+"""
 
 from pathlib import Path
 
@@ -6,7 +9,7 @@ import numpy as np
 import pytest
 
 from exograv.cli.recordings.sync import Sync, run_sync
-from exograv.cli.shell.base_options import Common
+from exograv.cli.shell.base_options import OutFolder
 from exograv.errors import RecordingError
 from exograv.recording import Recording, RecordingWriter, read_recording
 from exograv.recording.encoding import tick_dtype
@@ -17,13 +20,13 @@ from exograv.study.sync import StreamSync, sync_figures
 
 RATE_HZ = 250.0
 START_S = 7e4
-"""Of the run, on CLOCK_MONOTONIC."""
+"""Beginning of the run on CLOCK_MONOTONIC [s]."""
 
 AHEAD_S = -6e4
-"""Of the rig's clock."""
+"""Beginning on the rig's clock [s]."""
 
 SHIFT_S, DRIFT = 321.0, 30e-6
-"""Of the device's clock: ahead, and fast."""
+"""Offset and drift of the device's clock: ahead, and fast."""
 
 NOISE_S = 20e-6
 ARRIVES_S = 0.004
@@ -38,7 +41,7 @@ def on_device(monotonic: np.ndarray, shift: float = SHIFT_S) -> np.ndarray:
 
 
 class Bench:
-    """Writes a recording of a minute, of which everything is known."""
+    """Recording of one minute with known properties."""
 
     def __init__(self, path: Path, seed: int = 1000):
         self.path, self._rng = path, np.random.default_rng(seed)
@@ -51,7 +54,7 @@ class Bench:
         self.connection = 0
 
     def connect(self, true: np.ndarray, shift: float = SHIFT_S, stamps: np.ndarray | None = None) -> None:
-        """A connection whose samples were measured at these times [s]."""
+        """Add a connection with samples at these times [s]."""
         self.connection += 1
         head = {"topic": "/lsl/amp", "connection": self.connection}
         note = {"monotonic": true[0], "kind": "connected", "text": "It is recorded.", "xml": XML}
@@ -88,7 +91,7 @@ def test_a_sound_stream_is_put_on_the_robots_clock_and_nothing_is_remarked(bench
     bench.connect(true)
     figures, recording = bench.figures()
     (stream,) = recording.streams
-    np.testing.assert_array_equal(stream.stamps, on_device(true))  # as they came
+    np.testing.assert_array_equal(stream.stamps, on_device(true))  # unchanged
     np.testing.assert_allclose(stream.monotonic, true, rtol=0.0, atol=NOISE_S)
     np.testing.assert_allclose(stream.t, true + AHEAD_S, rtol=0.0, atol=NOISE_S)
     (clock,) = figures.clocks
@@ -101,8 +104,8 @@ def test_a_sound_stream_is_put_on_the_robots_clock_and_nothing_is_remarked(bench
     assert high - low < 2.0
     assert figures.effective_rate_Hz == pytest.approx(RATE_HZ, rel=1e-6)
     assert figures.jitter_us.max < 1.0
-    # Half of the round trip, and the line's own: 2.05 (1 + √3) / √30 standard deviations at its ends, themselves known
-    # to a third from 30 measurements.
+    # The first part is half of the round trip. The second part is the line's own uncertainty: 2.05 (1 + √3) / √30
+    # standard deviations at its ends, which are known to a third from 30 measurements.
     assert 100.0 < figures.certain_to_us < 100.0 + 1.33 * 1.02 * 1e6 * NOISE_S
     assert 1e6 * np.max(np.abs(stream.monotonic - true)) < figures.certain_to_us
     assert 4.0 <= figures.arrival_ms.p50 <= 4.0 + 100.0
@@ -148,7 +151,7 @@ def test_a_device_that_does_not_stamp_by_lsls_clock_is_remarked_and_its_stamps_a
     bench.connect(true, stamps=on_device(true) - 40.0)
     figures, _ = bench.figures()
     assert figures.certain_to_us is None
-    assert any("does not stamp them by LSL's clock" in remark for remark in figures.remarks)
+    assert any("does not use LSL's clock" in remark for remark in figures.remarks)
 
 
 def test_a_rate_that_is_not_the_nominal_one_and_stamps_that_run_back_are_remarked(bench: Bench):
@@ -157,14 +160,14 @@ def test_a_rate_that_is_not_the_nominal_one_and_stamps_that_run_back_are_remarke
     stamps[[300, 301]] = stamps[[301, 300]]
     bench.connect(true, stamps=stamps)
     figures, _ = bench.figures()
-    assert any("240.0" in remark and "says 250" in remark for remark in figures.remarks)
+    assert any("240.0" in remark and "states 250" in remark for remark in figures.remarks)
     assert figures.backward_stamps == 1
 
 
 def test_the_command_draws_and_says_what_it_found(bench: Bench, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     bench.connect(sampled())
     bench.figures()
-    result = run_sync(Sync(bench.path), Common(out=tmp_path))
+    result = run_sync(Sync(bench.path), OutFolder(out=tmp_path))
     assert Path(result.figure).is_file()
     assert result.found.robot is not None
     assert result.found.robot.ticks == 6001

@@ -1,1 +1,1 @@
-"""Recordings become findings; runs on any laptop, without the model or the twin."""
+"""Findings from recordings. The room runs on any laptop, without the model or the twin."""

@@ -1,4 +1,4 @@
-"""How well the streams of other devices are tied to the robot's clock, and what is missing of them."""
+"""Accuracy of the link between the streams of other devices and the robot's clock, and samples that are missing."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,26 +13,29 @@ from exograv.recording import Recording
 from exograv.recording.device_stream import DeviceStream
 
 GAP_PERIODS = 2.0
-"""An interval longer than so many nominal periods is a gap."""
+"""Interval above which a gap is reported [nominal periods]."""
 
 GAPS_SHOWN = 100
 
 SEGMENT = 10
-"""Samples without a gap, from which on jitter is told."""
+"""Least number of samples without a gap for which jitter is reported."""
 
 ARRIVAL_S = (-0.005, 5.0)
-"""Between a stamp, corrected, and its arrival. Outside of that the device does not stamp by LSL's clock: nothing comes
-before it was measured, but for what the correction is wrong by."""
+"""Plausible delay from a corrected stamp to its arrival [s].
+
+A delay outside this range shows that the device does not stamp by LSL's clock. A sample cannot arrive before it was
+measured, except by the error of the correction.
+"""
 
 RATE_SHARE = 0.01
-"""A rate that differs more from the nominal one is remarked on."""
+"""Relative difference from the nominal rate above which a remark is made."""
 
 Samples = Float[np.ndarray, " sample"]
 
 
 @dataclass(frozen=True)
 class Percentiles:
-    """Of arrivals after their stamps."""
+    """Delays of arrivals after their stamps."""
 
     min: float
     p50: float
@@ -41,7 +44,7 @@ class Percentiles:
 
 @dataclass(frozen=True)
 class Jitter:
-    """Stamps about a straight line through those between two gaps [µs]."""
+    """Deviation of the stamps from a straight line, fitted between two gaps [µs]."""
 
     sd: float
     p99: float
@@ -50,7 +53,7 @@ class Jitter:
 
 @dataclass(frozen=True)
 class Scatter:
-    """Of the robot's clock about a straight line [µs]."""
+    """Deviation of the robot's clock from a straight line [µs]."""
 
     p50: float
     p99: float
@@ -59,7 +62,7 @@ class Scatter:
 
 @dataclass(frozen=True)
 class ResidualFigures:
-    """Of corrections about the fit [µs]."""
+    """Deviation of the corrections from the fit [µs]."""
 
     p50: float
     max: float
@@ -70,17 +73,17 @@ class Gap:
     """Samples that are missing by the nominal rate."""
 
     t: float
-    """Of the last sample before."""
+    """Time of the last sample before the gap [s]."""
 
     seconds: float
-    """To the next sample."""
+    """Time from that sample to the next [s]."""
 
     samples: int
 
 
 @dataclass(frozen=True)
 class ClockFigures:
-    """Clock of one connection against the computer's."""
+    """Clock of one connection against the computer's clock."""
 
     connection: int
     asked: int
@@ -96,7 +99,7 @@ class ClockFigures:
 
 @dataclass(frozen=True)
 class StreamSync:
-    """Figures of one stream; times are of the robot's clock where they are named `t`."""
+    """Figures of one stream. Times named `t` are on the robot's clock."""
 
     name: str
     type: str
@@ -109,7 +112,7 @@ class StreamSync:
     jitter_us: Jitter | None
     gaps_total: int
     gaps: Sequence[Gap]
-    """First gaps."""
+    """First `GAPS_SHOWN` gaps."""
 
     backward_stamps: int
     connections: int
@@ -118,14 +121,15 @@ class StreamSync:
     clocks: list[ClockFigures]
     arrival_ms: Percentiles | None
     certain_to_us: float | None
-    """None where the device does not stamp by LSL's clock, or nothing was measured."""
+    """Uncertainty of the stream's time [µs]; None if the device does not stamp by LSL's clock, or without measurements.
+    """
 
     remarks: list[str]
 
 
 @dataclass(frozen=True)
 class RobotSync:
-    """The rig's clock against CLOCK_MONOTONIC."""
+    """Rig's clock against CLOCK_MONOTONIC."""
 
     ticks: int
     drift_ppm: float | None
@@ -139,13 +143,13 @@ class SyncResult:
     recording: Path
     remark: str | None
     robot: RobotSync | None
-    """None without a robot, or on a virtual clock."""
+    """Figures of the rig's clock; None without a robot, or on a virtual clock."""
 
     streams: list[StreamSync]
 
 
 def sync_figures(recording: Recording) -> SyncResult:
-    """Measure how the streams of a recording are tied to the robot's clock.
+    """Measure the relation of a recording's streams to the robot's clock.
 
     Raises:
         RecordingError: The recording holds no stream of another device.
@@ -193,22 +197,22 @@ def stream_figures(stream: DeviceStream) -> StreamSync:
 
 @dataclass(frozen=True)
 class Rhythm:
-    """How regularly a stream came, by its stamps on the computer's clock, or its own where that is unknown."""
+    """Regularity of a stream, by its stamps on the computer's clock, or on its own clock if the relation is unknown."""
 
     rate_Hz: float | None
-    """Without gaps and reconnections."""
+    """Mean rate without gaps and reconnections [Hz]."""
 
     jitter_us: Jitter | None
-    """None of a stream without a rate."""
+    """Jitter of the stamps; None for a stream without a nominal rate."""
 
     gaps: list[Gap]
 
     backward: int
-    """Stamps that are older than the one before."""
+    """Number of stamps that are older than the stamp before."""
 
     @classmethod
     def of(cls, stream: DeviceStream) -> "Rhythm":
-        """A stream's."""
+        """Compute the regularity of a stream."""
         known = np.isfinite(stream.monotonic)
         stamps = np.where(known, stream.monotonic, stream.stamps)
         t = np.where(known, stream.t, stream.stamps)
@@ -259,7 +263,10 @@ def _clock(stream: DeviceStream, number: int, fit: ClockFit) -> ClockFigures:
 
 
 def _certain_us(fit: ClockFit, round_trip: float, span: float) -> float | None:
-    """Half the round trip, which no repetition makes smaller (the ways may differ), and the fit's own interval."""
+    """Uncertainty of the correction [µs]: half the round trip plus the fit's own interval.
+
+    Repetition does not reduce the half round trip, because the two directions may take different times.
+    """
     if fit.offset_ci95 is None:
         return None
     wrong = 0.5 * (fit.offset_ci95[1] - fit.offset_ci95[0])
@@ -279,24 +286,26 @@ def _percentiles(values: Samples, which: Sequence[int], digits: int) -> list[flo
 def _remarks(stream: DeviceStream, rhythm: Rhythm, foreign: Samples | None) -> list[str]:
     remarks = list[str]()
     if not stream.clocks:
-        remarks.append("LSL has measured nothing of its clock: its samples have no place in the robot's time.")
+        remarks.append("LSL has no measurement of its clock: the samples cannot be placed on the robot's clock.")
     if foreign is not None:
         remarks.append(
-            f"Its samples arrive {np.median(foreign):.3f} s after their stamps: it does not stamp them by LSL's clock. "
-            "Their place in the robot's time is not known; set its program to LSL time stamps."
+            f"Its samples arrive {np.median(foreign):.3f} s after their stamps: it does not use LSL's clock. Their "
+            "time on the robot's clock is not known; set the device's program to LSL time stamps."
         )
     nominal, rate = stream.nominal_rate_Hz, rhythm.rate_Hz
     if rate is not None and abs(rate - nominal) > RATE_SHARE * nominal:
         remarks.append(
-            f"It sends {rate:.2f} samples a second and says {nominal:g}: count on the stamps, not on a rate."
+            f"The device sends {rate:.2f} samples/s and states {nominal:g}: rely on the stamps, not on a rate."
         )
     if rhythm.backward:
-        remarks.append(f"{rhythm.backward} stamps are older than the one before: sort by stamp before anything else.")
+        remarks.append(f"{rhythm.backward} stamps are older than the stamp before: sort by stamp before any analysis.")
     if rhythm.gaps:
         missing = sum(gap.samples for gap in rhythm.gaps)
-        remarks.append(f"{len(rhythm.gaps)} gaps, with {missing:.0f} samples missing by its nominal rate.")
+        remarks.append(f"{len(rhythm.gaps)} gaps, with {missing:.0f} samples missing by the nominal rate.")
     if len(stream.clocks) > 1:
-        remarks.append(f"It was connected {len(stream.clocks)} times: each has its own clock, and is corrected by it.")
+        remarks.append(
+            f"The device was connected {len(stream.clocks)} times: each connection has its own clock and correction."
+        )
     return remarks
 
 

@@ -1,16 +1,16 @@
-"""When an arm counts as weightless, and which joints are judged together."""
+"""Targets below which an arm counts as weightless, and the groups of joints that are judged together."""
 
 import numpy as np
 
 from exograv.recording import Recording
 
-# Half a newton metre left over moves an unseen fingertip by 5–15 mm (from an assumed stiffness), the size of human
-# proprioceptive scatter; these stay well below it.
+# A left-over torque of 0.5 N·m moves an unseen fingertip by 5–15 mm (from an assumed stiffness), which is the size of
+# human proprioceptive scatter. These targets stay well below 0.5 N·m.
 TARGET_SHOULDER_NM = 0.2
 TARGET_ELBOW_NM = 0.1
-TARGET_WRIST_NM = 0.05  # of the hand's 0.3 N·m about the wrist, about what the elbow's target is of the forearm's 2.9
+TARGET_WRIST_NM = 0.05  # of the hand's 0.3 N·m about the wrist, a share similar to the elbow's target of 2.9 N·m
 TARGET_NM = {"shoulder": TARGET_SHOULDER_NM, "elbow": TARGET_ELBOW_NM, "wrist": TARGET_WRIST_NM}
-"""By where a joint is."""
+"""Targets by part of the arm [N·m]."""
 
 
 def targets(recording: Recording) -> np.ndarray:
@@ -21,7 +21,7 @@ def targets(recording: Recording) -> np.ndarray:
 
 
 def joint_groups(joints: tuple[str, ...]) -> dict[str, list[int]]:
-    """Indices of the joints of each part of the arm, by the first word of their names."""
+    """Return the indices of the joints of each part of the arm, by the first word of the joints' names."""
     groups: dict[str, list[int]] = {}
     for index, joint in enumerate(joints):
         groups.setdefault(joint.split("_")[0], []).append(index)

@@ -44,7 +44,7 @@ def test_where_the_error_after_familiarisation_may_be_zero_there_is_no_transfer_
     found = transfers(flights)["dam"]
     assert found.transfer is None
     assert found.ci95 is None
-    assert "cannot be told from 0" in str(found.reason)
+    assert "does not differ from 0" in str(found.reason)
 
 
 def test_without_any_error_there_is_nothing_to_take_away():
@@ -77,7 +77,7 @@ def test_whoever_missed_the_first_window_is_left_out_and_counted():
 def test_nobody_familiarised_is_no_transfer_and_a_reason():
     found = transfers([flight(1, "dam"), flight(2, "dam")])["dam"]
     assert found.transfer is None
-    assert found.reason == "nobody has both"
+    assert found.reason == "no person has both values"
 
 
 def test_flights_of_the_main_study_enter_only_where_a_condition_has_no_others():

@@ -40,7 +40,7 @@ def test_every_joint_stands_there_with_what_its_drive_has():
     found = words(check(60.0))
     assert {"shoulder flexion", "elbow flexion"} <= set(found)
     assert found.count("60 N·m") == 2
-    assert "Cuffs hold 4 of 4 freedoms; drives hold an arm of 5.0 kg" in found[0]
+    assert "The cuffs constrain 4 of 4 degrees of freedom; the drives hold an arm of 5.0 kg" in found[0]
 
 
 def test_a_machine_without_motors_says_so():

@@ -1,4 +1,4 @@
-"""Touches that count are drawn on the target and by window; a recording without a task has no such chapter."""
+"""Accepted touches are drawn on the target and by window; a recording without a task has no such chapter."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from exograv.report.style.page import page_text
 
 SETTINGS = {"rig": "recupera_like", "settings": {"protocol": {"target": {"diameter_mm": 40.0, "diameter_px": 150.0}}}}
 PX = [(30.0, 40.0), (-60.0, 80.0), (5.0, 12.0), (8.0, 6.0)]
-"""50, 100, 13 and 10 px from the target's centre."""
+"""Touches at 50, 100, 13 and 10 px from the target's centre."""
 
 
 def touch(k: int, is_accepted: bool, pitch: float | None) -> dict:
@@ -48,12 +48,12 @@ def test_every_touch_that_counts_is_on_the_target(tmp_path: Path, pitch: float |
     unit = pitch or 1.0
     np.testing.assert_allclose(drawn, unit * np.array([(PX[k][0], -PX[k][1]) for k in (0, 2, 3)]))
     assert len(by_window.lines) == 3  # two windows and their median
-    assert "1 touches do not count" in touches.explain(recording)
+    assert "1 touches were rejected" in touches.explain(recording)
 
 
 def test_the_page_begins_with_what_was_touched(tmp_path: Path):
     recording = recorded(tmp_path / "a.mcap", [True] * 4)
-    assert headline(recording) == "2 windows, 4 touches that count: half of them within 32 px of the target's centre."
+    assert headline(recording) == "2 windows, 4 accepted touches: half of them within 32 px of the target's centre."
     assert '<section id="touches">' in page_text(page_of(recording))
 
 

@@ -1,4 +1,4 @@
-"""The page of the benchmark names every method, and says where one never gets there."""
+"""The page of the benchmark names every method, and states if a method never reaches the target."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -65,12 +65,12 @@ ROW = MethodFigures(
 
 
 def row(method: str, **more: Any) -> MethodFigures:
-    """Figures of one method."""
+    """Return the figures of one method."""
     return replace(ROW, method=method, **more)
 
 
 def result(rows: list[MethodFigures]) -> BenchmarkSummary:
-    """Figures as `exograv dev benchmark-identification` gives them."""
+    """Return figures as `exograv dev benchmark-identification` gives them."""
     ratio = PairedRatio("open_loop", 2, "harmonic", "recursive", "gradient", "target", 0.25, (0.1, None), 3, 3, 0, 0, 0)
     won = Winner("recursive", "time to target", 12.0, ["ekf"], ["oracle"])
     ratios = [ratio, replace(ratio, ratio_of_medians=0.0), replace(ratio, ratio_of_medians=None)]
@@ -99,9 +99,9 @@ def test_the_page_names_winner_ties_and_who_is_ahead_off_line(tmp_path: Path):
     for words in (
         "recursive, by time to target",
         "ekf",
-        "off line ahead of it: oracle",
+        "better off line: oracle",
         "0.25 of its time",
-        "never gets",
+        "never reaches",
     ):
         assert words in text
     assert files.figure is not None

@@ -1,4 +1,4 @@
-"""The report shows what a recording holds, leaves out what it lacks, and needs nothing but the recording."""
+"""The report shows the content of a recording, leaves out missing parts, and needs only the recording."""
 
 import re
 import subprocess
@@ -29,7 +29,7 @@ def render(recording: Recording) -> str:
 
 
 class Outline(HTMLParser):
-    """Collects what a page is made of, and whether its elements close."""
+    """Parser that collects the parts of a page, and checks that its elements close."""
 
     def __init__(self):
         super().__init__()
@@ -125,7 +125,7 @@ def test_an_identification_without_a_twin_shows_what_the_machine_believes(tmp_pa
         )
     page = render(read_recording(tmp_path / "a.mcap"))
     assert chapters(page) == ["progress", "parameters"]
-    assert "the machine itself expects" in page
+    assert "the machine itself predicts" in page
     assert "examiner" not in page
 
 
@@ -215,7 +215,7 @@ def test_averaging_keeps_the_mean_and_thinning_keeps_the_ends():
 
 def test_a_page_that_cannot_be_written_is_a_readable_error(demo_recording: Path, tmp_path: Path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(RecordingError, match="give a folder that you may write"):
+    with pytest.raises(RecordingError, match="give a folder with write permission"):
         write_report(demo_recording, tmp_path / "file" / "report.html")
 
 

@@ -1,4 +1,4 @@
-"""Figures of a study show every person, tell groups apart without colour, and say SIMULATED where that is so."""
+"""Figures of a study show every person, distinguish groups without colour, and show SIMULATED for simulated data."""
 
 from itertools import pairwise
 from typing import Any
@@ -98,7 +98,7 @@ def test_the_second_axis_is_in_millimetres_where_screens_were_calibrated_alike(d
 
 
 def test_a_session_that_is_expected_and_missing_is_on_the_sheet(data: StudyData):
-    # As published 16, 4 and 1 are expected; made up are 3, 2 and 1.
+    # 16, 4 and 1 sessions are expected, as published; 3, 2 and 1 exist.
     assert "45 missing" in quality.explain(data)
     states = quality.session_states(data)
     assert states["T1QX", "training", 4] == "missing"

@@ -1,4 +1,4 @@
-"""The page says what the study can say and no more: simulated where it is, no sealed group, no case without a page."""
+"""The page claims only what the study supports, marks simulated data, hides sealed groups, and exists in all cases."""
 
 import builtins
 import re
@@ -30,7 +30,10 @@ def study(**options) -> StudyData:
 
 @cache
 def found_by_all() -> StudyFindings:
-    """Of `study()`: comparing takes a second, and millimetres, names and who is simulated change nothing in it."""
+    """Return the findings of `study()`.
+
+    Comparing takes a second; millimetres, names and `is_simulated` do not change them.
+    """
     return compared(study())
 
 
@@ -46,7 +49,7 @@ def page(data: StudyData, found: StudyFindings | None = None) -> str:
 
 
 def text(html: str) -> str:
-    """What a reader sees, in one line."""
+    """Return the visible text of a page in one line."""
     body = re.sub(r"<style>.*?</style>", "", html, flags=re.DOTALL)
     return re.sub(r"\s+", " ", re.sub(r"<[^>]*>", " ", body))
 
@@ -60,7 +63,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> WrittenReport:
 
 @pytest.fixture
 def no_print(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Layout on paper takes seconds."""
+    """Replace the layout on paper, which takes seconds."""
     monkeypatch.setattr("exograv.report.study_report.page.write_pdf", lambda html: (None, None))
 
 
@@ -108,15 +111,15 @@ def test_a_page_of_sealed_groups_names_no_group_and_compares_nothing():
     said = text(page(study(is_sealed=True)))
     assert "trained" not in said
     assert "carried share" not in said
-    assert "Groups are sealed: nothing is compared" in said
+    assert "Groups are sealed, so there is no comparison" in said
 
 
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"protocols": GROUND}, "Nobody flew yet"),
-        ({"people": {"trained": 2}}, "Nobody of the group untrained flew"),
-        ({"people": {"trained": 0}}, "No touch counts yet"),
+        ({"protocols": GROUND}, "No participant has flown yet"),
+        ({"people": {"trained": 2}}, "No participant of the group untrained flew"),
+        ({"people": {"trained": 0}}, "There are no accepted touches yet"),
     ],
 )
 def test_a_study_that_lacks_something_says_what(options: dict, sentence: str):
@@ -124,7 +127,7 @@ def test_a_study_that_lacks_something_says_what(options: dict, sentence: str):
 
 
 def test_screens_that_were_not_calibrated_are_told_in_pixels():
-    assert "deviations are told in pixels" in text(page(study(pitch_mm=None), found_by_all()))
+    assert "deviations are given in pixels" in text(page(study(pitch_mm=None), found_by_all()))
 
 
 def test_one_person_a_group_is_a_page_without_a_claim():

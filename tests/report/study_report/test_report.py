@@ -1,4 +1,4 @@
-"""From files to a report: what the command promises is there, and what cannot be made is said."""
+"""The report of a study has the parts that the command promises, and states what cannot be made."""
 
 import json
 from pathlib import Path
@@ -15,7 +15,7 @@ from exograv.study.dataset.options import AddOptions
 
 @pytest.fixture(autouse=True)
 def no_print(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Layout on paper takes seconds; test_page.py has it."""
+    """Replace the layout on paper, which takes seconds; test_page.py checks it."""
     monkeypatch.setattr("exograv.report.study_report.page.write_pdf", lambda html: (None, "not printed"))
 
 
@@ -47,5 +47,5 @@ def test_a_study_with_nothing_in_it_has_a_report_that_says_so(tmp_path: Path):
 
 
 def test_a_folder_that_is_no_study_is_refused(tmp_path: Path):
-    with pytest.raises(ConfigError, match="is no study"):
+    with pytest.raises(ConfigError, match="is not a study"):
         write_study_report(tmp_path)

@@ -35,7 +35,7 @@ def figure() -> Figure:
 
 
 class Closed(HTMLParser):
-    """Fails where an element does not close."""
+    """Parser that fails if an element does not close."""
 
     def __init__(self):
         super().__init__()

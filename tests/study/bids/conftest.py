@@ -1,4 +1,4 @@
-"""A small study and its export, made once."""
+"""Fixtures: a small study and its export, made once."""
 
 from pathlib import Path
 
@@ -11,13 +11,13 @@ from .small_study import export, write_study
 
 @pytest.fixture(scope="session")
 def small_study(tmp_path_factory: pytest.TempPathFactory) -> StudyFolder:
-    """Never written into by a test."""
+    """Return the study. No test may write into it."""
     return write_study(tmp_path_factory.mktemp("bids") / "study")
 
 
 @pytest.fixture(scope="session")
 def exported(small_study: StudyFolder) -> Path:
-    """Its data set. Never written into by a test."""
+    """Return the data set of the study. No test may write into it."""
     out = small_study.path.parent / "bids"
     export(small_study, out)
     return out

@@ -1,4 +1,4 @@
-"""A study of two people, two sessions each, with everything that is special: cut, uncalibrated, flown, with devices."""
+"""Study of two people with two sessions each, including truncated, uncalibrated and flight data and devices."""
 
 import hashlib
 import shutil
@@ -22,10 +22,10 @@ JOINTS = ("shoulder_flexion", "elbow_flexion")
 RATE_HZ = 1000.0
 SECONDS = 12.0
 BEGINS_S = 5.0
-"""Of the first tick, on the rig's clock."""
+"""Time of the first tick on the rig's clock [s]."""
 
 AHEAD_S = 7e4
-"""Of CLOCK_MONOTONIC, before the rig's clock."""
+"""Lead of CLOCK_MONOTONIC over the rig's clock [s]."""
 
 ECG_HZ = 250.0
 XML = (
@@ -38,7 +38,7 @@ CODES = ("K7MR4XP", "A3CD4EF")
 
 
 def ticks(seconds: float = SECONDS, lost: slice = slice(0, 0)) -> np.ndarray:
-    """A slow swing; the `lost` ones are missing."""
+    """Return the ticks of a slow swing without the `lost` ones."""
     t = BEGINS_S + np.arange(int(seconds * RATE_HZ)) / RATE_HZ
     rows = empty_ticks(len(t), len(JOINTS))
     rows["t"] = rows["now"] = t
@@ -52,7 +52,7 @@ def ticks(seconds: float = SECONDS, lost: slice = slice(0, 0)) -> np.ndarray:
 
 
 def swing(t: np.ndarray) -> np.ndarray:
-    """[rad]."""
+    """Joint positions [rad]."""
     return 0.4 * np.sin(2.0 * np.pi * 0.5 * t)
 
 
@@ -65,7 +65,7 @@ def write_recording(
     rows: np.ndarray | None = None,
     seed: int = 0,
 ) -> Path:
-    """One session of one window."""
+    """Return the records of one session with one window."""
     settings = {
         "rig": "recupera_like",
         "title": "Made up",
@@ -123,7 +123,7 @@ def _records(protocol: str, pitch_mm: tuple[float, float] | None) -> list[dict[s
 
 
 def ecg_stamps() -> np.ndarray:
-    """On the robot's clock; half a second is missing."""
+    """Write samples on the robot's clock; half a second is missing."""
     t = BEGINS_S + 1.0 + np.arange(int(8.0 * ECG_HZ)) / ECG_HZ
     return np.delete(t, slice(1000, 1125))
 
@@ -146,7 +146,7 @@ def _write_devices(recording: RecordingWriter) -> None:
 
 
 def cut(path: Path, share: float = 0.6) -> Path:
-    """As a power failure leaves it."""
+    """Truncate a recording as a power failure does."""
     content = path.read_bytes()
     path.write_bytes(content[: int(share * len(content))])
     return path
@@ -169,7 +169,7 @@ MADE: tuple[tuple[str, str, int, Callable[[Path], Path]], ...] = (
 
 
 def write_study(path: Path, made: tuple[tuple[str, str, int, Callable[[Path], Path]], ...] = MADE) -> StudyFolder:
-    """The whole of it."""
+    """Create the whole study."""
     folder = StudyFolder(path)
     path.mkdir(parents=True)
     write_settings(
@@ -198,10 +198,10 @@ def write_study(path: Path, made: tuple[tuple[str, str, int, Callable[[Path], Pa
 
 
 def export(folder: StudyFolder, out: Path, rate_Hz: float = 100.0, with_raw: bool = True) -> ExportResult:
-    """With the tables that are there, whatever the sources are."""
+    """Export with the present tables, independent of the sources."""
     return write_dataset(folder, read_settings(folder), read_tables(folder), out, (rate_Hz, with_raw))
 
 
 def copied(folder: StudyFolder, to: Path) -> StudyFolder:
-    """A study that a test may change."""
+    """Return a copy of the study that a test may change."""
     return StudyFolder(Path(shutil.copytree(folder.path, to)))

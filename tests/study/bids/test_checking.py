@@ -1,4 +1,4 @@
-"""What the BIDS validator lets pass is found: each way to break a good data set gives its sentence."""
+"""Each way to damage a valid data set that the BIDS validator accepts is reported with its own sentence."""
 
 import gzip
 import json
@@ -62,18 +62,18 @@ def added(name: str) -> Break:
 
 
 WRONG: dict[str, tuple[Break, str]] = {
-    "a header was left": (in_lines(MOTION, lambda lines: ["\t".join("abcdefghijk"), *lines]), "neither a number"),
-    "a word in a cell": (in_cell(MOTION, 100, 3, "fast"), "neither a number"),
-    "an empty cell": (in_cell(MOTION, 100, 3, ""), "neither a number"),
+    "a header was left": (in_lines(MOTION, lambda lines: ["\t".join("abcdefghijk"), *lines]), "not a number or"),
+    "a word in a cell": (in_cell(MOTION, 100, 3, "fast"), "not a number or"),
+    "an empty cell": (in_cell(MOTION, 100, 3, ""), "not a number or"),
     "not a number": (in_cell(MOTION, 100, 3, "nan"), "not a finite number"),
     "a row is shorter": (in_lines(MOTION, lambda lines: [*lines[:50], "0.5\t1", *lines[51:]]), "different lengths"),
     "a column is missing": (
-        in_lines(MOTION, lambda lines: [line.rpartition("\t")[0] for line in lines]), "10 columns, and .* describes 11",
+        in_lines(MOTION, lambda lines: [line.rpartition("\t")[0] for line in lines]), "10 columns, but .* describes 11",
     ),
-    "a channel is missing": (in_lines(CHANNELS, lambda lines: lines[:-1]), "11 columns, and .* describes 10"),
-    "a channel of another type": (in_cell(CHANNELS, 2, 2, "MISC"), "other channels of type JNTANG, MISC"),
-    "a row is missing": (in_lines(MOTION, lambda lines: [*lines[:50], *lines[51:]]), "1199 rows, and .* counts 1200"),
-    "nothing is left": (in_lines(MOTION, lambda _: []), "it is empty"),
+    "a channel is missing": (in_lines(CHANNELS, lambda lines: lines[:-1]), "11 columns, but .* describes 10"),
+    "a channel of another type": (in_cell(CHANNELS, 2, 2, "MISC"), "number of channels of type JNTANG, MISC"),
+    "a row is missing": (in_lines(MOTION, lambda lines: [*lines[:50], *lines[51:]]), "1199 rows, but .* counts 1200"),
+    "nothing is left": (in_lines(MOTION, lambda _: []), "the table is empty"),
     "the last row has no end": (
         lambda root: (root / MOTION).write_text((root / MOTION).read_text()[:-1]), "last row has no end",
     ),
@@ -83,39 +83,39 @@ WRONG: dict[str, tuple[Break, str]] = {
     "time begins later": (in_cell(MOTION, 0, 0, "0.001"), "LATENCY"),
     "a wrong count": (in_sidecar("MotionChannelCount", 12), "MotionChannelCount"),
     "an event out of order": (in_cell(EVENTS, 2, 0, "11.5"), "order of their onsets"),
-    "an event without time": (in_cell(EVENTS, 2, 0, "n/a"), "onset is no number"),
+    "an event without time": (in_cell(EVENTS, 2, 0, "n/a"), "onset is not a number"),
     "a touch is missing in events": (
-        in_lines(EVENTS, lambda lines: [line for line in lines if "rejected_touch" not in line]), "2 touches, and .* 3",
+        in_lines(EVENTS, lambda lines: [line for line in lines if "rejected_touch" not in line]), "2 touches, but .* 3",
     ),
-    "a touch is missing in behaviour": (in_lines(BEHAVIOUR, lambda lines: lines[:-1]), "3 touches, and .* 2"),
-    "a file is not listed": (in_lines(SCANS, lambda lines: lines[:-1]), "does not list"),
-    "a listed file is not there": (in_cell(SCANS, 1, 0, "beh/other_beh.tsv"), "does not list"),
-    "a file is listed twice": (in_lines(SCANS, lambda lines: [*lines, lines[-1]]), "does not list"),
+    "a touch is missing in behaviour": (in_lines(BEHAVIOUR, lambda lines: lines[:-1]), "3 touches, but .* 2"),
+    "a file is not listed": (in_lines(SCANS, lambda lines: lines[:-1]), "existing files differ"),
+    "a listed file is not there": (in_cell(SCANS, 1, 0, "beh/other_beh.tsv"), "existing files differ"),
+    "a file is listed twice": (in_lines(SCANS, lambda lines: [*lines, lines[-1]]), "existing files differ"),
     "no list": (lambda root: (root / SCANS).unlink(), "has no _scans.tsv"),
     "somebody who is not known": (
         in_lines("participants.tsv", lambda lines: lines[:-1]), f"sub-{CODES[1]} is not in participants.tsv",
     ),
     "somebody twice": (in_lines("participants.tsv", lambda lines: [*lines, lines[-1]]), "more than once"),
     "no participants": (lambda root: (root / "participants.tsv").unlink(), "participants.tsv is missing"),
-    "a name": (in_cell("participants.tsv", 0, 2, "Last_Name"), "may tell who"),
-    "a birthday": (in_cell("participants.tsv", 0, 2, "birth_date"), "may tell who"),
+    "a name": (in_cell("participants.tsv", 0, 2, "Last_Name"), "may identify a person"),
+    "a birthday": (in_cell("participants.tsv", 0, 2, "birth_date"), "may identify a person"),
     "a flipped bit in a raw file": (
         lambda root: _flip(next(root.rglob("*.mcap"))), r"sourcedata/.* hash differs",
     ),
     "a file too many": (added("derivatives/exograv/notes.txt"), "not in the manifest"),
-    "a file too few": (lambda root: (root / "derivatives/exograv/touches.parquet").unlink(), "and not there"),
+    "a file too few": (lambda root: (root / "derivatives/exograv/touches.parquet").unlink(), "but missing"),
 }  # fmt: skip
 
 
 def _flip(path: Path) -> None:
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
-    path.unlink()  # it may be the study's own file under a second name
+    path.unlink()  # the file may be a hard link to the study's own file
     path.write_bytes(bytes(content))
 
 
 def renew_manifest(root: Path) -> None:
-    """So that only the check in question can find what is wrong."""
+    """Write the manifest again, so that only the check under test can find the error."""
     names = [name for name in read_manifest(root) if (root / name).exists() and not name.startswith("sourcedata/")]
     old = {name: sha256 for name, sha256 in read_manifest(root).items() if name.startswith("sourcedata/")}
     found = {**old, **{name: sha256_of(root / name) for name in names}}
@@ -147,7 +147,7 @@ def test_any_file_that_changed_is_found_by_its_hash(dataset: Path, name: str):
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (lambda text: "latency\tlead\n" + text, "neither"),
+        (lambda text: "latency\tlead\n" + text, "not a number or"),
         (lambda text: text.replace("\n", "\t1\n"), "columns"),
         (lambda text: text + text, "latency does not begin"),
     ],

@@ -1,4 +1,4 @@
-"""Fewer rows say the same as all ticks: nothing folds back, nothing is late, and nothing crosses a gap."""
+"""Decimated rows represent all ticks: no aliasing, no delay, and no value across a gap."""
 
 from itertools import pairwise
 
@@ -13,13 +13,13 @@ RATE_HZ = 1000.0
 STEP = 10
 ROUNDING = 1e-9
 FILTER_ERROR = 0.007
-"""What `decimation.CUTOFF` says of the filter."""
+"""Properties of the filter as stated by `decimation.CUTOFF`."""
 
 
 def decimated(
     t: np.ndarray, values: np.ndarray, sequence: np.ndarray | None = None, step: int = STEP, cuts: tuple[int, ...] = ()
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, DecimationReport]:
-    """Times, filtered and plain values of the rows; ticks are fed in pieces that end at `cuts`."""
+    """Return times, filtered and plain values of the rows; ticks are fed in pieces that end at `cuts`."""
     decimation = Decimation(step, RATE_HZ)
     sequence = np.zeros(len(t), int) if sequence is None else sequence
     edges = [0, *sorted(cuts), len(t)]

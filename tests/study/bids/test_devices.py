@@ -1,4 +1,4 @@
-"""Samples of other devices keep their values and find their time; what has no time is left out with a reason."""
+"""Samples of other devices keep their values and get their time; a stream without a time is left out with a reason."""
 
 import gzip
 import json
@@ -18,7 +18,7 @@ from .small_study import AHEAD_S, BEGINS_S, ticks
 PLACE = SessionPlace("K7MR4XP", "training01")
 RATE_HZ = 500.0
 CLOCK_S = 1e-6
-"""To which times are written."""
+"""Resolution of times in the file [s]."""
 
 
 def stream(
@@ -51,7 +51,7 @@ def recording(notes: list[dict[str, Any]], measured: list[dict[str, Any]], is_ti
 
 
 def block(seconds: np.ndarray, connection: int = 1, offset: float = 0.0, channels: int = 2) -> StreamBlock:
-    """Samples that were measured so many seconds after the motion began; their values count on."""
+    """Return samples measured at these times after the beginning of the motion [s]; their values are numbered."""
     stamps = AHEAD_S + BEGINS_S + seconds - offset
     values = np.round(seconds * RATE_HZ).astype(np.int16)[:, None] * np.ones(channels, np.int16)
     return StreamBlock(float(stamps[-1]), connection, stamps, values)
@@ -126,8 +126,8 @@ def test_two_of_a_type_and_two_channels_of_a_name_stay_apart(tmp_path: Path):
     [
         (stream("/lsl/a", form="string"), True, True, "text"),
         (stream("/lsl/a", rate=0.0), True, True, "no rate"),
-        (stream("/lsl/a"), False, True, "nothing was measured of its clock"),
-        (stream("/lsl/a"), True, False, "not tied"),
+        (stream("/lsl/a"), False, True, "its clock was never measured"),
+        (stream("/lsl/a"), True, False, "relation of the robot's clock"),
     ],
 )
 def test_what_is_not_exported_says_why(note: dict[str, Any], measured: bool, is_tied: bool, why: str):

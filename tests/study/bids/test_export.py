@@ -1,4 +1,4 @@
-"""A study becomes a data set that the BIDS validator accepts: whole or not at all, always the same, without names."""
+"""A study becomes a data set that the BIDS validator accepts: completely or not at all, reproducible, without names."""
 
 import errno
 import gzip
@@ -38,7 +38,7 @@ from .small_study import (
 
 
 def issues_of(root: Path) -> list[dict]:
-    """What the official validator says. The schema is in its own file; it asks no network."""
+    """Return the report of the official validator. The schema is in its own file, so no network is needed."""
     validator = Path(sys.executable).with_name("bids-validator-deno")
     command = [validator, root, "--format", "json", "--max-rows", "-1"]
     return json.loads(subprocess.run(command, capture_output=True, check=False).stdout)["issues"]["issues"]
@@ -116,7 +116,7 @@ def test_an_earlier_export_is_replaced_and_anything_else_refused(small_study: St
 @pytest.mark.parametrize("place", [".", "..", "sourcedata/bids"])
 def test_nothing_is_exported_into_the_study_itself(tmp_path: Path, place: str):
     study = write_study(tmp_path / "in" / "study", MADE[:1])
-    with pytest.raises(ConfigError, match="folder of its own"):
+    with pytest.raises(ConfigError, match="separate folder"):
         export(study, study.path / place)
 
 
@@ -127,7 +127,7 @@ def test_what_fails_leaves_what_was_there(small_study: StudyFolder, tmp_path: Pa
     before = read_manifest(out)
     source = next(study.sources.rglob("*.mcap"))
     source.write_bytes(source.read_bytes() + b"0")
-    with pytest.raises(RecordingError, match="not what was added"):
+    with pytest.raises(RecordingError, match="was changed after it was added"):
         export(study, out)
     assert read_manifest(out) == before
     assert {path.name for path in tmp_path.iterdir()} == {"study", "bids"}
@@ -211,7 +211,7 @@ def test_a_study_is_added_to_and_exported_by_commands(tmp_path: Path, capsys: py
     paths = [write_recording(tmp_path / f"{k}.mcap", with_devices=k == 0, seed=k) for k in range(2)]
     for code, path in zip(people, paths, strict=True):
         add_files(folder, [path], AddOptions(participant=code, protocol="training", session=1))
-    folder.table("touches").unlink()  # made anew from the sources
+    folder.table("touches").unlink()  # made again from the sources
     result = run_export(Export(study=folder.path, bids=tmp_path / "bids"))
     assert (result.sessions, result.participants, result.touches) == (2, 2, 6)
     assert "Markers" in capsys.readouterr().out

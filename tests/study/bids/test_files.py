@@ -1,4 +1,4 @@
-"""A cell is a number, a word or n/a; never something that another program would take for the next cell."""
+"""A cell is a number, a word or n/a, never a text that another program reads as two cells."""
 
 import numpy as np
 import pandas as pd
@@ -44,7 +44,7 @@ def test_a_label_has_letters_and_digits_of_ascii_only(text: str):
 
 
 def test_a_name_without_letters_is_refused():
-    with pytest.raises(ConfigError, match="neither letter nor digit"):
+    with pytest.raises(ConfigError, match="no letter and no digit"):
         labels(["--"], "Protocol")
 
 

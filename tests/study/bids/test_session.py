@@ -1,4 +1,4 @@
-"""The files of a session say what was recorded, each at its time, in the words of BIDS."""
+"""The files of a session state what was recorded, each at its time, in the terms of BIDS."""
 
 import gzip
 import json
@@ -33,7 +33,7 @@ HALF_DECIMAL = 0.6e-5
 
 
 def motion_of(root: Path, system: str) -> dict[str, np.ndarray]:
-    """Columns by name."""
+    """Return the columns by name."""
     stem = root / FLIGHT / "motion" / f"{FLIGHT_STEM}_task-pointing_tracksys-{system}"
     _, channels = read_rows(stem.with_name(stem.name + "_channels.tsv"))
     return columns_of(stem.with_name(stem.name + "_motion.tsv"), [channel["name"] for channel in channels])

@@ -1,4 +1,4 @@
-"""A file comes into a study once, whole, under the right code; what cannot is named, counted, and changes nothing."""
+"""A file is added once, completely, under the right code. A refusal is named and counted, and changes nothing."""
 
 import errno
 from pathlib import Path
@@ -28,7 +28,7 @@ def whats(outcomes: list[AddingOutcome]) -> list[str]:
 
 
 def everything(folder: StudyFolder) -> dict[str, bytes]:
-    """All files but the log, which says what was tried."""
+    """Return all files except the log, which lists the attempts."""
     return {str(p): p.read_bytes() for p in folder.path.rglob("*") if p.is_file() and p != folder.log}
 
 
@@ -59,7 +59,7 @@ def test_a_second_file_for_a_session_is_refused_and_named(tmp_path: Path):
     before = everything(folder)
     (outcome,) = add(folder, write_session(tmp_path / "two.mcap", settings(code, seed=7)))
     assert outcome.what == "refused"
-    assert f"training 1 of {code} is there already" in outcome.sentence
+    assert f"training 1 of {code} exists already" in outcome.sentence
     assert everything(folder) == before
     assert study_status(folder).refused == 1
 
@@ -92,8 +92,8 @@ def test_what_is_told_against_the_file_is_followed_and_remarked(tmp_path: Path):
     path = write_session(tmp_path / "run.mcap", settings(code))
     (outcome,) = add(folder, path, session=4)
     assert outcome.key == (code, "training", 4)
-    assert "says session 1" in str(outcome.remark)
-    assert "says session 1" in read_tables(folder).sessions["remark"][0]
+    assert "states session 1" in str(outcome.remark)
+    assert "states session 1" in read_tables(folder).sessions["remark"][0]
 
 
 def test_a_recording_under_the_code_of_another_person_is_remarked(tmp_path: Path):
@@ -101,7 +101,7 @@ def test_a_recording_under_the_code_of_another_person_is_remarked(tmp_path: Path
     add(folder, write_session(tmp_path / "one.mcap", settings(code)))
     other = settings(code, session=2) | {"wearer": {"height_m": 1.60, "mass_kg": 55.0, "sex": "female"}}
     (outcome,) = add(folder, write_session(tmp_path / "two.mcap", other))
-    assert "do two people have one code?" in str(outcome.remark)
+    assert "check if two people have the same code" in str(outcome.remark)
 
 
 def test_a_bad_file_goes_into_quarantine_and_the_rest_goes_on(tmp_path: Path):
@@ -172,7 +172,7 @@ def test_a_file_that_is_still_being_written_is_refused(tmp_path: Path, monkeypat
     monkeypatch.setattr("exograv.study.dataset.adding.sha256_of", lambda _: "ab" * 32)
     (outcome,) = add(folder, path)
     assert outcome.what == "refused"
-    assert "still being written" in outcome.sentence
+    assert "still writing it" in outcome.sentence
     assert not list(folder.sources.rglob("*.mcap"))
 
 
@@ -193,7 +193,7 @@ def test_a_source_that_was_changed_by_hand_is_remarked_when_all_is_made_anew(tmp
     add(folder, write_session(tmp_path / "run.mcap", settings(code)))
     (placed,) = folder.sources.rglob("*.mcap")
     placed.write_bytes(placed.read_bytes()[:-20])
-    assert "its hash is another" in str(study_status(folder, everything=True).remarks)
+    assert "its hash differs" in str(study_status(folder, everything=True).remarks)
 
 
 def test_two_commands_at_once_are_refused(tmp_path: Path):

@@ -1,4 +1,4 @@
-"""Whoever is erased is nowhere in the folder any more, in names or contents, packed or not; others are as they were."""
+"""Erasing removes a person from all names and contents, packed or not, and leaves other people unchanged."""
 
 import gzip
 import json
@@ -22,7 +22,7 @@ from exograv.study.participants.searching import files_with
 
 
 def full_study(tmp_path: Path) -> tuple[StudyFolder, str, str]:
-    """Two people with two sessions each, one of them made under another code, an export, a report, a replaced file."""
+    """Create two people with two sessions each, one under another code, an export, a report, and a replaced file."""
     folder, (one, other) = study_with(tmp_path / "study", "trained", "untrained")
     for k, code in enumerate((one, other)):
         first = write_session(tmp_path / f"{k}a.mcap", settings(code))
@@ -96,7 +96,7 @@ def test_what_somebody_laid_into_the_folder_is_found_and_named(tmp_path: Path):
     receipt = erase(folder, one)
     assert not receipt.is_proved
     assert receipt.left == ("notes.txt (bytes)",)
-    assert "remove these by hand" in receipt.sentence
+    assert "remove these files by hand" in receipt.sentence
 
 
 @pytest.mark.parametrize("word", ["K9RR9PR", "P-02"])

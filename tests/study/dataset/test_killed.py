@@ -1,4 +1,4 @@
-"""A command that is killed at any moment leaves a study that can be read, and the same command then finishes it."""
+"""A command that is killed at any moment leaves a readable study, and the same command then completes the work."""
 
 import random
 import shutil
@@ -47,7 +47,7 @@ def test_whenever_it_is_killed_the_study_is_whole(tmp_path: Path):
     subprocess.run(command(shutil.copytree(folder.path, tmp_path / "unkilled"), tmp_path / "in"), check=True, **QUIET)
     takes_s, killed = time.monotonic() - begun, 0
     for k in range(12):
-        # Most start anew, some go on where the one before was killed.
+        # Most runs start from the beginning; some continue where the run before was killed.
         if chance.random() < 0.7:
             folder = StudyFolder(shutil.copytree(tmp_path / "study", tmp_path / f"study-{k}"))
         process = subprocess.Popen(command(folder.path, tmp_path / "in"), **QUIET)

@@ -1,4 +1,4 @@
-"""The status names who has what, what is missing by study.toml, and what is wrong."""
+"""The status names the sessions of each participant, missing sessions by study.toml, and problems."""
 
 from pathlib import Path
 
@@ -54,7 +54,7 @@ def test_settings_come_back_as_they_were_written(tmp_path: Path):
         ('protocol = "flight"', 'protocl = "flight"', "protocl"),
         ('groups = ["trained"]', 'groups = ["drilled"]', "drilled"),
         ("schema_version = 1", "schema_version = 9", "schema_version"),
-        ("[groups]", "[groups", "no valid TOML"),
+        ("[groups]", "[groups", "not valid TOML"),
     ],
 )
 def test_a_study_file_that_cannot_be_used_says_where(tmp_path: Path, old: str, new: str, said: str):

@@ -1,4 +1,4 @@
-"""Tables have exactly the columns of the contract, in memory and back from the disk."""
+"""Tables have exactly the columns of the contract, in memory and when read from the disk."""
 
 from pathlib import Path
 
@@ -52,5 +52,5 @@ def test_tables_that_are_missing_or_of_another_making_say_what_to_do(tmp_path: P
         read_tables(tmp_path)
     write_tables(StudyFolder(tmp_path), tables())
     pd.DataFrame({"other": [1]}).to_parquet(tmp_path / "derivatives" / "sessions.parquet")
-    with pytest.raises(RecordingError, match="other columns"):
+    with pytest.raises(RecordingError, match="columns of another version"):
         read_tables(tmp_path)

@@ -1,4 +1,4 @@
-"""A recording of a task becomes rows that count what it says, and a remark for all that is wrong with it."""
+"""A recording of a task becomes rows with its counts, and a remark for each of its problems."""
 
 from pathlib import Path
 
@@ -53,7 +53,7 @@ def test_a_touch_that_was_sent_twice_is_one(tmp_path: Path):
 def test_a_screen_without_calibration_has_no_millimetres_and_says_so(tmp_path: Path):
     found = imported(tmp_path, records=run_records(pitch_mm=None))
     assert found.session["pitch_x_mm"] is None
-    assert "no millimetres" in found.session["remark"]
+    assert "no values in millimetres" in found.session["remark"]
 
 
 def test_a_clock_that_goes_back_or_leaps_is_counted(tmp_path: Path):
@@ -62,13 +62,13 @@ def test_a_clock_that_goes_back_or_leaps_is_counted(tmp_path: Path):
     t[200:] -= 50.0
     found = imported(tmp_path, times=t)
     assert found.session["clock_jumps"] == 2
-    assert "leapt: 2" in found.session["remark"]
+    assert "jumped ahead: 2" in found.session["remark"]
 
 
 def test_the_leap_to_where_a_run_went_on_is_none(tmp_path: Path):
     t = BEGUN_S + 0.1 * np.arange(310)
     t[155:] += 300.0
-    # The arm is put in again before the task goes on.
+    # The arm is attached again before the task continues.
     resumed = {"kind": "paused", "t": float(t[155]) + 8.0, "why": "interrupted"}
     records = [one for one in run_records() if one["t"] < t[154]]
     found = imported(tmp_path, times=t, records=[*records, resumed])
@@ -82,7 +82,7 @@ def test_ticks_that_are_missing_are_counted_by_their_numbers(tmp_path: Path):
             recording.tick(0.001 * k, closure_slope=0.0, tick_us=1.0, sequence=k, **ZEROS)
     session = import_recording(path).session
     assert (session["ticks"], session["ticks_lost"]) == (6, 4)
-    assert session["remark"] == "No task was run in it."
+    assert session["remark"] == "The recording holds no run of a task."
 
 
 def test_a_window_that_was_broken_off_is_an_attempt_of_its_own(tmp_path: Path):

@@ -1,4 +1,4 @@
-"""A CSV of touches is cut by session; each line becomes a touch, or is named with the reason why it does not."""
+"""A CSV of touches is cut by session. Each line becomes a touch, or is refused with a reason."""
 
 import contextlib
 from pathlib import Path
@@ -65,16 +65,16 @@ def test_both_decimal_signs_in_one_file_are_refused_with_their_lines():
 @pytest.mark.parametrize(
     ("line", "reason"),
     [
-        ("K9RR9PR,training,1,1,9.0,1,2,3\n", "it has 8 cells"),
-        ("K9RR9PR,training,1,1,soon,1,2,3,4,0\n", "t_s is no number"),
-        ("K9RR9PR,training,1,1,inf,1,2,3,4,0\n", "t_s is no number"),
-        ("K9RR9PR,training,1,1.5,9.0,1,2,3,4,0\n", "window is no whole number"),
+        ("K9RR9PR,training,1,1,9.0,1,2,3\n", "the line has 8 cells"),
+        ("K9RR9PR,training,1,1,soon,1,2,3,4,0\n", "t_s is not a number"),
+        ("K9RR9PR,training,1,1,inf,1,2,3,4,0\n", "t_s is not a number"),
+        ("K9RR9PR,training,1,1.5,9.0,1,2,3,4,0\n", "window is not a whole number"),
         ("K9RR9PR,training,1,1,9.0,,2,3,4,0\n", "x_px is missing"),
         ("K9RR9PR,training,1,1,9.0,1,2,,4,0\n", "target_x_px and deviation_x_px are missing"),
-        ('K9RR9PR,training,1,1,9.0,"1,2,3,4,0\n', "quotes are not closed"),
-        ("Anneliese,training,1,1,9.0,1,2,3,4,0\n", "its participant is no code"),
-        ("K9RR9PR,../training,1,1,9.0,1,2,3,4,0\n", "its protocol is no name"),
-        ("K9RR9PR,training,0,1,9.0,1,2,3,4,0\n", "its session is no whole number from 1"),
+        ('K9RR9PR,training,1,1,9.0,"1,2,3,4,0\n', "a quote in the line is not closed"),
+        ("Anneliese,training,1,1,9.0,1,2,3,4,0\n", "its participant is not a code"),
+        ("K9RR9PR,../training,1,1,9.0,1,2,3,4,0\n", "its protocol is not a name"),
+        ("K9RR9PR,training,0,1,9.0,1,2,3,4,0\n", "its session is not a whole number from 1"),
     ],
 )
 def test_a_line_that_cannot_be_used_is_named_and_the_others_are(line: str, reason: str):
@@ -97,7 +97,7 @@ def test_a_deviation_that_is_not_contact_minus_target_is_refused():
 
 
 def test_a_column_that_might_name_a_person_is_refused_by_its_place():
-    with pytest.raises(RecordingError, match="Column 11 is none") as refused:
+    with pytest.raises(RecordingError, match="Column 11 is not a known column") as refused:
         cut(HEAD.strip() + ",Surname Annelie\n" + LINES)
     assert "Annelie" not in str(refused.value)
 

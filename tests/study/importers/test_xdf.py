@@ -1,4 +1,4 @@
-"""XDF gives the touches of our markers as a recording does, and those of somebody else by a mapping."""
+"""XDF gives the same touches as a recording from our markers, and touches of other software by a mapping."""
 
 import json
 from pathlib import Path
@@ -91,7 +91,7 @@ def test_what_is_not_in_the_file_is_said(tmp_path: Path):
     with pytest.raises(RecordingError, match="labelled block, x, y, tx, ty"):
         import_xdf(path, wrong)
     (tmp_path / "letter.xdf").write_text("Dear all")
-    with pytest.raises(RecordingError, match="no XDF"):
+    with pytest.raises(RecordingError, match="not XDF"):
         import_xdf(tmp_path / "letter.xdf")
 
 

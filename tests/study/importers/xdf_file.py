@@ -1,4 +1,4 @@
-"""XDF files as LabRecorder writes them, made up. Source of the layout: XDF specification 1.0."""
+"""Made-up XDF files as LabRecorder writes them. Source of the layout: XDF specification 1.0."""
 
 import struct
 from collections.abc import Sequence
@@ -22,16 +22,16 @@ def stream(
     rate: float = 0.0,
     offset: float = 0.0,
 ) -> bytes:
-    """All chunks of a stream of texts or of doubles.
+    """Return all chunks of a stream of texts or of doubles.
 
     Args:
-        number: Of the stream in the file.
-        name: As it names itself.
-        stamps: Of the samples, by the sender's clock [s].
-        samples: One list a sample.
-        labels: Of the channels.
-        rate: Nominal [Hz].
-        offset: That LabRecorder measured, every second [s].
+        number: Number of the stream in the file.
+        name: Name of the stream.
+        stamps: Stamps of the samples by the sender's clock [s].
+        samples: One list per sample.
+        labels: Labels of the channels.
+        rate: Nominal rate [Hz].
+        offset: Offset that LabRecorder measured, every second [s].
     """
     is_text = isinstance(samples[0][0], str)
     head = HEAD.format(

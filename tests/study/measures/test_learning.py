@@ -1,4 +1,4 @@
-"""Slopes, plateaus and costs of rests are found where a law put them, and are not told where they cannot be known."""
+"""Slopes, plateaus and costs of rests follow the law of the data, and are NaN where they cannot be determined."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from exograv.study.measures.selecting import rows
 
 
 def one_session(law, windows: int = 10, **others):
-    """Touches of one session, each so far [px] to the right as `law` says by window and touch."""
+    """Return the touches of one session, with deviations [px] from `law` by window and touch."""
     tables = made_up_study(
         {"trained": 1},
         {"trained": {"flight": 1}},

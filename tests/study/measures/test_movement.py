@@ -1,4 +1,4 @@
-"""A reach is found without the way back, and its length, speed and smoothness are those of the law that moved it."""
+"""A reach is found without the way back; its length, speed and smoothness are those of the law of motion."""
 
 import numpy as np
 import pytest
@@ -10,14 +10,14 @@ LEAST_JERK_LDLJ = -float(np.log(720.0 / 1.875**2))
 
 
 def least_jerk(duration_s: float, distance: float = 1.0, rate_Hz: float = RATE_HZ) -> tuple[np.ndarray, np.ndarray]:
-    """Position and speed of the smoothest movement from rest to rest."""
+    """Return position and speed of the minimum-jerk movement from rest to rest."""
     s = np.arange(0.0, 1.0 + 1e-9, 1.0 / (rate_Hz * duration_s))
     position = distance * (10 * s**3 - 15 * s**4 + 6 * s**5)
     return position, distance / duration_s * (30 * s**2 - 60 * s**3 + 30 * s**4)
 
 
 def out_and_in(rest_s: float = 1.0) -> tuple[np.ndarray, np.ndarray, int]:
-    """Back from the target, rest, a smooth reach; the sample in which it begins."""
+    """Return the way back from the target, rest, a smooth reach, and the sample at which the reach begins."""
     x, v = least_jerk(0.8)
     still = np.zeros(int(rest_s * RATE_HZ))
     path = np.concatenate([1.0 - x, still, x])
@@ -28,7 +28,7 @@ def test_the_way_back_and_the_rest_are_no_part_of_the_reach():
     path, speed, start = out_and_in()
     reach = last_reach(path, speed)
     assert reach is not None
-    # 5 % of the peak speed is passed 7 % into the movement.
+    # The speed passes 5 % of its peak after 7 % of the movement.
     assert start < reach.first < start + 0.08 * 800
     assert reach.last == len(path) - 1
 
@@ -59,7 +59,7 @@ def test_a_straight_path_is_as_long_as_its_ends_are_apart_and_a_half_circle_long
 def test_least_jerk_has_its_dimensionless_jerk_at_any_size_and_speed(duration_s: float, distance: float):
     _, v = least_jerk(duration_s, distance)
     velocity = v[:, None] * (0.6, 0.8)
-    # Differences leave out the ends of the integral: half a percent at 500 samples.
+    # Differences omit the ends of the integral: half a percent at 500 samples.
     assert log_dimensionless_jerk(velocity, RATE_HZ) == pytest.approx(LEAST_JERK_LDLJ, abs=0.03)
 
 

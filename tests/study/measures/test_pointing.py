@@ -1,4 +1,4 @@
-"""Errors of pointing are those of the law that the touches were drawn from."""
+"""Errors of pointing are those of the law from which the touches were drawn."""
 
 import numpy as np
 import pandas as pd
@@ -44,7 +44,7 @@ def test_a_shift_of_all_touches_leaves_the_variable_error_as_it_was(right: float
 def test_squared_variable_and_constant_error_make_up_the_mean_squared_deviation():
     x, y = np.random.default_rng(1003).normal(3.0, 2.0, size=(2, 50))
     values = scatter_measures(touches_at(x, y), "px")
-    # The variance is about the sample's own mean: n − 1 of n.
+    # The variance is computed about the sample's own mean, with n − 1 of n.
     expected = values["constant_error_px"] ** 2 + values["variable_error_px"] ** 2 * 49 / 50
     assert np.mean(x**2 + y**2) == pytest.approx(expected)
 

@@ -1,4 +1,4 @@
-"""Each touch has the reach that led to it, on even samples or uneven ones, and none where much is missing."""
+"""Each touch has its own reach, on even or uneven samples, and none if a long stretch is missing."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ REACH_S, CYCLE_S = 0.6, 2.5
 
 
 def cycles(n: int, rate_Hz: float = 1000.0, distance: float = 1.0) -> tuple[Motion, list[float]]:
-    """To the target and back `n` times, in two joints; when the target was reached."""
+    """Return a motion to the target and back `n` times, in two joints, and the times at the target."""
     t = np.arange(0.0, n * CYCLE_S, 1.0 / rate_Hz)
     s, _ = least_jerk(REACH_S)
     since = t % CYCLE_S
@@ -29,7 +29,7 @@ def test_each_touch_has_its_own_reach_of_the_length_and_time_that_it_took():
     speed = least_jerk(REACH_S)[1]
     from_onset = log_dimensionless_jerk(speed[np.argmax(speed > 0.05 * speed.max()) :, None], 1000.0)
     for reach in found:
-        # It is told from 5 % of the peak speed on, and smoothing takes the corner off its end.
+        # The reach is measured from 5 % of the peak speed, and smoothing rounds the corner at its end.
         assert reach.movement_s == pytest.approx(REACH_S, rel=0.1)
         assert reach.length == pytest.approx(0.5, rel=0.01)
         assert reach.peak_speed == pytest.approx(1.875 * 0.5 / REACH_S, rel=0.02)

@@ -1,4 +1,4 @@
-"""A recording's windows get their own ticks however it comes in pieces, and what the machine carried is what it was."""
+"""A recording's windows get their own ticks for any size of pieces, and the carried share is correct."""
 
 from pathlib import Path
 
@@ -46,9 +46,9 @@ def test_a_machine_at_lunar_weight_carries_the_rest():
 
 
 def write_session(path: Path, n: int = 4, settings: dict | None = None, shift_s: float = 0.0) -> Path:
-    """One window in which two joints go to the target and back; the recording begins 100 s late on its own clock.
+    """Write one window in which two joints go to the target and back; the recording begins at 100 s on its own clock.
 
-    `shift_s` is by how much the computer's clock, which a console's records have, is behind that of the rig.
+    `shift_s` is the delay of the computer's clock, which a console's records have, behind the rig's clock.
     """
     motion, touches = cycles(n, rate_Hz=200.0)
     with RecordingWriter(path, JOINTS, settings or {}) as recording:

@@ -1,4 +1,4 @@
-"""What was measured of a recording is kept until the recording changes, and no longer."""
+"""Stored measures of a recording are used until the recording changes, and no longer."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The long table holds every measure of the catalogue once for each of its kind, with its unit."""
+"""The long table holds every measure of the catalogue once per object, with its unit."""
 
 from collections import Counter
 

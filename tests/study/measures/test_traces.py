@@ -1,4 +1,4 @@
-"""A trace is the median over windows of what happened at the same time since their opening."""
+"""A trace is the median over windows of the values at the same time since their opening."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A code is drawn, tells nothing, and a slip in typing it is seen."""
+"""A code is random and reveals nothing, and a typing error in it is detected."""
 
 import random
 

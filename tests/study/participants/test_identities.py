@@ -1,4 +1,4 @@
-"""Who stands behind a code opens with the passphrase, and with nothing else."""
+"""The file of identities opens with the passphrase only."""
 
 import os
 import stat
@@ -11,7 +11,7 @@ from exograv.study.participants.identities import read_identities, write_identit
 
 PASSPHRASE = "a long enough passphrase"
 CHEAP = 2**10
-"""Of scrypt: a test need not withstand a guesser."""
+"""Cost of scrypt; a test need not withstand an attack."""
 
 WHO = {"K9RR9PR": {"name": "Jörg Müller-Lüdenscheidt", "contact": "+49 170 1234567"}}
 
@@ -32,7 +32,7 @@ def test_what_was_written_comes_back_and_nothing_of_it_is_readable(tmp_path: Pat
 def test_a_wrong_passphrase_is_one_sentence_and_alters_nothing(tmp_path: Path):
     path = written(tmp_path / "study.identities")
     before = path.read_bytes()
-    with pytest.raises(ConfigError, match="the passphrase is another one") as refused:
+    with pytest.raises(ConfigError, match="the passphrase is wrong") as refused:
         read_identities(path, "another passphrase")
     assert "\n" not in str(refused.value)
     assert path.read_bytes() == before
@@ -63,7 +63,7 @@ def test_the_same_identities_never_look_the_same_and_their_length_tells_little(t
 
 
 def test_a_short_passphrase_is_refused(tmp_path: Path):
-    with pytest.raises(ConfigError, match="12 are the least"):
+    with pytest.raises(ConfigError, match="at least 12 are required"):
         write_identities(tmp_path / "x", "short", WHO, CHEAP)
     assert not (tmp_path / "x").exists()
 

@@ -1,4 +1,4 @@
-"""A study keeps a code and bands of a participant, and no two of one code."""
+"""A study stores a code and bands of each participant, and no code twice."""
 
 from pathlib import Path
 
@@ -40,7 +40,7 @@ def test_a_group_that_the_study_does_not_have_is_refused(tmp_path: Path):
 
 def test_a_code_that_is_there_is_refused(tmp_path: Path):
     folder, (code,) = study_with(tmp_path / "study", "trained")
-    with pytest.raises(ConfigError, match="two people with one code"):
+    with pytest.raises(ConfigError, match="two people with the same code"):
         new_participant(folder, "trained", code)
 
 
@@ -48,7 +48,7 @@ def test_two_of_one_code_in_the_file_are_refused(tmp_path: Path):
     folder, (code,) = study_with(tmp_path / "study", "trained")
     text = folder.participants.read_text()
     folder.participants.write_text(text + text[text.index("[[") :])
-    with pytest.raises(ConfigError, match=f"two participants with one code: {code}"):
+    with pytest.raises(ConfigError, match=f"two participants have the same code: {code}"):
         read_register(folder)
 
 

@@ -1,4 +1,4 @@
-"""The curve rises to what is asked, names what cannot be had, and carries the pilot's doubt along."""
+"""The curve rises to the requested power, states what cannot be reached, and includes the pilot's uncertainty."""
 
 import json
 
@@ -92,12 +92,12 @@ def test_assurance_of_a_small_pilot_is_below_the_power_that_ignores_its_doubt():
     result = made(plan, pilot=pilot, is_stated=False)
     last = result.curve[-1]
     assert (last.assurance or 1.0) < last.power
-    assert any("State by --difference what is worth finding" in sentence for sentence in result.sentences)
+    assert any("Give a difference that is worth finding with --difference" in sentence for sentence in result.sentences)
     assert any("assurance" in sentence for sentence in result.sentences)
 
 
 def test_a_pilot_of_hardly_anybody_is_refused_with_the_way_on():
-    with pytest.raises(ConfigError, match="State --sd and --difference"):
+    with pytest.raises(ConfigError, match="Give --sd and --difference"):
         read_pilot(*made_up_touches((1, 1)), GROUPS, "flight")
 
 

@@ -1,4 +1,4 @@
-"""`exograv study power` keeps its contract, and says how to go on where it cannot."""
+"""`exograv study power` keeps its contract, and states the next step if it cannot compute a result."""
 
 import json
 from pathlib import Path
@@ -19,12 +19,12 @@ QUICK: dict[str, Any] = {"n_max": 6, "studies": 500}
 
 
 def planned(**options: Any) -> dict[str, Any]:
-    """Figures of the command."""
+    """Return the figures of the command."""
     return act(run_power, command_class(run_power)(**options))
 
 
 def pilot(folder: Path, complete: int = 5) -> Path:
-    """A study's folder with tables only: three trained, three untrained; five windows, so many to the end."""
+    """Return a study's folder with tables only: three trained, three untrained people, five windows, some complete."""
     touches, participants = made_up_touches((3, 3))
     window = {
         "protocol": "flight", "session": 1, "attempt": 1, "opened_by": "clock", "marks": "", "gravity_level": 0.0,
@@ -80,7 +80,7 @@ def test_a_stated_spread_comes_before_the_pilot_s_and_has_no_assurance(tmp_path:
     ("options", "word"),
     [
         ({}, "Give a study with --from, or give --sd"),
-        ({"pilot": Path("nowhere")}, "nowhere is no study: study.toml is missing"),
+        ({"pilot": Path("nowhere")}, "nowhere is not a study: study.toml is missing"),
         ({"sd": -1.0}, "--sd is -1"),
         ({"sd": 0.3, "n_max": 1}, "--n-max is 1"),
         ({"sd": 0.3, "seed": -1}, "--seed is -1"),

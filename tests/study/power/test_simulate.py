@@ -1,4 +1,4 @@
-"""Simulated power is what theory and touch-by-touch simulation say, and 0 where alpha cannot be reached."""
+"""Simulated power agrees with theory and with touch-by-touch simulation, and is 0 if alpha cannot be reached."""
 
 import numpy as np
 import pytest
@@ -26,20 +26,20 @@ def test_three_against_three_have_no_power_whatever_the_effect(n: int, differenc
 
 @pytest.mark.parametrize("n", [6, 8, 10, 16])
 def test_the_exact_test_comes_near_student_s_power(n: int):
-    # Touches' own noise is part of what differs between people.
+    # The noise of touches is part of the differences between people.
     sd = float(
         people(
             PlannedStudy(0.0, 0.35), sure_worlds(PlannedStudy(0.0, 0.35), 20_000), 2, np.random.default_rng(1000)
         ).std()
     )
     theory = t_test_power(n, n, PLAN.difference, sd)
-    # At six against six the levels it can have leave up to 0.03 of power; drawing ways takes 0.005.
+    # At six against six the possible levels reduce the power by up to 0.03; drawing relabellings costs 0.005.
     assert theory - 0.03 - FOUR_SD < share_of(PLAN, n).power < theory + 0.01 + FOUR_SD
 
 
 def test_without_a_difference_the_power_is_the_false_alarm_rate():
     found = share_of(PlannedStudy(0.0, 0.35), 5)
-    assert found.power <= 0.05 + FOUR_SD * 0.44  # √(0.05 · 0.95) in place of 0.5
+    assert found.power <= 0.05 + FOUR_SD * 0.44  # √(0.05 · 0.95) instead of 0.5
     assert found.welch_power == pytest.approx(0.05, abs=FOUR_SD * 0.44 + 0.01)
 
 

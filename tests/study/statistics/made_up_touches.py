@@ -1,4 +1,4 @@
-"""Touches of people who differ by what a test says, as tidy tables."""
+"""Touches of people with given differences, as tidy tables."""
 
 import numpy as np
 import pandas as pd
@@ -18,7 +18,7 @@ def made_up_touches(
     touches: int = 8,
     seed: int = 1000,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Tables of touches and participants: T1, T2 … trained, U1, U2 … untrained, 100 px in the middle of the latter."""
+    """Return tables of touches and participants: T1, T2 … trained, U1, U2 … untrained with a median of 100 px."""
     rng = np.random.default_rng(seed)
     rows, persons = [], []
     for group, n in zip(GROUPS, people, strict=True):
@@ -33,7 +33,7 @@ def made_up_touches(
 
 
 def touch_row(code: str, window: int | None, touch: int, deviation: float, **other) -> dict:
-    """One touch that counts, right of the target."""
+    """Return one accepted touch, right of the target."""
     return {
         "participant": code, "protocol": "flight", "session": 1, "window": window, "attempt": 1,
         "sequence": 100 * (window or 0) + touch, "page": "a", "t_s": 180.0 * (window or 0) + 2.75 * touch,

@@ -1,4 +1,4 @@
-"""The posterior is calibrated: truths drawn from the prior fall anywhere in it, equally often."""
+"""The posterior is calibrated: true values drawn from the prior have uniform ranks in it."""
 
 import numpy as np
 import pytest
@@ -13,11 +13,11 @@ WORLDS = 400
 def world(
     prior: StudyPrior, touches: np.ndarray, n_first: int, rng: np.random.Generator
 ) -> tuple[SufficientStatistics, float, float]:
-    """A study from the prior: what it holds, the true difference, the true standard deviation between people."""
+    """Draw a study from the prior: statistics, true difference, true standard deviation between people."""
     difference = prior.effect_sd * rng.normal()
     person_sd = abs(prior.person_scale * rng.standard_t(3))
     touch_sd = TOUCH_SD_MIDDLE * TOUCH_SD_FACTOR ** rng.normal()
-    # The level's prior is flat, so any level will do.
+    # The level's prior is flat, so any level is valid.
     people = 4.0 + person_sd * rng.normal(size=len(touches)) + difference * (np.arange(len(touches)) < n_first)
     means = people + touch_sd / np.sqrt(touches) * rng.normal(size=len(touches))
     squares = touch_sd**2 * rng.chisquare(touches.sum() - len(touches))
@@ -26,7 +26,7 @@ def world(
 
 @pytest.mark.parametrize("touches", [(40.0, 40.0, 40.0, 40.0, 40.0, 40.0), (3.0, 12.0, 60.0, 8.0, 30.0)])
 def test_truths_from_the_prior_fall_anywhere_in_the_posterior(touches: tuple[float, ...]):
-    """Simulation-based calibration: Talts et al. 2018, arXiv:1804.06788."""
+    """Run simulation-based calibration: Talts et al. 2018, arXiv:1804.06788."""
     rng, prior = np.random.default_rng(1000), StudyPrior(effect_sd=0.8, person_scale=0.4)
     ranks, sd_ranks = [], []
     for _ in range(WORLDS):
@@ -34,7 +34,7 @@ def test_truths_from_the_prior_fall_anywhere_in_the_posterior(touches: tuple[flo
         grid = posterior_grid(sums, prior)
         ranks.append(grid.cdf(difference))
         sd_ranks.append(float(grid.weight[grid.person_sd < person_sd].sum()))
-    # Four in a thousand correct samplers would fail by chance with each.
+    # For each quantity, four in a thousand correct samplers would fail by chance.
     assert stats.kstest(ranks, "uniform").pvalue > 0.004
     assert stats.kstest(sd_ranks, "uniform").pvalue > 0.004
 

@@ -1,4 +1,4 @@
-"""Findings speak of people, promise what they hold, and go into JSON as they are."""
+"""Findings concern people, guarantee their intervals, and go into JSON unchanged."""
 
 import json
 from dataclasses import replace
@@ -19,7 +19,7 @@ def test_three_against_three_are_told_that_they_cannot_reach_alpha():
     assert found.primary.p_min == pytest.approx(0.1)
     assert found.primary.text == "p = 0.100, the smallest possible"
     assert "cannot reach 0.05" in found.primary.sentence
-    assert any("It takes 4 against 4 at least" in sentence for sentence in found.limits)
+    assert any("At least 4 against 4 are needed" in sentence for sentence in found.limits)
     assert "significant" not in json.dumps(json_value(found))
 
 
@@ -80,7 +80,7 @@ def test_hardly_anybody_is_said_and_no_crash(people: tuple[int, int]):
     json.dumps(json_value(found), allow_nan=False)
     if min(people) == 0:
         assert found.primary.p is None
-        assert "nothing to test" in found.primary.sentence
+        assert "no test is possible" in found.primary.sentence
     elif min(people) == 1:
         assert found.effect.interval is None
         assert any("there is no interval" in sentence for sentence in found.limits)
@@ -94,7 +94,7 @@ def test_a_sealed_group_is_not_compared():
 
 
 def test_groups_that_are_the_same_are_refused():
-    with pytest.raises(ConfigError, match="takes two"):
+    with pytest.raises(ConfigError, match="give two different groups"):
         CompareSettings(groups=("trained", "trained"))
     with pytest.raises(ConfigError, match="alpha is 0"):
         replace(CompareSettings(), alpha=0.0)
@@ -102,7 +102,7 @@ def test_groups_that_are_the_same_are_refused():
 
 def test_alike_groups_of_many_alike_people_are_said_to_be_alike():
     found = compare(*made_up_touches((30, 30), log_difference=0.0, person_sd=0.05), CompareSettings(mixed=False))
-    assert any("is shown, if people are normal" in sentence for sentence in found.limits)
+    assert any("is shown, if people's logarithms are normal" in sentence for sentence in found.limits)
     few = compare(*made_up_touches((3, 3), log_difference=0.0), CompareSettings(mixed=False))
     assert any("is not shown either" in sentence for sentence in few.limits)
 
@@ -113,5 +113,5 @@ def test_the_false_alarm_rate_of_the_whole_way_is_at_most_alpha():
     for _ in range(60):
         tables = made_up_touches((4, 4), 0.0, windows=2, touches=4, seed=int(rng.integers(1000, 10**6)))
         alarms += (compare(*tables, CompareSettings(mixed=False, bayes=False)).primary.p or 1.0) <= 0.05
-    # At most 2 of 70 groupings: more than 8 of 60 would come up once in 10 000 times.
+    # At most 2 of 70 groupings reject: more than 8 of 60 would occur once in 10 000 times.
     assert alarms <= 8

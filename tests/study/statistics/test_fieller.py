@@ -1,4 +1,4 @@
-"""A ratio of means over the same people: its interval holds the truth, and is not told where it has no ends."""
+"""The interval of a ratio of means over the same people holds the true value, and is None if it is unbounded."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from exograv.study.statistics.fieller import fieller, mean_interval
 
 STUDIES = 1500
 FOUR_ERRORS = 0.0225
-"""Four standard errors of a rate of 0.95 in so many studies."""
+"""Four standard errors of a rate of 0.95 in the number of studies."""
 
 
 @pytest.mark.parametrize("n", [3, 6])
@@ -18,7 +18,7 @@ def test_ninety_five_of_a_hundred_intervals_hold_the_truth(n: int):
         found = fieller(0.4 * below + 3.0 * rng.standard_normal(n), below + 3.0 * rng.standard_normal(n))
         assert found.interval is None or found.value is not None
         ends = (found.interval.low, found.interval.high) if found.interval else (None, None)
-        # Without ends the set of ratios is not bounded: these count neither way, and are rare here.
+        # An unbounded set of ratios counts neither as hit nor as miss; it is rare here.
         held += ends[0] is None or ends[1] is None or ends[0] <= 0.4 <= ends[1]
     assert held / STUDIES == pytest.approx(0.95, abs=FOUR_ERRORS)
 
@@ -42,7 +42,7 @@ def test_the_unit_does_not_matter():
 def test_a_mean_below_that_may_be_zero_gives_a_reason_and_no_value():
     found = fieller(np.array([1.0, 2.0, 3.0]), np.array([-1.0, 1.0, 2.0]))
     assert found.value is None
-    assert "cannot be told from 0" in found.reason
+    assert "does not differ from 0" in found.reason
 
 
 def test_nobody_has_no_ratio():

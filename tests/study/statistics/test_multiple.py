@@ -1,4 +1,4 @@
-"""Corrected p-values are never below the raw ones, and hold for the family."""
+"""Corrected p-values are never below the raw ones, and are valid for the family."""
 
 import numpy as np
 import pandas as pd
@@ -15,7 +15,7 @@ WAYS = relabellings(4, 4, RNG)
 
 
 def test_holm_multiplies_each_p_by_the_hypotheses_that_are_left_and_never_falls():
-    # By hand: 4 x 0.005, 3 x 0.01, 2 x 0.03, and 1 x 0.04 raised to the one before it.
+    # By hand: 4 x 0.005, 3 x 0.01, 2 x 0.03, and 1 x 0.04 raised to the value before.
     assert holm(np.array([0.01, 0.04, 0.03, 0.005])) == pytest.approx([0.03, 0.06, 0.06, 0.02])
     assert holm(np.array([0.6, 0.5])) == pytest.approx([1.0, 1.0])
 
@@ -34,7 +34,7 @@ def test_one_measure_told_many_times_costs_nothing_in_max_t():
 
 
 def test_a_false_alarm_in_the_family_is_as_rare_as_promised():
-    # All groupings of the same people: the rate is exact, and no simulation's.
+    # All groupings of the same people are tested: the rate is exact, not simulated.
     values = np.random.default_rng(1002).normal(size=(4, 8))
     alarms = [
         max_t(np.hstack([values[:, label], values[:, ~label]]), WAYS).min() <= 0.1 + 1e-12 for label in WAYS.in_first
@@ -48,7 +48,7 @@ def test_measures_that_cannot_be_tested_are_named():
     values["c"] = 1.0
     family = compare_measures(values, WAYS, "Pointing")
     assert family.table["measure"].tolist() == ["a"]
-    assert set(family.left_out) == {"b is missing for somebody.", "c is the same for everybody."}
+    assert set(family.left_out) == {"b is missing for at least one person.", "c is the same for all people."}
     assert family.p_min == pytest.approx(2 / 70)
     assert "1 measures" in family.sentence
 

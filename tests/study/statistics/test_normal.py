@@ -1,4 +1,4 @@
-"""Normal theory agrees with SciPy, and its intervals hold the truth at three against three."""
+"""Normal theory agrees with SciPy, and its intervals hold the true value at three against three."""
 
 from typing import Any
 
@@ -52,7 +52,7 @@ def test_the_interval_leaves_one_out_exactly_when_welch_s_p_is_small(n: tuple[in
 
 @pytest.mark.parametrize(("spreads", "lowest"), [((0.35, 0.35), 0.95), ((0.2, 0.6), 0.945)])
 def test_welch_s_interval_holds_the_truth_at_three_against_three(spreads: tuple[float, float], lowest: float):
-    """With unequal spreads hardly less: `benchmarks/false_positives.py --coverage`."""
+    """Check the coverage, which is slightly lower for unequal spreads: `benchmarks/false_positives.py --coverage`."""
     rng, shift, held = np.random.default_rng(1003), -0.7, 0
     for draw in rng.normal(size=(STUDIES, 2, 3)):
         _, interval = welch_interval(shift + spreads[0] * draw[0], spreads[1] * draw[1])

@@ -1,4 +1,4 @@
-"""A person is one number, whoever has more touches; and what is left out is counted and named."""
+"""Each person is one number, independent of the number of touches; left-out touches are counted and named."""
 
 import numpy as np
 import pandas as pd
@@ -59,14 +59,14 @@ def test_whatever_is_left_out_is_named():
     assert table["participant"].tolist() == ["T1"]
     text = " ".join(left_out)
     for sentence in (
-        "1 touches in 'flight' do not count, by their own reasons.",
-        "1 touches in 'flight' fell outside of any window.",
+        "1 touches in 'flight' were rejected, each for its own reason.",
+        "1 touches in 'flight' are outside of all windows.",
         "1 touches have no deviation in mm",
         "S1 has no group, or it is still sealed.",
         "C1 is in group 'control'",
-        "T2 has no touch in 'flight' that counts.",
-        "U1 has no touch in 'flight' that counts.",
-        "X9 has touches and is not among the participants.",
+        "T2 has no accepted touch in 'flight'.",
+        "U1 has no accepted touch in 'flight'.",
+        "X9 has touches but is not among the participants.",
     ):
         assert sentence in text
     assert len(left_out) == 8
@@ -74,7 +74,7 @@ def test_whatever_is_left_out_is_named():
 
 def test_two_participants_with_one_code_are_refused():
     touches, participants = made_up_touches((2, 2))
-    with pytest.raises(ConfigError, match="U2 stands twice among the participants"):
+    with pytest.raises(ConfigError, match="U2 occurs twice among the participants"):
         counted(touches, pd.concat([participants, participants.iloc[-1:]], ignore_index=True))
 
 

@@ -1,4 +1,4 @@
-"""The exact test counts what it says it counts, and its intervals hold the truth as often as they say."""
+"""The exact test enumerates all groupings, and its intervals have the stated coverage."""
 
 from math import comb
 
@@ -17,7 +17,7 @@ STUDIES = 4000
 
 
 def drawn(n: tuple[int, int], seed: int, digits: int = 6) -> np.ndarray:
-    """People of both groups, rounded: few digits make equal values."""
+    """Draw rounded values of people of both groups; few digits make equal values."""
     return np.random.default_rng(1000 + seed).normal(size=sum(n)).round(digits)
 
 
@@ -94,7 +94,7 @@ def test_three_against_three_have_an_interval_at_ninety_percent_and_none_above()
 
 @pytest.mark.parametrize("interval_of", [shift_interval, lambda *a: pair_interval(*a)[1]])
 def test_intervals_of_three_against_three_hold_the_truth_as_often_as_they_say(interval_of):
-    # Cauchy: the level must not depend on anybody being normal.
+    # Cauchy values show that the level does not depend on normality.
     rng, ways, shift = np.random.default_rng(1001), ways_of((3, 3)), 0.7
     held = 0
     for people in rng.standard_cauchy((STUDIES, 6)) + shift * (np.arange(6) < 3):
@@ -105,7 +105,7 @@ def test_intervals_of_three_against_three_hold_the_truth_as_often_as_they_say(in
 
 @pytest.mark.parametrize("n", [(3, 3), (4, 4), (5, 3), (6, 6)])
 def test_the_false_alarm_rate_is_never_above_alpha(n: tuple[int, int]):
-    # Exact, not simulated: with distinct people each grouping is as likely as another, so all of them are tried.
+    # The rate is exact: with distinct people all groupings are equally likely, so all of them are tried.
     values, ways = drawn(n, 7), ways_of(n)
     regrouped = np.array([np.concatenate([values[label], values[~label]]) for label in ways.in_first])
     p = two_sided(regrouped, ways)

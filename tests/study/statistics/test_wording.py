@@ -1,4 +1,4 @@
-"""Nothing smaller than the possible is printed, and no success is claimed where none could be reached."""
+"""No printed value is below the possible minimum, and no success is claimed where none could be reached."""
 
 import re
 
@@ -27,7 +27,9 @@ def test_p_has_three_digits_rounded_up(p: float, text: str):
 
 
 def test_a_p_value_below_the_smallest_possible_is_refused_with_the_reason():
-    with pytest.raises(ConfigError, match=r"smallest that these people allow is 0.1\. Test participants, not touches"):
+    with pytest.raises(
+        ConfigError, match=r"smallest value that these people allow is 0.1\. Test participants, not touches"
+    ):
         p_text(0.001, 0.1)
 
 

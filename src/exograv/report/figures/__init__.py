@@ -1,1 +1,1 @@
-"""One file a figure: what it draws from a recording, or None where the recording lacks it, and what one sees in it."""
+"""Figures of recordings, one file each: drawing, or None without the data for it, and explanation."""

@@ -1,4 +1,4 @@
-"""How support followed a person: what was carried, within its bounds, and what was reached with it."""
+"""Figure of a training with adaptive support: support within its bounds, and share of reached targets."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,14 +12,14 @@ from exograv.report.style.figure_style import mark_simulated
 
 @dataclass(frozen=True)
 class SupportBlock:
-    """Attempts with one support."""
+    """Attempts with the same support."""
 
     session: int
     support: float
-    """Weight of the arm that was carried [%]."""
+    """Share of the arm's weight that was carried [%]."""
 
     share: float
-    """Targets reached [-]."""
+    """Share of reached targets [-]."""
 
     sank: bool
     low: float
@@ -28,10 +28,10 @@ class SupportBlock:
 
 
 def draw_assist(blocks: Sequence[SupportBlock], word: Callable[[str], str]) -> Figure:
-    """Draw support above, and the share of targets reached below, block by block over all sessions.
+    """Draw support above, and the share of reached targets below, block by block over all sessions.
 
     Args:
-        blocks: Of all sessions, in their order.
+        blocks: Blocks of all sessions, in their order.
         word: Gives the name of an axis in the page's language.
     """
     figure = Figure(figsize=(9.6, 4.4), layout="constrained")

@@ -1,16 +1,16 @@
-"""Result of the benchmark of identification methods: what its command writes, and its page and figure show."""
+"""Result of the benchmark of identification methods, for the command's files, the page and the figure."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 Ends = tuple[float | None, float | None]
-"""Of a 95 % interval; None where one is infinite."""
+"""Ends of a 95 % interval; None for an infinite end."""
 
 
 @dataclass(frozen=True)
 class MedianFigures:
-    """Median over wearers with its bootstrap interval; None where infinite."""
+    """Median over wearers with its bootstrap interval; None for infinite values."""
 
     median: float | None
     ci95: Ends
@@ -18,7 +18,7 @@ class MedianFigures:
 
 @dataclass(frozen=True)
 class Coverage:
-    """Stated 95 % intervals that hold the truth."""
+    """Number of stated 95 % intervals that hold the true value."""
 
     covered: int
     of: int
@@ -26,7 +26,7 @@ class Coverage:
 
 @dataclass(frozen=True)
 class PlaceFigures:
-    """Worst axis of each place [N·m]; None where infinite."""
+    """Worst axis of each place [N·m]; None if infinite."""
 
     shoulder: float | None
     elbow: float | None
@@ -34,7 +34,7 @@ class PlaceFigures:
 
 @dataclass(frozen=True)
 class TimePercentiles:
-    """Medians over the wearers of each run's percentiles, and the longest of all [µs]."""
+    """Medians over the wearers of each run's percentiles, and the overall maximum [µs]."""
 
     p50: float | None = None
     p99: float | None = None
@@ -52,7 +52,7 @@ class LearningCurves:
 
 @dataclass(frozen=True)
 class MethodFigures:
-    """One method in one setting, over all wearers; shares lie between 0 and 1, None where there are none."""
+    """Results of one method in one setting, over all wearers. Shares lie between 0 and 1; None if undefined."""
 
     method: str
     level: int
@@ -69,10 +69,10 @@ class MethodFigures:
     reached_share: float | None
     reached_coarse_share: float | None
     reached_within_share: dict[str, float | None]
-    """By seconds of motion."""
+    """Share by seconds of motion."""
 
     left_over_Nm: dict[str, PlaceFigures]
-    """By seconds of motion."""
+    """Left over by seconds of motion."""
 
     coverage95: Coverage
     coverage95_by_duration: dict[str, Coverage]
@@ -80,7 +80,7 @@ class MethodFigures:
     coverage95_by_parameter: dict[str, Coverage]
     consistent_share: float | None
     outcomes: dict[str, int]
-    """Verdicts of the stop rule."""
+    """Number of wearers by verdict of the stop rule."""
 
     stop_s: float | None
     told_restless_share: float | None
@@ -95,7 +95,7 @@ class MethodFigures:
 
 @dataclass(frozen=True)
 class Winner:
-    """Best method that learns while the arm moves, and methods that cannot be told from it."""
+    """Best method that learns while the arm moves, and methods that do not differ significantly from it."""
 
     method: str | None
     by: str
@@ -106,7 +106,7 @@ class Winner:
 
 @dataclass(frozen=True)
 class PairedRatio:
-    """Times of our method over a rival's on the same wearers."""
+    """Ratios of our method's times to a rival's times on the same wearers."""
 
     setting: str
     level: int
@@ -115,7 +115,7 @@ class PairedRatio:
     rival: str
     threshold: str
     ratio_of_medians: float | None
-    """0: ours gets there and the rival never does. None: ours never does, or neither."""
+    """Ratio; 0 if only our method reaches the threshold, None if our method or neither method reaches it."""
 
     ci95: Ends
     wearers: int
@@ -127,7 +127,7 @@ class PairedRatio:
 
 @dataclass(frozen=True)
 class DisturbancePart:
-    """Change of the remainder after 120 s by one disturbance [N·m]."""
+    """Change of the left over after 120 s by one disturbance [N·m]."""
 
     row: str
     meaning: str
@@ -146,7 +146,7 @@ class DisturbancePart:
 
 @dataclass(frozen=True)
 class WearerFigures:
-    """One run in short; its whole course is in the file of runs."""
+    """Short result of one run. The complete run is in the file of runs."""
 
     setting: str
     method: str
@@ -161,7 +161,7 @@ class WearerFigures:
     failed: str | None
     time_to_target_s: float | None
     left_over_Nm: dict[str, Ends]
-    """Worst shoulder axis and elbow, by seconds of motion."""
+    """Left over at the worst shoulder axis and the elbow, by seconds of motion."""
 
     outcome: str
     stop_s: float | None
@@ -170,11 +170,11 @@ class WearerFigures:
 
 @dataclass(frozen=True)
 class BenchmarkSummary:
-    """All figures of finished runs."""
+    """Figures of all finished runs."""
 
     results: list[MethodFigures]
     winner_by_level: dict[str, dict[str, Winner]]
-    """By level and kind of drive."""
+    """Best method by level and kind of drive."""
 
     paired_ratios: list[PairedRatio]
     break_down: list[DisturbancePart]
@@ -185,7 +185,7 @@ class BenchmarkSummary:
 
 @dataclass(frozen=True)
 class BenchmarkFiles:
-    """Page and figure."""
+    """Paths of page and figure."""
 
     page: Path
     figure: Path | None

@@ -1,4 +1,4 @@
-"""The motion that identifies the arm: one period, each joint within its range."""
+"""Figure of the identification motion: one period, with the range of each joint."""
 
 import numpy as np
 from jaxtyping import Float
@@ -11,12 +11,12 @@ from exograv.report.style.figure_style import joint_colours, joint_label
 def draw(
     joints: tuple[str, ...], q: Float[np.ndarray, "tick joint"], dt: float, limits_deg: tuple[list[float], list[float]]
 ) -> Figure:
-    """One panel a joint, the allowed range behind it.
+    """Draw one panel per joint, with the allowed range behind the motion.
 
     Args:
-        joints: Names.
+        joints: Names of the joints.
         q: One period [rad].
-        dt: Between its rows [s].
+        dt: Interval between rows [s].
         limits_deg: Lower and upper end of each joint's range.
     """
     figure = Figure(figsize=(7.2, 1.3 * len(joints)), layout="constrained")

@@ -1,4 +1,4 @@
-"""Does the released arm stay where it was left?"""
+"""Figure of the released arm: its drift from the position of release."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -10,7 +10,7 @@ MOST_POINTS = 400
 
 
 def draw(recording: Recording) -> Figure | None:
-    """Angle of each joint since the release."""
+    """Draw the angle of each joint since the release."""
     ticks = recording.phase_ticks("float")
     if len(ticks) < 2:
         return None
@@ -20,27 +20,27 @@ def draw(recording: Recording) -> Figure | None:
     moved = np.rad2deg(ticks["q_measured"] - ticks["q_measured"][0])
     for joint, values, colour in zip(recording.joints, moved.T, joint_colours(recording.joints), strict=True):
         ax.plot(ticks["t"] - ticks["t"][0], values, color=colour, label=joint_label(joint))
-    # A wider view than the drift itself: a thousandth of a degree must not look like a fall.
+    # The view is wider than the drift itself, because a thousandth of a degree must not look like a fall.
     reach = max(2.0, 1.15 * float(np.abs(moved).max()))
     ax.set(
         ylim=(-reach, reach),
         xlim=(0.0, ticks["t"][-1] - ticks["t"][0]),
-        xlabel="since the arm was let go [s]",
-        ylabel="moved [°]",
+        xlabel="time since the release [s]",
+        ylabel="drift [°]",
     )
     ax.legend(loc="upper left", ncols=4)
     return figure
 
 
 def explain(recording: Recording) -> str:
-    """What one sees."""
+    """Explain the figure."""
     floated = recording.last("/result").get("float") or {}
     drift = floated.get("drift_deg")
     largest = (
         f" The largest drift was {max(np.abs(drift)):.1f}° in {floated['window_s']:.0f} s." if drift is not None else ""
     )
     return (
-        "The person relaxes completely and the machine lets the arm go. Lines that stay flat mean that the arm floats; "
-        f"a line that runs away means that too much or too little weight is taken.{largest} Friction of the drives "
-        "also holds an arm, so read this picture together with what is left over."
+        "The person relaxes completely and the machine releases the arm. A flat line means that the arm floats. A line "
+        f"that drifts away means that too much or too little weight is carried.{largest} Friction of the drives "
+        "also holds an arm, so read this figure together with the left over."
     )

@@ -1,4 +1,4 @@
-"""How quickly each identification method learns an arm's weight: all on the same streams of the same wearers."""
+"""Figure of the benchmark: left over against motion time, for all methods on the same streams of the same wearers."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -19,14 +19,17 @@ DASHES = ("-", (0, (5, 2)), (0, (1, 1.5)))
 COARSE = 2.5  # times the target
 
 TOP_NM = 3.0
-"""What runs away farther leaves the picture."""
+"""Upper end of the axis; larger values are cut off [N·m]."""
 
 WORDS = {"shoulder": "worst shoulder axis", "elbow": "elbow"}
 PROFILES = {"harmonic": "harmonic drives", "qdd": "quasi-direct drives"}
 
 
 def draw_benchmark(rows: Sequence[MethodFigures]) -> Figure:
-    """One line of panels a level and kind of drive: shoulder left, elbow right; lines are medians, bands quartiles."""
+    """Draw one row of panels per level and kind of drive: shoulder left, elbow right.
+
+    Lines are medians, bands quartiles.
+    """
     places = list(dict.fromkeys((row.level, row.profile) for row in rows))
     methods = list(dict.fromkeys(row.method for row in rows))
     figure = Figure(figsize=(9.6, 0.9 + 2.7 * len(places)), layout="constrained")
@@ -78,7 +81,7 @@ def _plot_method(
 
 
 def look(method: str, methods: Sequence[str]) -> tuple[str, Any]:
-    """Colour and dashes, the same for a method in all panels; ours stands out."""
+    """Return colour and dashes of a method, the same in all panels; our method stands out."""
     if method == OURS:
         return BLUE, "-"
     k = [name for name in methods if name != OURS].index(method)

@@ -1,4 +1,4 @@
-"""What is left of the weight, before and after."""
+"""Figure of the left over before and after identification."""
 
 from collections.abc import Mapping, Sequence
 
@@ -12,25 +12,25 @@ from exograv.report.style.figure_style import joint_label, legend, note
 from exograv.study.targets import targets
 
 Scores = Mapping[str, Sequence[float | int]]
-"""Left over by name of a stage, one entry a joint [N·m]."""
+"""Left over by name of a stage, one entry per joint [N·m]."""
 
 STAGES = {
     "exo_only": ("machine carried, arm not", GREY),
     "table": ("arm by body table", ORANGE),
     "identified": ("arm identified", BLUE),
 }
-"""Name in the recording: words and colour."""
+"""Words and colour by name in the recording."""
 
-CROWDED = 5  # joints beside each other whose names still fit
+CROWDED = 5  # Names of at most so many joints fit beside each other.
 CLOSE_UP = 5.0
-"""A close-up ends at so many times the largest target [-]."""
+"""Upper end of a close-up, as a multiple of the largest target [-]."""
 
 LABELLED_SHARE = 0.08
-"""Without a close-up, shorter bars than this share of the axis bear no number: the close-up has it [-]."""
+"""Share of the axis below which a bar has no number without a close-up; the close-up shows the number [-]."""
 
 
 def draw(recording: Recording) -> Figure | None:
-    """Left over per joint: everything, a close-up of it, and the arm alone."""
+    """Draw the left over per joint: everything, a close-up of it, and the arm alone."""
     scores = recording.last("/result").get("left_over_rms_Nm") or {}
     total, arm = scores.get("total") or {}, scores.get("arm") or {}
     if not total:
@@ -42,7 +42,7 @@ def draw(recording: Recording) -> Figure | None:
     plot_bars(panels[0], recording.joints, total, goal)
     panels[0].set_title("Machine and arm together")
     plot_bars(panels[1], recording.joints, total, goal, top)
-    panels[1].set_title("The same, close up")
+    panels[1].set_title("Machine and arm together, close up")
     if arm:
         plot_bars(panels[2], recording.joints, arm, goal, top)
         panels[2].set_title("Arm alone, close up")
@@ -52,13 +52,14 @@ def draw(recording: Recording) -> Figure | None:
 
 
 def explain(recording: Recording) -> str:
-    """What one sees."""
-    alone = " On the right only the errors of the arm's model count." if len(_scores(recording)) > 1 else ""
+    """Explain the figure."""
+    alone = " The right panel contains only the errors of the arm's model." if len(_scores(recording)) > 1 else ""
     return (
-        "At many postures that the machine never practised we ask: how much torque would the person still have to add "
-        "to be weightless? The shorter the bar, the better; below the dashed line the arm counts as weightless. "
-        "Compared are no help for the arm, the help that a body table suggests from height, mass and sex, and the help "
-        f"after the arm was identified. Errors of the machine's own model count too, as the person feels them.{alone}"
+        "Left over is the torque that the person would still have to add to be weightless, here at many postures that "
+        "were not used for identification. A shorter bar is better; below the dashed line the arm counts as "
+        "weightless. The bars compare no support of the arm, the support from a body table by height, mass and sex, "
+        "and the support after identification. Errors of the machine's own model are included, because the person "
+        f"feels them.{alone}"
     )
 
 
@@ -69,7 +70,7 @@ def plot_bars(
     goal: np.ndarray,
     top: float | None = None,
 ) -> None:
-    """Groups of bars, one group a joint; bars higher than `top` [N·m] are cut and keep their number."""
+    """Draw one group of bars per joint; bars higher than `top` [N·m] are cut but keep their number."""
     stages = [stage for stage in STAGES if stage in scores] + [stage for stage in scores if stage not in STAGES]
     width, x = 0.8 / len(stages), np.arange(len(joints))
     ceiling = top or 1.15 * max(max(scores[stage]) for stage in stages)
@@ -90,7 +91,7 @@ def plot_bars(
 
 
 def _write_value(ax: Axes, x: float, value: float, ceiling: float, colour: str) -> None:
-    """The number of a bar: above it, or inside where the bar reaches the ceiling."""
+    """Write the number of a bar: above the bar, or inside if the bar reaches the ceiling."""
     inside = value > 0.9 * ceiling
     letters = "white" if inside and colour != ORANGE else INK
     box = {"facecolor": colour if inside else "white", "edgecolor": "none", "pad": 0.8}

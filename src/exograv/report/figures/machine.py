@@ -1,4 +1,4 @@
-"""A machine at a glance: the arm in it, what the finger tip reaches, and what each drive has left."""
+"""Overview of a machine: the arm in the machine, the reach of the finger tip, and the torque reserve of each drive."""
 
 from collections.abc import Callable, Sequence
 
@@ -21,13 +21,13 @@ PARTS = {
     "hand_1kg": ("1 kg in the hand", PINK),
     "friction": ("friction to break away", GREY),
 }
-"""Origin of a torque: words and colour."""
+"""Words and colour by origin of a torque."""
 
 Seen = Float[np.ndarray, "point 2"]
 
 
 def draw(check: MachinePicture) -> Figure:
-    """From the front, from above, and torque joint by joint."""
+    """Draw front view, top view, and torque joint by joint."""
     height = max(4.6, 1.8 + 0.42 * len(check.torque_Nm))
     figure = Figure(figsize=(13.0, height), layout=ConstrainedLayoutEngine(w_pad=0.12, h_pad=0.08))
     front, above, bars = figure.subplots(1, 3, width_ratios=(1.0, 0.95, 1.2))
@@ -35,8 +35,8 @@ def draw(check: MachinePicture) -> Figure:
     plot_front(front, check.arms, check.voxel_m)
     plot_above(above, check.arms, check.voxel_m)
     plot_torque(bars, check.torque_Nm)
-    front.set_title("Where the cuffs are fastened")
-    above.set_title("From above, straight ahead is up")
+    front.set_title("Front view with the cuffs")
+    above.set_title("Top view, forward is up")
     bars.set_title("Torque at rest in the task's worst posture [N·m]")
     legend(figure, [front], "lower left", 6, columnspacing=1.4)
     legend(figure, [bars], "lower right", 4, columnspacing=1.2, handlelength=1.2)
@@ -44,22 +44,22 @@ def draw(check: MachinePicture) -> Figure:
 
 
 def _verdict(check: MachinePicture) -> str:
-    held = f"Cuffs hold {check.rank} of {check.human_dof} freedoms"
+    held = f"The cuffs constrain {check.rank} of {check.human_dof} degrees of freedom"
     wearer = f"this wearer's arm weighs {check.wearer_arm_kg:.1f} kg"
     if all(row.limit is None for row in check.torque_Nm):
         return f"{held}; no motors; {wearer}."
-    return f"{held}; drives hold an arm of {check.largest_arm_kg:.1f} kg with 1 kg in the hand; {wearer}."
+    return f"{held}; the drives hold an arm of {check.largest_arm_kg:.1f} kg with 1 kg in the hand; {wearer}."
 
 
 def plot_front(ax: Axes, arms: Sequence[DrawnArm], voxel_m: float) -> None:
-    """Machine and arm in oblique view; behind them the finger tip's reach."""
+    """Draw machine and arm in oblique view, with the reach of the finger tip behind them."""
     outward = 1.0 if arms[0].side == "left" else -1.0
     plot_body(ax, arms[0].arm[0], outward)
     _plot_arms(ax, arms, lambda points: projected(points, outward), voxel_m)
 
 
 def plot_above(ax: Axes, arms: Sequence[DrawnArm], voxel_m: float) -> None:
-    """The same from above: the wearer's right is on the right."""
+    """Draw machine and arm from above; the wearer's right is on the right."""
     shoulder = arms[0].arm[0]
     inward = 1.0 if arms[0].side == "right" else -1.0
     middle = (-float(shoulder[1] + inward * HALF_SHOULDER_WIDTH_M), float(shoulder[0]))
@@ -69,12 +69,12 @@ def plot_above(ax: Axes, arms: Sequence[DrawnArm], voxel_m: float) -> None:
 
 
 def plot_torque(ax: Axes, rows: Sequence[TorqueRow]) -> None:
-    """One bar a joint: what is asked of its drive, by origin, against what the drive has."""
+    """Draw one bar per joint: the required torque by origin, against the limit of the drive."""
     places = np.arange(len(rows))[::-1]
     forward, backward = np.zeros(len(rows)), np.zeros(len(rows))
     signs = np.array([np.sign(row.exo + row.arm + row.hand_1kg) or 1.0 for row in rows])
     for name, (label, colour) in PARTS.items():
-        # Friction is in the way of either direction.
+        # Friction opposes motion in either direction.
         part = np.array([getattr(row, name) for row in rows]) * (1.0 if name == "friction" else signs)
         start = np.where(part >= 0.0, forward, backward)
         ax.barh(places, part, left=start, height=0.62, color=colour, label=label)
@@ -94,7 +94,7 @@ def plot_torque(ax: Axes, rows: Sequence[TorqueRow]) -> None:
 
 
 def _plot_arms(ax: Axes, arms: Sequence[DrawnArm], seen: Callable[[Points], Seen], voxel_m: float) -> None:
-    """All arms as `seen` puts points of the base frame on the picture."""
+    """Draw all arms; `seen` maps points of the base frame to the picture."""
     for arm in arms:
         _plot_region(ax, seen(arm.reach), voxel_m, SKY, "finger tip's reach")
         _plot_region(ax, seen(arm.task), voxel_m, GREEN, "in the task workspace")
@@ -108,12 +108,12 @@ def _plot_arms(ax: Axes, arms: Sequence[DrawnArm], seen: Callable[[Points], Seen
 
 
 def _plot_region(ax: Axes, points: Seen, voxel_m: float, colour: str, label: str) -> None:
-    """The picture's part that middles of voxels cover, with a smooth edge."""
-    pad = 2.5 * voxel_m  # middles of voxels fall into middles of cells
+    """Draw the area that is covered by the centres of voxels, with a smooth edge."""
+    pad = 2.5 * voxel_m  # centres of voxels fall into centres of cells
     edges = [np.arange(low - pad, high + pad, voxel_m) for low, high in zip(points.min(0), points.max(0), strict=True)]
     counts, x, y = np.histogram2d(*points.T, bins=edges)
     filled = np.pad((counts > 0).astype(float), 1)
-    # A mean over three by three cells rounds corners and closes gaps between middles that an oblique view tears.
+    # A mean over three by three cells rounds corners and closes gaps between centres that the oblique view opens.
     smooth = np.mean([np.roll(filled, (i, j), (0, 1)) for i in (-1, 0, 1) for j in (-1, 0, 1)], axis=0)[1:-1, 1:-1]
     middles = [0.5 * (edge[1:] + edge[:-1]) for edge in (x, y)]
     ax.contourf(*middles, smooth.T, levels=[0.4, 2.0], colors=[colour], alpha=0.22, zorder=1)

@@ -1,4 +1,4 @@
-"""A machine and the arm in it, as the picture of `exograv rig check` shows them: points in the base frame."""
+"""Data for the picture of `exograv rig check`: a machine and the arm in it, as points in the base frame."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 Points = Float[np.ndarray, "_ 3"]
-"""Points of the base frame [m]."""
+"""Points in the base frame [m]."""
 
 
 @dataclass(frozen=True)
@@ -16,7 +16,7 @@ class TorqueRow:
 
     joint: str
     limit: float | None
-    """None without a motor."""
+    """Torque limit of the drive; None without a motor."""
     exo: float
     arm: float
     hand_1kg: float
@@ -25,7 +25,7 @@ class TorqueRow:
 
 @dataclass(frozen=True)
 class DrawnArm:
-    """An arm, and the part of the machine that moves it."""
+    """Arm, and the part of the machine that moves it."""
 
     side: str
     exo: Points
@@ -34,7 +34,7 @@ class DrawnArm:
     arm: Points
     cuffs: Points
     reach: Points
-    """Middles of the voxels that the finger tip reaches; `task` of those in the task workspace."""
+    """Centres of the voxels that the finger tip reaches; `task` holds those in the task workspace."""
     task: Points
 
 

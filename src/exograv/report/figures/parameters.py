@@ -1,4 +1,4 @@
-"""How the stated knowledge of the arm closes in on the arm."""
+"""Figure of the arm's parameters: estimates and intervals during the identification."""
 
 import math
 
@@ -12,14 +12,14 @@ from exograv.report.style.figure_style import blank, legend, thinned
 
 COLUMNS = 5
 MOST_PANELS = 20
-"""More than a reader would look at; the table below the figures has all of them."""
+"""Largest number of panels for a reader. The table below the figures has all parameters."""
 
 MOST_POINTS = 120
-"""Points of a curve: enough for its width on paper."""
+"""Points of a curve; enough for its width on paper."""
 
 
 def draw(recording: Recording) -> Figure | None:
-    """One small panel a parameter: estimate and interval against seconds of motion, prior and truth beside them."""
+    """Draw a small panel per parameter: estimate and interval against seconds of motion, with prior and truth."""
     estimates = recording.messages("/estimate")
     if len(estimates) < 2:
         return None
@@ -40,7 +40,7 @@ def draw(recording: Recording) -> Figure | None:
 
 
 def most_learned(first: list[dict], last: list[dict]) -> list[str]:
-    """Names of the parameters whose intervals closed most between two estimates, in the order of the recording."""
+    """Return the parameters whose intervals shrank most between two estimates, in the order of the recording."""
     before = {entry["name"]: entry for entry in first}
     closed = [_width(entry) / (_width(before.get(entry["name"], entry)) or math.inf) for entry in last]
     chosen = sorted(np.argsort(closed, kind="stable")[:MOST_PANELS])
@@ -53,21 +53,22 @@ def _width(entry: dict) -> float:
 
 
 def explain(recording: Recording) -> str:
-    """What one sees."""
+    """Explain the figure."""
     results = [entry for entry in recording.last("/result").get("parameters", []) if entry.get("truth") is not None]
     inside = sum(entry["ci95"][0] <= entry["truth"] <= entry["ci95"][1] for entry in results if entry.get("ci95"))
-    held = f" At the end the truth lies inside for {inside} of {len(results)} parameters." if results else ""
+    held = f" At the end the true value lies inside for {inside} of {len(results)} parameters." if results else ""
     return (
-        "Each small picture is one property of the arm, a mass or where it sits. The blue line is the best guess, the "
-        "pale band holds the true value with 95 % certainty; it should close, and stay around the green line, the "
-        "truth that only the twin knows. Dotted is the guess from body tables. A band that stays wide says that the "
-        "motion could not tell; that does no harm where the torque does not depend on it either. At most "
-        f"{MOST_PANELS} are shown, those learned most; the table below has all.{held}"
+        "Each small panel shows one property of the arm, a mass or its position. The blue line is the estimate; the "
+        "pale band holds the true value with 95 % certainty. The band should shrink and stay around the green line, "
+        "the true value, which only the twin knows. The dotted line is the value of body tables. A band that stays "
+        "wide means that the motion did not excite this parameter; this has no effect if the torque does not depend on "
+        f"it either. At most {MOST_PANELS} parameters are shown, those with the largest improvement; the table has "
+        f"all.{held}"
     )
 
 
 def plot_parameter(ax: Axes, seconds: np.ndarray, entries: list[dict], truth: float | int | None) -> None:
-    """Estimate, interval, prior and truth of one parameter."""
+    """Draw estimate, interval, prior and true value of one parameter."""
     bounds = np.array([entry["ci95"] or (math.nan, math.nan) for entry in entries], dtype=float)
     ax.fill_between(seconds, bounds[:, 0], bounds[:, 1], color=BLUE, alpha=0.18, lw=0, label="95 % interval")
     ax.plot(seconds, [entry["estimate"] for entry in entries], color=BLUE, lw=1.3, label="estimate")

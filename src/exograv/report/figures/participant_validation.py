@@ -1,4 +1,4 @@
-"""Where first windows of virtual participants land under each gravity, touch by touch; simulated."""
+"""Figure of virtual participants: height of each touch of the first window, by gravity level; simulated."""
 
 from collections.abc import Mapping, Sequence
 

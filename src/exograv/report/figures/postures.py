@@ -1,4 +1,4 @@
-"""The arm and the exoskeleton in a few of the postures of the run."""
+"""Figure of arm and exoskeleton in a few postures of the run."""
 
 from collections.abc import Sequence
 
@@ -13,17 +13,20 @@ from exograv.recording.fields import Message
 from exograv.report.style.colours import BLUE, ORANGE, PALE
 
 VIEW_FROM_DEG = (-40.0, 14.0)
-"""The viewer stands to the front of a right arm: turned from straight ahead towards it, and raised [deg]."""
+"""Direction of view: turned from straight ahead towards the side of the arm, and raised [deg].
+
+The viewer stands in front, on the side of the arm.
+"""
 
 N_PANELS = 4
 TRUNK_M = 0.50
 HALF_SHOULDER_WIDTH_M = 0.19
 HEAD_M = (0.19, 0.25)
-"""A schematic body, so that one sees which way is forward; nothing is computed from it."""
+"""Dimensions of a schematic body, which shows the forward direction only. No result depends on them."""
 
 
 def draw(recording: Recording) -> Figure | None:
-    """Oblique views of the postures that differ most, on one scale."""
+    """Draw oblique views of the postures that differ most, on one scale."""
     frames = distinct_frames(recording.messages("/skeleton"), N_PANELS)
     if not frames:
         return None
@@ -37,19 +40,19 @@ def draw(recording: Recording) -> Figure | None:
 
 
 def explain(recording: Recording) -> str:
-    """What one sees."""
+    """Explain the figure."""
     return (
-        "The person sits inside the machine and looks towards you and to the side. Blue is the exoskeleton with its "
-        "joints, orange the person's arm from shoulder to hand. They are not the same line: cuffs are soft, and the "
-        "shoulder of the machine never sits exactly on the person's. The grey body is only there for orientation."
+        "The person sits in the machine and looks towards the viewer and to the side. Blue is the exoskeleton with its "
+        "joints, orange the person's arm from shoulder to hand. The two lines differ, because cuffs are soft and the "
+        "machine's shoulder is never exactly at the person's shoulder. The grey body is only there for orientation."
     )
 
 
 def plot_posture(ax: Axes, frame: Message, side: str) -> None:
-    """One posture in oblique view."""
+    """Draw one posture in oblique view."""
     exo, arm = np.array(frame["exo"]), np.array(frame["arm"])
     outward = 1.0 if side == "left" else -1.0
-    # A line over two arms runs from hand to hand; the right shoulder is in its first half.
+    # A line over two arms runs from hand to hand. The right shoulder is in its first half.
     plot_body(ax, arm[len(arm) // 2 - 1 if side == "both" else 0], outward)
     ax.plot(*projected(exo, outward).T, "-o", color=BLUE, lw=2.6, ms=4.5, label="exoskeleton", zorder=3)
     look = {"color": ORANGE, "lw": 6.0, "alpha": 0.75, "solid_capstyle": "round"}
@@ -59,7 +62,7 @@ def plot_posture(ax: Axes, frame: Message, side: str) -> None:
 
 
 def projected(points: Float[np.ndarray, "point 3"], outward: float) -> Float[np.ndarray, "point 2"]:
-    """Points of the base frame on the picture: right and up [m]; `outward` is the sign of y on the arm's side."""
+    """Project points of the base frame to the picture, right and up [m]; `outward`: sign of y on the arm's side."""
     turn, rise = np.deg2rad(VIEW_FROM_DEG)
     turn *= -outward
     to_viewer = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
@@ -68,7 +71,7 @@ def projected(points: Float[np.ndarray, "point 3"], outward: float) -> Float[np.
 
 
 def distinct_frames(frames: Sequence[Message], n: int) -> list[Message]:
-    """Up to `n` frames whose arms lie farthest from each other, in order of time; the first is always among them."""
+    """Return up to `n` frames with the most different arm postures, in order of time; the first is always included."""
     if len(frames) <= n:
         return list(frames)
     arms = np.array([np.ravel(frame["arm"]) for frame in frames])
@@ -80,7 +83,7 @@ def distinct_frames(frames: Sequence[Message], n: int) -> list[Message]:
 
 
 def plot_body(ax: Axes, shoulder: Float[np.ndarray, " 3"], outward: float) -> None:
-    """A schematic person whose shoulder centre on the arm's side is there [m]."""
+    """Draw a schematic person with the shoulder centre of the arm's side at `shoulder` [m]."""
     inward = np.array([0.0, -outward * 2 * HALF_SHOULDER_WIDTH_M, 0.0])
     hips = np.array([0.0, 0.0, -TRUNK_M])
     corners = np.array([shoulder, shoulder + inward, shoulder + 0.85 * inward + hips, shoulder + 0.15 * inward + hips])

@@ -1,4 +1,4 @@
-"""How quickly the weight of the arm is learned: the truth where an examiner knows it, and the machine's own belief."""
+"""Figure of the identification's progress: true left over, if an examiner knows it, and the machine's prediction."""
 
 from collections.abc import Sequence
 
@@ -16,7 +16,7 @@ MOST_POINTS = 150
 
 
 def draw(recording: Recording) -> Figure | None:
-    """Left over per joint against the seconds of motion."""
+    """Draw the left over per joint against the seconds of motion."""
     if len(recording.messages("/left_over")) < 2 and len(_beliefs(recording)) < 2:
         return None
     figure = Figure(figsize=(9.6, 3.6), layout="constrained")
@@ -25,22 +25,25 @@ def draw(recording: Recording) -> Figure | None:
 
 
 def explain(recording: Recording) -> str:
-    """What one sees."""
+    """Explain the figure."""
     words = (
-        "While the arm is moved, the machine learns its weight: each colour is one joint, and lower is better. The "
-        "scale is such that equal steps down mean equal factors. Dashed lines are the targets."
+        "While the arm moves, the machine identifies its weight. Each colour is one joint; lower is better. On this "
+        "scale equal steps down mean equal factors. Dashed lines are the targets."
     )
     if recording.messages("/left_over"):
         time = (recording.last("/result").get("identification") or {}).get("time_to_target_s")
-        words += " Solid lines are the truth, which only the examiner of the twin knows; the machine never sees it."
+        words += " Solid lines are the true values, which only the examiner of the twin knows, not the machine."
         words += f" From {time:.0f} s on, all joints stayed below their targets." if time is not None else ""
     if _beliefs(recording):
-        words += " Dotted lines are what the machine itself expects to be left over."
+        words += " Dotted lines are the left over that the machine itself predicts."
     return words
 
 
 def plot_progress(ax: Axes, recording: Recording) -> None:
-    """Left over of each joint against seconds of motion: true (solid), expected (dotted), and the targets (dashed)."""
+    """Draw the left over of each joint against seconds of motion.
+
+    True values are solid, predicted values dotted, targets dashed.
+    """
     true = _curve(recording.messages("/left_over"), "total")
     expected = _curve(_beliefs(recording), "predicted_left_over_Nm")
     for k, (joint, colour) in enumerate(zip(recording.joints, joint_colours(recording.joints), strict=True)):
@@ -75,5 +78,5 @@ def _beliefs(recording: Recording) -> list[Message]:
 
 
 def _curve(messages: Sequence[Message], name: str) -> np.ndarray:
-    """Rows of seconds of motion and one value a joint."""
+    """Return rows with seconds of motion and one value per joint."""
     return np.array([[messages[k]["motion_s"], *messages[k][name]] for k in thinned(len(messages), MOST_POINTS)])

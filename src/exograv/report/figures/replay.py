@@ -1,4 +1,4 @@
-"""Where a replay differs: torque as recorded and as decided once more, and what lies between them."""
+"""Figure of a replay: recorded torque, replayed torque, and their difference."""
 
 from dataclasses import dataclass
 
@@ -11,37 +11,37 @@ from exograv.report.style.colours import BLUE, GREY, INK, PALE, RED
 from exograv.report.style.figure_style import joint_label, legend
 
 BINS = 600
-"""Stretches of a curve; each shows its least and its greatest value, so that no single tick is lost."""
+"""Number of stretches of a curve. Each shows its smallest and its largest value, so that no single tick is lost."""
 
 LABEL_SHARE = 0.045
-"""Of the width that a phase must have for its name to stand above it."""
+"""Least share of the width for a phase to have its name above it."""
 
 Torques = Float[np.ndarray, "tick joint"]
 
 
 @dataclass(frozen=True)
 class Series:
-    """What is drawn."""
+    """Curves of the figure."""
 
     t: Float[np.ndarray, " tick"]
     """Time on the rig's clock [s]."""
     recorded: Torques
-    """Commanded torque [N·m]."""
+    """Recorded commanded torque [N·m]."""
     again: Torques
-    """The same, decided once more [N·m]."""
+    """Replayed commanded torque [N·m]."""
     difference: Torques
-    """Between the two; NaN where nothing is compared [N·m]."""
+    """Difference between the two; NaN without a comparison [N·m]."""
     joints: tuple[str, ...]
     phases: list[tuple[float, str]]
-    """When each begins [s], and its name."""
+    """Beginning [s] and name of each phase."""
     gaps: list[float]
-    """Where ticks are missing [s]."""
+    """Times at which ticks are missing [s]."""
     resolution: float
-    """Differences up to this are none [N·m]."""
+    """Largest difference that counts as none [N·m]."""
 
 
 def draw(series: Series) -> Figure:
-    """One row a joint: torques on the left, their difference on the right."""
+    """Draw one row per joint: torques on the left, their difference on the right."""
     rows = len(series.joints)
     figure = Figure(figsize=(11.5, 1.2 + 1.65 * rows), layout="constrained")
     panels = figure.subplots(rows, 2, sharex=True, squeeze=False)
@@ -108,7 +108,7 @@ def _phase_names(ax: Axes, series: Series) -> None:
 
 
 def extremes(t: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Middle time, least and greatest value of each of `BINS` stretches; NaN where a stretch has none."""
+    """Return mean time, smallest and largest value of each of `BINS` stretches; NaN for a stretch without values."""
     starts = np.unique(np.linspace(0, len(t), BINS, endpoint=False).astype(int))
     low, high = np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)
     ends = np.append(starts[1:], len(t)) - 1

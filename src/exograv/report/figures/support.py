@@ -1,4 +1,4 @@
-"""What a person reaches with which support: the share of all targets, and a map of them at several supports."""
+"""Figure of reach against support: share of all targets, and maps of the targets at several supports."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,14 +13,14 @@ MAPS_PERCENT = (100, 75, 50, 25, 0)
 
 
 def draw_support(result: SupportOutcome, is_simulated: bool) -> Figure:
-    """Left the share of targets against support, right where they are and how likely they are reached."""
+    """Draw the share of reached targets against support (left), and maps with the chance of each target (right)."""
     figure = Figure(figsize=(11.0, 4.0), layout="constrained")
     left, *maps = figure.subplots(1, 1 + len(MAPS_PERCENT), width_ratios=[3.2, *[1.0] * len(MAPS_PERCENT)])
     _plot_share(left, result)
     for ax, percent in zip(maps, MAPS_PERCENT, strict=True):
         _plot_map(ax, result, percent)
     maps[0].set_ylabel("height about the shoulder [°]")
-    maps[len(maps) // 2].set_xlabel("outward from straight ahead [°]; small: nearer targets")
+    maps[len(maps) // 2].set_xlabel("outward from straight ahead [°]; small circles: nearer targets")
     if is_simulated:
         mark_simulated(figure)
     return figure
@@ -38,7 +38,7 @@ def _plot_share(ax: Axes, result: SupportOutcome) -> None:
     for hit, y, marker in ((True, 103, "|"), (False, -3, "|")):
         tried = [one.support_percent for one in result.tried if one.reached is hit]
         ax.plot(tried, np.full(len(tried), y), marker, color=INK, ms=6, alpha=0.6)
-    ax.set_xlim(101, -1)  # as it is done: support comes down
+    ax.set_xlim(101, -1)  # The axis is reversed, because support decreases during the test.
     ax.set(ylim=(-7, 107), xlabel="weight of the arm that is carried [%]", ylabel="targets reached [%]")
     ax.legend(loc="lower left")
 
@@ -48,7 +48,7 @@ def _plot_map(ax: Axes, result: SupportOutcome, percent: int) -> None:
     chances = result.curve.by_target[:, place]
     for target, chance in zip(result.by_target, chances.tolist(), strict=True):
         near = target.share_of_length < 0.8
-        # A near one stands beside the far one of its direction.
+        # A near target is drawn beside the far one of its direction.
         x, y = target.outward_deg + (11 if near else 0), target.up_deg + (6 if near else 0)
         ax.scatter(x, y, s=35 if near else 120, color=BLUE, alpha=max(chance, 0.02), lw=0)
         ax.scatter(x, y, s=35 if near else 120, facecolors="none", edgecolors=INK, lw=0.8)

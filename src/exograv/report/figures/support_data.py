@@ -1,4 +1,4 @@
-"""Result of a test of support: what the figure draws and what `exograv run support-level --json` writes."""
+"""Result of a test of support, for the figure and for `exograv run support-level --json`."""
 
 from dataclasses import dataclass
 
@@ -20,7 +20,7 @@ class SupportCurve:
 
 @dataclass(frozen=True)
 class TargetSupport:
-    """Support that one target needs, in the median."""
+    """Median support that one target needs."""
 
     outward_deg: float
     up_deg: float
@@ -42,7 +42,7 @@ class SupportOutcome:
     """Smallest support with which a person reaches most targets."""
 
     support_percent: float | None
-    """None where even the whole weight is not enough."""
+    """Smallest support; None if even the support of the whole weight is not enough."""
     ci95: list[float]
     reached: int
     targets: int

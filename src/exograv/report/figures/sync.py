@@ -1,4 +1,4 @@
-"""Streams of other devices: how their clocks ran against the robot's, and when samples were missing."""
+"""Figure of other devices' streams: their clocks against the robot's clock, and missing samples."""
 
 from collections.abc import Sequence
 
@@ -13,7 +13,7 @@ from exograv.report.style.figure_style import thinned
 from exograv.study.sync import StreamSync, stream_figures
 
 DOTS_MAX = 4000
-"""Of a panel: more would only be blacker."""
+"""Largest number of dots in a panel; more dots would not be distinguishable."""
 
 
 def draw(recording: Recording) -> Figure | None:
@@ -22,7 +22,7 @@ def draw(recording: Recording) -> Figure | None:
 
 
 def draw_streams(streams: Sequence[DeviceStream]) -> Figure:
-    """Draw a row of two panels a stream."""
+    """Draw a row of two panels per stream."""
     figure = Figure(figsize=(9.6, 0.4 + 2.2 * len(streams)), layout="constrained")
     rows = figure.subplots(len(streams), 2, squeeze=False)
     for (clock, rhythm), stream in zip(rows, streams, strict=True):
@@ -32,11 +32,11 @@ def draw_streams(streams: Sequence[DeviceStream]) -> Figure:
 
 
 def explain(recording: Recording) -> str:
-    """How well each stream is tied to the robot's clock, and what is missing of it."""
+    """Explain the accuracy of each stream's clock, and its missing samples."""
     return " ".join(_told(stream_figures(stream)) for stream in recording.streams) + (
-        " Left: what LSL measured that each device's clock lacks, and the line by which stamps are put on the robot's "
-        "clock; right: from sample to sample, where a gap stands out. How long a device takes from the body to its "
-        "stamp nobody knows but its maker."
+        " Left: the offset of each device's clock as measured by LSL, and the line with which stamps are converted to "
+        "the robot's clock. Right: the interval from sample to sample, in which a gap stands out. The delay of a "
+        "device from the body to its stamp is known to its manufacturer only."
     )
 
 
@@ -50,8 +50,8 @@ def _told(stream: StreamSync) -> str:
 
 
 def _draw_clock(ax: Axes, stream: DeviceStream) -> None:
-    """What LSL has measured, with half its round trip, and the line through it."""
-    ax.set(title=f"{stream.name}: what its clock lacks", xlabel="time of its clock, from the first [s]", ylabel="[ms]")
+    """Draw LSL's measurements with half their round trip, and the line through them."""
+    ax.set(title=f"{stream.name}: offset of its clock", xlabel="time of its clock, from the first [s]", ylabel="[ms]")
     begin = min((one.remote for one in stream.corrections), default=0.0)
     for number, fit in stream.clocks.items():
         of = [one for one in stream.corrections if one.connection == number]
@@ -64,8 +64,8 @@ def _draw_clock(ax: Axes, stream: DeviceStream) -> None:
 
 
 def _draw_rhythm(ax: Axes, stream: DeviceStream) -> None:
-    """Time between a sample and the next."""
-    ax.set(title=f"{stream.name}: from sample to sample", xlabel="robot's time, from the first [s]", ylabel="[ms]")
+    """Draw the time from each sample to the next."""
+    ax.set(title=f"{stream.name}: interval between samples", xlabel="robot's time, from the first [s]", ylabel="[ms]")
     interval = 1e3 * np.diff(stream.stamps)
     interval[np.diff(stream.connection) != 0] = np.nan
     if not len(interval):

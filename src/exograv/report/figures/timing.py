@@ -1,4 +1,4 @@
-"""Did the controller keep up, and did the guard have to step in?"""
+"""Figure of the duration of the control ticks, and share of ticks in which the envelope limited the torque."""
 
 from typing import Any
 
@@ -11,13 +11,13 @@ from exograv.report.style.colours import BLUE, INK, RED
 from exograv.report.style.figure_style import joint_label, note
 
 BUDGET_US = 1000.0
-"""One period at 1 kHz."""
+"""Period at 1 kHz."""
 
 PERCENTILES = (50.0, 99.0, 99.9)
 
 
 def draw(recording: Recording) -> Figure | None:
-    """How long the ticks took, on logarithmic axes: the rare long ones matter."""
+    """Draw the durations of the ticks on logarithmic axes, because the rare long ticks matter."""
     tick_us = _measured(recording)
     if len(tick_us) < 100:
         return None
@@ -25,7 +25,7 @@ def draw(recording: Recording) -> Figure | None:
     ax = figure.subplots()
     edges = np.geomspace(max(0.1, tick_us.min() * 0.9), max(1.2 * BUDGET_US, tick_us.max() * 1.1), 90)
     counts, _, _ = ax.hist(tick_us, list(edges), color=BLUE, log=True)
-    ax.set_ylim(0.7, 8.0 * np.max(counts))  # room above the bars for the names of the lines
+    ax.set_ylim(0.7, 8.0 * np.max(counts))  # leaves room above the bars for the names of the lines
     ax.set_xscale("log")
     ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     ax.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
@@ -43,13 +43,13 @@ def _mark(ax: Axes, value: float, name: str, colour: str, **line: Any) -> None:
 
 
 def explain(recording: Recording) -> str:
-    """What one sees."""
+    """Explain the figure."""
     tick_us = _measured(recording)
     p50, p99, p999 = np.percentile(tick_us, PERCENTILES)
     late = np.count_nonzero(tick_us > BUDGET_US)
     return (
-        "A thousand times a second the controller must have its answer ready. The bars count how often it took how "
-        f"long: half of the ticks took less than {p50:.0f} µs, 99 % less than {p99:.0f} µs, 99.9 % less than "
+        "The controller has to finish a thousand times a second. The bars count the ticks by their duration: half "
+        f"of the ticks took less than {p50:.0f} µs, 99 % less than {p99:.0f} µs, 99.9 % less than "
         f"{p999:.0f} µs; {late} of {len(tick_us)} took longer than one period. {_envelope_sentence(recording)}"
     )
 
@@ -67,6 +67,6 @@ def _measured(recording: Recording) -> np.ndarray:
 def _envelope_sentence(recording: Recording) -> str:
     share = limited_share(recording)
     if not share.any():
-        return "The envelope never had to change a torque."
+        return "The envelope did not change any torque."
     words = ", ".join(f"{joint_label(j)} {s:.2%}" for j, s in zip(recording.joints, share, strict=True) if s > 0)
-    return f"The envelope limited the torque in a share of the ticks: {words}."
+    return f"Share of the ticks in which the envelope limited the torque: {words}."

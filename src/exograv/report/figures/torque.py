@@ -1,4 +1,4 @@
-"""Torque measured against torque that the model expects."""
+"""Figure of the measured torque against the torque that the model predicts."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -9,11 +9,11 @@ from exograv.report.style.figure_style import averaged, blank, joint_label, lege
 
 STRETCH_S = 12.0
 BINS = 500
-"""Points of a curve; noise of a single tick would hide the picture."""
+"""Points of a curve. Without averaging, the noise of single ticks would hide the curves."""
 
 
 def draw(recording: Recording) -> Figure | None:
-    """The last seconds of the identification, one panel a joint."""
+    """Draw the last seconds of the identification, one panel per joint."""
     ticks = recording.phase_ticks("identify")
     ticks = ticks[ticks["t"] > ticks["t"][-1] - STRETCH_S] if len(ticks) else ticks
     if len(ticks) < BINS:
@@ -36,14 +36,14 @@ def draw(recording: Recording) -> Figure | None:
 
 
 def explain(recording: Recording) -> str:
-    """What one sees."""
+    """Explain the figure."""
     ticks = recording.phase_ticks("identify")
     ticks = ticks[ticks["t"] > ticks["t"][-1] - STRETCH_S]
     gap = np.sqrt(np.nanmean((ticks["tau_measured"] - ticks["tau_feedforward"]) ** 2, axis=0))
     words = ", ".join(f"{joint_label(joint)} {value:.2f}" for joint, value in zip(recording.joints, gap, strict=True))
     return (
-        f"The last {STRETCH_S:.0f} seconds of the identification. Grey is the torque that the motors really gave, blue "
-        "what the model of machine and arm expected for this motion. Where the lines agree, the model explains what "
-        f"the motors feel. What remains between them (RMS of single ticks: {words} N·m) is noise, muscle activity of "
-        "the wearer and model error; the picture shows averages over short stretches, so it looks calmer."
+        f"The last {STRETCH_S:.0f} seconds of the identification. Grey is the torque of the motors, blue the torque "
+        "that the model of machine and arm predicts for this motion. Where the lines agree, the model explains the "
+        f"measured torque. The remaining difference (RMS of single ticks: {words} N·m) is noise, muscle activity of "
+        "the wearer and model error. The curves are averages over short stretches and therefore smoother."
     )

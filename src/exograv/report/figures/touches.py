@@ -1,4 +1,4 @@
-"""Where the finger landed: every touch on the target, and how far off they were window by window."""
+"""Figure of the touches: every touch on the target, and the deviations by window."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ from exograv.report.style.colours import BLUE, GREY, INK, ORANGE, PALE
 
 
 def draw(recording: Recording) -> Figure | None:
-    """Touches that count on the target, and deviation by window."""
+    """Draw the accepted touches on the target, and the deviation by window."""
     touches = counted(recording)
     if not touches:
         return None
@@ -26,18 +26,18 @@ def draw(recording: Recording) -> Figure | None:
 
 
 def explain(recording: Recording) -> str:
-    """What one sees."""
+    """Explain the figure."""
     touches, refused = counted(recording), len(_touches(recording)) - len(counted(recording))
     deviation = np.median([touch["deviation_px"] for touch in touches])
     return (
-        f"Each point is a touch that counts, right and up of the target's centre as the participant sees it; earlier "
-        f"ones are pale. Half of the {len(touches)} are within {deviation:.0f} px. On the right the deviations of each "
-        f"window, and their median. {refused} touches do not count."
+        "Each point is an accepted touch, right and up of the target's centre as the participant sees it; earlier "
+        f"touches are pale. Half of the {len(touches)} touches are within {deviation:.0f} px. The right panel shows "
+        f"the deviations of each window and their median. {refused} touches were rejected."
     )
 
 
 def counted(recording: Recording) -> list[dict[str, Any]]:
-    """Records of the touches that count."""
+    """Return the records of the accepted touches."""
     return [touch for touch in _touches(recording) if touch["is_accepted"]]
 
 

@@ -1,4 +1,4 @@
-"""Muscle effort of one movement under each kind of help, joint by joint, one panel a kind of drive."""
+"""Figure of the muscle effort of one movement in each condition, by joint, one panel per kind of drive."""
 
 from collections.abc import Callable, Sequence
 
@@ -19,22 +19,22 @@ CONDITIONS = {
     "dam_ideal_no_friction": "same, no\nfriction",
     "zero_g": "0 g, no\nmachine",
 }
-"""In the order of falling effort, in words."""
+"""Words by condition, in the order of decreasing effort."""
 
 PROFILES = {"harmonic": "harmonic drives", "qdd": "quasi-direct drives"}
 
 GOALS = {"harmonic": {"effort": 0.5, "elbow": 0.6}, "qdd": {"effort": 0.25}}
-"""Share of the effort with the machine carried alone that is to be left with the arm carried too [-]."""
+"""Goal for the effort with the arm carried too, as a share of the effort with only the machine carried [-]."""
 
 STEPS = (
     ("zero_g", "own inertia and elasticity", GREEN),
     ("dam_ideal_no_friction", "inertia of the machine", SKY),
     ("dam_ideal", "friction", RED),
-    ("dam", "what is not known", BLUE),
+    ("dam", "errors of calibration and identification", BLUE),
     ("gcm", "weight of the arm", ORANGE),
     ("uncompensated", "weight of the machine", GREY),
 )
-"""What each condition adds to the one before it."""
+"""Load that each condition adds to the one before."""
 
 
 def draw_effort(results: Sequence[MachineTransparency]) -> Figure:
@@ -43,7 +43,7 @@ def draw_effort(results: Sequence[MachineTransparency]) -> Figure:
 
 
 def draw_causes(results: Sequence[MachineTransparency]) -> Figure:
-    """Draw each condition minus the one with one burden less, joint by joint."""
+    """Draw the difference between each condition and the one with one load less, joint by joint."""
     return _panels(results, _plot_causes, 3.6, 3)
 
 

@@ -1,4 +1,4 @@
-"""Result of a transparency test of one kind of machine: what the page shows and what `--json` writes."""
+"""Result of a transparency test of one kind of machine, for the page and for `--json`."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,9 +13,9 @@ class MachineEffort:
     by_joint_Nms: Sequence[float]
     squared_N2m2s: float
     tracking_error_deg: Sequence[float]
-    """By joint."""
+    """RMS error of the path by joint [deg]."""
     practice: int
-    """Repetitions until the path was kept."""
+    """Number of repetitions until the path was kept."""
 
 
 @dataclass(frozen=True)
@@ -25,25 +25,25 @@ class ConditionEffort:
     effort_Nms: float
     by_joint_Nms: Sequence[float]
     tracking_error_deg: float
-    """Of the worst joint."""
+    """Error of the path of the worst joint [deg]."""
     squared_N2m2s: float
     machines: Sequence[MachineEffort]
 
 
 @dataclass(frozen=True)
 class EffortRatios:
-    """Effort with the arm carried too over effort with the machine carried alone: medians over the machines [-]."""
+    """Ratios of the effort with the arm carried too to that with only the machine carried; medians of machines [-]."""
 
     effort: float
     elbow: float
     squared: float
     beyond_zero_g: float
-    """Share of what real weightlessness would have saved."""
+    """Ratio of the efforts beyond those in real weightlessness."""
 
 
 @dataclass(frozen=True)
 class OffPath:
-    """Performance that did not keep the path."""
+    """Performance that left the path."""
 
     condition: str
     seed: int
@@ -56,7 +56,7 @@ class MachineTransparency:
 
     rig: str
     profile: str
-    """`harmonic` or `qdd`."""
+    """Kind of drive: `harmonic` or `qdd`."""
     disturbance_level: int
     seeds: Sequence[int]
     movement: str

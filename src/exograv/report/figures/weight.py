@@ -1,4 +1,4 @@
-"""A weight put into the hand unannounced: found, and how surely."""
+"""Figure of an unannounced weight in the hand: estimate, interval and true weight."""
 
 from matplotlib.figure import Figure
 
@@ -8,7 +8,7 @@ from exograv.report.style.figure_style import legend
 
 
 def draw(recording: Recording) -> Figure | None:
-    """Estimate with its interval, and the truth where it is known."""
+    """Draw the estimate with its interval, and the true weight if it is known."""
     weight = recording.last("/result").get("known_weight") or {}
     if weight.get("estimated_kg") is None:
         return None
@@ -16,7 +16,7 @@ def draw(recording: Recording) -> Figure | None:
     figure = Figure(figsize=(9.6, 1.5), layout="constrained")
     ax = figure.subplots()
     ax.plot([low, high], [0, 0], color=BLUE, lw=9, alpha=0.3, solid_capstyle="butt", label="95 % interval")
-    ax.plot([estimate], [0], "o", color=BLUE, ms=8, label=f"found {estimate:.3f} kg")
+    ax.plot([estimate], [0], "o", color=BLUE, ms=8, label=f"estimate {estimate:.3f} kg")
     truth = weight.get("true_kg")
     if truth is not None:
         ax.axvline(truth, color=GREEN, lw=1.6, label=f"true {truth:.3f} kg")
@@ -31,11 +31,12 @@ def draw(recording: Recording) -> Figure | None:
 
 
 def explain(recording: Recording) -> str:
-    """What one sees."""
+    """Explain the figure."""
     weight = recording.last("/result")["known_weight"]
     truth = weight.get("true_kg")
-    error = f" It was off by {1000 * abs(weight['estimated_kg'] - truth):.0f} g." if truth is not None else ""
+    error = f" The error is {1000 * abs(weight['estimated_kg'] - truth):.0f} g." if truth is not None else ""
     return (
-        "The same motion with and without a weight in the hand tells how heavy it is; nobody told the machine. The dot "
-        f"is what it found, the band holds the true weight with 95 % certainty.{error} From then on it is carried too."
+        "The same motion with and without a weight in the hand shows the weight, which the machine was not given. The "
+        f"dot is the estimate, the band holds the true weight with 95 % certainty.{error} From then on it is carried "
+        "too."
     )

@@ -1,4 +1,4 @@
-"""The benchmark of identification methods as a page: one table a level and kind of drive, and one figure."""
+"""Page of the benchmark of identification methods: one table per level and kind of drive, and one figure."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,28 +18,28 @@ from exograv.report.style.figure_style import write_picture
 from exograv.report.style.page import Bullets, Chapter, Page, Table, markdown_text
 
 HEADINGS = (
-    "method", "target s", "coarse s", "reached", "20 s", "60 s", "120 s", "95 % hold", "possible", "update µs"
+    "method", "target s", "coarse s", "reached", "20 s", "60 s", "120 s", "95 % coverage", "possible", "update µs"
 )  # fmt: skip
-VERDICTS = ("method", "where", "stop rule, wearers", "stop s", "told restless", "rejected", "unrest")
+VERDICTS = ("method", "where", "stop rule, wearers", "stop s", "rated restless", "rejected", "unrest")
 BREAK_DOWN = ("method", "drives", "disturbance", "shoulder", "change (95 %)", "elbow", "change (95 %)")
 SETTINGS = {"open_loop": "same recorded stream for all", "closed_loop": "each method drives its own arm"}
 
 LEGEND = (
-    "Times: seconds of motion until what is left over (total) stays below 0.2 N·m at each shoulder axis and 0.1 N·m at "
-    "the elbow (coarse: 0.5 and 0.25), median over wearers with its 95 % bootstrap interval; `never` where half of the "
-    "wearers or more do not get there. At 20, 60 and 120 s: median of the worst shoulder axis / elbow in N·m. "
-    "Update: median and 99th percentile of the updates that do work, processor time."
+    "Times: seconds of motion until the left over (total) stays below 0.2 N·m at each shoulder axis and 0.1 N·m at the "
+    "elbow (coarse: 0.5 and 0.25), median over wearers with its 95 % bootstrap interval; `never` if at least half of "
+    "the wearers do not reach this. At 20, 60 and 120 s: median of the worst shoulder axis / elbow in N·m. Update: "
+    "median and 99th percentile of the processor time of updates that do work."
 )
 
 
 def page_of(result: BenchmarkSummary) -> Page:
-    """Content of the page."""
+    """Return the content of the page."""
     rows, seeds = told(result), result.seeds
     chapters = [*tables(rows), Chapter("", [Bullets(sentences(result))])]
     if said := verdicts(rows):
-        chapters.append(Chapter("What was said about the wearers", [Table(VERDICTS, said)]))
+        chapters.append(Chapter("Verdicts about the wearers", [Table(VERDICTS, said)]))
     if changes := break_down(result):
-        chapters.append(Chapter("What the remainder after 120 s is made of, N·m", [Table(BREAK_DOWN, changes)]))
+        chapters.append(Chapter("Causes of the left over after 120 s, N·m", [Table(BREAK_DOWN, changes)]))
     if seeds:
         machines = ", ".join(map(str, result.machine_seeds))
         chapters.append(Chapter("", [f"Wearer seeds {seeds[0]} to {seeds[-1]}, machine seeds {machines}."]))
@@ -47,7 +47,7 @@ def page_of(result: BenchmarkSummary) -> Page:
 
 
 def tables(rows: Sequence[MethodFigures]) -> list[Chapter]:
-    """One table a setting, level and kind of drive; variations of a level have their own."""
+    """Return one table per setting, level and kind of drive; variations of a level have their own tables."""
     found = dict[tuple[Any, ...], list[MethodFigures]]()
     for row in rows:
         place = tuple(getattr(row, key) for key in ("setting", "level", "profile", "only", "without", "never_relaxed"))
@@ -63,7 +63,7 @@ def _title(row: MethodFigures) -> str:
 
 
 def cells(row: MethodFigures) -> list[str]:
-    """Of one method, under `HEADINGS`."""
+    """Return the cells of one method, under `HEADINGS`."""
     coverage, update = row.coverage95, row.update_us
     failed = f" ({row.failed} failed)" if row.failed else ""
     return [
@@ -95,10 +95,10 @@ def _percent(share: float | None) -> str:
 
 
 def write_benchmark_page(result: BenchmarkSummary, folder: Path) -> BenchmarkFiles:
-    """Write the tables as Markdown and the figure as PNG, or replace them; no figure without anything to draw.
+    """Write the tables as Markdown and the figure as PNG, or replace them; without any curve there is no figure.
 
     Raises:
-        RecordingError: They cannot be written.
+        RecordingError: A file cannot be written.
     """
     page, picture = folder / "benchmark_identification.md", folder / "benchmark_identification.png"
     rows = _drawn(result.results)
@@ -109,7 +109,7 @@ def write_benchmark_page(result: BenchmarkSummary, folder: Path) -> BenchmarkFil
 
 
 def _drawn(rows: Sequence[MethodFigures]) -> list[MethodFigures]:
-    """Open loop where there is any; variations of a level only where nothing else is there."""
+    """Select open-loop rows if there are any, and variations of a level only if there is nothing else."""
     with_curves = [row for row in rows if row.progress.t]
     for setting in ("open_loop", "closed_loop"):
         if of_setting := [row for row in with_curves if row.setting == setting]:
@@ -121,13 +121,13 @@ def _drawn(rows: Sequence[MethodFigures]) -> list[MethodFigures]:
 
 
 def told(result: BenchmarkSummary) -> list[MethodFigures]:
-    """Rows for the tables: where disturbances were switched one at a time, those have a table of their own."""
+    """Return the rows for the tables, without runs of single disturbances, which have a table of their own."""
     rows = result.results
     return [row for row in rows if not (row.only or row.without)] if result.break_down else rows
 
 
 def verdicts(rows: Sequence[MethodFigures]) -> list[list[str]]:
-    """Outcomes of methods that state an uncertainty, and when they would stop, under `VERDICTS`."""
+    """Return outcomes and stop times of methods that state an uncertainty, under `VERDICTS`."""
     lines = []
     for row in rows:
         if not row.coverage95.of or row.setting != "open_loop":
@@ -142,38 +142,38 @@ def verdicts(rows: Sequence[MethodFigures]) -> list[list[str]]:
 
 
 def sentences(result: BenchmarkSummary) -> list[str]:
-    """Who won each level, and how much sooner ours is than the paper's method."""
+    """Return sentences on the best method of each level, and on the time of ours relative to the paper's method."""
     lines = []
     for level, of_profiles in result.winner_by_level.items():
         for profile, won in of_profiles.items():
             if won.method is None:
                 lines.append(f"Level {level}, {PROFILES.get(profile, profile)}: {won.by}.")
                 continue
-            tied = f"; not to be told from it: {', '.join(won.tied_with)}" if won.tied_with else ""
-            tied += f"; off line ahead of it: {', '.join(won.offline_ahead)}" if won.offline_ahead else ""
+            tied = f"; not distinguishable from it: {', '.join(won.tied_with)}" if won.tied_with else ""
+            tied += f"; better off line: {', '.join(won.offline_ahead)}" if won.offline_ahead else ""
             lines.append(f"Level {level}, {PROFILES.get(profile, profile)}: {won.method}, by {won.by}{tied}.")
     return [*lines, *(ratio_sentence(one) for one in result.paired_ratios)]
 
 
 def ratio_sentence(one: PairedRatio) -> str:
-    """One ratio of times in words."""
+    """Return one ratio of times as a sentence."""
     place = f"level {one.level}, {one.profile}, {one.setting.replace('_', ' ')}"
     head = f"{one.ours} against {one.rival} ({place}, {one.threshold}): "
     count = (
-        f"sooner with {one.ours_sooner} of {one.wearers} wearers, later with {one.rival_sooner}, neither got "
-        f"there with {one.neither_reached}"
+        f"sooner with {one.ours_sooner} of {one.wearers} wearers, later with {one.rival_sooner}, neither reached "
+        f"it with {one.neither_reached}"
     )
     value = one.ratio_of_medians
     if value is None:
         return f"{head}no ratio of medians; {count}."
     if value == 0.0:
-        return f"{head}the rival's median never gets there; {count}."
+        return f"{head}the rival's median never reaches it; {count}."
     low, high = ("∞" if end is None else f"{end:.2f}" for end in one.ci95)
     return f"{head}{value:.2f} of its time ({low}–{high}); {count}."
 
 
 def break_down(result: BenchmarkSummary) -> list[list[str]]:
-    """Change by each disturbance, under `BREAK_DOWN` [N·m]."""
+    """Return the change by each disturbance, under `BREAK_DOWN` [N·m]."""
     return [
         [part.method, part.profile, f"{part.kind} {part.row}"]
         + [

@@ -1,4 +1,4 @@
-"""The page of a transparency test: how much muscle the movement took, against what, and what it was spent on."""
+"""Page of a transparency test: muscle effort of a movement in several conditions, and its causes."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,22 +10,21 @@ from exograv.report.style.figure_style import house_style, joint_label
 from exograv.report.style.page import Chapter, Page, Table, Text, Tile, write_page
 
 EFFORT_TEXT = (
-    "Effort is the torque of the person's muscles, without its sign, summed over the movement and the joints. From "
-    "left to right less and less is a burden: the machine with its motors off; its own weight carried; the arm "
-    "carried too, as it was identified; the same by a controller that knows the truth; that one on a machine without "
+    "Effort is the absolute torque of the person's muscles, summed over the movement and the joints. From left to "
+    "right there is less and less load: the machine with its motors off; its own weight carried; the arm carried too, "
+    "as it was identified; the same with a controller that knows the true values; the same on a machine without "
     "friction; and real weightlessness without a machine. Bars are medians, dots are single machines, the dashed line "
     "is the goal."
 )
 CAUSES_TEXT = (
-    "Each bar is what one more burden adds to the effort. Own inertia and elasticity would be there in real "
-    "weightlessness too. A bar below zero means that a burden helps: friction also holds an arm that muscles would "
-    "otherwise have to hold."
+    "Each bar is the effort that one further load adds. Own inertia and elasticity exist in real weightlessness too. A "
+    "bar below zero means that a load helps: friction also holds an arm that muscles would otherwise have to hold."
 )
 
 
 ON_THE_TWIN = Text(
-    "All of it happened on the twin: a virtual person practised the movement until the path was kept within one "
-    "degree, in every condition anew. Nobody told the person what the controller does."
+    "All results are from the twin: in every condition a virtual person practised the movement until the path was kept "
+    "within one degree. The virtual person has no information about the controller."
 )
 
 
@@ -37,8 +36,8 @@ def write_transparency_report(results: Sequence[MachineTransparency], html_path:
     """
     with house_style():
         figures = (
-            Chapter("How much muscle it takes", (), "effort", draw_effort(results), EFFORT_TEXT),
-            Chapter("What it is spent on", (), "causes", draw_causes(results), CAUSES_TEXT),
+            Chapter("Muscle effort by condition", (), "effort", draw_effort(results), EFFORT_TEXT),
+            Chapter("Causes of the effort", (), "causes", draw_causes(results), CAUSES_TEXT),
         )
     tables = [Chapter(f"{PROFILES[one.profile]}: {one.rig}", [_note(one), effort_table(one)]) for one in results]
     page = Page(
@@ -53,13 +52,13 @@ def write_transparency_report(results: Sequence[MachineTransparency], html_path:
 
 
 def headline(results: Sequence[MachineTransparency]) -> str:
-    """What is left of the effort, in one sentence."""
+    """Remaining share of the effort, in one sentence."""
     parts = [f"{_percent(result.dam_over_gcm.effort)} with {PROFILES[result.profile]}" for result in results]
-    return f"With the arm carried too, {' and '.join(parts)} of the muscle effort are left."
+    return f"With the arm carried too, {' and '.join(parts)} of the muscle effort remain."
 
 
 def effort_table(result: MachineTransparency) -> Table:
-    """One row a condition: total, every joint, squared, and how well the path was kept."""
+    """Return one row per condition: total, every joint, squared, and the error of the path."""
     joints = [joint_label(joint) for joint in result.joints]
     rows = [
         (
@@ -93,9 +92,14 @@ def _facts(result: MachineTransparency) -> list[tuple[str, str]]:
 
 def _tiles(result: MachineTransparency) -> list[Tile]:
     words, goals = PROFILES[result.profile], GOALS.get(result.profile, {})
-    labels = {"effort": "effort left", "elbow": "elbow alone"}
+    labels = {"effort": "effort remaining", "elbow": "elbow alone"}
     return [
-        Tile(f"{label}, {words}", _percent(value), f"goal {_percent(goal)} of the machine carried alone", value <= goal)
+        Tile(
+            f"{label}, {words}",
+            _percent(value),
+            f"goal: {_percent(goal)} of the effort with only the machine carried",
+            value <= goal,
+        )
         for name, label in labels.items()
         if (goal := goals.get(name)) is not None and (value := getattr(result.dam_over_gcm, name)) is not None
     ]
@@ -105,8 +109,8 @@ def _remark(results: Sequence[MachineTransparency]) -> list[Text]:
     strays = sum(len(result.off_path) for result in results)
     runs = sum(len(result.seeds) * len(result.conditions) for result in results)
     said = (
-        f"In {strays} of {runs} performances the path was not kept within {results[0].tracking_error_max_deg:g}° by "
-        "some joint; they count, and the figures name them."
+        f"In {strays} of {runs} performances a joint left the path by more than "
+        f"{results[0].tracking_error_max_deg:g}°. These performances are included, and the figures name them."
     )
     return [Text(said, "notice")] if strays else []
 

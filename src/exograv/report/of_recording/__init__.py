@@ -1,1 +1,1 @@
-"""The report of one recording."""
+"""Report of one recording."""

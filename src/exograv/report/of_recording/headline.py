@@ -1,4 +1,4 @@
-"""The report in one sentence and a few numbers."""
+"""Headline and tiles of the report."""
 
 import numpy as np
 
@@ -13,11 +13,11 @@ PLACES = {
     1.0: "as on Earth",
     1.8: "as in a pull-up at 1.8 g",
 }
-"""Gravity level: words."""
+"""Words by gravity level."""
 
 
 def run_facts(recording: Recording) -> list[tuple[str, str]]:
-    """What was run on what, as (name, value)."""
+    """Machine and settings of the run, as (name, value)."""
     settings = recording.settings
     level = settings.get("gravity_level")
     calibration = (settings.get("hashes") or {}).get("calibration")
@@ -34,15 +34,15 @@ def run_facts(recording: Recording) -> list[tuple[str, str]]:
 
 
 def gravity_words(level: float) -> str:
-    """The gravity level as a number, with the place it stands for."""
+    """Gravity level as a number, with the place where it is felt."""
     return f"{level:g} ({PLACES[level]})" if level in PLACES else f"{level:g}"
 
 
 def headline(recording: Recording) -> str:
-    """One sentence: how long it took and what is left over."""
+    """Duration and left over in one sentence."""
     result = recording.last("/result")
     if not result:
-        return "The run was not completed; this report shows what was recorded."
+        return "The run was not completed; this report shows the recorded part."
     if (task := result.get("task") or {}).get("touches"):
         return _of_task(task)
     identification = result.get("identification") or {}
@@ -59,12 +59,12 @@ def headline(recording: Recording) -> str:
 
 def _of_task(task: dict) -> str:
     median = task["deviation_px"]["median"]
-    text = f"{task['windows']} windows, {task['accepted']} touches that count"
+    text = f"{task['windows']} windows, {task['accepted']} accepted touches"
     return f"{text}." if median is None else f"{text}: half of them within {median:.0f} px of the target's centre."
 
 
 def tiles(recording: Recording) -> list[Tile]:
-    """The numbers at the top, as far as the recording has them."""
+    """Return the tiles at the top, as far as the recording has their values."""
     result = recording.last("/result")
     found = [
         Tile(f"left over, {part}", f"{value:.2f} N·m", f"target {goal:g} N·m, worst axis", value <= goal)
@@ -80,8 +80,8 @@ def tiles(recording: Recording) -> list[Tile]:
 
 def _weight_tile(weight: dict) -> Tile:
     value, truth, interval = weight["estimated_kg"], weight.get("true_kg"), weight.get("ci95_kg")
-    note = f"95 % sure: {interval[0]:.2f}–{interval[1]:.2f} kg" if interval else ""
-    # The project's promise: 5 % or 30 g, whichever is more.
+    note = f"95 % interval: {interval[0]:.2f}–{interval[1]:.2f} kg" if interval else ""
+    # The project's tolerance: 5 % or 30 g, whichever is larger.
     is_good = None if truth is None else abs(value - truth) <= max(0.05 * truth, 0.03)
     return Tile(
         "weight in the hand", f"{value:.2f} kg", note if truth is None else f"true {truth:g} kg; {note}", is_good

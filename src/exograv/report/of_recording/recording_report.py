@@ -1,4 +1,4 @@
-"""One self-contained page from one recording: nothing is computed again that the run has not recorded."""
+"""Report of one recording as one self-contained page. The page shows only recorded results and recomputes none."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -27,20 +27,20 @@ from .tables import calibration_table, event_table, parameter_table, settings_ta
 FIGURES = (
     ("touches", "Where the finger landed", touches),
     ("postures", "The arm in the machine", postures),
-    ("left_over", "How much weight is left", left_over),
-    ("progress", "How quickly it was learned", progress),
-    ("floating", "The arm let go", floating),
+    ("left_over", "How much weight is left over", left_over),
+    ("progress", "How quickly the arm was identified", progress),
+    ("floating", "The released arm", floating),
     ("weight", "A weight in the hand", weight),
     ("parameters", "What the machine knows about the arm", parameters),
     ("torque", "Does the model explain the motors?", torque),
     ("devices", "Are other devices on the same clock?", sync),
     ("timing", "Did the controller keep up?", timing),
 )
-"""Name, title, and the module that draws and explains."""
+"""Name, title, and the module that draws and explains the figure."""
 
 LEFT_OVER = Text(
-    "Left over: the torque that the person would still have to add for the arm to be weightless. For comparison: held "
-    "out level, the arm of a person of 75 kg pulls at the shoulder with about 11 N·m."
+    "Left over: the torque that the person would still have to add for the arm to be weightless. For comparison: the "
+    "horizontal arm of a person of 75 kg loads the shoulder with about 11 N·m."
 )
 SAFETY = Chapter(
     "Safety",
@@ -49,8 +49,8 @@ SAFETY = Chapter(
             Markup(
                 "<strong>Research software, not a medical device.</strong> It is informed by ISO 13482 and IEC "
                 "80601-2-78, and complies with neither. A machine that is worn needs an independent hardware emergency "
-                "stop and the watchdogs of its drives; nothing in this software replaces them. Figures from the twin "
-                "hold for the twin."
+                "stop and the watchdogs of its drives; nothing in this software replaces them. Results from the twin "
+                "are valid for the twin only."
             ),
             "notice",
         )
@@ -59,10 +59,10 @@ SAFETY = Chapter(
 
 
 def write_report(recording_path: Path, html_path: Path) -> Path:
-    """Make the page of a recording.
+    """Write the page of a recording.
 
     Args:
-        recording_path: A recording, complete or cut.
+        recording_path: A recording, complete or truncated.
         html_path: The page to write, or to replace; its folder is created too.
 
     Returns:
@@ -75,7 +75,7 @@ def write_report(recording_path: Path, html_path: Path) -> Path:
 
 
 def page_of(recording: Recording) -> Page:
-    """Content of the page; the same recording gives the same page."""
+    """Return the content of the page; the same recording gives the same page."""
     tables = parameter_table, calibration_table, event_table, settings_table
     with house_style():
         figures = list(drawn(FIGURES, recording))
@@ -93,5 +93,5 @@ def _lead(recording: Recording) -> Iterator[Block]:
     if recording.remark:
         yield Text(recording.remark, "notice")
     if outcome := (recording.last("/result").get("identification") or {}).get("outcome"):
-        yield Markup("<strong>The identification says:</strong> {}").format(outcome)
+        yield Markup("<strong>Result of the identification:</strong> {}").format(outcome)
     yield LEFT_OVER

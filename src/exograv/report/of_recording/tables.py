@@ -1,4 +1,4 @@
-"""The tables of the report: as text, so that a reader can copy them. A recording without rows has no chapter."""
+"""Tables of the report as text, so that a reader can copy them. A table without rows has no chapter."""
 
 import json
 from collections.abc import Sequence
@@ -11,11 +11,11 @@ from exograv.report.style.page import Chapter, Table, Text
 
 
 def parameter_table(recording: Recording) -> Chapter | None:
-    """Estimates of the arm, beside what the body table said and what the twin knows."""
+    """Return estimates of the arm, with the values of the body table and the twin's truth."""
     entries = recording.last("/result").get("parameters") or recording.last("/estimate").get("parameters") or []
     note = (
         "The true value lies in the interval with 95 % certainty; only the twin knows it. mx, my, mz are mass times "
-        "the distance of its centre from the joint, I… moments of inertia about the joint."
+        "the coordinates of the centre of mass from the joint, I… moments of inertia about the joint."
     )
     rows = [
         (
@@ -33,7 +33,7 @@ def parameter_table(recording: Recording) -> Chapter | None:
 
 
 def calibration_table(recording: Recording) -> Chapter | None:
-    """Estimates of stage 0 for the empty machine: one row a joint, one column a quantity."""
+    """Return estimates of the empty machine (stage 0): one row per joint, one column per quantity."""
     entries = recording.last("/result").get("calibration") or []
     found = {(entry["joint"], entry["name"]): entry for entry in entries}
     joints, names = dict.fromkeys(e["joint"] for e in entries), dict.fromkeys(e["name"] for e in entries)
@@ -56,18 +56,18 @@ def _calibrated(entry: dict[str, Any] | None) -> str:
 
 
 def event_table(recording: Recording) -> Chapter | None:
-    """Phases and events, in order of time."""
+    """Return phases and events, in order of time."""
     rows = [(p["t"], "phase", _words(p["name"])) for p in recording.messages("/phase")]
     rows += [(e["t"], e["kind"], e["text"]) for e in recording.messages("/event")]
     rows.sort(key=lambda row: row[0])
     lines = [(f"{t:.2f}", kind, text) for t, kind, text in rows]
-    return _chapter("What happened when", "", ("time [s]", "kind", "what"), lines)
+    return _chapter("Events", "", ("time [s]", "kind", "what"), lines)
 
 
 def settings_table(recording: Recording) -> Chapter | None:
-    """Everything needed to repeat the run."""
+    """Return all settings that are needed to repeat the run."""
     rows = [(name, _plain(value)) for name, value in _flat(recording.settings)]
-    note = "With these and the same version, the run can be repeated exactly."
+    note = "With these settings and the same version of the software, the run can be repeated exactly."
     return _chapter("Settings", note, ("name", "value"), rows)
 
 

@@ -1,1 +1,1 @@
-"""Figures of a whole study: each `draw(data)` gives a figure, or None where the study lacks what it shows."""
+"""Figures of a whole study. Each `draw(data)` returns a figure, or None if the study lacks the data for it."""

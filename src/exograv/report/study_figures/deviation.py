@@ -1,4 +1,4 @@
-"""The study's main figure: deviation by group as boxes, every touch and every person's median beside them."""
+"""Main figure of a study: deviation by group as boxes, with every touch and every person's median beside them."""
 
 from collections.abc import Sequence
 
@@ -19,11 +19,11 @@ BOX, STRIP = 1.0, 1.3
 """Widths of a box and of one person's strip of touches, in units of the axis."""
 
 MOST_NAMED = 12
-"""People a group, up to which each strip has its code."""
+"""Largest number of people per group for which each strip has its code."""
 
 
 def draw(data: StudyData, width: float = WIDTH_2) -> Figure | None:
-    """Boxes and strips of the touches that are compared; in one column of a journal without codes."""
+    """Draw boxes and strips of the compared touches; the width of one journal column has no codes."""
     touches = data.compared
     if touches.empty:
         return None
@@ -61,9 +61,9 @@ def _box(ax: Axes, at: float, values: pd.Series, style: GroupStyle) -> None:
 
 
 def _strips(ax: Axes, at: float, touches: pd.DataFrame, style: GroupStyle) -> float:
-    """A strip a person from `at` on, in the order of codes; returns where the last ends."""
+    """Draw one strip per person from `at` on, in the order of codes; return the end of the last strip."""
     for _, values in touches.groupby("participant")["deviation_px"]:
-        # Where in its strip a touch stands means nothing, and is the same whenever it is drawn.
+        # The position of a touch across its strip has no meaning; the fixed seed keeps the figure reproducible.
         spread = 0.38 * STRIP * np.random.default_rng(0).uniform(-1.0, 1.0, len(values))
         ax.plot(
             at + 0.5 * STRIP + spread, values, style.marker, color=style.colour, markersize=2, alpha=0.45,
@@ -82,11 +82,11 @@ def _name_strips(ax: Axes, end: float, codes: Sequence[str]) -> None:
 
 
 def explain(data: StudyData) -> str:
-    """What one sees."""
+    """Explain the figure."""
     share = "Logarithmic axis" + ("; millimetres on the right" if data.pitch_mm is not None else "")
     return (
         f"Deviation of the touches from the target's centre, {data.compared_words}. Boxes: all touches of a group with "
-        "their quartiles, nine in ten within the whiskers. Beside each box every touch of every person, thick bars "
-        f"their medians. {share}. People are the sample, not touches: what differs between "
-        "groups is judged on the bars."
+        "their quartiles; the whiskers hold 90 % of the touches. Beside each box: every touch of every person; thick "
+        f"bars are the people's medians. {share}. People are the sample, not touches: differences between groups are "
+        "judged on the bars."
     )

@@ -1,4 +1,4 @@
-"""How much the groups differ: every effect that is a ratio, each with its interval, the primary one on top."""
+"""Figure of the difference between the groups: every effect that is a ratio, with its interval, the primary on top."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -14,7 +14,7 @@ Line = tuple[str, float, Interval | None]
 
 
 def draw(data: StudyData, findings: StudyFindings) -> Figure | None:
-    """A line an effect."""
+    """Draw one line per effect."""
     lines = ratios(findings)
     if not lines:
         return None
@@ -27,7 +27,7 @@ def draw(data: StudyData, findings: StudyFindings) -> Figure | None:
     for row, (_, value, interval) in enumerate(lines):
         colour = BLUE if row == 0 else INK
         if interval is not None:
-            # An end without bound leaves the frame.
+            # An unbounded end leaves the frame.
             first, last = interval.low or low / 2.0, interval.high or 2.0 * high
             ax.plot([first, last], [row, row], color=colour, linewidth=2.0 if row == 0 else 1.2)
         ax.plot([value], [row], "D" if row == 0 else "o", color=colour, markersize=6 if row == 0 else 4)
@@ -41,7 +41,7 @@ def draw(data: StudyData, findings: StudyFindings) -> Figure | None:
 
 
 def ratios(findings: StudyFindings) -> list[Line]:
-    """Effects that are ratios of deviation, by whatever model."""
+    """Return the effects that are ratios of deviation, from all models."""
     effects = (findings.effect, *findings.other_effects)
     lines: list[Line] = [
         (effect.name + _level(effect.interval), effect.value, effect.interval)
@@ -57,15 +57,15 @@ def ratios(findings: StudyFindings) -> list[Line]:
 
 
 def _level(interval: Interval | None) -> str:
-    """Where so few people allow no 95 %."""
+    """Return the level of an interval below 95 %, the highest that so few people allow."""
     return "" if interval is None or interval.level >= 0.95 else f", {100.0 * interval.level:.0f} %"
 
 
 def explain(findings: StudyFindings) -> str:
-    """What one sees."""
+    """Explain the figure."""
     first, _ = findings.groups
     return (
-        f"Left of 1 the {first} deviate less. The uppermost line is the comparison that the study was made for; the "
-        "others rest on more assumptions and do not replace it. Bars are 95 % intervals where nothing else is said, "
-        "and it is less where so few people give no 95 %; one that leaves the frame has no bound there."
+        f"Left of 1 the {first} deviate less. The uppermost line is the primary comparison of the study; the others "
+        "rest on more assumptions and do not replace it. Bars are 95 % intervals unless a lower level is stated, "
+        "because so few people do not allow 95 %. A bar that leaves the frame is unbounded there."
     )

@@ -1,4 +1,4 @@
-"""Traces aligned to the opening of windows: deviation of the touches, speed of the joints, and the felt level."""
+"""Figure of traces aligned to the opening of windows: deviation of the touches, speed of the joints, felt level."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,11 +12,11 @@ from exograv.study.measures.table import SESSION
 from .groups import WIDTH_2, label, look, marked
 
 BIN_S = 2.75
-"""One touch of the published pace."""
+"""Time of one touch at the published pace."""
 
 
 def draw(data: StudyData) -> Figure | None:
-    """Deviation on top; speed and level below where recordings or an aircraft told them."""
+    """Draw deviation on top, and speed and level below if recordings or an aircraft state them."""
     touches = data.compared
     if touches.empty:
         return None
@@ -62,13 +62,13 @@ def _deviations(ax: Axes, data: StudyData) -> None:
 
 
 def explain(data: StudyData) -> str:
-    """What one sees."""
+    """Explain the figure."""
     below = (
-        "Below, medians over windows and people of the joints' speed, and of the level that machine or aircraft gave."
+        "Below, medians over windows and people of the joints' speed, and of the level by machine or aircraft."
         if len(data.traces)
-        else "No recording tells how the arm moved or what it felt meanwhile."
+        else "No recording holds the arm's motion or the felt level."
     )
     return (
-        f"All windows laid over each other, {data.compared_words}; grey is the open window. Points: touches; lines: "
+        f"All windows superimposed, {data.compared_words}; grey is the open window. Points: touches; lines: "
         f"their medians for each {BIN_S} s. {below}"
     )

@@ -1,4 +1,4 @@
-"""What all figures of a study share: widths of journals, one colour and one marker a group, the word SIMULATED."""
+"""Common elements of a study's figures: widths of journals, one colour and marker per group, the word SIMULATED."""
 
 from dataclasses import dataclass
 
@@ -12,12 +12,12 @@ from exograv.study.measures.study_data import StudyData
 from exograv.study.participants.participant_record import SEALED
 
 WIDTH_1, WIDTH_2 = 85.0 / 25.4, 180.0 / 25.4
-"""One column and two of a journal [inch]."""
+"""Width of one column and of two columns of a journal [inch]."""
 
 
 @dataclass(frozen=True)
 class GroupStyle:
-    """Of a group: told apart by colour, and without colour by marker, line and hatching."""
+    """Look of a group: colour, and marker, line and hatching for readers without colour."""
 
     colour: str
     marker: str
@@ -36,24 +36,24 @@ SEALED_LOOK = GroupStyle(INK, "D", "-", "")
 
 
 def look(data: StudyData, group: str) -> GroupStyle:
-    """The same in all figures of a study."""
+    """Return the look of a group, the same in all figures of a study."""
     return SEALED_LOOK if group == SEALED else LOOKS[data.groups.index(group) % len(LOOKS)]
 
 
 def label(group: str) -> str:
-    """As a reader sees it."""
+    """Return the name of a group for a reader."""
     return "all, groups sealed" if group == SEALED else group
 
 
 def marked(figure: Figure, data: StudyData) -> Figure:
-    """The figure, with what must stand on it wherever it is copied to."""
+    """Mark a figure of simulated data, so that the mark stays on every copy."""
     if data.is_simulated:
         mark_simulated(figure)
     return figure
 
 
 def second_axis_mm(ax: Axes, data: StudyData) -> None:
-    """The same deviations in millimetres on the right; nothing where screens differ or were not calibrated."""
+    """Add an axis in millimetres on the right; nothing if screens differ or were not calibrated."""
     pitch = data.pitch_mm
     if pitch is None:
         return

@@ -1,4 +1,4 @@
-"""How deviation changed: from session to session of each protocol, each person's line and the group's."""
+"""Figure of the change of deviation from session to session of each protocol, for each person and each group."""
 
 import numpy as np
 import pandas as pd
@@ -14,7 +14,7 @@ from .groups import WIDTH_2, label, look, marked, second_axis_mm
 
 
 def draw(data: StudyData) -> Figure | None:
-    """A panel a protocol, as wide as it has sessions."""
+    """Draw one panel per protocol, with a width by its number of sessions."""
     medians = data.measure("median_deviation_px")
     if medians.empty or len(set(keys(medians, ["participant", "protocol"]))) == len(medians):
         return None
@@ -34,7 +34,7 @@ def draw(data: StudyData) -> Figure | None:
 
 
 def course(ax: Axes, data: StudyData, medians: pd.DataFrame, over: str) -> None:
-    """A thin line a person with its gaps, a thick one a group: the geometric mean of its people."""
+    """Draw a thin line per person with its gaps, and a thick line per group: the geometric mean of its people."""
     for group in data.groups:
         style, of_group = look(data, group), rows(medians, medians["group"] == group)
         for _, person in of_group.groupby("participant"):
@@ -56,14 +56,14 @@ def course(ax: Axes, data: StudyData, medians: pd.DataFrame, over: str) -> None:
 
 
 def explain(data: StudyData) -> str:
-    """What one sees, and each group's slope."""
+    """Explain the figure, with the slope of each person."""
     slopes = data.measure("slope_across_sessions", "participant")
     said = [
         f"{protocol}: {', '.join(f'{100 * np.expm1(value):+.1f} %' for value in of['value'])}".replace("-", "−")
         for protocol, of in slopes.groupby("protocol")
     ]
-    change = f" Change from session to session, one figure a person (Theil–Sen): {'; '.join(said)}." if said else ""
+    change = f" Change from session to session, one value per person (Theil–Sen): {'; '.join(said)}." if said else ""
     return (
-        "Median deviation of each session. Thin lines: people; where a line breaks a session is missing. Thick lines: "
+        "Median deviation of each session. Thin lines: people; a gap in a line is a missing session. Thick lines: "
         f"geometric mean of the people who have that session.{change}"
     )

@@ -1,4 +1,4 @@
-"""The sheet of sessions: who has which, and which of them has something wrong."""
+"""Figure of the sessions of all people, with their state."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -18,13 +18,13 @@ MARKS = {
     "not complete": ("D", "white", RED),
     "missing": ("x", GREY, GREY),
 }
-"""Marker, face, edge: told apart without colour too."""
+"""Marker, face and edge by state; the states differ without colour too."""
 
 MOST_ROWS = 60
 
 
 def draw(data: StudyData) -> Figure | None:
-    """A row a person, a column a session of each protocol."""
+    """Draw one row per person and one column per session of each protocol."""
     people = sorted(data.group_of)[:MOST_ROWS]
     columns = _columns(data)
     if not people or not columns:
@@ -62,7 +62,7 @@ def draw(data: StudyData) -> Figure | None:
 
 
 def _columns(data: StudyData) -> dict[float, tuple[str, int]]:
-    """Where on the axis each session of each protocol stands; a gap between protocols."""
+    """Return the position of each session on the axis, with a gap between protocols."""
     last: dict[str, int] = {one.protocol: one.sessions for one in data.settings.expected}
     for protocol, session in keys(data.tables.sessions, ["protocol", "session"]):
         last[protocol] = max(last.get(protocol, 0), session)
@@ -76,7 +76,7 @@ def _columns(data: StudyData) -> dict[float, tuple[str, int]]:
 
 
 def session_states(data: StudyData) -> dict[tuple[str, str, int], str]:
-    """A word of `MARKS` for each session that is there, or is expected and is not."""
+    """Return the state (key of `MARKS`) of each session that exists or is expected."""
     states = dict.fromkeys(missing_sessions(data), "missing")
     wrong = flawed(data)
     for *key, is_complete in keys(data.tables.sessions, [*SESSION, "is_complete"]):
@@ -86,7 +86,7 @@ def session_states(data: StudyData) -> dict[tuple[str, str, int], str]:
 
 
 def missing_sessions(data: StudyData) -> list[tuple[str, str, int]]:
-    """Expected of a person by the settings, and not there. Of who is sealed only what is expected of everybody."""
+    """Return the expected sessions that are missing; for sealed groups only those expected of all participants."""
     there = set(keys(data.tables.sessions, SESSION))
     return [
         (code, protocol, session)
@@ -98,7 +98,7 @@ def missing_sessions(data: StudyData) -> list[tuple[str, str, int]]:
 
 
 def flawed(data: StudyData) -> set[tuple[str, str, int]]:
-    """Sessions that ran to their end, of which something is remarked, lost, stopped or not calibrated."""
+    """Return the sessions with a remark, a clock jump, lost ticks, stops, missing windows, or without calibration."""
     s = data.tables.sessions
     is_flawed = (
         s["remark"].notna() | (s["clock_jumps"] > 0) | (s["ticks_lost"].fillna(0) > 0) | (s["stops"] > 0)
@@ -108,8 +108,8 @@ def flawed(data: StudyData) -> set[tuple[str, str, int]]:
 
 
 def explain(data: StudyData) -> str:
-    """What one sees, counted."""
+    """Explain the figure, with the number of sessions by state."""
     states = list(session_states(data).values())
     counts = ", ".join(f"{states.count(name)} {name}" for name in MARKS if name in states)
     more = f" The first {MOST_ROWS} people are shown." if len(data.group_of) > MOST_ROWS else ""
-    return f"Each mark is a session: {counts}. What is wrong with which is in the table of data quality.{more}"
+    return f"Each mark is a session: {counts}. The table of data quality lists the problems.{more}"

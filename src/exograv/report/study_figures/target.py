@@ -1,4 +1,4 @@
-"""Where the fingers landed: every touch on the target, and an ellipse for each person."""
+"""Figure of the touches on the target, with an ellipse for each person."""
 
 from collections.abc import Iterator
 
@@ -17,13 +17,13 @@ from exograv.study.measures.study_data import StudyData
 from .groups import WIDTH_2, label, look, marked
 
 REACH_SHARE = 99.0
-"""Per cent of the touches that are within the frame."""
+"""Share of the touches within the frame [%]."""
 
 LINES = ("-", "--", ":", "-.")
 
 
 def draw(data: StudyData) -> Figure | None:
-    """A panel a group, all to one scale."""
+    """Draw one panel per group, all on one scale."""
     touches = data.compared
     groups = [group for group in data.groups if group in set(touches["group"])]
     if not groups:
@@ -42,7 +42,7 @@ def draw(data: StudyData) -> Figure | None:
 
 
 def _reaches(touches: pd.DataFrame, unit: str) -> Iterator[float]:
-    """How far from the centre touches and ellipses go."""
+    """Distances of touches and ellipses from the centre."""
     yield float(np.percentile(np.abs(deviations(touches, unit)).max(1), REACH_SHARE))
     for _, own in touches.groupby("participant"):
         points = deviations(own, unit)
@@ -55,7 +55,7 @@ def _reaches(touches: pd.DataFrame, unit: str) -> Iterator[float]:
 
 
 def unit_of(data: StudyData) -> str:
-    """Millimetres where every touch has them."""
+    """Return millimetres if every touch has them, otherwise pixels."""
     return "px" if column(data.compared, "deviation_mm").isna().sum() else "mm"
 
 
@@ -80,13 +80,13 @@ def _panel(ax: Axes, data: StudyData, group: str, unit: str) -> None:
 
 
 def explain(data: StudyData) -> str:
-    """What one sees."""
+    """Explain the figure."""
     points, unit = deviations(data.compared, unit_of(data)), unit_of(data)
     above = float(points[:, 1].mean())
     return (
         f"Touches as the participant sees them, {data.compared_words}; the cross is the target's centre. Each ellipse "
-        "holds 95 % of a normal scatter as large as one person's, the framed point is that person's mean: its distance "
-        "from the cross is the constant error, the ellipse the variable one. "
-        f"Over all, touches are {abs(above):.1f} {unit} {'above' if above > 0 else 'below'} the centre in the mean. "
+        "holds 95 % of a normal distribution with one person's scatter; the framed point is that person's mean. The "
+        "distance of the mean from the cross is the constant error, the ellipse shows the variable error. "
+        f"On average, touches are {abs(above):.1f} {unit} {'above' if above > 0 else 'below'} the centre. "
         "One touch in a hundred may lie outside the frame."
     )

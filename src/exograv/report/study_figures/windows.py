@@ -1,4 +1,4 @@
-"""The course of a session: median deviation of each window, and what a window's first touch and a rest cost."""
+"""Figure of a session's course: median deviation of each window, and costs of the first touch and of a rest."""
 
 import numpy as np
 import pandas as pd
@@ -22,14 +22,14 @@ COSTS = {
 
 
 def draw(data: StudyData) -> Figure | None:
-    """Windows on the left, costs on the right."""
+    """Draw windows on the left, costs on the right."""
     kept = columns(data.compared, SESSION).drop_duplicates()
     medians = data.measure("median_deviation_px", "window").merge(kept)
     if medians.empty:
         return None
     figure = Figure(figsize=(WIDTH_2, 2.9), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
-    # A person who flew twice has one line: the median of both.
+    # A person with several flights has one line: the median over the flights.
     by_person = medians.groupby(["participant", "group", "window"])["value"].median().reset_index()
     course(left, data, by_person, "window")
     plain_log_axis(left, medians["value"].to_numpy(float))
@@ -57,11 +57,11 @@ def _costs(ax: Axes, data: StudyData, kept: pd.DataFrame) -> None:
 
 
 def explain(data: StudyData) -> str:
-    """What one sees."""
+    """Explain the figure."""
     names = " and ".join(label(group) for group in data.groups)
     return (
-        f"Left: median deviation window by window, {data.compared_words}; thin lines people, thick lines {names}. "
-        "Right, a point a person: how many times larger the deviation is in the first window than in the others, at a "
-        "window's first touch than at its later ones, and in the first half of a window than in the second half of "
-        "the one before, after any rest and after one of 1.5 times the usual or more. Above 1 it is worse."
+        f"Left: median deviation by window, {data.compared_words}; thin lines are people, thick lines {names}. "
+        "Right, one point per person: ratio of the deviation in the first window to that in the others, at a window's "
+        "first touch to that at its later touches, and in the first half of a window to that in the second half of the "
+        "window before, after any rest and after a rest of at least 1.5 times the usual length. Above 1 is worse."
     )

@@ -1,1 +1,1 @@
-"""The report of a study: figures, tables and sentences made of its folder, as a page and for print."""
+"""Report of a study: figures, tables and sentences from the study's folder, as a page and for print."""

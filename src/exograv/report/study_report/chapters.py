@@ -1,4 +1,4 @@
-"""The chapters of the report in their order, each where there is something to say."""
+"""Chapters of the report in their order. A chapter without content is left out."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,96 +21,96 @@ FIGURES = (
     ("target", "Where the fingers landed", target),
     ("windows", "The course of a session", windows),
     ("learning", "From session to session", learning),
-    ("gravity", "About the opening of a window", gravity),
-    ("sessions", "Which sessions there are", quality),
+    ("gravity", "Around the opening of a window", gravity),
+    ("sessions", "Sessions", quality),
 )
-"""Name, title, and the module that draws and explains."""
+"""Name, title, and the module that draws and explains the figure."""
 
 NO_FLAW = (
-    "Every expected session is there and complete, on calibrated screens, without stops, losses or jumps of a clock."
+    "All expected sessions exist and are complete, on calibrated screens, without stops, lost ticks or clock jumps."
 )
 LIMITS = (
-    "The end of the arm's line in a recording is drawn 20 times a second: times of the hand are good to 50 ms, and "
-    "nothing above 10 Hz is seen. Smoothness of the joints is told from 1000 ticks a second, of what is below 10 Hz.",
-    "Touches are timed by the screen; what it adds to the time of the contact is not known here.",
-    "Heart beats, EMG and EEG are not analysed: their streams are kept, on the same clock.",
+    "The hand's position in a recording is stored 20 times a second: times of the hand are accurate to 50 ms, and "
+    "nothing above 10 Hz is visible. Smoothness of the joints is computed from 1000 ticks a second, below 10 Hz.",
+    "Touches are timed by the screen; the screen's delay after the contact is not known here.",
+    "Heart beats, EMG and EEG are not analysed; their streams are stored on the same clock.",
 )
 SEALED_LIMIT = (
-    "Groups are sealed. Where the groups have different protocols, the sheet of sessions tells them apart: a seal "
-    "protects only groups that do the same."
+    "Groups are sealed. If the groups have different protocols, the sheet of sessions reveals the groups: a seal "
+    "protects only groups with the same protocol."
 )
 
 
 @dataclass(frozen=True)
 class Content:
-    """Everything that the report tells."""
+    """Content of the report."""
 
     data: StudyData
     found: StudyFindings | None
-    """None where there is nothing to compare."""
+    """Findings; None if there is nothing to compare."""
 
     why_not: str
-    """Why not; empty where there is."""
+    """Reason for no comparison; empty if there is a comparison."""
 
     issues: Sequence[Issue]
     unpublished: Mapping[str, Sequence[str]]
     planned: PowerResult | None = None
-    """Power of a next study; None where nobody's spread can be told."""
+    """Power of a next study; None if the variation between people cannot be estimated."""
 
 
 def figures(content: Content) -> Iterator[Chapter]:
-    """Chapters with a figure, effects behind the first and power last; call it in house style."""
+    """Yield the chapters with a figure: effects after the first, power last. Call this function in house style."""
     data, found, planned = content.data, content.found, content.planned
     yield from drawn(FIGURES[:1], data)
     if found is not None and (figure := effects.draw(data, found)) is not None:
-        yield Chapter("How much the groups differ", (), "effects", figure, effects.explain(found))
+        yield Chapter("Difference between the groups", (), "effects", figure, effects.explain(found))
     yield from drawn(FIGURES[1:], data)
     if planned is not None:
-        title = "How many people the next study needs"
+        title = "Number of people for a next study"
         yield Chapter(title, (), "power", power.draw(planned, data.is_simulated), power.explain(planned))
 
 
 def findings(content: Content) -> Iterator[Chapter]:
-    """Result of the study in words, before any figure."""
+    """Yield the result of the study in words, before any figure."""
     if found := content.found:
         said = [Text(found.primary.sentence, "strong"), found.effect.meaning, Bullets(found.limits)]
-        yield Chapter("What this study can say, and what not", said)
+        yield Chapter("Conclusions and their limits", said)
 
 
 def notices(content: Content) -> Iterator[Block]:
-    """Warnings before the first chapter."""
+    """Yield the warnings before the first chapter."""
     if content.why_not:
         yield Text(content.why_not, "notice")
     if n := len(content.issues):
-        flaws = Markup('The data have flaws, of {} {}: <a href="#quality">data quality</a>.')
+        flaws = Markup('The data have flaws of {} {}: see <a href="#quality">data quality</a>.')
         yield Text(flaws.format(n, "kind" if n == 1 else "kinds"), "notice")
 
 
 def texts(content: Content) -> Iterator[Chapter]:
-    """Chapters behind the figures: tables, quality of the data, methods and limits."""
+    """Yield the chapters after the figures: tables, quality of the data, methods and limits."""
     data, found = content.data, content.found
     if not data.touches.empty:
-        note = Text(f"Touches that count, {data.compared_words}.")
-        yield Chapter("Each person", [note, people_table(data)], "people")
+        note = Text(f"Accepted touches, {data.compared_words}.")
+        yield Chapter("Results of each person", [note, people_table(data)], "people")
     if found is not None:
-        yield Chapter("The comparison, primary first", list(_comparison(found)), "comparison")
+        yield Chapter("Comparison of the groups, primary test first", list(_comparison(found)), "comparison")
     if not data.touches.empty:
         yield Chapter("All measures", list(_measures(data, found)), "measures")
     rows = [(one.what, str(one.count), one.which, one.consequence) for one in content.issues]
-    quality_of = Table(("what", "how many", "which", "what is done"), rows) if rows else NO_FLAW
+    quality_of = Table(("flaw", "number", "places", "consequence"), rows) if rows else NO_FLAW
     yield Chapter("Data quality", [quality_of], "quality")
     yield Chapter("Touches that are left out", list(_exclusions(data, found)), "exclusions")
     yield Chapter("Methods", methods(data, content.unpublished, () if found is None else found.methods), "methods")
     sealed = (SEALED_LIMIT,) if data.is_sealed else ()
     yield Chapter("Limits", [Bullets((*LIMITS, *sealed, "Research software, not a medical device."))], "limits")
     if made_by := provenance(data):
-        table = Table(("what", "version or SHA-256", "sessions"), made_by)
-        yield Chapter("What made the sessions", [table], "provenance")
+        table = Table(("item", "version or SHA-256", "sessions"), made_by)
+        yield Chapter("Software and files of the sessions", [table], "provenance")
 
 
 def _comparison(found: StudyFindings) -> Iterator[Block]:
-    yield Table(("test", "p", "what follows"), test_rows(found))
-    yield Table(("effect", "value", "interval", "how to read it"), effect_rows(found))
+    yield Table(("test", "p", "conclusion"), test_rows(found))
+    yield Table(("effect", "value", "interval", "interpretation"), effect_rows(found))
     if found.mixed and found.mixed.remarks:
         yield Text(f"Mixed model: {' '.join(found.mixed.remarks)}")
     if found.bayes:
@@ -119,8 +119,8 @@ def _comparison(found: StudyFindings) -> Iterator[Block]:
 
 def _measures(data: StudyData, found: StudyFindings | None) -> Iterator[Block]:
     yield Text(
-        f"{data.compared_words.capitalize()}. Median over people, in brackets the smallest and largest of a person. "
-        "Described: with as many measures as here some differ by chance."
+        f"{data.compared_words.capitalize()}. Median over people, in brackets the smallest and largest value of a "
+        "person. The table describes only: among so many measures some differ by chance."
     )
     yield measures_table(data)
     if found is not None and (family := family_of(data, found)) is not None:
@@ -131,7 +131,7 @@ def _measures(data: StudyData, found: StudyFindings | None) -> Iterator[Block]:
 
 
 def _exclusions(data: StudyData, found: StudyFindings | None) -> Iterator[Block]:
-    yield f"{len(data.tables.touches)} touches were recorded, {len(data.touches)} count."
+    yield f"{len(data.tables.touches)} touches were recorded, {len(data.touches)} of them are used."
     if rows := [(one.reason, str(one.touches), str(one.people)) for one in exclusions(data)]:
         yield Table(("reason", "touches", "people"), rows)
     if found is not None and found.left_out:

@@ -1,4 +1,4 @@
-"""What became of every touch: each is counted, or left out for one reason that is named."""
+"""Account of all touches: each one is used, or left out for one named reason."""
 
 from dataclasses import dataclass
 
@@ -6,27 +6,27 @@ from exograv.study.measures.selecting import keys, people, rows
 from exograv.study.measures.study_data import StudyData
 
 REASONS = {
-    "repeated": "sent again by the page",
-    "untimed": "its time could not be trusted: the page's clock was not synchronised",
+    "repeated": "sent twice by the page",
+    "untimed": "unreliable time: the page's clock was not synchronised",
     "outside": "between windows",
     "pointer": "not a finger",
     "second": "a second finger",
     "palm": "as large as a palm",
-    "off_target": "too far from the target to be meant for it",
-    "bounce": "at once after another",
+    "off_target": "too far from the target for an aimed touch",
+    "bounce": "immediately after another touch",
     "no_return": "the hand had not returned to its resting place",
 }
-"""Of the task's own judgement, in words; other sources may have others."""
+"""Words by the task's reason of rejection. Other sources may have other reasons."""
 
 UNIQUE = ["participant", "protocol", "session", "page", "sequence"]
-"""What tells touches apart."""
+"""Columns that identify a touch."""
 
-BROKEN_OFF = "in a window that was broken off, or run again later"
+BROKEN_OFF = "in a window that was interrupted, or run again later"
 
 
 @dataclass(frozen=True)
 class Exclusion:
-    """One reason."""
+    """Reason of exclusion with its counts."""
 
     reason: str
     touches: int
@@ -34,9 +34,9 @@ class Exclusion:
 
 
 def exclusions(data: StudyData) -> list[Exclusion]:
-    """Most frequent first. With the touches that count they make up all that were recorded."""
+    """Return the exclusions, most frequent first. With the used touches they add up to all recorded touches."""
     touches = data.tables.touches
-    refused = rows(touches, ~touches["is_accepted"]).fillna({"reason": "no reason was told"})
+    refused = rows(touches, ~touches["is_accepted"]).fillna({"reason": "no reason was stated"})
     found = [
         Exclusion(REASONS.get(str(reason), str(reason)), len(of), people(of))
         for reason, of in refused.groupby("reason")

@@ -1,4 +1,4 @@
-"""What the report says first: one sentence, and a few figures of which the primary comparison is one."""
+"""Headline and tiles of the report: one sentence, and a few figures including the primary comparison."""
 
 from exograv.report.study_figures.groups import label
 from exograv.report.style.page import Tile
@@ -10,17 +10,17 @@ from .results import interval_words, number
 
 
 def headline(data: StudyData, found: StudyFindings | None) -> str:
-    """The result in a sentence; never a claim that the test does not carry."""
+    """Return the result in a sentence, without any claim that the test does not support."""
     if data.touches.empty:
-        return "No touch counts yet: there is nothing to report."
+        return "There are no accepted touches yet, so there are no results."
     if data.is_sealed:
-        return f"{_people(len(data.group_of))}, {len(data.touches)} touches that count. Groups are sealed."
+        return f"{_people(len(data.group_of))}, {len(data.touches)} accepted touches. Groups are sealed."
     if not data.has_primary:
         people = _people(people_in(data.touches))
-        return f"Nobody flew yet: {len(data.touches)} touches of {people} on the ground."
+        return f"No participant has flown yet: {len(data.touches)} touches of {people} on the ground."
     if found is None or any(spread.median is None for spread in found.spread.values()):
         people = _people(people_in(data.compared))
-        return f"{len(data.compared)} touches of {people} in flight; one group alone compares with nobody."
+        return f"{len(data.compared)} touches of {people} in flight; there is no second group for a comparison."
     said = [
         f"{number(spread.median or 0.0)} {found.unit} {label(group)} (n = {spread.people})"
         for group, spread in found.spread.items()
@@ -33,7 +33,7 @@ def _people(n: int) -> str:
 
 
 def tiles(data: StudyData, found: StudyFindings | None) -> list[Tile]:
-    """Beside each other under the headline."""
+    """Return the tiles under the headline."""
     if found is None:
         return []
     shown = []
@@ -45,7 +45,7 @@ def tiles(data: StudyData, found: StudyFindings | None) -> list[Tile]:
                 Tile(f"{label(group)}, {_people(spread.people)}", f"{number(spread.median)} {found.unit}", note)
             )
     if found.effect.value is not None:
-        note = "no interval can be told" if found.effect.interval is None else interval_words(found.effect.interval)
+        note = "no interval can be computed" if found.effect.interval is None else interval_words(found.effect.interval)
         shown.append(Tile(f"{found.groups[0]} over {found.groups[1]}", number(found.effect.value), note))
     if found.primary.p is not None:
         smallest = f"smallest possible: {number(found.primary.p_min)}" if found.primary.p_min is not None else ""

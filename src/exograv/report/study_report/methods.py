@@ -1,4 +1,4 @@
-"""The methods paragraph, made of the data: who was there, what was done, and how it was judged."""
+"""Methods paragraph from the data: participants, procedure and statistics."""
 
 from collections.abc import Mapping, Sequence
 
@@ -8,21 +8,21 @@ from exograv.study.measures.study_data import PRIMARY, StudyData
 
 
 def methods(data: StudyData, unpublished: Mapping[str, Sequence[str]], tests: Sequence[str]) -> list[str]:
-    """Paragraphs.
+    """Return the paragraphs.
 
     Args:
         data: The study.
-        unpublished: By protocol, values that are not the paper's.
+        unpublished: Names of values by protocol that are not the paper's.
         tests: Sentences of the statistics.
     """
     paragraphs = [_people(data), _sessions(data), _touches(data)]
     chosen = "; ".join(f"{protocol}: {', '.join(names)}" for protocol, names in sorted(unpublished.items()) if names)
     if chosen:
         paragraphs.append(
-            f"Values of the protocols that are not published and were chosen (protocol file, each by name): {chosen}."
+            f"Values of the protocols that are not published but chosen (names as in the protocol file): {chosen}."
         )
     elif not data.tables.sessions.empty:
-        paragraphs.append("The sources do not say which values of their protocols are the published ones.")
+        paragraphs.append("The sources do not state which values of their protocols are the published ones.")
     if tests:
         paragraphs.append(" ".join(tests))
     simulated = " All data are simulated: nobody took part, and nothing here is evidence about people."
@@ -41,7 +41,7 @@ def _people(data: StudyData) -> str:
         for group in data.groups
     ]
     empty = [name for name in data.settings.groups if name not in data.groups]
-    more = f" Nobody is in the group {', '.join(empty)}." if empty else ""
+    more = f" No participant is in the group {', '.join(empty)}." if empty else ""
     return f"{_count(len(members), 'person', 'people')} took part: {'; '.join(said)}.{more}"
 
 
@@ -57,15 +57,15 @@ def _sessions(data: StudyData) -> str:
         machine = f", {exo} exoskeleton" if exo else ""
         said.append(
             f"{protocol}: {_count(len(of), 'session', 'sessions')} of {_count(len(each), 'person', 'people')} "
-            f"({_span(each)} each), {_span(windows)} complete windows a session{machine}"
+            f"({_span(each)} each), {_span(windows)} complete windows per session{machine}"
         )
     arms, rigs = (" and ".join(sorted(sessions[name].dropna().unique())) for name in ("side", "rig"))
-    place = f" Arm: {arms or 'not told'}; machine: {rigs or 'not told'}."
+    place = f" Arm: {arms or 'not stated'}; machine: {rigs or 'not stated'}."
     pitch = data.pitch_mm
     screen = (
         f" A pixel of the screen measured {pitch:.3f} mm."
         if pitch is not None
-        else " Not all screens were calibrated alike: deviations are told in pixels."
+        else " Not all screens had the same calibration: deviations are given in pixels."
     )
     return f"{'. '.join(said)}.{place}{screen}"
 
@@ -73,9 +73,10 @@ def _sessions(data: StudyData) -> str:
 def _touches(data: StudyData) -> str:
     recorded, kept = len(data.tables.touches), len(data.touches)
     return (
-        f"Of {_count(recorded, 'recorded touch', 'recorded touches')} {kept} count: accepted by the task, in a window "
-        "that ran to its end, and of a window that was run again its last complete attempt. Deviation is the distance "
-        "between contact and target centre; it is analysed on its logarithm, with half a pixel as the smallest."
+        f"Of {_count(recorded, 'recorded touch', 'recorded touches')} {kept} are used. A touch is used if the task "
+        "accepted it in a window that ran to its end; of a repeated window only the last complete attempt is used. "
+        "Deviation is the distance between contact and target centre. Its logarithm is analysed, with half a pixel as "
+        "the smallest value."
     )
 
 
@@ -89,13 +90,16 @@ def _count(n: int, one: str, many: str) -> str:
 
 
 def provenance(data: StudyData) -> list[tuple[str, str, str]]:
-    """What made the sessions: kind, versions or hash, number of sessions. Hashes are of the files as they were used."""
+    """Return kind, version or hash, and number of sessions of software and files.
+
+    Hashes are those of the files as used.
+    """
     sessions, rows = data.tables.sessions, list[tuple[str, str, str]]()
     for column, words in (
         ("software", "software"),
         ("protocol_sha256", "protocol file"),
         ("calibration_sha256", "machine's calibration"),
     ):
-        counts = sessions[column].fillna("not told").value_counts(sort=False)
+        counts = sessions[column].fillna("not stated").value_counts(sort=False)
         rows += [(words, str(value), str(count)) for value, count in sorted(counts.items())]
     return rows

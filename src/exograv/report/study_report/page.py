@@ -1,4 +1,4 @@
-"""The report itself: text and figures in one file that needs nothing beside it, and the same on paper."""
+"""Report as one self-contained file with text and figures, and the same content as a PDF."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,11 +21,11 @@ class WrittenReport:
     pdf: Path | None
     figures: tuple[Path, ...]
     remark: str | None
-    """Why there is no PDF."""
+    """Reason why there is no PDF."""
 
 
 def write_study_page(folder: Path, content: Content) -> WrittenReport:
-    """Write figures as SVG and PNG, the page and its print.
+    """Write figures as SVG and PNG, the page and its PDF.
 
     Raises:
         RecordingError: The folder cannot be written.
@@ -42,7 +42,7 @@ def write_study_page(folder: Path, content: Content) -> WrittenReport:
 
 
 def page_of(content: Content, chapters: Sequence[Chapter]) -> Page:
-    """Content of the page, with these chapters in its middle."""
+    """Return the content of the page, with these chapters in its middle."""
     settings = content.data.settings
     return Page(
         headline=headline(content.data, content.found),

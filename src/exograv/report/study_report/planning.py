@@ -1,4 +1,4 @@
-"""How many people the next study needs, from the spread that this one has seen and a difference that is stated."""
+"""Number of people for a next study, from the spread in this study and a stated difference."""
 
 from exograv.study.measures.selecting import people
 from exograv.study.measures.study_data import PRIMARY, StudyData
@@ -8,19 +8,20 @@ from exograv.study.power.options import CurveOptions, Price
 from exograv.study.power.pilot import read_pilot
 
 STUDIES = 2000
-"""Simulated for each number of people: powers on the page are good to 0.02."""
+"""Number of simulated studies for each number of people. Powers on the page are accurate to 0.02."""
 
 N_MAX = 30
 
 
 def next_study(data: StudyData, groups: tuple[str, str]) -> PowerResult | None:
-    """Figures of `exograv study power` for half the deviation, the published difference; None with fewer than three.
+    """Compute the power of a next study; None with fewer than three people.
 
-    The difference that the study itself found is not used: of a small study it is as a rule too large.
+    The figures are those of `exograv study power` for half the deviation, which is the published difference. The
+    difference that the study itself found is not used, because in a small study it is usually too large.
 
     Args:
         data: The study.
-        groups: That are compared.
+        groups: The compared groups.
     """
     if people(data.compared) < 3:
         return None

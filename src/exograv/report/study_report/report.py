@@ -1,4 +1,4 @@
-"""From a study's folder to its report: measured, compared where that is possible, and written."""
+"""Report of a study: measure, compare if possible, and write."""
 
 import json
 from collections.abc import Callable, Sequence
@@ -33,19 +33,19 @@ class StudyReportResult:
     report: Path
     pdf: Path | None
     remark: str | None
-    """Why there is no PDF."""
+    """Reason why there is no PDF."""
 
 
 def write_study_report(path: Path, tell: Callable[[str], object] = lambda text: None) -> StudyReportResult:
-    """Measure, compare, draw and write.
+    """Measure, compare, draw and write the report of a study.
 
     Args:
         path: Folder of the study.
         tell: Called with each source before it is read.
 
     Raises:
-        ConfigError: It is no study, or another command is changing it.
-        RecordingError: A table cannot be read, or something cannot be written.
+        ConfigError: The folder is no study, or another command is changing it.
+        RecordingError: A table cannot be read, or a file cannot be written.
     """
     folder = StudyFolder(path)
     settings = read_settings(folder)
@@ -65,34 +65,34 @@ def write_study_report(path: Path, tell: Callable[[str], object] = lambda text: 
 
 
 def reason_not_to_compare(data: StudyData) -> str:
-    """One sentence, and what to do; empty where two groups can be compared."""
+    """Reason why groups are not compared, and the next step; empty if two groups can be compared."""
     named = list(data.settings.groups)[:2]
     if data.touches.empty:
-        return "No touch counts: nothing is compared. Add sessions by `exograv study add`."
+        return "There are no accepted touches, so there is no comparison. Add sessions with `exograv study add`."
     if data.is_sealed:
-        return "Groups are sealed: nothing is compared. Reveal them when all data are in, and make the report again."
+        return "Groups are sealed, so there is no comparison. Unseal them when the data are complete, and report again."
     if len(named) < 2:
-        return "The study has one group: nothing is compared. What follows describes it."
+        return "The study has only one group, so there is no comparison. The following describes this group."
     if not data.has_primary:
         return (
-            f"No touch of a `{PRIMARY}` counts: the comparison for which the study is made is still to come. Figures "
-            "show the last session of each person; groups that did different things there are not compared."
+            f"There are no accepted touches of a `{PRIMARY}`, so the study's main comparison is not possible yet. "
+            "Figures show the last session of each person; groups with different protocols there are not compared."
         )
     there = set(data.compared["group"])
     if empty := [name for name in named if name not in there]:
-        return f"Nobody of the group {' or '.join(empty)} flew: there is nobody to compare with."
+        return f"No participant of the group {' or '.join(empty)} flew, so there is no comparison."
     return ""
 
 
 def compared(data: StudyData) -> StudyFindings:
-    """The first two groups of the settings, by their touches that count."""
+    """Compare the first two groups of the settings by their accepted touches."""
     first, second = list(data.settings.groups)[:2]
     settings = CompareSettings(groups=(first, second), protocol=PRIMARY)
     return compare(data.tidy_touches, data.tables.participants, settings)
 
 
 def answer(data: StudyData, found: StudyFindings | None, why_not: str, written: WrittenReport) -> StudyReportResult:
-    """Say what the command says."""
+    """Return the result that the command prints."""
     if found is not None:
         figures = found.contract()
     else:

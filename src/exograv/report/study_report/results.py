@@ -1,4 +1,4 @@
-"""Results in tables: each person by itself, and every measure by group. Described, not tested."""
+"""Tables of results: each person, and every measure by group. The tables describe the data and test nothing."""
 
 import numpy as np
 import pandas as pd
@@ -15,11 +15,11 @@ from exograv.study.statistics.multiple import Family, family_of_sessions
 from exograv.study.statistics.relabelling import relabellings
 
 NOT_SHOWN = {"deviation_px", "deviation_mm", "direction_deg", "touches", "mean_direction_deg", "ellipse_angle_deg"}
-"""Of which a median over people says nothing, or which stand elsewhere."""
+"""Measures whose median over people has no meaning, or which are shown elsewhere."""
 
 
 def people_table(data: StudyData) -> Table:
-    """Touches and deviation of each person, of what is compared."""
+    """Return touches and deviation of each person in the compared sessions."""
     lines = []
     for code, touches in data.compared.groupby("participant"):
         quartiles = np.quantile(column(touches, "deviation_px").to_numpy(float), (0.25, 0.5, 0.75))
@@ -34,16 +34,16 @@ def people_table(data: StudyData) -> Table:
                 number(middle(touches, "deviation_mm")) if has_mm else "",
             )
         )
-    heads = ("participant", "group", "touches", "median [px]", "half of them within [px]", "median [mm]")
+    heads = ("participant", "group", "touches", "median [px]", "quartiles [px]", "median [mm]")
     return Table(heads, sorted(lines, key=lambda row: (row[1], row[0])))
 
 
 def measures_table(data: StudyData) -> Table:
-    """A row a measure of what is compared: median over people, and the smallest and largest of a person."""
+    """Return one row per measure of the compared sessions: median, smallest and largest value over people."""
     lines = []
     of_sessions = {measure.name for measure in MEASURES if measure.level == "session"}
     for measure in MEASURES:
-        # While groups are sealed, what the machine did would tell who is in which.
+        # While groups are sealed, measures of the machine would reveal who is in which group.
         is_telling = measure.name in ("carried_share", "motor_torque_rms_Nm") and data.is_sealed
         is_twice = measure.level != "session" and measure.name in of_sessions
         if measure.name in NOT_SHOWN or is_telling or is_twice:
@@ -55,7 +55,7 @@ def measures_table(data: StudyData) -> Table:
 
 
 def _by_person(data: StudyData, measure: Measure) -> dict[str, pd.DataFrame]:
-    """One value a person, the median over what is compared; of a measure over sessions by protocol."""
+    """Return one value per person, the median over the compared sessions; a measure over sessions by protocol."""
     of = data.measure(measure.name, measure.level)
     if of.empty:
         return {}
@@ -74,18 +74,18 @@ def _summary(values: pd.Series) -> str:
 
 
 def number(value: float) -> str:
-    """Three digits that count, with a minus sign."""
+    """Format with three significant digits and a minus sign."""
     text = f"{value:.3g}" if 1e-3 <= abs(value) < 1e4 or value == 0.0 else f"{value:.2e}"
     return f"{float(text):g}".replace("-", "−")
 
 
 def with_unit(measure: Measure, of: str = "") -> str:
-    """A measure's name in words, of what, and its unit."""
+    """Return a measure's name in words, its object and its unit."""
     return f"{in_words(measure.name)}{of}" + ("" if measure.unit == "-" else f" [{measure.unit}]")
 
 
 def in_words(name: str) -> str:
-    """A measure's name without its unit."""
+    """Return a measure's name without its unit."""
     units = ("_px", "_mm", "_s", "_m", "_rad", "_deg", "_Nm", "_m_per_s", "_rad_per_s")
     for unit in sorted(units, key=len, reverse=True):
         name = name.removesuffix(unit) if name.endswith(unit) else name
@@ -93,18 +93,18 @@ def in_words(name: str) -> str:
 
 
 def family_of(data: StudyData, found: StudyFindings) -> Family | None:
-    """All measures of the sessions that are compared, tested together; None with fewer than two people in a group."""
+    """Test all measures of the compared sessions together; None with fewer than two people in a group."""
     first, second = (sum(person.group == group for person in found.people) for group in found.groups)
     if min(first, second) < 2:
         return None
     ways = relabellings(first, second, np.random.default_rng(0))
-    # A difference of directions says nothing: they go round.
+    # A difference of directions has no meaning, because directions are circular.
     straight = rows(data.measures, ~data.measures["measure"].isin(list(NOT_SHOWN)))
     return family_of_sessions(straight, found.people, found.protocol, ways, f"Measures of a {found.protocol}")
 
 
 def family_rows(family: Family) -> list[tuple[str, ...]]:
-    """Smallest p first."""
+    """Return the rows of the family, smallest p first."""
     lines = keys(family.table, ["p", "measure", "difference", "p_holm", "p_max_t"])
     return [
         (with_unit(measure_of(name, "session")), *(number(value) for value in (difference, p, holm, max_t)))
@@ -113,12 +113,12 @@ def family_rows(family: Family) -> list[tuple[str, ...]]:
 
 
 def test_rows(found: StudyFindings) -> list[tuple[str, ...]]:
-    """Primary first."""
+    """Return the rows of the tests, primary first."""
     return [(one.name, one.text, one.sentence) for one in (found.primary, *found.other_tests)]
 
 
 def effect_rows(found: StudyFindings) -> list[tuple[str, ...]]:
-    """Primary first."""
+    """Return the rows of the effects, primary first."""
     return [
         (
             one.name,
@@ -131,7 +131,7 @@ def effect_rows(found: StudyFindings) -> list[tuple[str, ...]]:
 
 
 def interval_words(interval: Interval) -> str:
-    """`95 % interval 0.3 to 0.6`."""
-    low = "without bound" if interval.low is None else number(interval.low)
-    high = "without bound" if interval.high is None else number(interval.high)
+    """Format an interval as `95 % interval 0.3 to 0.6`."""
+    low = "unbounded" if interval.low is None else number(interval.low)
+    high = "unbounded" if interval.high is None else number(interval.high)
     return f"{100 * interval.level:.3g} % interval {low} to {high}"

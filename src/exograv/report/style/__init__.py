@@ -1,1 +1,1 @@
-"""The style that all figures and pages share."""
+"""Common style of all figures and pages."""

@@ -1,4 +1,4 @@
-"""How figures look, and how they enter a page: plain words, few lines, the same colours for the same things."""
+"""Style of figures and their embedding in a page: plain words, few lines, the same colours for the same things."""
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -22,7 +22,10 @@ from exograv.files import write_whole
 from .colours import GREY, INK, JOINT_COLOURS, PALE, RED
 
 PICTURE_DPI, JOURNAL_DPI = 120, 300
-"""Pictures of a command; figures of a study, and the touches within their SVG: thousands of shapes load too slowly."""
+"""Resolution of a command's pictures, and of a study's figures and the touches in their SVG.
+
+Touches are drawn as pixels in an SVG file, because thousands of shapes load too slowly.
+"""
 
 STYLE: dict[Any, Any] = {
     "axes.axisbelow": True,
@@ -38,7 +41,7 @@ STYLE: dict[Any, Any] = {
     "axes.titleweight": "bold",
     "figure.dpi": 100,
     "figure.facecolor": "white",
-    "font.family": "DejaVu Sans",  # comes with matplotlib: the same letters, and the same file, on every machine
+    "font.family": "DejaVu Sans",  # comes with matplotlib, so letters and files are the same on every machine
     "font.size": 9,
     "grid.color": PALE,
     "legend.fontsize": 8.5,
@@ -61,37 +64,37 @@ JOURNAL: Mapping[Any, Any] = MappingProxyType(
         "lines.linewidth": 1.2,
     }
 )
-"""What figures of a study have in place of it."""
+"""Settings of a study's figures that differ from `STYLE`."""
 
 
 @contextmanager
 def house_style(more: Mapping[Any, Any] = MappingProxyType({})) -> Iterator[None]:
-    """Figures made and saved inside look alike; nothing outside changes."""
+    """Give figures that are made and saved inside the same look, without any effect outside."""
     with mpl.rc_context({**STYLE, **more}):
         yield
 
 
 def mark_simulated(figure: Figure) -> None:
-    """Write on a figure that nobody took part, wherever it is copied to."""
+    """Write SIMULATED on a figure, so that the word stays on every copy."""
     figure.suptitle("SIMULATED", x=0.995, ha="right", fontsize=7, fontweight="bold", color=RED)
 
 
 def inline_svg(figure: Figure, name: str, letters: str = "none") -> str:
-    """The figure as an `<svg>` element: same data, same text.
+    """Return the figure as an `<svg>` element; the same data give the same text.
 
     Args:
-        figure: Drawn in the house style.
-        name: Tells the figures of one page apart: their identifiers must not clash.
+        figure: Figure in the house style.
+        name: Name that is unique on the page, so that identifiers do not clash.
         letters: `none` for text that can be edited, `path` for shapes that need no font.
     """
     text, dpi = StringIO(), figure.dpi
     with mpl.rc_context({**STYLE, "svg.hashsalt": name, "svg.fonttype": letters}):
-        # `savefig` would draw everything once before, to lay it out, and gives the same picture.
+        # `savefig` would first draw everything once for the layout, and gives the same picture.
         canvas = FigureCanvasSVG(figure)
         canvas.print_svg(text, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-    figure.dpi = dpi  # print_svg leaves 72 behind, at which later drawings would put dots
+    figure.dpi = dpi  # `print_svg` sets 72, which would change the positions of dots in later drawings.
     svg = text.getvalue()
-    # Without fixed width and height the picture follows the width of the page.
+    # Without a fixed width and height the picture takes the width of the page.
     return re.sub(
         r'(<svg [^>]*?) width="[^"]*"', r"\1", svg[svg.index("<svg ") :].replace(' height="', ' data-height="', 1)
     )
@@ -101,7 +104,7 @@ def write_picture(path: Path, draw: Callable[[], Figure]) -> Path:
     """Draw a figure in the house style into a PNG or SVG file, or replace it; its folder is created too.
 
     Raises:
-        RecordingError: It cannot be written.
+        RecordingError: The file cannot be written.
     """
     with house_style({"svg.hashsalt": path.stem}):
         write_whole(path, _saving(draw(), path.suffix[1:], PICTURE_DPI))
@@ -109,7 +112,7 @@ def write_picture(path: Path, draw: Callable[[], Figure]) -> Path:
 
 
 def write_figure(folder: Path, name: str, figure: Figure) -> list[Path]:
-    """Write a figure for a journal, as SVG of its size on paper and as PNG.
+    """Write a figure for a journal, as SVG with its size on paper and as PNG.
 
     Raises:
         RecordingError: The folder cannot be written.
@@ -132,19 +135,19 @@ def _saving(figure: Figure, kind: str, dpi: int) -> Callable[[Path], None]:
 
 
 def legend(figure: Figure, panels: Iterable[Axes], place: str, columns: int, **look: Any) -> None:
-    """Explain the lines of all panels once, outside of them."""
+    """Draw one legend for the lines of all panels, outside of the panels."""
     found = {text: one for ax in panels for one, text in zip(*ax.get_legend_handles_labels(), strict=True)}
     figure.legend(list(found.values()), list(found), **{"loc": f"outside {place}", "ncols": columns} | look)
 
 
 def blank(panels: Iterable[Axes]) -> None:
-    """Hide panels that have nothing to show."""
+    """Hide panels without content."""
     for ax in panels:
         ax.set_axis_off()
 
 
 def note(ax: Axes, text: str, at: tuple[Any, Any], offset: tuple[float | int, float | int], **look: Any) -> None:
-    """Write a text so many points beside a place of the data."""
+    """Write a text at an offset [points] from a position in the data."""
     ax.annotate(text, at, offset, textcoords="offset points", **look)
 
 
@@ -157,17 +160,17 @@ def name_rows(ax: Axes, names: Sequence[str]) -> None:
 
 
 def joint_label(joint: str, separator: str = " ") -> str:
-    """`shoulder_flexion` in words."""
+    """Return the name of a joint in words."""
     return joint.replace("_", separator)
 
 
 def joint_colours(joints: tuple[str, ...]) -> list[str]:
-    """One colour a joint, the same in all figures."""
+    """Return one colour per joint, the same in all figures."""
     return [colour for colour, _ in zip(cycle(JOINT_COLOURS), joints, strict=False)]
 
 
 def plain_log_axis(ax: Axes, values: Sequence[float] | np.ndarray) -> None:
-    """Make the vertical axis logarithmic, around the positive ones of these values and with plain numbers."""
+    """Make the vertical axis logarithmic around the positive values, with plain numbers."""
     positive = np.asarray(values, float)
     positive = positive[np.isfinite(positive) & (positive > 0.0)]
     low, high = (positive.min() / 1.2, positive.max() * 1.2) if len(positive) else (1.0, 100.0)
@@ -176,7 +179,7 @@ def plain_log_axis(ax: Axes, values: Sequence[float] | np.ndarray) -> None:
 
 
 def plain_ticks(axis: Axis, ends: np.ndarray) -> None:
-    """Put plain numbers on a logarithmic axis between two values, more to a decade where there are few decades."""
+    """Put plain numbers on a logarithmic axis between two values, with more numbers per decade on a short axis."""
     decades = np.log10(ends[1] / ends[0])
     digits = (1, 1.5, 2, 3, 4, 5, 7) if decades < 1.0 else (1, 2, 5) if decades < 3.0 else (1,)
     ticks = [digit * 10.0**e for e in range(-4, 6) for digit in digits]
@@ -186,12 +189,12 @@ def plain_ticks(axis: Axis, ends: np.ndarray) -> None:
 
 
 def thinned(n: int, most: int) -> np.ndarray:
-    """At most `most` of the indices 0…n−1, evenly spread, first and last included."""
+    """Return at most `most` of the indices 0…n−1, evenly spaced, first and last included."""
     return np.unique(np.linspace(0, n - 1, min(n, most)).astype(int)) if n else np.array([], dtype=int)
 
 
 def averaged(t: np.ndarray, values: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
-    """Means of `t` (sample,) and of `values` (sample, joint) over `bins` stretches of equal length."""
+    """Average `t` (sample,) and `values` (sample, joint) over `bins` stretches of equal length."""
     size = max(1, len(t) // bins)
     n = len(t) // size
     return t[: n * size].reshape(n, size).mean(1), values[: n * size].reshape(n, size, -1).mean(1)

@@ -1,4 +1,4 @@
-"""The one writer of pages: headline, tiles, chapters with figures and tables, as HTML and as PDF."""
+"""Pages with headline, tiles, and chapters with figures and tables, written as HTML and as PDF."""
 
 import io
 import logging
@@ -18,14 +18,14 @@ from .figure_style import inline_svg
 
 NO_EVIDENCE = "SIMULATED: nobody took part. This shows that the software works; it is no evidence about people."
 NO_PANGO = (
-    "There is no PDF: WeasyPrint needs Pango, which is not installed ({error}). Install it (Debian: `apt install "
+    "No PDF was written: WeasyPrint needs Pango, which is not installed ({error}). Install it (Debian: `apt install "
     "libpango-1.0-0 libpangoft2-1.0-0`), or print {page} from a browser."
 )
 
 
 @dataclass(frozen=True)
 class Tile:
-    """A number that a reader looks for first."""
+    """Important number of a page."""
 
     label: str
     value: str
@@ -36,7 +36,7 @@ class Tile:
 
 @dataclass(frozen=True)
 class Text:
-    """A paragraph with a look of its own."""
+    """Paragraph with its own look."""
 
     text: str
     look: Literal["note", "strong", "notice", "heading"] = "note"
@@ -44,31 +44,31 @@ class Text:
 
 @dataclass(frozen=True)
 class Bullets:
-    """Sentences under each other."""
+    """Sentences as a list."""
 
     sentences: Sequence[str]
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of text under their headings."""
+    """Rows of text under column headings."""
 
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
 
 
 Block = str | Text | Bullets | Table
-"""Part of a chapter; a string is a paragraph. A string of type `Markup` is taken as HTML."""
+"""Part of a chapter; a string is a paragraph. A string of type `Markup` is inserted as HTML."""
 
 
 @dataclass(frozen=True)
 class Chapter:
-    """A title, a figure with its explanation, and blocks."""
+    """Chapter of a page: title, figure with its explanation, and blocks."""
 
     title: str
     blocks: Sequence[Block] = ()
     name: str = ""
-    """Name of the figure's files, and the address on the page."""
+    """Name of the figure's files, and anchor of the chapter on the page."""
 
     figure: Figure | None = None
     text: str = ""
@@ -77,7 +77,7 @@ class Chapter:
 
 @dataclass(frozen=True)
 class Page:
-    """Everything that a page says."""
+    """Content of a page."""
 
     headline: str
     chapters: Sequence[Chapter]
@@ -97,14 +97,14 @@ class Page:
     """Sentence on top of the page if the data are simulated."""
 
     mark: str = ""
-    """Word behind the title of each chapter."""
+    """Word after the title of each chapter."""
 
     letters: Literal["none", "path"] = "path"
     """Letters in figures: `path` for shapes, which need no font; `none` for text, which a reader can search."""
 
 
 def drawn(kinds: Iterable[tuple[str, str, ModuleType]], source: object) -> Iterator[Chapter]:
-    """Chapters, given by name, title and module, for whose figure `source` has the data.
+    """Yield the chapters, given by name, title and module, for whose figure `source` has the data.
 
     A module has `draw(source)`, which returns a figure or None, and `explain(source)`.
     """
@@ -125,7 +125,7 @@ def page_text(page: Page) -> str:
 
     def svg(chapter: Chapter) -> Markup:
         assert chapter.figure is not None
-        return Markup(inline_svg(chapter.figure, chapter.name, page.letters))  # matplotlib escapes texts
+        return Markup(inline_svg(chapter.figure, chapter.name, page.letters))  # Matplotlib escapes texts.
 
     return environment.get_template("page.html.j2").render(page=page, svg=svg)
 
@@ -141,7 +141,7 @@ def write_page(path: Path, page: Page) -> Path:
 
 
 def markdown_text(page: Page, pictures: Mapping[str, Path]) -> str:
-    """Render a page as Markdown, with these pictures, given by what they show, in place of figures."""
+    """Render a page as Markdown, with the given pictures, by their description, instead of figures."""
     blocks = [
         f"# {page.headline}",
         *map(_markdown, page.lead),
@@ -162,17 +162,17 @@ def _markdown(block: Block) -> str:
 
 
 def write_pdf(html: Path) -> tuple[Path | None, str | None]:
-    """Print a page beside itself.
+    """Print a page to a PDF file beside the page.
 
     Returns:
-        The PDF, or a sentence that says what is missing for it.
+        The PDF, or a sentence that says what is missing for a PDF.
 
     Raises:
         RecordingError: The folder cannot be written.
     """
     try:
         import weasyprint
-    except OSError as error:  # a library that cannot be loaded
+    except OSError as error:  # raised if a library cannot be loaded
         return None, NO_PANGO.format(error=str(error).split("\n")[0], page=html.name)
     for name in ("weasyprint", "fontTools"):
         logging.getLogger(name).setLevel(logging.ERROR)

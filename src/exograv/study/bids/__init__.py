@@ -1,1 +1,1 @@
-"""A study as a data set of the Brain Imaging Data Structure (BIDS 1.11), which other laboratories' programs read."""
+"""Export of a study in the Brain Imaging Data Structure (BIDS 1.11), which programs of other laboratories can read."""

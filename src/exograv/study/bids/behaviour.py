@@ -1,4 +1,4 @@
-"""What the participant did: one row a touch in `_beh.tsv`, and with windows and rests in `_events.tsv`."""
+"""Behaviour of the participant: one row per touch in `_beh.tsv`; touches, windows and rests in `_events.tsv`."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -13,55 +13,60 @@ from .files import MISSING, write_json, write_table
 from .names import SessionPlace
 
 UNITS = {"-": None, "px": "pixel", "N·m": "N m"}
-"""By the words of BIDS, where they are others than ours; None where there is none."""
+"""Units in the notation of BIDS, where it differs from ours; None for no unit."""
 
 KINDS = {
-    "window": "the participant may move, from its opening to its closing",
-    "touch": "a touch that counts",
-    "rejected_touch": "a touch that does not count; why stands in the behaviour's table",
-    "rest": "the hand rests, at the weight of 1 g",
-    "ramp": "the weight that is felt changes; no movement is asked for",
-    "hold": "the weight of the next window is there; no movement is asked for",
+    "window": "the participant may move, from the window's opening to its closing",
+    "touch": "an accepted touch",
+    "rejected_touch": "a rejected touch; the behaviour table gives the reason",
+    "rest": "the hand rests, at the full weight of 1 g",
+    "ramp": "the felt weight changes; the participant is not asked to move",
+    "hold": "the felt weight is that of the next window; the participant is not asked to move",
     "hyper": "the pull-up of the aircraft",
-    "paused": "the run stands",
-    "resumed": "the run goes on",
-    "alarm_raised": "the operator has to know something",
-    "stop": "the guard, or somebody, stopped the machine",
+    "paused": "the run is paused",
+    "resumed": "the run continues",
+    "alarm_raised": "an alarm for the operator",
+    "stop": "the guard or a person stopped the machine",
     "run_began": "the protocol begins",
     "run_ended": "the protocol ends",
 }
-"""What may stand in `trial_type`. Sentences of a recording are not exported: an operator may have typed them."""
+"""Values of `trial_type`. Sentences of a recording are not exported, because an operator may have typed them."""
 
 PHASES = ("rest", "ramp", "hold", "hyper")
 SAID = ("paused", "resumed", "alarm_raised", "run_began", "run_ended")
 
 EVENTS: dict[str, dict[str, Any]] = {
-    "onset": {"Description": "when it began, since the first row of the recording of this name", "Units": "s"},
-    "duration": {"Description": "how long it took; 0 for what takes no time", "Units": "s"},
-    "trial_type": {"Description": "what it is", "Levels": KINDS},
-    "window": {"Description": "in which it fell, from 1"},
-    "attempt": {"Description": "at the window, from 1; more where it was broken off"},
-    "gravity_level": {"Description": "felt share of the arm's weight: 0 weightless, 1 Earth; of a ramp where it ends"},
-    "page": {"Description": "of a touch: which page sent it, as in the behaviour's table"},
-    "sequence": {"Description": "of a touch: its number there"},
-    "marks": {"Description": "of a window: what is special about it"},
+    "onset": {
+        "Description": "beginning of the event, since the first row of the motion recording with the same name",
+        "Units": "s",
+    },
+    "duration": {"Description": "duration of the event; 0 for an instantaneous event", "Units": "s"},
+    "trial_type": {"Description": "kind of the event", "Levels": KINDS},
+    "window": {"Description": "number of the window of the event, from 1"},
+    "attempt": {"Description": "number of the attempt at the window, from 1; more than 1 after an interrupted attempt"},
+    "gravity_level": {
+        "Description": "felt share of the arm's weight: 0 weightless, 1 Earth; for a ramp, the value at its end"
+    },
+    "page": {"Description": "for a touch: page that sent the touch, as in the behaviour table"},
+    "sequence": {"Description": "for a touch: its number in the behaviour table"},
+    "marks": {"Description": "for a window: special events in the window"},
 }
 
 Row = Mapping[str, Any]
 
 
 def own_columns(columns: Sequence[Column]) -> list[Column]:
-    """Those of one session's table, without the key."""
+    """Return the columns of one session's table, without the key."""
     return [column for column in columns if column not in KEY]
 
 
 def file_name(column: Column) -> str:
-    """How a column is called in the data set."""
+    """Return the name of a column in the data set."""
     return column.name.removeprefix("is_")
 
 
 def described(columns: Sequence[Column]) -> dict[str, Any]:
-    """A table's sidecar."""
+    """Return the sidecar of a table."""
     found = dict[str, Any]()
     for column in columns:
         unit = UNITS.get(column.unit, column.unit)
@@ -71,7 +76,7 @@ def described(columns: Sequence[Column]) -> dict[str, Any]:
 
 
 def rows_of(table: pd.DataFrame, columns: Sequence[Column]) -> list[dict[str, Any]]:
-    """A table's rows by the names in the data set; NA is None."""
+    """Return a table's rows with the data set's column names; NA is None."""
     by_name: dict[str, list[Any]] = table.to_dict("list")
     values = {file_name(column): [_none_if_missing(one) for one in by_name[column.name]] for column in columns}
     return [dict(zip(values, row, strict=True)) for row in zip(*values.values(), strict=True)]
@@ -82,7 +87,7 @@ def _none_if_missing(value: Any) -> Any:
 
 
 def write_behaviour(root: Path, place: SessionPlace, touches: pd.DataFrame, about: Row) -> None:
-    """All touches of a session, in their order of time."""
+    """Write all touches of a session, in the order of time."""
     columns = own_columns(TOUCHES)
     rows = rows_of(touches.sort_values(["t_s", "page", "sequence"], kind="stable"), columns)
     write_table(root / place.behaviour("beh.tsv"), [file_name(column) for column in columns], rows)
@@ -92,26 +97,27 @@ def write_behaviour(root: Path, place: SessionPlace, touches: pd.DataFrame, abou
 def events_of(
     windows: pd.DataFrame, touches: pd.DataFrame, recording: tuple[Recording, float] | None = None
 ) -> list[dict[str, Any]]:
-    """What happened, in the order of time.
+    """Return the events of a session, in the order of time.
 
     Args:
-        windows: Of the session.
-        touches: Of the session.
-        recording: With the messages of `/task` and `/event`, and when its motion begins on the rig's clock [s]. Without
-            it, rests, pauses and stops are not known.
+        windows: Windows of the session.
+        touches: Touches of the session.
+        recording: Recording with the messages of `/task` and `/event`, and the beginning of its motion on the rig's
+        clock
+            [s]. Without a recording, rests, pauses and stops are not known.
     """
     rows = [*_windows(windows), *_touches(touches), *(_told(*recording) if recording else ())]
     return sorted(rows, key=lambda row: (row["onset"], list(KINDS).index(row["trial_type"]), row.get("sequence") or 0))
 
 
 def write_events(path: Path, events: Sequence[Row], later_s: float, about: Row) -> None:
-    """Write them beside the recording to which they belong.
+    """Write the events beside the motion recording to which they belong.
 
     Args:
-        path: Of the table.
-        events: By `events_of`.
-        later_s: By which that recording begins after the motion of the exoskeleton [s].
-        about: What every sidecar of the session says.
+        path: Path of the table.
+        events: Events as `events_of` returns them.
+        later_s: Delay of that recording after the motion of the exoskeleton [s].
+        about: Content that all sidecars of the session share.
     """
     rows = [{**event, "onset": event["onset"] - later_s} for event in events]
     write_table(path, list(EVENTS), rows)

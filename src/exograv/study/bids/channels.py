@@ -1,4 +1,4 @@
-"""Channels of a motion recording: what a column of `_motion.tsv` is, by the words that BIDS has for it."""
+"""Channels of a motion recording: columns of `_motion.tsv` in the terms of BIDS."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ Type = Literal["JNTANG", "MISC", "LATENCY", "POS", "ACCEL"]
 COUNTED = (
     "ACCEL", "ANGACCEL", "GYRO", "JNTANG", "LATENCY", "MAGN", "MISC", "ORNT", "POS", "VEL",
 )  # fmt: skip
-"""Types that the sidecar counts, each by itself."""
+"""Types that the sidecar counts separately."""
 
 COLUMNS = (
     "name", "component", "type", "tracked_point", "units", "placement", "reference_frame", "description",
@@ -21,21 +21,21 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class MotionChannel:
-    """A column of numbers."""
+    """Column of numbers."""
 
     name: str
     type: Type
     units: str
     description: str
     decimals: int
-    """Kept in the file."""
+    """Decimals in the file."""
 
     tracked_point: str = MISSING
     component: str = MISSING
     reference_frame: str = MISSING
 
     def row(self, rate_Hz: float) -> dict[str, str | float]:
-        """Of `_channels.tsv`."""
+        """Return the row of `_channels.tsv`."""
         return {
             "name": self.name,
             "component": self.component,
@@ -48,21 +48,23 @@ class MotionChannel:
         }
 
 
-LATENCY = MotionChannel("latency", "LATENCY", "s", "when it was measured, since the first row", 6)
+LATENCY = MotionChannel("latency", "LATENCY", "s", "time of the measurement, since the first row", 6)
 PER_TICK = (
-    MotionChannel("gravity_level", "MISC", MISSING, "share of the arm's own weight that the machine leaves", 4),
-    MotionChannel("safe_state", "MISC", MISSING, "0: control's own torque; k: safe state SSk-1 of the guard", 0),
+    MotionChannel(
+        "gravity_level", "MISC", MISSING, "share of the arm's own weight that is felt: 0 weightless, 1 Earth", 4
+    ),
+    MotionChannel("safe_state", "MISC", MISSING, "0: torque of the controller; k: safe state SSk-1 of the guard", 0),
 )
-"""Unfiltered, of the row's own tick."""
+"""Channels without filter, from the row's own tick."""
 
 
 def filtered_channels(joints: Sequence[str]) -> list[MotionChannel]:
-    """Those of joints, in the order of `FILTERED`, all joints of one before the next."""
+    """Return the channels of joints in the order of `FILTERED`, all joints of one quantity before the next quantity."""
     kinds: tuple[tuple[str, Type, str, str, int], ...] = (
-        ("angle", "JNTANG", "deg", "joint angle by the encoder", 5),
-        ("velocity", "MISC", "deg/s", "joint velocity as control used it", 4),
-        ("torque_measured", "MISC", "N m", "torque that the motor adds, by current and calibration, or a sensor", 5),
-        ("torque_commanded", "MISC", "N m", "torque that the motor was told to add", 5),
+        ("angle", "JNTANG", "deg", "joint angle from the encoder", 5),
+        ("velocity", "MISC", "deg/s", "joint velocity as the controller used it", 4),
+        ("torque_measured", "MISC", "N m", "torque of the motor, from current and calibration, or from a sensor", 5),
+        ("torque_commanded", "MISC", "N m", "torque command of the motor", 5),
     )
     return [
         MotionChannel(f"{joint}_{name}", kind, units, description, decimals, joint)
@@ -72,12 +74,12 @@ def filtered_channels(joints: Sequence[str]) -> list[MotionChannel]:
 
 
 def exo_channels(joints: Sequence[str]) -> list[MotionChannel]:
-    """All of the exoskeleton, in the order of columns."""
+    """Return all channels of the exoskeleton, in the order of columns."""
     return [LATENCY, *filtered_channels(joints), *PER_TICK]
 
 
 def point_channels(name: str, kind: Type, units: str, description: str, frame: str) -> list[MotionChannel]:
-    """Three axes of one point."""
+    """Return latency and three axes of one point."""
     return [
         LATENCY,
         *(
@@ -88,7 +90,7 @@ def point_channels(name: str, kind: Type, units: str, description: str, frame: s
 
 
 def counts(channels: Sequence[MotionChannel]) -> dict[str, int]:
-    """What the sidecar counts."""
+    """Return the numbers of channels and points for the sidecar."""
     points = {channel.tracked_point for channel in channels} - {MISSING}
     by_type = {f"{kind}ChannelCount": sum(channel.type == kind for channel in channels) for kind in COUNTED}
     return {"MotionChannelCount": len(channels), "TrackedPointsCount": len(points), **by_type}

@@ -1,4 +1,4 @@
-"""What the BIDS validator does not see: numbers without header, rows against channels, lists against files, hashes."""
+"""Checks beyond the BIDS validator: numbers without header, rows against channels, lists against files, hashes."""
 
 import csv
 import gzip
@@ -25,18 +25,18 @@ IDENTIFYING = frozenset(
         "phone", "address", "age", "height", "mass", "weight",
     }
 )  # fmt: skip
-"""Columns of people that an export of ours never has; body data are in bands."""
+"""Columns of people that our export never has; body data are exported in bands."""
 
 LISTED = ("_motion.tsv", "_beh.tsv", "_physio.tsv.gz")
-"""Files of data: what `_scans.tsv` lists."""
+"""Endings of the data files that `_scans.tsv` lists."""
 
 
 def problems_of(root: Path, with_hashes: bool = True) -> list[str]:
-    """Everything that is wrong with a data set, a sentence each; empty if all is right.
+    """Return all problems of a data set, one sentence each; empty if there are none.
 
     Args:
-        root: Of the data set.
-        with_hashes: Read every file again and compare it with the manifest.
+        root: Folder of the data set.
+        with_hashes: Read every file again and compare its hash with the manifest.
     """
     return list(_problems(root, with_hashes))
 
@@ -60,7 +60,7 @@ def _problems(root: Path, with_hashes: bool) -> Iterator[str]:
 
 
 def read_rows(path: Path) -> tuple[list[str], list[dict[str, str]]]:
-    """Header and rows of a table."""
+    """Read header and rows of a table."""
     with path.open(encoding="utf-8", newline="") as file:
         reader = csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE, restkey="more", restval="")
         rows = list(reader)
@@ -76,9 +76,9 @@ def _participants(root: Path, names: list[str]) -> Iterator[str]:
     for name in sorted({name.split("/")[0] for name in names if name.startswith("sub-")} - set(listed)):
         yield f"{name} is not in participants.tsv."
     if twice := sorted({name for name in listed if listed.count(name) > 1}):
-        yield f"participants.tsv has {', '.join(twice)} more than once."
+        yield f"participants.tsv lists {', '.join(twice)} more than once."
     if identifying := sorted(IDENTIFYING & {name.lower() for name in header}):
-        yield f"participants.tsv has the column {', '.join(identifying)}, which may tell who somebody is."
+        yield f"participants.tsv has the column {', '.join(identifying)}, which may identify a person."
 
 
 def _motion(root: Path, name: str) -> Iterator[str]:
@@ -90,20 +90,20 @@ def _motion(root: Path, name: str) -> Iterator[str]:
         yield f"{name}: {numbers}"
         return
     if not _has_end(path):
-        yield f"{name}: its last row has no end."
+        yield f"{name}: the last row has no end of line."
     if numbers.columns != len(channels):
-        yield f"{name} has {numbers.columns} columns, and channels.tsv describes {len(channels)}."
+        yield f"{name} has {numbers.columns} columns, but channels.tsv describes {len(channels)}."
         return
     if not numbers.is_time:
         yield f"{name}: LATENCY does not begin at 0 and increase from row to row."
     sidecar = _json(path.with_suffix(".json"))
     if sidecar.get("RowCount") != numbers.rows:
-        yield f"{name} has {numbers.rows} rows, and its sidecar counts {sidecar.get('RowCount')}."
+        yield f"{name} has {numbers.rows} rows, but its sidecar counts {sidecar.get('RowCount')}."
     if sidecar.get("MotionChannelCount") != len(channels):
-        yield f"{name}: MotionChannelCount of the sidecar is not the number of channels, {len(channels)}."
+        yield f"{name}: MotionChannelCount of the sidecar differs from the number of channels, {len(channels)}."
     counted = {key.removesuffix("ChannelCount"): n for key, n in sidecar.items() if key.endswith("ChannelCount")}
     if wrong := [kind for kind, count in counted.items() if kind != "Motion" and types.count(kind) != count]:
-        yield f"{name}: the sidecar counts other channels of type {', '.join(wrong)} than channels.tsv has."
+        yield f"{name}: sidecar and channels.tsv differ in the number of channels of type {', '.join(wrong)}."
 
 
 def _physio(root: Path, name: str) -> Iterator[str]:
@@ -112,33 +112,33 @@ def _physio(root: Path, name: str) -> Iterator[str]:
     if isinstance(numbers, str):
         yield f"{name}: {numbers}"
     elif numbers.columns != len(columns):
-        yield f"{name} has {numbers.columns} columns, and its sidecar describes {len(columns)}."
+        yield f"{name} has {numbers.columns} columns, but its sidecar describes {len(columns)}."
     elif not numbers.is_time:
         yield f"{name}: latency does not begin at 0 and increase from row to row."
 
 
 @dataclass(frozen=True)
 class HeaderlessTable:
-    """What a table without header holds."""
+    """Size of a table without header, and the state of its time columns."""
 
     rows: int
     columns: int
     is_time: bool
-    """The columns that should be times begin at 0 and increase from row to row."""
+    """True if the time columns begin at 0 and increase from row to row."""
 
 
 def read_numbers(path: Path, times: Sequence[int]) -> HeaderlessTable | str:
-    """Read a table without header, all finite numbers or `n/a`; or say what is wrong with it.
+    """Read a table without header, all finite numbers or `n/a`, or return the problem of the table.
 
     Args:
-        path: Of the table, which may be packed.
-        times: Columns that should be times.
+        path: Path of the table, which may be compressed.
+        times: Indices of the time columns.
     """
     opened = gzip.open if path.suffix == ".gz" else open
     with opened(path, "rb") as file:
         first = file.readline()
     if not first:
-        return "it is empty."
+        return "the table is empty."
     names = [f"c{k}" for k in range(first.count(b"\t") + 1)]
     rows, is_time = 0, True
     last = dict.fromkeys(times, -np.inf)
@@ -147,19 +147,19 @@ def read_numbers(path: Path, times: Sequence[int]) -> HeaderlessTable | str:
             for k, column in enumerate(batch.columns):
                 values = column.to_numpy(zero_copy_only=False)
                 if np.count_nonzero(~np.isfinite(values)) != column.null_count:
-                    return f"a cell is not a finite number; BIDS writes {MISSING}."
+                    return f"a cell is not a finite number; write {MISSING} for a missing value."
                 if k in last and len(values):
                     begins = rows > 0 or float(values[0]) == 0.0
                     is_time = is_time and begins and bool((np.diff(values, prepend=last[k]) > 0.0).all())
                     last[k] = float(values[-1])
             rows += batch.num_rows
     except pa.ArrowInvalid as error:
-        return f"a cell is neither a number nor {MISSING}, or rows have different lengths ({str(error)[:120]})."
+        return f"a cell is not a number or {MISSING}, or rows have different lengths ({str(error)[:120]})."
     return HeaderlessTable(rows, len(names), is_time)
 
 
 def _batches(path: Path, names: Sequence[str]) -> Iterator[pa.RecordBatch]:
-    """Some thousand rows at a time: a session in all its ticks has a gigabyte of text."""
+    """Yield some thousand rows at a time: a session with all its ticks has a gigabyte of text."""
     convert = pacsv.ConvertOptions(
         column_types=dict.fromkeys(names, pa.float64()), null_values=[MISSING], strings_can_be_null=True
     )
@@ -172,7 +172,7 @@ def _events(root: Path, name: str) -> Iterator[str]:
     _, rows = read_rows(root / name)
     onsets = [_number(row.get("onset")) for row in rows]
     if any(onset is None for onset in onsets):
-        yield f"{name}: an onset is no number."
+        yield f"{name}: an onset is not a number."
         return
     known = [onset for onset in onsets if onset is not None]
     if known != sorted(known):
@@ -180,7 +180,7 @@ def _events(root: Path, name: str) -> Iterator[str]:
     behaviour = root / name.replace("/motion/", "/beh/").replace("_tracksys-exo", "").replace("_events.tsv", "_beh.tsv")
     touched = sum(row.get("trial_type") in ("touch", "rejected_touch") for row in rows)
     if behaviour.is_file() and touched != len(read_rows(behaviour)[1]):
-        yield f"{name} has {touched} touches, and {behaviour.name} has {len(read_rows(behaviour)[1])}."
+        yield f"{name} has {touched} touches, but {behaviour.name} has {len(read_rows(behaviour)[1])}."
 
 
 def _scans(root: Path, name: str, names: list[str]) -> Iterator[str]:
@@ -190,19 +190,19 @@ def _scans(root: Path, name: str, names: list[str]) -> Iterator[str]:
     there = [one for one in names if one.startswith(f"{folder}/") and one.endswith(LISTED)]
     if sorted(listed) != sorted(there):
         differ = sorted(set(listed) ^ set(there)) or sorted(listed)
-        yield f"{name} does not list the files that are there: {', '.join(differ)}."
+        yield f"{name} and the existing files differ: {', '.join(differ)}."
 
 
 def _manifest(root: Path, names: list[str], with_hashes: bool) -> Iterator[str]:
     manifest = read_manifest(root)
     if missing := sorted(set(manifest) - set(names)):
-        yield f"{missing[0]} is in the manifest and not there ({len(missing)} such files)."
+        yield f"{missing[0]} is in the manifest but missing ({len(missing)} such files)."
     if added := sorted(set(names) - set(manifest)):
-        yield f"{added[0]} is there and not in the manifest ({len(added)} such files)."
+        yield f"{added[0]} exists but is not in the manifest ({len(added)} such files)."
     if with_hashes:
         for name in sorted(set(names) & set(manifest)):
             if sha256_of(root / name) != manifest[name]:
-                yield f"{name} is not what was exported: its hash differs."
+                yield f"{name} was changed after the export: its hash differs."
 
 
 def _has_end(path: Path) -> bool:

@@ -1,7 +1,7 @@
-"""Fewer ticks a second without aliases and without delay; nothing is carried across a gap.
+"""Decimation of ticks without aliasing and without delay. No value is carried across a gap.
 
-Each stretch without a missing tick is filtered by itself: by a symmetric FIR, so that nothing is late, with the
-stretch continued beyond its ends by point reflection. A row whose own tick is missing has no values.
+Each stretch without a missing tick is filtered separately, by a symmetric FIR filter, so that there is no delay. The
+stretch is continued beyond its ends by point reflection. A row whose own tick is missing has no values.
 """
 
 from collections.abc import Iterator
@@ -13,17 +13,22 @@ from jaxtyping import Float, Integer
 from scipy import signal
 
 HALF_STEPS = 8
-"""Half of the filter's length, in rows."""
+"""Half of the filter's length [rows]."""
 
 CUTOFF = 0.8
-"""Where the filter passes half (-6 dB), of half the new rate. Below 0.6 of that it is true to 0.7 %, and of what could
-fold back it lets through less than 0.7 %."""
+"""Frequency at which the filter passes half (-6 dB), as a share of half the new rate.
+
+Below 0.6 of half the new rate, the gain error is at most 0.7 %. Frequencies that could fold back into this band are
+damped to less than 0.7 %.
+"""
 
 LATE_PERIODS = 2.5
-"""A tick that is later than this after the one before was preceded by others, whatever its number says."""
+"""Longest interval between two consecutive ticks [periods]. After a longer one, ticks are missing, whatever the numbers
+say.
+"""
 
 FILL_MAX_S = 3600.0
-"""A longer gap is a clock that leapt: no rows without values for it."""
+"""Longest gap that is filled with empty rows [s]. A longer gap is a jump of the clock."""
 
 
 @dataclass(frozen=True)
@@ -31,51 +36,51 @@ class RowBlock:
     """Rows that follow each other."""
 
     t: Float[np.ndarray, " row"]
-    """Of the row's tick; where that is missing, between its neighbours [s]."""
+    """Time of the row's tick [s]; interpolated between its neighbours if the tick is missing."""
 
     filtered: Float[np.ndarray, "row filtered"]
     plain: Float[np.ndarray, "row plain"]
-    """Of the row's own tick, unfiltered."""
+    """Values of the row's own tick, unfiltered."""
 
 
 @dataclass
 class DecimationReport:
-    """What was met on the way."""
+    """Counts of ticks, rows and gaps during the decimation."""
 
     ticks: int = 0
     rows: int = 0
     missing: int = 0
-    """Rows whose tick is missing."""
+    """Number of rows whose tick is missing."""
 
     dropped: int = 0
-    """Ticks that are not later than one before them, and left out."""
+    """Number of dropped ticks, which are not later than a tick before them."""
 
     gaps: list[tuple[float, float]] = field(default_factory=list)
-    """Last tick before and first after [s]."""
+    """Last tick before each gap and first tick after it [s]."""
 
     steady: int = 0
-    """Steps from one tick to the next without a gap."""
+    """Number of steps from one tick to the next without a gap."""
 
     steady_s: float = 0.0
-    """Their time."""
+    """Total time of these steps [s]."""
 
 
 def taps_of(step: int) -> Float[np.ndarray, " tap"]:
-    """The filter for every `step`-th tick: a low pass by a Hamming window, of unit sum."""
+    """Coefficients of the filter for every `step`-th tick: a low pass with a Hamming window and unit sum."""
     if step == 1:
         return np.ones(1)
     return np.asarray(signal.firwin(2 * HALF_STEPS * step + 1, CUTOFF / step, window="hamming"))
 
 
 class Decimation:
-    """Ticks in, piece by piece; rows out, as soon as enough is known of what follows them."""
+    """Decimator that takes ticks piece by piece and yields rows as soon as enough following ticks are known."""
 
     def __init__(self, step: int, rate_Hz: float):
-        """Nothing has come.
+        """Start without ticks.
 
         Args:
-            step: Ticks to a row.
-            rate_Hz: Of the ticks, nominal.
+            step: Ticks per row.
+            rate_Hz: Nominal rate of the ticks.
         """
         self._step, self._rate, self._taps = step, rate_Hz, taps_of(step)
         self._half = len(self._taps) // 2
@@ -95,13 +100,13 @@ class Decimation:
         filtered: Float[np.ndarray, "tick filtered"],
         plain: Float[np.ndarray, "tick plain"],
     ) -> Iterator[RowBlock]:
-        """Take some ticks.
+        """Take further ticks.
 
         Args:
-            t: When each was measured [s].
-            sequence: Number of each; 0 where nobody counted.
-            filtered: What is to be filtered.
-            plain: What is not, such as states.
+            t: Time of measurement of each tick [s].
+            sequence: Number of each tick; 0 without a number.
+            filtered: Values that are filtered.
+            plain: Values that are not filtered, such as states.
         """
         self._n_filtered = filtered.shape[1]
         before = self._last[0] if self._last else -np.inf
@@ -123,11 +128,11 @@ class Decimation:
                 self._last = (float(t[end - 1]), number, int(sequence[end - 1]))
 
     def end(self) -> Iterator[RowBlock]:
-        """No tick follows."""
+        """Yield the remaining rows after the last tick."""
         yield from self._finish()
 
     def _steps(self, t: np.ndarray, sequence: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Periods since the tick before, and whether others are missing between."""
+        """Periods since the tick before, and True where ticks are missing in between."""
         last_t, _, last_sequence = self._last or (t[0], 0, 0)
         elapsed, numbers = np.diff(t, prepend=last_t), np.diff(sequence, prepend=last_sequence)
         is_counted = (sequence > 0) & (np.concatenate([[last_sequence], sequence[:-1]]) > 0)
@@ -140,7 +145,7 @@ class Decimation:
         return np.where(is_next, 1, periods), ~is_next
 
     def _begin(self, t: float, periods: int, columns: int) -> Iterator[RowBlock]:
-        """A stretch, after rows without values for what is missing before it."""
+        """Begin a stretch, and yield empty rows for the missing ticks before it."""
         number = 0
         if self._last is not None:
             last_t, last, _ = self._last
@@ -175,14 +180,14 @@ class Decimation:
             yield from self._rows()
 
     def _finish(self) -> Iterator[RowBlock]:
-        """The rows for which the end of the stretch was needed."""
+        """Yield the rows that needed the end of the stretch."""
         if self._count:
             self._extend(0 if self._count > self._half else self._half, self._half)
             yield from self._rows()
         self._count = 0
 
     def _extend(self, before: int, after: int) -> None:
-        """Go on beyond the ends by point reflection about the first and the last value; of a lone tick, as it is."""
+        """Extend the stretch by point reflection about its first and last value; a lone tick is repeated."""
         around = ((before, after), (0, 0))
         if len(self._stretch) > 1:
             self._stretch = np.pad(self._stretch, around, mode="reflect", reflect_type="odd")
@@ -191,7 +196,7 @@ class Decimation:
         self._first -= before
 
     def _rows(self) -> Iterator[RowBlock]:
-        """Rows that have all ticks of the filter around them; keeps what later ones need."""
+        """Yield the rows that have all ticks of the filter around them, and keep the ticks that later rows need."""
         half, step = self._half, self._step
         count = (self._first + len(self._stretch) - 1 - half - self._next_row) // step + 1
         if count <= 0:

@@ -1,6 +1,8 @@
 """Streams of other devices as `_physio.tsv.gz`: values as received, on the robot's clock, gaps as rows of n/a.
 
-What has no rate of its own, is text, or has no place in the robot's time is not exported: it stays in the recording.
+A stream without a rate, a stream of text, or a stream that cannot be placed on the robot's clock is not exported. Such
+a
+stream stays in the recording.
 """
 
 from collections.abc import Mapping
@@ -21,7 +23,7 @@ from .files import MISSING, number_rows, packed, write_json
 from .names import EXO, SessionPlace, label
 
 FILL_MAX_S = 3600.0
-"""A longer gap is a clock that leapt: no rows for it."""
+"""Longest gap that is filled with empty rows [s]. A longer gap is a jump of the clock."""
 
 TIME_DECIMALS, VALUE_DECIMALS = 6, 9
 LATENCY = "latency"
@@ -29,17 +31,19 @@ LATENCY = "latency"
 
 @dataclass(frozen=True)
 class Left:
-    """A stream that is not exported. Its name is not repeated: somebody has typed it."""
+    """Stream that is not exported. Its name is not repeated, because a person typed it."""
 
     kind: str
     why: str
 
 
 def device_streams(recording: Recording) -> tuple[list[DeviceStream], list[Left]]:
-    """Streams of a recording that have a rate and a place in the robot's time, still without samples; and the others.
+    """Return the exportable streams of a recording, still without samples, and the others with a reason.
+
+    A stream is exportable if it has a rate and can be placed on the robot's clock.
 
     Args:
-        recording: With the messages of `/stream` and `/correction`, and ticks that have both clocks.
+        recording: Recording with the messages of `/stream` and `/correction`, and ticks that have both clocks.
     """
     notes, corrections = recording.messages("/stream"), recording.messages("/correction")
     streams, left = list[DeviceStream](), list[Left]()
@@ -59,23 +63,23 @@ def _why_not(stream: DeviceStream) -> str | None:
     if not stream.nominal_rate_Hz:
         return "it has no rate of its own"
     if not stream.clocks:
-        return "nothing was measured of its clock"
+        return "its clock was never measured"
     if not np.isfinite(stream.ticks["monotonic"]).any():
-        return "the robot's clock is not tied to the computer's"
+        return "the relation of the robot's clock to the computer's is not known"
     return None
 
 
 class Devices:
-    """The files of a session's streams while they are written. `with Devices(...) as devices:` closes them."""
+    """Files of a session's streams while they are written. `with Devices(...) as devices:` closes them."""
 
     def __init__(self, root: Path, place: SessionPlace, recording: Recording, first_t: float):
-        """Nothing is written yet.
+        """Prepare the streams; no file is written yet.
 
         Args:
-            root: Of the data set.
-            place: Of the session.
-            recording: As `device_streams` takes it.
-            first_t: When its motion begins [s].
+            root: Folder of the data set.
+            place: Paths of the session.
+            recording: Recording as for `device_streams`.
+            first_t: Beginning of the session's motion [s].
         """
         self._streams, self.left = device_streams(recording)
         self._root, self._place, self._first_t = root, place, first_t
@@ -94,15 +98,15 @@ class Devices:
         self._stack.close()
 
     def take(self, topic: str, block: StreamBlock) -> None:
-        """Some samples."""
+        """Write some samples."""
         if topic in self._writers:
             self._writers[topic].take(block)
 
     def finish(self, about: Mapping[str, Any]) -> dict[PurePosixPath, float]:
-        """Write the sidecars; streams without a sample leave nothing.
+        """Write the sidecars, and remove the files of streams without a sample.
 
         Returns:
-            When each file begins after the motion [s], by its path from the root.
+            Beginning of each file after the motion's [s], by its path from the root.
         """
         self._stack.close()
         found = dict[PurePosixPath, float]()
@@ -118,7 +122,7 @@ class Devices:
 
 
 class _Physio:
-    """One stream."""
+    """File of one stream."""
 
     def __init__(self, stream: DeviceStream, table: PurePosixPath, file: GzipFile, first_t: float):
         self.stream, self.table = stream, table
@@ -130,11 +134,11 @@ class _Physio:
 
     @property
     def starts_s(self) -> float:
-        """After the motion [s]."""
+        """Beginning after the motion's [s]."""
         return 0.0 if self.first is None else self.first - self._begin
 
     def take(self, block: StreamBlock) -> None:
-        """Write its samples. Those whose connection has no clock, or that are not later than others, are counted."""
+        """Write samples. Samples without a clock of their connection, or not later than others, are only counted."""
         fit = self.stream.clocks.get(block.connection)
         if fit is None:
             self._dropped += len(block.stamps)
@@ -163,14 +167,14 @@ class _Physio:
         rows = np.arange(len(t)) + np.cumsum(missing)
         table = np.full((len(t) + int(missing.sum()), values.shape[1] + 1), np.nan)
         table[rows, 0], table[rows, 1:] = t, values
-        # Rows for what is missing lie evenly between their neighbours.
+        # Rows for missing samples lie evenly between their neighbours.
         known = np.concatenate([[-1], rows])
         table[:, 0] = np.interp(np.arange(len(table)), known, np.concatenate([[self._last], t]))
         table[:, 0] -= self.first or 0.0
         self._file.write(number_rows(list(table.T), [TIME_DECIMALS] + [VALUE_DECIMALS] * values.shape[1]))
 
     def sidecar(self) -> dict[str, Any]:
-        """What is in the file."""
+        """Return the sidecar of the file."""
         stream = self.stream
         names = _unique([label(text) or "channel" for text in stream.labels][: stream.channels], stream.channels)
         units = [one.findtext("unit") for one in stream.description.iterfind("desc/channels/channel")]
@@ -187,7 +191,7 @@ class _Physio:
             "PhysioType": "generic",
             "MissingValues": MISSING,
             "Columns": [LATENCY, *names],
-            LATENCY: {"Description": "time of the sample on the robot's clock, since the first one", "Units": "s"},
+            LATENCY: {"Description": "time of the sample on the robot's clock, since the first sample", "Units": "s"},
             **columns,
             "StreamType": stream.kind or MISSING,
             "SampleCount": self._samples,
@@ -198,7 +202,7 @@ class _Physio:
 
 
 def _unique(names: list[str], count: int) -> list[str]:
-    """So many different names; each that is taken or missing gets its number."""
+    """Return `count` different names; a name that is taken or missing gets its number."""
     found = list[str]()
     for k in range(count):
         name = names[k] if k < len(names) else f"channel{k + 1}"

@@ -1,4 +1,4 @@
-"""A study's folder becomes a data set of BIDS: all of it or nothing, and the same bytes each time."""
+"""Export of a study's folder as a BIDS data set: completely or not at all, with the same bytes each time."""
 
 import os
 import secrets
@@ -41,21 +41,22 @@ class ExportResult:
     files: int
     bytes: int
     not_exported: list[str]
-    """Sentences."""
+    """Sentences on streams that were not exported."""
 
 
 def export_bids(study: Path, out: Path, rate_Hz: float = 100.0, with_raw: bool = True) -> ExportResult:
-    """Export a study as it is now; nobody changes it meanwhile.
+    """Export a study in its present state, under the lock of the study.
 
     Args:
-        study: Its folder.
-        out: Of the data set; what an earlier export has written there is replaced.
-        rate_Hz: Rows a second of the motion; the next that is a whole part of the ticks' rate is taken.
-        with_raw: Give the raw files along.
+        study: Folder of the study.
+        out: Folder of the data set; an earlier export there is replaced.
+        rate_Hz: Wanted rows per second of the motion; every n-th tick gives a row, with the nearest whole n.
+        with_raw: Include the raw files.
 
     Raises:
-        ConfigError: The folder is no study, somebody changes it, two codes would have one label, or `out` is not free.
-        RecordingError: A source cannot be read or is not what was added, or `out` cannot be written.
+        ConfigError: The folder is no study, another command changes it, two codes have the same label, or `out` is not
+            free.
+        RecordingError: A source cannot be read or was changed after it was added, or `out` cannot be written.
     """
     folder = StudyFolder(Path(study))
     settings = read_settings(folder)
@@ -66,24 +67,24 @@ def export_bids(study: Path, out: Path, rate_Hz: float = 100.0, with_raw: bool =
 def write_dataset(
     folder: StudyFolder, settings: StudySettings, tables: Tables, out: Path, options: tuple[float, bool]
 ) -> ExportResult:
-    """The same, with tables that are at hand.
+    """Export a study with given tables. The caller holds the lock of the study.
 
     Args:
-        folder: Of the study.
-        settings: Of the study.
-        tables: Of the study.
-        out: Of the data set.
+        folder: Folder of the study.
+        settings: Settings of the study.
+        tables: Tables of the study.
+        out: Folder of the data set.
         options: `rate_Hz` and `with_raw` of `export_bids`.
 
     Raises:
-        ConfigError: As of `export_bids`.
-        RecordingError: As of `export_bids`.
+        ConfigError: As for `export_bids`.
+        RecordingError: As for `export_bids`.
     """
     rate_Hz, with_raw = options
     if not rate_Hz > 0.0:
         raise ConfigError(f"--rate is {rate_Hz:g} Hz; it must be positive, such as 100.")
     if not len(tables.sessions):
-        raise ConfigError(f"{folder.path} holds no session. Add recordings by `exograv study add`.")
+        raise ConfigError(f"{folder.path} holds no session. Add recordings with `exograv study add`.")
     subjects, protocols = _labels(tables)
     with _in_place_of(out, folder) as root:
         rows, left = 0, list[str]()
@@ -106,7 +107,7 @@ def write_dataset(
 def _write_one(
     folder: StudyFolder, root: Path, place: SessionPlace, session: SessionTables, options: tuple[float, bool]
 ) -> tuple[int, list[str]]:
-    """One session; returns its rows of motion, and sentences on what was not exported."""
+    """Write one session; return its rows of motion, and sentences on streams that were not exported."""
     rate_Hz, with_raw = options
     relative = session.session["source"]
     source = folder.source(relative)
@@ -116,20 +117,20 @@ def _write_one(
     left, rows = write_session(root, place, source, session, rate_Hz)
     where = f"`sub-{place.subject}/ses-{place.session}`"
     return rows, [
-        f"Not exported of {where}: a stream of type `{one.kind or 'not told'}`, because {one.why}." for one in left
+        f"Not exported of {where}: a stream of type `{one.kind or 'unknown'}`, because {one.why}." for one in left
     ]
 
 
 def _refuse_wrong(root: Path) -> None:
     if problems := problems_of(root, with_hashes=False):
         raise RecordingError(
-            f"The export is not as it should be, and not kept: {problems[0]} ({len(problems)} in all). That is a "
-            "mistake of exograv's: report it."
+            f"The export has errors and was removed: {problems[0]} ({len(problems)} in all). This is a "
+            "defect of exograv: please report it."
         )
 
 
 def sessions_of(tables: Tables) -> Iterator[SessionTables]:
-    """Each session with its own windows and touches, in the order of codes, protocols and numbers."""
+    """Yield each session with its own windows and touches, in the order of codes, protocols and numbers."""
     names = [column.name for column in KEY]
     for row in sorted(rows_of(tables.sessions, SESSIONS), key=lambda row: tuple(row[name] for name in names)):
         of = [_of(table, {name: row[name] for name in names}) for table in (tables.windows, tables.touches)]
@@ -137,7 +138,7 @@ def sessions_of(tables: Tables) -> Iterator[SessionTables]:
 
 
 def _of(table: pd.DataFrame, key: dict[str, Any]) -> pd.DataFrame:
-    """Its rows of one session."""
+    """Select the rows of one session."""
     is_own = pd.Series(True, index=table.index)
     for name, value in key.items():
         is_own &= table[name] == value
@@ -149,7 +150,8 @@ def _labels(tables: Tables) -> tuple[dict[str, str], dict[str, str]]:
     known = set(codes)
     if strange := sorted(set(tables.sessions["participant"]) - known):
         raise ConfigError(
-            f"Sessions of {', '.join(strange)} have no participant in the study. Add the participant, or erase them."
+            f"Sessions of {', '.join(strange)} have no participant in the study. Add the participant, or erase the "
+            "sessions."
         )
     return labels(codes, "Participant"), labels(sorted(set(tables.sessions["protocol"])), "Protocol")
 
@@ -158,13 +160,15 @@ def _refuse_changed(source: Path, sha256: str) -> None:
     try:
         found = sha256_of(source)
     except OSError as error:
-        raise RecordingError(f"The source {source} cannot be read: {error.strerror}. Put it back.") from error
+        raise RecordingError(f"The source {source} cannot be read: {error.strerror}. Restore the file.") from error
     if found != sha256:
-        raise RecordingError(f"{source} is not what was added to the study: its hash differs. Put the original back.")
+        raise RecordingError(
+            f"{source} was changed after it was added to the study: its hash differs. Restore the original."
+        )
 
 
 def _give_along(source: Path, to: Path) -> None:
-    """The same bytes, without a second copy of them where the disk allows that."""
+    """Add the raw file as a hard link if the file system allows it, otherwise as a copy."""
     to.parent.mkdir(parents=True, exist_ok=True)
     try:
         os.link(source.resolve(), to)
@@ -174,7 +178,7 @@ def _give_along(source: Path, to: Path) -> None:
 
 @contextmanager
 def _in_place_of(out: Path, folder: StudyFolder) -> Iterator[Path]:
-    """A folder that takes the place of `out` when it is whole, and is gone when something fails."""
+    """Provide a folder that replaces `out` when it is complete, and is removed after a failure."""
     _refuse_taken(out, folder)
     root = out.with_name(f"{PARTIAL}{secrets.token_hex(4)}-{out.name}")
     old = out.with_name(f"{PARTIAL}{secrets.token_hex(4)}-{out.name}-old")
@@ -185,8 +189,8 @@ def _in_place_of(out: Path, folder: StudyFolder) -> Iterator[Path]:
         _swap(root, out, old)
     except OSError as error:
         raise RecordingError(
-            f"{out} cannot be written: {error.strerror}. What was there is unchanged. Free space, or give a folder "
-            "that you may write."
+            f"{out} cannot be written: {error.strerror}. The previous content is unchanged. Free space, or give a "
+            "folder that you can write to."
         ) from error
     finally:
         shutil.rmtree(root, ignore_errors=True)
@@ -194,7 +198,7 @@ def _in_place_of(out: Path, folder: StudyFolder) -> Iterator[Path]:
 
 
 def _swap(root: Path, out: Path, old: Path) -> None:
-    """`root` becomes `out`; what was there becomes `old`, or stays if that fails."""
+    """Rename `root` to `out` and the previous `out` to `old`; undo this after a failure."""
     if out.exists():
         out.rename(old)
     try:
@@ -206,10 +210,10 @@ def _swap(root: Path, out: Path, old: Path) -> None:
 
 
 def _refuse_taken(out: Path, folder: StudyFolder) -> None:
-    """Never write into a study, nor over what no export has written."""
+    """Refuse to write into a study, or over files that no export has written."""
     study, place = folder.path.resolve(), out.resolve()
     if place == study or study.is_relative_to(place) or place.is_relative_to(folder.sources.resolve()):
-        raise ConfigError(f"{out} is the study or holds it. Give --bids a folder of its own.")
+        raise ConfigError(f"{out} is the study's folder or contains it. Give --bids a separate folder.")
     if not out.exists():
         return
     if not out.is_dir():
@@ -217,5 +221,5 @@ def _refuse_taken(out: Path, folder: StudyFolder) -> None:
     if strange := sorted(set(files_of(out)) - set(read_manifest(out))):
         raise ConfigError(
             f"{out} holds {len(strange)} files that no export wrote, such as {strange[0]}. Move them, or give another "
-            "folder: an export replaces all of it."
+            "folder: an export replaces the whole folder."
         )

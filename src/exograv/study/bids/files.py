@@ -1,4 +1,4 @@
-"""Files of a data set, the same bytes for the same content: tab-separated tables, JSON, and rows of numbers."""
+"""Files of a data set, with the same bytes for the same content: tab-separated tables, JSON, and rows of numbers."""
 
 import gzip
 import json
@@ -15,23 +15,23 @@ import pyarrow.compute as pc
 from jaxtyping import Float
 
 MISSING = "n/a"
-"""BIDS's word for a value that is not there."""
+"""Notation of BIDS for a missing value."""
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """A sidecar; what is None is left out."""
+    """Write a sidecar without the entries that are None."""
     kept = {name: value for name, value in content.items() if value is not None}
     _write_text(path, json.dumps(kept, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
 
 
 def write_table(path: Path, columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> None:
-    """A table with a header; what a row lacks is `n/a`."""
+    """Write a table with a header; a value that a row lacks is `n/a`."""
     lines = ["\t".join(columns), *("\t".join(cell(row.get(name)) for name in columns) for row in rows)]
     _write_text(path, "\n".join(lines) + "\n")
 
 
 def cell(value: Any) -> str:
-    """A value in a table. Tabs and breaks of lines become blanks, because they would be read as the next cell."""
+    """Format a value for a table. Tabs and line breaks become spaces, because they would separate cells."""
     if value is None or value is pd.NA or (isinstance(value, float) and not math.isfinite(value)):
         return MISSING
     if isinstance(value, bool | np.bool_):
@@ -42,7 +42,7 @@ def cell(value: Any) -> str:
 
 
 def write_text(path: Path, text: str) -> None:
-    """A page."""
+    """Write a text page."""
     _write_text(path, text)
 
 
@@ -52,10 +52,10 @@ def _write_text(path: Path, text: str) -> None:
 
 
 def number_rows(columns: Sequence[Float[np.ndarray, " row"]], decimals: Sequence[int]) -> bytes:
-    """Rows of numbers as text, without header; what is not finite is `n/a`."""
+    """Format rows of numbers as text, without header; a value that is not finite is `n/a`."""
     texts = list[Any]()
     for values, digits in zip(columns, decimals, strict=True):
-        rounded = np.round(values, digits) + 0.0  # no minus before a zero
+        rounded = np.round(values, digits) + 0.0  # Adding 0.0 turns -0.0 into 0.0.
         known = pa.array(rounded, mask=~np.isfinite(rounded))
         whole = pc.cast(known, pa.int64()) if digits == 0 else known
         texts.append(pc.fill_null(pc.cast(whole, pa.string()), MISSING))
@@ -65,7 +65,10 @@ def number_rows(columns: Sequence[Float[np.ndarray, " row"]], decimals: Sequence
 
 @contextmanager
 def packed(path: Path) -> Iterator[gzip.GzipFile]:
-    """A file that is compressed while it is written, without time and name in it, so that its bytes are the same."""
+    """Open a file that is compressed while it is written.
+
+    Time and name are left out, so that its bytes are reproducible.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("wb") as raw, gzip.GzipFile("", "wb", compresslevel=6, fileobj=raw, mtime=0) as file:
         yield file

@@ -1,4 +1,4 @@
-"""What the exoskeleton measured, as `_motion.tsv`: angles, velocities and torques, at a rate that others can handle."""
+"""Motion of the exoskeleton as `_motion.tsv`: angles, velocities and torques, at a reduced rate."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,31 +15,33 @@ from .files import MISSING, number_rows, write_json, write_table
 from .names import EXO, SessionPlace
 
 TOPICS = ("/task", "/event", "/stream", "/correction")
-"""Read on the way: what events and other devices need."""
+"""Topics that events and other devices need, read in the same pass."""
 
 FILTERED = ("q_measured", "v", "tau_measured", "tau_commanded")
-"""Of a tick, in the order of `filtered_channels`."""
+"""Fields of a tick that are filtered, in the order of `filtered_channels`."""
 
 IN_DEGREES = frozenset({"q_measured", "v"})
 
 CLOCK_EVERY = 100
-"""Ticks from one that ties the rig's clock to the computer's to the next, where both run evenly."""
+"""Interval of kept ticks that relate the rig's clock to the computer's, where both run evenly [ticks]."""
 
 UNEVEN_S = 10e-6
-"""By which they may come apart from one tick to the next: the twin's clock stands still in a missed period."""
+"""Difference between the two clocks over one tick above which both ticks are kept. The twin's clock stands still in a
+missed period.
+"""
 
 GAPS_TOLD = 100
 
 
 @dataclass(frozen=True)
 class MotionSummary:
-    """What the other files of a session need."""
+    """Data of the motion that the other files of a session need."""
 
     recording: Recording
-    """Settings and the messages of `TOPICS`. Of its ticks only some, for the clocks."""
+    """Settings and the messages of `TOPICS`, with a selection of ticks for the clocks."""
 
     first_t: float
-    """Of the first tick, with which the motion file begins, on the rig's clock [s]."""
+    """Time of the first tick, with which the motion file begins, on the rig's clock [s]."""
 
     account: DecimationReport
 
@@ -51,14 +53,14 @@ def write_motion(
 
     Args:
         source: The recording, which has ticks.
-        root: Of the data set.
-        place: Of the session in it.
-        rates_Hz: Of the ticks, nominal; and of the rows, of which the next is taken that is a whole part of the
-            ticks'.
-        about: What every sidecar of the session says.
+        root: Folder of the data set.
+        place: Paths of the session in the data set.
+        rates_Hz: Nominal rate of the ticks, and wanted rate of the rows. Every n-th tick gives a row, with the nearest
+            whole n.
+        about: Content that all sidecars of the session share.
 
     Raises:
-        RecordingError: It cannot be read.
+        RecordingError: The recording cannot be read.
     """
     passing, (tick_rate, wanted) = RecordingPass(source, TOPICS), rates_Hz
     step = max(1, round(tick_rate / wanted))
@@ -94,12 +96,12 @@ def write_motion(
 def write_channels(
     root: Path, place: SessionPlace, system: str, channels: Sequence[MotionChannel], rate_Hz: float
 ) -> None:
-    """Say what is in which column."""
+    """Write the description of the columns."""
     write_table(root / place.motion(system, "channels.tsv"), COLUMNS, [channel.row(rate_Hz) for channel in channels])
 
 
 def _tying(ticks: np.ndarray) -> np.ndarray:
-    """Those of a piece that say how the two clocks run: some, and all between which they come apart."""
+    """Select ticks that relate the two clocks: some of a piece, and all between which the clocks differ."""
     is_kept = np.arange(len(ticks)) % CLOCK_EVERY == 0
     is_kept[-1] = True
     apart = np.flatnonzero(np.abs(np.diff(ticks["now"] - ticks["monotonic"])) > UNEVEN_S)
@@ -119,7 +121,7 @@ def _rows(block: RowBlock, first_t: float) -> bytes:
 
 
 def _sampling(account: DecimationReport, tick_rate: float, step: int) -> dict[str, Any]:
-    """What the sidecar says of rows and ticks."""
+    """Return the part of the sidecar about rows and ticks."""
     told = account.gaps[:GAPS_TOLD]
     first = "every tick" if step == 1 else f"every {step}th tick"
     effective = account.steady / account.steady_s / step if account.steady_s > 0.0 else None
@@ -127,7 +129,7 @@ def _sampling(account: DecimationReport, tick_rate: float, step: int) -> dict[st
         "Kind": "symmetric FIR, Hamming window, no delay",
         "Taps": 2 * HALF_STEPS * step + 1,
         "HalfAmplitude_Hz": round(0.5 * CUTOFF * tick_rate / step, 6),
-        "AtGaps": "each stretch without a missing tick by itself, continued by point reflection",
+        "AtGaps": "each stretch without a missing tick is filtered separately, continued by point reflection",
     }
     return {
         "SamplingFrequency": tick_rate / step,
@@ -136,7 +138,7 @@ def _sampling(account: DecimationReport, tick_rate: float, step: int) -> dict[st
         "RowCount": account.rows,
         "RecordingDuration": round(account.rows / (tick_rate / step), 6),
         "SoftwareFilters": {"AntiAliasing": low_pass} if step > 1 else MISSING,
-        "RowsAre": f"{first}; rows whose tick is missing have no values but their latency",
+        "RowsAre": f"{first}; a row whose tick is missing has a latency but no other values",
         "TickFrequency": tick_rate,
         "TickCount": account.ticks,
         "TicksLeftOut": account.dropped,

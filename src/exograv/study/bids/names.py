@@ -1,4 +1,4 @@
-"""How files of a data set are called: `sub-…_ses-…_task-…`, labels of letters and digits only."""
+"""Names of files of a data set: `sub-…_ses-…_task-…`, with labels of letters and digits only."""
 
 import re
 from collections.abc import Iterable
@@ -9,35 +9,37 @@ from exograv.errors import ConfigError
 
 TASK = "pointing"
 EXO = "exo"
-"""Tracking system: the exoskeleton's encoders and motors."""
+"""Tracking system of the exoskeleton's encoders and motors."""
 
 HAND = "hand"
-"""Tracking system: where the model of the worn arm has the hand."""
+"""Tracking system of the hand, from the model of the worn arm."""
 
 AIRCRAFT = "aircraft"
-"""Tracking system: the aircraft's own accelerometer."""
+"""Tracking system of the aircraft's own accelerometer."""
 
 
 def label(text: str) -> str:
-    """Letters and digits of a text, which is all that BIDS allows."""
+    """Return the letters and digits of a text; BIDS allows no other characters in a label."""
     return re.sub(r"[^0-9A-Za-z]", "", text)
 
 
 def labels(texts: Iterable[str], what: str) -> dict[str, str]:
-    """A label for each text.
+    """Return a label for each text.
 
     Raises:
-        ConfigError: Two texts would have one label, or one would have none.
+        ConfigError: Two texts have the same label, or a text has none.
     """
     found = dict[str, str]()
     for text in texts:
         short = label(text)
         if not short:
-            raise ConfigError(f"{what} '{text}' has neither letter nor digit; BIDS needs one. Rename it in the study.")
+            raise ConfigError(
+                f"{what} '{text}' has no letter and no digit; BIDS needs at least one. Rename it in the study."
+            )
         if short in found.values():
             other = next(name for name, known in found.items() if known == short)
             raise ConfigError(
-                f"{what}s '{other}' and '{text}' are both '{short}' in BIDS, which allows letters and digits only. "
+                f"{what}s '{other}' and '{text}' both become '{short}' in BIDS, which allows letters and digits only. "
                 "Rename one of them in the study."
             )
         found[text] = short
@@ -46,32 +48,32 @@ def labels(texts: Iterable[str], what: str) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class SessionPlace:
-    """Where the files of one session are, from the data set's root."""
+    """Paths of the files of one session, from the data set's root."""
 
     subject: str
     session: str
-    """Labels."""
+    """Label of the session; `subject` is the label of the participant."""
 
     @property
     def folder(self) -> PurePosixPath:
-        """Of all its files."""
+        """Folder of all files of the session."""
         return PurePosixPath(f"sub-{self.subject}", f"ses-{self.session}")
 
     @property
     def scans(self) -> PurePosixPath:
-        """The list of its files."""
+        """Path of the list of the session's files."""
         return self.folder / f"sub-{self.subject}_ses-{self.session}_scans.tsv"
 
     def motion(self, system: str, ending: str) -> PurePosixPath:
-        """A file of a tracking system, such as `motion.tsv`."""
+        """Path of a file of a tracking system, such as `motion.tsv`."""
         return self._file("motion", f"tracksys-{system}_{ending}")
 
     def behaviour(self, ending: str) -> PurePosixPath:
-        """A file of what the participant did, such as `beh.tsv`."""
+        """Path of a file of the participant's behaviour, such as `beh.tsv`."""
         return self._file("beh", ending)
 
     def device(self, kind: str, recording: str, ending: str) -> PurePosixPath:
-        """A file of another device, in the folder of this kind of data."""
+        """Path of a file of another device, in the folder of this kind of data."""
         return self._file(kind, f"recording-{recording}_{ending}" if recording else ending)
 
     def _file(self, kind: str, ending: str) -> PurePosixPath:

@@ -1,4 +1,4 @@
-"""What a reader opens first: the data set's description, its README, its changes, and who took part."""
+"""Pages of a data set: description, README, changes and participants."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,57 +17,57 @@ from .files import write_json, write_table, write_text
 
 BIDS_VERSION = "1.11.1"
 SIMULATED = "SIMULATED"
-"""What stands in the name of a data set that nobody took part in."""
+"""Mark in the name of a data set in which nobody took part."""
 
 NOBODY = "Simulated: nobody took part. Models of a person and of a machine moved. No evidence about people."
 SOME = "Some sessions are simulated: nobody took part in them. They are marked in `_scans.tsv` and in each sidecar."
 
 TIDY = Path("derivatives", "exograv")
-"""Where the study's own tables are."""
+"""Folder of the study's own tables."""
 
 README = """\
 # {name}
 
 {simulated}Pointing at a target on a touch screen, with an exoskeleton on the arm. Exported by exograv {version}:
-{people} participants, {sessions} sessions, {touches} touches that count.
+{people} participants, {sessions} sessions, {touches} accepted touches.
 
-## What is where
+## Content
 
 | place | what |
 |---|---|
-| `participants.tsv` | who took part, by a code that was drawn at random; body data in bands |
+| `participants.tsv` | participants, by randomly drawn codes; body data in bands |
 | `…/motion/*_tracksys-exo_motion.tsv` | angle, velocity, torque of the joints; gravity level and safe state |
-| `…/motion/*_tracksys-hand_motion.tsv` | the hand, by the model of the worn arm |
-| `…/motion/*_tracksys-aircraft_motion.tsv` | acceleration, as the aircraft's feed told it |
+| `…/motion/*_tracksys-hand_motion.tsv` | position of the hand, from the model of the worn arm |
+| `…/motion/*_tracksys-aircraft_motion.tsv` | acceleration, as the aircraft's feed reported it |
 | `…/motion/*_events.tsv` | windows, touches, rests, stops; `onset` counts from the first row of `tracksys-exo` |
 | `…/motion/*_recording-*_physio.tsv.gz` | other devices: EMG, ECG, EEG …; values as received, on the robot's clock |
-| `…/beh/*_beh.tsv` | one row a touch, also those that do not count, with the reason |
+| `…/beh/*_beh.tsv` | one row per touch; rejected touches with the reason |
 | `sourcedata/` | {raw} |
 | `derivatives/exograv/` | the study's tidy tables as Parquet; SHA-256 of every file in `manifest.sha256` |
 
-A session is called after its protocol and its number among this person's sessions of that protocol.
+The name of a session is its protocol and its number among the person's sessions of that protocol.
 
-## What to know
+## Notes
 
-- Right and down are positive on the screen. `deviation_*` is contact minus target. Millimetres are missing where the
-  screen was not calibrated.
-- Torque is what the motor adds, positive along the joint's axis. BIDS has no type for it: it is `MISC` in `N m`.
-- Motion was filtered without delay before ticks were left out; the sidecars tell how. A row whose tick is missing has
-  no values but its latency: nothing is carried across a gap.
+- Right and down are positive on the screen. `deviation_*` is contact minus target. Values in millimetres are missing
+  if the screen was not calibrated.
+- Torque is that of the motor, positive along the joint's axis. BIDS has no type for it: it is `MISC` in `N m`.
+- Motion was filtered without delay before the rate was reduced; the sidecars describe the filter. A row whose tick is
+  missing has a latency but no other values: no value is carried across a gap.
 - `tracksys-hand`, `tracksys-aircraft` and other devices begin `StartTime` seconds after the first row of
   `tracksys-exo`; their latency counts from their own first row.
-- Recordings hold no date. `acq_time` in `_scans.tsv` is there only where somebody told it to the study.
-- EMG and EEG are physiological recordings here, not in `emg/` or `eeg/`: those need electrodes, reference and line
-  frequency, which streams do not tell. Nothing is lost: values are those received.
-- A session without motion came from a table of touches, from XDF, or from a recording without a machine: windows and
-  touches are here, all else is in its source.
-- Sentences of the recordings (why a run was paused, notes) are not exported: somebody may have typed a name.
+- Recordings hold no date. `acq_time` in `_scans.tsv` is given only if the date was stated for the study.
+- EMG and EEG are stored as physiological recordings, not in `emg/` or `eeg/`: those need electrodes, reference and line
+  frequency, which the streams do not state. No data are lost: the values are as received.
+- A session without motion comes from a table of touches, from XDF, or from a recording without a machine. Its windows
+  and touches are here; all other data are in its source.
+- Sentences of the recordings (reasons of pauses, notes) are not exported, because they may contain a name.
 {left}"""
 
 
 @dataclass(frozen=True)
 class PageContent:
-    """What the pages are made of."""
+    """Content of the pages."""
 
     settings: StudySettings
     tables: Tables
@@ -76,21 +76,21 @@ class PageContent:
 
     has_raw: bool
     left: Sequence[str]
-    """Sentences on what was not exported."""
+    """Sentences on streams that were not exported."""
 
     @property
     def is_simulated(self) -> bool:
-        """Nobody took part in any of it."""
+        """Return True if nobody took part in any session."""
         simulated = self.tables.sessions["is_simulated"]
         return self.settings.is_simulated or (len(simulated) > 0 and bool(simulated.all()))
 
     @property
     def name(self) -> str:
-        """Of the data set."""
+        """Name of the data set."""
         return f"{self.settings.name} ({SIMULATED})" if self.is_simulated else self.settings.name
 
     def write(self, root: Path) -> None:
-        """All pages."""
+        """Write all pages."""
         write_json(root / "dataset_description.json", self._description("raw"))
         write_json(root / TIDY / "dataset_description.json", self._description("derivative"))
         write_text(root / "CHANGES", self._changes())
@@ -125,12 +125,14 @@ class PageContent:
             people=len(self.tables.participants),
             sessions=len(self.tables.sessions),
             touches=np.count_nonzero(self.tables.touches["is_accepted"]),
-            raw="the recordings, byte for byte" if self.has_raw else "not in this copy: it was exported without",
+            raw="the recordings, byte for byte"
+            if self.has_raw
+            else "not in this copy, which was exported without them",
             left="".join(f"- {sentence}\n" for sentence in self.left),
         )
 
     def _changes(self) -> str:
-        """By the convention of CPAN; the date is that of the newest session, because no clock is read."""
+        """Return the changes in CPAN's format. The date is that of the newest session, so that no clock is read."""
         dates = sorted(str(told)[:10] for told in self.tables.sessions["acquired"].dropna())
         head = " ".join(["1.0.0", *dates[-1:]])
         return f"{head}\n  - {len(self.tables.sessions)} sessions, exported by exograv {__version__}.\n"

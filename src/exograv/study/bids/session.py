@@ -1,4 +1,4 @@
-"""The files of one session, and the list of them."""
+"""Files of one session, and the list of these files."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,30 +22,30 @@ from .pages import NOBODY
 from .tracks import tracks
 
 DESCRIPTION = (
-    "Touch the centre of a target on a touch screen, return to a resting place near the lap, and do so again, in "
+    "Touch the centre of a target on a touch screen, return to a resting place near the lap, and repeat this, in "
     "windows of about 22 s."
 )
 INSTRUCTIONS = "Touch the centre of the target. After each touch return to the resting place, until the window closes."
 
 Begins = dict[PurePosixPath, float]
-"""Files from the root, with when each begins after the first row of the exoskeleton's motion [s]."""
+"""Beginning of each file after the first row of the exoskeleton's motion [s], by the file's path from the root."""
 
 NOT_TOLD = (
     "Manufacturer", "DeviceSerialNumber", "InstitutionName", "InstitutionAddress", "InstitutionalDepartmentName",
 )  # fmt: skip
-"""What BIDS recommends to say and a recording does not hold; to be filled in by who publishes."""
+"""Keys that BIDS recommends and a recording does not hold. The publisher of the data set completes them."""
 
 SCANS = {
-    "filename": {"Description": "file, from the session's folder"},
-    "acq_time": {"Description": "when it begins, where somebody told when the recording did"},
-    "simulated": {"Description": "nobody was there", "Levels": {"true": "yes", "false": "no"}},
-    "source_sha256": {"Description": "of the raw file that it was made of"},
+    "filename": {"Description": "path of the file from the session's folder"},
+    "acq_time": {"Description": "beginning of the file, if the date of the recording was stated"},
+    "simulated": {"Description": "true if nobody took part", "Levels": {"true": "yes", "false": "no"}},
+    "source_sha256": {"Description": "SHA-256 of the raw file from which the file was made"},
 }
 
 
 @dataclass(frozen=True)
 class SessionTables:
-    """What the study's tables say of one session."""
+    """Content of the study's tables for one session."""
 
     session: Mapping[str, Any]
     """Row of `SESSIONS` as `rows_of` gives it; NA is None."""
@@ -60,11 +60,11 @@ def write_session(
     """Write all files of a session.
 
     Args:
-        root: Of the data set.
-        place: Of the session.
-        source: Its raw file.
-        tables: What is known of it.
-        rate_Hz: Wanted of the motion.
+        root: Folder of the data set.
+        place: Paths of the session.
+        source: Raw file of the session.
+        tables: Rows of the session in the study's tables.
+        rate_Hz: Wanted rate of the motion.
 
     Returns:
         Streams that are not exported, and rows of motion.
@@ -92,7 +92,7 @@ def write_session(
 
 
 def sidecar_of(session: Mapping[str, Any]) -> dict[str, Any]:
-    """What every sidecar of a session says."""
+    """Return the content that all sidecars of a session share."""
     return {
         "TaskName": TASK,
         "TaskDescription": DESCRIPTION,
@@ -111,10 +111,10 @@ def sidecar_of(session: Mapping[str, Any]) -> dict[str, Any]:
 def _write_others(
     source: Path, root: Path, place: SessionPlace, moved: MotionSummary, about: Mapping[str, Any]
 ) -> tuple[Begins, Begins, list[Left]]:
-    """Write what was recorded beside the ticks.
+    """Write the data that were recorded beside the ticks.
 
     Returns:
-        Motion files, that of the exoskeleton too; files of devices; streams that are not exported.
+        Motion files, including that of the exoskeleton; files of devices; streams that are not exported.
     """
     points = {track.topic: track for track in tracks()}
     with Devices(root, place, moved.recording, moved.first_t) as devices:
@@ -143,17 +143,17 @@ def _write_scans(root: Path, place: SessionPlace, begins: Begins, session: Mappi
 
 
 def _acquired(told: str | None, later_s: float) -> str | None:
-    """When a file begins, by when the recording did.
+    """Return the beginning of a file, from the beginning of its recording.
 
     Raises:
-        RecordingError: What was told is no date and time.
+        RecordingError: The stated text is not a date and time.
     """
     if told is None:
         return None
     try:
         begun = datetime.fromisoformat(told)
     except ValueError as error:
-        raise RecordingError(f"'{told}' is no date and time by ISO 8601. Correct it in the study.") from error
+        raise RecordingError(f"'{told}' is not a date and time by ISO 8601. Correct it in the study.") from error
     at = begun + timedelta(seconds=later_s)
     if at.tzinfo is not None:
         return at.astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%fZ")

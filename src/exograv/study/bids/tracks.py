@@ -1,4 +1,4 @@
-"""What was recorded of a point, as a tracking system of its own: the hand by the model of the arm, the aircraft."""
+"""Recorded points as tracking systems: the hand from the model of the arm, and the aircraft."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ from .names import AIRCRAFT, HAND, SessionPlace
 
 EARTH_M_S2 = 9.80665
 BASE = "base"
-"""Frame of the exoskeleton."""
+"""Frame of the exoskeleton's base."""
 
 FRAMES = {
     BASE: {
@@ -24,7 +24,7 @@ FRAMES = {
         "RotationRule": "right-hand",
     },
     AIRCRAFT: {
-        "Description": "axes of the aircraft, as its own feed has them; their directions are not told there",
+        "Description": "axes of the aircraft, as in its own feed, which does not state their directions",
         "SpatialAxes": MISSING,
         "RotationOrder": MISSING,
         "RotationRule": "right-hand",
@@ -33,22 +33,22 @@ FRAMES = {
 POINTS = {
     "/skeleton": (HAND, BASE, point_channels("hand", "POS", "m", "end of the model of the worn arm", BASE)),
     "/aircraft": (
-        AIRCRAFT, AIRCRAFT, point_channels("cabin", "ACCEL", "m/s^2", "acceleration as the feed tells it", AIRCRAFT),
+        AIRCRAFT, AIRCRAFT, point_channels("cabin", "ACCEL", "m/s^2", "acceleration as in the feed", AIRCRAFT),
     ),
 }  # fmt: skip
-"""Tracking system, frame and channels of a channel of the recording."""
+"""Tracking system, frame and channels, by topic of the recording."""
 
 
 @dataclass
 class TrackFile:
-    """One tracking system while it is written."""
+    """Tracking system while its file is written."""
 
     topic: str
     t: list[float] = field(default_factory=list)
     points: list[Sequence[float]] = field(default_factory=list)
 
     def take(self, message: Mapping[str, Any]) -> None:
-        """One message of the topic; one that is not later than the last is left out."""
+        """Take one message of the topic. A message that is not later than the last one is left out."""
         if self.t and message["t"] <= self.t[-1]:
             return
         point = message["arm"][-1] if self.topic == "/skeleton" else [EARTH_M_S2 * g for g in message["g"]]
@@ -58,10 +58,10 @@ class TrackFile:
     def write(
         self, root: Path, place: SessionPlace, first_t: float, about: Mapping[str, Any]
     ) -> tuple[PurePosixPath, float]:
-        """Write its files.
+        """Write the files of the tracking system.
 
         Returns:
-            The motion file from the root, and when it begins after the exoskeleton's [s].
+            Motion file from the root, and its beginning after the exoskeleton's [s].
         """
         system, frame, channels = POINTS[self.topic]
         t, points = np.array(self.t), np.array(self.points)
@@ -91,12 +91,12 @@ def _sidecar(
         "MissingValues": MISSING,
         "RowCount": len(t),
         "RecordingDuration": round(span, 6),
-        "RowsAre": "as they came; where some are missing the latency leaps",
+        "RowsAre": "as received; missing rows show as a jump of the latency",
         "StartTime": round(starts, 6),
         **counts(channels),
     }
 
 
 def tracks() -> Iterator[TrackFile]:
-    """One for each that a recording may have."""
+    """Return one empty track for each topic that a recording may have."""
     return (TrackFile(topic) for topic in POINTS)

@@ -1,1 +1,1 @@
-"""A study's folder: who took part, what was recorded, and the tidy tables that findings are made from."""
+"""Dataset of a study: adding of files, participants' sessions, and the tidy tables from which findings are made."""

@@ -1,4 +1,7 @@
-"""Files come into a study: each once, under a code, whole or not at all; what cannot come in is named and counted."""
+"""Adding of files to a study: each file once, under a code, completely or not at all.
+
+Every refusal is named and counted.
+"""
 
 import re
 from collections.abc import Sequence
@@ -28,18 +31,18 @@ from .who import same_person
 
 BUILT_IN = ("training", "familiarisation", "flight")
 FIRST_WINDOWS = re.compile(r"-first-\d{1,3}$")
-"""What `exograv run train --windows` puts behind a protocol's name."""
+"""Suffix that `exograv run train --windows` appends to a protocol's name."""
 
 
 @dataclass(frozen=True)
 class AddingOutcome:
-    """What became of a file, or of one session in it."""
+    """Outcome for a file, or for one session in the file."""
 
     file: str
-    """As it may be shown."""
+    """Name of the file in a form that reveals no person."""
 
     what: str
-    """`added`, `replaced`, `already there`, `refused`, `quarantined` or `ignored`."""
+    """Outcome: `added`, `replaced`, `already there`, `refused`, `quarantined` or `ignored`."""
 
     sentence: str
     key: SessionKey | None = None
@@ -47,11 +50,11 @@ class AddingOutcome:
 
 
 def add_files(folder: StudyFolder, paths: Sequence[Path], options: AddOptions) -> list[AddingOutcome]:
-    """Add recordings, touches as CSV, XDF, and all of these in folders.
+    """Add recordings, touches as CSV, XDF, and folders of such files.
 
     Raises:
         ConfigError: The folder is no study, an option cannot be used, or another command is changing the study.
-        RecordingError: The disk is full; what was added before stays, of the rest nothing.
+        RecordingError: The disk is full. Sessions that were added before stay, the rest is not added.
     """
     settings = read_settings(folder)
     _refuse_options(options)
@@ -69,26 +72,28 @@ def _refuse_options(options: AddOptions) -> None:
         try:
             datetime.fromisoformat(options.acquired)
         except ValueError:
-            raise ConfigError("--acquired is no date and time. Write ISO 8601, as 2026-03-04T09:30:00+01:00.") from None
+            raise ConfigError(
+                "--acquired is not a date and time. Write ISO 8601, such as 2026-03-04T09:30:00+01:00."
+            ) from None
     if options.session is not None and not 1 <= options.session <= SESSIONS_MAX:
-        raise ConfigError(f"--session is {options.session}; sessions are numbered from 1 to {SESSIONS_MAX}.")
+        raise ConfigError(f"--session is {options.session}; give a number from 1 to {SESSIONS_MAX}.")
 
 
 def said_of(options: AddOptions) -> StatedSession:
-    """Session as it is told; holds for all files.
+    """Return the session that the options state; it holds for all files.
 
     Raises:
-        ConfigError: The code is none.
+        ConfigError: The text of `--participant` is not a code.
     """
     code = None if options.participant is None else typed_code(options.participant)
     return StatedSession(code, options.protocol, options.session)
 
 
 def new_codes(pairs: Sequence[str]) -> dict[str, str]:
-    """Code of the study for each code in files that were made under another.
+    """Return the study's code by the code in files that were made under another code.
 
     Raises:
-        ConfigError: A pair is none, or its code.
+        ConfigError: An entry has no `=`, or its new code is not a code.
     """
     codes = dict[str, str]()
     for pair in pairs:
@@ -107,7 +112,7 @@ def _expanded(paths: Sequence[Path]) -> list[Path]:
 
 
 class _Adding:
-    """One call of the command."""
+    """State of one call of the command."""
 
     def __init__(self, folder: StudyFolder, options: AddOptions, codes: set[str], settings: StudySettings):
         self._folder, self._options, self._codes, self._settings = folder, options, codes, settings
@@ -130,16 +135,20 @@ class _Adding:
     def _file(self, path: Path, shown: str) -> list[AddingOutcome]:
         kind = SUFFIXES.get(path.suffix.lower())
         if kind is None:
-            return [AddingOutcome(shown, "ignored", f"Only {', '.join(SUFFIXES)} are of use.")]
+            return [AddingOutcome(shown, "ignored", f"Only {', '.join(SUFFIXES)} files can be added.")]
         try:
             sha256 = sha256_of(path)
         except OSError as error:
-            return [self._refused(shown, f"It cannot be read: {error.strerror}. Check its path.")]
+            return [self._refused(shown, f"The file cannot be read: {error.strerror}. Check its path.")]
         there = [key for key, source in self._sources.items() if source.note.given_sha256 == sha256]
         if there:
-            return [AddingOutcome(shown, "already there", f"It is {_named(there[0])}; nothing was changed.", there[0])]
+            return [
+                AddingOutcome(
+                    shown, "already there", f"The study has it as {_named(there[0])}; nothing was changed.", there[0]
+                )
+            ]
         if sha256 in quarantined(self._folder) and not self._options.replace:
-            return [AddingOutcome(shown, "already there", "It is in quarantine; nothing was changed.")]
+            return [AddingOutcome(shown, "already there", "The file is in quarantine; nothing was changed.")]
         try:
             incoming = read_incoming(path, kind, sha256, self._said, self._options.gravity_level,
                                      self._mapping, self._code_of)  # fmt: skip
@@ -158,8 +167,9 @@ class _Adding:
             taken = self._sources.get(key)
             if taken is not None and not self._options.replace:
                 raise ConfigError(
-                    f"{_named(key)} is there already, from another file: either two people have one code, or this is "
-                    "another copy. If this file is the right one, add it with --replace, which puts the other aside."
+                    f"{_named(key)} exists already, from another file: either two people have the same code, or this "
+                    "is another copy. If this file is the right one, add it with --replace, which moves the other to "
+                    "quarantine."
                 )
         except ConfigError as error:
             return self._refused(shown, str(error), one.sha256)
@@ -170,7 +180,7 @@ class _Adding:
             return self._refused(shown, str(error), one.sha256)
         refusals = f" Refused rows, {len(one.imported.refusals)}: " if one.imported.refusals else ""
         refusals += "; ".join(one.imported.refusals[:5]) + ("." if one.imported.refusals else "")
-        sentence = f"{_named(key)}: {one.imported.session['touches']} touches that count.{refusals}"
+        sentence = f"{_named(key)}: {one.imported.session['touches']} accepted touches.{refusals}"
         found = sentences(one.imported.session.get("remark"), source.note.remark)
         note(self._folder, what, sentence, participant=key.participant, sha256=source.note.sha256, remark=found)
         return AddingOutcome(shown, what, sentence, key, found)
@@ -209,59 +219,62 @@ class _Adding:
 
     def _doubt_reality(self, one: Incoming) -> str | None:
         simulated = one.imported.session["is_simulated"] and not self._settings.is_simulated
-        return "It is simulated, and the study, by its study.toml, is not." if simulated else None
+        return "The recording is simulated, but the study is not (study.toml)." if simulated else None
 
     def _key(self, recorded: StatedSession) -> tuple[SessionKey, str | None]:
-        """Which session it is, and what was told otherwise than the file says."""
+        """Return the session's key, and a remark where the options differ from the file."""
         told = self._said
         said = StatedSession(self._participant(recorded.participant), told.protocol or recorded.protocol,
                     told.session or recorded.session)  # fmt: skip
         if said.participant is None or said.protocol is None or said.session is None:
             missing = " ".join(f"--{name}" for name in said.missing)
-            raise ConfigError(f"The file does not say all of whose it is. Give {missing}.")
+            raise ConfigError(f"The file does not state which session it is. Give {missing}.")
         if FIRST_WINDOWS.sub("", said.protocol) not in self._protocols:
             raise ConfigError(
-                f"Its protocol is none of the study's: {', '.join(sorted(self._protocols))}. Write another under "
+                f"The file's protocol is not one of the study's: {', '.join(sorted(self._protocols))}. Add it under "
                 "[[expected]] in study.toml, or give --protocol."
             )
         if not 1 <= said.session <= SESSIONS_MAX:
-            raise ConfigError(f"Its session is not from 1 to {SESSIONS_MAX}. Give --session.")
+            raise ConfigError(f"The file's session is not from 1 to {SESSIONS_MAX}. Give --session.")
         other = [name for name in ("protocol", "session") if getattr(recorded, name) not in (None, getattr(said, name))]
-        remark = sentences(*(f"The file itself says {name} {getattr(recorded, name)}." for name in other))
+        remark = sentences(*(f"The file itself states {name} {getattr(recorded, name)}." for name in other))
         return SessionKey(said.participant, said.protocol, said.session), remark
 
     def _participant(self, recorded: str | None) -> str | None:
         told = self._said.participant
         if recorded is None:
             if told is not None and told not in self._codes:
-                raise ConfigError(f"Participant {told} is not in the study: `exograv study participant STUDY list`.")
+                raise ConfigError(
+                    f"Participant {told} is not in the study. See `exograv study participant STUDY list`."
+                )
             return told
         if not looks_like_code(recorded):
             raise ConfigError(
-                "Its participant does not look like a code. It may be a name, and files are kept as they are: nothing "
-                "of it was added. Record under codes, or take the name out of a copy."
+                "The file's participant does not look like a code. It may be a name, and files are kept unchanged. The "
+                "file was not added. Record under codes, or remove the name from a copy."
             )
         code = self._code_of(recorded)
         if code is None:
             raise ConfigError(
-                f"The file says participant '{recorded}', and the study has none. If it was made under another code, "
-                "add it with --new-code OLD=CODE; somebody new comes in by `exograv study participant STUDY new`."
+                f"The file states participant '{recorded}', who is not in the study. If it was made under another "
+                "code, add it with --new-code OLD=CODE. Add a new participant with `exograv study participant STUDY "
+                "new`."
             )
         if told not in (None, code):
             raise ConfigError(
-                f"The file says participant '{recorded}', and --participant is another. If it was made under another "
+                f"The file states participant '{recorded}', but --participant differs. If it was made under another "
                 "code, add it with --new-code OLD=CODE."
             )
         return code
 
     def _code_of(self, recorded: str) -> str | None:
-        """Code of the study for what a file says; None for nobody."""
+        """Return the study's code for a participant in a file; None if the study has no such participant."""
         code = self._new_codes.get(recorded, recorded) if looks_like_code(recorded) else None
         return code if code in self._codes else None
 
     def _unreadable(self, path: Path, shown: str, kind: str, sha256: str, sentence: str) -> AddingOutcome:
         if kind == "csv" or not _has_mark(path):
-            # It may be anything, with anybody's name in it: nothing of it is kept.
+            # Without a known file header the content may be anything and may hold a name, so no copy is kept.
             return self._refused(shown, sentence, sha256)
         put_aside(self._folder, path, sha256, sentence, self._said.participant)
         note(self._folder, "quarantined", sentence, sha256=sha256, participant=self._said.participant)
@@ -273,13 +286,13 @@ class _Adding:
 
 
 def _refused_lines(one: Incoming) -> str | None:
-    """Of a CSV: they are not kept, so no later reading can count them."""
+    """Count the refused lines of a CSV. These lines are not stored, so no later reading can count them."""
     count = len(one.imported.refusals) if one.kind == "csv" else 0
     return f"Lines of the file that were refused: {count}." if count else None
 
 
 def _has_mark(path: Path) -> bool:
-    """Whether it was once what its suffix says."""
+    """Return True if the file begins like a file of its suffix."""
     try:
         with path.open("rb") as file:
             return file.read(len(MCAP0_MAGIC)).startswith((b"XDF:", b"\x1f\x8b", MCAP0_MAGIC))
@@ -292,5 +305,5 @@ def _named(key: SessionKey) -> str:
 
 
 def worst(outcomes: Sequence[AddingOutcome]) -> bool:
-    """Whether something is not as it was asked for."""
+    """Return True if a file was refused or quarantined."""
     return any(one.what in ("refused", "quarantined") for one in outcomes)

@@ -1,4 +1,4 @@
-"""A new study: its folder and the files that somebody fills in."""
+"""Creation of a new study: its folder and the files that the experimenter completes."""
 
 from pathlib import Path
 
@@ -12,22 +12,24 @@ from .making import refresh
 
 
 def begin_study(path: Path, settings: StudySettings) -> StudyFolder:
-    """Make the folder, with empty tables.
+    """Create the folder of a study, with empty tables.
 
     Raises:
-        ConfigError: There is something already.
-        RecordingError: It cannot be written.
+        ConfigError: The path exists already and is not an empty folder.
+        RecordingError: The folder cannot be written.
     """
     folder = StudyFolder(path)
     if path.exists() and (not path.is_dir() or any(path.iterdir())):
-        raise ConfigError(f"{path} is there already and not empty. A study begins in a folder of its own.")
+        raise ConfigError(
+            f"{path} exists already and is not an empty folder. Give a new path: a study needs its own folder."
+        )
     try:
         for place in (folder.path, folder.sources, folder.quarantine, folder.derivatives):
             place.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise RecordingError(f"{path} cannot be made: {error.strerror}. Give another path.") from error
+        raise RecordingError(f"{path} cannot be created: {error.strerror}. Give another path.") from error
     write_settings(folder, settings)
     write_register(folder, ())
     refresh(folder)
-    note(folder, "begun", f"A study with the groups {', '.join(settings.groups)}.")
+    note(folder, "begun", f"The study was created with the groups {', '.join(settings.groups)}.")
     return folder

@@ -1,8 +1,8 @@
-"""Somebody takes back the consent: all that the study has of the code goes, and a search proves it.
+"""Erasure of a participant who withdraws consent: all data under the code are removed, and a search proves it.
 
-What is made from everybody's data goes too: the tables lose the person's rows, findings, report and exports in the
-folder go as a whole. The disk may keep deleted blocks, and backups and copies elsewhere are out of reach: the receipt
-says so.
+Data that were computed from all participants are removed too: the tables lose the person's rows; findings, report and
+exports in the folder are removed completely. The disk may keep deleted blocks, and backups and other copies are out of
+reach. The receipt states this.
 """
 
 import json
@@ -26,37 +26,37 @@ from .quarantine import quarantined
 from .sources import Source, placed_sources, remove_partial
 
 EXPORT = "dataset_description.json"
-"""A folder with it is an export."""
+"""File that marks a folder as an export."""
 
 
 @dataclass(frozen=True)
 class Receipt:
-    """What was done, without the code."""
+    """Receipt of an erasure, without the code."""
 
     number: str
-    """Drawn at random; gives nobody away."""
+    """Random number of the receipt. It does not identify the person."""
 
     at: str
     sessions: int
     quarantined: int
     files: int
-    """That were removed, all together."""
+    """Number of all removed files."""
 
     log_lines: int
     exports: int
-    """Exported data sets in the folder, which have to be exported again."""
+    """Number of exported data sets that were removed from the folder and have to be exported again."""
 
     left: tuple[str, ...]
-    """Files in which the code still stands; empty where it is proved that none does."""
+    """Files in which the code still occurs; empty if the search proves that there is none."""
 
     not_attributed: int
-    """Files in quarantine that nobody could read, and of which nobody said whose they are."""
+    """Number of files in quarantine that cannot be read and whose participant is not known."""
 
     is_proved: bool = field(init=False)
-    """The search found nothing."""
+    """True if the search found nothing."""
 
     sentence: str = field(init=False)
-    """For who asked for it."""
+    """Description of the erasure for the person who asked for it."""
 
     def __post_init__(self):
         object.__setattr__(self, "is_proved", not self.left)
@@ -64,25 +64,25 @@ class Receipt:
 
     def _sentence(self) -> str:
         proof = (
-            "A search of all names and contents in the folder finds the code nowhere."
+            "A search of all names and contents in the folder did not find the code."
             if self.is_proved
-            else f"The code still stands in {', '.join(self.left)}: remove these by hand."
+            else f"The code still occurs in {', '.join(self.left)}: remove these files by hand."
         )
         more = f" {self.exports} exports were removed: export again." if self.exports else ""
         if self.not_attributed:
-            more += f" {self.not_attributed} unreadable files in quarantine are nobody's: look whose they are."
+            more += f" {self.not_attributed} unreadable files in quarantine have no known participant: check them."
         return (
             f"{self.sessions} sessions and {self.files} files were erased. {proof}{more} Backups, copies elsewhere and "
-            f"the identity (exograv study identity) are not touched. Receipt {self.number}."
+            f"the identity (exograv study identity) were not changed. Receipt {self.number}."
         )
 
 
 def erase(folder: StudyFolder, code: str) -> Receipt:
-    """Erase a participant; after a kill in between the same command goes on.
+    """Erase a participant. After an interruption the same command continues.
 
     Raises:
-        ConfigError: The folder is no study, knows nothing of the code, or another command is changing it.
-        RecordingError: Something cannot be removed.
+        ConfigError: The folder is no study, does not contain the code, or another command is changing it.
+        RecordingError: A file cannot be removed.
     """
     read_settings(folder)
     with alone(folder):
@@ -90,7 +90,7 @@ def erase(folder: StudyFolder, code: str) -> Receipt:
         sources = placed_sources(folder)
         words = [code, *_old_codes(sources, code)]
         if not any(True for _ in files_with(folder.path, [code])):
-            raise ConfigError(f"Nothing in {folder.path} is of {code}. Check the code.")
+            raise ConfigError(f"{folder.path} contains nothing of {code}. Check the code.")
         sessions = sum(source.note.participant == code for source in sources)
         aside = [sha256 for sha256, why in quarantined(folder).items() if why.participant == code]
         removed, exports = _remove(folder, code, aside)
@@ -103,23 +103,23 @@ def erase(folder: StudyFolder, code: str) -> Receipt:
         receipt = Receipt(secrets.token_hex(4), at, sessions, len(aside), removed, lines, exports, left, orphans)
         path = folder.path / "receipts" / f"erased-{receipt.number}.json"
         write_whole(path, json.dumps(asdict(receipt), ensure_ascii=False, indent=1) + "\n")
-        note(folder, "erased", f"Somebody was erased: receipt {receipt.number}.")
+        note(folder, "erased", f"A participant was erased: receipt {receipt.number}.")
     return receipt
 
 
 def _old_codes(sources: list[Source], code: str) -> list[str]:
-    """Codes in the person's files that nobody else has."""
+    """Return codes in the person's files that no other participant has."""
     mine = {source.note.recorded_as for source in sources if source.note.participant == code}
     others = {source.note.recorded_as for source in sources if source.note.participant != code}
     return sorted(old for old in mine - others if old is not None)
 
 
 def _remove(folder: StudyFolder, code: str, aside: list[str]) -> tuple[int, int]:
-    """Everything of the code, and everything that is made from all; says how many files and exports that were."""
+    """Remove everything of the code and everything made from all data; return the numbers of files and exports."""
     found = {path.parent for path in folder.path.rglob(EXPORT) if path.parent != folder.path}
     exports = [path for path in sorted(found) if not found & set(path.parents)]
     whole = [folder.sources / code, folder.report, *exports]
-    # The tables lose the person's rows when they are made anew, without reading everybody's recordings again.
+    # The tables lose the person's rows when they are made again, without reading all recordings again.
     tables = {folder.table(name) for name in TABLES}
     whole += [path for path in folder.derivatives.glob("*") if path not in tables]
     whole += [folder.quarantine / sha256[:16] for sha256 in aside]
@@ -137,18 +137,19 @@ def _remove(folder: StudyFolder, code: str, aside: list[str]) -> tuple[int, int]
                 path.unlink()
         except OSError as error:
             raise RecordingError(
-                f"{path.name} cannot be removed: {error.strerror}. Put it right and erase again: what is done is done."
+                f"{path.name} cannot be removed: {error.strerror}. Correct this and erase again; the command continues "
+                "from here."
             ) from error
     return count, len(exports)
 
 
 def _named(folder: StudyFolder, code: str) -> list[Path]:
-    """Whatever bears the code in its name, wherever it is."""
+    """Return all paths that contain the code in their name."""
     return [path for path in folder.path.rglob("*") if code.lower() in path.name.lower()]
 
 
 def _strip_log(folder: StudyFolder, words: list[str]) -> int:
-    """Lines that name the person go; says how many."""
+    """Remove the log lines that name the person; return their number."""
     if not folder.log.exists():
         return 0
     lines = folder.log.read_text(encoding="utf-8", errors="replace").splitlines(keepends=True)

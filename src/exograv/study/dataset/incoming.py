@@ -1,4 +1,4 @@
-"""A file that is to be added, read by the importer of its kind: one session, or of a CSV as many as are in it."""
+"""Files to be added, read by the importer of their kind. A CSV may hold several sessions, other files one."""
 
 import hashlib
 from collections.abc import Callable, Sequence
@@ -18,31 +18,31 @@ NO_BODY = RecordedBody()
 
 @dataclass(frozen=True)
 class Incoming:
-    """One session that is to be added."""
+    """Session that is to be added."""
 
     imported: Imported
     kind: Kind
     suffix: str
     content: Path | bytes
-    """The file itself, or what was cut out of it."""
+    """Path of the file, or the content that was cut out of the file."""
 
     sha256: str
-    """Of this content."""
+    """Hash of this content."""
 
     given_sha256: str
-    """Of the file."""
+    """Hash of the given file."""
 
     body: RecordedBody = NO_BODY
 
     def write(self, to: Path) -> None:
-        """Write what was cut out."""
+        """Write the content that was cut out of the file."""
         if isinstance(self.content, bytes):
             to.write_bytes(self.content)
 
 
 @dataclass(frozen=True)
 class IncomingFile:
-    """All of a file."""
+    """All sessions of a file."""
 
     sessions: Sequence[Incoming]
     nowhere: Sequence[str] = ()
@@ -58,19 +58,19 @@ def read_incoming(
     mapping: XdfMapping | None,
     code_of: Callable[[str], str | None],
 ) -> IncomingFile:
-    """Read it.
+    """Read a file that is to be added.
 
     Args:
         path: The file.
-        kind: By its suffix.
-        sha256: Of the file.
-        said: What somebody told.
-        gravity_level: Of touches that say none.
-        mapping: Of XDF of somebody else.
-        code_of: Code of the study for what stands in a CSV.
+        kind: Kind of the file, from its suffix.
+        sha256: Hash of the file.
+        said: Session that the options state.
+        gravity_level: Felt share of the arm's weight for touches without one.
+        mapping: Mapping for XDF from other software.
+        code_of: Code of the study for a participant in a CSV.
 
     Raises:
-        RecordingError: It is not what its suffix says, or nothing in it can be used.
+        RecordingError: The content does not match the suffix, or nothing in the file can be used.
     """
     suffix = path.suffix.lower()
     if kind == "recording":
@@ -79,13 +79,13 @@ def read_incoming(
             [Incoming(found, kind, suffix, path, sha256, sha256, RecordedBody.model_validate(found.body))]
         )
     if kind == "xdf":
-        from exograv.study.importers.xdf import import_xdf  # pyxdf: half a second
+        from exograv.study.importers.xdf import import_xdf  # importing pyxdf takes half a second
 
         return IncomingFile([Incoming(import_xdf(path, mapping), kind, suffix, path, sha256, sha256)])
     try:
         content = path.read_bytes()
     except OSError as error:
-        raise RecordingError(f"It cannot be read: {error.strerror}. Check its path.") from error
+        raise RecordingError(f"The file cannot be read: {error.strerror}. Check its path.") from error
     parts, nowhere = cut_sheet(content, said, gravity_level, code_of)
     sessions = [
         Incoming(part.imported(), kind, suffix, part.content, hashlib.sha256(part.content).hexdigest(), sha256)

@@ -1,4 +1,4 @@
-"""The tables are made from the sources, and made again where a source has come, gone or changed."""
+"""Tables made from the sources, and made again when a source was added, removed or changed."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -23,7 +23,7 @@ NAMES = [column.name for column in KEY]
 
 
 def current_tables(folder: StudyFolder) -> Tables:
-    """The tables as the sources have them now; where they are already, nothing is written.
+    """Return the tables for the present sources. Files that are up to date are not written again.
 
     Raises:
         ConfigError: Another command is changing the study.
@@ -36,12 +36,12 @@ def current_tables(folder: StudyFolder) -> Tables:
 def refresh(
     folder: StudyFolder, fresh: Mapping[SessionKey, Imported] | None = None, everything: bool = False
 ) -> Tables:
-    """The same, for whoever has the study alone.
+    """Bring the tables up to date. The caller holds the lock of the study.
 
     Args:
-        folder: The study's.
+        folder: Folder of the study.
         fresh: Sessions that have just been read.
-        everything: Read all sources anew.
+        everything: Read all sources again.
 
     Raises:
         RecordingError: A source cannot be read any more, or the disk is full.
@@ -69,35 +69,36 @@ def refresh(
 
 
 def _again(source: Source) -> Imported:
-    """What is read from its place, with a remark where that is not the file any more that was added."""
+    """Read a source again, and add a remark if its hash has changed since it was added."""
     found = imported_again(source)
     if sha256_of(source.path) == source.note.sha256:
         return found
-    remark = sentences(found.session.get("remark"), "The file has changed since it was added: its hash is another.")
+    remark = sentences(found.session.get("remark"), "The file has changed since it was added: its hash differs.")
     return replace(found, session={**found.session, "remark": remark})
 
 
 def imported_again(source: Source) -> Imported:
-    """Rows of a source that is in its place.
+    """Return the rows of a source that is in its place.
 
     Raises:
-        RecordingError: It cannot be read any more.
+        RecordingError: The source cannot be read any more.
     """
     note, path = source.note, source.path
     try:
         if note.kind == "recording":
             return import_recording(path)
         if note.kind == "xdf":
-            from exograv.study.importers.xdf import import_xdf  # pyxdf: half a second
+            from exograv.study.importers.xdf import import_xdf  # importing pyxdf takes half a second
 
             return import_xdf(path, note.mapping)
         said = StatedSession(note.participant, note.protocol, note.session)
-        # The whole file is this session's, whatever code stands in it.
+        # The whole file belongs to this session, independent of the code in its lines.
         parts, _ = cut_sheet(path.read_bytes(), said, note.gravity_level, lambda _: note.participant)
         return parts[0].imported()
     except (OSError, ExogravError) as error:
         raise RecordingError(
-            f"{path} was readable when it was added, and is not any more: {error} Put the last copy of its folder back."
+            f"{path} was readable when it was added, but cannot be read now: {error} Restore the last copy of its "
+            "folder."
         ) from error
 
 
@@ -109,7 +110,7 @@ def _before(folder: StudyFolder) -> Tables | None:
 
 
 def _mark(source: Source, folder: StudyFolder) -> tuple[Any, ...]:
-    """What tells whether a session's rows are those of its source."""
+    """Return the values that decide if a session's rows are up to date with its source."""
     note = source.note
     return (*note.key, note.sha256, source.path.relative_to(folder.path).as_posix())
 
@@ -131,7 +132,7 @@ def _people(folder: StudyFolder) -> list[dict[str, Any]]:
 
 
 def _joined(before: pd.DataFrame | None, keys: set[tuple[Any, ...]], more: pd.DataFrame) -> pd.DataFrame:
-    """Rows of these sessions from before, and the new ones; sessions in their order."""
+    """Join the rows of these sessions from before with the new rows, and sort by session."""
     if before is not None and len(before):
         of = before.set_index(NAMES).index
         kept = before.loc[of.isin(list(keys))] if keys else before.iloc[:0]

@@ -1,4 +1,4 @@
-"""Options of files that come into a study."""
+"""Options of `exograv study add`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,28 +8,28 @@ import tyro
 
 @dataclass(frozen=True)
 class AddOptions:
-    """Options of `exograv study add`: what is told beside the files. Where a file says another, it is followed."""
+    """Options of `exograv study add`. A protocol or session given here overrides the one in a recording or XDF file."""
 
     participant: str | None = None
-    """Code, where the files do not say it."""
+    """Code of the participant, if the files do not state it."""
 
     protocol: str | None = None
-    """Its name, where the files do not say it."""
+    """Name of the protocol, if the files do not state it."""
 
     session: int | None = None
-    """Which one of this protocol it is, where the files do not say it."""
+    """Number of the session in this protocol, if the files do not state it."""
 
     acquired: str | None = None
-    """Date and time, ISO 8601: recordings hold none."""
+    """Date and time of the recording, ISO 8601; recordings themselves hold none."""
 
     new_code: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
-    """OLD=CODE, for files that were made under another code; once for each."""
+    """OLD=CODE for files that were made under another code; may be given several times."""
 
     gravity_level: float | None = None
-    """Felt share of the arm's weight, for touches that say none."""
+    """Felt share of the arm's weight, for touches without one: 0 weightless, 1 Earth."""
 
     mapping: Path | None = None
-    """TOML file that says where touches are in XDF of somebody else."""
+    """TOML file that maps channels of an XDF file from other software to columns of touches."""
 
     replace: bool = False
-    """A session that is there already is put aside in quarantine."""
+    """Replace a session that exists already; the old file is moved to quarantine."""

@@ -1,4 +1,4 @@
-"""What cannot be read, or was replaced, is kept apart with the reason, and read by nothing."""
+"""Quarantine: files that cannot be read or were replaced, each stored with the reason. No analysis reads them."""
 
 import json
 import shutil
@@ -16,7 +16,7 @@ WHY = "why.json"
 
 @dataclass(frozen=True)
 class QuarantineNote:
-    """File beside what is kept apart."""
+    """Note that is stored beside a file in quarantine."""
 
     sha256: str
     """Hash of the file that was given."""
@@ -26,7 +26,7 @@ class QuarantineNote:
 
 
 def quarantined(folder: StudyFolder) -> dict[str, QuarantineNote]:
-    """Notes by the hash of the file."""
+    """Return the notes by the hash of the file."""
     found = dict[str, QuarantineNote]()
     for path in sorted(folder.quarantine.glob(f"*/{WHY}")):
         try:
@@ -38,7 +38,7 @@ def quarantined(folder: StudyFolder) -> dict[str, QuarantineNote]:
 
 
 def put_aside(folder: StudyFolder, path: Path, sha256: str, reason: str, participant: str | None) -> None:
-    """Keep a copy of a file that cannot be read, under its hash.
+    """Store a copy of a file that cannot be read, under its hash.
 
     Raises:
         RecordingError: The disk is full, or the folder cannot be written.
@@ -52,7 +52,7 @@ def put_aside(folder: StudyFolder, path: Path, sha256: str, reason: str, partici
 
 
 def set_aside(folder: StudyFolder, source: Source, reason: str) -> None:
-    """Move a session's folder out of the sources.
+    """Move a session's folder from the sources to quarantine.
 
     Raises:
         RecordingError: The folder cannot be written.
@@ -69,4 +69,4 @@ def set_aside(folder: StudyFolder, source: Source, reason: str) -> None:
         source.path.parent.rename(place)
         sync(folder.quarantine)
     except OSError as error:
-        raise RecordingError(f"{place} cannot be made: {error.strerror}. Free space on the disk.") from error
+        raise RecordingError(f"{place} cannot be created: {error.strerror}. Free space on the disk.") from error

@@ -1,6 +1,6 @@
-"""The raw files of a study: each session a folder with one file, byte for byte, and `source.json` that says what it is.
+"""Raw files of a study: one folder per session with one file, byte for byte, and `source.json` that describes it.
 
-A folder is made under another name and then given its own: whoever is killed leaves whole ones, and nothing else.
+A folder is created under a temporary name and then renamed, so a killed command leaves only complete folders.
 """
 
 import hashlib
@@ -25,7 +25,7 @@ NOTE = "source.json"
 BLOCK_BYTES = 1 << 22
 
 Write = Callable[[Path], None]
-"""Fills a file."""
+"""Function that writes the content of a file."""
 
 Kind = Literal["recording", "csv", "xdf"]
 SUFFIXES: dict[str, Kind] = {".mcap": "recording", ".csv": "csv", ".tsv": "csv", ".xdf": "xdf", ".xdfz": "xdf"}
@@ -33,7 +33,7 @@ Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 
 
 class RecordedBody(Settings):
-    """As a recording has it, exactly; the study itself keeps bands."""
+    """Body data exactly as the recording has them. The study itself stores bands only."""
 
     height_m: float | None = None
     mass_kg: float | None = None
@@ -41,47 +41,47 @@ class RecordedBody(Settings):
 
 
 class SourceNote(Settings):
-    """What `source.json` says."""
+    """Content of `source.json`."""
 
     file: str
-    """Its name, made of the code; the name that it came with is not kept."""
+    """Name of the stored file, made from the code. The original name is not stored."""
 
     sha256: Sha256
     given_sha256: Sha256
-    """Of what was given: another, where that held several sessions and this one was cut out."""
+    """Hash of the given file. It differs from `sha256` if the file held several sessions and this one was cut out."""
 
     kind: Kind
     participant: str
     protocol: str
     session: int
     recorded_as: str | None = None
-    """Code in the file, where that is another (`--new-code`)."""
+    """Code in the file if it differs from the study's code (`--new-code`)."""
 
     acquired: str | None = None
     gravity_level: float | None = None
-    """For touches that say none."""
+    """Felt share of the arm's weight, for touches without one."""
 
     mapping: XdfMapping | None = None
     body: RecordedBody = RecordedBody()
     remark: str | None = None
-    """What was noticed when it was added."""
+    """Problems that were found when the file was added."""
 
     @property
     def key(self) -> SessionKey:
-        """Which session it is."""
+        """Key of the session."""
         return SessionKey(self.participant, self.protocol, self.session)
 
 
 @dataclass(frozen=True)
 class Source:
-    """One session's raw file in its place."""
+    """Raw file of one session in its place."""
 
     path: Path
     note: SourceNote
 
 
 def placed_sources(folder: StudyFolder) -> list[Source]:
-    """All sessions of the study, by code, protocol and number.
+    """Return all sessions of the study, sorted by code, protocol and number.
 
     Raises:
         RecordingError: A `source.json` cannot be read.
@@ -97,24 +97,24 @@ def _placed(folder: StudyFolder) -> Iterator[Source]:
             note = SourceNote.model_validate_json(path.read_bytes())
         except (OSError, ValidationError) as error:
             raise RecordingError(
-                f"{path} cannot be used ({type(error).__name__}). It was changed by hand: put the last copy of its "
-                "folder back, or take the folder out and add the file again."
+                f"{path} cannot be used ({type(error).__name__}). It was changed by hand: restore the last copy of its "
+                "folder, or remove the folder and add the file again."
             ) from None
         yield Source(path.parent / note.file, note)
 
 
 def nothing() -> None:
-    """Is in the way."""
+    """Do nothing: the place is free."""
 
 
 def put(folder: StudyFolder, note: SourceNote, write: Write, make_way: Callable[[], None] = nothing) -> Source:
-    """Put a session in its place, at once or not at all.
+    """Put a session in its place, completely or not at all.
 
     Args:
-        folder: The study's.
-        note: Of the session.
-        write: Fills the raw file.
-        make_way: Takes away what is there, when all else is done.
+        folder: Folder of the study.
+        note: Description of the session.
+        write: Writes the raw file.
+        make_way: Removes a previous session, called when all files are written.
 
     Raises:
         RecordingError: The disk is full, or the folder cannot be written.
@@ -125,7 +125,7 @@ def put(folder: StudyFolder, note: SourceNote, write: Write, make_way: Callable[
 
 
 def put_folder(place: Path, files: dict[str, Write], make_way: Callable[[], None] = nothing) -> None:
-    """A folder with these files, at once or not at all.
+    """Create a folder with these files, completely or not at all.
 
     Raises:
         RecordingError: The disk is full, or the folder cannot be written.
@@ -142,15 +142,15 @@ def put_folder(place: Path, files: dict[str, Write], make_way: Callable[[], None
         sync(place.parent)
     except OSError as error:
         raise RecordingError(
-            f"{place} cannot be made: {error.strerror}. Nothing of it stays, what came before "
-            "does. Free space on the disk, and add it again."
+            f"{place} cannot be created: {error.strerror}. This session was not added; earlier ones "
+            "stay. Free space on the disk, and add it again."
         ) from error
     finally:
         shutil.rmtree(partial, ignore_errors=True)
 
 
 def remove_partial(folder: StudyFolder) -> int:
-    """Take away what killed commands left; says how many."""
+    """Remove the incomplete folders and files of killed commands; return their number."""
     left = list(folder.path.rglob(f"{PARTIAL}*"))
     for path in left:
         if path.is_dir():
@@ -161,20 +161,20 @@ def remove_partial(folder: StudyFolder) -> int:
 
 
 def sha256_of(path: Path) -> str:
-    """Of a file.
+    """Compute the hash of a file.
 
     Raises:
-        OSError: It cannot be read.
+        OSError: The file cannot be read.
     """
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def copied(path: Path, sha256: str) -> Write:
-    """Writes a copy.
+    """Return a function that writes a copy of the file.
 
     Raises:
-        ConfigError: It has another hash by then.
+        ConfigError: The hash of the file has changed in the meantime.
     """
 
     def write(to: Path) -> None:
@@ -184,13 +184,15 @@ def copied(path: Path, sha256: str) -> Write:
                 digest.update(block)
                 target.write(block)
         if digest.hexdigest() != sha256:
-            raise ConfigError("It changes while it is read: it is still being written. Add it when that has ended.")
+            raise ConfigError(
+                "The file changes while it is read: another program is still writing it. Add it again afterwards."
+            )
 
     return write
 
 
 def json_file(content: dict[str, object]) -> Write:
-    """Writes this."""
+    """Return a function that writes this content as JSON."""
 
     def write(to: Path) -> None:
         to.write_text(json.dumps(content, ensure_ascii=False, indent=1), encoding="utf-8")
@@ -199,7 +201,7 @@ def json_file(content: dict[str, object]) -> Write:
 
 
 def rows_of(source: Source, imported: Imported, folder: StudyFolder) -> dict[str, list[dict[str, object]]]:
-    """Rows of touches, windows and the session, with the key that the study gives them."""
+    """Return rows of touches, windows and the session, with the key that the study gives them."""
     note = source.note
     key = note.key._asdict()
     session = {

@@ -1,4 +1,4 @@
-"""Who has which sessions, what is missing, and what is wrong with what is there."""
+"""Status of a study: sessions of each participant, missing sessions, and problems of the stored files."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,27 +15,27 @@ from .quarantine import quarantined
 from .sources import placed_sources, remove_partial
 
 Numbers = Mapping[str, tuple[int, ...]]
-"""Of sessions, by protocol."""
+"""Numbers of sessions by protocol."""
 
 
 @dataclass(frozen=True)
 class PersonStatus:
-    """One participant."""
+    """Status of one participant."""
 
     participant: str
     group: str
     touches: int
     sessions: Numbers
     missing: Numbers
-    """Sessions that are expected and not there."""
+    """Sessions that are expected but missing."""
 
     incomplete: Numbers
-    """Sessions that are there and were not run to their end."""
+    """Sessions that exist but were not run to their end."""
 
 
 @dataclass(frozen=True)
 class StudyStatus:
-    """The whole."""
+    """Status of the whole study."""
 
     name: str
     is_simulated: bool
@@ -43,21 +43,21 @@ class StudyStatus:
     sessions: int
     missing: int
     remarks: Mapping[str, str]
-    """What is wrong with a session, by its name."""
+    """Problems of sessions, by the session's name."""
 
     quarantined: Mapping[str, str]
-    """Reasons, by the hash of the file."""
+    """Reasons of quarantine, by the hash of the file."""
 
     refused: int
-    """Files that were refused and have not come in since, by the log."""
+    """Number of refused files that were not added later, by the log."""
 
 
 def study_status(folder: StudyFolder, everything: bool = False) -> StudyStatus:
-    """What there is, with the tables brought up to date.
+    """Return the status of a study, and bring its tables up to date.
 
     Args:
-        folder: The study's.
-        everything: Make all tables anew.
+        folder: Folder of the study.
+        everything: Make all tables again.
 
     Raises:
         ConfigError: The folder is no study, or another command is changing it.
@@ -87,7 +87,7 @@ def study_status(folder: StudyFolder, everything: bool = False) -> StudyStatus:
 
 
 def _refused(folder: StudyFolder) -> int:
-    """Each file once, however often it was tried, and not if it came in after all."""
+    """Count each refused file once, and leave out files that were added later."""
     there = {source.note.given_sha256 for source in placed_sources(folder)}
     entries = [entry for entry in read_journal(folder) if entry.what == "refused"]
     return len({entry.sha256 or entry.sentence for entry in entries} - there)
@@ -116,7 +116,7 @@ def _person(row: ParticipantRow, settings: StudySettings, sessions: list[dict[An
 
 
 def in_words(numbers: tuple[int, ...]) -> str:
-    """Whole numbers as runs: `1–4, 7`."""
+    """Format whole numbers as ranges: `1–4, 7`."""
     runs = list[list[int]]()
     for number in numbers:
         if runs and number == runs[-1][1] + 1:

@@ -1,4 +1,4 @@
-"""The four tidy tables in memory and as Parquet files, with exactly the columns of `columns.py`."""
+"""Tidy tables of a study in memory and as Parquet files, with exactly the columns of `columns.py`."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -17,17 +17,17 @@ from exograv.study.folder.columns import TABLES, Column
 from exograv.study.folder.study_folder import StudyFolder
 
 SCHEMA_VERSION = 1
-"""Of the tables; raised whenever a column's name, type or meaning changes."""
+"""Version of the tables' format; increased when a column's name, type or meaning changes."""
 
 MADE_BY = b"exograv"
-"""Key of a Parquet file's metadata under which `version;tables SCHEMA_VERSION;code SHA-256` stands."""
+"""Metadata key of a Parquet file for the text `version;tables SCHEMA_VERSION;code SHA-256`."""
 
 
 @dataclass(frozen=True)
 class Tables:
-    """A study's data, one row a touch, a window, a session, a participant.
+    """Data of a study, one row per touch, window, session or participant.
 
-    Types by pandas: `str`, `float64` (NA is NaN), `bool`, `int64`, or `Int64` where NA is allowed.
+    Types in pandas: `str`, `float64` (NA is NaN), `bool`, `int64`, or `Int64` where NA is allowed.
     """
 
     touches: pd.DataFrame
@@ -37,16 +37,16 @@ class Tables:
 
 
 def dtype(column: Column) -> str:
-    """How pandas holds a column."""
+    """Return the pandas type of a column."""
     names = {"string": "str", "int64": "Int64" if column.is_nullable else "int64"}
     return names.get(column.kind, column.kind)
 
 
 def frame(columns: Sequence[Column], rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """A table of these rows; what a row does not name is NA.
+    """Make a table of these rows. A column that a row does not have is NA.
 
     Raises:
-        ValueError: A row names what is no column, or lacks what is not nullable: a mistake of the caller's.
+        ValueError: A row has an unknown column, or lacks a column that is not nullable: a mistake of the caller.
     """
     names = [column.name for column in columns]
     for row in rows:
@@ -55,12 +55,12 @@ def frame(columns: Sequence[Column], rows: Sequence[Mapping[str, Any]]) -> pd.Da
     table = pd.DataFrame({c.name: pd.Series([row.get(c.name) for row in rows], dtype=dtype(c)) for c in columns})
     missing = [c.name for c in columns if not c.is_nullable and bool(table[c.name].isna().any())]
     if missing:
-        raise ValueError(f"Rows lack {', '.join(missing)}, which no row may.")
+        raise ValueError(f"Rows lack {', '.join(missing)}, which must not be NA.")
     return table
 
 
 def write_tables(folder: StudyFolder, tables: Tables) -> None:
-    """Put all four beside the sources, each at once or not at all.
+    """Write all four tables beside the sources, each completely or not at all.
 
     Raises:
         RecordingError: The disk is full, or the folder cannot be written.
@@ -72,7 +72,7 @@ def write_tables(folder: StudyFolder, tables: Tables) -> None:
 
 
 def write_parquet(path: Path, table: pa.Table) -> None:
-    """Write a table at once or not at all.
+    """Write a table completely or not at all.
 
     Raises:
         RecordingError: The disk is full, or the folder cannot be written.
@@ -82,10 +82,10 @@ def write_parquet(path: Path, table: pa.Table) -> None:
 
 
 def read_tables(folder: StudyFolder | Path) -> Tables:
-    """What was last made of a study's sources; `exograv study add` does so.
+    """Read the tables as they were last made from a study's sources, for example by `exograv study add`.
 
     Raises:
-        RecordingError: A table is missing, of another version, or cannot be read.
+        RecordingError: A table is missing, has another version, or cannot be read.
     """
     folder = folder if isinstance(folder, StudyFolder) else StudyFolder(Path(folder))
     return Tables(**{field.name: _read(folder.table(field.name), TABLES[field.name]) for field in fields(Tables)})
@@ -96,17 +96,18 @@ def _read(path: Path, columns: Sequence[Column]) -> pd.DataFrame:
         table = pq.read_table(path)
     except (OSError, pa.ArrowException) as error:
         raise RecordingError(
-            f"{path} cannot be read: {error}. It is made from the study's sources: run `exograv study status "
+            f"{path} cannot be read: {error}. To make it again from the study's sources, run `exograv study status "
             f"{path.parent.parent} --remake`."
         ) from error
     if table.schema.names != [column.name for column in columns]:
         raise RecordingError(
-            f"{path} has other columns than this exograv's. Run `exograv study status {path.parent.parent} --remake`."
+            f"{path} has columns of another version of exograv. Run `exograv study status {path.parent.parent} "
+            "--remake`."
         )
     return table.to_pandas().astype({column.name: dtype(column) for column in columns})
 
 
 def schema(columns: Sequence[Column]) -> pa.Schema:
-    """Names and types of a table's columns."""
+    """Return the Arrow schema of a table: names and types of its columns."""
     kinds = {"string": pa.string(), "int64": pa.int64(), "float64": pa.float64(), "bool": pa.bool_()}
     return pa.schema([pa.field(c.name, kinds[c.kind], nullable=c.is_nullable) for c in columns])

@@ -1,4 +1,4 @@
-"""Groups that were under a seal are opened by the list that was drawn before the study."""
+"""Unsealing: sealed groups are opened with the allocation list that was drawn before the study."""
 
 from pathlib import Path
 
@@ -13,23 +13,27 @@ from exograv.task.allocation import AllocationList, group_of
 
 
 def unseal(folder: StudyFolder, path: Path) -> list[str]:
-    """Give those who are sealed the group that the list has for them; says who.
+    """Give each sealed participant the group of the allocation list; return their codes.
 
     Raises:
-        ConfigError: The list cannot be read or was edited, lacks somebody, or has a group that the study does not.
+        ConfigError: The list cannot be read, was edited or lacks a participant, or has a group that the study does not.
         RecordingError: The folder cannot be written.
     """
     try:
         allocation = AllocationList.model_validate_json(path.read_bytes())
     except OSError as error:
-        raise ConfigError(f"--allocation {path} cannot be read: {error.strerror}. Give the study's list.") from error
+        raise ConfigError(
+            f"--allocation {path} cannot be read: {error.strerror}. Give the study's allocation list."
+        ) from error
     except ValidationError:
-        raise ConfigError(f"--allocation {path} is no list of a study. Give the one that was drawn.") from None
+        raise ConfigError(
+            f"--allocation {path} is not an allocation list. Give the list that was drawn for the study."
+        ) from None
     groups, rows = read_settings(folder).groups, read_register(folder)
     opened = {row.code: group_of(allocation, row.code).name for row in rows if row.group == SEALED}
     if strange := sorted(set(opened.values()) - set(groups)):
         raise ConfigError(
-            f"The list has group {', '.join(strange)}, and study.toml does not. Groups there: {', '.join(groups)}."
+            f"The list has group {', '.join(strange)}, which is not in study.toml. Groups there: {', '.join(groups)}."
         )
     write_register(folder, [row.model_copy(update={"group": opened.get(row.code, row.group)}) for row in rows])
     return list(opened)

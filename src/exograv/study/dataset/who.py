@@ -1,4 +1,4 @@
-"""Whether a recording is of the person whose code it has, as far as body data can tell."""
+"""Check of body data: contradictions between a recording and the participant whose code it has."""
 
 from collections.abc import Sequence
 
@@ -7,28 +7,30 @@ from exograv.study.participants.participant_record import ParticipantRow
 from .sources import RecordedBody, SourceNote
 
 HEIGHT_M, MASS_KG = 0.03, 6.0
-"""What one person may differ by from tape to tape; the same as for a kept arm (docs/howto/participants.md)."""
+"""Accepted differences between two measurements of one person [m, kg]; the same as for a stored arm
+(docs/howto/participants.md).
+"""
 
 
 def same_person(body: RecordedBody, told: ParticipantRow, others: Sequence[SourceNote]) -> str | None:
-    """A sentence where they contradict; None where nothing does.
+    """Return a sentence that names the contradictions; None if there are none.
 
     Args:
-        body: Of the recording.
-        told: What the study was told of the participant.
-        others: Sessions that are there under the same code.
+        body: Body data of the recording.
+        told: Record of the participant in the study.
+        others: Other sessions under the same code.
     """
     height_cm = None if body.height_m is None else 100.0 * body.height_m
     against = []
     if _outside(height_cm, told.height_band_cm, 100.0 * HEIGHT_M) or _outside(body.mass_kg, told.mass_band_kg, MASS_KG):
-        against.append("what the study was told")
+        against.append("the participant's record in the study")
     if body.sex and told.sex and body.sex[0] != told.sex:
-        against.append("the sex that was told")
+        against.append("the recorded sex")
     if any(_differ(body, other.body) for other in others):
         against.append("another session under this code")
     if not against:
         return None
-    return f"Body data contradict {' and '.join(against)}: do two people have one code?"
+    return f"Body data contradict {' and '.join(against)}: check if two people have the same code."
 
 
 def _outside(value: float | None, band: str | None, margin: float) -> bool:

@@ -1,1 +1,1 @@
-"""The files of a study's folder: places, settings, columns, journal."""
+"""Files in a study's folder: paths, settings, columns, journal."""

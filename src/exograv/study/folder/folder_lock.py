@@ -1,4 +1,4 @@
-"""A lock on an open file that dies with its process, on POSIX systems and on Windows."""
+"""Lock on an open file, on POSIX systems and on Windows. The lock ends with its process."""
 
 import sys
 
@@ -7,7 +7,7 @@ def take_lock(handle: int) -> None:
     """Lock an open file.
 
     Raises:
-        BlockingIOError: Another process holds it.
+        BlockingIOError: Another process holds the lock.
     """
     if sys.platform == "win32":
         import msvcrt

@@ -1,4 +1,4 @@
-"""`log.jsonl`: what happened to a study, a line each, without anybody's name; and one hand at a time."""
+"""Journal of a study (`log.jsonl`), one line per event, without names of people, and the lock of the study's folder."""
 
 import contextlib
 import json
@@ -15,32 +15,32 @@ from .folder_lock import take_lock
 from .study_folder import StudyFolder
 
 LOCK = ".lock"
-"""File of a folder that one process at a time may hold."""
+"""Lock file in a folder, which one process at a time may hold."""
 
 
 @dataclass(frozen=True)
 class JournalEntry:
-    """One line."""
+    """Line of the journal."""
 
     at: str = ""
     what: str = ""
-    """`added`, `refused`, `quarantined`, `replaced`, `erased` …"""
+    """Kind of event: `added`, `refused`, `quarantined`, `replaced`, `erased` …"""
 
     sentence: str = ""
-    """For a person to read."""
+    """Description of the event for a reader."""
 
     sha256: str | None = None
-    """Hash of the file."""
+    """Hash of the file that the event concerns."""
 
 
 def note(folder: StudyFolder, what: str, sentence: str, **more: str | None) -> None:
-    """Append a line and force it to the disk.
+    """Append a line to the journal and force it to the disk.
 
     Args:
-        folder: The study's.
+        folder: Folder of the study.
         what: As in `JournalEntry`.
         sentence: As in `JournalEntry`.
-        more: Such as `sha256` and `participant`.
+        more: Further fields, such as `sha256` and `participant`.
 
     Raises:
         RecordingError: The disk is full, or the folder cannot be written.
@@ -53,7 +53,7 @@ def note(folder: StudyFolder, what: str, sentence: str, **more: str | None) -> N
 
 
 def read_journal(folder: StudyFolder) -> list[JournalEntry]:
-    """Read all whole lines, in the order of writing."""
+    """Read all complete lines, in the order of writing."""
     try:
         lines = folder.log.read_text(encoding="utf-8", errors="replace").splitlines()
     except FileNotFoundError:
@@ -69,26 +69,30 @@ def read_journal(folder: StudyFolder) -> list[JournalEntry]:
 
 @contextlib.contextmanager
 def alone(folder: StudyFolder) -> Iterator[None]:
-    """Nobody else changes the study meanwhile; a killed command lets go by itself.
+    """Lock the study for this process. The lock of a killed command is released with its process.
 
     Raises:
-        ConfigError: Somebody does, or the folder cannot be written.
+        ConfigError: Another process holds the lock, or the folder cannot be written.
     """
-    with locked(folder.path, f"Another exograv command is changing {folder.path}. Try again when it has ended."):
+    with locked(
+        folder.path, f"Another exograv command is changing {folder.path}. Try again when that command has ended."
+    ):
         yield
 
 
 @contextlib.contextmanager
 def locked(path: Path, busy: str) -> Iterator[None]:
-    """One process at a time holds a folder; the lock dies with its process.
+    """Lock a folder for this process; the lock ends with the process.
 
     Raises:
-        ConfigError: Another one holds it, which `busy` says, or the folder cannot be written.
+        ConfigError: Another process holds the lock (message `busy`), or the folder cannot be written.
     """
     try:
         handle = os.open(path / LOCK, os.O_RDWR | os.O_CREAT, 0o600)
     except OSError as error:
-        raise ConfigError(f"{path} cannot be written: {error.strerror}. Check whose folder it is.") from error
+        raise ConfigError(
+            f"{path} cannot be written: {error.strerror}. Check the folder's owner and permissions."
+        ) from error
     try:
         _take(handle, busy)
         yield

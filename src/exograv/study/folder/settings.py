@@ -1,4 +1,4 @@
-"""`study.toml`: name, groups, sessions that are expected, authors, licence."""
+"""Settings of a study (`study.toml`): name, groups, expected sessions, authors, licence."""
 
 import tomllib
 from pathlib import Path
@@ -14,50 +14,52 @@ from exograv.model.rig_settings import Settings
 from .study_folder import StudyFolder
 
 VERSION = 1
-"""Of `study.toml` and `participants.toml`."""
+"""Version of the format of `study.toml` and `participants.toml`."""
 
-HEAD = "# A study: what it is, and which sessions are expected. Checked by every `exograv study` command.\n"
+HEAD = "# Settings of a study and its expected sessions. Checked by every `exograv study` command.\n"
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,30}$")]
 
 
 class ExpectedSessions(Settings):
-    """So many sessions of a protocol a person of a group shall have."""
+    """Number of sessions of a protocol that each participant of a group is expected to have."""
 
     protocol: Name
     sessions: Annotated[int, Field(ge=1, le=99)]
     groups: list[Name] = Field(default=[])
-    """Whom it concerns; everybody where it is empty, which is all that can be asked of who is sealed."""
+    """Groups that the expectation concerns; empty for all participants. Only such expectations hold for a sealed
+    participant.
+    """
 
 
 class StudySettings(Settings):
-    """What a study is."""
+    """Settings of a study."""
 
     schema_version: Annotated[int, Field(ge=VERSION, le=VERSION)] = VERSION
     name: Annotated[str, Field(min_length=1, max_length=120)]
     groups: Annotated[dict[Name, str], Field(min_length=1, max_length=10)]
-    """What happens to those who are in it, as a sentence, by name."""
+    """Groups by name, each with a sentence that says what happens to its participants."""
 
     authors: list[str] = Field(default=[])
     licence: Annotated[str, Field(max_length=60)] = ""
-    """Under which data may be given on; empty where it was not decided."""
+    """Licence under which the data may be shared; empty while it is not decided."""
 
     is_simulated: bool = False
-    """Nobody took part; every page says so."""
+    """True if no person took part; every page then says so."""
 
     expected: list[ExpectedSessions] = Field(default=[])
 
     def expected_of(self, group: str | None) -> dict[str, int]:
-        """Sessions by protocol; of None, who is sealed, what is expected of everybody."""
+        """Return the expected sessions by protocol; for None, a sealed participant, those that hold for all."""
         return {one.protocol: one.sessions for one in self.expected if not one.groups or group in one.groups}
 
     @model_validator(mode="after")
     def _groups_are_known(self) -> "StudySettings":
         if "sealed" in self.groups:
-            raise ValueError("groups may not hold 'sealed': it stands for a group that is not to be known yet")
+            raise ValueError("groups may not hold 'sealed': this word stands for a group that is still sealed")
         for one in self.expected:
             if unknown := [name for name in one.groups if name not in self.groups]:
-                raise ValueError(f"expected has group {', '.join(unknown)}, which is not among the groups")
+                raise ValueError(f"expected has group {', '.join(unknown)}, which is not one of the groups")
         return self
 
 
@@ -73,31 +75,33 @@ AS_PUBLISHED = StudySettings(
         ExpectedSessions(protocol="flight", sessions=1),
     ],
 )
-"""What a new study begins with, after the paper: 16 trainings, 4 familiarisations, one flight."""
+"""Settings of a new study, after the paper: 16 trainings, 4 familiarisations, one flight."""
 
 
 def read_settings(folder: StudyFolder) -> StudySettings:
-    """What the study is.
+    """Read the settings of the study.
 
     Raises:
         ConfigError: The folder is no study, or its `study.toml` cannot be used.
     """
     if not folder.settings.is_file():
-        raise ConfigError(f"{folder.path} is no study: study.toml is missing. Begin one by `exograv study init`.")
+        raise ConfigError(
+            f"{folder.path} is not a study: study.toml is missing. Create a study with `exograv study init`."
+        )
     return read_toml(folder.settings, StudySettings)
 
 
 def write_settings(folder: StudyFolder, settings: StudySettings) -> None:
-    """Write `study.toml`, at once or not at all.
+    """Write `study.toml` completely or not at all.
 
     Raises:
         RecordingError: The folder cannot be written.
     """
     content: Any = tomlkit.parse(toml_text(settings.model_dump(), HEAD))
-    content["licence"].comment("under which data may be given on, such as CC-BY-4.0")
-    content["groups"].comment("what happens to those who are in it")
+    content["licence"].comment("licence under which the data may be shared, such as CC-BY-4.0")
+    content["groups"].comment("what happens to the participants of each group")
     for row in content["expected"]:
-        row["groups"].comment("nobody named: everybody")
+        row["groups"].comment("empty: all participants")
     write_whole(folder.settings, tomlkit.dumps(content))
 
 
@@ -105,25 +109,27 @@ Kind = TypeVar("Kind", bound=Settings)
 
 
 def read_toml(path: Path, kind: type[Kind]) -> Kind:
-    """A file of typed settings. Values are not repeated in an error: they may be what does not belong there.
+    """Read a file of typed settings.
+
+    Errors do not repeat values, because a value may be personal data in the wrong place.
 
     Raises:
-        ConfigError: It cannot be read, or holds what cannot be used.
+        ConfigError: The file cannot be read, or it holds a value that cannot be used.
     """
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ConfigError(f"{path} cannot be read: {error.strerror}. Check its path.") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path} is no valid TOML. Correct it, or put the last copy back.") from error
+        raise ConfigError(f"{path} is not valid TOML. Correct it, or restore the last copy.") from error
     return checked(kind, content, str(path))
 
 
 def checked(kind: type[Kind], content: object, where: str) -> Kind:
-    """Typed settings of what was read or typed; values are not repeated in an error.
+    """Validate content that was read or typed. Errors do not repeat values.
 
     Raises:
-        ConfigError: Something cannot be used.
+        ConfigError: A value cannot be used.
     """
     try:
         return kind.model_validate(content)

@@ -1,4 +1,4 @@
-"""Paths within a study's folder."""
+"""Paths in a study's folder."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,43 +6,43 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class StudyFolder:
-    """Paths within a study's folder."""
+    """Paths in a study's folder."""
 
     path: Path
 
     @property
     def settings(self) -> Path:
-        """Name, groups, sessions that are expected."""
+        """Path of the file with name, groups and expected sessions."""
         return self.path / "study.toml"
 
     @property
     def participants(self) -> Path:
-        """Codes and what is told of each; `derivatives/participants.parquet` is made from it."""
+        """Path of the file with codes and participants' data; `derivatives/participants.parquet` is made from it."""
         return self.path / "participants.toml"
 
     @property
     def log(self) -> Path:
-        """What was added, refused, quarantined, erased: one JSON object a line."""
+        """Path of the log of added, refused, quarantined and erased files: one JSON object per line."""
         return self.path / "log.jsonl"
 
     @property
     def sources(self) -> Path:
-        """Raw files, byte for byte: `<code>/<protocol>-<session>/`."""
+        """Folder of the raw files, byte for byte: `<code>/<protocol>-<session>/`."""
         return self.path / "sourcedata"
 
     @property
     def quarantine(self) -> Path:
-        """What could not be read, or was replaced."""
+        """Folder of the files that could not be read or were replaced."""
         return self.path / "quarantine"
 
     @property
     def derivatives(self) -> Path:
-        """What is made from the sources."""
+        """Folder of the tables that are made from the sources."""
         return self.path / "derivatives"
 
     @property
     def report(self) -> Path:
-        """Pages and figures."""
+        """Folder of pages and figures."""
         return self.path / "report"
 
     def session(self, participant: str, protocol: str, session: int) -> Path:
@@ -50,9 +50,9 @@ class StudyFolder:
         return self.sources / participant / f"{protocol}-{session:02d}"
 
     def table(self, name: str) -> Path:
-        """Of `columns.TABLES`."""
+        """Path of a table of `columns.TABLES`."""
         return self.derivatives / f"{name}.parquet"
 
     def source(self, relative: str) -> Path:
-        """A path as `sessions.source` has it."""
+        """Path of a source, from its path in `sessions.source`."""
         return self.path / relative

@@ -1,1 +1,1 @@
-"""Sources of a study become rows of its tables: our recordings, a CSV of touches, XDF of LabRecorder."""
+"""Importers that turn a study's sources into rows of its tables: our recordings, CSV of touches, XDF of LabRecorder."""

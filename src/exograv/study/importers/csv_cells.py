@@ -1,4 +1,4 @@
-"""Text of a CSV as rows of cells: delimiter and decimal comma found out, or refused where they are not certain."""
+"""Cells of a CSV file. Delimiter and decimal comma are detected, and ambiguous files are refused."""
 
 import csv
 import re
@@ -15,10 +15,10 @@ MISSING = frozenset({"", "NA", "n/a", "NaN", "nan"})
 
 @dataclass(frozen=True)
 class CsvSheet:
-    """A file, line by line."""
+    """Lines of a CSV file."""
 
     header: bytes
-    """As it stands, with its end of line."""
+    """First line as it is in the file, with its end of line."""
 
     columns: tuple[str, ...]
     delimiter: str
@@ -27,18 +27,18 @@ class CsvSheet:
     """Number, counted from 1, and bytes of each line that is not empty."""
 
     def rows(self) -> Iterator[tuple[int, bytes, dict[str, str] | str]]:
-        """Number and bytes of a line, and its cells by column, or why it has none."""
+        """Yield number and bytes of each line, and its cells by column, or the reason why it has none."""
         for number, line in self.lines:
             cells = _cells(line, self.delimiter)
             if isinstance(cells, list) and len(cells) != len(self.columns):
-                cells = f"it has {len(cells)} cells, and there are {len(self.columns)} columns"
+                cells = f"the line has {len(cells)} cells, but there are {len(self.columns)} columns"
             if isinstance(cells, str):
                 yield number, line, cells
             else:
                 yield number, line, dict(zip(self.columns, cells, strict=True))
 
     def number(self, cell: str) -> float | None:
-        """What a cell says; None where it is no number."""
+        """Return the number in a cell; None if the cell holds no number."""
         cell = cell.strip()
         if self.has_decimal_comma and WITH_COMMA.fullmatch(cell):
             cell = cell.replace(",", ".")
@@ -46,30 +46,30 @@ class CsvSheet:
 
 
 def read_sheet(content: bytes, known: Sequence[str]) -> CsvSheet:
-    """Find out how the file is written.
+    """Detect the format of the file.
 
     Args:
-        content: Of the file.
-        known: Columns that there may be.
+        content: Bytes of the file.
+        known: Names of the allowed columns.
 
     Raises:
-        RecordingError: It is no such text, or its delimiter or its decimals are not certain.
+        RecordingError: The content is not such a text, or its delimiter or decimal sign is ambiguous.
     """
     text = content.removeprefix(b"\xef\xbb\xbf")
     try:
         text.decode()
     except UnicodeDecodeError as error:
-        raise RecordingError(f"It is no UTF-8 text (byte {error.start}). Save it as CSV, UTF-8.") from None
+        raise RecordingError(f"The file is not UTF-8 text (byte {error.start}). Save it as CSV, UTF-8.") from None
     whole = text.splitlines(keepends=True)
     lines = tuple((number, line) for number, line in enumerate(whole, start=1) if line.strip())
     if not lines:
-        raise RecordingError("It is empty. Give a file with a line of column names and a line for each touch.")
+        raise RecordingError("The file is empty. Give a file with a line of column names and a line for each touch.")
     (_, header), *rest = lines
     delimiter = _delimiter(header, known)
     names = _cells(header, delimiter)
     columns = () if isinstance(names, str) else tuple(name.strip() for name in names)
     if len(set(columns)) < len(columns):
-        raise RecordingError("A column is there twice. Each name may stand once in the first line.")
+        raise RecordingError("Two columns have the same name. Each name may occur once in the first line.")
     return CsvSheet(header, columns, delimiter, _has_decimal_comma(rest, delimiter), tuple(rest))
 
 
@@ -81,14 +81,14 @@ def _delimiter(header: bytes, known: Sequence[str]) -> str:
     best = max(found, key=lambda one: found[one])
     if found[best] < 2:
         raise RecordingError(
-            f"Its first line does not name columns of touches, separated by {', '.join(DELIMITERS.values())}. "
-            f"Known are {', '.join(known)}."
+            f"The first line does not name columns of touches, separated by {', '.join(DELIMITERS.values())}. "
+            f"Known columns: {', '.join(known)}."
         )
     return best
 
 
 def _has_decimal_comma(lines: Sequence[tuple[int, bytes]], delimiter: str) -> bool:
-    """Whether numbers have a comma; the whole file is asked."""
+    """Return True if numbers have a decimal comma. The whole file is checked."""
     if delimiter == ",":
         return False
     comma = point = 0
@@ -102,7 +102,8 @@ def _has_decimal_comma(lines: Sequence[tuple[int, bytes]], delimiter: str) -> bo
             )
     if comma and point:
         raise RecordingError(
-            f"Line {comma} has a decimal comma and line {point} a decimal point. Export it again with one of them."
+            f"Line {comma} has a decimal comma and line {point} a decimal point. Export the file again with only one "
+            "of the two."
         )
     return bool(comma)
 
@@ -111,4 +112,4 @@ def _cells(line: bytes, delimiter: str) -> list[str] | str:
     try:
         return next(csv.reader([line.decode().rstrip("\r\n")], delimiter=delimiter, strict=True))
     except csv.Error:
-        return "its quotes are not closed"
+        return "a quote in the line is not closed"

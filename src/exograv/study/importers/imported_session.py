@@ -1,4 +1,4 @@
-"""What every importer hands over: the rows of one session, and what it could not use."""
+"""Imported session that every importer returns: the rows of one session, and the rows that could not be used."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -8,7 +8,7 @@ Row = Mapping[str, Any]
 
 
 class SessionKey(NamedTuple):
-    """Which session it is."""
+    """Key of a session."""
 
     participant: str
     protocol: str
@@ -17,42 +17,42 @@ class SessionKey(NamedTuple):
 
 @dataclass(frozen=True)
 class StatedSession:
-    """What a source, or somebody at the keyboard, says of the session; None where nothing is said."""
+    """Statements of a source or a user about the session; None for each that is missing."""
 
     participant: str | None = None
     protocol: str | None = None
     session: int | None = None
 
     def over(self, other: "StatedSession") -> "StatedSession":
-        """The same, completed by the other."""
+        """Return these statements, completed by those of `other`."""
         mine = {name: value for name, value in vars(self).items() if value is not None}
         return replace(other, **mine)
 
     @property
     def missing(self) -> list[str]:
-        """What is still to be said."""
+        """Names of the missing statements."""
         return [name for name, value in vars(self).items() if value is None]
 
 
 @dataclass(frozen=True)
 class Imported:
-    """One session; its rows lack the key, which the study gives."""
+    """Rows of one session, without the key, which the study adds."""
 
     session: Row
-    """Of `SESSIONS`, without `source`, `sha256` and `acquired`."""
+    """Row of `SESSIONS`, without `source`, `sha256` and `acquired`."""
 
     windows: Sequence[Row]
     touches: Sequence[Row]
     said: StatedSession = StatedSession()
     body: Mapping[str, Any] = field(default_factory=dict)
-    """`height_m`, `mass_kg`, `sex` as the source has them: for a comparison with what the study was told."""
+    """Body data `height_m`, `mass_kg`, `sex` of the source, for a comparison with the participant's record."""
 
     refusals: Sequence[str] = ()
-    """Rows that were not used: where, and why; no cell is repeated."""
+    """Refused rows: position and reason. No cell is repeated."""
 
 
 def counted(windows: Sequence[Row], touches: Sequence[Row]) -> list[dict[str, Any]]:
-    """Windows with the number of their touches that count, and of those that do not."""
+    """Return the windows with the numbers of their accepted and rejected touches."""
     found = {(one["window"], one["attempt"]): [0, 0] for one in windows}
     for touch in touches:
         place = (touch["window"], touch["attempt"])
@@ -65,12 +65,12 @@ def counted(windows: Sequence[Row], touches: Sequence[Row]) -> list[dict[str, An
 
 
 def totals(windows: Sequence[Row], touches: Sequence[Row]) -> dict[str, int]:
-    """What a session says of its windows and touches."""
+    """Return the totals of a session's windows and touches."""
     accepted = sum(bool(touch["is_accepted"]) for touch in touches)
     complete = {one["window"] for one in windows if one["is_complete"]}
     return {"windows_complete": len(complete), "touches": accepted, "rejected": len(touches) - accepted}
 
 
 def sentences(*parts: str | None) -> str | None:
-    """One remark of several; None where there is none."""
+    """Join several remarks into one; None if there are none."""
     return " ".join(part for part in parts if part) or None

@@ -1,4 +1,4 @@
-"""A recording of ours as rows: what the task said, with what ticks, events and the aircraft's feed add."""
+"""Import of our own recordings: rows from the task's records, completed by ticks, events and the aircraft's data."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,10 +14,10 @@ TOPICS = ("/task", "/event", "/result", "/timing", "/aircraft")
 
 
 def import_recording(path: Path) -> Imported:
-    """The session of a recording; one that was cut or is damaged gives what is before, with a remark.
+    """Import the session of a recording. A truncated or damaged recording gives its readable beginning, with a remark.
 
     Raises:
-        RecordingError: It is no recording of exograv, or of a version that this one does not read.
+        RecordingError: The file is not a recording of exograv, or its version cannot be read.
     """
     passing, account = RecordingPass(path, TOPICS), TickAccount()
     for ticks in passing.ticks():
@@ -102,7 +102,10 @@ def _is_complete(records: Sequence[Mapping[str, Any]], complete: int, planned: i
 
 
 def _left_over(result: Mapping[str, Any]) -> float | None:
-    """Largest of a joint, by the last verification between windows; what is only predicted is no check."""
+    """Return the largest left over of a joint, from the last verification between windows.
+
+    A predicted value is not a verification and is not used.
+    """
     verified = (result.get("task") or {}).get("verified") or ()
     values = [value for value in (verified[-1]["left_over_Nm"] if verified else ()) if value is not None]
     return max(values, default=None)
@@ -115,11 +118,11 @@ def _remark(
     broken = sum(not one["is_complete"] for one in windows)
     run = next((one for one in records if one["kind"] == "run_began"), None)
     return sentences(
-        # The file's name may be that of another code, or of a person.
+        # The file's name may hold another code, or the name of a person.
         (recording.remark or "").replace(recording.path.name, "The recording") or None,
-        None if records else "No task was run in it.",
-        f"Times that a clock went back or leapt: {jumps}." if jumps else None,
+        None if records else "The recording holds no run of a task.",
+        f"Times that a clock went back or jumped ahead: {jumps}." if jumps else None,
         f"Attempts at a window that did not run to their end: {broken}." if broken else None,
-        "The screen was not calibrated: there are no millimetres." if run and not run["pitch_mm"] else None,
-        f"Only the first {part} windows were run: this is not the protocol." if part else None,
+        "The screen was not calibrated: there are no values in millimetres." if run and not run["pitch_mm"] else None,
+        f"Only the first {part} windows were run, not the complete protocol." if part else None,
     )

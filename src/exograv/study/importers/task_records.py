@@ -1,4 +1,4 @@
-"""What a run of a protocol said, as rows of windows and touches; from a recording, or from markers on LSL."""
+"""Rows of windows and touches from the task's records, in a recording or in LSL markers."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -11,14 +11,14 @@ from exograv.task.record_sinks import TASK_TOPIC
 from exograv.task.records import TouchRecord
 
 SENT_AGAIN = "repeated"
-"""A touch that the page sent twice is one touch: the second record of it is no row."""
+"""Reason of a touch that the page sent twice. The second record is a duplicate and gives no row."""
 
 TOUCH = tuple(column.name for column in TOUCHES if column.name in TouchRecord.model_fields)
 """Fields of a touch's record that the table has too."""
 
 
 def records_of(recording: Recording, begun: float = 0.0) -> list[dict[str, Any]]:
-    """Records of the task in a recording; their `t` is the rig's clock, counted from `begun` [s].
+    """Return the records of the task in a recording, with `t` on the rig's clock, counted from `begun` [s].
 
     At a console, the time in a record is the computer's and the time of its message is the rig's.
     """
@@ -28,12 +28,12 @@ def records_of(recording: Recording, begun: float = 0.0) -> list[dict[str, Any]]
 def windows_of(
     records: Sequence[Mapping[str, Any]], aircraft: Sequence[Mapping[str, Any]] = (), begun: float = 0.0
 ) -> list[dict[str, Any]]:
-    """Rows of `WINDOWS`, one an attempt, without key and counts.
+    """Return rows of `WINDOWS`, one per attempt, without key and counts.
 
     Args:
-        records: In their order; their `t` counts from the beginning of the recording.
+        records: Records in their order; `t` counts from the beginning of the recording.
         aircraft: Messages of `/aircraft`, on the rig's clock.
-        begun: When the recording began on that clock [s].
+        begun: Beginning of the recording on that clock [s].
     """
     closed = {(one["window"], one["attempt"]): one for one in records if one["kind"] == "window_closed"}
     t = np.array([sample["t"] for sample in aircraft]) - begun
@@ -62,7 +62,7 @@ def windows_of(
 
 
 def touches_of(records: Sequence[Mapping[str, Any]], windows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Rows of `TOUCHES`, without key."""
+    """Return rows of `TOUCHES`, without key."""
     levels = {(one["window"], one["attempt"]): one["gravity_level"] for one in windows}
     return [
         {

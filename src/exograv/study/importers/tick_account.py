@@ -1,18 +1,19 @@
-"""How many ticks a recording has, how many it lacks, and how often a clock went back or leapt; in one pass."""
+"""Count of a recording's ticks, missing ticks, and jumps of a clock, in one pass."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 LEAP_S = 0.5
-"""Between two ticks on the rig's clock; 500 periods of 1 ms, far above any recorder's pause."""
+"""Largest regular interval between two ticks on the rig's clock; 500 periods of 1 ms, far above any recorder's pause.
+"""
 
 APART_S = 0.25
-"""By which the rig's clock and the computer's may differ over one tick."""
+"""Largest accepted difference between the rig's clock and the computer's clock over one tick."""
 
 
 class TickAccount:
-    """Takes ticks piece by piece."""
+    """Counters of ticks, which take the ticks piece by piece."""
 
     def __init__(self):
         self.count = self.lost = self._apart = 0
@@ -21,7 +22,7 @@ class TickAccount:
         self._before: np.ndarray | None = None
 
     def take(self, ticks: np.ndarray) -> None:
-        """Ticks (tick,) that follow those before."""
+        """Count the ticks (tick,) that follow those before."""
         if not len(ticks):
             return
         if self._before is None:
@@ -44,10 +45,10 @@ class TickAccount:
         self._apart += int(np.count_nonzero((apart > APART_S) & (steps > 0.0) & (steps <= LEAP_S)))
 
     def jumps(self, said: Sequence[tuple[float, str]]) -> int:
-        """Times that a clock went back or leapt, but for the leap to where a run went on.
+        """Count the times that a clock went back or jumped ahead, without the jump of a run that was resumed.
 
         Args:
-            said: Times [s] and kinds of the task's records; a run that goes on says `paused` before anything else.
+            said: Times [s] and kinds of the task's records; the first record after a resumed run's jump is `paused`.
         """
         unexplained = [(a, b) for a, b in self._leaps if b < a or _first_after(a, said) != "paused"]
         return len(unexplained) + self._apart

@@ -1,4 +1,4 @@
-"""A touch that somebody else recorded, cell by cell, becomes a row of `TOUCHES`, or says why it cannot."""
+"""Rows of `TOUCHES` from cells of other software. A row that cannot be used gives its reason."""
 
 import math
 import re
@@ -16,15 +16,15 @@ WHO = ("participant", "protocol", "session")
 NEEDED = ("window", "t_s", "x_px", "y_px")
 TARGET = ("target_x_px", "target_y_px")
 DEVIATION = ("deviation_x_px", "deviation_y_px")
-"""One of the two pairs has to be there; where both are, they have to agree."""
+"""Columns of the deviation. A file needs this pair or `TARGET`; if it has both, they have to agree."""
 
 COMPUTED = ("deviation_px", "deviation_mm")
 OPTIONAL = tuple(c.name for c in TOUCHES if c.name not in (*WHO, *NEEDED, *DEVIATION, *COMPUTED))
 COLUMNS = (*WHO, *NEEDED, *TARGET, *DEVIATION, *OPTIONAL)
-"""All that a CSV of touches may have."""
+"""All columns that a CSV of touches may have."""
 
 AGREE_PX = 0.51
-"""By which a deviation may differ from contact minus target: each may have been rounded to whole pixels [px]."""
+"""Largest difference between a deviation and contact minus target [px]: both may be rounded to whole pixels."""
 
 WHOLE = tuple(c.name for c in TOUCHES if c.kind == "int64")
 MISSING = frozenset({"", "na", "n/a", "nan"})
@@ -33,25 +33,25 @@ WORDS: dict[str, dict[str, Any]] = {
     "reason": {reason.value: reason.value for reason in RejectionReason},
     "is_accepted": {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False},
 }
-"""What may stand there; free text could be a remark about a person."""
+"""Accepted words by column. Free text is refused, because it could be a remark about a person."""
 
 PAGE = re.compile(r"(imported|page|screen|simulated|tablet)?[-_]?[0-9]{0,9}")
 
 
 class UnusableError(Exception):
-    """Of one row; says why, without its cells."""
+    """Row that cannot be used. The message gives the reason, without the row's cells."""
 
 
 def touch_row(cells: Mapping[str, str], number: Callable[[str], float | None], line: int) -> dict[str, Any]:
-    """A row of `TOUCHES` without key.
+    """Return a row of `TOUCHES` without key.
 
     Args:
-        cells: By column of `COLUMNS`.
-        number: Reads one; None where it is none.
-        line: Where it stands: its number in the sequence, where it has none of its own.
+        cells: Cells by column of `COLUMNS`.
+        number: Reads a number from a cell; None if the cell holds none.
+        line: Position of the row; used as its number in the sequence if the row has none.
 
     Raises:
-        UnusableError: Something is missing or is not what it should be.
+        UnusableError: A value is missing or invalid.
     """
     told = {name: _value(name, cells[name], number) for name in COLUMNS if name in cells and name not in WHO}
     for name in NEEDED:
@@ -83,18 +83,18 @@ def _value(name: str, cell: str, number: Callable[[str], float | None]) -> Any:
         return None
     if name in WORDS:
         if cell.lower() not in WORDS[name]:
-            raise UnusableError(f"{name} is none of {', '.join(WORDS[name])}")
+            raise UnusableError(f"{name} is not one of {', '.join(WORDS[name])}")
         return WORDS[name][cell.lower()]
     if name == "page":
         if not PAGE.fullmatch(cell):
-            raise UnusableError(f"{name} is neither a number nor page, screen or tablet with one")
+            raise UnusableError(f"{name} is not a number, or page, screen or tablet with a number")
         return cell
     found = number(cell)
     if found is None or not math.isfinite(found):
-        raise UnusableError(f"{name} is no number")
+        raise UnusableError(f"{name} is not a number")
     if name in WHOLE:
         if found != int(found) or found < 0:
-            raise UnusableError(f"{name} is no whole number from 0 on")
+            raise UnusableError(f"{name} is not a whole number of 0 or more")
         return int(found)
     return found
 
@@ -113,7 +113,7 @@ def _deviation(told: Mapping[str, Any], axis: str) -> float:
 
 
 def windows_of_touches(touches: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Rows of `WINDOWS` where nothing but touches is known: a window is from its first touch to its last."""
+    """Return rows of `WINDOWS` if only touches are known. A window then lasts from its first touch to its last."""
     rows = dict[tuple[int, int], dict[str, Any]]()
     for touch in sorted(touches, key=lambda one: one["t_s"]):
         place = (touch["window"], touch["attempt"])
@@ -139,7 +139,7 @@ def windows_of_touches(touches: Sequence[Mapping[str, Any]]) -> list[dict[str, A
 def session_of_touches(
     kind: str, windows: Sequence[Mapping[str, Any]], touches: Sequence[Mapping[str, Any]]
 ) -> dict[str, Any]:
-    """A row of `SESSIONS` where nothing but touches is known, without its remark."""
+    """Return a row of `SESSIONS` if only touches are known, without its remark."""
     times = [touch["t_s"] for touch in touches]
     return {
         "kind": kind,

@@ -1,4 +1,4 @@
-"""A CSV of touches, of one person or of many: cut by session, each cut with the lines as they were."""
+"""CSV of touches of one or several people, cut into sessions. Each session keeps its lines unchanged."""
 
 import re
 from collections.abc import Callable
@@ -24,18 +24,18 @@ from .touch_rows import (
 PROTOCOL = re.compile(r"[A-Za-z0-9_-]{1,40}")
 
 NOT_KNOWN = (
-    "From touches alone: when windows opened and closed is that of their touches, that they ran to their end and the "
-    "protocol to its own is not known."
+    "Imported from touches alone: each window lasts from its first touch to its last. Completeness of windows and "
+    "protocol is not known."
 )
 
 
 @dataclass
 class SheetPart:
-    """One session's lines."""
+    """Lines of one session."""
 
     said: StatedSession
     content: bytes
-    """Header and lines of this session that can be used, byte for byte; others might hold a name."""
+    """Header and usable lines of this session, byte for byte. The other lines might hold a name."""
 
     touches: list[dict[str, Any]] = field(default_factory=list)
     refusals: list[str] = field(default_factory=list)
@@ -43,7 +43,7 @@ class SheetPart:
     """Page and sequence of the touches."""
 
     def imported(self) -> Imported:
-        """As every importer hands over."""
+        """Return the session in the form of all importers."""
         windows = windows_of_touches(self.touches)
         session = session_of_touches("csv", windows, self.touches)
         session["remark"] = NOT_KNOWN
@@ -53,16 +53,16 @@ class SheetPart:
 def cut_sheet(
     content: bytes, told: StatedSession, gravity_level: float | None, code_of: Callable[[str], str | None]
 ) -> tuple[list[SheetPart], list[str]]:
-    """Sessions in the order of their first lines, and the lines that belong to none.
+    """Return the sessions in the order of their first lines, and the lines that belong to no session.
 
     Args:
-        content: Of the file.
-        told: What holds for all lines; a column beside it has to say the same.
-        gravity_level: For lines that say none.
-        code_of: Code of the study for what stands in `participant`; None where it is nobody's.
+        content: Bytes of the file.
+        told: Statements that hold for all lines; a column with the same meaning has to agree.
+        gravity_level: Felt share of the arm's weight, for lines without one.
+        code_of: Code of the study for a cell of `participant`; None if the study has no such participant.
 
     Raises:
-        RecordingError: Columns are missing or unknown, or not one line can be used.
+        RecordingError: Columns are missing or unknown, or no line can be used.
     """
     sheet = read_sheet(content, COLUMNS)
     _refuse_columns(sheet, told, gravity_level)
@@ -83,7 +83,7 @@ def cut_sheet(
             if row["gravity_level"] is None:
                 raise UnusableError("gravity_level is missing")
             if (row["page"], row["sequence"]) in part.seen:
-                raise UnusableError("page and sequence are those of another line")
+                raise UnusableError("page and sequence are the same as in another line")
         except UnusableError as error:
             part.refusals.append(f"line {number}: {error}")
             continue
@@ -93,7 +93,7 @@ def cut_sheet(
     found = [part for part in parts.values() if part.touches]
     if not found:
         reasons = [*nowhere, *(reason for part in parts.values() for reason in part.refusals)]
-        raise RecordingError(f"No line of it can be used. {'; '.join(reasons[:3]) or 'There is only a header'}.")
+        raise RecordingError(f"No line can be used. {'; '.join(reasons[:3]) or 'The file has only a header'}.")
     lost = [reason for part in parts.values() if not part.touches for reason in part.refusals]
     return found, nowhere + lost
 
@@ -103,8 +103,8 @@ def _refuse_columns(sheet: CsvSheet, told: StatedSession, gravity_level: float |
     if unknown:
         places = [str(sheet.columns.index(name) + 1) for name in unknown]
         raise RecordingError(
-            f"Column {', '.join(places)} is none that a study knows, and files are kept as they are: it might name a "
-            f"person. Take it out. Known are {', '.join(COLUMNS)}."
+            f"Column {', '.join(places)} is not a known column. Files are kept unchanged, so the column might reveal a "
+            f"person. Remove it. Known columns: {', '.join(COLUMNS)}."
         )
     missing = [name for name in NEEDED if name not in sheet.columns]
     missing += [f"{name} (or --{name})" for name in WHO if name not in sheet.columns and getattr(told, name) is None]
@@ -124,21 +124,21 @@ def _said(
 ) -> StatedSession:
     participant = code_of(cells["participant"].strip()) if "participant" in cells else told.participant
     if participant is None:
-        raise UnusableError("its participant is no code of this study")
+        raise UnusableError("its participant is not a code of this study")
     if told.participant is not None and participant != told.participant:
-        raise UnusableError("its participant is not the one of --participant")
+        raise UnusableError("its participant differs from --participant")
     protocol = cells["protocol"].strip() if "protocol" in cells else told.protocol
     if protocol is None or not PROTOCOL.fullmatch(protocol):
-        raise UnusableError("its protocol is no name of letters, digits, - and _")
+        raise UnusableError("its protocol is not a name of letters, digits, - and _")
     if told.protocol is not None and protocol != told.protocol:
-        raise UnusableError("its protocol is not the one of --protocol")
+        raise UnusableError("its protocol differs from --protocol")
     session = told.session if "session" not in cells else _session(number(cells["session"]))
     if told.session is not None and session != told.session:
-        raise UnusableError("its session is not the one of --session")
+        raise UnusableError("its session differs from --session")
     return StatedSession(participant, protocol, session)
 
 
 def _session(value: float | None) -> int:
     if value is None or value != int(value) or not 1 <= value <= 99:
-        raise UnusableError("its session is no whole number from 1 to 99")
+        raise UnusableError("its session is not a whole number from 1 to 99")
     return int(value)

@@ -1,7 +1,8 @@
-"""XDF of LabRecorder: our own markers, or somebody else's stream of touches by a mapping.
+"""Import of XDF files of LabRecorder: our own markers, or a stream of touches of other software with a mapping.
 
-Times: stamps as pyxdf's clock synchronisation gives them, by the offsets that LabRecorder has measured; never
-dejittered. Touches of our own markers have the times in the markers, which are nearer to the touch than a stamp.
+Times are stamps after the clock synchronisation of pyxdf, which uses the offsets that LabRecorder has measured; they
+are
+never dejittered. Touches of our own markers take the time in the marker, which is nearer to the touch than a stamp.
 """
 
 import gzip
@@ -28,7 +29,7 @@ from .xdf_mapping import XdfMapping
 
 OURS = "exograv-markers"
 NOT_THERE = "No matching streams"
-"""What pyxdf says where the file is sound and has other streams."""
+"""Part of pyxdf's message for a sound file that has other streams only."""
 
 MARK = b"XDF:"
 
@@ -43,14 +44,14 @@ class _Stream:
 
 
 def import_xdf(path: Path, mapping: XdfMapping | None = None) -> Imported:
-    """The session of a file.
+    """Import the session of a file.
 
     Args:
         path: The file.
-        mapping: Of a foreign file; without one our own markers are looked for.
+        mapping: Mapping for a file of other software; without one our own markers are read.
 
     Raises:
-        RecordingError: It is no XDF, lacks the stream, or the stream holds no touch that can be used.
+        RecordingError: The file is not XDF, lacks the stream, or the stream holds no touch that can be used.
     """
     name = OURS if mapping is None else mapping.stream
     stream, complaints = _load(path, name)
@@ -62,7 +63,7 @@ def import_xdf(path: Path, mapping: XdfMapping | None = None) -> Imported:
         "clock_jumps": back,
         "remark": sentences(
             found.session.get("remark"),
-            f"Warnings of its reader, of damaged places or of clocks that were set anew: {complaints}."
+            f"Warnings of the file's reader about damaged places or clocks that were reset: {complaints}."
             if complaints
             else None,
             f"Times that stamps went back: {back}." if back else None,
@@ -74,7 +75,7 @@ def import_xdf(path: Path, mapping: XdfMapping | None = None) -> Imported:
 
 
 class _Counting(logging.Handler):
-    """How often pyxdf complained; what it says may hold names of streams."""
+    """Log handler that counts the warnings of pyxdf. Their text is dropped, because it may hold names of streams."""
 
     count = 0
 
@@ -104,8 +105,8 @@ def _load(path: Path, name: str) -> tuple[_Stream, int]:
         log.propagate = propagates
     if len(streams) != 1 or not len(streams[0]["time_stamps"]):
         raise RecordingError(
-            f"{len(streams)} streams in it are named '{name}', and one with samples is needed. Touches of another "
-            "stream need a mapping (--mapping, docs/howto/study.md)."
+            f"{len(streams)} streams in the file are named '{name}'; exactly one with samples is needed. Touches of "
+            "another stream need a mapping (--mapping, docs/howto/study.md)."
         )
     info = streams[0]["info"]
     rate = float((info.get("nominal_srate") or ["0"])[0] or 0.0)
@@ -114,16 +115,16 @@ def _load(path: Path, name: str) -> tuple[_Stream, int]:
 
 
 def _refuse_other(path: Path) -> None:
-    """Before pyxdf sees it, which leaves open what it refuses."""
+    """Refuse other files before pyxdf opens them: pyxdf does not close a file that it refuses."""
     with gzip.open(path) if path.suffix.lower() == ".xdfz" else path.open("rb") as file:
         if file.read(len(MARK)) != MARK:
-            raise ValueError("It begins otherwise.")
+            raise ValueError("The file does not begin with the mark of XDF.")
 
 
 def _unreadable(name: str, error: Exception) -> RecordingError:
     kind = type(error).__name__
     return RecordingError(
-        f"It is no XDF file with a stream '{name}' that could be read ({kind}). Try another copy of it."
+        f"The file is not XDF with a readable stream '{name}' ({kind}). Try another copy of the file."
     )
 
 
@@ -140,15 +141,13 @@ def _from_markers(stream: _Stream) -> Imported:
     for number, sample in enumerate(stream.values):
         text = str(sample[0])
         if not text.startswith("{"):
-            continue  # a sentence of a live run, not a record of a task
+            continue  # a message of a live run, not a record of a task
         try:
             records.append(RECORD.validate_json(text).model_dump(mode="json"))
         except ValidationError:
-            refusals.append(f"sample {number}: it is no record of a task")
+            refusals.append(f"sample {number}: not a record of a task")
     if not records:
-        raise RecordingError(
-            f"Stream '{stream.name}' holds no record of a task: nothing was run while it was recorded."
-        )
+        raise RecordingError(f"Stream '{stream.name}' holds no record of a task: no task ran during the recording.")
     begun = min(one["t"] for one in records)
     records = [{**one, "t": one["t"] - begun} for one in records]
     windows = windows_of(records)
@@ -160,7 +159,7 @@ def _from_markers(stream: _Stream) -> Imported:
         "kind": "xdf",
         "is_simulated": any(str(one["page"]).startswith("simulated") for one in touches),
         "is_complete": any(one["kind"] == "run_ended" and one["is_complete"] for one in records),
-        "remark": "The screen was not calibrated: there are no millimetres." if pitch[0] is None else None,
+        "remark": "The screen was not calibrated: there are no values in millimetres." if pitch[0] is None else None,
         "duration_s": max(one["t"] for one in records),
         "pitch_x_mm": pitch[0],
         "pitch_y_mm": pitch[1],
@@ -175,7 +174,7 @@ def _from_markers(stream: _Stream) -> Imported:
 def _from_mapping(stream: _Stream, mapping: XdfMapping) -> Imported:
     places = {column: _place(stream, where) for column, where in mapping.columns.items()}
     if unknown := [name for name in (*places, *mapping.fixed) if name not in COLUMNS or name == "t_s"]:
-        raise RecordingError(f"The mapping names {', '.join(unknown)}; it may name {', '.join(COLUMNS)}, but for t_s.")
+        raise RecordingError(f"The mapping names {', '.join(unknown)}; allowed are {', '.join(COLUMNS)}, except t_s.")
     fixed = {
         name: json.dumps(value) if isinstance(value, bool) else str(value) for name, value in mapping.fixed.items()
     }
@@ -208,8 +207,8 @@ def _place(stream: _Stream, where: str | int) -> int:
     if isinstance(where, int) and where < channels:
         return where
     raise RecordingError(
-        f"The mapping names a channel that stream '{stream.name}' does not have: it has {channels}, labelled "
-        f"{', '.join(stream.labels) or 'not at all'}."
+        f"The mapping names a channel that stream '{stream.name}' does not have. Its {channels} channels are labelled "
+        f"{', '.join(stream.labels) or '(none)'}. Correct the mapping."
     )
 
 

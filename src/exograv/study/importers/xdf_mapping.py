@@ -1,4 +1,4 @@
-"""Where touches are in an XDF file of somebody else; a TOML file says it."""
+"""Mapping of channels in an XDF file of other software to columns of touches, read from a TOML file."""
 
 from typing import Annotated
 
@@ -11,10 +11,10 @@ class XdfMapping(Settings):
     """Content of the file."""
 
     stream: Annotated[str, Field(min_length=1)]
-    """Name of the stream that has a sample a touch."""
+    """Name of the stream that has one sample per touch."""
 
     columns: dict[str, str | Annotated[int, Field(ge=0)]]
-    """Column of a CSV of touches (docs/howto/study.md) to the label of a channel, or its number from 0."""
+    """Channel by column of a CSV of touches (docs/howto/study.md): the label of the channel, or its number from 0."""
 
     fixed: dict[str, str | float | bool] = Field(default={})
-    """Columns that are the same in all touches."""
+    """Values of columns that are the same in all touches."""

@@ -1,1 +1,1 @@
-"""What is measured of a touch, a window, a session and a person: one table of names, and how each is computed."""
+"""Measures of touches, windows, sessions and people: one catalogue of names, and the computation of each."""

@@ -1,4 +1,4 @@
-"""How deviation changes, on its log: over windows and sessions, after rests, at the first touch."""
+"""Change of log deviation over windows and sessions, after rests, and at the first touch."""
 
 import itertools
 import warnings
@@ -14,18 +14,18 @@ from exograv.study.statistics.people import FLOOR
 from .selecting import column, middle
 
 LONG_REST = 1.5
-"""Times the usual rest of a session, from which on a rest is long."""
+"""Ratio to the usual rest of a session above which a rest is long."""
 
 MIN_SLOPE = 3
-"""Points from which on a slope is told."""
+"""Least number of points for a slope."""
 
 MIN_FIT = 6
-"""Points from which on an exponential with three parameters is fitted."""
+"""Least number of points for the fit of an exponential with three parameters."""
 
 
 @dataclass(frozen=True)
 class IntervalEstimate:
-    """A value with its 95 % interval; NaN where it cannot be had."""
+    """Value with its 95 % interval; NaN if it cannot be computed."""
 
     value: float = np.nan
     low: float = np.nan
@@ -38,7 +38,7 @@ def log_deviation(touches: pd.DataFrame) -> Float[np.ndarray, " touch"]:
 
 
 def theil_sen(x: Float[np.ndarray, " point"], y: Float[np.ndarray, " point"]) -> IntervalEstimate:
-    """Median of the slopes through any two points, with Sen's interval: outliers do not pull it.
+    """Median of the slopes through all pairs of points, with Sen's interval; outliers have little effect.
 
     Source: Sen 1968, J Am Stat Assoc 63:1379.
     """
@@ -49,11 +49,13 @@ def theil_sen(x: Float[np.ndarray, " point"], y: Float[np.ndarray, " point"]) ->
 
 
 def exponential(x: Float[np.ndarray, " point"], y: Float[np.ndarray, " point"]) -> dict[str, IntervalEstimate]:
-    """`start`, `scale`, `plateau` of y = plateau + start·exp(−(x − x₀)/scale) by least squares, x₀ the smallest x.
+    """Fit `start`, `scale`, `plateau` of y = plateau + start·exp(−(x − x₀)/scale) by least squares.
 
-    Intervals are those of the linearised fit. All NaN where there are too few points, where the fit does not
-    converge, where its scale is longer than what was observed (a plateau that nobody reached is not told), or where
-    the interval of `start` holds 0: what does not change takes no time for it.
+    x₀ is the smallest x. Intervals are those of the linearised fit. All values are NaN in these cases:
+
+    - There are too few points, or the fit does not converge.
+    - The scale is longer than the observed range: the plateau was not reached.
+    - The interval of `start` holds 0: without a change there is no time constant.
     """
     nothing: dict[str, IntervalEstimate] = dict.fromkeys(("start", "scale", "plateau"), IntervalEstimate())
     if len(x) < MIN_FIT:
@@ -64,7 +66,7 @@ def exponential(x: Float[np.ndarray, " point"], y: Float[np.ndarray, " point"]) 
     bounds = ([-np.inf, 0.05, -np.inf], [np.inf, 10.0 * since.max(), np.inf])
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", optimize.OptimizeWarning)  # its covariance is then infinite
+            warnings.simplefilter("ignore", optimize.OptimizeWarning)  # The covariance is then infinite.
             values, covariance = optimize.curve_fit(law, since, y, guess, bounds=bounds)
     except RuntimeError:  # no convergence
         return nothing
@@ -78,7 +80,7 @@ def exponential(x: Float[np.ndarray, " point"], y: Float[np.ndarray, " point"]) 
 
 
 def session_learning(touches: pd.DataFrame) -> dict[str, IntervalEstimate]:
-    """Of one session's touches that count, in order of time."""
+    """Compute the learning measures of one session from its accepted touches, in order of time."""
     windows = [group for _, group in touches.groupby("window", sort=True)]
     medians = np.array([np.median(log_deviation(w)) for w in windows])
     numbers = np.array([float(w["window"].iloc[0]) for w in windows])
@@ -98,7 +100,7 @@ def _first_touch_cost(windows: list[pd.DataFrame]) -> float:
 
 
 def _costs_of_rest(windows: list[pd.DataFrame]) -> dict[str, float]:
-    """Between windows that follow each other in number, each with two touches at least."""
+    """Compute costs of rest between windows with consecutive numbers, each with at least two touches."""
     rests, costs = [], []
     for before, after in itertools.pairwise(windows):
         follows = after["window"].iloc[0] - before["window"].iloc[0] == 1
@@ -117,7 +119,7 @@ def _costs_of_rest(windows: list[pd.DataFrame]) -> dict[str, float]:
 def participant_learning(
     sessions: Float[np.ndarray, " session"], median_px: Float[np.ndarray, " session"]
 ) -> dict[str, IntervalEstimate]:
-    """Of one person's sessions of one protocol: their numbers and median deviations [px]."""
+    """Compute a person's learning over sessions of one protocol, from their numbers and median deviations [px]."""
     log = np.log(np.maximum(median_px, FLOOR["px"]))
     fit = exponential(sessions, log)
     plateau = fit["plateau"]

@@ -1,4 +1,4 @@
-"""One reach: where it begins, how long, how fast and how smooth it is. For a hand in space and for joints alike."""
+"""Movement of one reach: its beginning, length, speed and smoothness, for a hand in space and for joints."""
 
 from dataclasses import dataclass
 
@@ -6,10 +6,10 @@ import numpy as np
 from jaxtyping import Float
 
 LEFT_REST = 0.9
-"""A reach has left the resting place where less of the largest distance from its end remains."""
+"""Share of the largest distance from the end; a reach that is nearer has left the resting place."""
 
 MOVING = 0.05
-"""Share of the peak speed above which something moves."""
+"""Share of the peak speed above which the hand or the joints move."""
 
 # Spectral arc length: amplitudes below the threshold and frequencies above the limit are noise.
 # Source: Balasubramanian et al. 2015, J NeuroEng Rehabil 12:112.
@@ -28,10 +28,12 @@ class Reach:
 
 
 def last_reach(path: Path, speed: Speed) -> Reach | None:
-    """The reach that ends with the last sample; None where nothing moved.
+    """Find the reach that ends with the last sample; None if nothing moved.
 
-    From the last sample that was still near the farthest place, back to where the speed was 5 % of the reach's peak:
-    corrections on the way belong to it, the way back to the resting place does not.
+    Its beginning is searched back from the last sample that was still near the farthest place, to the sample where the
+    speed was 5 % of the reach's peak. Corrections on the way belong to the reach; the way back to the resting place
+    does
+    not.
     """
     distance = np.linalg.norm(path - path[-1], axis=1)
     if not distance.max() > 0.0:
@@ -43,17 +45,17 @@ def last_reach(path: Path, speed: Speed) -> Reach | None:
 
 
 def path_length(path: Path) -> float:
-    """In the unit of the path."""
+    """Length of the path, in the path's unit."""
     return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
 
 def sparc(speed: Speed, rate_Hz: float) -> float:
-    """Spectral arc length of a speed profile [-]: 0 is the smoothest, more and unequal strokes make it more negative.
+    """Spectral arc length of a speed profile [-]: 0 is the smoothest; more and unequal strokes make it more negative.
 
         −∫ √((1/f_c)² + (dV/df)²) df,   V the amplitude spectrum over its value at 0
 
-    up to f_c, the last frequency below the limit whose amplitude reaches the threshold. A signal sampled at 20 Hz
-    holds nothing above 10 Hz: what is told of it is the shape of whole strokes, not of tremor.
+    up to f_c, the last frequency below the limit whose amplitude reaches the threshold. A signal sampled at 20 Hz holds
+    nothing above 10 Hz: its value describes the shape of whole strokes, not tremor.
     """
     n = int(2 ** (np.ceil(np.log2(len(speed))) + SPARC_PADDING))
     amplitude = np.abs(np.fft.rfft(speed, n))
@@ -75,10 +77,13 @@ def log_dimensionless_jerk(velocity: Path, rate_Hz: float) -> float:
 
         −ln(T³ / v_peak² · ∫ |d²v/dt²|² dt)
 
-    A straight movement of least jerk has −ln(720 · (8/15)²) = −5.32. Two derivatives magnify noise: the velocity must
-    have been smoothed.
+    A straight minimum-jerk movement has −ln(720 · (8/15)²) = −5.32. Two derivatives magnify noise, so the velocity must
+    be
+    smoothed before.
 
-    Source: Balasubramanian et al. 2015, J NeuroEng Rehabil 12:112, on speed; here on the vector, without its corners.
+    Source: Balasubramanian et al. 2015, J NeuroEng Rehabil 12:112, defined there for speed. Here it is computed from
+    the
+    velocity vector, which has no corners where the speed is 0.
     """
     peak = float(np.linalg.norm(velocity, axis=1).max())
     if len(velocity) < 5 or not peak > 0.0:

@@ -1,4 +1,4 @@
-"""Where the finger landed: error of the mean, scatter about it, direction and pace of a number of touches."""
+"""Pointing measures of a set of touches: error of the mean, scatter about it, direction and pace."""
 
 import numpy as np
 import pandas as pd
@@ -8,10 +8,10 @@ from exograv.study.dataset.tables import Tables
 
 from .selecting import column, columns, middle, rows
 
-# Of the χ² distribution with two degrees of freedom: −2·log(1 − 0.95).
+# 95 % quantile of the χ² distribution with two degrees of freedom: −2·log(1 − 0.95).
 ELLIPSE_95 = 5.991464547107979
 MIN_SCATTER = 3
-"""Touches from which on a scatter is told."""
+"""Least number of touches for a scatter."""
 
 ATTEMPT = ["participant", "protocol", "session", "window", "attempt"]
 
@@ -19,7 +19,7 @@ Points = Float[np.ndarray, "touch 2"]
 
 
 def counted(tables: Tables) -> pd.DataFrame:
-    """Touches that count, of attempts at a window that ran to their end; of a repeated window, of the last such.
+    """Return the accepted touches of complete attempts; of a repeated window, those of the last complete attempt.
 
     Each row also has the window's `opened_s` and `closed_s`.
     """
@@ -31,13 +31,13 @@ def counted(tables: Tables) -> pd.DataFrame:
 
 
 def deviations(touches: pd.DataFrame, unit: str) -> Points:
-    """Deviation right and up of the target's centre, of the touches that have it in this unit."""
+    """Deviation right and up from the target's centre, for touches that have it in this unit."""
     both = columns(touches, [f"deviation_x_{unit}", f"deviation_y_{unit}"]).to_numpy(float)
     return both[np.isfinite(both).all(1)] * (1.0, -1.0)
 
 
 def directions_deg(points: Points) -> Float[np.ndarray, " touch"]:
-    """Of each deviation [°], −180…180 from right, upwards positive."""
+    """Direction of each deviation [°], −180…180 from right, upwards positive."""
     return np.rad2deg(np.arctan2(points[:, 1], points[:, 0]))
 
 
@@ -50,7 +50,7 @@ def mean_direction(directions_deg: Float[np.ndarray, " touch"]) -> tuple[float, 
 
 
 def ellipse(points: Points) -> tuple[float, float, float]:
-    """Half axes, in the unit of the points, and angle of the larger [°] of the ellipse about 95 % of the scatter."""
+    """Half axes of the 95 % ellipse of the scatter, in the unit of the points, and angle of the major axis [°]."""
     if len(points) < MIN_SCATTER:
         return np.nan, np.nan, np.nan
     values, vectors = np.linalg.eigh(np.cov(points.T))
@@ -60,7 +60,7 @@ def ellipse(points: Points) -> tuple[float, float, float]:
 
 
 def scatter_measures(touches: pd.DataFrame, unit: str) -> dict[str, float]:
-    """Of a session's touches: constant and variable error and ellipse, by name of the measure."""
+    """Compute constant error, variable error and ellipse of a session's touches, by name of the measure."""
     points = deviations(touches, unit)
     lengths = np.linalg.norm(points, axis=1)
     n = len(points)
@@ -84,13 +84,13 @@ def scatter_measures(touches: pd.DataFrame, unit: str) -> dict[str, float]:
 
 
 def pace_share(touches: pd.DataFrame) -> float:
-    """Share of the intervals that were neither too short nor too long; NaN where nobody judged them."""
+    """Share of the intervals that were neither too short nor too long; NaN if the pace was not judged."""
     judged = column(touches, "pace").dropna().tolist()
     return judged.count("right") / len(judged) if judged else np.nan
 
 
 def session_measures(touches: pd.DataFrame, windows: int) -> dict[str, float]:
-    """All of a session that need no more than its touches and the number of windows that ran to their end."""
+    """Compute the session's measures that need only its touches and the number of complete windows."""
     points = deviations(touches, "px")
     direction, strength = mean_direction(directions_deg(points))
     return {
@@ -106,7 +106,7 @@ def session_measures(touches: pd.DataFrame, windows: int) -> dict[str, float]:
 
 
 def window_measures(touches: pd.DataFrame) -> dict[str, float]:
-    """Of one window."""
+    """Compute the measures of one window."""
     return {
         "median_deviation_px": middle(touches, "deviation_px"),
         "median_deviation_mm": middle(touches, "deviation_mm"),

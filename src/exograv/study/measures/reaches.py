@@ -1,4 +1,4 @@
-"""Reaches of a window, in joints or in space: what each touch's reach measures, and how alike they are."""
+"""Reaches of a window, in joints or in space: measures of each touch's reach, and scatter between reaches."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -9,24 +9,24 @@ from scipy import signal
 
 from .movement import Reach, last_reach, log_dimensionless_jerk, path_length, sparc
 
-# The band in which `sparc` looks; encoder steps and tremor above it would decide a second derivative.
+# `sparc` uses the band below this frequency. Encoder steps and tremor above it would dominate a second derivative.
 SMOOTH_HZ = 10.0
 LONGEST_GAP_S = 0.2
-"""Between samples of a reach; with more missing it is not measured."""
+"""Largest interval between samples of a reach; a reach with a longer gap is not measured."""
 
 COMPARED = 101
-"""Points on a reach, evenly in time, at which reaches are compared."""
+"""Number of points of a reach, evenly spaced in time, at which reaches are compared."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """A path over time: joints [rad], or a point [m]."""
+    """Path over time, of joints [rad] or of a point [m]."""
 
     t: Float[np.ndarray, " sample"]
     path: Float[np.ndarray, "sample axis"]
 
     def between(self, first_s: float, last_s: float) -> "Motion | None":
-        """At equal steps of the usual length, up to the last sample of that stretch; None where much is missing."""
+        """Return the motion from `first_s` to `last_s` at equal steps; None if there is a long gap."""
         is_in = (self.t >= first_s) & (self.t <= last_s)
         t, path = self.t[is_in], self.path[is_in]
         if len(t) < 8 or max(np.diff(t).max(), t[0] - first_s, last_s - t[-1]) > LONGEST_GAP_S:
@@ -37,13 +37,13 @@ class Motion:
 
     @property
     def rate_Hz(self) -> float:
-        """Of a motion at equal steps."""
+        """Sampling rate of a motion at equal steps."""
         return (len(self.t) - 1) / float(self.t[-1] - self.t[0])
 
 
 @dataclass(frozen=True)
 class MeasuredReach:
-    """One reach."""
+    """Measures of one reach."""
 
     movement_s: float
     length: float
@@ -51,11 +51,11 @@ class MeasuredReach:
     sparc: float
     ldlj: float
     course: Float[np.ndarray, "point axis"]
-    """Where it was at `COMPARED` times, from the beginning to the touch."""
+    """Positions at `COMPARED` times, from the beginning to the touch."""
 
 
 def reaches(motion: Motion, opened_s: float, touches_s: Sequence[float]) -> Iterator[MeasuredReach | None]:
-    """One a touch, in order: the reach between the touch before, or the opening of the window, and this one."""
+    """Yield the reach of each touch in order, which begins after the touch before or the opening of the window."""
     before = opened_s
     for touch_s in touches_s:
         stretch = motion.between(before, touch_s)
@@ -81,9 +81,9 @@ def _measured(stretch: Motion, touch_s: float) -> MeasuredReach | None:
 
 
 def smoothed_velocity(motion: Motion) -> Float[np.ndarray, "sample axis"]:
-    """Per second; of a motion that is sampled fast enough, without what is above `SMOOTH_HZ`."""
+    """Velocity per second, low-pass filtered at `SMOOTH_HZ` if the motion is sampled fast enough."""
     velocity = np.gradient(motion.path, 1.0 / motion.rate_Hz, axis=0)
-    if motion.rate_Hz <= 2.5 * SMOOTH_HZ:  # at 20 Hz nothing above 10 Hz is there
+    if motion.rate_Hz <= 2.5 * SMOOTH_HZ:  # A signal sampled at 20 Hz holds nothing above 10 Hz.
         return velocity
     low_pass = signal.butter(2, SMOOTH_HZ, fs=motion.rate_Hz, output="sos")
     return signal.sosfiltfilt(low_pass, velocity, axis=0, padlen=min(len(velocity) - 1, round(0.2 * motion.rate_Hz)))
@@ -95,7 +95,7 @@ def _course(path: Float[np.ndarray, "sample axis"], reach: Reach) -> Float[np.nd
 
 
 def scatter_about_mean(courses: Float[np.ndarray, "reach point axis"]) -> tuple[float, float]:
-    """How alike reaches are: at their ends (root of summed variances), and root mean square over their course."""
+    """Scatter of reaches: at their ends (root of summed variances), and root mean square over their course."""
     if len(courses) < 3:
         return np.nan, np.nan
     variance = courses.var(0, ddof=1).sum(1)

@@ -1,4 +1,4 @@
-"""What a recording adds to the tidy tables: reaches of hand and joints, what the machine carried, traces."""
+"""Measures from a recording: reaches of hand and joints, share of the arm's weight that was carried, traces."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
@@ -17,23 +17,23 @@ from .table import Row, rows_of
 from .traces import MARGIN_S, WindowTrace, flown_levels, trace_rows, window_trace
 
 KEPT = ("t", "gravity_level", "arm_share", "q_measured", "tau_measured")
-"""Fields of a tick that are held for a window's length."""
+"""Fields of a tick that are held for the length of a window."""
 
 
 @dataclass(frozen=True)
 class Window:
-    """A complete one, on the recording's own clock."""
+    """Complete window, on the recording's own clock."""
 
     window: int
     attempt: int
     opened_s: float
     closed_s: float
     touches: tuple[dict[str, Any], ...]
-    """Records of those that count, in order of time."""
+    """Records of the accepted touches, in order of time."""
 
 
 def complete_windows(recording: Recording) -> list[Window]:
-    """Of a session with a task; of a window that was run again the last complete attempt."""
+    """Return the complete windows of a session with a task; of a repeated window, the last complete attempt."""
     opened = dict[tuple[int, int], float]()
     touches = defaultdict[tuple[int, int], list[dict[str, Any]]](list)
     windows = dict[int, tuple[tuple[int, int], float]]()
@@ -52,9 +52,9 @@ def complete_windows(recording: Recording) -> list[Window]:
 def windowed(
     pieces: Iterable[np.ndarray], windows: Iterable[Window], margin_s: float = 0.0
 ) -> Iterator[tuple[Window, np.ndarray]]:
-    """Each window with its ticks and those of a margin about it, fields `KEPT` only.
+    """Yield each window with its ticks and those of a margin around it, fields `KEPT` only.
 
-    No more than one window's ticks and a piece are held; margins must not overlap.
+    At most one window's ticks and one piece are in memory. Margins must not overlap.
     """
     waiting = sorted(windows, key=lambda window: window.opened_s, reverse=True)
     held: list[np.ndarray] = []
@@ -84,27 +84,27 @@ def _narrowed(ticks: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class RecordedMeasures:
-    """What one session's recording adds."""
+    """Measures from the recording of one session."""
 
     rows: list[Row]
-    """Of the table of measures."""
+    """Rows of the table of measures."""
 
     trace: list[Row]
-    """Of the table of traces (`traces.TRACES`)."""
+    """Rows of the table of traces (`traces.TRACES`)."""
 
     unpublished: tuple[str, ...]
-    """Values of its protocol that are not the paper's but somebody's choice."""
+    """Names of values in the session's protocol that are the experimenter's choice and not the paper's."""
 
 
 def read_measures(path: Path, key: dict[str, Any]) -> RecordedMeasures:
-    """Everything that a recording adds, in two passes: one for what was said, one for the ticks.
+    """Read the measures of a recording in two passes: one for the messages, one for the ticks.
 
     Args:
         path: The recording.
         key: Participant, protocol and session.
 
     Raises:
-        RecordingError: It cannot be read.
+        RecordingError: The recording cannot be read.
     """
     recording = read_topics(path, ("/task", "/skeleton", "/aircraft"))
     windows = complete_windows(recording)
@@ -133,7 +133,7 @@ def read_measures(path: Path, key: dict[str, Any]) -> RecordedMeasures:
 
 
 def hand_motion(recording: Recording) -> Motion | None:
-    """End of the line along the arm, about 20 times a second; None where nobody computed it."""
+    """Motion of the end of the arm's skeleton, about 20 times a second; None if the recording has no skeleton."""
     points = [(m["t"], m["arm"][-1]) for m in recording.messages("/skeleton") if len(m["arm"])]
     return Motion(np.array([t for t, _ in points]), np.array([p for _, p in points], float)) if points else None
 
@@ -143,7 +143,7 @@ def _reaches(motion: Motion, window: Window) -> Iterator[MeasuredReach | None]:
 
 
 def effort(ticks: np.ndarray) -> dict[str, float]:
-    """What the machine did in a window; the share is NaN where the recording does not say what was carried."""
+    """Motor torque and carried share in a window; the share is NaN if the recording does not state it."""
     carried: Float[np.ndarray, " tick"] = (1.0 - ticks["gravity_level"]) * ticks["arm_share"]
     known = carried[np.isfinite(carried)]
     return {

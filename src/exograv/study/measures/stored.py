@@ -1,4 +1,4 @@
-"""Measures and traces of a study's folder: what was read of a recording once is not read again until it changes."""
+"""Stored measures and traces of a study. A recording is read again only after it has changed."""
 
 import json
 from collections.abc import Callable, Sequence
@@ -20,10 +20,10 @@ from .table import MEASURED, SESSION, measures_of
 from .traces import TRACES
 
 VERSION = 1
-"""Raised whenever a measure of recordings is computed in another way: what was stored is then read anew."""
+"""Version of the measures of recordings. Increase it when a computation changes: recordings are then read again."""
 
 ABOUT = b"exograv sources"
-"""Key of the files' metadata: version, hash of each session's source, and what `StoredMeasures.unpublished` is."""
+"""Metadata key of the files for version, hash of each session's source, and `StoredMeasures.unpublished`."""
 
 Key = tuple[str, str, int]
 """Participant, protocol, session."""
@@ -33,28 +33,28 @@ OF_RECORDINGS = sorted({m.name for m in MEASURES if m.origin != "touches"})
 
 @dataclass(frozen=True)
 class StoredMeasures:
-    """Of a whole study."""
+    """Measures of a whole study."""
 
     measures: pd.DataFrame
-    """Columns `table.MEASURED`."""
+    """Table with the columns `table.MEASURED`."""
 
     traces: pd.DataFrame
-    """Columns `traces.TRACES`."""
+    """Table with the columns `traces.TRACES`."""
 
     unpublished: dict[str, list[str]]
-    """By protocol: values that are not the paper's but somebody's choice, as the recordings say it."""
+    """Values by protocol that are the experimenter's choice and not the paper's, as stated in the recordings."""
 
     remarks: tuple[str, ...] = ()
-    """Recordings that could not be read, one sentence each."""
+    """Sentences on recordings that could not be read, one each."""
 
 
 def measure_study(
     folder: StudyFolder, tables: Tables, tell: Callable[[str], object] = lambda text: None
 ) -> StoredMeasures:
-    """Measure everything, and write `derivatives/measures.parquet` and `traces.parquet`.
+    """Compute all measures, and write `derivatives/measures.parquet` and `traces.parquet`.
 
     Args:
-        folder: The study's.
+        folder: Folder of the study.
         tables: Its tidy tables.
         tell: Called with the path of each recording before it is read.
 
@@ -72,7 +72,7 @@ def measure_study(
         try:
             found = read_measures(folder.source(source), dict(zip(SESSION, key, strict=True)))
         except RecordingError as error:
-            remarks.append(f"No movement is measured of {source}: {error}")
+            remarks.append(f"No movement was measured in {source}: {error}")
             continue
         measures = _with(measures, frame(MEASURED, found.rows))
         traces = _with(traces, frame(TRACES, found.trace))
@@ -95,7 +95,7 @@ def _recordings(tables: Tables) -> dict[Key, tuple[str, str]]:
 
 @dataclass(frozen=True)
 class _Kept(StoredMeasures):
-    """What was stored of recordings and still holds."""
+    """Stored measures of recordings that are still valid."""
 
     keys: frozenset[Key] = frozenset()
 
@@ -128,7 +128,7 @@ def _is_of(table: pd.DataFrame, keys: frozenset[Any]) -> list[bool]:
 
 
 def _with(first: pd.DataFrame, second: pd.DataFrame) -> pd.DataFrame:
-    """Both; empty tables lose no types."""
+    """Concatenate two tables; empty tables lose no types."""
     return pd.concat([each for each in (first, second) if len(each)] or [first], ignore_index=True)
 
 

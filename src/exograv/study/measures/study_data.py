@@ -1,4 +1,4 @@
-"""A study as figures and pages take it: who is in which group, which touches are compared, what was measured."""
+"""Data of a study for figures and pages: groups, compared touches, measures."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,35 +15,35 @@ from .pointing import counted
 from .selecting import columns, rows
 
 PRIMARY = "flight"
-"""Protocol whose deviations the study was made for."""
+"""Protocol of the study's primary outcome."""
 
 
 @dataclass(frozen=True)
 class StudyData:
-    """Nothing here is drawn or compared yet."""
+    """Data of a study, before any figure or comparison is made."""
 
     settings: StudySettings
     tables: Tables
     measures: pd.DataFrame
-    """With the columns of `table.MEASURED`."""
+    """Table with the columns `table.MEASURED`."""
 
     traces: pd.DataFrame
-    """With the columns of `traces.TRACES`."""
+    """Table with the columns `traces.TRACES`."""
 
     @cached_property
     def group_of(self) -> dict[str, str]:
-        """By participant's code."""
+        """Group by participant's code."""
         people = self.tables.participants
         return dict(zip(people["participant"], people["group"].fillna(SEALED), strict=True))
 
     @property
     def is_sealed(self) -> bool:
-        """Somebody's group is not to be known: then nobody's is told."""
+        """Return True if the group of any participant is sealed. Then no group is shown."""
         return SEALED in self.group_of.values()
 
     @cached_property
     def groups(self) -> tuple[str, ...]:
-        """That somebody is in, in the order of the settings; one of all, where groups are sealed."""
+        """Groups with participants, in the order of the settings; a single one for all while groups are sealed."""
         if self.is_sealed:
             return (SEALED,)
         found = set(self.group_of.values())
@@ -51,28 +51,28 @@ class StudyData:
 
     @cached_property
     def touches(self) -> pd.DataFrame:
-        """Those that count (`pointing.counted`), with their `group`."""
+        """Accepted touches (`pointing.counted`), with their `group`."""
         return self.with_group(counted(self.tables))
 
     @property
     def tidy_touches(self) -> pd.DataFrame:
-        """`touches` with exactly the columns of the tidy table, as statistics take them."""
+        """Table `touches` with exactly the columns of the tidy table, as statistics take them."""
         return columns(self.touches, [one.name for one in TOUCHES])
 
     def with_group(self, table: pd.DataFrame) -> pd.DataFrame:
-        """The table with a column `group`."""
+        """Add the column `group` to a table."""
         if self.is_sealed:
             return table.assign(group=SEALED)
         return table.assign(group=[self.group_of.get(code) for code in table["participant"]])
 
     @property
     def has_primary(self) -> bool:
-        """Somebody flew."""
+        """Return True if any participant has touches in `PRIMARY`."""
         return PRIMARY in set(self.touches["protocol"])
 
     @cached_property
     def compared(self) -> pd.DataFrame:
-        """Touches of `PRIMARY`; without any, of each person's last session, whatever it was."""
+        """Touches of `PRIMARY`; without any, those of each person's last session of any protocol."""
         touches = self.touches
         if self.has_primary:
             return rows(touches, touches["protocol"] == PRIMARY)
@@ -81,17 +81,17 @@ class StudyData:
 
     @property
     def compared_words(self) -> str:
-        """What `compared` is."""
-        return f"{PRIMARY} sessions" if self.has_primary else "last session of each person, as nobody flew"
+        """Description of `compared`."""
+        return f"{PRIMARY} sessions" if self.has_primary else "last session of each person, as no participant flew"
 
     @property
     def is_simulated(self) -> bool:
-        """Any session is: then all that is made of the study says so."""
+        """Return True if any session is simulated. Then every result of the study says so."""
         return self.settings.is_simulated or bool(self.tables.sessions["is_simulated"].any())
 
     @cached_property
     def pitch_mm(self) -> float | None:
-        """Of a pixel, where all sessions had the same square one; None otherwise."""
+        """Size of a pixel, if all sessions had the same square pixels; None otherwise."""
         pitches = columns(self.tables.sessions, ["pitch_x_mm", "pitch_y_mm"]).to_numpy(float)
         if not pitches.size or np.isnan(pitches).any():
             return None
@@ -99,6 +99,6 @@ class StudyData:
         return 0.5 * (low + high) if high - low <= 0.01 * high else None
 
     def measure(self, name: str, level: str = "session") -> pd.DataFrame:
-        """Rows of one measure that could be had, with `group`."""
+        """Return the rows of one measure that have a value, with `group`."""
         of = rows(self.measures, (self.measures["measure"] == name) & (self.measures["level"] == level))
         return self.with_group(rows(of, of["value"].notna()))

@@ -1,4 +1,4 @@
-"""All measures of a study in one long table: one row a measure of a touch, a window, a session or a person."""
+"""Long table of all measures of a study: one row per measure of a touch, a window, a session or a person."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, cast
@@ -15,17 +15,17 @@ from .pointing import ATTEMPT, counted, deviations, directions_deg, session_meas
 MEASURED = (
     KEY[0],
     KEY[1],
-    Column("session", "int64", "-", "NA of a measure over sessions", is_nullable=True),
-    Column("window", "int64", "-", "NA of a measure over windows", is_nullable=True),
-    Column("attempt", "int64", "-", "at the window", is_nullable=True),
-    Column("sequence", "int64", "-", "of the touch", is_nullable=True),
-    Column("page", "string", "-", "of the touch", is_nullable=True),
+    Column("session", "int64", "-", "number of the session; NA for a measure over sessions", is_nullable=True),
+    Column("window", "int64", "-", "number of the window; NA for a measure over windows", is_nullable=True),
+    Column("attempt", "int64", "-", "number of the attempt at the window", is_nullable=True),
+    Column("sequence", "int64", "-", "number of the touch in its sequence", is_nullable=True),
+    Column("page", "string", "-", "page of the touch", is_nullable=True),
     Column("level", "string", "-", "`touch`, `window`, `session` or `participant`"),
-    Column("measure", "string", "-", "name in the table of measures"),
-    Column("unit", "string", "-", "of value and interval"),
-    Column("value", "float64", "unit", "NA where it cannot be had", is_nullable=True),
-    Column("low", "float64", "unit", "lower end of the 95 % interval, of measures that have one", is_nullable=True),
-    Column("high", "float64", "unit", "upper end", is_nullable=True),
+    Column("measure", "string", "-", "name of the measure, as in the catalogue"),
+    Column("unit", "string", "-", "unit of value and interval"),
+    Column("value", "float64", "unit", "value; NA if it cannot be computed", is_nullable=True),
+    Column("low", "float64", "unit", "lower end of the 95 % interval, if the measure has one", is_nullable=True),
+    Column("high", "float64", "unit", "upper end of that interval", is_nullable=True),
 )
 """Columns of `measures.parquet`."""
 
@@ -34,7 +34,7 @@ Row = dict[str, Any]
 
 
 def rows_of(level: Level, key: Mapping[str, Any], values: Mapping[str, float | IntervalEstimate]) -> Iterator[Row]:
-    """One row a measure, with its unit."""
+    """Yield one row per measure, with its unit."""
     for name, value in values.items():
         estimate = value if isinstance(value, IntervalEstimate) else IntervalEstimate(float(value))
         yield {
@@ -49,9 +49,9 @@ def rows_of(level: Level, key: Mapping[str, Any], values: Mapping[str, float | I
 
 
 def measures_of(tables: Tables) -> pd.DataFrame:
-    """Everything that the tidy tables alone can tell, with the columns `MEASURED`.
+    """Compute all measures that need only the tidy tables, with the columns `MEASURED`.
 
-    What recordings add is in `recordings.py`.
+    Measures from recordings are in `recordings.py`.
     """
     touches = counted(tables)
     rows = [row for part in (_of_touches, _of_windows) for row in part(touches)]

@@ -1,4 +1,4 @@
-"""What happens about the opening of a window, the same for all windows of a session: felt level and speed of joints."""
+"""Traces around the opening of windows, as median over all windows of a session: felt level and speed of the joints."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,17 +11,18 @@ from exograv.recording.fields import Message
 from exograv.study.folder.columns import KEY, Column
 
 MARGIN_S = 10.0
-"""Before a window opens and after it closes; a training's ramp of the level takes 7 s."""
+"""Margin before a window opens and after it closes; the ramp of the level in a training takes 7 s."""
 
 STEP_S, LAST_S = 0.1, 32.0
 TIMES_S = np.arange(-MARGIN_S, LAST_S + 0.5 * STEP_S, STEP_S)
 
 TRACES = (
     *KEY,
-    Column("t_s", "float64", "s", "since a window opened"),
-    Column("felt_level", "float64", "-", "median over windows of what was felt: of the arm's weight, by machine or "
-           "aircraft", is_nullable=True),
-    Column("joint_speed_rad_per_s", "float64", "rad/s", "median over windows of the norm", is_nullable=True),
+    Column("t_s", "float64", "s", "time since the opening of a window"),
+    Column("felt_level", "float64", "-", "median over windows of the felt share of weight, by machine "
+           "or aircraft", is_nullable=True),
+    Column("joint_speed_rad_per_s", "float64", "rad/s", "median over windows of the joints' speed (norm)",
+           is_nullable=True),
 )  # fmt: skip
 """Columns of `traces.parquet`."""
 
@@ -30,7 +31,7 @@ Sampled = Float[np.ndarray, " time"]
 
 @dataclass(frozen=True)
 class WindowTrace:
-    """Of one window, at `TIMES_S`; NaN where nothing was recorded."""
+    """Trace of one window at `TIMES_S`; NaN where nothing was recorded."""
 
     level: Sampled
     speed: Sampled
@@ -42,7 +43,7 @@ def window_trace(
     q: Float[np.ndarray, "tick joint"],
     level: Float[np.ndarray, " tick"],
 ) -> WindowTrace:
-    """Felt level, and how fast the posture changed from step to step."""
+    """Return the felt level and the rate of change of the posture at `TIMES_S`."""
     at = opened_s + TIMES_S
     around = opened_s + np.append(TIMES_S, TIMES_S[-1] + STEP_S) - 0.5 * STEP_S
     posture = np.column_stack([np.interp(around, t, joint, left=np.nan, right=np.nan) for joint in q.T])
@@ -51,7 +52,7 @@ def window_trace(
 
 
 def flown_levels(messages: Sequence[Message], opened_s: Sequence[float]) -> list[Sampled]:
-    """Norm of the aircraft's acceleration about each opening [g]; none without an aircraft."""
+    """Norm of the aircraft's acceleration around each opening [g]; empty without an aircraft."""
     if not messages:
         return []
     t = np.array([message["t"] for message in messages])
@@ -60,7 +61,7 @@ def flown_levels(messages: Sequence[Message], opened_s: Sequence[float]) -> list
 
 
 def trace_rows(key: dict[str, Any], traces: Sequence[WindowTrace], flown: Sequence[Sampled]) -> list[dict[str, Any]]:
-    """One row a time, medians over windows; by the aircraft where there is one. None without ticks and aircraft."""
+    """Return one row per time with medians over windows, by the aircraft if there is one; none without any data."""
     if not traces and not flown:
         return []
     level = _median(flown or [trace.level for trace in traces])
@@ -73,7 +74,7 @@ def trace_rows(key: dict[str, Any], traces: Sequence[WindowTrace], flown: Sequen
 
 
 def _median(each: Sequence[Sampled]) -> Sampled:
-    """Of those that were recorded at that time."""
+    """Median of the traces that were recorded at that time."""
     found = np.full(len(TIMES_S), np.nan)
     if each:
         stacked = np.array(each)

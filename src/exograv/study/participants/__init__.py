@@ -1,1 +1,1 @@
-"""Who takes part: codes drawn at random, what is told of each in bands, and names in an encrypted file elsewhere."""
+"""Participants: codes drawn at random, data of each participant in bands, and names in a separate encrypted file."""

@@ -1,4 +1,4 @@
-"""Codes of participants: drawn at random, without look-alikes, with a check character that catches slips."""
+"""Codes of participants: drawn at random, without look-alike symbols, with a check character against typing errors."""
 
 import re
 import secrets
@@ -9,20 +9,20 @@ from exograv.errors import ConfigError
 LETTERS = "ACDEFHJKLMNPRTVWXY"
 DIGITS = "34679"
 SYMBOLS = LETTERS + DIGITS
-"""23, a prime, so that every wrong symbol and every two that are swapped change the check character."""
+"""23 symbols. The number is prime, so every wrong symbol and every swap of two symbols changes the check character."""
 
 SHAPE = (LETTERS, DIGITS, LETTERS, LETTERS, DIGITS, LETTERS)
-"""Before the check character. Digits between keep words and names from coming about; 2.6 million codes."""
+"""Symbols before the check character. Digits in between prevent words and names. There are 2.6 million codes."""
 
 CODE = re.compile(rf"[{LETTERS}][{DIGITS}][{LETTERS}]{{2}}[{DIGITS}][{LETTERS}][{SYMBOLS}]")
 
 
 def draw_code(taken: Collection[str] = (), choice: Callable[[str], str] = secrets.choice) -> str:
-    """A code that nobody has; nothing of the person is in it.
+    """Draw a code that no participant has. The code holds no information about the person.
 
     Args:
-        taken: Those that there are.
-        choice: Takes one of these symbols; of a simulated study, whose codes follow from its seed.
+        taken: Existing codes.
+        choice: Draws one of the given symbols. A simulated study gives its own, so that its codes follow from its seed.
     """
     while True:
         drawn = "".join(choice(symbols) for symbols in SHAPE)
@@ -32,26 +32,31 @@ def draw_code(taken: Collection[str] = (), choice: Callable[[str], str] = secret
 
 
 def is_code(text: str) -> bool:
-    """Whether it has the shape of a code and the check character is right."""
+    """Return True if the text has the shape of a code and its check character is right."""
     return CODE.fullmatch(text) is not None and _check(text[:-1]) == text[-1]
 
 
 def typed_code(text: str) -> str:
-    """A code as somebody typed it, in its own form.
+    """Return a typed code in its standard form.
 
     Raises:
-        ConfigError: It is none; what was typed is not repeated, because it may be a name.
+        ConfigError: The text is not a code. The message does not repeat the text, because it may be a name.
     """
     code = text.strip().upper()
     if not is_code(code):
         raise ConfigError(
-            f"What was given as a participant's code ({len(text)} characters) is none. A code has {len(SHAPE) + 1} "
-            "characters such as K7MR4XX, and its last one tells slips. See `exograv study participant STUDY list`."
+            f"The text given as a participant's code ({len(text)} characters) is not a code. A code has "
+            f"{len(SHAPE) + 1} characters such as K7MR4XX, and its last character detects typing errors. See `exograv "
+            "study participant STUDY list`."
         )
     return code
 
 
 def _check(drawn: str) -> str:
-    """Weights 1 to 6, all different and none a multiple of 23: any one wrong symbol, any two swapped are seen."""
+    """Return the check character.
+
+    The weights 1 to 6 are all different and none is a multiple of 23, so any single wrong symbol and any swap of two
+    symbols is detected.
+    """
     total = sum(weight * SYMBOLS.index(symbol) for weight, symbol in enumerate(drawn, start=1))
     return SYMBOLS[total % len(SYMBOLS)]

@@ -1,8 +1,8 @@
-"""Who stands behind a code: one encrypted file, kept apart from the study.
+"""Encrypted file with the identity behind each code, stored apart from the study.
 
-Format: a line that names it, a line of JSON with the parameters, then the content, encrypted and authenticated by
-AES-256-GCM under a key that scrypt makes of a passphrase; the two lines are authenticated too. The content is JSON,
-filled up to whole blocks, so that its length tells little.
+Format: a line that names the format, a line of JSON with the parameters, then the content, encrypted and authenticated
+by AES-256-GCM with a key that scrypt derives from a passphrase. The two lines are authenticated too. The content is
+JSON, padded to whole blocks, so that its length reveals little.
 """
 
 import json
@@ -23,20 +23,22 @@ from exograv.model.rig_settings import Settings
 
 MARK = b"exograv identities 1\n"
 COST = 2**17
-"""Of scrypt: 128 MB and some tenths of a second for each guess. Source: OWASP Password Storage, N = 2^17, r 8, p 1."""
+"""Cost parameter N of scrypt: 128 MB and some tenths of a second for each guess. Source: OWASP Password Storage,
+N = 2^17, r 8, p 1.
+"""
 
 BLOCK_BYTES = 4096
 PASSPHRASE_MIN = 12
-"""Characters; a shorter one is guessed."""
+"""Least number of characters of a passphrase. Shorter passphrases can be guessed."""
 
 Identities = Mapping[str, Mapping[str, str]]
-"""By code: name, contact and what else somebody wrote."""
+"""Identities by code: name, contact and further entries."""
 
 
 class _Header(Settings):
     kdf: Literal["scrypt"] = "scrypt"
     n: Annotated[int, Field(ge=2**10, le=2**20)] = COST
-    """A larger one would ask for more memory than a laptop has."""
+    """Cost parameter N of scrypt. A larger value would need more memory than a laptop has."""
 
     r: Annotated[int, Field(ge=8, le=8)] = 8
     p: Annotated[int, Field(ge=1, le=1)] = 1
@@ -46,14 +48,14 @@ class _Header(Settings):
 
 
 def write_identities(path: Path, passphrase: str, identities: Identities, cost: int = COST) -> None:
-    """Encrypt them with a fresh salt and nonce; the file is readable by its owner only.
+    """Encrypt the identities with a fresh salt and nonce; only the file's owner can read the file.
 
     Raises:
         ConfigError: The passphrase is too short.
         RecordingError: The file cannot be written.
     """
     if len(passphrase) < PASSPHRASE_MIN:
-        raise ConfigError(f"The passphrase has {len(passphrase)} characters; {PASSPHRASE_MIN} are the least.")
+        raise ConfigError(f"The passphrase has {len(passphrase)} characters; at least {PASSPHRASE_MIN} are required.")
     salt, nonce = secrets.token_bytes(16), secrets.token_bytes(12)
     header = _Header(n=cost, salt=b64encode(salt).decode(), nonce=b64encode(nonce).decode())
     head = MARK + header.model_dump_json().encode() + b"\n"
@@ -64,10 +66,10 @@ def write_identities(path: Path, passphrase: str, identities: Identities, cost: 
 
 
 def read_identities(path: Path, passphrase: str) -> dict[str, dict[str, str]]:
-    """Decrypt them.
+    """Decrypt the identities.
 
     Raises:
-        ConfigError: There is no such file, it is damaged, or the passphrase is another.
+        ConfigError: There is no such file, the file is damaged, or the passphrase is wrong.
     """
     try:
         content = path.read_bytes()
@@ -75,17 +77,17 @@ def read_identities(path: Path, passphrase: str) -> dict[str, dict[str, str]]:
         raise ConfigError(f"{path} cannot be read: {error.strerror}. Give it with --identities.") from error
     mark, end = len(MARK), content.find(b"\n", len(MARK)) + 1
     if not content.startswith(MARK) or not end:
-        raise ConfigError(f"{path} is no file of identities of this version. Give another with --identities.")
+        raise ConfigError(f"{path} is not a file of identities of this version. Give the right file with --identities.")
     try:
         header = _Header.model_validate_json(content[mark:end])
         salt, nonce = b64decode(header.salt, validate=True), b64decode(header.nonce, validate=True)
         opened = AESGCM(_key(passphrase, salt, header.n)).decrypt(nonce, content[end:], content[:end])
     except InvalidTag:
         raise ConfigError(
-            f"{path} does not open: the passphrase is another one, or the file was changed. Nothing was altered."
+            f"{path} cannot be decrypted: the passphrase is wrong, or the file was changed. The file was left as it is."
         ) from None
     except (ValidationError, ValueError):
-        raise ConfigError(f"{path} is damaged in its first lines. Take the last copy of it.") from None
+        raise ConfigError(f"{path} is damaged in its first lines. Restore its last copy.") from None
     found: dict[str, Any] = json.loads(opened)
     return found
 

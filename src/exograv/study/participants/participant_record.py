@@ -1,4 +1,4 @@
-"""What a study keeps of a participant: group, consent, and body data in bands, never the number that was told."""
+"""Record of a participant in a study: group, consent, and body data in bands. Exact body data are never stored."""
 
 from typing import Annotated, Literal
 
@@ -10,7 +10,7 @@ from exograv.model.rig_settings import Settings
 from .codes import is_code
 
 SEALED = "sealed"
-"""In place of a group that is not to be known yet."""
+"""Placeholder for a group that is still sealed."""
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,30}$")]
 Band = Annotated[str, Field(pattern=r"^\d{1,3}-\d{1,3}$")]
@@ -18,18 +18,18 @@ Sex = Literal["f", "m", "x"]
 Hand = Literal["right", "left", "both"]
 
 BAND = 10
-"""Years, centimetres, kilograms."""
+"""Width of a band [years, cm, kg]."""
 
 RANGES = {"age": (5, 110), "height_cm": (80, 230), "mass_kg": (15, 250)}
-"""What a person may be told to have."""
+"""Smallest and largest value that is accepted for a person, by quantity."""
 
 
 class ParticipantRow(Settings):
-    """One person."""
+    """Record of one participant."""
 
     code: str
     group: Name
-    """One of the study's, or `sealed`."""
+    """Group of the study, or `sealed`."""
 
     consent: Annotated[str, Field(pattern=r"^[A-Za-z0-9._-]{1,20}$")] | None = None
     age_band: Band | None = None
@@ -42,24 +42,26 @@ class ParticipantRow(Settings):
     @classmethod
     def _is_code(cls, code: str) -> str:
         if not is_code(code):
-            raise ValueError("is no code: its check character is wrong")
+            raise ValueError("is not a code: its check character is wrong")
         return code
 
 
 def band(name: str, value: float | None) -> str | None:
-    """The ten that a value lies in, such as `170-179`.
+    """Return the band of ten in which a value lies, such as `170-179`.
 
     Args:
-        name: Of `RANGES`.
-        value: What was told.
+        name: Key of `RANGES`.
+        value: Stated value.
 
     Raises:
-        ConfigError: No person has that. The value is not repeated.
+        ConfigError: No person has such a value. The message does not repeat the value.
     """
     if value is None:
         return None
     low, high = RANGES[name]
     if not low <= value <= high:
-        raise ConfigError(f"What was told for {name} is out of the range of people, {low} to {high}. Check its unit.")
+        raise ConfigError(
+            f"The value given for {name} is outside the range of people, {low} to {high}. Check its unit."
+        )
     first = int(value // BAND) * BAND
     return f"{first}-{first + BAND - 1}"

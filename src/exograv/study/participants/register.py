@@ -1,4 +1,4 @@
-"""`participants.toml`: who takes part, by code."""
+"""Register of the participants by code (`participants.toml`)."""
 
 from collections.abc import Sequence
 
@@ -13,7 +13,7 @@ from exograv.study.folder.study_folder import StudyFolder
 from .codes import draw_code, typed_code
 from .participant_record import SEALED, ParticipantRow
 
-HEAD = "# Who takes part, by code. Names are elsewhere, in an encrypted file (docs/howto/study.md).\n"
+HEAD = "# Participants by code. Their names are in a separate encrypted file (docs/howto/study.md).\n"
 
 
 class Register(Settings):
@@ -26,12 +26,12 @@ class Register(Settings):
     def _each_once(self) -> "Register":
         codes = [one.code for one in self.participants]
         if twice := sorted({code for code in codes if codes.count(code) > 1}):
-            raise ValueError(f"two participants with one code: {', '.join(twice)}")
+            raise ValueError(f"two participants have the same code: {', '.join(twice)}")
         return self
 
 
 def read_register(folder: StudyFolder) -> tuple[ParticipantRow, ...]:
-    """Everybody, in the order in which they came.
+    """Read all participants, in the order in which they were added.
 
     Raises:
         ConfigError: The file cannot be used, or names a group that the study does not have.
@@ -42,14 +42,14 @@ def read_register(folder: StudyFolder) -> tuple[ParticipantRow, ...]:
     groups = {SEALED, *read_settings(folder).groups}
     if strange := [row.code for row in rows if row.group not in groups]:
         raise ConfigError(
-            f"{folder.participants}: {', '.join(strange)} has a group that study.toml does not. "
+            f"{folder.participants}: {', '.join(strange)} has a group that is not in study.toml. "
             f"Groups there: {', '.join(sorted(groups))}."
         )
     return rows
 
 
 def write_register(folder: StudyFolder, rows: Sequence[ParticipantRow]) -> None:
-    """Write all of them, at once or not at all.
+    """Write all participants, completely or not at all.
 
     Raises:
         RecordingError: The folder cannot be written.
@@ -59,25 +59,25 @@ def write_register(folder: StudyFolder, rows: Sequence[ParticipantRow]) -> None:
 
 
 def new_participant(folder: StudyFolder, group: str, code: str | None = None, **told: str | None) -> ParticipantRow:
-    """One more.
+    """Add a participant.
 
     Args:
-        folder: The study's.
-        group: One of the study's, or `sealed`.
-        code: Of an allocation that was drawn before; without one it is drawn now.
+        folder: Folder of the study.
+        group: Group of the study, or `sealed`.
+        code: Code of an allocation that was drawn before. Without it a new code is drawn.
         told: Further fields of `ParticipantRow`.
 
     Raises:
-        ConfigError: There is no such group, or the code is taken or none.
+        ConfigError: There is no such group, the code is taken, or the text is not a code.
         RecordingError: The folder cannot be written.
     """
     groups, rows = read_settings(folder).groups, read_register(folder)
     if group != SEALED and group not in groups:
-        raise ConfigError(f"The study has no such group. Its groups are {', '.join(groups)}; or say '{SEALED}'.")
+        raise ConfigError(f"The study has no such group. Give one of its groups, {', '.join(groups)}, or '{SEALED}'.")
     taken = {row.code for row in rows}
     code = draw_code(taken) if code is None else typed_code(code)
     if code in taken:
-        raise ConfigError(f"Participant {code} is there already: two people with one code cannot be told apart.")
-    row = checked(ParticipantRow, {"code": code, "group": group, **told}, "What was told of the participant")
+        raise ConfigError(f"Participant {code} exists already: two people with the same code cannot be distinguished.")
+    row = checked(ParticipantRow, {"code": code, "group": group, **told}, "The data of the participant")
     write_register(folder, (*rows, row))
     return row

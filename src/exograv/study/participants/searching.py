@@ -1,4 +1,4 @@
-"""Does a word still stand in a folder? In names and bytes, and in what is packed: Parquet, MCAP, gzip, zip, PDF."""
+"""Search of a folder for words: in file names, in bytes, and in packed files (Parquet, MCAP, gzip, zip, PDF)."""
 
 import gzip
 import re
@@ -17,15 +17,17 @@ from exograv.recording.schema import TICK
 
 PIECE_BYTES = 1 << 22
 RAW_MIN = 6
-"""Letters of a word that is sought in packed bytes, and within others: a shorter one comes about there by chance."""
+"""Letters that a word needs to be searched in packed bytes and inside longer words. A shorter word occurs there by
+chance.
+"""
 
 
 def files_with(folder: Path, words: Sequence[str]) -> Iterator[tuple[Path, str]]:
-    """Files in which one of these words stands, whether large or small letters, and where.
+    """Find files that contain one of these words, in upper or lower case, and say where.
 
     Args:
-        folder: All files under it are searched.
-        words: Such as codes.
+        folder: Folder of which all files are searched.
+        words: Words to search for, such as codes.
     """
     sought = [word.encode() for word in words]
     for path in sorted(folder.rglob("*")):
@@ -36,12 +38,12 @@ def files_with(folder: Path, words: Sequence[str]) -> Iterator[tuple[Path, str]]
 
 
 def has_word(text: str, words: Sequence[str]) -> bool:
-    """Whether one of them stands in a text."""
+    """Return True if one of the words occurs in the text."""
     return _is_in(text.encode(), [word.encode() for word in words])
 
 
 def _where(path: Path, words: Sequence[bytes]) -> str | None:
-    """Where in the file one of the words stands."""
+    """Return where in the file one of the words occurs."""
     is_packed = path.suffix.lower() in UNPACKED
     if _is_in_pieces(_raw(path), [word for word in words if len(word) >= RAW_MIN or not is_packed]):
         return "bytes"
@@ -50,7 +52,7 @@ def _where(path: Path, words: Sequence[bytes]) -> str | None:
             if _is_in_pieces(UNPACKED[path.suffix.lower()](path), words):
                 return "packed content"
         except (OSError, RecordingError, zlib.error, EOFError, zipfile.BadZipFile, pa.ArrowException):
-            return None  # it cannot be unpacked: its bytes were searched
+            return None  # The file cannot be unpacked, but its bytes were searched.
     return None
 
 
@@ -64,14 +66,14 @@ def _is_in_pieces(pieces: Iterable[bytes], words: Sequence[bytes]) -> bool:
 
 
 def _is_in(content: bytes, words: Sequence[bytes]) -> bool:
-    # Codes are of large letters and digits; a name of a file may have been put into small ones.
+    # Codes consist of upper-case letters and digits; a file name may have been converted to lower case.
     return any(_stands(form, content) for word in words for form in {word, word.lower()})
 
 
 def _stands(word: bytes, content: bytes) -> bool:
     if word not in content:
         return False
-    # A1 stands in many a number: short ones have to stand alone.
+    # A short word such as A1 occurs in many numbers, so it has to stand alone.
     alone = rb"(?<![0-9A-Za-z])" + re.escape(word) + rb"(?![0-9A-Za-z])"
     return len(word) >= RAW_MIN or re.search(alone, content) is not None
 
@@ -87,7 +89,7 @@ def _parquet(path: Path) -> Iterator[bytes]:
     yield str(file.schema_arrow).encode() + b"\n".join(
         b"%s=%s" % pair for pair in (file.metadata.metadata or {}).items()
     )
-    # Numbers only are left out: what kind of text or list a column is, depends on who wrote it.
+    # Only numeric columns are left out. The kind of a text or list column depends on the program that wrote the file.
     texts = [field.name for field in file.schema_arrow if not pa.types.is_primitive(field.type)]
     for batch in file.iter_batches(columns=texts) if texts else ():
         for column in batch.columns:
@@ -133,4 +135,4 @@ UNPACKED: dict[str, Callable[[Path], Iterator[bytes]]] = {
     ".zip": _zip,
     ".pdf": _pdf,
 }
-"""By suffix; everything else is searched as it is."""
+"""Readers of packed files by suffix. Files with other suffixes are searched as they are."""

@@ -1,1 +1,1 @@
-"""How many people the next study needs, from a pilot or from stated assumptions, by simulation."""
+"""Number of people that the next study needs, simulated from a pilot or from stated assumptions."""

@@ -1,4 +1,4 @@
-"""What a planned study is taken to be like, and where each number comes from."""
+"""Assumptions about a planned study, and their sources."""
 
 from dataclasses import dataclass
 
@@ -8,48 +8,51 @@ from jaxtyping import Float
 from exograv.errors import ConfigError
 
 LOG_2 = 0.6931471805599453
-"""The published medians, 50 against 100 px: half the deviation."""
+"""Difference of the published medians, 50 against 100 px [log units]: half the deviation."""
 
 LARGEST = 5.0
-"""Of a spread or a difference [log units]: a factor of 148."""
+"""Largest spread or difference [log units]: a factor of 148."""
 
 TOUCH_SD = 0.6
-"""Between touches of a person [log units]. A deviation of two equal normal parts has 0.64 (Rayleigh's distribution)."""
+"""Standard deviation between touches of a person [log units].
+
+The length of a deviation with two equal normal components has 0.64 (Rayleigh's distribution).
+"""
 
 
 @dataclass(frozen=True)
 class PlannedStudy:
-    """A study that might be done; standard deviations are of log deviation."""
+    """Planned study. Standard deviations are those of log deviation."""
 
     difference: float
-    """Between the groups [log units], of either sign: 0.69 is half the deviation."""
+    """Difference between the groups [log units], of either sign; 0.69 is half the deviation."""
 
     person_sd: float
-    """Between people of a group, lasting."""
+    """Lasting standard deviation between people of a group [log units]."""
 
     touch_sd: float = TOUCH_SD
     window_sd: float = 0.0
-    """Between windows of a person, beyond what few touches do."""
+    """Standard deviation between windows of a person [log units], beyond the effect of few touches."""
 
     flight_sd: float = 0.0
-    """Between flights of a person, beyond what few windows do."""
+    """Standard deviation between flights of a person [log units], beyond the effect of few windows."""
 
     windows: int = 31
-    """Each person has in a flight."""
+    """Number of windows per person and flight."""
 
     touches: int = 8
-    """That count, in a window."""
+    """Number of accepted touches per window."""
 
     flights: int = 1
-    """Each person takes part in."""
+    """Number of flights per person."""
 
     alpha: float = 0.05
 
     def __post_init__(self):
-        """Refuse what cannot be.
+        """Reject impossible values.
 
         Raises:
-            ConfigError: Names the option.
+            ConfigError: An option is out of its range; the message names the option.
         """
         for name in ("difference", "person_sd", "touch_sd", "window_sd", "flight_sd"):
             value = getattr(self, name)
@@ -60,9 +63,9 @@ class PlannedStudy:
                 )
         for name in ("windows", "touches", "flights"):
             if (value := getattr(self, name)) < 1:
-                raise ConfigError(f"--{name} is {value}; each person has at least one.")
+                raise ConfigError(f"--{name} is {value}; give at least 1 for each person.")
         if not 0.0 < self.alpha < 0.5:
-            raise ConfigError(f"--alpha is {self.alpha:g}; it must lie between 0 and 0.5, 0.05 as a rule.")
+            raise ConfigError(f"--alpha is {self.alpha:g}; it must lie between 0 and 0.5; the usual value is 0.05.")
 
 
 def _option(name: str) -> str:
@@ -71,7 +74,7 @@ def _option(name: str) -> str:
 
 @dataclass(frozen=True)
 class TruthAssumptions:
-    """What is true in each of many simulated studies; all the same, or drawn from what a pilot leaves open."""
+    """True values in each of many simulated studies: the same in all, or drawn from the pilot's posterior."""
 
     difference: Float[np.ndarray, " study"]
     person_sd: Float[np.ndarray, " study"]
@@ -79,6 +82,6 @@ class TruthAssumptions:
 
 
 def sure_worlds(plan: PlannedStudy, studies: int) -> TruthAssumptions:
-    """Every study as the plan says."""
+    """Return assumptions that are the same as the plan in every study."""
     full = [np.full(studies, value) for value in (plan.difference, plan.person_sd, plan.touch_sd)]
     return TruthAssumptions(*full)

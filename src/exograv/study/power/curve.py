@@ -1,4 +1,4 @@
-"""Power and precision over the number of people, and what windows, touches and flights add."""
+"""Power and precision over the number of people, and the effect of more windows, touches and flights."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -16,18 +16,18 @@ from .simulate import Shares, people, shares
 
 TARGETS = (0.8, 0.9)
 ENOUGH = 0.99
-"""Power from which on the curve is of no interest, once it has `N_SHOWN` points."""
+"""Power at which the curve ends, once it has `N_SHOWN` points."""
 
 N_SHOWN = 12
 WINDOWS, TOUCHES, FLIGHTS = (1, 2, 5, 10, 20, 31), (1, 2, 4, 8, 16), (1, 2, 3)
-"""Rows of the table of what matters."""
+"""Values in the table of the plan's alternatives."""
 
 Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
 class CurveRow:
-    """One number of people a group."""
+    """Row of the curve for one number of people per group."""
 
     n: int
     power: float
@@ -37,18 +37,18 @@ class CurveRow:
     welch_power: float
     p_min: float
     width_factor: float
-    """By which the ends of the 95 % interval lie above and below the ratio."""
+    """Factor by which the ends of the 95 % interval lie above and below the ratio."""
 
     seats: int
     flights: int | None = field(default=None, metadata=OPTIONAL)
     cost: float | None = field(default=None, metadata=OPTIONAL)
     assurance: float | None = field(default=None, metadata=OPTIONAL)
-    """Power over all that the pilot leaves open."""
+    """Power averaged over the uncertainty of the pilot."""
 
 
 @dataclass(frozen=True)
 class OtherPlan:
-    """Power with another number of one of these."""
+    """Power of a plan with another number of windows, touches or flights."""
 
     windows: int | None = field(default=None, metadata=OPTIONAL)
     touches: int | None = field(default=None, metadata=OPTIONAL)
@@ -59,7 +59,7 @@ class OtherPlan:
 
 @dataclass(frozen=True)
 class WhatMatters:
-    """Other plans at `n` people a group."""
+    """Other plans at `n` people per group."""
 
     n: int
     rows: tuple[OtherPlan, ...]
@@ -67,7 +67,7 @@ class WhatMatters:
 
 @dataclass(frozen=True)
 class Assumptions:
-    """The plan, and the ratio that its difference is."""
+    """Plan, and the ratio that corresponds to its difference."""
 
     plan: PlannedStudy = field(metadata=MERGED)
     ratio: float
@@ -78,7 +78,7 @@ class PowerResult:
     """Result of `exograv study power`."""
 
     n_per_group: dict[str, int | None]
-    """By power in per cent."""
+    """Required number of people per group, by power in per cent."""
 
     curve: tuple[CurveRow, ...]
     n_per_group_assurance: dict[str, int | None] | None
@@ -97,15 +97,15 @@ def power_study(
     pilot: PilotVariance | None = None,
     is_stated: bool = True,
 ) -> PowerResult:
-    """Find out how many people a study needs.
+    """Compute how many people a study needs.
 
     Args:
-        plan: The study.
-        price: Of seats.
-        asked: How.
-        progress: Takes a sentence and the share done.
-        pilot: Where the plan's numbers come from; its uncertainty is carried along as assurance.
-        is_stated: The difference is what somebody wants to find, not what the pilot had.
+        plan: The planned study.
+        price: Price of seats on the aircraft.
+        asked: Resolution of the curve.
+        progress: Takes a sentence and the completed share.
+        pilot: Source of the plan's numbers; its uncertainty enters as assurance.
+        is_stated: True if the difference is one that is worth finding, false if it is the pilot's own.
     """
     drawn = None
     if pilot is not None:
@@ -115,7 +115,7 @@ def power_study(
     needed = {f"{100 * target:.0f}": _first(curve, "power", target) for target in TARGETS}
     assured = {f"{100 * target:.0f}": _first(curve, "assurance", target) for target in TARGETS if drawn is not None}
     at = needed["80"] or curve[-1].n
-    progress("What windows, touches and flights add", 0.95)
+    progress("Effect of more windows, touches and flights", 0.95)
     result = PowerResult(
         needed,
         curve,
@@ -128,8 +128,8 @@ def power_study(
     told = list(sentences(result, plan))
     if pilot is not None and not is_stated:
         told.append(
-            "The difference is the pilot's own, as a rule too large, and may not be there at all: no number of people "
-            "makes up for that. State by --difference what is worth finding."
+            "The difference is the pilot's own. Such a difference is usually too large, and may not exist at all: more "
+            "people cannot correct that. Give a difference that is worth finding with --difference."
         )
     return replace(result, sentences=tuple(told))
 
@@ -161,7 +161,7 @@ def _row(n: int, found: Shares, plan: PlannedStudy, price: Price, assurance: flo
 
 
 def seats(n: int, plan: PlannedStudy, price: Price) -> tuple[int, int | None, float | None]:
-    """Seats of n people a group, flights that carry them, and their cost, as far as the price tells them."""
+    """Return seats for n people per group, flights that carry them, and their cost, as far as the price states them."""
     count, carried, cost = 2 * n * plan.flights, price.seats_per_flight, price.seat_cost
     flights = None if carried is None else max(plan.flights, ceil(count / carried))
     return count, flights, None if cost is None else cost * count
@@ -172,7 +172,7 @@ def _first(curve: Sequence[CurveRow], key: str, target: float) -> int | None:
 
 
 def _what_matters(plan: PlannedStudy, asked: CurveOptions, n: int) -> Iterator[OtherPlan]:
-    """Power at n people a group with other numbers of windows, touches, flights; the spread of a person's median."""
+    """Yield power and the spread of a person's median at n people per group, for other windows, touches and flights."""
     for name, values in (("windows", WINDOWS), ("touches", TOUCHES), ("flights", FLIGHTS)):
         for value in sorted({*values, getattr(plan, name)}):
             other = replace(plan, **{name: value})
@@ -184,33 +184,34 @@ def _what_matters(plan: PlannedStudy, asked: CurveOptions, n: int) -> Iterator[O
 
 
 def sentences(result: PowerResult, plan: PlannedStudy) -> Iterator[str]:
-    """What the figures say."""
+    """Yield sentences that state the figures."""
     curve, needed = result.curve, result.n_per_group
     ratio = result.assumptions.ratio
     for target, n in needed.items():
         yield (
-            f"To find a ratio of {ratio:.2g} in {target} % of studies it takes {n} people a group."
+            f"To find a ratio of {ratio:.2g} in {target} % of studies, {n} people per group are needed."
             if n is not None
-            else f"Up to {curve[-1].n} people a group a ratio of {ratio:.2g} is not found in {target} % of studies."
+            else f"With {curve[-1].n} people per group or fewer, a ratio of {ratio:.2g} is not found in {target} % of "
+            "studies."
         )
     unable = [row.n for row in curve if row.p_min > plan.alpha + 1e-12]
     if unable:
         yield (
             f"With {unable[-1]} against {unable[-1]} people or fewer the exact test cannot reach {plan.alpha:g}: its "
-            "power is 0, whatever the effect."
+            "power is 0 for any effect."
         )
     rows = [row for row in result.matters.rows if row.windows in (1, 5, plan.windows)]
     powers = ", ".join(f"{row.power:.2f} with {row.windows}" for row in rows)
     yield (
-        f"At {result.matters.n} people a group the power by windows of each person is {powers}: it cannot pass "
-        "what people's own differences leave."
+        f"At {result.matters.n} people per group the power by windows of each person is {powers}. The differences "
+        "between people limit it."
     )
     if (assured := result.n_per_group_assurance) is not None:
         last = curve[-1]
-        yield "Over all that the pilot leaves open (assurance), " + (
-            f"it takes {assured['80']} people a group for 80 %."
+        yield "Averaged over the uncertainty of the pilot (assurance), " + (
+            f"a power of 80 % needs {assured['80']} people per group."
             if assured["80"] is not None
-            else f"{last.n} people a group find it in {100 * (last.assurance or 0.0):.0f} % of studies."
+            else f"{last.n} people per group find the difference in {100 * (last.assurance or 0.0):.0f} % of studies."
         )
     if plan.flight_sd == 0.0:
-        yield "A person is taken to be the same in every flight (--flight-sd 0): then more flights add only touches."
+        yield "Each person is assumed to be the same in every flight (--flight-sd 0): more flights add only touches."

@@ -14,21 +14,21 @@ class CurveOptions:
     """Resolution of the curve."""
 
     n_max: int = 40
-    """People a group up to which to look."""
+    """Largest number of people per group on the curve."""
 
     studies: int = 10_000
-    """Simulated for each number of people."""
+    """Number of simulated studies for each number of people."""
 
     seed: AnySeed = 0
 
     def __post_init__(self):
-        """Refuse what cannot be.
+        """Reject impossible values.
 
         Raises:
-            ConfigError: Names the option.
+            ConfigError: An option is out of its range; the message names the option.
         """
         if not N_MIN <= self.n_max <= N_LIMIT:
-            raise ConfigError(f"--n-max is {self.n_max}; give {N_MIN} to {N_LIMIT} people a group.")
+            raise ConfigError(f"--n-max is {self.n_max}; give {N_MIN} to {N_LIMIT} people per group.")
         if not 100 <= self.studies <= 1_000_000:
             raise ConfigError(f"--studies is {self.studies}; give 100 to 1000000 for each number of people.")
         if self.seed < 0:
@@ -37,21 +37,21 @@ class CurveOptions:
 
 @dataclass(frozen=True)
 class Price:
-    """Price of places on the aircraft."""
+    """Price of seats on the aircraft."""
 
     seat_cost: float | None = None
-    """Of one seat on one flight, in any currency."""
+    """Price of one seat on one flight, in any currency."""
 
     seats_per_flight: int | None = None
-    """For participants."""
+    """Seats for participants on one flight."""
 
     def __post_init__(self):
-        """Refuse what cannot be.
+        """Reject impossible values.
 
         Raises:
-            ConfigError: Names the option.
+            ConfigError: An option is out of its range; the message names the option.
         """
         if self.seat_cost is not None and not 0.0 <= self.seat_cost < math.inf:
-            raise ConfigError(f"--seat-cost is {self.seat_cost:g}; give what one seat costs, 0 or more.")
+            raise ConfigError(f"--seat-cost is {self.seat_cost:g}; give the price of one seat, 0 or more.")
         if self.seats_per_flight is not None and self.seats_per_flight < 1:
-            raise ConfigError(f"--seats-per-flight is {self.seats_per_flight}; a flight carries at least one.")
+            raise ConfigError(f"--seats-per-flight is {self.seats_per_flight}; give at least 1.")

@@ -1,4 +1,4 @@
-"""A pilot's variance components, and how uncertain they are."""
+"""Variance components of a pilot study, and their uncertainty."""
 
 from dataclasses import dataclass
 
@@ -15,38 +15,41 @@ from .assumptions import TruthAssumptions
 
 @dataclass(frozen=True)
 class PilotVariance:
-    """What a small study tells about the next one [log units]."""
+    """Variance components that a small study gives for the next one [log units]."""
 
     people: tuple[int, int]
     touches: int
     windows: int
-    """Of a person, median."""
+    """Median number of windows per person."""
 
     touches_per_window: float
-    """Of a person, mean."""
+    """Mean number of touches per window of a person."""
 
     difference: float
-    """Between the groups' means over people's medians."""
+    """Difference between the groups' means of people's medians."""
 
     window_sd: float
     grid: PosteriorGrid
-    """Difference, standard deviations between people and between touches."""
+    """Posterior of the difference and of the standard deviations between people and between touches."""
 
     left_out: tuple[str, ...]
 
     @property
     def touch_sd(self) -> float:
-        """Between touches of a window [log units]; the grid knows of no windows and counts these with the touches."""
+        """Standard deviation between touches of a window [log units].
+
+        The grid does not model windows: its standard deviation between touches includes that between windows.
+        """
         return self.share_of_touches * float(self.grid.weight @ self.grid.touch_sd)
 
     @property
     def share_of_touches(self) -> float:
-        """Of the grid's standard deviation between touches, without that between windows."""
+        """Share of the grid's standard deviation between touches that remains without the one between windows [-]."""
         of_grid = float(self.grid.weight @ self.grid.touch_sd)
         return float(np.sqrt(max(0.0, 1.0 - (self.window_sd / of_grid) ** 2)))
 
     def worlds(self, studies: int, difference: float | None, rng: np.random.Generator) -> TruthAssumptions:
-        """Draws from what the pilot leaves open; the difference too, unless one is stated."""
+        """Draw true values from the pilot's posterior; the difference is drawn too, unless one is stated."""
         drawn, person_sd, touch_sd = self.grid.draw(studies, rng)
         return TruthAssumptions(
             drawn if difference is None else np.full(studies, difference), person_sd, self.share_of_touches * touch_sd
@@ -56,10 +59,10 @@ class PilotVariance:
 def read_pilot(
     touches: pd.DataFrame, participants: pd.DataFrame, groups: tuple[str, str], protocol: str
 ) -> PilotVariance:
-    """Variance components of tidy tables.
+    """Estimate the variance components from tidy tables.
 
     Raises:
-        ConfigError: Too few people for any.
+        ConfigError: There are too few people to estimate any.
     """
     counted, left_out = counted_touches(touches, participants, groups, protocol, "px")
     people = people_of(counted, groups)
@@ -67,8 +70,8 @@ def read_pilot(
     if min(len(first), len(second)) < 1 or len(first) + len(second) < 3:
         raise ConfigError(
             f"The pilot has {len(first)} people in '{groups[0]}' and {len(second)} in '{groups[1]}' with touches in "
-            f"'{protocol}' that count; it takes three, and one of each. State --sd and --difference instead."
-            + "".join(f" {sentence}" for sentence in left_out)
+            f"'{protocol}' that count. At least three people are needed, one in each group. Give --sd and --difference "
+            "instead." + "".join(f" {sentence}" for sentence in left_out)
         )
     windows = [own.groupby(["session", "window"]).ngroups for _, own in counted.groupby("participant")]
     return PilotVariance(
@@ -84,7 +87,10 @@ def read_pilot(
 
 
 def window_sd(counted: pd.DataFrame) -> float:
-    """Between windows of a person, by analysis of variance; 0 where windows differ no more than touches do."""
+    """Compute the standard deviation between a person's windows [log units], by analysis of variance.
+
+    The value is 0 if windows differ no more than touches do.
+    """
     logs = counted["log_deviation"].to_numpy(float)
     window, person = (
         counted.groupby(key).ngroup().to_numpy(int) for key in (["participant", "session", "window"], ["participant"])

@@ -1,4 +1,4 @@
-"""Thousands of studies at once, each person one number, each study by the test that the report would use."""
+"""Simulation of thousands of studies at once: one number per person, and the report's own test on each study."""
 
 from dataclasses import dataclass
 from math import sqrt
@@ -13,8 +13,10 @@ from exograv.study.statistics.relabelling import generic_smallest_p, relabelling
 from .assumptions import PlannedStudy, TruthAssumptions
 
 COUNTED_MAX = 13_000
-"""Ways up to which all are counted here: 8 against 8 are 12 870. From 9 on `DRAWN` are drawn, which is as honest a
-test and finds half a percent less."""
+"""Number of relabellings up to which all are enumerated: 8 against 8 people have 12 870.
+
+From 9 people on, `DRAWN` relabellings are drawn. The test stays exact and loses half a percent of power.
+"""
 
 DRAWN = 999
 
@@ -24,9 +26,9 @@ def people(
 ) -> Float[np.ndarray, "study person"]:
     """Median log deviation of each person; the first n are the first group.
 
-    Touches are not drawn one by one: the middle one of N ordered normal touches follows a beta distribution,
-    mapped back. Windows
-    and flights shift the touches together; the median moves with their mean.
+    Touches are not drawn one by one. The middle one of N ordered normal touches follows a beta distribution, mapped
+    back.
+    Windows and flights shift the touches together; the median moves with their mean.
     """
     shape = (len(worlds.difference), 2 * n)
     together_sd = sqrt(plan.flight_sd**2 / plan.flights + plan.window_sd**2 / (plan.flights * plan.windows))
@@ -38,38 +40,38 @@ def people(
 
 
 def touch_medians(touches: int, shape: tuple[int, int], rng: np.random.Generator) -> Float[np.ndarray, "study person"]:
-    """Medians of so many standard normal touches, drawn from the distribution of the ordered ones."""
+    """Draw medians of `touches` standard normal touches, from the distribution of the ordered ones."""
     half = (touches + 1) // 2
     lower = rng.beta(half, touches + 1 - half, shape)
     if touches % 2:
         return special.ndtri(lower)
-    # The next one up is the smallest of `half` others, which lie anywhere above.
+    # The next order statistic is the smallest of `half` others, which lie anywhere above.
     upper = lower + (1.0 - lower) * -np.expm1(np.log(rng.uniform(size=shape)) / half)
     return (special.ndtri(lower) + special.ndtri(upper)) / 2.0
 
 
 @dataclass(frozen=True)
 class Shares:
-    """Of simulated studies with n people a group."""
+    """Shares of simulated studies with n people per group."""
 
     power: float
-    """In which the exact test's p is at most alpha."""
+    """Share in which the exact test's p is at most alpha."""
 
     power_interval: tuple[float, float]
-    """95 %, for the number of simulated studies."""
+    """95 % interval of `power`, for the number of simulated studies."""
 
     welch_power: float
     width_factor: float
-    """Median over the studies: the ratio's 95 % interval goes from the estimate divided by this to it times this."""
+    """Median over the studies; the ratio's 95 % interval is the estimate divided and multiplied by this factor."""
 
 
 def shares(plan: PlannedStudy, worlds: TruthAssumptions, n: int, seed: int) -> Shares:
-    """Simulate; the same seed gives the same studies, whatever was simulated before."""
+    """Simulate studies. The same seed gives the same studies, independent of earlier calls."""
     rng = np.random.default_rng([seed, n])
     values = people(plan, worlds, n, rng)
     width, welch_found = welch_width(values[:, :n], values[:, n:], plan.alpha)
     found = 0
-    # Where alpha cannot be reached there is nothing to simulate: the power is 0, not nearly 0.
+    # Where no relabelling can reach alpha the power is exactly 0, so there is nothing to simulate.
     if generic_smallest_p(n, n) <= plan.alpha + 1e-12:
         ways = relabellings(n, n, rng, COUNTED_MAX, DRAWN)
         found = int((two_sided(values, ways) <= plan.alpha + 1e-12).sum())

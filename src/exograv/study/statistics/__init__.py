@@ -1,1 +1,1 @@
-"""What a study can say, and what it cannot: people are compared, never touches as if each were a person of its own."""
+"""Statistics of a study. The units of comparison are people, never touches as if each came from a person of its own."""

@@ -1,8 +1,8 @@
-"""A hierarchical model of log deviation, by quadrature: no chain has to converge, the same data give the same digits.
+"""Hierarchical model of log deviation, by quadrature: no sampling, so the same data always give the same result.
 
     touch ~ N(person, touch_sd²),   person ~ N(group, person_sd²),   difference of the groups ~ N(0, effect_sd²)
 
-Everything is normal once both standard deviations are known, so these lie on a grid and the rest is in closed form.
+All distributions are normal for given standard deviations. These two lie on a grid, and the rest is in closed form.
 Priors: level of both groups flat; person_sd half t with three degrees of freedom; touch_sd log-normal.
 """
 
@@ -32,10 +32,12 @@ CONVENTION = "95 % intervals have equal tails: 2.5 % of the posterior lie below,
 
 @dataclass(frozen=True)
 class StudyPrior:
-    """What is believed before any touch [log units]."""
+    """Prior before any touch [log units]."""
 
     effect_sd: float = 1.0
-    """Of the difference: one group's deviation is 0.37 to 2.7 times the other's in two thirds of such worlds."""
+    """Standard deviation of the difference. For 1.0, one group's deviation is 0.37 to 2.7 times the other's with a
+    probability of two thirds.
+    """
 
     person_scale: float = 0.5
 
@@ -47,12 +49,12 @@ SENSITIVITY = (
     StudyPrior(person_scale=0.25),
     StudyPrior(person_scale=1.0),
 )
-"""The first is quoted; the others are shown beside it."""
+"""Priors. The first one is the quoted prior; the others are shown beside it."""
 
 
 @dataclass(frozen=True)
 class PosteriorGrid:
-    """The posterior: a mixture of normal distributions of the difference, one a node."""
+    """Posterior: a mixture of normal distributions of the difference, one per node."""
 
     weight: Float[np.ndarray, " node"]
     person_sd: Float[np.ndarray, " node"]
@@ -71,20 +73,20 @@ class PosteriorGrid:
         return cast(float, optimize.brentq(miss, low, high))
 
     def person_sd_quantile(self, share: float) -> float:
-        """The same of the standard deviation between people; between nodes by the logarithm."""
+        """Quantile of the standard deviation between people, interpolated between nodes in the logarithm."""
         sds, where = np.unique(self.person_sd, return_inverse=True)
         mass = np.bincount(where, self.weight)
-        # Half of a node's mass lies below it.
+        # Half of a node's mass lies below the node.
         return float(np.exp(np.interp(share, np.cumsum(mass) - mass / 2.0, np.log(sds))))
 
     def draw(self, n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Differences, standard deviations between people, and between touches, each (n,)."""
+        """Draw differences, standard deviations between people, and between touches, each (n,)."""
         node = rng.choice(len(self.weight), n, p=self.weight)
         return self.mean[node] + self.sd[node] * rng.normal(size=n), self.person_sd[node], self.touch_sd[node]
 
 
 def posterior_grid(sums: SufficientStatistics, prior: StudyPrior) -> PosteriorGrid:
-    """The posterior of the one study in `sums`."""
+    """Compute the posterior of the one study in `sums`."""
     touches, means, squares = sums.touches[0], sums.mean[0], float(sums.squares[0])
     person_sd = np.geomspace(PERSON_SD_MIN, PERSON_SD_MAX, PERSON_NODES)
     touch_sd = _touch_nodes(float(touches.sum()) - len(touches), squares)
@@ -93,7 +95,7 @@ def posterior_grid(sums: SufficientStatistics, prior: StudyPrior) -> PosteriorGr
     weights = 1.0 / variance
     parts = [_group(weights[:, group], means[group]) for group in (slice(sums.n_first), slice(sums.n_first, None))]
     (total_a, mean_a, squares_a), (total_b, mean_b, squares_b) = parts
-    # The level is flat and integrated out: what is left of the two group means is their difference.
+    # The flat prior of the level is integrated out, so the two group means enter only by their difference.
     of_data = 1.0 / total_a + 1.0 / total_b
     known = prior.effect_sd**2 + of_data
     log_touches = float(touches.sum()) - len(touches)
@@ -113,14 +115,14 @@ def posterior_grid(sums: SufficientStatistics, prior: StudyPrior) -> PosteriorGr
 
 
 def _group(weights: np.ndarray, means: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Summed precision, weighted mean, weighted squares about it; each (node,)."""
+    """Return summed precision, weighted mean, weighted squares about the mean; each (node,)."""
     total = weights.sum(1)
     mean = weights @ means / total
     return total, mean, (weights * (means - mean[:, None]) ** 2).sum(1)
 
 
 def _touch_nodes(freedom: float, squares: float) -> Float[np.ndarray, " node"]:
-    """Standard deviations between touches that matter: five standard errors about the estimate, in the logarithm."""
+    """Relevant standard deviations between touches: five standard errors about the estimate, in the logarithm."""
     if freedom < 1.0 or squares <= 0.0:
         return TOUCH_SD_MIDDLE * np.exp(np.linspace(-4.0, 4.0, TOUCH_NODES) * log(TOUCH_SD_FACTOR))
     prior_precision = 1.0 / log(TOUCH_SD_FACTOR) ** 2
@@ -133,7 +135,7 @@ def _touch_nodes(freedom: float, squares: float) -> Float[np.ndarray, " node"]:
 def bayes_fit(
     sums: SufficientStatistics, groups: tuple[str, str], priors: tuple[StudyPrior, ...] = SENSITIVITY
 ) -> BayesFit:
-    """The posterior under each prior, the first one's to quote."""
+    """Compute the posterior under each prior; the first prior is the quoted one."""
     posteriors = tuple(_posterior(posterior_grid(sums, prior), prior) for prior in priors)
     chances = [100.0 * posterior.p_smaller for posterior in posteriors]
     quoted = posteriors[0]
@@ -141,7 +143,7 @@ def bayes_fit(
         f"Under the quoted prior {groups[0]} deviate {quoted.ratio:.2f} times as much as {groups[1]} (95 % from "
         f"{quoted.interval.low:.2f} to {quoted.interval.high:.2f}) and less with a probability of {chances[0]:.1f} %; "
         f"under the others it is {min(chances):.1f} to {max(chances):.1f} %. "
-        "With few people the prior speaks along; a probability is no proof."
+        "With few people the prior influences this result; a probability is not a proof."
     )
     return BayesFit(posteriors, CONVENTION, sentence)
 

@@ -1,4 +1,4 @@
-"""The one door: two groups of people, compared by what their touches say about each of them."""
+"""Comparison of two groups of people by their touches: the only entry point of the statistics."""
 
 from dataclasses import dataclass, replace
 from math import exp
@@ -21,46 +21,47 @@ from .relabelling import COUNTED_MAX, Relabellings, relabellings
 
 @dataclass(frozen=True)
 class CompareSettings:
-    """What is compared with what."""
+    """Groups, protocol and methods of a comparison."""
 
     groups: tuple[str, str] = ("trained", "untrained")
-    """The ratio is that of the first to the second."""
+    """Names of the two groups. The ratio is that of the first to the second."""
 
     protocol: str = "flight"
     unit: Unit = "px"
     alpha: float = 0.05
-    """Share of false alarms that is accepted."""
+    """Accepted probability of a false positive."""
 
     seed: int = 0
-    """Draws relabellings where there are too many to count."""
+    """Seed of the random relabellings, which are used if there are too many to enumerate."""
 
     mixed: bool = True
     bayes: bool = True
 
     def __post_init__(self):
-        """Refuse what cannot be compared.
+        """Reject settings that cannot be compared.
 
         Raises:
-            ConfigError: Names the setting.
+            ConfigError: A setting is invalid; the message names the setting.
         """
         if self.groups[0] == self.groups[1]:
-            raise ConfigError(f"Both groups are '{self.groups[0]}'; a comparison takes two, as study.toml names them.")
+            raise ConfigError(f"Both groups are '{self.groups[0]}'; give two different groups of study.toml.")
         if not 0.0 < self.alpha < 0.5:
-            raise ConfigError(f"alpha is {self.alpha:g}; it must lie between 0 and 0.5, 0.05 as a rule.")
+            raise ConfigError(f"alpha is {self.alpha:g}; it must lie between 0 and 0.5; the usual value is 0.05.")
 
 
 def compare(
     touches: pd.DataFrame, participants: pd.DataFrame, settings: CompareSettings | None = None
 ) -> StudyFindings:
-    """Compare two groups: the exact test over people first, everything else beside it.
+    """Compare two groups: the exact test over people first, then secondary tests and effects.
 
     Args:
-        touches: Table `columns.TOUCHES`, such as those of complete windows; what does not count is left out and named.
+        touches: Table `columns.TOUCHES`, such as those of complete windows. Rejected touches are left out, with a
+        reason.
         participants: Table `columns.PARTICIPANTS`.
-        settings: What with what.
+        settings: Groups, protocol and methods.
 
     Raises:
-        ConfigError: Two participants have one code.
+        ConfigError: Two participants have the same code.
     """
     settings = CompareSettings() if settings is None else settings
     groups, alpha = settings.groups, settings.alpha
@@ -74,7 +75,7 @@ def compare(
         left_out=left_out,
         spread={group: spread_of(counted, group) for group in groups},
         primary=_nothing_to_test(groups),
-        effect=Effect("ratio of geometric means", None, "-", None, "There is nobody in one of the groups."),
+        effect=Effect("ratio of geometric means", None, "-", None, "One of the groups has no participant."),
         other_tests=(),
         other_effects=(),
         mixed=None,
@@ -102,7 +103,7 @@ def compare(
 
 
 def _nothing_to_test(groups: tuple[str, str]) -> Test:
-    sentence = f"Nobody of '{groups[0]}', or nobody of '{groups[1]}', has touches that count: there is nothing to test."
+    sentence = f"No participant of '{groups[0]}' or none of '{groups[1]}' has accepted touches: no test is possible."
     return Test(EXACT, None, None, None, sentence, "no p", sentence)
 
 
@@ -115,10 +116,16 @@ def _other_effects(
     shift = shift_interval(logs, ways, level)
     ratio = Interval(_exp(shift.low), _exp(shift.high), level, shift.method)
     difference, pairs = pair_interval(deviations, ways, level)
-    by_pairs = f"Hodges-Lehmann: median over all pairs of one of {groups[0]} and one of {groups[1]}."
-    note = "" if level >= 0.95 else f" No level above {100 * level:.3g} % has an end with so few people."
+    by_pairs = f"Hodges-Lehmann: median over all pairs of one person of {groups[0]} and one of {groups[1]}."
+    note = "" if level >= 0.95 else f" With so few people no interval above a level of {100 * level:.3g} % is bounded."
     effects = (
-        Effect("ratio, exact interval", exp(float(first.mean() - second.mean())), "-", ratio, f"No normality.{note}"),
+        Effect(
+            "ratio, exact interval",
+            exp(float(first.mean() - second.mean())),
+            "-",
+            ratio,
+            f"No assumption of normality.{note}",
+        ),
         Effect("difference of medians", difference, unit, pairs, by_pairs + note),
         hedges_g(first, second),
     )
@@ -134,15 +141,15 @@ def _bayes(counted: pd.DataFrame, groups: tuple[str, str]) -> BayesFit:
 
 
 def methods(settings: CompareSettings) -> tuple[str, ...]:
-    """Sentences for the methods paragraph."""
+    """Return the sentences for the methods paragraph."""
     first, second = settings.groups
     return (
         f"Each participant's accepted touches in '{settings.protocol}' (all sessions) were condensed to the median of "
         "the natural logarithm of the deviation; participants, not touches, are the units of every test.",
-        f"Primary test: exact two-sided permutation of the difference of means, {first} less {second}, over all ways "
-        f"to deal out the participants (twice the smaller tail; up to {COUNTED_MAX:,} ways counted, else drawn).",
-        "Effect: ratio of geometric means with Welch's 95 % t interval on the logarithms; beside it the interval that "
-        "inverts the exact test, the Hodges-Lehmann difference and Hedges' g.",
+        f"Primary test: exact two-sided permutation of the difference of means, {first} minus {second}, over all ways "
+        f"to assign the participants (twice the smaller tail; up to {COUNTED_MAX:,} ways enumerated, else drawn).",
+        "Effect: ratio of geometric means with Welch's 95 % t interval on the logarithms. In addition: the interval "
+        "that inverts the exact test, the Hodges-Lehmann difference and Hedges' g.",
         "Secondary: linear mixed model by REML (group, window and both together; participants as random intercepts), "
         "whose Wald p-values are too small with few people; and a hierarchical model by quadrature under five priors.",
         f"alpha = {settings.alpha:g}, two-sided; one primary test, no correction for the secondary ones.",

@@ -1,4 +1,4 @@
-"""Ratio of two means over the same people, with the interval that holds however few they are."""
+"""Ratio of two means over the same people, with an interval that is valid for any number of people."""
 
 from dataclasses import dataclass
 from math import sqrt
@@ -12,23 +12,23 @@ from .findings import Interval
 Values = Float[np.ndarray, " person"]
 
 NO_SPREAD = 1e-9
-"""Share of a mean below which people do not differ: rounding."""
+"""Share of a mean below which a difference between people is rounding error."""
 
 
 @dataclass(frozen=True)
 class Ratio:
-    """Of the mean above to the mean below."""
+    """Ratio of the mean of the numerator to the mean of the denominator."""
 
     value: float | None
-    """None where the mean below cannot be told from 0."""
+    """Ratio; None if the denominator does not differ from 0."""
 
     interval: Interval | None
     reason: str
-    """Why there is no value, or no interval; empty where there are both."""
+    """Reason why value or interval is missing; empty if both are given."""
 
 
 def mean_interval(values: Values, level: float = 0.95) -> Interval | None:
-    """Of the mean of normal values, by Student's t; None for fewer than two people."""
+    """Interval of the mean of normal values, by Student's t; None for fewer than two people."""
     n = len(values)
     if n < 2:
         return None
@@ -38,30 +38,34 @@ def mean_interval(values: Values, level: float = 0.95) -> Interval | None:
 
 
 def fieller(above: Values, below: Values, level: float = 0.95) -> Ratio:
-    """Ratio rho of means of paired values, and all rho for which a t test takes `above - rho·below` for 0 on average.
+    """Compute the ratio rho of the means of paired values, and its interval.
+
+    The interval holds all rho for which a t test does not reject that `above - rho·below` is 0 on average:
 
         (mean(a) - rho·mean(b))² <= t²/n · var(a - rho·b)
 
-    Exact for normal pairs. An interval with two ends exists only where the mean below differs from 0 at that level.
+    Exact for normal pairs. A bounded interval exists only if the mean below differs from 0 at that level.
 
     Source: Fieller 1954, J R Stat Soc B 16:175.
     """
     n = len(above)
     if n == 0:
-        return Ratio(None, None, "nobody has both")
+        return Ratio(None, None, "no person has both values")
     a, b = float(above.mean()), float(below.mean())
     if b == 0.0:
-        return Ratio(None, None, "what it is divided by is 0")
+        return Ratio(None, None, "the denominator is 0")
     if n == 1:
-        return Ratio(a / b, None, "one person: nothing is known of how people differ")
+        return Ratio(a / b, None, "one person: the variation between people is unknown")
     spread = np.cov(above, below)
     if float(np.trace(spread)) <= (NO_SPREAD * (abs(a) + abs(b))) ** 2:
-        return Ratio(a / b, None, "these people do not differ at all: how much others would cannot be told")
+        return Ratio(
+            a / b, None, "these people do not differ at all, so the variation between people cannot be estimated"
+        )
     k = float(stats.t.ppf(0.5 + level / 2.0, n - 1)) ** 2 / n
     # leading·rho² - 2·middle·rho + last <= 0
     leading, middle, last = b * b - k * spread[1, 1], a * b - k * spread[0, 1], a * a - k * spread[0, 0]
     if leading <= 0.0:
-        return Ratio(None, None, f"what it is divided by, {b:.3g}, cannot be told from 0 with {n} people")
+        return Ratio(None, None, f"the denominator, {b:.3g}, does not differ from 0 with {n} people")
     root = sqrt(max(middle * middle - leading * last, 0.0))
     ends = (middle - root) / leading, (middle + root) / leading
     return Ratio(a / b, Interval(float(ends[0]), float(ends[1]), level, f"Fieller's, {n} people, pairs normal"), "")

@@ -1,4 +1,4 @@
-"""What a comparison of two groups found, as values that go into a page or a JSON file unchanged."""
+"""Findings of a comparison of two groups, as values that a page or a JSON file takes unchanged."""
 
 from dataclasses import dataclass, field
 from typing import Literal
@@ -12,81 +12,81 @@ DRAWN = "permutation, drawn at random"
 
 @dataclass(frozen=True)
 class Interval:
-    """Where a quantity is likely to be."""
+    """Confidence or credible interval of a quantity."""
 
     low: float | None
-    """None where it is without bound."""
+    """Lower end; None if the interval is unbounded below."""
 
     high: float | None
     level: float
-    """Share of studies in which such an interval holds the truth, where its assumptions are right."""
+    """Share of studies in which such an interval holds the true value, if its assumptions hold."""
 
     method: str
 
 
 @dataclass(frozen=True)
 class Effect:
-    """How much the first group differs from the second."""
+    """Size of the difference between the first group and the second."""
 
     name: str
     value: float | None
-    """None where there are too few people."""
+    """Estimate; None with too few people."""
 
     unit: str
     interval: Interval | None
     meaning: str
-    """How to read it, one sentence."""
+    """Interpretation of the value, one sentence."""
 
 
 @dataclass(frozen=True)
 class Test:
-    """Whether chance alone does as much."""
+    """Result of a test of the hypothesis that chance alone explains the difference."""
 
-    __test__ = False  # pytest would take it for one of its own
+    __test__ = False  # Pytest would otherwise collect the class as a test.
     name: str
     p: float | None
-    """Two-sided; None where there is nothing to test."""
+    """Two-sided p-value; None if no test is possible."""
 
     p_interval: tuple[float, float] | None
-    """99 % interval of p where relabellings were drawn; None where all were counted."""
+    """99 % interval of p if relabellings were drawn at random; None if all were enumerated."""
 
     p_min: float | None
-    """Smallest that the people at hand allow, whatever the effect; None where the test has no such bound."""
+    """Smallest p-value that these people allow for any effect; None if the test has no such bound."""
 
     p_min_reason: str
-    """Why, one sentence."""
+    """Reason for this bound, one sentence."""
 
     text: str
-    """The p-value as it may be printed."""
+    """P-value as it may be printed."""
 
     sentence: str
-    """What follows, for a reader who knows no statistics."""
+    """Conclusion for a reader without knowledge of statistics."""
 
 
 @dataclass(frozen=True)
 class ParticipantValue:
-    """One participant's touches in one number."""
+    """Touches of one participant, summarised by one number."""
 
     participant: str
     group: str
     touches: int
     median: float
-    """Deviation, median over the touches [unit of the findings]."""
+    """Median deviation over the touches [unit of the findings]."""
 
     log_median: float
-    """Median of its natural logarithm."""
+    """Median of the deviation's natural logarithm."""
 
 
 @dataclass(frozen=True)
 class Spread:
-    """Touches of a group; each person weighs the same, however many touches there are."""
+    """Distribution of a group's touches. Each person has the same weight, independent of the number of touches."""
 
     people: int
     touches: int
     median: float | None
     quartiles: tuple[float, float] | None
     iqr: float | None = field(init=False)
-    """Distance between the quartiles."""
+    """Interquartile range."""
 
     def __post_init__(self):
         iqr = None if self.quartiles is None else self.quartiles[1] - self.quartiles[0]
@@ -95,62 +95,62 @@ class Spread:
 
 @dataclass(frozen=True)
 class MixedFit:
-    """Linear mixed model of log deviation, people as random intercepts; secondary."""
+    """Linear mixed model of log deviation, people as random intercepts; a secondary analysis."""
 
     formula: str
     ratio: float | None
-    """First group over second, in the middle of the session."""
+    """Ratio of the first group to the second, in the middle of the session."""
 
     interval: Interval | None
     p_wald: float | None
     p_between: float | None
-    """By Student's t with people less groups as degrees of freedom."""
+    """P-value by Student's t, with the number of people minus the number of groups as degrees of freedom."""
 
     change_per_window: float | None
-    """By how much the difference in log deviation grows from window to window."""
+    """Change of the difference in log deviation from window to window."""
 
     p_change: float | None
-    """Wald, of `change_per_window`."""
+    """Wald p-value of `change_per_window`."""
 
     person_sd: float | None
-    """Between people of a group [log units]."""
+    """Standard deviation between people of a group [log units]."""
 
     touch_sd: float | None
-    """Between touches of a person [log units]."""
+    """Standard deviation between touches of a person [log units]."""
 
     converged: bool
     remarks: tuple[str, ...]
-    """What the fit complained about, and the caveat."""
+    """Warnings of the fit, and the caveat."""
 
 
 @dataclass(frozen=True)
 class Posterior:
-    """What one prior makes of the data."""
+    """Posterior of the data under one prior."""
 
     effect_prior_sd: float
-    """Of the difference in log deviation: normal about zero."""
+    """Standard deviation of the normal prior, centred at zero, of the difference in log deviation."""
 
     person_prior_scale: float
-    """Of the standard deviation between people: half t with three degrees of freedom."""
+    """Scale of the prior of the standard deviation between people: half t with three degrees of freedom."""
 
     ratio: float
-    """Median."""
+    """Posterior median of the ratio."""
 
     interval: Interval
-    """95 %, equal tails."""
+    """95 % interval with equal tails."""
 
     p_smaller: float
     """Probability that the first group deviates less."""
 
     person_sd: float
-    """Median [log units]."""
+    """Posterior median of the standard deviation between people [log units]."""
 
     person_sd_interval: Interval
 
 
 @dataclass(frozen=True)
 class BayesFit:
-    """Hierarchical model under several priors; the first is the one to quote, the others show what it depends on."""
+    """Hierarchical model under several priors. The first is quoted; the others show the influence of the prior."""
 
     posteriors: tuple[Posterior, ...]
     convention: str
@@ -159,34 +159,34 @@ class BayesFit:
 
 @dataclass(frozen=True)
 class StudyFindings:
-    """Everything that is said about two groups."""
+    """All findings of the comparison of two groups."""
 
     groups: tuple[str, str]
     protocol: str
     unit: Unit
     people: tuple[ParticipantValue, ...]
     left_out: tuple[str, ...]
-    """Who or what was not counted, and why; one sentence each."""
+    """People and touches that were left out, and the reason; one sentence each."""
 
     spread: dict[str, Spread]
-    """By group."""
+    """Distribution by group."""
 
     primary: Test
     effect: Effect
-    """Ratio of geometric means of the participants' medians, first group over second."""
+    """Ratio of geometric means of the participants' medians, first group to second."""
 
     other_tests: tuple[Test, ...]
     other_effects: tuple[Effect, ...]
     mixed: MixedFit | None
     bayes: BayesFit | None
     limits: tuple[str, ...]
-    """What this many people can show and what not, one sentence each."""
+    """Conclusions that this number of people allows or does not allow, one sentence each."""
 
     methods: tuple[str, ...] = field(default=())
     """Sentences for the methods paragraph."""
 
     def contract(self) -> "ComparisonFigures":
-        """The figures that `exograv study report --json` promises."""
+        """Return the figures that `exograv study report --json` guarantees."""
         interval = self.effect.interval
         primary = PrimaryFigures(
             self.primary.name,
@@ -213,7 +213,7 @@ class StudyFindings:
 
 @dataclass(frozen=True)
 class DeviationFigures:
-    """Deviation of a group's touches, in the unit that the name says."""
+    """Deviation of a group's touches, in the unit of the field's name."""
 
     median: float | None
     iqr: float | None
@@ -222,7 +222,7 @@ class DeviationFigures:
 
 @dataclass(frozen=True)
 class PrimaryFigures:
-    """Primary comparison."""
+    """Figures of the primary comparison."""
 
     test: str
     p: float | None
@@ -236,7 +236,7 @@ class PrimaryFigures:
 
 @dataclass(frozen=True)
 class ComparisonFigures:
-    """Comparison of a study's groups in short."""
+    """Short form of the comparison of a study's groups."""
 
     participants: dict[str, int]
     touches: int
@@ -244,4 +244,4 @@ class ComparisonFigures:
     deviation_mm: dict[str, DeviationFigures] | None = field(default=None, metadata=OPTIONAL)
     primary: PrimaryFigures | None = None
     not_compared: str | None = field(default=None, metadata=OPTIONAL)
-    """Why nothing is compared."""
+    """Reason why the groups are not compared."""

@@ -1,4 +1,4 @@
-"""The linear mixed model of log deviation: secondary, because with few people its p-values are too small."""
+"""Linear mixed model of log deviation. The analysis is secondary: with few people its p-values are too small."""
 
 import warnings
 from math import exp
@@ -11,26 +11,29 @@ from scipy import stats
 from .findings import Interval, MixedFit
 
 CAVEAT = (
-    "Wald's p takes the standard deviation between people as known. With 3 against 3 people it sees a difference where "
-    "there is none in 11 to 15 % of studies in place of 5 (docs/explanation/study_statistics.md), and this software "
-    "has no Kenward-Roger correction: do not quote it as a test."
+    "Wald's p takes the standard deviation between people as known. With 3 against 3 people it reports a difference "
+    "that does not exist in 11 to 15 % of studies instead of 5 (docs/explanation/study_statistics.md), and this "
+    "software has no Kenward-Roger correction: do not quote it as a test."
 )
 METHODS = ("bfgs", "powell")
-"""Both are tried, the likelier fit is kept. Not `lbfgs`: of statsmodels 0.15.0 it ends at zeros, called converged."""
+"""Optimisers; both are tried, and the fit with the higher likelihood is kept.
+
+`lbfgs` is not used: in statsmodels 0.15.0 it ends at zeros and reports convergence.
+"""
 
 SINGULAR_SD = 1e-4
-"""A standard deviation between people below this is on the boundary: none was found [log units]."""
+"""Standard deviation between people below which the estimate is on the boundary, that is 0 [log units]."""
 
 
 def mixed_fit(counted: pd.DataFrame, groups: tuple[str, str]) -> MixedFit | None:
-    """Group, window and both together as fixed effects, people as random intercepts, by REML.
+    """Fit group, window and their interaction as fixed effects, people as random intercepts, by REML.
 
     Args:
         counted: Columns of `people.counted_touches`.
         groups: The first is compared with the second.
 
     Returns:
-        None with fewer than two people in a group: people and groups cannot be told apart then.
+        None with fewer than two people in a group: people and groups cannot be distinguished then.
     """
     people = [len(set(counted.loc[counted["group"] == group]["participant"])) for group in groups]
     if min(people) < 2:
@@ -48,7 +51,7 @@ def mixed_fit(counted: pd.DataFrame, groups: tuple[str, str]) -> MixedFit | None
     freedom = sum(people) - 2
     person_sd = float(np.sqrt(max(0.0, float(np.asarray(result.cov_re)[0, 0]))))
     if person_sd < SINGULAR_SD:
-        remarks.append("No difference between people of a group was found, which is hard to believe: do not use it.")
+        remarks.append("The fit finds no difference between people of a group, which is implausible: do not use it.")
     return MixedFit(
         formula=f"{formula} + (1 | participant)",
         ratio=exp(estimate),
@@ -65,11 +68,11 @@ def mixed_fit(counted: pd.DataFrame, groups: tuple[str, str]) -> MixedFit | None
 
 
 def _fit(formula: str, table: pd.DataFrame) -> tuple[Any | None, list[str]]:
-    """The fit, and every warning of it as a sentence; None where it broke off or has no standard error."""
+    """Return the fit, and its warnings as sentences; None if the fit failed or has no standard error."""
     import statsmodels.formula.api as smf
 
     if all(len(set(own["log_deviation"])) < 2 for _, own in table.groupby("participant")):
-        return None, ["Nobody's touches differ among themselves: there is nothing for a mixed model."]
+        return None, ["All touches of each person are equal: a mixed model cannot be fitted."]
     model = smf.mixedlm(formula, table, groups=table["participant"])
     tries, remarks = [], []
     for method in METHODS:
@@ -78,14 +81,14 @@ def _fit(formula: str, table: pd.DataFrame) -> tuple[Any | None, list[str]]:
             try:
                 result: Any = model.fit(reml=True, method=[method])
             except (np.linalg.LinAlgError, ValueError) as error:
-                remarks.append(f"By {method} the mixed model could not be fitted: {error}.")
+                remarks.append(f"The mixed model could not be fitted by {method}: {error}.")
                 continue
         if np.isfinite(result.llf) and np.isfinite(float(result.bse["is_first"])):
             tries.append((result, list(dict.fromkeys(str(warning.message) for warning in caught))))
     if not tries:
-        return None, [*remarks, "The mixed model has no standard error for the difference: it is not told."]
+        return None, [*remarks, "The mixed model has no standard error for the difference: it is not reported."]
     result, warned = max(tries, key=lambda one: one[0].llf)
     remarks = [f"The fit warned: {text}" for text in warned]
     if not result.converged:
-        remarks.insert(0, "The mixed model did not converge: its figures mean nothing.")
+        remarks.insert(0, "The mixed model did not converge: do not use its figures.")
     return result, remarks

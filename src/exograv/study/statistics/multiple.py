@@ -1,4 +1,4 @@
-"""Many measures at once: p-values that hold for the family as a whole."""
+"""Tests of many measures at once, with p-values that are corrected for the whole family."""
 
 from dataclasses import dataclass
 
@@ -17,27 +17,29 @@ class Family:
     """Measures that are tested together."""
 
     table: pd.DataFrame
-    """One row a measure: measure, difference (of means, first less second), p, p_holm, p_max_t."""
+    """Table with one row per measure: measure, difference (of means, first minus second), p, p_holm, p_max_t."""
 
     p_min: float
-    """Smallest that any p-value here can be."""
+    """Smallest p-value that is possible here."""
 
     left_out: tuple[str, ...]
-    """Measures that were not tested, and why; one sentence each."""
+    """Measures that were not tested, and the reason; one sentence each."""
 
     sentence: str
-    """What the family is, and how its p-values were corrected."""
+    """Description of the family and of the correction of its p-values."""
 
 
 def holm(p: P) -> P:
-    """Adjusted p-values. Source: Holm 1979, Scand J Stat 6:65."""
-    from statsmodels.stats.multitest import multipletests  # 0.5 s
+    """Adjust p-values by Holm's method. Source: Holm 1979, Scand J Stat 6:65."""
+    from statsmodels.stats.multitest import multipletests  # importing takes 0.5 s
 
     return np.asarray(multipletests(p, method="holm")[1])
 
 
 def max_t(values: Float[np.ndarray, "measure person"], ways: Relabellings) -> P:
-    """Step-down adjusted p-values of |t|, people dealt out as wholes: what measures share is kept.
+    """Compute step-down adjusted p-values of |t|.
+
+    Each relabelling moves whole people, which preserves the dependence of the measures.
 
     Source: Westfall, Young 1993, Resampling-Based Multiple Testing, algorithm 4.1.
     """
@@ -47,7 +49,7 @@ def max_t(values: Float[np.ndarray, "measure person"], ways: Relabellings) -> P:
     step = max(1, CELLS_MAX // values.size)
     for start in range(0, len(ways.in_first), step):
         t = _absolute_t(values, ways.in_first[start : start + step])
-        # From the least to the greatest: each is held against the greatest of those that are not above it.
+        # From the smallest to the largest: each value is compared with the largest of those that are not above it.
         largest = np.maximum.accumulate(t[order], axis=0)
         exceeded += (largest >= at_hand[order][:, None] * (1.0 - 1e-9)).sum(1)
     adjusted = np.empty(len(values))
@@ -58,7 +60,7 @@ def max_t(values: Float[np.ndarray, "measure person"], ways: Relabellings) -> P:
 def _absolute_t(
     values: Float[np.ndarray, "measure person"], in_first: np.ndarray
 ) -> Float[np.ndarray, "measure labelling"]:
-    """Student's |t| of every way; people who are all alike give 0."""
+    """Student's |t| of every relabelling; people who are all equal give 0."""
     centred = values - values.mean(1, keepdims=True)
     weights = in_first.T.astype(float)
     n_first, n = int(in_first[0].sum()), values.shape[1]
@@ -73,15 +75,15 @@ def compare_measures(values: pd.DataFrame, ways: Relabellings, name: str) -> Fam
     """Test every measure, and all of them together.
 
     Args:
-        values: One row a person, those of the first group first; one column a measure.
-        ways: To deal these people out.
-        name: What the family is, for the sentence.
+        values: One row per person, those of the first group first; one column per measure.
+        ways: Relabellings of these people.
+        name: Name of the family, for the sentence.
     """
     whole = values.loc[:, values.notna().all()]
     constant = [column for column in whole if whole[column].nunique() < 2]
     tested = whole.drop(columns=constant)
-    left_out = [f"{column} is missing for somebody." for column in values.columns.difference(whole.columns)]
-    left_out += [f"{column} is the same for everybody." for column in constant]
+    left_out = [f"{column} is missing for at least one person." for column in values.columns.difference(whole.columns)]
+    left_out += [f"{column} is the same for all people." for column in constant]
     rows = tested.to_numpy(float).T
     n_first, n = ways.n_first, len(values)
     p = two_sided(rows, ways) if len(rows) else np.zeros(0)
@@ -96,9 +98,9 @@ def compare_measures(values: pd.DataFrame, ways: Relabellings, name: str) -> Fam
     )
     p_min = generic_smallest_p(n_first, n - n_first) if ways.is_complete else 2.0 / len(ways.in_first)
     sentence = (
-        f"{name}: {len(rows)} measures, tested together. p: each by itself. Holm: allows for any dependence. max-T "
-        "(Westfall and Young): uses the dependence at hand. Corrected p-values hold for the family: the chance of any "
-        f"false alarm among them. None can be below {p_min:.3g}."
+        f"{name}: {len(rows)} measures, tested together. p: each measure alone. Holm: valid for any dependence. max-T "
+        "(Westfall and Young): uses the dependence in these data. Corrected p-values hold for the family: the "
+        f"probability of any false positive. No p-value can be below {p_min:.3g}."
     )
     return Family(table, p_min, tuple(left_out), sentence)
 
@@ -106,17 +108,17 @@ def compare_measures(values: pd.DataFrame, ways: Relabellings, name: str) -> Fam
 def family_of_sessions(
     measures: pd.DataFrame, people: tuple[ParticipantValue, ...], protocol: str, ways: Relabellings, name: str
 ) -> Family:
-    """All measures of a session at once: one value a person, the mean where there are several sessions.
+    """Test all measures of a session at once: one value per person, the mean over that person's sessions.
 
     Args:
-        measures: Long table with participant, protocol, level, measure, value: a row a measure of a session.
-        people: Those of `Findings`, the first group first.
-        protocol: Of the sessions.
-        ways: To deal these people out.
-        name: What the family is, for the sentence.
+        measures: Long table with participant, protocol, level, measure, value: one row per measure of a session.
+        people: People of `Findings`, the first group first.
+        protocol: Protocol of the sessions.
+        ways: Relabellings of these people.
+        name: Name of the family, for the sentence.
     """
     rows = measures.loc[(measures["level"] == "session") & (measures["protocol"] == protocol)]
-    # Millimetres are pixels times a constant: the same test again would only make the family larger.
+    # Millimetres are pixels times a constant: the same test again would only enlarge the family.
     in_px = {str(measure).removesuffix("_px") for measure in rows["measure"] if str(measure).endswith("_px")}
     is_twin = [str(measure).endswith("_mm") and str(measure)[:-3] in in_px for measure in rows["measure"]]
     rows = rows.loc[~np.array(is_twin, bool)]

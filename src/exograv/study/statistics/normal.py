@@ -1,4 +1,7 @@
-"""Two groups under normal theory: Welch's interval and test, Hedges' g. Applied to logarithms, these are ratios."""
+"""Comparison of two groups under normal theory: Welch's interval and test, Hedges' g.
+
+On logarithms these are ratios.
+"""
 
 from collections.abc import Callable
 from functools import cache
@@ -30,7 +33,7 @@ def welch_p(
 def welch_width(
     first: Float[np.ndarray, "study first"], second: Float[np.ndarray, "study second"], alpha: float
 ) -> tuple[Float[np.ndarray, " study"], Bool[np.ndarray, " study"]]:
-    """Half the width of Welch's interval at level 1 - alpha in many studies, and whether it leaves out 0."""
+    """Half width of Welch's interval at level 1 - alpha in many studies, and True where the interval excludes 0."""
     difference, error, freedom = _welch(first, second)
     margin = special.stdtrit(freedom, 1.0 - alpha / 2.0) * error
     return margin, np.abs(difference) > margin
@@ -49,7 +52,7 @@ def _welch(
 
 
 def welch_interval(first: First, second: Second, level: float = 0.95) -> tuple[float, Interval | None]:
-    """Difference of means, first less second; no interval with fewer than two people in a group."""
+    """Difference of means, first minus second; no interval with fewer than two people in a group."""
     if min(len(first), len(second)) < 2:
         return float(first.mean() - second.mean()), None
     difference, error, freedom = (float(part[0]) for part in _welch(first[None], second[None]))
@@ -59,38 +62,38 @@ def welch_interval(first: First, second: Second, level: float = 0.95) -> tuple[f
 
 
 def ratio_effect(first: First, second: Second, groups: tuple[str, str], level: float = 0.95) -> Effect:
-    """Ratio of geometric means, of people's logarithms."""
+    """Ratio of geometric means, from the logarithms of people's medians."""
     difference, interval = welch_interval(first, second, level)
     if interval is not None and interval.low is not None and interval.high is not None:
         method = "Welch's t on the logarithms of the people's medians, taken as normal"
         interval = Interval(exp(interval.low), exp(interval.high), level, method)
     name = "ratio of geometric means"
-    meaning = f"0.5 would be: {groups[0]} deviate half as much as {groups[1]}; 1: no difference."
+    meaning = f"0.5 would mean that {groups[0]} deviate half as much as {groups[1]}; 1 means no difference."
     return Effect(name, exp(difference), "-", interval, meaning)
 
 
 def welch_test(first: First, second: Second, alpha: float) -> Test | None:
-    """Beside the exact test; None with fewer than two people in a group."""
+    """Test beside the exact test; None with fewer than two people in a group."""
     if min(len(first), len(second)) < 2:
         return None
     p = float(welch_p(first[None], second[None])[0])
-    seldom = f"people like these differ as much in {100 * p:.2g} % of studies in which the groups do not"
+    seldom = f"such a difference occurs in {100 * p:.2g} % of studies without a difference between the groups"
     verdict = f"below {alpha:g}" if p <= alpha else f"not below {alpha:g}"
     return Test(
         name="Welch's t on logarithms",
         p=p,
         p_interval=None,
         p_min=None,
-        p_min_reason="It assumes that people's logarithms are normal; a few people cannot show whether they are.",
+        p_min_reason="The test assumes that people's logarithms are normal, which cannot be checked with a few people.",
         text=p_text(p),
-        sentence=f"If people are normal, {seldom}: {verdict}. The exact test needs no such assumption.",
+        sentence=f"If people's logarithms are normal, {seldom}: {verdict}. The exact test needs no such assumption.",
     )
 
 
 def hedges_g(first: First, second: Second, level: float = 0.95) -> Effect | None:
-    """Difference of means in standard deviations between people, with the exact correction for few of them.
+    """Difference of means in standard deviations between people, with the exact correction for few people.
 
-    The interval inverts the noncentral t distribution. None where people of a group do not differ at all.
+    The interval inverts the noncentral t distribution. None if people of a group do not differ at all.
 
     Source: Hedges 1981, J Educ Stat 6:107.
     """
@@ -105,12 +108,14 @@ def hedges_g(first: First, second: Second, level: float = 0.95) -> Effect | None
     correction = exp(lgamma(freedom / 2.0) - lgamma((freedom - 1) / 2.0)) / sqrt(freedom / 2.0)
     ends = [scale * _noncentrality(d / scale, freedom, share) for share in (0.5 + level / 2.0, 0.5 - level / 2.0)]
     interval = Interval(ends[0], ends[1], level, "inverse of the noncentral t, people normal, groups of equal spread")
-    meaning = "Difference of log deviation, in standard deviations between people; negative: the first group's is less."
+    meaning = (
+        "Difference of log deviation, in standard deviations between people; negative: the first group's is smaller."
+    )
     return Effect("Hedges' g", d * correction, "SD", interval, meaning)
 
 
 def noncentral_t_cdf(t: float, freedom: int, noncentrality: float) -> float:
-    """Share of the noncentral t distribution below `t`; SciPy's gives NaN where the noncentrality is large.
+    """Share of the noncentral t distribution below `t`; SciPy's function gives NaN for a large noncentrality.
 
     E[Φ(t·s − noncentrality)],   s² ~ χ²(freedom) / freedom
     """
@@ -121,7 +126,7 @@ def noncentral_t_cdf(t: float, freedom: int, noncentrality: float) -> float:
 @cache
 def _chi_nodes(freedom: int) -> tuple[Float[np.ndarray, " node"], Float[np.ndarray, " node"]]:
     """Values of s and their probabilities."""
-    # The integrand falls smoothly to nothing at both ends: the trapezoidal rule is exact to rounding with few nodes.
+    # The integrand falls smoothly to zero at both ends, so the trapezoidal rule is exact to rounding with few nodes.
     low, high = stats.chi2.ppf(1e-15, freedom), stats.chi2.isf(1e-15, freedom)
     squares = np.geomspace(low, high, T_NODES)
     mass = squares * stats.chi2.pdf(squares, freedom)
@@ -129,7 +134,7 @@ def _chi_nodes(freedom: int) -> tuple[Float[np.ndarray, " node"], Float[np.ndarr
 
 
 def _noncentrality(t: float, freedom: int, share: float) -> float:
-    """Of the t distribution that has `share` of itself below `t`."""
+    """Noncentrality of the t distribution that has `share` of its probability below `t`."""
     miss: Callable[[float], float] = lambda nc: noncentral_t_cdf(t, freedom, nc) - share  # noqa: E731
     low, high = t - 2.0, t + 2.0
     while miss(low) < 0.0:

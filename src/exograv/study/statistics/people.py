@@ -1,4 +1,4 @@
-"""From touches to one number a person, and who or what is left out on the way."""
+"""Summary of touches by one number per person, and the people and touches that are left out."""
 
 from collections.abc import Iterator
 
@@ -11,7 +11,7 @@ from exograv.errors import ConfigError
 from .findings import ParticipantValue, Spread, Unit
 
 FLOOR = {"px": 0.5, "mm": 0.1}
-"""Smaller deviations count as this: a touch dead on the centre has no logarithm."""
+"""Smallest deviations: a touch exactly on the centre has no logarithm."""
 
 QUARTILES = (0.25, 0.5, 0.75)
 
@@ -19,24 +19,26 @@ QUARTILES = (0.25, 0.5, 0.75)
 def counted_touches(
     touches: pd.DataFrame, participants: pd.DataFrame, groups: tuple[str, str], protocol: str, unit: Unit
 ) -> tuple[pd.DataFrame, tuple[str, ...]]:
-    """Touches that count of people in these groups, and what was left out, one sentence each.
+    """Return the accepted touches of people in these groups, and a sentence for each reason of leaving touches out.
 
     Returns:
         Columns participant, group, session, window (float), deviation [unit] and log_deviation; sentences.
 
     Raises:
-        ConfigError: Two participants have one code.
+        ConfigError: Two participants have the same code.
     """
     if (twice := participants["participant"].duplicated().to_numpy(bool)).any():
         codes = ", ".join(sorted(set(participants["participant"].to_numpy(str)[twice])))
-        raise ConfigError(f"{codes} stands twice among the participants; nobody can tell whose touches are whose.")
+        raise ConfigError(
+            f"{codes} occurs twice among the participants: their touches cannot be assigned. Correct participants.toml."
+        )
     left_out: list[str] = []
     flight: pd.DataFrame = touches.loc[touches["protocol"] == protocol].merge(
         participants[["participant", "group"]], on="participant", how="left", validate="many_to_one"
     )
     for remark, column in (
-        (f"touches in '{protocol}' do not count, by their own reasons", "is_accepted"),
-        (f"touches in '{protocol}' fell outside of any window", "window"),
+        (f"touches in '{protocol}' were rejected, each for its own reason", "is_accepted"),
+        (f"touches in '{protocol}' are outside of all windows", "window"),
         (f"touches have no deviation in {unit}: the screen was not calibrated", f"deviation_{unit}"),
     ):
         is_in = (flight[column] if column == "is_accepted" else flight[column].notna()).to_numpy(bool)
@@ -65,18 +67,18 @@ def _people_left_out(
     known = participants.set_index("participant")["group"]
     seen = set(touches["participant"])
     for code in sorted(seen - set(known.index)):
-        yield f"{code} has touches and is not among the participants."
+        yield f"{code} has touches but is not among the participants."
     for code, group in known.items():
         if bool(pd.isna(group)):
             yield f"{code} has no group, or it is still sealed."
         elif group not in groups:
             yield f"{code} is in group '{group}', which is not compared."
         elif code not in seen:
-            yield f"{code} has no touch in '{protocol}' that counts."
+            yield f"{code} has no accepted touch in '{protocol}'."
 
 
 def people_of(counted: pd.DataFrame, groups: tuple[str, str]) -> tuple[ParticipantValue, ...]:
-    """Each person's touches in one number, the first group's people first, then by code."""
+    """Summarise each person's touches by one number, the first group's people first, then by code."""
     people = []
     for group in groups:
         for code, own in counted.loc[counted["group"] == group].groupby("participant"):

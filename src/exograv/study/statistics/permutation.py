@@ -1,4 +1,4 @@
-"""Exact tests over participants, and the intervals that belong to them."""
+"""Exact tests over participants, and the corresponding intervals."""
 
 from math import comb, floor
 
@@ -16,7 +16,7 @@ Values = Float[np.ndarray, " person"]
 
 
 def permutation_test(values: Values, ways: Relabellings, alpha: float, name: str = EXACT) -> Test:
-    """Whether the first people's mean differs from that of the others, by dealing all of them out again."""
+    """Test for a difference between the first people's mean and that of the others, by relabelling all people."""
     p = float(two_sided(values[None], ways)[0])
     p_min = smallest_p(values, ways)
     n_first, n = ways.n_first, len(values)
@@ -33,12 +33,15 @@ def permutation_test(values: Values, ways: Relabellings, alpha: float, name: str
 
 
 def rank_test(values: Values, ways: Relabellings, alpha: float) -> Test:
-    """The same on ranks, equal values sharing theirs."""
+    """Test the ranks in the same way; equal values share their rank."""
     return permutation_test(stats.rankdata(values), ways, alpha, RANKS if ways.is_complete else f"{RANKS}, drawn")
 
 
 def _drawn_interval(values: Values, ways: Relabellings) -> tuple[float, float]:
-    """99 %, of the p-value that all ways would give. Source: Clopper, Pearson 1934, Biometrika 26:404."""
+    """99 % interval of the p-value that all relabellings would give.
+
+    Source: Clopper, Pearson 1934, Biometrika 26:404.
+    """
     drawn = len(ways.in_first) - 1
     smaller = min(float(tail[0]) for tail in tails(values[None], ways))
     interval = stats.binomtest(round(smaller * (drawn + 1)) - 1, drawn).proportion_ci(0.99)
@@ -48,37 +51,37 @@ def _drawn_interval(values: Values, ways: Relabellings) -> tuple[float, float]:
 def _reason(n_first: int, n_second: int, p_min: float, ways: Relabellings) -> str:
     count, generic = comb(n_first + n_second, n_first), generic_smallest_p(n_first, n_second)
     if not ways.is_complete:
-        return f"{len(ways.in_first):,} of {count:,} ways to form the groups were tried, so 2 of them is the least."
-    reason = f"{n_first} against {n_second} people can be dealt out in {count:,} ways, so p is at least {generic:.3g}"
+        return f"{len(ways.in_first):,} of {count:,} ways to form the groups were tried; p is at least that of 2."
+    reason = f"{n_first} against {n_second} people can be assigned in {count:,} ways, so p is at least {generic:.3g}"
     if p_min > 1.001 * generic:
-        reason += f"; equal values among these people raise that to {p_min:.3g}"
+        reason += f"; equal values among these people raise this bound to {p_min:.3g}"
     return reason + "."
 
 
 def shift_interval(values: Values, ways: Relabellings, level: float) -> Interval:
-    """Differences of means that the permutation test does not reject: of the first people less the others.
+    """Shifts of the means, first people minus the others, that the permutation test does not reject.
 
-    A way that takes some of the first group out and puts others in is as extreme as the data once the shift is the
-    difference of the two subsets' means; the interval's ends are order statistics of these.
+    A relabelling exchanges a subset of the first group for others. It is as extreme as the data if the shift is the
+    difference of the two subsets' means. The interval's ends are order statistics of these differences.
     """
     n_first, n = ways.n_first, len(values)
     others = ways.in_first[1:]
     stay = others[:, :n_first].sum(1)
     leaving = n_first - stay
-    is_moved = leaving > 0  # drawn ways may repeat that of the data
+    is_moved = leaving > 0  # Drawn relabellings may repeat that of the data.
     sums_in = others[:, n_first:] @ values[n_first:]
     sums_out = values[:n_first].sum() - others[:, :n_first] @ values[:n_first]
     shifts = np.sort(((sums_out - sums_in)[is_moved]) / leaving[is_moved])
-    # Ways equal to the data count on both sides, whatever the shift.
+    # Relabellings equal to the data count on both sides for any shift.
     k = floor((1.0 - level) / 2.0 * len(ways.in_first) + 1e-9) - int((~is_moved).sum())
     method = f"shifts that the permutation test of {n_first} against {n - n_first} does not reject"
     if k < 1:
-        return Interval(None, None, level, method + "; without bound, as it rejects none at this level")
+        return Interval(None, None, level, method + "; unbounded, as the test rejects none at this level")
     return Interval(float(shifts[k - 1]), float(shifts[-k]), level, method)
 
 
 def pair_interval(values: Values, ways: Relabellings, level: float) -> tuple[float, Interval]:
-    """Hodges–Lehmann difference, first less second, and the shifts that the rank test does not reject.
+    """Hodges–Lehmann difference, first minus second, and the shifts that the rank test does not reject.
 
     Source: Hodges, Lehmann 1963, Ann Math Stat 34:598.
     """
@@ -91,10 +94,10 @@ def pair_interval(values: Values, ways: Relabellings, level: float) -> tuple[flo
         k += 1
     method = f"shifts that the rank test of {n_first} against {n - n_first} does not reject"
     if k == 0:
-        return float(np.median(pairs)), Interval(None, None, level, method + "; without bound at this level")
+        return float(np.median(pairs)), Interval(None, None, level, method + "; unbounded at this level")
     return float(np.median(pairs)), Interval(float(pairs[k - 1]), float(pairs[-k]), level, method)
 
 
 def reachable_level(ways: Relabellings, level: float) -> float:
-    """`level`, or the highest at which these intervals have ends: 0.9 for 3 against 3."""
+    """Return `level`, or the highest level at which these intervals are bounded: 0.9 for 3 against 3."""
     return min(level, 1.0 - 2.0 / len(ways.in_first))

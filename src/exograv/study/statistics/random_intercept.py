@@ -1,9 +1,10 @@
-"""Touches within people within groups: REML for the model that only has these, for many studies at once.
+"""REML for touches within people within groups, for many studies at once.
 
     log deviation = mean of the group + person + touch,   person ~ N(0, person_sd²),   touch ~ N(0, touch_sd²)
 
-What a person's touches say is in their number, mean and sum of squares, so that a thousand studies take a second. With
-more terms in the model there is `mixed.py`.
+Number, mean and sum of squares of a person's touches are sufficient statistics, so a thousand studies take a second.
+For
+models with more terms see `mixed.py`.
 """
 
 from dataclasses import dataclass
@@ -13,17 +14,17 @@ import pandas as pd
 from jaxtyping import Float
 
 LOG_RATIO_MIN, LOG_RATIO_MAX = -12.0, 8.0
-"""Of person variance to touch variance; the lower end counts as none at all."""
+"""Range of the logarithm of person variance over touch variance. At the lower end the ratio is taken as 0."""
 
 STEPS = 60
-"""Of the search; each leaves 0.62 of the bracket, all of them 7e-12 of it."""
+"""Number of steps of the search. Each keeps 0.62 of the bracket, all of them 3e-13."""
 
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 
 @dataclass(frozen=True)
 class SufficientStatistics:
-    """What studies with the same number of people hold about each."""
+    """Sufficient statistics of each person, for studies with the same number of people."""
 
     touches: Float[np.ndarray, "study person"]
     mean: Float[np.ndarray, "study person"]
@@ -31,11 +32,11 @@ class SufficientStatistics:
     """Sum of squared distances from each person's own mean, over all touches."""
 
     n_first: int
-    """The first so many people are the first group."""
+    """Number of people in the first group; they come first."""
 
 
 def sums_of(counted: pd.DataFrame, groups: tuple[str, str]) -> SufficientStatistics:
-    """Of one study: columns of `people.counted_touches`."""
+    """Compute the statistics of one study, from the columns of `people.counted_touches`."""
     means, sizes, squares, n_first = [], [], 0.0, 0
     for group in groups:
         for _, own in counted.loc[counted["group"] == group].groupby("participant"):
@@ -49,20 +50,20 @@ def sums_of(counted: pd.DataFrame, groups: tuple[str, str]) -> SufficientStatist
 
 @dataclass(frozen=True)
 class Components:
-    """By REML."""
+    """Estimates by REML."""
 
     difference: Float[np.ndarray, " study"]
-    """First group less second."""
+    """Difference of the groups, first minus second."""
 
     error: Float[np.ndarray, " study"]
-    """Its standard error, as if the standard deviations were known."""
+    """Standard error of the difference for known standard deviations."""
 
     person_sd: Float[np.ndarray, " study"]
     touch_sd: Float[np.ndarray, " study"]
 
 
 def fit(sums: SufficientStatistics) -> Components:
-    """The variance ratio of greatest restricted likelihood by golden section, everything else in closed form."""
+    """Maximise the restricted likelihood over the variance ratio by golden section; the rest is in closed form."""
     low = np.full(len(sums.squares), LOG_RATIO_MIN)
     high = np.full(len(sums.squares), LOG_RATIO_MAX)
     for _ in range(STEPS):
@@ -77,7 +78,7 @@ def fit(sums: SufficientStatistics) -> Components:
 
 
 def _weights(sums: SufficientStatistics, ratio: Float[np.ndarray, " study"]) -> Float[np.ndarray, "study person"]:
-    """Precision of each person's mean, in units of one touch's."""
+    """Precision of each person's mean, in units of one touch's precision."""
     return sums.touches / (1.0 + ratio[:, None] * sums.touches)
 
 
@@ -101,7 +102,7 @@ def _given(
 
 
 def _log_likelihood(sums: SufficientStatistics, ratio: Float[np.ndarray, " study"]) -> Float[np.ndarray, " study"]:
-    """Restricted, but for a constant."""
+    """Restricted log likelihood up to a constant."""
     weights = _weights(sums, ratio)
     touch_variance = _given(sums, ratio)[2]
     lost = sum(np.log(weights[:, group].sum(1)) for group in _groups(sums))

@@ -1,4 +1,4 @@
-"""Who could have been in which group: all ways to deal the people out again, or many of them at random."""
+"""Relabellings: all ways to assign the people to the two groups, or many of them drawn at random."""
 
 from dataclasses import dataclass
 from itertools import chain, combinations
@@ -8,33 +8,33 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 COUNTED_MAX = 200_000
-"""Up to so many ways all are counted: 10 against 10 are 184 756."""
+"""Number of relabellings up to which all are enumerated: 10 against 10 people have 184 756."""
 
 DRAWN = 99_999
-"""Ways that are drawn where there are more, besides that of the data."""
+"""Number of relabellings that are drawn otherwise, in addition to that of the data."""
 
 CELLS_MAX = 20_000_000
-"""Numbers that are held at once: 160 MB."""
+"""Numbers in memory at once: 160 MB."""
 
 
 @dataclass(frozen=True)
 class Relabellings:
-    """Ways to deal people into two groups of the sizes they have; row 0 is that of the data, its first people first."""
+    """Ways to assign people to two groups of given sizes. Row 0 is that of the data, its first people first."""
 
     in_first: Bool[np.ndarray, "labelling person"]
     is_complete: bool
-    """Every way once; otherwise row 0 and ways drawn at random."""
+    """True if each way is there once; otherwise row 0 is followed by ways drawn at random."""
 
     @property
     def n_first(self) -> int:
-        """People in the first group."""
+        """Number of people in the first group."""
         return int(self.in_first[0].sum())
 
 
 def relabellings(
     n_first: int, n_second: int, rng: np.random.Generator, counted_max: int = COUNTED_MAX, drawn: int = DRAWN
 ) -> Relabellings:
-    """All of them where there are at most `counted_max`, otherwise `drawn` at random and that of the data."""
+    """Return all relabellings if there are at most `counted_max`, otherwise that of the data and `drawn` at random."""
     n = n_first + n_second
     if (ways := comb(n, n_first)) <= counted_max:
         flat = np.fromiter(chain.from_iterable(combinations(range(n), n_first)), int, ways * n_first)
@@ -48,7 +48,7 @@ def relabellings(
 def tails(
     values: Float[np.ndarray, "study person"], ways: Relabellings
 ) -> tuple[Float[np.ndarray, " study"], Float[np.ndarray, " study"]]:
-    """Share of the ways whose first group has at least the sum that it has in the data; and at most.
+    """Share of the relabellings whose first group has at least the sum of the data's first group, and at most this sum.
 
     Sums that differ by rounding only are equal: people with the same value must not count as different.
     """
@@ -67,14 +67,14 @@ def tails(
 def two_sided(values: Float[np.ndarray, "study person"], ways: Relabellings) -> Float[np.ndarray, " study"]:
     """Permutation p-values of the difference of the groups' means: twice the smaller tail, at most 1.
 
-    Source: Phipson, Smyth 2010, Stat Appl Genet Mol Biol 9:39, for drawn ways: the data's own is one of them.
+    Source: Phipson, Smyth 2010, Stat Appl Genet Mol Biol 9:39, for drawn relabellings: the data's own is one of them.
     """
     at_least, at_most = tails(values, ways)
     return np.minimum(1.0, 2.0 * np.minimum(at_least, at_most))
 
 
 def smallest_p(values: Float[np.ndarray, " person"], ways: Relabellings) -> float:
-    """Smallest two-sided p-value that any grouping of these very people could give; equal values make it larger."""
+    """Smallest two-sided p-value that any grouping of these people could give; equal values make it larger."""
     sums = ways.in_first @ values
     tolerance = 1e-9 * np.abs(values).sum()
     ends = [np.count_nonzero(sums >= sums.max() - tolerance), np.count_nonzero(sums <= sums.min() + tolerance)]
@@ -82,5 +82,5 @@ def smallest_p(values: Float[np.ndarray, " person"], ways: Relabellings) -> floa
 
 
 def generic_smallest_p(n_first: int, n_second: int) -> float:
-    """The same for people who all differ: 2 / C(n, n_first)."""
+    """Smallest p-value for people who all differ: 2 / C(n, n_first)."""
     return min(1.0, 2.0 / comb(n_first + n_second, n_first))
