@@ -83,7 +83,7 @@ REFUSED = {
     ),
     "a training without motors": (
         ("train", "--simulate", "--participant", "P-01", "--rig", "recupera_like_passive"),
-        "wants an active machine",
+        "needs an active machine",
     ),
     "a session for two arms": (
         ("train", "--simulate", "--participant", "P-01", "--rig", "recupera_like_dual"),

@@ -1,4 +1,4 @@
-"""An emulated flight reaches the receiver over the network; whoever else sends to its port disturbs nothing."""
+"""An emulated flight reaches the receiver over the network. Other senders to its port have no effect."""
 
 import socket
 
@@ -20,7 +20,7 @@ def line(level: float, k: int) -> bytes:
 
 
 def received(receiver: AircraftReceiver, datagrams: list[bytes], begun: float = 0.0) -> list:
-    """What it says when they come one by one, ten a second."""
+    """Receive lines one by one, ten per second, and return the events."""
     said = []
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for k, datagram in enumerate(datagrams):

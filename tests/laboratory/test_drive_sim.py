@@ -1,4 +1,4 @@
-"""Simulated drives are refused with a reason where an option is wrong, and wired as somebody asks."""
+"""Simulated drives reject invalid options with a reason, and are wired as the options state."""
 
 import contextlib
 import io
@@ -22,7 +22,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples" / "drives"
 JOINTS = ("shoulder", "elbow")
 
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
-    "a file of another bus": ({"drives": EXAMPLES / "canopen.toml"}, r"names no \[udp\] bus"),
+    "a file of another bus": ({"drives": EXAMPLES / "canopen.toml"}, r"has no \[udp\] bus"),
     "a machine of another name": ({"rig": "agree_like"}, "has the drives of 'recupera_like'"),
     "a joint that is not there": ({"wrong_sign": ("knee",)}, "No joint knee"),
     "no factor": ({"wrong_scale": ("elbow_flexion",)}, "JOINT:FACTOR"),

@@ -1,4 +1,4 @@
-"""Movements end where they began, stay within reach, and recorded ones are what people did."""
+"""Movements end where they started, stay within reach, and recorded ones agree with the recordings."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from exograv.model.description import load_rig
 
 DT = 1e-3
 LOWER, UPPER = np.array([-0.7, -0.3, -1.3, 0.0]), np.array([2.3, 1.31, 1.3, 2.18])
-ANGLE_STEP = np.deg2rad(0.03)  # of the recordings' encoders
+ANGLE_STEP = np.deg2rad(0.03)  # Resolution of the recordings' encoders.
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +71,7 @@ def test_smoothing_takes_the_steps_of_the_encoder_and_no_more():
 
 
 def test_what_is_no_recording_is_refused(tmp_path: Path):
-    with pytest.raises(RecordingError, match="holds no repetition 1 of task 2"):
+    with pytest.raises(RecordingError, match="has no repetition 1 of task 2"):
         read_reaching(tmp_path / "none.mat", 2)
     cells, segments = np.empty((1, 1), dtype=object), np.empty((2, 1), dtype=object)
     segments[:, 0] = [np.zeros((3, 20)), np.zeros((3, 30))]
@@ -91,7 +91,7 @@ def test_recorded_reaching_comes_back_and_stays_within_reach(folder: Path):
     movement = recorded(LOWER, UPPER, DT, folder)
     path = movement.path
     np.testing.assert_allclose(path.q[-1], path.q[0], atol=1e-9)
-    overshoot = np.deg2rad(0.5)  # smoothing rounds the corners of what was clipped
+    overshoot = np.deg2rad(0.5)  # Smoothing rounds the corners of clipped samples.
     assert (path.q >= LOWER + LIMIT_MARGIN - overshoot).all()
     assert (path.q <= UPPER - LIMIT_MARGIN + overshoot).all()
     assert np.abs(path.v).max() < 4.0

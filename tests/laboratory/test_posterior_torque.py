@@ -1,4 +1,4 @@
-"""Doubt grows with the covariance, agrees with its linear form where it is small, and is silent without one."""
+"""Posterior torque grows with the covariance, agrees with its linear form if small, and needs a covariance."""
 
 from dataclasses import replace
 
@@ -17,10 +17,10 @@ from exograv.model.support import assemble
 from exograv.procedures.calibration.nominal_machine import nominal_machine
 
 SMALL = 1e-4
-"""Share of the prior's covariance at which torque is linear in the parameters to a per cent."""
+"""Share of the prior's covariance at which torque is linear in the parameters, to a per cent."""
 
 SAMPLING = 0.1
-"""Relative: the RMS of 512 draws is known to 3 %, linearity to 1 %."""
+"""Relative tolerance: the RMS of 512 draws has an error of 3 %, linearity one of 1 %."""
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def laboratory():
 
 
 def doubt_of(laboratory, share: float) -> PosteriorTorque:
-    """With this share of the prior's covariance."""
+    """Estimate with this share of the prior's covariance."""
     assembly, _, resting, mean, covariance = laboratory
     found = posterior_torque(resting, assembly, Estimate(0.0, mean, share * covariance, 0.0, 1.0))
     assert found is not None
@@ -43,7 +43,7 @@ def test_small_doubt_is_the_linear_prediction(laboratory):
     assembly, machine, _, mean, covariance = laboratory
     found = doubt_of(laboratory, SMALL)
     linear = LeftOverPrediction(ArmModel(assembly, machine), mean).rms(SMALL * covariance)
-    # The median of an RMS lies below the RMS of all, the 95th percentile above.
+    # The median of an RMS lies below the total RMS, the 95th percentile above it.
     assert (found.median < linear).all()
     assert (found.p95 > linear).all()
     assert found.draws == 512

@@ -1,4 +1,4 @@
-"""What reaches the controller is a possible arm, whatever a method arrives at."""
+"""The controller only accepts a physically possible arm, from any method."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A transparency test compares like with like, tells the contract's figures, and refuses what it cannot do."""
+"""A transparency test compares equal conditions, reports the contract's figures, and rejects unsuitable machines."""
 
 import ast
 from dataclasses import replace
@@ -28,7 +28,7 @@ STILL = np.zeros(4)
 
 
 def effort(size: float, tracking_deg: float = 0.5) -> Effort:
-    """The same at every joint."""
+    """Effort with the same value at every joint."""
     return Effort(np.full(4, size), np.full(4, size**2), np.full(4, tracking_deg), 12)
 
 

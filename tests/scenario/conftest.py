@@ -1,4 +1,4 @@
-"""One demonstration for all scenarios that look at its result; for the others a short way to a worn machine."""
+"""Fixtures of the scenarios: a common demonstration, and a short way to a worn machine."""
 
 import json
 import subprocess
@@ -28,7 +28,7 @@ SEED = 1012
 
 @dataclass
 class Demo:
-    """What a demonstration left behind."""
+    """Result files of a demonstration."""
 
     result: dict[str, Any]
     recording: Path
@@ -38,7 +38,7 @@ class Demo:
 def run_demo(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Demo]:
     def run(*words: str) -> Demo:
         folder = tmp_path_factory.mktemp("demo")
-        # A process of its own: checked shapes would make half a million ticks five times slower.
+        # The demonstration runs in another process: checked shapes would make half a million ticks five times slower.
         command = [sys.executable, "-m", "exograv.cli", *words, "--seed", str(SEED)]
         command += ["--out", str(folder), "--json", str(folder / "result.json")]
         subprocess.run(command, check=True, capture_output=True)
@@ -50,13 +50,13 @@ def run_demo(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Demo]:
 
 @pytest.fixture(scope="session")
 def demo(run_demo: Callable[..., Demo]) -> Demo:
-    """Level 2, half a minute of motion."""
+    """Run a demonstration at level 2, with half a minute of motion."""
     return run_demo("demo", "--seconds", "30")
 
 
 @dataclass
 class Worn:
-    """A wearer in a machine, and who flies it."""
+    """Wearer in a machine, and its pilot."""
 
     twin: Twin
     pilot: Pilot
@@ -67,7 +67,7 @@ class Worn:
 
 @pytest.fixture(scope="session")
 def put_on() -> Callable[..., Worn]:
-    """Put a wearer of a level and a seed into a machine whose gains and friction are known: a perfect stage 0."""
+    """Put a wearer of a level and a seed into a machine with known gains and friction, as after a perfect stage 0."""
 
     def put(level: int = 0, seed: int = SEED, rig: str = "recupera_like") -> Worn:
         laboratory = draw_laboratory(rig, "right", level, seed)

@@ -1,4 +1,4 @@
-"""A session that is left by Ctrl-C goes on where it was, under the same guard, and all of it can be read afterwards."""
+"""A session interrupted by Ctrl-C continues where it was, under the same guard, and its recordings are complete."""
 
 from pathlib import Path
 
@@ -55,7 +55,7 @@ def test_a_session_that_was_left_goes_on_and_every_change_of_support_went_by_the
         assert [one["block"] for one in decided] == blocks
         assert set(decided[0]["text"]) == {"en", "de"}
         levels = [one["gravity_level"] for one in recording.messages("/control") if one["act"] == "level"]
-        # A message a tick while the level changes, 1 ms of the ramp each; none while all is carried.
+        # Each tick of a changing level has a message, for 1 ms of the ramp. Full support has none.
         assert np.abs(np.diff([0.0, *levels])).max(initial=0.0) <= 1e-3 / GRAVITY_LEVEL_S + 1e-9
         assert recording.is_simulated
         assert not [one for one in recording.messages("/event") if one["kind"] == "stop"]

@@ -1,4 +1,4 @@
-"""`exograv rig calibrate` keeps its contract, finds the hidden machine, and what it stored is used and named."""
+"""`exograv rig calibrate` keeps its contract, finds the hidden machine, and its file is used and named."""
 
 import json
 import subprocess
@@ -12,11 +12,11 @@ import pytest
 from exograv.recording import read_recording
 
 SEED = 1012
-GAIN = 0.01  # share
+GAIN = 0.01  # Relative error.
 FRICTION = {"coulomb_Nm": 0.04, "viscous": 0.08, "breakaway": 0.10}
-"""Largest error as a share of the truth: some of a bad joint (docs/howto/calibration.md)."""
+"""Largest relative errors. Some are those of a bad joint (docs/howto/calibration.md)."""
 INSIDE = 0.8
-"""Share of intervals that hold the truth: one machine proves no coverage, that is counted over many."""
+"""Smallest share of intervals that contain the truth. Coverage needs many machines and is measured elsewhere."""
 pytestmark = pytest.mark.slow
 
 

@@ -1,6 +1,6 @@
-"""A console is killed, or stands still, while an arm floats: the guard alone lets it down, or gives it back, in time.
+"""The guard alone lets a floating arm down, or gives it back, in time after the console dies or freezes.
 
-F30 and F31 at real processes, on the machine's own clock.
+The test shows hazards F30 and F31 on real processes, in real time.
 """
 
 import os
@@ -22,14 +22,14 @@ from exograv.safety.modes import RAMP_OUT_S
 pytestmark = pytest.mark.slow
 
 LATE_S = 0.5
-"""For a guard to look at its parent's line, and for a computer that does much else."""
+"""Tolerance for the guard's check of its parent's line, on a busy computer."""
 
 SOON_S = 120.0
 OPTIONS = ("--level", "1", "--seed", "1001", "--identify", "10")
 
 
 def floating(operator: Page) -> None:
-    """Two steps, and the arm is learned."""
+    """Do both steps, and identify the arm."""
     for act, mode in (("make_ready", "exo_only"), ("identify", "moving")):
         operator.until(lambda a=act: a in operator.shown["possible"], SOON_S)
         assert operator.act(act, seen_version=operator.shown["version"])["taken"]
@@ -50,13 +50,13 @@ def whole(path: Path) -> Recording:
 
 
 def first_s(recording: Recording, rows: np.ndarray, after_s: float) -> float:
-    """From a moment on CLOCK_MONOTONIC to the first such tick after it [s]."""
+    """Time from a moment on CLOCK_MONOTONIC to the first such tick after it [s]."""
     times = recording.ticks["monotonic"][rows]
     return float(times[times >= after_s][0]) - after_s
 
 
 def comes_down(recording: Recording) -> np.ndarray:
-    """In which ticks a soft descent, or what is harder, was in force."""
+    """Ticks in which a soft descent, or a harder safe state, was in force."""
     return recording.ticks["safe_state"].astype(int) - 1 >= SafeState.DESCENT
 
 
@@ -88,7 +88,7 @@ def test_a_console_that_stands_still_has_the_arm_given_back_when_the_lease_ends(
         recording = whole(tmp_path / "steered-1.mcap")
     ticks = recording.ticks
     begins = first_s(recording, ticks["arm_share"] < 1.0, struck)
-    # It was kept last up to a beat before it stood still.
+    # The last heartbeat was up to one period before the freeze.
     assert LEASE_S - LATE_S < begins < LEASE_S + LATE_S
     assert first_s(recording, ticks["arm_share"] == 0.0, struck) - begins < RAMP_OUT_S + LATE_S
     still = (ticks["monotonic"] > struck) & (ticks["monotonic"] < struck + LEASE_S + RAMP_OUT_S)

@@ -1,4 +1,4 @@
-"""What `demo --json` writes is what scripts were promised: these keys, these types, lists per joint."""
+"""The JSON of `demo --json` has the promised keys and types, with lists per joint."""
 
 PER_JOINT = 4
 PROMISED = {

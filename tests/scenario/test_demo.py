@@ -1,4 +1,4 @@
-"""The whole idea on the twin, whose truth the controller never sees: hidden gains, a hidden arm, a hidden weight."""
+"""The demonstration finds hidden gains, a hidden arm and a hidden weight. The controller has no access to the truth."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from exograv.model.description import load_rig
 from exograv.recording import read_recording
 
-GAIN = 0.02  # share
+GAIN = 0.02  # Relative error.
 COULOMB_NM = 0.3
 DRIFT_DEG = 5.0
 FREEDOMS = ("flexion", "abduction", "rotation", "elbow")
@@ -14,7 +14,7 @@ NEVER_THE_SAME = ("wall_s", "tick_us", "report", "recording")
 
 
 def calibration(demo, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Truth and what stage 0 found, one entry a joint."""
+    """True and calibrated values, one entry per joint."""
     rows = [row for row in demo.result["calibration"] if row["name"] == name]
     return np.array([row["truth"] for row in rows]), np.array([row["estimate"] for row in rows])
 
@@ -49,7 +49,10 @@ def test_the_weight_that_was_found_is_carried(demo):
 
 
 def test_the_floated_arm_stays_or_is_drawn_towards_its_own_rest(demo):
-    """Friction is returned: what it keeps may be less than the pull of the wearer's springs, as in weightlessness."""
+    """Friction is returned.
+
+    Its remainder may be less than the pull of the wearer's passive joints, as in weightlessness.
+    """
     floated, truth = demo.result["float"], {row["name"]: row["truth"] for row in demo.result["parameters"]}
     rest = np.array([truth[f"{name}.spring_offset"] / truth[f"{name}.stiffness"] for name in FREEDOMS])
     way = np.abs(np.rad2deg(rest - np.mean(load_rig("recupera_like").workspace, axis=0)))
@@ -61,7 +64,7 @@ def test_the_floated_arm_stays_or_is_drawn_towards_its_own_rest(demo):
 def test_most_stated_intervals_hold_the_truth(demo):
     rows = demo.result["parameters"]
     inside = [row["ci95"][0] <= row["truth"] <= row["ci95"][1] for row in rows]
-    # One wearer proves no coverage; that is counted over many (benchmarks/). Far off is wrong all the same.
+    # One wearer proves no coverage, which is counted over many (benchmarks/). A large error is a fault nevertheless.
     assert np.mean(inside) > 0.7
 
 
@@ -72,7 +75,7 @@ def test_no_torque_leaves_the_envelope(demo):
     assert np.isfinite(tau).all()
     assert (np.abs(tau) <= np.array(limits["torque_max_Nm"]) + 1e-5).all()
     assert np.abs(ticks["v"]).max() < limits["v_trip_rad_s"]
-    # Stage 0 and the worn machine have an envelope each; the second starts anew, with the arm carried.
+    # Calibration and worn machine have separate envelopes. The second starts with the arm carried.
     worn = int(np.searchsorted(ticks["t"], recording.messages("/phase")[1]["t"] - 1e-6))
     rate = np.abs(np.diff(tau, axis=0)) / 1e-3
     assert np.delete(rate, worn - 1, axis=0).max() <= limits["torque_rate_max_Nm_per_s"] * 1.001
@@ -85,10 +88,10 @@ def test_the_loops_stay_closed_from_beginning_to_end(demo):
 def test_nothing_jumps_when_one_phase_follows_another(demo):
     recording = read_recording(demo.recording)
     ticks = recording.ticks
-    for phase in recording.messages("/phase")[2:]:  # once the wearer has been put in
+    for phase in recording.messages("/phase")[2:]:  # Phases after the wearer is in the machine.
         k = int(np.searchsorted(ticks["t"], phase["t"] - 1e-6))
         step = np.abs(ticks["tau_desired"][k].astype(float) - ticks["tau_desired"][k - 1]).max()
-        assert step < 4.0, phase["name"]  # the weak PD lets go of 2-3° of stiction at most
+        assert step < 4.0, phase["name"]  # The weak PD releases at most 2-3° of stiction.
 
 
 @pytest.mark.slow
@@ -112,7 +115,7 @@ def test_the_left_arm_works_like_the_right_one(run_demo):
 def test_every_method_goes_through_the_whole_demonstration(run_demo, method: str):
     result = run_demo("demo", "--seconds", "5", "--method", method).result
     assert result["method"] == method
-    # How far it drifts is no promise of theirs: friction is returned, and no longer hides what is left over.
+    # The drift is not promised for these methods: friction is returned, and no longer hides the residual torque.
     assert result["float"]["window_s"] > 0.0
     assert result["known_weight"]["estimated_kg"] > 0.0
 

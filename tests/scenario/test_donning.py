@@ -1,4 +1,4 @@
-"""A person who was here before is known sooner, and the file that says so holds nothing that only an examiner knows."""
+"""A returning person is identified sooner, and the file contains no value that only the examiner knows."""
 
 import json
 import subprocess
@@ -24,7 +24,7 @@ def run(folder: Path, *words: str) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def days(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any], dict[str, Any]]:
-    """The file after the first day, and the results of both."""
+    """File after the first day, and the results of both days."""
     folder = tmp_path_factory.mktemp("days")
     file, calibration = folder / "P-12.toml", folder / "calibration.toml"
     run(folder, "calibrate", "--calibration", str(calibration))

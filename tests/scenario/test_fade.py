@@ -1,4 +1,4 @@
-"""A change of mode is a ramp: the torque that is asked for does not step."""
+"""A change of mode is a ramp: the desired torque has no step."""
 
 import numpy as np
 import pytest
@@ -6,14 +6,14 @@ import pytest
 from exograv import motion
 from exograv.loop.mode_ramp import fade
 
-STEP_NM = 0.05  # N·m a tick, of friction and passive torque of several N·m over a second
+STEP_NM = 0.05  # N·m per tick: friction and passive torque change by several N·m in a second.
 
 
 @pytest.mark.parametrize("goal", [0.0, 1.0])
 def test_torque_follows_a_change_of_mode_in_small_steps(put_on, goal: float):
     worn = put_on()
     worn.controller.mode.drive = 1.0 - goal
-    # An arm that was just put in settles, and friction is returned along its way: that is no change of mode.
+    # An arm that was just put in settles, and friction is returned along its way. This is no change of mode.
     dt = worn.pilot.rig.period_s
     worn.pilot.run(worn.controller, motion.hold(worn.pilot.q.copy(), 1.0, dt), "Settling")
     asked, step = [], worn.controller.step

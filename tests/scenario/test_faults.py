@@ -1,4 +1,4 @@
-"""Whatever goes wrong in the loop, the arm comes down softly and the operator reads a sentence."""
+"""The arm comes down softly after any fault in the loop, and the operator reads a sentence."""
 
 import numpy as np
 import pytest
@@ -9,12 +9,12 @@ from exograv.loop.arm_controller import ArmController
 from exograv.safety.envelope import StopReason
 from exograv.signals import Reference
 
-SWING_RAD_S = 0.5  # what is left when the torque has faded: the arm hangs and settles
-FALL_RAD_S = 2.0  # an arm that drops freely reaches 5 rad/s within half a second
+SWING_RAD_S = 0.5  # Remaining swing after the torque has faded: the arm hangs and settles.
+FALL_RAD_S = 2.0  # A freely falling arm reaches 5 rad/s within half a second.
 
 
 class Faulty:
-    """An arm's controller that breaks after some ticks."""
+    """Arm controller that fails after some ticks."""
 
     def __init__(self, controller: ArmController, good_ticks: int):
         self._controller, self._left = controller, good_ticks
@@ -79,9 +79,9 @@ def test_a_fault_lets_the_arm_down_softly_and_is_told_in_a_sentence(put_on, kind
         worn.pilot.run(fault, motion.joined([path, hold]), "Raising the arm")
     assert worn.pilot.envelope.stop is reason
     assert np.isfinite(torques).all()
-    assert np.abs(np.diff(torques, axis=0)).max() <= 0.150 + 1e-9  # N·m a tick
+    assert np.abs(np.diff(torques, axis=0)).max() <= 0.150 + 1e-9  # N·m per tick.
     assert max(speeds[len(path) :]) < FALL_RAD_S
-    assert worn.twin.truth.q[0] < 0.5 * raised[0]  # down it is
+    assert worn.twin.truth.q[0] < 0.5 * raised[0]  # The arm is down.
     assert speeds[-1] < SWING_RAD_S
 
 

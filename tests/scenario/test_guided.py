@@ -1,4 +1,7 @@
-"""On the twin, whose truth the examiner alone reads: an arm is led, repeats it, mirrors the other, and is overruled."""
+"""A guided arm repeats its taught path, mirrors the other arm, and yields to the person.
+
+Only the examiner knows the truth.
+"""
 
 import contextlib
 from collections.abc import Callable
@@ -32,15 +35,15 @@ pytestmark = pytest.mark.slow
 
 SEED = 1000
 REPEAT_RMS_DEG = 3.0
-"""Of any joint: three times what tuning seeds 1000 and 1001 had, less than somebody sees."""
+"""Largest RMS error of any joint [°]: three times that of tuning seeds 1000 and 1001, and too small to see."""
 
 MIRROR_RMS_DEG = 5.0
-"""Of any joint, an eighth of a second late; tuning seeds had 2.8."""
+"""Largest RMS error of any joint [°] at a delay of 0.125 s. Tuning seeds had 2.8."""
 
 ROUNDING_NM = 1e-6
 
 AT_ANY_TIME_S = [1.0, 3.5, 5.0, 7.0, 11.5]
-"""The arm floats, control takes over, takes hold, leads it to the path, and along it."""
+"""Times while the arm floats, control takes over, couples, moves the arm to the path, and along it [s]."""
 
 Known = tuple[VirtualLaboratory, ControllerKnowledge]
 Path = tuple[FloatingArm, Trajectory]
@@ -67,7 +70,7 @@ def two_arms() -> Known:
 
 @pytest.fixture(scope="module")
 def path(one_arm: Known) -> Trajectory:
-    """Along which the arm was led once."""
+    """Path along which the arm was moved once."""
     arm, description = _flown(one_arm), one_arm[0].description
     movement = drawn_movement(description, SEED, description.donning_posture, arm.rig.period_s)
     found = teach(arm, movement.seconds + 1.0, Therapist(arm.rig, movement).act)
@@ -76,12 +79,12 @@ def path(one_arm: Known) -> Trajectory:
 
 @pytest.fixture
 def led(one_arm: Known, path: Trajectory) -> Path:
-    """The arm on the same day again, floating, and the path."""
+    """Arm on the same day again, floating, and the path."""
     return _flown(one_arm), path
 
 
 def _feedback(arm: FloatingArm[Twin], run: Callable[[], object], from_s: float = 0.0) -> np.ndarray:
-    """Largest torque beyond the model's own that control asked for meanwhile, from a time on (joint,) [N·m]."""
+    """Largest torque beyond the model's own that the controller desired, from `from_s` on (joint,) [N·m]."""
     controller, most = arm.controller, np.zeros(len(arm.pilot.q))
     step = controller.step
 
@@ -97,7 +100,7 @@ def _feedback(arm: FloatingArm[Twin], run: Callable[[], object], from_s: float =
 
 
 def _after(arm: FloatingArm[Twin], seconds: float) -> Callable[[], bool]:
-    """Whether so much time has passed: somebody asks to be let go."""
+    """Return a function that is True after this time, when the person asks to be let go."""
     until = arm.rig.t + seconds
     return lambda: arm.rig.t > until
 
@@ -105,7 +108,7 @@ def _after(arm: FloatingArm[Twin], seconds: float) -> Callable[[], bool]:
 def _stopped_after(
     arm: FloatingArm[Twin], seconds: float, act: Callable[[], object] = lambda: None
 ) -> Callable[[], bool]:
-    """Somebody acts, and somebody presses Stop."""
+    """Return an action of the person that also presses Stop after this time."""
     is_over = _after(arm, seconds)
 
     def press() -> bool:
@@ -118,7 +121,7 @@ def _stopped_after(
 
 
 class Leaving:
-    """A person who has other plans: from a time on the arm goes elsewhere, by its own muscles."""
+    """Person who moves the arm elsewhere by the own muscles, from a time on."""
 
     def __init__(self, arm: FloatingArm[Twin], after_s: float, way: float):
         self._twin, self._begins, self._way = arm.rig, _after(arm, after_s), way
@@ -240,7 +243,10 @@ def test_a_therapist_who_leads_outside_is_told_where(one_arm: Known):
 
 
 def _mirrored(two_arms: Known, holds: bool) -> tuple[FloatingArm, GripOutcome, np.ndarray, np.ndarray]:
-    """One arm leads; what came of it, errors in the mirror (tick, joint) [rad], and the most that was asked for."""
+    """Let one arm lead.
+
+    Return arms, outcome, errors of the mirror (tick, joint) [rad], and the largest desired torque.
+    """
     arms, description = _flown(two_arms), two_arms[0].description
     twin = arms.rig
     which = MirrorMap.of(description, arms.controller.assembly.exo, "right")

@@ -1,4 +1,4 @@
-"""Ctrl-C while an arm is led leaves a whole recording without a result, and the paths of before as they were."""
+"""Ctrl-C while an arm is guided leaves a complete recording without a result, and does not change earlier paths."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -24,12 +24,12 @@ CODE = "K7MR4XX"
 
 
 def quiet(_text: str, _share: float) -> None:
-    """Nobody looks."""
+    """Discard the progress."""
 
 
 @dataclass
 class Pressed:
-    """Ctrl-C, when this was shown so many times."""
+    """Progress that raises Ctrl-C when a text was shown this number of times."""
 
     text: str
     times: int
@@ -47,7 +47,7 @@ def known() -> ControllerKnowledge:
 
 @pytest.fixture
 def path(known: ControllerKnowledge, tmp_path: Path) -> Path:
-    """A path that was taught before."""
+    """Path that was taught before."""
     options, path = GuidedOptions(seed=SEED, simulate=True), tmp_path / "path.toml"
     run_teach(options, path, CODE, tmp_path, quiet, lambda *_asked: known)
     return path

@@ -1,4 +1,4 @@
-"""An arm that is learned live floats as well as one that was learned before, though its worker is killed meanwhile."""
+"""An arm that is identified live floats as well as one identified before, even if its worker is killed meanwhile."""
 
 import os
 import signal
@@ -25,16 +25,16 @@ from exograv.recording import read_recording
 from exograv.results import json_value
 
 SEED = 1004
-RESIDUAL_NM, RESIDUAL_S = 0.1, 0.1  # of a machine that is known as well as stage 0 can
+RESIDUAL_NM, RESIDUAL_S = 0.1, 0.1  # Values of a perfectly calibrated machine.
 SHOULDER_NM, ELBOW_NM = 0.5, 0.25
-"""The coarse target: half a minute at level 1 is more than it takes."""
+"""Coarse target. Half a minute at level 1 is more than enough for it."""
 
 
 def known_machine(preparation: Preparation, *_) -> ControllerKnowledge:
-    """In place of a calibration, which is not what is tested here; of the wearer nothing is known."""
+    """Knowledge of the machine without a calibration, which is not tested here. The wearer is unknown."""
     laboratory = preparation.laboratory
     prepared = ideal_knowledge(laboratory, 0.0)
-    # The table's cuffs, as a session has them: from what it is told a replay makes the same model again.
+    # The table's cuffs are used, as in a session, so that a replay makes the same model.
     assembly = laboratory.assembly()
     joints = np.ones(assembly.n)
     machine = replace(prepared.machine, residual_sd=RESIDUAL_NM * joints, correlation_s=RESIDUAL_S * joints)
@@ -42,7 +42,7 @@ def known_machine(preparation: Preparation, *_) -> ControllerKnowledge:
 
 
 def learned(folder: Path, strike: signal.Signals) -> LiveFigures:
-    """A run whose worker gets a signal in the middle of the motion."""
+    """Run whose worker gets a signal in the middle of the motion."""
 
     def started(running: Running) -> None:
         worker = running.worker

@@ -1,4 +1,4 @@
-"""An arm that nobody holds comes to rest and stays there: what is returned of friction swings nothing up."""
+"""A released arm comes to rest and stays there: returned friction causes no oscillation."""
 
 from dataclasses import replace
 
@@ -18,14 +18,14 @@ from exograv.rig.twin import Twin
 POSTURE = np.deg2rad([40.0, 20.0, 15.0, 80.0])
 PUSH_Nm, PUSH_S = 6.0, 0.3
 WATCH_S, STILL_S = 30.0, 5.0
-STILL_DEG = 0.02  # a few encoder steps of 17 bits, two of 15
-QUIET_Nm = 0.6  # one or two such steps of the spring
-TOO_HEAVY = 1.03  # left over of the arm's weight: what an identification leaves
+STILL_DEG = 0.02  # A few encoder steps of 17 bits, two of 15 bits.
+QUIET_Nm = 0.6  # One or two such steps of the spring.
+TOO_HEAVY = 1.03  # Residual error of the arm's weight after an identification.
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("level", [2, 3])
-@pytest.mark.parametrize("seed", [0])  # more machines: docs/explanation/friction.md
+@pytest.mark.parametrize("seed", [0])  # More machines: docs/explanation/friction.md.
 def test_a_relaxed_arm_that_was_pushed_comes_to_rest_and_stays(level: int, seed: int):
     laboratory = draw_laboratory("recupera_like", "right", level, seed)
     arms = tuple(
@@ -57,7 +57,7 @@ def test_a_relaxed_arm_that_was_pushed_comes_to_rest_and_stays(level: int, seed:
 
 
 def push(pilot, controller, twin: Twin, freedom: int) -> None:
-    """By the wearer's own muscle, there and back."""
+    """Push the arm by the wearer's own muscle, there and back."""
     ticks = 0
 
     def act(_moment: TickSample) -> None:

@@ -1,4 +1,4 @@
-"""Live, in real processes: what is killed is noticed, the arm comes down, and what was recorded stays recorded."""
+"""A killed process of a live run is noticed, the arm comes down, and recorded samples stay recorded."""
 
 import os
 import signal
@@ -21,7 +21,7 @@ SECONDS = 8.0
 
 
 def lived(folder: Path, kill: str | None, after_s: float = 2.0, seconds: float = SECONDS) -> LiveFigures:
-    """A run in which one process is killed."""
+    """Run in which one process is killed."""
 
     def started(running: Running) -> None:
         pid = {"control": running.control.pid, "recorder": running.recorder.pid, None: None}[kill]

@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 
 SEED = 1021
-GAIN = 0.01  # share
+GAIN = 0.01  # Relative error.
 INSIDE = 0.8
-"""Share of intervals that hold the truth: one machine proves no coverage."""
+"""Smallest share of intervals that contain the truth. One machine proves no coverage."""
 SHOULDER_NM, ELBOW_NM = 0.5, 0.25
-"""The coarse target: twenty seconds are a third of what is asked for."""
+"""Coarse target, because twenty seconds are a third of the usual motion."""
 PAUSE_MS = 5.0
-"""Just before a stop, with which the computer and no drive is to blame: longer than any bridge."""
+"""Gap just before a stop that is blamed on the computer and not on a drive: longer than any bridge."""
 EXAMPLES = Path(__file__).parents[2] / "examples" / "drives"
 pytestmark = pytest.mark.slow
 
@@ -50,7 +50,7 @@ def test_a_machine_on_its_bus_is_calibrated_tested_and_lets_the_arm_float(bus: s
     assert result.returncode == 0, result.stdout + result.stderr
     assert figures(tmp_path)["self_test"].startswith("passed")
     if bus == "moteus":
-        return  # `live` has not been tried on it
+        return  # `live` is not tested on this bus.
     result = exograv(tmp_path, "live", *drives, "--identify", "20", "--seconds", "10")
     assert result.returncode == 0, result.stdout + result.stderr
     found = figures(tmp_path)

@@ -1,4 +1,4 @@
-"""What the guard knows of the person holds when everything before it has let a wrong arm pass."""
+"""The guard's limits of the person hold when all checks before have accepted a wrong arm."""
 
 import pytest
 
@@ -12,11 +12,13 @@ from exograv.procedures.identification.identify import V_MOTION
 from exograv.safety.envelope import StopReason
 
 HAND_MAX_M_S = {False: 1.6, True: 1.0}
-"""By whether the arm is known. The goal is 1.0; before, a healthy motion alone comes to 1.2
-(docs/explanation/safety.md)."""
+"""Largest speed of the hand, by knowledge of the arm. The goal is 1.0; a healthy motion alone has 1.2 before the arm is
+
+    known (docs/explanation/safety.md).
+"""
 
 STOPS = (StopReason.NOT_THIS_ARM, StopReason.TOO_FAST, StopReason.PAST_A_STOP, StopReason.MODEL_LOST)
-"""Each says that this arm is not the one in the machine."""
+"""Reasons of a stop that mean that another arm is in the machine."""
 
 pytestmark = pytest.mark.slow
 

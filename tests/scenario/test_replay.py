@@ -1,4 +1,4 @@
-"""What today's commands record is decided the same when it is replayed, to the last bit."""
+"""Recordings of the present commands are decided the same in a replay, to the last bit."""
 
 from collections.abc import Callable
 from pathlib import Path

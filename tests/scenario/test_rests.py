@@ -1,4 +1,4 @@
-"""Just et al.'s methods on a hidden arm: right where an arm only weighs, wrong where its joints pull back."""
+"""Just et al.'s methods on a hidden arm: right if the arm only has weight, wrong if its joints have elasticity."""
 
 from functools import cache
 
@@ -26,9 +26,9 @@ pytestmark = pytest.mark.slow
 
 @cache
 def left_over(name: MethodName, *without: str) -> np.ndarray:
-    """Of the method [N·m], a wearer of level 2 `without` some disturbances.
+    """Residual torque of the method [N·m] for a wearer of level 2 `without` some disturbances.
 
-    The machine is as its data sheets have it; the sensors at its cuffs are of level 2.
+    The machine is as in its data sheets; the sensors at its cuffs are of level 2.
     """
     wearer = Disturbances.at_level(2).without(*without)
     description = load_rig("recupera_like")

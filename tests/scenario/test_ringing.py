@@ -1,4 +1,4 @@
-"""The weak feedback that moves an arm does not ring on a bad day: delay, slow drives and soft cuffs bear its gains."""
+"""The weak feedback that moves an arm does not ring with delay, slow drives and soft cuffs."""
 
 import numpy as np
 import pytest
@@ -8,10 +8,13 @@ from exograv import motion
 from exograv.procedures.identification.identify import identification_motion
 
 RINGS_Hz = (7.0, 25.0)
-"""Where it rang: at 13.5 Hz, far above the motion's 1 Hz."""
+"""Band of the ringing: it was at 13.5 Hz, far above the motion's 1 Hz."""
 
 RINGING_MAX_RAD_S = 0.15
-"""RMS; friction, noise and a restless wearer make 0.05; an elbow with 40 and 1.5 more than this, with 2.5 0.5."""
+"""Largest RMS in this band. Friction, noise and a restless wearer make 0.05. An elbow with gains 40 and 1.5 exceeds
+
+    it; with 2.5 it has 0.5.
+"""
 
 pytestmark = pytest.mark.slow
 

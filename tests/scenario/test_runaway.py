@@ -1,6 +1,6 @@
-"""A motor that suddenly turns the other way throws the arm until its own drive brakes it; damping through it would not.
+"""A motor that suddenly turns the wrong way throws the arm until its own drive brakes it. Damping would not.
 
-Its current says nothing of it, and a drive's brake is the shorted motor, which has no sign.
+The current does not show the fault. A drive's brake is the shorted motor, which has no sign.
 """
 
 from dataclasses import replace
@@ -15,10 +15,10 @@ from exograv.safety.envelope import StopReason
 SHOULDER = 0
 
 BRAKED_TICKS = 50
-"""Within which the drive has taken the throw away."""
+"""Ticks after which the drive must have braked the throw."""
 
 SINKING_M_S = 0.74
-"""Of a hand that damping alone lets down (docs/explanation/safety.md)."""
+"""Speed of a hand that only damping lets down (docs/explanation/safety.md)."""
 
 
 @pytest.mark.slow
@@ -43,5 +43,5 @@ def test_a_motor_that_turns_the_other_way_ends_in_its_own_drive_s_brake_and_a_sl
         pilot.run(worn.controller, motion.hold(pilot.q, 3.0, twin.period_s), "Floating")
     assert pilot.envelope.stop in (StopReason.TOO_FAST, StopReason.TORQUE_WRONG)
     assert pilot.envelope.powerless == {SHOULDER}
-    assert max(hand) < 1.1 * hand[0]  # which the motor gave it before anything could tell
+    assert max(hand) < 1.1 * hand[0]  # The first speed is from before any detection.
     assert max(hand[BRAKED_TICKS:]) < SINKING_M_S

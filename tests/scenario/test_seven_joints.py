@@ -1,7 +1,6 @@
-"""With forearm roll and wrist active a hidden arm is identified, floats, and what its hand holds is found.
+"""A hidden arm with active forearm roll and wrist is identified and floats, and a weight in its hand is found.
 
-Flown by the benchmark that says what each joint costs, on one tuning wearer; with more people:
-docs/howto/seven_joints.md.
+The benchmark of the cost of joints runs it on one tuning wearer. docs/howto/seven_joints.md has more people.
 """
 
 import json
@@ -20,24 +19,27 @@ BENCHMARK = Path(__file__).parents[2] / "benchmarks" / "further_joints.py"
 SEED = 1000
 WEIGHT_KG = 0.5
 DRIFT_DEG = 5.0
-"""Beyond the way to its own rest that a floated joint may go: what a wearer who stirs adds."""
+"""Largest drift of a joint beyond the way to its own rest: the contribution of a restless wearer."""
 
 INTERVALS_SHARE = 0.8
-"""That must hold the truth in one person: of 38 with 95 % each fewer are rarer than one in a thousand."""
+"""Smallest number of intervals with the truth in one person.
+
+With 38 intervals of 95 %, fewer are rarer than 1 in 1000.
+"""
 
 Flown = Callable[[int], dict[str, Any]]
 
 
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory: pytest.TempPathFactory) -> Flown:
-    """What became of the person in the machine with so many joints; flown once."""
+    """Run the benchmark once for a machine with this number of joints."""
     done: dict[int, dict[str, Any]] = {}
 
     def fly(joints: int) -> dict[str, Any]:
         if joints not in done:
             saved = tmp_path_factory.mktemp("joints") / "figures.json"
             words = ["--seeds", str(SEED), "--joints", str(joints), "--save", str(saved)]
-            # A process of its own: checked shapes would make half a million ticks five times slower.
+            # The benchmark runs in another process: checked shapes would make half a million ticks five times slower.
             subprocess.run([sys.executable, str(BENCHMARK), *words], check=True, capture_output=True)
             (done[joints],) = json.loads(saved.read_text(encoding="utf-8"))
         return done[joints]

@@ -1,4 +1,4 @@
-"""`exograv study simulate` as somebody types it: one short study, told in JSON, recorded, reported, gone on with."""
+"""`exograv study simulate` on the command line: a short study with JSON, recordings, report and continuation."""
 
 import json
 import os
@@ -27,7 +27,7 @@ def study(folder: Path, *words: str) -> dict:
 
 
 def without_time(result: dict) -> dict:
-    """Places and time differ between two runs, and nothing else."""
+    """Result without paths and times, which differ between two runs."""
     return {name: value for name, value in result.items() if name in ("groups", "direction", "conditions", "transfer")}
 
 

@@ -1,4 +1,4 @@
-"""Processes of a live run are killed, stopped and starved for real: what is acknowledged stays, the arm comes down."""
+"""Killed, stopped and starved processes of a live run lose no acknowledged sample, and the arm comes down."""
 
 import pytest
 

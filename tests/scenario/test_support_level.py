@@ -1,4 +1,4 @@
-"""A weak wearer in a flown machine: carried at first, let down by the guard's ramp, and carried again when it sinks."""
+"""Support test of a weak wearer: carried at first, let down by the guard's ramp, and carried again after sinking."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from exograv.safety.guard import GRAVITY_LEVEL_S
 pytestmark = pytest.mark.slow
 
 HIGH = (6, 8)
-"""Of the targets: the arm nearly straight, above the shoulder, across and to the side."""
+"""Targets with the arm nearly straight: above the shoulder, across, and to the side."""
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +25,7 @@ def helpless() -> WeakParticipant:
 
 
 def watched(flight: SupportFlight) -> list[float]:
-    """Supports at every look."""
+    """Supports at every evaluation."""
     supports: list[float] = []
     look = flight._look
 
@@ -50,7 +50,7 @@ def test_support_changes_by_the_guards_ramp_and_an_arm_that_sinks_is_carried_aga
     supports = watched(flight)
     tried = flight.attempt(5, 0.0)
     steps = np.diff(supports)
-    assert np.abs(steps).max() <= 0.02 / GRAVITY_LEVEL_S + 1e-6  # a look every 20 ms
+    assert np.abs(steps).max() <= 0.02 / GRAVITY_LEVEL_S + 1e-6  # One evaluation every 20 ms.
     assert tried.rescued
     assert not tried.reached
     assert flight._rest_tip is not None

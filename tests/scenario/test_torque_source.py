@@ -1,4 +1,4 @@
-"""The arm can be learned from what was commanded as well as from what was measured."""
+"""The arm can be identified from the commanded torque as well as from the measured one."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A session with nobody there: windows run, touches are recorded once, and what was broken off is gone on with."""
+"""A session with a virtual participant runs its windows, records touches once, and continues after an interruption."""
 
 import json
 import signal
@@ -21,11 +21,11 @@ SEED = 1014
 WINDOW_S, TOUCHES = 8.0, 3
 TWO_WINDOWS_S = 7.0 + 2 * WINDOW_S + 12.0 + 6.0
 WAIT_S = 240.0
-"""Longest for a run to get where it is to be broken off, on a busy machine."""
+"""Time-out for a run to reach its interruption on a busy machine."""
 
 
 def short(folder: Path, base: str = "familiarisation", rest_s: float = 12.0) -> Path:
-    """A protocol of two short windows: nothing in it is the published one's."""
+    """Write a protocol of two short windows, without published values."""
     text = (FOLDER / f"{base}.toml").read_text(encoding="utf-8")
     begin, end = text.index("# Window and rest are one cycle"), text.index("[pace]")
     text = text[:begin] + f"[rest_tables.short]\nrest_s = {rest_s}\n\n" + text[end:]
@@ -54,7 +54,7 @@ def command(folder: Path, *words: str) -> list[str]:
 
 
 def trained(folder: Path, *words: str) -> dict[str, Any]:
-    # A process of its own: checked shapes would make it five times slower.
+    # The session runs in another process: checked shapes would make it five times slower.
     subprocess.run(command(folder, *words), check=True, capture_output=True)
     return json.loads((folder / "result.json").read_text(encoding="utf-8"))
 
@@ -167,7 +167,7 @@ def test_a_flight_opens_its_windows_by_measured_g_and_the_first_touch_is_too_hig
     inside = [np.linalg.norm(one["g"]) for one in heard if opened["t"] < one["t"] < opened["t"] + 20.0]
     assert np.median(before) > 1.7
     assert np.median(inside) < 0.1
-    # Up is negative on a screen. Nobody tells the participant that the arm weighs nothing any more.
+    # Up is negative on a screen. The participant does not know yet that the arm is weightless.
     touches = [touch for touch in records(recording, "touch") if touch["is_accepted"]]
     assert touches[0]["deviation_y_mm"] < -20.0
     assert abs(np.median([touch["deviation_y_mm"] for touch in touches[-4:]])) < abs(touches[0]["deviation_y_mm"])

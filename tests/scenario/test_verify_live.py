@@ -1,4 +1,4 @@
-"""Who is learned live is led past unseen postures before the arm floats, and what is left over holds the truth."""
+"""An arm that is identified live passes unseen postures before it floats, and the measured residual torque is true."""
 
 from dataclasses import dataclass, field, replace
 
@@ -27,8 +27,8 @@ from exograv.signals import Command
 SEED, LEVEL = 1004, 1
 PERIOD_S, MOTION_S, POSTURES = 0.001, 10.0, 2
 MOST_S = 120.0
-RESIDUAL_NM, RESIDUAL_S = 0.1, 0.1  # of a machine that is known as well as stage 0 can
-INSIDE = 3  # of four joints: one person proves no coverage
+RESIDUAL_NM, RESIDUAL_S = 0.1, 0.1  # Values of a perfectly calibrated machine.
+INSIDE = 3  # Out of four joints. One person proves no coverage.
 
 
 @dataclass
@@ -42,7 +42,7 @@ class Course:
 
 
 def known_machine(laboratory: VirtualLaboratory) -> ControllerKnowledge:
-    """In place of a calibration, which is not what is tested here; of the wearer nothing is known."""
+    """Knowledge of the machine without a calibration, which is not tested here. The wearer is unknown."""
     prepared = ideal_knowledge(laboratory, 0.0)
     assembly = laboratory.assembly()
     joints = np.ones(assembly.n)

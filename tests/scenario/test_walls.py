@@ -1,4 +1,4 @@
-"""What decides what moves never sees the twin's truth."""
+"""Rooms that decide on motion have no access to the twin's truth."""
 
 import ast
 import inspect
@@ -18,7 +18,7 @@ SHOWN_BESIDE = {
     SOURCE / "procedures/calibration/calibrate_command.py",
     SOURCE / "procedures/calibration/figures.py",
 }
-"""Files that print the true values of a simulated machine beside a finished calibration; callers hand them over."""
+"""Files that print the true values of a simulated machine beside a finished calibration. Callers pass the values in."""
 
 SHARED = sorted(path for room in ("loop", "storage", "procedures", "live") for path in (SOURCE / room).rglob("*.py"))
 

@@ -1,4 +1,4 @@
-"""An arm that nobody here drew is identified like one that we drew."""
+"""An arm of a third party's model is identified like a drawn one."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""On the twin: a form in pounds is refused within half a minute, and a weight is found, carried, and put down again."""
+"""A form in pounds is rejected within half a minute, and a weight is found, carried, and put down again."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ from exograv.procedures.weighing.known_weight import weigh
 HALF_A_MINUTE_S = 30.0
 BODY_SHARE = 1.0 / 2.2046
 QUIET = np.array([0.1, 0.1, 0.1, 0.1])
-"""What a calibration would not explain [N·m]; the perfect stage 0 of these tests says nothing of it."""
+"""Residual that a calibration would not explain [N·m]. The perfect stage 0 of these tests has no value for it."""
 
 
 def as_calibrated(worn):
@@ -34,7 +34,7 @@ def test_the_right_form_is_believed_and_one_in_pounds_is_not(put_on):
     check = ArmJudge(model).judge([samples], mass)
     assert worn.twin.t - before < HALF_A_MINUTE_S
     assert not check.refused
-    # The same arm under a form of 2.2 times the mass: the table then foretells 2.2 times the arm.
+    # The same arm with a form of 2.2 times the mass: the table then predicts 2.2 times the arm.
     arm = worn.controller.assembly.arm
     heavy = replace(arm, phi=arm.phi / BODY_SHARE, phi_covariance=arm.phi_covariance / BODY_SHARE**2)
     model.assembly = replace(model.assembly, arm=heavy)

@@ -1,4 +1,4 @@
-"""Short protocols, and a participant made of numbers."""
+"""Short protocols, and a participant whose touches are numbers."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -16,7 +16,7 @@ SCREEN = ScreenCalibration(pitch_x_mm=0.3, pitch_y_mm=0.3, method="card", anisot
 def short_plan(
     name: str = "training", screen: ScreenCalibration | None = SCREEN, windows: int = 3, **pointing
 ) -> TaskPlan:
-    """Few windows with rests of 20 s; the first opens at 35 s of the schedule (familiarisation and training)."""
+    """Protocol with few windows and rests of 20 s; the first window opens at 35 s (familiarisation and training)."""
     loaded = load_protocol(name)
     settings = loaded.settings
     settings = settings.model_copy(
@@ -32,16 +32,16 @@ def short_plan(
 
 
 def touch(t: float, sequence: int, late_s: float = 0.01, **changes) -> Touch:
-    """3 px right of and 4 px below the target."""
+    """Touch 3 px right of and 4 px below the target."""
     usual = {"x_px": 963.0, "y_px": 544.0, "target_x_px": 960.0, "target_y_px": 540.0, "page": "p"}
     return Touch.model_validate({"t": t, "received": t + late_s, "sequence": sequence, **usual, **changes})
 
 
 def fed(run: TaskRun, events: Iterable[Event]) -> list[Record]:
-    """All that it says."""
+    """Feed all events, and return all records."""
     return [record for event in events for record in run.feed(event)]
 
 
 def judged(records: Iterable[Record]) -> list[TouchRecord]:
-    """The touches among them."""
+    """Touch records among the records."""
     return [record for record in records if isinstance(record, TouchRecord)]

@@ -1,4 +1,4 @@
-"""A line of the aircraft is read as published; bytes of any other kind are refused and never raise."""
+"""A line of the aircraft is read as published. Other bytes are rejected without an exception."""
 
 import pytest
 from hypothesis import given

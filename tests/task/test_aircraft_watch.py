@@ -1,4 +1,4 @@
-"""Measured g opens each of 31 windows once and closes it, through noise, loss and disorder; silence is noticed."""
+"""Measured g opens and closes each of 31 windows once, despite noise, loss and disorder. Silence is noticed."""
 
 import pytest
 from hypothesis import given, settings
@@ -19,11 +19,11 @@ from exograv.task.task_settings import AircraftSettings
 SETTINGS = AircraftSettings()
 SHORT = FlightProfile(parabolas=2, after_s=10.0)
 LATE_S = 1.5
-"""To open or close: the crossing of 0.1 or 0.2 g on a ramp of 5 s, the dwell, and samples that were lost."""
+"""Largest delay of opening or closing: crossing of 0.1 or 0.2 g on a ramp of 5 s, dwell, and lost samples."""
 
 
 def watched(profile: FlightProfile, network: Network, seed: int, settings: AircraftSettings = SETTINGS) -> list:
-    """All that a watch says of a flight."""
+    """All events of a watch during a flight."""
     watch, said = AircraftWatch(settings, profile.level), []
     for t, datagram in datagrams(profile, network, seed):
         sample = parse_line(datagram)
@@ -121,7 +121,7 @@ def test_a_sender_whose_clock_was_set_back_is_believed_after_two_seconds():
 
 
 def flown(network: Network, seed: int = 1000, until_s: float = 193.0) -> tuple[TaskRun, list]:
-    """A run of the shipped flight beside the emulated one."""
+    """Run of the shipped flight with the emulated aircraft."""
     loaded = load_protocol("flight")
     run, watch = TaskRun(TaskPlan(loaded, "passive")), AircraftWatch(loaded.settings.aircraft, 0.0)
     records = list(run.feed(Start(t=0.0)))

@@ -1,4 +1,4 @@
-"""Groups are drawn evenly before the study, cannot be read off the list, and decide only what the machine does."""
+"""Groups are drawn evenly before the study, are concealed in the list, and affect only the machine's mode."""
 
 from collections import Counter
 
@@ -55,7 +55,7 @@ def test_who_is_not_on_the_list_and_whose_seal_was_changed_is_refused():
 
 
 def test_places_that_do_not_fill_whole_blocks_are_refused():
-    with pytest.raises(ConfigError, match="11 participants cannot be shared by 2 groups"):
+    with pytest.raises(ConfigError, match="11 participants cannot be divided equally among 2 groups"):
         draw_list("study", CODES[:-1], GROUPS, 1000)
 
 

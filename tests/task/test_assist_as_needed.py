@@ -1,4 +1,4 @@
-"""Support follows what a person reaches, within its bounds, never down after a failure, and without swinging."""
+"""Support adapts to the reached targets within its limits, never decreases after a failure, and does not oscillate."""
 
 import itertools
 import math
@@ -79,7 +79,7 @@ def test_support_comes_to_what_a_person_needs_and_follows_as_they_get_stronger(n
             state = decide(USUAL, state, (random.random(12) < p).tolist()).state
         ends.append(state.support_percent)
         state = next_session(USUAL, state).state
-    # A step up and what a session begins above the last one's end: it lives just above the need.
+    # Support settles just above the need: a step up, and the higher start of a session, keep it there.
     room = USUAL.step_up_percent + USUAL.begin_percent
     assert all(needed - 7.5 <= end <= needed + room for end in ends[9:14])
     assert all(max(needed - 15.0, 0.0) - 7.5 <= end <= max(needed - 15.0, 0.0) + room for end in ends[-4:])

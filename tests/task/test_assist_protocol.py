@@ -1,4 +1,4 @@
-"""The shipped protocol of assist-as-needed is the rule's own defaults, and a file that states no rule is refused."""
+"""The shipped protocol of assist-as-needed has the rule's defaults. A file without a valid rule is rejected."""
 
 from pathlib import Path
 
@@ -27,9 +27,9 @@ def test_a_name_that_is_nearly_right_is_answered_with_the_right_one():
     [
         (("blocks = 6", "blocks = 0"), "blocks"),
         (("least_percent", "lest_percent"), "support has lest_percent; known: least_percent"),
-        (("step_up_percent = 10.0", "step_up_percent = 2.0"), "would not get back what was enough"),
+        (("step_up_percent = 10.0", "step_up_percent = 2.0"), "would not get back the support that was enough"),
         (("block = 12", "block = 4.5"), "support.block is 4.5; give a whole number"),
-        (("block = 12", "block = 2"), "Fewer attempts say too little"),
+        (("block = 12", "block = 2"), "A decision needs enough attempts"),
         (("schema_version = 1", "schema_version = 2"), "schema_version"),
         (("raise_share = 0.6", 'raise_share = "some"'), "support.raise_share"),
     ],

@@ -1,4 +1,4 @@
-"""The arrow is a function of the time since the last touch, told by shape as well as by colour."""
+"""The arrow depends only on the time since the last touch, and differs in shape as well as in colour."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""The page's clock is found through a network that delays, and the truth is always within the stated bound."""
+"""The page's clock is estimated through a network with delays, and the truth is always within the stated bound."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ OFFSET_S = 1234.5
 
 
 def pinged(seed: int, drift: float = 20e-6, seconds: int = 300, queue_s: float = 0.02) -> PageClock:
-    """A ping a second; each way takes at least 0.5 ms, and waits in a queue as long again and more."""
+    """Pings, one per second. Each direction takes at least 0.5 ms, and a random time in queues."""
     rng, clock = np.random.default_rng(seed), PageClock()
     for k in range(seconds):
         there, here = (5e-4 + rng.exponential(queue_s, 2)).tolist()

@@ -1,4 +1,4 @@
-"""The participant sees the task and nothing of arm or machine; the operator sees how it goes, but no sham."""
+"""The participant's page shows only the task. The operator's page shows the course of the run, but not a sham."""
 
 import pytest
 from hypothesis import given

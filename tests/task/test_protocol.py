@@ -1,4 +1,4 @@
-"""The protocols that come with exograv say what is published and mark what is not; a file that cannot be is refused."""
+"""The shipped protocols have the published values and mark all others. An invalid file is rejected."""
 
 import json
 from pathlib import Path
@@ -37,7 +37,7 @@ def test_a_window_has_22_seconds_for_8_touches_one_every_2_75_seconds(name: str)
     assert windows.count * windows.touches == 248
 
 
-def test_there_are_16_trainings_with_and_4_familiarisations_without_the_machines_help_and_a_passive_flight():
+def test_there_are_16_active_trainings_and_4_passive_familiarisations_and_a_passive_flight():
     loaded = {name: load_protocol(name).settings for name in SHIPPED}
     assert {name: (one.sessions, one.exo) for name, one in loaded.items()} == {
         "training": (16, "active"),
@@ -83,7 +83,7 @@ REFUSED = {
     "negative rest": ("rest_s = 158.0", "rest_s = -3.0", "greater than 0"),
     "no number": ("rest_s = 158.0", "rest_s = nan", "finite"),
     "infinite": ("before_first_s = 35.0", "before_first_s = inf", "before_first_s"),
-    "no room for ramps": ("rest_s = 158.0", "rest_s = 8.0", "no room"),
+    "no room for ramps": ("rest_s = 158.0", "rest_s = 8.0", "is too short for"),
     "huge": ("count = 31", "count = 100000000", "windows.count"),
     "text": ("touches = 8", 'touches = "eight"', "windows.touches"),
     "unknown key": ("count = 31", "count = 31\nwindow_s = 3", "window_s"),
@@ -91,11 +91,11 @@ REFUSED = {
     "rest after the last": ("after_window = 26", "after_window = 31", "comes after 1 to 30"),
     "two rests after one": ("after_window = 26", "after_window = 21", "same window"),
     "too fast a ramp": ("duration_s = 5.0", "duration_s = 1.0", "ramps.duration_s longer"),
-    "value changed, still called published": ("count = 31", "count = 30", "published is 31"),
+    "value changed, still called published": ("count = 31", "count = 30", "the published value is 31"),
     "unmarked choice": ('"pace.tolerance_s", ', "", "pace.tolerance_s"),
     "mark of nothing": ('"target", ', '"target", "targte", ', "targte"),
     "active in an aircraft": ('opening = "clock"', 'opening = "aircraft"', "needs opening 'clock'"),
-    "colours alone": ('{ shape = "up", colour = "green" }', '{ shape = "down", colour = "green" }', "three shapes"),
+    "colours alone": ('{ shape = "up", colour = "green" }', '{ shape = "down", colour = "green" }', "three different"),
     "levels out of order": (
         'levels = [{ window = 1, level = "weightless" }]',
         'levels = [{ window = 1, level = 0.0 }, { window = 1, level = 1.0 }]',

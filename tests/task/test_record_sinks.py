@@ -1,4 +1,4 @@
-"""Every sink of a run hears the same records: recording, marker stream and checkpoint."""
+"""Every sink of a run receives the same records: recording, marker stream and checkpoint."""
 
 import json
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from .of_run import short_plan, touch
 
 
 class Written(list[tuple[str, float, Mapping[str, Any]]]):
-    """A writer that keeps its messages."""
+    """Writer that stores its messages."""
 
     def write(self, topic: str, t: float, message: Mapping[str, Any], /) -> None:
         self.append((topic, t, message))

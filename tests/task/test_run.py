@@ -1,4 +1,7 @@
-"""A run depends on its events and their times alone: how often it is asked, or that it was kept, changes nothing."""
+"""A run depends only on its events and their times.
+
+The number of ticks, or a restart from a checkpoint, changes nothing.
+"""
 
 from itertools import pairwise
 from typing import Any
@@ -49,7 +52,7 @@ def of_kind(records, kind) -> list[Any]:
 
 @st.composite
 def histories(draw) -> list:
-    """What may happen in a run, in order of time."""
+    """Possible events of a run, in order of time."""
     t, events = 0.0, list[Any]([Start(t=0.0)])
     for k in range(draw(st.integers(0, 25))):
         t += draw(st.floats(0.0, 12.0))
@@ -156,7 +159,7 @@ def test_a_window_that_is_broken_off_is_run_again_after_a_notice():
     records = fed(run, [Start(t=0.0), touch(38.0, 0), Pause(t=40.0, why="a question"), Resume(t=60.0), Tick(t=1000.0)])
     opened = [(record.window, record.attempt) for record in of_kind(records, WindowOpened)]
     assert opened == [(1, 1), (1, 2), (2, 1), (3, 1)]
-    assert of_kind(records, WindowOpened)[1].t == pytest.approx(60.0 + 3.0 + 7.0)  # notice, ramp and hold
+    assert of_kind(records, WindowOpened)[1].t == pytest.approx(60.0 + 3.0 + 7.0)  # Notice, ramp and hold.
     assert [record.is_complete for record in of_kind(records, WindowClosed)] == [False, True, True, True]
     assert run.totals().windows == 3
 
@@ -186,8 +189,8 @@ def test_after_a_stop_nothing_opens_and_the_level_goes_home():
     ("events", "why"),
     [
         ([Start(t=0.0), Start(t=1.0)], "a run starts once"),
-        ([Pause(t=0.0)], "only a running one"),
-        ([Start(t=0.0), Resume(t=1.0)], "only a paused one"),
+        ([Pause(t=0.0)], "only a running run"),
+        ([Start(t=0.0), Resume(t=1.0)], "only a paused run"),
         ([Start(t=0.0), Pause(t=1.0), Resume(t=2.0, window=9)], "windows are 1 to 3"),
         ([Start(t=0.0), AcknowledgeAlarm(t=1.0, alarm=0)], "no alarm 0"),
     ],
@@ -203,7 +206,7 @@ def test_what_cannot_be_now_is_refused_with_the_reason_and_changes_nothing(event
 
 
 def test_a_passive_protocol_is_not_run_on_an_active_machine():
-    with pytest.raises(ConfigError, match="has a passive machine"):
+    with pytest.raises(ConfigError, match="is for a passive machine"):
         TaskPlan(load_protocol("flight"), "active")
 
 
@@ -218,14 +221,14 @@ def test_a_sham_run_says_what_an_active_one_says():
 
 @pytest.mark.parametrize("text", ["", "{}x", '{"status": "flying"}', '{"phase": 500}', '{"t": NaN}', "\x00\xff"])
 def test_a_kept_state_that_is_none_is_refused(text: str):
-    with pytest.raises(ConfigError, match=r"Begin a new run|begun with"):
+    with pytest.raises(ConfigError, match=r"Start a new run|was started"):
         TaskRun.from_kept(PLAN, text)
 
 
 def test_a_state_of_another_protocol_is_refused():
     run = TaskRun(PLAN)
     run.feed(Start(t=0.0))
-    with pytest.raises(ConfigError, match="of another protocol than 'flight'"):
+    with pytest.raises(ConfigError, match="from another protocol than 'flight'"):
         TaskRun.from_kept(TaskPlan(load_protocol("flight"), "passive"), run.kept())
 
 

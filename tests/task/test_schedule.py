@@ -1,4 +1,4 @@
-"""A timeline has no gap, opens every window at its level, and asks the machine for no sudden change."""
+"""A timeline has no gap, opens every window at its level, and contains no sudden change of the level."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""A pixel's length is found with a card or a ruler, in both directions, and what no panel has is refused."""
+"""The size of a pixel is measured with a card or a ruler, in both directions. Implausible sizes are rejected."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ PITCH = st.floats(0.05, 0.6)
 
 
 def span(pitch_x: float, pitch_y: float, dx: float, dy: float) -> ScreenSpan:
-    """As a ruler without error has it."""
+    """Measurement of a ruler without error."""
     return ScreenSpan(dx_px=dx, dy_px=dy, distance_mm=float(np.hypot(pitch_x * dx, pitch_y * dy)))
 
 
@@ -60,7 +60,7 @@ def test_a_longer_length_is_known_better():
         (lambda: calibrate_with_card(float("nan"), 200.0), "width_px is nan"),
         (lambda: calibrate_with_card(10.0, 6.0), "a pixel has a width of 8.56 mm"),
         (lambda: calibrate_with_ruler([]), "No length"),
-        (lambda: calibrate_with_ruler([ScreenSpan(dx_px=0.0, dy_px=0.0, distance_mm=100.0)]), "one point"),
+        (lambda: calibrate_with_ruler([ScreenSpan(dx_px=0.0, dy_px=0.0, distance_mm=100.0)]), "at the same point"),
         (lambda: calibrate_with_ruler([ScreenSpan(dx_px=900.0, dy_px=0.0, distance_mm=25.0)]), "30 mm or more"),
         (lambda: calibrate_with_ruler([ScreenSpan(dx_px=9000.0, dy_px=0.0, distance_mm=100.0)]), "Check the unit"),
     ],

@@ -1,4 +1,4 @@
-"""Every touch is counted exactly once, in the window in which it fell, with its deviation and the reason if refused."""
+"""Every touch counts exactly once, in the window of its contact, with its deviation or the reason of its rejection."""
 
 import math
 from itertools import pairwise
@@ -21,7 +21,7 @@ CLOSES = OPENS + 22.0
 
 
 def in_window(*events, plan=PLAN) -> list[TouchRecord]:
-    """Touches of a run whose first window opens at 35 and closes at 57."""
+    """Judge touches of a run whose first window opens at 35 s and closes at 57 s."""
     return judged(fed(TaskRun(plan), [Start(t=0.0), *events]))
 
 
@@ -104,7 +104,7 @@ def test_the_return_is_what_the_protocol_asks_for(check: str, back, not_back):
     plan = short_plan(return_check=check)
     assert in_window(touch(38.0, 0), back, touch(40.5, 1), plan=plan)[1].is_accepted
     assert in_window(touch(38.0, 0), not_back, touch(40.5, 1), plan=plan)[1].reason is RejectionReason.NO_RETURN
-    # What was long on its way finds the return that was before it, and not the one after.
+    # A delayed touch finds the return before its contact, and not the one after it.
     late = touch(40.5, 1, late_s=5.0)
     assert in_window(touch(38.0, 0), back, Tick(t=44.0), late, plan=plan)[1].is_accepted
 

@@ -1,1 +1,1 @@
-"""Who is wired to whom: one file per thing that a person does with the machine."""
+"""Sessions with a participant: one file per kind of session, which connects its parts."""

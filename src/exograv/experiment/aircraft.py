@@ -15,26 +15,26 @@ from exograv.task.flight_profile import FlightProfile, Network, datagrams
 from exograv.task.task_settings import AircraftSettings
 
 AT_ONCE_MAX = 64
-"""Datagrams taken at a time: whoever floods the port must not keep us from the clock."""
+"""Largest number of datagrams per call. A flooded port must not delay the clock."""
 
 CHECK_S = 0.02
 Say = Callable[[str], None]
 
 
 class AircraftReceiver:
-    """Hears the aircraft on its port and says when windows open and close."""
+    """Receiver of the aircraft's data on a UDP port. It reports when windows open and close."""
 
     def __init__(self, settings: AircraftSettings, level: float, port: int = PORT, sender: str | None = None):
-        """Nothing is heard before `with`.
+        """Set up the receiver. The port is opened by `with`.
 
         Args:
-            settings: Of the protocol.
-            level: Of the windows that are flown [-].
-            port: Where it is heard; 0 takes a free one.
-            sender: Only address that is believed; any if there is none.
+            settings: Aircraft settings of the protocol.
+            level: Gravity level of the windows in this flight [-].
+            port: UDP port; 0 takes a free one.
+            sender: Only accepted sender address; any sender if absent.
 
         Raises:
-            ConfigError: The sender is no IPv4 address, so that nobody would ever be believed.
+            ConfigError: The sender is not an IPv4 address, so that no datagram would ever be accepted.
         """
         if sender is not None:
             try:
@@ -42,24 +42,24 @@ class AircraftReceiver:
             except ValueError as error:
                 raise ConfigError(
                     f"--sender is '{sender}'; give the IPv4 address from which the aircraft's data come, such as "
-                    "192.168.1.20, or leave it out."
+                    "192.168.1.20, or omit it."
                 ) from error
         self._watch, self._port, self._sender = AircraftWatch(settings, level), port, sender
         self._socket: socket.socket | None = None
         self.heard = self.refused = self.foreign = 0
         self.why_refused = ""
-        """The latest reason."""
+        """Reason of the latest rejection."""
         self.told: Callable[[float, AircraftSample], None] = lambda _t, _sample: None
-        """Told every sample that arrives, and when [s]."""
+        """Callback for every sample, with its time of arrival [s]."""
 
     def __enter__(self) -> "AircraftReceiver":
-        """Listen.
+        """Open the port.
 
         Raises:
-            ConfigError: The port is not to be had.
+            ConfigError: The port is not available.
         """
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        # A broadcast is for all: another program on this computer may hear it too.
+        # The datagrams are a broadcast: another program on this computer may receive them too.
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self._socket.setblocking(False)
         try:
@@ -67,40 +67,40 @@ class AircraftReceiver:
         except OSError as error:
             self._socket.close()
             raise ConfigError(
-                f"UDP port {self._port} cannot be listened to: {error.strerror}. Give another --port, or end the "
-                "program that has it."
+                f"UDP port {self._port} is not available: {error.strerror}. Give another --port, or end the "
+                "program that uses it."
             ) from error
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Let go of the port."""
+        """Close the port."""
         if self._socket is not None:
             self._socket.close()
 
     @property
     def port(self) -> int:
-        """The one that was taken."""
+        """UDP port in use."""
         return self._port if self._socket is None else self._socket.getsockname()[1]
 
     @property
     def sample(self) -> AircraftSample | None:
-        """The newest."""
+        """Newest sample."""
         return self._watch.last
 
     @property
     def is_window(self) -> bool:
-        """Whether g is that of a window."""
+        """True if g is that of a window."""
         return self._watch.is_window
 
     @property
     def is_lost(self) -> bool:
-        """Whether nothing has come for too long, after something had."""
+        """True if no sample has arrived for too long, after at least one."""
         return self._watch.is_lost
 
     def receive(self, t: float) -> tuple[AircraftEvent, ...]:
-        """What has come until `t` on the caller's clock [s], and whether nothing has for too long."""
+        """Process datagrams until `t` on the caller's clock [s]. Return the events, also that of a lost feed."""
         events = list[AircraftEvent]()
         for _ in range(AT_ONCE_MAX):
             datagram = self._next()
@@ -131,23 +131,23 @@ class AircraftReceiver:
 
 @dataclass(frozen=True)
 class Emulation:
-    """An emulated flight on the network."""
+    """Emulated flight on the network."""
 
     profile: FlightProfile
     network: Network
     host: str = "127.0.0.1"
-    """To whom it is sent; a broadcast address for a whole network."""
+    """Address of the receiver, or a broadcast address for a whole network."""
     port: int = PORT
     speed: float = 1.0
-    """Of time: 60 flies a minute in a second."""
+    """Factor of time: 60 sends a minute of flight in one second."""
     seed: int = 0
 
 
 def emulate(emulation: Emulation, say: Say) -> int:
-    """Send a flight; returns how many datagrams.
+    """Send a flight, and return the number of datagrams.
 
     Raises:
-        ConfigError: An option cannot be used, or nothing can be sent there.
+        ConfigError: An option is not valid, or the address cannot be reached.
     """
     if not 0.01 <= emulation.speed <= 1000.0:
         raise ConfigError(f"--speed is {emulation.speed:g}; allowed: 0.01 to 1000.")
@@ -165,7 +165,8 @@ def emulate(emulation: Emulation, say: Say) -> int:
                 sender.sendto(datagram, where)
             except OSError as error:
                 raise ConfigError(
-                    f"Nothing can be sent to {where[0]}:{where[1]}: {error.strerror}. Give another --host or --port."
+                    f"Datagrams cannot be sent to {where[0]}:{where[1]}: {error.strerror}. Give another --host or "
+                    "--port."
                 ) from error
             sent += 1
     return sent
@@ -177,7 +178,7 @@ class HeardAircraft:
 
     heard: int
     refused: int
-    """Datagrams that are none of an aircraft."""
+    """Datagrams that are not valid aircraft data."""
     why_refused: str
     from_others: int
     """Datagrams of other senders."""
@@ -187,16 +188,16 @@ class HeardAircraft:
 
 
 def listen(receiver: AircraftReceiver, seconds: float, say: Say) -> HeardAircraft:
-    """Hear the aircraft for so long, or until Ctrl-C.
+    """Receive the aircraft's data for a time [s], or until Ctrl-C.
 
     Raises:
-        ConfigError: The port is not to be had, or the time cannot be used.
+        ConfigError: The port is not available, or the time is not valid.
     """
     if not 0.0 < seconds <= 86_400.0:
-        raise ConfigError(f"--seconds is {seconds:g}; allowed: above 0, to 86400 (a day).")
+        raise ConfigError(f"--seconds is {seconds:g}; allowed: above 0, at most 86400 (one day).")
     windows, begun = 0, time.monotonic()
     with receiver:
-        say(f"Listening on UDP port {receiver.port}; Ctrl-C ends.")
+        say(f"Listening on UDP port {receiver.port}; Press Ctrl-C to end.")
         try:
             while (t := time.monotonic() - begun) < seconds:
                 for event in receiver.receive(t):
@@ -204,16 +205,16 @@ def listen(receiver: AircraftReceiver, seconds: float, say: Say) -> HeardAircraf
                     say(f"{t:8.1f} s  {sentence(event)}")
                 time.sleep(CHECK_S)
         except KeyboardInterrupt:
-            say("Ended by the keyboard.")
+            say("Ended by Ctrl-C.")
     heard, last = (receiver.heard, receiver.refused, receiver.why_refused, receiver.foreign), receiver.sample
     return HeardAircraft(*heard, windows, last and last.parabola, last and last.announcement)
 
 
 def sentence(event: AircraftEvent) -> str:
-    """For a person at a terminal."""
+    """Sentence about an event for the terminal."""
     if isinstance(event, OpenWindow):
-        says = {None: "announcement unknown", True: "announced too", False: "the announcement says otherwise"}
+        says = {None: "announcement unknown", True: "the announcement agrees", False: "the announcement contradicts"}
         return f"window opens, parabola {event.parabola}, {says[event.confirmed]}"
     if isinstance(event, FeedLost):
-        return "nothing comes any more"
-    return "it is heard again" if isinstance(event, FeedBack) else "window closes"
+        return "no data arrive any more"
+    return "data arrive again" if isinstance(event, FeedBack) else "window closes"

@@ -1,1 +1,1 @@
-"""Everything that exists only in simulation: the twin with its wearer, and the examiner who sees the truth."""
+"""Rooms that exist only in simulation: the twin with its wearer, and the examiner with access to the twin's truth."""

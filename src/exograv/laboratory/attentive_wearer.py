@@ -1,4 +1,4 @@
-"""The twin with a person in it who hears what the machine begins, and does for the arm what it does not do."""
+"""Twin with a wearer who knows the mode of the machine, and supports the arm while the machine does not."""
 
 import math
 
@@ -13,14 +13,14 @@ from .virtual_laboratory import VirtualLaboratory
 
 
 class AttentiveTwin(TwinProxy):
-    """A `Rig`: the person holds the own arm until the machine has taken it, and again when it gives it back."""
+    """Rig around the twin. The wearer holds the arm until the machine has taken it, and when it gives it back."""
 
     def __init__(self, twin: Twin, own: ArmInverseDynamics):
-        """The arm is held where it is.
+        """Hold the arm where it is.
 
         Args:
-            twin: With the wearer in it.
-            own: What the wearer knows of the own arm.
+            twin: Twin with the wearer in it.
+            own: The wearer's knowledge of the own arm.
         """
         super().__init__(twin)
         self._own = own
@@ -29,12 +29,12 @@ class AttentiveTwin(TwinProxy):
         self._hold()
 
     def hear(self, mode_name: str) -> None:
-        """A mode has begun, by its name in lower case."""
+        """React to the start of a mode, given by its name in lower case."""
         mode = Mode[mode_name.upper()]
         if mode is Mode.SAFE and self._given:
-            self._ramp, self._given, self._grip = mode, 1.0, 0.0  # relaxed, and let down
+            self._ramp, self._given, self._grip = mode, 1.0, 0.0  # The wearer is relaxed, and the arm is let down.
         if mode is Mode.EXO_ONLY and not self._grip:
-            self._ramp, self._given = mode, 0.0  # it begins anew
+            self._ramp, self._given = mode, 0.0  # The session starts again.
             self._hold()
         if mode is Mode.RAMP_OUT:
             self._hold()
@@ -47,7 +47,7 @@ class AttentiveTwin(TwinProxy):
         self._weight, self._grip = self._own.torque(self._q, still, still), 1.0
 
     def _act(self) -> None:
-        """Muscles, for the next period."""
+        """Set the muscle torque for the next period."""
         passed = self._twin.t - self._since_s
         if self._ramp is Mode.RAMP_IN:
             self._given = 0.5 - 0.5 * math.cos(math.pi * min(passed / RAMP_IN_S, 1.0))
@@ -60,5 +60,5 @@ class AttentiveTwin(TwinProxy):
 
 
 def attentive_twin(laboratory: VirtualLaboratory, seed: int, t: float) -> AttentiveTwin:
-    """The twin at the time `t` of its clock [s], in the donning posture."""
+    """Make the twin at time `t` of its clock [s], in the donning posture."""
     return AttentiveTwin(laboratory.twin(seed, t), laboratory.own_arm())

@@ -1,4 +1,4 @@
-"""`exograv rig calibrate` on the twin: its empty machine, and the truth beside what was found."""
+"""Calibration of the twin's empty machine for `exograv rig calibrate`, and the true values for comparison."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from .twin_calibration import EmptyTwin, PilotOf, pilots
 
 @dataclass(frozen=True)
 class EmptyTwinMachine:
-    """`EmptyMachine`: the twin of these options without a wearer."""
+    """`EmptyMachine` of these options: the twin without a wearer."""
 
     options: CalibrateOptions
     description: RigDescription
@@ -34,15 +34,15 @@ class EmptyTwinMachine:
 
     @property
     def truth(self) -> TruthAt:
-        """Of the twin's machine."""
+        """True values of the twin's machine."""
         return truth_of_machine(self.description, self.options.level, self.options.seed)
 
     def calibrate(self, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
-        """From cold; the result, and the rig's clock when it is done [s]."""
+        """Calibrate from cold; return the result and the rig's clock at the end [s]."""
         return self._empty(lengths).calibrate(self._pilots)
 
     def recheck(self, before: Calibration, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
-        """Friction anew and all else as `before`; the result, and the rig's clock when it is done [s]."""
+        """Measure friction again, all else as `before`; return the result and the rig's clock at the end [s]."""
         return self._empty(lengths).recheck(before, self._pilots)
 
     def _empty(self, lengths: Mapping[str, float]) -> EmptyTwin:
@@ -56,12 +56,12 @@ class EmptyTwinMachine:
 
 
 def truth_of_machine(description: RigDescription, level: int, seed: int) -> TruthAt:
-    """True values of the machine of this disturbance level and seed, by the time of its clock [s]."""
+    """Return a function of the clock [s] for the true values of the machine of this disturbance level and seed."""
     return partial(calibration_truth, draw_machine(description, Disturbances.at_level(level), seed))
 
 
 def calibration_truth(machine: Machine, t: float) -> CalibrationTruth:
-    """True values of a machine that has run for `t` seconds from cold."""
+    """Return the true values of a machine that has run for `t` seconds from cold."""
     friction, still, gravity = machine.friction, still_to_rub(machine, t), machine.gravity
     return CalibrationTruth(
         machine.drives.gain,

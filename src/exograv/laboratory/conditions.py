@@ -10,7 +10,7 @@ from exograv.signals import Reference
 
 from .effort import Performer
 
-HAND_OVER_S = 4.0  # 11 N·m, a heavy arm, at 2.8 N·m/s: a person follows that (docs/explanation/safety.md)
+HAND_OVER_S = 4.0  # A person can follow 2.8 N·m/s, from 11 N·m, a heavy arm (docs/explanation/safety.md).
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -21,7 +21,7 @@ class ScaledController:
     def __init__(self, controller: Controller):
         self._controller = controller
         self.share = 1.0
-        """[-]"""
+        """Share of the torque [-]."""
 
     @property
     def tau_feedforward(self) -> Joints:

@@ -27,7 +27,7 @@ class ArmHold:
         """Hold the arm in its present posture.
 
         Args:
-            twin: With the wearer in it.
+            twin: Twin with the wearer in it.
             own: The wearer's knowledge of the own arm.
         """
         self._twin, self._q = twin, twin.truth.q_arm
@@ -110,7 +110,7 @@ class CooperativeWearer(TwinProxy):
         """Hold the arm in its present posture.
 
         Args:
-            twin: With the wearer in it.
+            twin: Twin with the wearer in it.
             own: The wearer's knowledge of the own arm.
             takes_from_s: Time from now until the machine begins to take the arm [s].
             takes_for_s: Duration of the handover [s].

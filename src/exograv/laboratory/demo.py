@@ -64,7 +64,7 @@ from .truth_score import Examination, TruthScore
 from .virtual_laboratory import VirtualLaboratory, draw_laboratory
 
 FLOAT_S = 10.0
-WEIGHT_KG = (0.5, 1.0)  # range of the known weight that the wearer takes into the hand; the machine is built for 1 kg
+WEIGHT_KG = (0.5, 1.0)  # Range of the known weight in the wearer's hand. The machine is built for 1 kg.
 
 
 @dataclass(frozen=True)
@@ -100,10 +100,10 @@ class _Phases:
 def run_demo(
     options: DemoOptions, folder: Path, progress: Progress, files: ParticipantOptions = NO_FILES
 ) -> DemoResult:
-    """Run it all.
+    """Run the demonstration.
 
     Raises:
-        ConfigError: An option cannot be used.
+        ConfigError: An option is not valid.
         ModelError: Machine or wearer cannot be modelled.
         RigError: The envelope stopped the run.
         RecordingError: The folder cannot be written.
@@ -134,7 +134,7 @@ def run_demo(
     joints, seed = laboratory.description.joints, day_seed(options.seed, options.donning)
     preparation = Preparation(laboratory, seed, progress, None, options.realtime)
     if taken is None:
-        # In a file of its own: calibration has five times as many ticks as the rest, and few readers need them.
+        # The calibration has its own file: it has five times as many ticks as the rest, and few readers need them.
         with RecordingWriter(path.with_stem(f"{path.stem}_calibration"), joints, json_value(settings)) as recording:
             known = replace(preparation, recording=recording).calibrate()
     else:
@@ -147,7 +147,7 @@ def run_demo(
         recording.write("/result", done.t, {**json_value(done.findings), "simulated_s": simulated_s})
     progress("Writing the report", 0.0)
     from exograv.report.of_recording.recording_report import (
-        write_report,  # Matplotlib: 0.4 s that no tick has to wait for
+        write_report,  # The import of Matplotlib takes 0.4 s; no tick waits for it.
     )
 
     report = write_report(path, folder / "report.html")
@@ -215,7 +215,7 @@ def _stored_calibration(options: DemoOptions, laboratory: VirtualLaboratory) -> 
 
 
 def _known_machine(run: _Run) -> tuple[ControllerKnowledge, list[CalibrationRow]]:
-    """The machine by its stored calibration, then cold again, or as calibrated now."""
+    """Return the machine by its stored calibration, then cold again, or as calibrated now."""
     laboratory, taken, (calibration, t) = run.laboratory, run.taken, run.calibrated
     if taken is not None and taken.warning is not None:
         run.recording.write("/event", t, {"kind": "warning", "text": taken.warning})

@@ -104,7 +104,7 @@ class FloatedArm:
 
 @dataclass(frozen=True)
 class DemoFindings:
-    """Findings of a demonstration, as the recording keeps them."""
+    """Findings of a demonstration, as the recording stores them."""
 
     rig: str
     method: str
@@ -120,7 +120,7 @@ class DemoFindings:
 
 @dataclass(frozen=True)
 class ExaminedTimes:
-    """Motion until the residual torque stayed within the target, by the twin's truth."""
+    """Time of motion until the residual torque stayed within the target, according to the twin's truth."""
 
     from_file_s: float | None
     cold_s: float | None
@@ -136,7 +136,7 @@ class ReturningParticipant:
 
 @dataclass(frozen=True)
 class ParticipantFigures:
-    """Figures of the participant's file: shown, and not written to the recording."""
+    """Figures of the participant's file. They are shown, but not written to the recording."""
 
     participant_kept: KeptParticipant | NotKept | None = field(metadata=OPTIONAL)
     participant: ReturningParticipant | None = field(metadata=OPTIONAL)
@@ -144,7 +144,7 @@ class ParticipantFigures:
 
 @dataclass(frozen=True)
 class ModelNotes:
-    """Third party's model that was the truth, and notes on its parts that are not used."""
+    """Third party's model that served as the truth, and notes on its unused parts."""
 
     title: str
     notes: tuple[str, ...]
@@ -159,7 +159,7 @@ class DemoResult:
     donning: int
     wearer_model: ModelNotes | None = field(metadata=OPTIONAL)
     tick_us: dict[str, float]
-    """Time that the ticks took, by percentile."""
+    """Duration of the ticks, by percentile."""
     wall_s: float
     simulated_s: float
     report: Path

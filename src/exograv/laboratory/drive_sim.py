@@ -1,4 +1,4 @@
-"""`exograv dev drive-sim`: the twin as a machine that is only reached over its bus."""
+"""Simulated drives for `exograv dev drive-sim`: the twin as a machine that is only reachable over its bus."""
 
 import contextlib
 import os
@@ -32,11 +32,11 @@ Say = Callable[[str], None]
 
 
 def run_drive_sim(options: DriveSimOptions, folder: Path, say: Say) -> None:
-    """Serve until `quit`, or Ctrl-C.
+    """Serve until the input `quit`, or Ctrl-C.
 
     Raises:
-        ConfigError: An option or a file cannot be used.
-        RigError: The bus is not to be had.
+        ConfigError: An option or a file is not valid.
+        RigError: The bus is not available.
     """
     description = load_rig(options.rig, options.side)
     refuse_motorless(description)
@@ -54,7 +54,7 @@ def run_drive_sim(options: DriveSimOptions, folder: Path, say: Say) -> None:
 
 
 def _punctual(lock_step: bool) -> contextlib.AbstractContextManager[object]:
-    """Real-time rights on another processor than the loop's: a real drive does not wait for other programs either."""
+    """Take real-time priority on another processor than the loop's: a real drive does not wait for other programs."""
     if lock_step or not sys.platform.startswith("linux"):
         return contextlib.nullcontext()
     return realtime((min(os.sched_getaffinity(0)),))
@@ -66,18 +66,18 @@ def _greeting(options: DriveSimOptions, drives: Drives, device: SimulatedDevices
     return (
         f"Simulated drives of {drives.settings.rig} ({', '.join(drives.joints)}), {who}, disturbance level "
         f"{options.level}, seed {options.seed}, {clock}; serial '{drives.settings.serial}'. Reached at "
-        f"{device.where}, as {file} says. Type help for what can be done at the bench; Ctrl-C ends."
+        f"{device.where}, as in {file}. Type help for the commands of the bench; press Ctrl-C to end."
     )
 
 
 def front_end(bus: Bus, drives: Drives) -> Callable[..., SimulatedDevices]:
-    """Simulated drives on this bus, of a plant.
+    """Return a function that makes simulated drives of a plant on this bus.
 
     Raises:
         ConfigError: The drives are on another bus, or a package is missing.
     """
     if getattr(drives.settings, bus) is None:
-        raise ConfigError(f"--drives names no [{bus}] bus. Give the file of that bus, or name the bus of the file.")
+        raise ConfigError(f"--drives has no [{bus}] bus. Give the file of that bus, or the bus of the file.")
     return simulated_devices(bus)
 
 
@@ -107,7 +107,7 @@ def _wiring(options: DriveSimOptions, joints: tuple[str, ...]) -> dict[str, Wiri
     factors = dict(_factor(text) for text in options.wrong_scale)
     named = {*options.wrong_sign, *options.wrong_encoder, *factors}
     if unknown := sorted(named - set(joints)):
-        raise ConfigError(f"No joint {', '.join(unknown)} to be wired wrongly. The joints are {', '.join(joints)}.")
+        raise ConfigError(f"No joint {', '.join(unknown)} for wrong wiring. The joints are {', '.join(joints)}.")
     return {
         joint: Wiring(
             factors.get(joint, 1.0) * (-1.0 if joint in options.wrong_sign else 1.0),

@@ -21,10 +21,10 @@ from exograv.rig.twin.behaviour.practice import Practice, tensed
 from .movements import WantedMovement
 
 TRACKING_MAX_DEG = 1.0
-"""RMS error of the worst joint up to which two performances count as the same movement [°]."""
+"""Largest RMS error of the worst joint with which two performances count as the same movement [°]."""
 
 PERFORMANCES_MAX = 3
-SURE_DEG = 0.9 * TRACKING_MAX_DEG  # a wearer who keeps the path as well in practice keeps it in the measurement
+SURE_DEG = 0.9 * TRACKING_MAX_DEG  # Margin: the error of the measurement may exceed that of practice.
 GO_RAD_PER_S = 0.6
 SETTLE_S = 2.0
 
@@ -55,12 +55,12 @@ class Effort:
 
 
 Note = Callable[[float], None]
-"""Receives, now and then, the share of the first performance that is done."""
+"""Receives the share of the first performance that is done, from time to time."""
 
 
 @dataclass(frozen=True)
 class WearerExperience:
-    """Knowledge of the machine and of the own arm, of a wearer who has worn the machine before."""
+    """Knowledge of the machine and of the own arm, for a wearer with experience of the machine."""
 
     own: ArmInverseDynamics
     worn_inertia: Float[np.ndarray, "arm arm"]
@@ -71,7 +71,7 @@ class Performer:
     """Wearer in a twin who repeats one movement with any controller of the machine."""
 
     def __init__(self, pilot: Pilot, twin: Twin, used_to: WearerExperience, movement: WantedMovement, note: Note):
-        """The pilot flies the twin."""
+        """Prepare the wearer. The pilot moves the twin."""
         self._pilot, self._twin, self._used_to, self._movement, self._note = pilot, twin, used_to, movement, note
         path = movement.path
         self._person = ActingWearer(usual_physiology(path.q.shape[1]), twin.period_s)
@@ -82,7 +82,7 @@ class Performer:
         """Move the arm to the start of the movement, by muscle alone.
 
         Raises:
-            RigError: The envelope stopped the run; so in all that follows.
+            RigError: The envelope stopped the run. The following methods may raise it too.
         """
         path, dt = self._movement.path, self._twin.period_s
         go = motion.go_to(self._twin.truth.q_arm, path.q[0], GO_RAD_PER_S, dt)
@@ -92,7 +92,7 @@ class Performer:
     def wait(
         self, controller: Controller, seconds: float, listener: Callable[[TickSample], None] = lambda _moment: None
     ) -> None:
-        """Hold the wanted posture for a while."""
+        """Hold the wanted posture for this time [s]."""
 
         def act(moment: TickSample) -> None:
             self._act()
@@ -101,10 +101,10 @@ class Performer:
         self._run(controller, seconds, act)
 
     def perform(self, controller: Controller, gravity_level: float) -> Effort:
-        """Practise until the path is kept, then measure; the last of some performances where it never is.
+        """Practise until the path is kept, then measure; if it is never kept, return the last of some performances.
 
         Args:
-            controller: Flies the machine; its handover is over.
+            controller: Controller of the machine, after its handover.
             gravity_level: Share of the arm's weight that the person expects to feel before any practice [-].
         """
         path, body = self._movement.path, self._person.physiology
@@ -120,7 +120,7 @@ class Performer:
         return effort
 
     def _practised(self, controller: Controller, practice: Practice, least: int) -> Effort:
-        """Practise at least so many times and until the path is kept, or go back to what went best; then measure."""
+        """Practise at least `least` times and until the path is kept, or return to the best practice; then measure."""
         best, done = (np.inf, practice.anticipated, self._person.tension), 0
         while done < least or (best[0] > SURE_DEG and self._done < self._movement.practice[1]):
             tried = practice.anticipated, self._person.tension
@@ -145,7 +145,7 @@ class Performer:
         return Effort(absolute, squared, np.rad2deg(np.sqrt(error)), before)
 
     def _repeat(self, controller: Controller, practice: Practice) -> None:
-        """Move once along the path; keep errors and torques."""
+        """Move once along the path, and store errors and torques."""
         path, tick = self._movement.path, 0
         self._person.want(path, practice.anticipated, self._twin.t)
 
@@ -164,6 +164,6 @@ class Performer:
         self._twin.tau_voluntary[:] = self._person.step(self._twin.t, truth.q_arm, truth.v_arm)
 
     def _run(self, controller: Controller, seconds: float, listener: Callable[[TickSample], None]) -> None:
-        # Nothing drives the machine to a reference here: it only has to be there.
+        # The pilot needs a reference, but no feedback drives the machine to it here.
         still: Trajectory = motion.hold(self._pilot.q.copy(), seconds, self._twin.period_s)
         self._pilot.run(controller, still, "", listener)

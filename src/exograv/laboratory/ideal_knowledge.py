@@ -75,7 +75,7 @@ def _true_cuffs(laboratory: VirtualLaboratory) -> Assembly:
     }
 
     def as_worn(cuff):
-        # A direction that the machine leaves free is free on the wearer too.
+        # A direction that the machine leaves free is also free on the wearer.
         return cuff.model_copy(update={name: value for name, value in true.items() if getattr(cuff, name) > 0.0})
 
     return replace(assembly, cuffs=tuple(as_worn(cuff) for cuff in assembly.cuffs))

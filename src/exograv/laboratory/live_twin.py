@@ -1,4 +1,4 @@
-"""The twin of a live run: its machine calibrated, its wearer drawn, and the arm identified unless that is done live."""
+"""Twin of a live run: calibrated machine, drawn wearer, and the identified arm if it is not identified live."""
 
 from exograv.errors import RigError
 from exograv.loop.pilot import Progress
@@ -17,16 +17,16 @@ from .virtual_laboratory import driven_laboratory
 def prepare_live_twin(
     rig: str, side: Side | None, level: int, seed: int, is_identified: bool, is_tested: bool, progress: Progress
 ) -> LiveMachine:
-    """Draw, calibrate and, if asked, identify and test.
+    """Draw and calibrate the machine. If requested, identify the arm and test the machine.
 
     Args:
         rig: Name or folder of the machine.
-        side: Arm; the machine's first where absent.
-        level: Of all disturbances.
-        seed: Draws machine and wearer.
+        side: Side of the arm; the machine's first side if absent.
+        level: Level of all disturbances.
+        seed: Seed of machine and wearer.
         is_identified: True if the arm is identified now.
         is_tested: True if the machine is tested without its wearer.
-        progress: Told now and then.
+        progress: Receives the progress.
 
     Raises:
         ExogravError: The machine, the wearer or the run was refused, or the self-test has failed.
@@ -43,7 +43,7 @@ def _tested(preparation: Preparation, known: ControllerKnowledge, progress: Prog
     """Self-test the machine without its wearer.
 
     Raises:
-        RigError: It has not passed.
+        RigError: A step has failed.
     """
     steps, busy_s = test_machine(preparation.under_test(known), progress)
     for step in steps:

@@ -1,4 +1,4 @@
-"""What a wearer does while effort is measured: the shipped pointing movement, or reaching as recorded from people."""
+"""Movements of the wearer for the measurement of effort: the shipped pointing movement, or recorded reaching."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,40 +18,40 @@ PerFreedom = Float[np.ndarray, " arm"]
 REST_DEG = (5.0, 10.0, 25.0, 75.0)
 TARGET_DEG = (52.0, 10.0, 31.0, 54.0)
 
-TOUCHES = 8  # in 22 s, the pace of the paper: 2.75 s from touch to touch
-REACH_S = 0.9  # there, and back; assumed: an unhurried reach with 2 rad/s at its fastest joint leaves time to stay
-TOUCH_S = 0.45  # on the screen
-LAP_S = 0.5  # at rest
+TOUCHES = 8  # In 22 s, the pace of the paper: 2.75 s from touch to touch.
+REACH_S = 0.9  # One way. Assumed: an unhurried reach, 2 rad/s at the fastest joint, leaves time to stay.
+TOUCH_S = 0.45  # Time on the screen.
+LAP_S = 0.5  # Time at rest.
 
 # The first repetition of three of the six tasks: two ways of reaching out over several targets, and a hand to the face.
 # With all six a repetition would last a minute, and practice of it a quarter of an hour.
 RECORDED_PERSON, RECORDED_TASKS = "S01", (1, 2, 5)
-JOIN_RAD_PER_S = 1.0  # between recordings
-STAY_S = 0.3  # before and after each
-LIMIT_MARGIN = np.deg2rad(5.0)  # a limb in soft cuffs is not exactly where the machine is
+JOIN_RAD_PER_S = 1.0  # Speed between recordings.
+STAY_S = 0.3  # Pause before and after each recording.
+LIMIT_MARGIN = np.deg2rad(5.0)  # A limb in soft cuffs is not exactly at the machine's angles.
 
 
 @dataclass(frozen=True)
 class WantedMovement:
-    """A movement of the arm's freedoms that ends where it began."""
+    """Movement of the arm's freedoms that ends where it started."""
 
     name: str
     path: Trajectory
     repeats: int
-    """How often in a row it is done while effort is measured."""
+    """Number of repetitions in a row while effort is measured."""
 
     practice: tuple[int, int]
-    """How often it is done before: at least, so that nobody profits from a lucky start, and at most."""
+    """Least and largest number of repetitions before. The least one prevents an advantage from a lucky start."""
 
     samples: int = 0
-    """Of a recording; zero where there is none."""
+    """Number of samples of the recording; zero without one."""
 
     clipped: int = 0
-    """Recorded samples beyond what the machine reaches, which were moved to its limit."""
+    """Number of recorded samples beyond the machine's range, which were moved to its limit."""
 
 
 def pointing(freedoms: int, dt: float) -> WantedMovement:
-    """From the lap to the screen and back; the wrist of an arm that has one stays straight."""
+    """Return the movement from the lap to the screen and back. The wrist of an arm that has one stays straight."""
     rest, target = (np.deg2rad([*angles, *[0.0] * (freedoms - 4)]) for angles in (REST_DEG, TARGET_DEG))
     parts = [
         hold(rest, LAP_S / 2, dt),
@@ -64,10 +64,10 @@ def pointing(freedoms: int, dt: float) -> WantedMovement:
 
 
 def recorded(lower: PerFreedom, upper: PerFreedom, dt: float, folder: Path | None = None) -> WantedMovement:
-    """Reaching of people in another exoskeleton, within `lower` and `upper` [rad] of this machine's joints.
+    """Read reaching of people in another exoskeleton, within `lower` and `upper` [rad] of this machine's joints.
 
     Raises:
-        RecordingError: The data are not there, or not as expected.
+        RecordingError: The data are missing, or not as expected.
     """
     file = (folder or reaching_folder()) / f"{RECORDED_PERSON}_trajs.mat"
     measured = [read_reaching(file, task) for task in RECORDED_TASKS]

@@ -39,7 +39,7 @@ class DemoOptions(Options):
     level: Level = 2
 
     method: MethodName = "recursive"
-    """How the arm is identified: ours, the paper's, or the table alone."""
+    """Method that identifies the arm: ours, the paper's, or the table alone."""
 
     gravity_level: GravityLevel = 0.0
     """Felt share of the arm's own weight: 0 weightless, 0.165 Moon, 0.378 Mars, 1 Earth."""
@@ -47,25 +47,25 @@ class DemoOptions(Options):
     seed: Seed = 0
 
     seconds: Annotated[float, Within(5.0, 600.0, "5 to 600 s of motion.")] = 60.0
-    """Motion that the arm is identified from [s]."""
+    """Duration of the motion for the identification [s]."""
 
     motion: MotionName = "designed"
-    """What moves the arm meanwhile: the machine's own motion, pieces planned from what is uncertain, or others'."""
+    """Motion of the arm for the identification: the machine's own, pieces planned from the uncertainty, or others."""
 
     torque_source: TorqueSourceName = "current"
-    """What counts as real torque: motor current, or what was commanded."""
+    """Source of the real torque: motor current, or the commanded torque."""
 
     realtime: bool = False
-    """Show it at the pace of life."""
+    """Run at real-time speed."""
 
     only_identify: tyro.conf.Fixed[bool] = False
-    """Leave out floating and the known weight."""
+    """Omit floating and the known weight."""
 
     wearer_model: str | None = None
-    """MJCF or URDF of a third party's arm that is the truth in place of a drawn one; needs `--wearer-map`."""
+    """MJCF or URDF of a third party's arm that replaces the drawn one as the truth; needs `--wearer-map`."""
 
     wearer_map: str | None = None
-    """TOML file that says what the model's bodies and joints are (docs/howto/wearer_models.md)."""
+    """TOML file that assigns the model's bodies and joints (docs/howto/wearer_models.md)."""
 
     calibration: CalibrationFile = None
     donning: Donning = 0
@@ -76,14 +76,16 @@ class WeighOptions(TwinOptions):
     """Options of `exograv arm weigh`."""
 
     hand_weight_kg: Annotated[float | None, tyro.conf.arg(name="hand-weight", metavar="KG"), HeldWeight] = None
-    """Weight that the virtual wearer takes into the hand [kg], hidden from the software; drawn if none is given, 0 for
-    none."""
+    """Weight that the virtual wearer takes into the hand [kg].
+
+    The software does not know it. Drawn if absent; 0 for none.
+    """
 
     forearm_weight_kg: Annotated[float, tyro.conf.arg(name="forearm-weight", metavar="KG"), HeldWeight] = 0.0
-    """The same at the middle of the forearm [kg]."""
+    """Weight at the middle of the forearm [kg], also unknown to the software."""
 
     body_mass_kg: Annotated[float | None, tyro.conf.arg(name="body-mass", metavar="KG")] = None
-    """Body mass as the operator typed it [kg]; the wearer's own if none is given."""
+    """Body mass that the operator entered [kg]; the wearer's own if absent."""
 
     calibration: CalibrationFile = None
 
@@ -95,8 +97,8 @@ class TransparencyOptions(Options):
     rig: Annotated[
         str | None,
         tyro.conf.arg(
-            help="Name of a machine (see `exograv rigs`) or path of its folder; harmonic and quasi-direct drives side "
-            "by side if none is named."
+            help="Name of a machine (see `exograv rigs`) or path of its folder. Without it, harmonic and "
+            "quasi-direct drives are compared."
         ),
     ] = None
     side: OneSideOption = None
@@ -104,11 +106,10 @@ class TransparencyOptions(Options):
     seed: Seed = 0
 
     machines: Annotated[int, Within(1, 100, "1 to 100. Goals are judged by at least 5.")] = 5
-    """Machines and wearers, drawn from `seed` and the seeds after it."""
+    """Number of machines and wearers, drawn from `seed` and the seeds after it."""
 
     movement: MovementName = "pointing"
-    """Eight touches of a screen, or reaching as recorded from people (docs/explanation/transparency.md says where to
-    get it)."""
+    """Eight touches of a screen, or recorded reaching of people (docs/explanation/transparency.md has the source)."""
 
 
 @dataclass(frozen=True)
@@ -116,28 +117,28 @@ class DriveSimOptions(Options):
     """Options of `exograv dev drive-sim`."""
 
     bus: tyro.conf.Positional[Bus] = "udp"
-    """On which they are reached."""
+    """Bus of the drives."""
 
     rig: RigOption = "recupera_like"
     side: SideOption = None
 
     drives: Path | None = None
-    """drives.toml of the machine, with this bus; without, one is written into the folder drive_sim of --out."""
+    """File drives.toml of the machine, with this bus. Without it, one is written into the folder drive_sim of --out."""
 
     level: Level = 0
     seed: Seed = 0
 
     worn: bool = False
-    """With its wearer, in the posture in which it is put on; without, it hangs empty."""
+    """Put the wearer into the machine, in the donning posture. Without it the machine hangs empty."""
 
     lock_step: bool = False
-    """Step by one period of the loop with each measurement, faster or slower than real time."""
+    """Advance by one period of the loop with each measurement, instead of real time."""
 
     wrong_sign: JointNames = ()
-    """Joints whose motor turns the other way."""
+    """Joints with a motor that turns the wrong way."""
 
     wrong_scale: JointFactors = ()
-    """Joints whose motor gives so many times the torque."""
+    """Joints with a motor that gives this multiple of the torque."""
 
     wrong_encoder: JointNames = ()
-    """Joints whose encoder counts the other way."""
+    """Joints with an encoder that counts the wrong way."""

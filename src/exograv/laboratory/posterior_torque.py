@@ -1,4 +1,4 @@
-"""What the uncertainty of an estimate means in torque: arms drawn from it, each put into the controller's machine."""
+"""Residual torque from the uncertainty of an estimate: arms drawn from it, each put into the controller's machine."""
 
 from dataclasses import dataclass
 
@@ -13,35 +13,36 @@ from exograv.model.support import sample_postures
 Joints = Float[np.ndarray, " joint"]
 
 DRAWS = 512
-"""Arms: the 95th percentile of as many is off by 4 % of itself."""
+"""Number of drawn arms. The 95th percentile of so many has an error of 4 % of itself."""
 
 POSTURES = 32
-"""Of the task workspace, beside the donning posture."""
+"""Number of postures of the task workspace, in addition to the donning posture."""
 
 SEED = 20_260_103
 
 
 @dataclass(frozen=True)
 class PosteriorTorque:
-    """RMS over postures of the torque that may be left over because the arm is not known better [N·m]."""
+    """RMS over postures of the torque that may be left over because of the uncertainty of the arm [N·m]."""
 
     median: Joints
     p95: Joints
-    """Not exceeded by 95 % of the arms that the data allow, joint by joint."""
+    """Value that 95 % of the arms that the data allow do not exceed, joint by joint."""
 
     draws: int
-    """Arms that could be put into the machine [-]."""
+    """Number of arms that could be put into the machine [-]."""
 
 
 def posterior_torque(resting: RestingTorque, assembly: Assembly, estimate: Estimate) -> PosteriorTorque | None:
-    """Monte-Carlo of an estimate's covariance, with the full closed-loop model; None where a method states none."""
+    """Compute the torque by Monte Carlo on an estimate's covariance, with the closed-loop model; None without one."""
     if estimate.covariance is None:
         return None
     postures = sample_postures(assembly.description, POSTURES)
     x = estimate.x
     known = resting(postures, np.tile(x, (len(postures), 1)), resting.cold_start(postures, x))
     rng = np.random.default_rng(SEED)
-    # By eigenvalues: parameters that are not learned have no variance, which a Cholesky factor would not forgive.
+    # By eigenvalues: parameters that are not learned have no variance, and a Cholesky factor needs a positive definite
+    # matrix.
     values, vectors = np.linalg.eigh(estimate.covariance)
     spread = vectors * np.sqrt(np.maximum(values, 0.0))
     arms = x + rng.standard_normal((DRAWS, len(x))) @ spread.T

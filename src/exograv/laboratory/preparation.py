@@ -82,7 +82,7 @@ class WornTwin:
 
 @dataclass(frozen=True)
 class Preparation:
-    """One run on the twin, step by step."""
+    """Steps of one run on the twin."""
 
     laboratory: VirtualLaboratory
     seed: int
@@ -129,7 +129,7 @@ class Preparation:
             RigError: The machine was not calibrated.
         """
         if known.calibration is None:
-            raise RigError("The machine was not calibrated, so there is nothing to test it by. Calibrate it first.")
+            raise RigError("The self-test needs a calibration, and this machine has none. Calibrate it first.")
         return self._empty.under_test(known.calibration)
 
     @property

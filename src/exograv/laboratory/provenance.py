@@ -1,4 +1,4 @@
-"""Head of a recording on the twin: machine, person as told, settings, versions and hashes."""
+"""Settings at the head of a twin's recording: machine, body data as told to the software, versions and hashes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RoundedBody:
-    """Body data for the reader; exact ones stand in the settings."""
+    """Rounded body data for the reader. The exact ones are in the settings."""
 
     height_m: float
     mass_kg: float
@@ -37,7 +37,7 @@ class GuardLimits:
 
 @dataclass(frozen=True)
 class MachineAndRun:
-    """Machine and person to the last bit, and the settings of the run itself."""
+    """Machine and person in full precision, and the settings of the run itself."""
 
     rig: RigSettings
     rig_files: dict[str, str]
@@ -80,7 +80,7 @@ def provenance(
     options: "DemoOptions", laboratory: VirtualLaboratory, targets: list[float], hashes: Mapping[str, str]
 ) -> DemoSettings:
     """Describe a demonstration on the twin; `hashes` as in `run_settings`."""
-    # Neither the pace nor a file's place changes what is computed; which files were read stands in the hashes.
+    # Neither the speed nor a file's path changes the result. The hashes state which files were read.
     given = json_value(options) | {"realtime": False, "calibration": None, "files": None}
     command = "exograv arm identify" if options.only_identify else "exograv demo"
     run = run_settings(laboratory, command, options.level, options.seed, {"options": given}, hashes)
@@ -99,11 +99,11 @@ def run_settings(
 
     Args:
         laboratory: Machine and wearer.
-        command: As typed, without options.
+        command: Command as typed, without options.
         level: Disturbance level.
-        seed: Of the run.
+        seed: Seed of the run.
         settings: Settings of the run itself, by name: options, protocol and the like.
-        hashes: Of the files that were read, by their kind.
+        hashes: Hashes of the files that were read, by their kind.
     """
     description, body, model = laboratory.description, laboratory.body, laboratory.wearer_model
     envelope = limits(description)

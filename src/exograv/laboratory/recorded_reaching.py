@@ -14,38 +14,40 @@ from exograv.motion import Trajectory
 
 RATE_HZ = 100.0
 CUTOFF_HZ = 6.0
-"""Reaching has little above; the angles come in steps of 0.03°, whose derivatives would be noise."""
+"""Cutoff frequency [Hz]. Reaching has little power above. Derivatives of the angles' steps of 0.03° would be noise."""
 
 Angles = Float[np.ndarray, "tick 4"]
 
 
 def reaching_folder() -> Path:
-    """Where the recordings are: `$EXOGRAV_DATA/exo_reaching`, or `shared/data/exo_reaching` beside the project.
+    """Return the folder of the recordings.
+
+    The folder is `$EXOGRAV_DATA/exo_reaching`, or `shared/data/exo_reaching` beside the project.
 
     Raises:
-        RecordingError: Nowhere.
+        RecordingError: The folder does not exist.
     """
     beside = Path(__file__).parents[4] / "shared" / "data"
     folder = Path(os.environ.get("EXOGRAV_DATA", beside)) / "exo_reaching"
     if not folder.is_dir():
         raise RecordingError(
             f"No recorded reaching in {folder}. Get processed_dataset of github.com/TUM-ITR/HuG-MP, put it into a "
-            "folder exo_reaching and name the folder above in EXOGRAV_DATA; or choose --movement pointing."
+            "folder exo_reaching and set EXOGRAV_DATA to the folder above it; or choose --movement pointing."
         )
     return folder
 
 
 def read_reaching(path: Path, task: int, repetition: int = 1) -> Angles:
-    """Flexion, abduction, rotation, elbow [rad] at `RATE_HZ`, for a repetition of a task, both counted from 1.
+    """Read flexion, abduction, rotation, elbow [rad] at `RATE_HZ`, for a repetition of a task, both counted from 1.
 
     Raises:
-        RecordingError: The file cannot be read, or holds no such task.
+        RecordingError: The file cannot be read, or has no such task.
     """
     return arm_angles(np.deg2rad(np.concatenate(_segments(path, task, repetition), axis=1).T))
 
 
 def smooth_path(q: Angles, dt: float) -> Trajectory:
-    """Recorded angles without the steps of the encoder, at a period of `dt` [s]."""
+    """Return recorded angles without the steps of the encoder, at a period of `dt` [s]."""
     from scipy.interpolate import CubicSpline
     from scipy.signal import butter, sosfiltfilt
 
@@ -56,14 +58,16 @@ def smooth_path(q: Angles, dt: float) -> Trajectory:
 
 
 def arm_angles(exo: Angles) -> Angles:
-    """Freedoms of our arm for joint angles of that exoskeleton [rad].
+    """Compute the freedoms of our arm from joint angles of that exoskeleton [rad].
 
-    There the upper arm is spread first, then raised, then turned about itself, and spreading, raising and turning in
-    count as negative (inferred from the joints' ranges and from the tasks); here it is raised first.
+    In that exoskeleton, abduction is first, then flexion, then rotation about the upper arm's own axis. Abduction,
+        flexion
+    and internal rotation count as negative (inferred from the joints' ranges and from the tasks). Here flexion is
+        first.
     """
     from scipy.spatial.transform import Rotation
 
-    # Right arm, x forward, y left: raising turns about −y, spreading about −x, turning in about z.
+    # Right arm, x forward, y left: flexion turns about −y, abduction about −x, internal rotation about z.
     theirs = Rotation.from_euler("XYZ", exo[:, :3] * np.array([1.0, 1.0, -1.0]))
     about_y, about_x, about_z = theirs.as_euler("YXZ").T
     return np.column_stack([-about_y, -about_x, about_z, exo[:, 3]])
@@ -77,7 +81,7 @@ def _segments(path: Path, task: int, repetition: int) -> list[Float[np.ndarray, 
         segments = [np.asarray(segment, dtype=float) for segment in cell.ravel()]
     except (OSError, ValueError, KeyError, IndexError, TypeError) as error:
         raise RecordingError(
-            f"{path} holds no repetition {repetition} of task {task} ({error}). Give processed trajectories of HuG-MP."
+            f"{path} has no repetition {repetition} of task {task} ({error}). Give processed trajectories of HuG-MP."
         ) from error
     if not segments or any(segment.ndim != 2 or segment.shape[0] != 4 for segment in segments):
         raise RecordingError(f"{path}, task {task}: segments must be 4 × N angles. Give the processed trajectories.")

@@ -1,4 +1,4 @@
-"""From a run's arrays to the rows that are printed, recorded and compared."""
+"""Rows of a run's results for printing, recording and comparison."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ class ScoredParameter:
     prior: float
     estimate: float
     ci95: Interval | None
-    """None where the method states no uncertainty."""
+    """Absent if the method has no uncertainty."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def parameter_rows(assembly: Assembly, prior: np.ndarray, estimate: Estimate, we
     rows = []
     layout, arm = parameters.ParameterLayout.of(assembly), assembly.arm
     for i, (name, unit) in enumerate(parameters.names_and_units(assembly)):
-        # Moments of inertia stay the table's: slow motion does not show them.
+        # Moments of inertia keep the table's values, because slow motion does not show them.
         if name not in truth or ".I" in name:
             continue
         learned = i < layout.phi.stop or (estimate.covariance is not None and estimate.sd[i] > 0.0)
@@ -189,12 +189,12 @@ def _floats(*columns: Any) -> list[list[float]]:
 
 
 def still_to_rub(truth: Machine, t: float) -> Float[np.ndarray, " joint"]:
-    """Share of the cold machine's friction that is left after `t` seconds (joint,) [-]."""
+    """Share of the cold machine's friction that remains after `t` seconds (joint,) [-]."""
     return 1.0 - truth.friction.warm_up * (1.0 - np.exp(-t / WARM_UP_TIME))
 
 
 def time_to_target(scores: Mapping[float, TruthScore], targets: Sequence[float]) -> float | None:
-    """Seconds of motion until what is truly left over stays below every joint's target to the end; None if never."""
+    """Time of motion [s] until the true residual torque stays below every joint's target to the end; None if never."""
     reached = None
     for t in sorted(scores):
         if np.all(scores[t].total <= targets):

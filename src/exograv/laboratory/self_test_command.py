@@ -1,4 +1,4 @@
-"""`exograv rig self-test` on the twin: its empty machine, and the arm of its wearer if asked."""
+"""Self-test of the twin's empty machine for `exograv rig self-test`, and of the wearer's arm if requested."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +20,7 @@ WORN = "arm weighing"
 
 @dataclass(frozen=True)
 class TwinUnderTest:
-    """`MachineUnderTest`: the twin of these options."""
+    """`MachineUnderTest` of these options: the twin."""
 
     options: SelfTestOptions
     calibration: Path
@@ -33,17 +33,17 @@ class TwinUnderTest:
         return twin_identity(self.options.level, self.options.seed)
 
     def hardware_steps(self) -> list[Step]:
-        """None: the twin has no bus and no button."""
+        """Return no steps: the twin has no bus and no button."""
         return []
 
     def subject(self, whole: StoredCalibration) -> TestedMachine:
-        """The machine of this level and seed, empty and hanging."""
+        """Return the machine of this level and seed, empty and hanging."""
         machine = draw_machine(self.description, Disturbances.at_level(self.options.level), self.options.seed)
         empty = EmptyTwin(self.description, machine, self.options.seed, whole.measured.lengths_m)
         return empty.under_test(whole.calibration())
 
     def worn_steps(self, steps: list[Step], /) -> list[Step]:
-        """Weigh the arm against the form, when nothing of the machine has failed."""
+        """Weigh the arm against the form, if no step of the machine has failed."""
         if not all(step.passed or step.locks_only for step in steps):
             return [Step(WORN, None)]
         return tried(WORN, self._weigh)

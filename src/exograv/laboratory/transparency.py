@@ -1,4 +1,4 @@
-"""What a person feels of a kind of machine: muscle effort of one movement in six conditions, over several machines."""
+"""Transparency of a kind of machine: muscle effort of one movement in six conditions, over several machines."""
 
 import time
 from collections.abc import Mapping
@@ -31,9 +31,9 @@ class TransparencyResult:
     """Result of `exograv dev transparency`."""
 
     machine: MachineTransparency | None = field(metadata=MERGED)
-    """Figures of the machine that was asked for."""
+    """Figures of the requested machine."""
     profiles: Mapping[str, MachineTransparency] | None = field(metadata=OPTIONAL)
-    """Figures of both kinds of drives, where no machine was."""
+    """Figures of both kinds of drives, if no machine was requested."""
     self_test: str
     wall_s: float
     report: Path
@@ -50,7 +50,7 @@ def run_transparency(options: TransparencyOptions, folder: Path, progress: Progr
     """
     start = time.perf_counter()
     rigs = BOTH_PROFILES if options.rig is None else (options.rig,)
-    # All refusals before the first minute of work.
+    # All refusals come before the first minute of computation.
     plans = [(description, movement_for(options.movement, description)) for description in map(_loaded(options), rigs)]
     results = []
     for k, (description, movement) in enumerate(plans):
@@ -72,10 +72,10 @@ def run_transparency(options: TransparencyOptions, folder: Path, progress: Progr
 
 
 def movement_for(name: MovementName, description: RigDescription) -> WantedMovement:
-    """What the wearer of this machine does.
+    """Return the movement of the wearer of this machine.
 
     Raises:
-        ConfigError: The machine has no motors or two arms, or the recorded movement is not for it.
+        ConfigError: The machine has no motors or two arms, or the recorded movement does not fit it.
         RecordingError: The recordings are missing.
     """
     if description.motorless:

@@ -1,4 +1,4 @@
-"""Efforts of several machines as the rows that are printed, drawn and compared: medians, ratios, every machine."""
+"""Summary of several machines' efforts, to print, draw and compare: medians, ratios, and each machine."""
 
 from collections.abc import Mapping, Sequence
 
@@ -22,13 +22,13 @@ from .movements import WantedMovement
 ELBOW = FREEDOMS.index("elbow")
 
 Efforts = Mapping[str, Sequence[Effort]]
-"""By condition, one a machine."""
+"""Efforts by condition, one per machine."""
 
 
 def rig_result(
     description: RigDescription, level: int, seeds: Sequence[int], movement: WantedMovement, efforts: Efforts
 ) -> MachineTransparency:
-    """All figures of one kind of machine; medians are over its machines."""
+    """Return all figures of one kind of machine. Medians are over its machines."""
     return MachineTransparency(
         rig=description.name,
         profile=profile(description),
@@ -53,7 +53,7 @@ def rig_result(
 
 
 def profile(description: RigDescription) -> str:
-    """Of its drives: "harmonic" where any joint has one, else "qdd"."""
+    """Return the kind of its drives: "harmonic" if any joint has a harmonic drive, else "qdd"."""
     drives = {actuator.drive for actuator in description.settings.actuators}
     return "harmonic" if "harmonic" in drives else "qdd"
 
@@ -81,7 +81,7 @@ def _condition(seeds: Sequence[int], efforts: Sequence[Effort]) -> ConditionEffo
 
 
 def _ratios(efforts: Efforts) -> EffortRatios:
-    """Median over machines of each one's own ratio: machine and wearer are the same above and below the line."""
+    """Return the medians of the machines' own ratios. Both efforts of a ratio have the same machine and wearer."""
     dam, gcm = efforts["dam"], efforts["gcm"]
     zero_g = _totals(efforts["zero_g"])
     elbows = [d.absolute[ELBOW] / g.absolute[ELBOW] for d, g in zip(dam, gcm, strict=True)]

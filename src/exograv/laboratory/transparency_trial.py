@@ -1,4 +1,4 @@
-"""Muscle effort of one machine with one wearer: prepared once, then the same movement in six conditions."""
+"""Muscle effort of one machine with one wearer: one preparation, then the same movement in six conditions."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -28,30 +28,33 @@ CONDITIONS: Mapping[str, str] = {
     "dam_ideal_no_friction": "the same without friction",
     "zero_g": "weightless, without machine",
 }
-"""By the names of the contract, in words."""
+"""Conditions in words, by their names in the contract."""
 
 UNREST = ("slow_bias", "bursts")
-"""Off while effort is measured: they are the wearer's, not the machine's. Identification before has to bear them."""
+"""Disturbances that are off while effort is measured, because they are the wearer's and not the machine's.
+
+    They are on during the identification.
+"""
 
 FRICTION = ("coulomb", "viscous", "load_friction", "friction_ripple")
 
 
 @dataclass(frozen=True)
 class TransparencyTrial:
-    """Which machine, which wearer, at which disturbance level."""
+    """Machine, wearer, and disturbance level."""
 
     description: RigDescription
     level: int
     seed: int
 
     def laboratory(self, *off: str) -> VirtualLaboratory:
-        """Without the disturbances that are switched off; all others are as they were."""
+        """Draw the laboratory without these disturbances. All others stay the same."""
         disturbances = Disturbances.at_level(self.level).without(*off)
         return laboratory_at(self.description, disturbances, self.seed, self.seed)
 
 
 def run_trial(trial: TransparencyTrial, movement: WantedMovement, progress: Progress) -> dict[str, Effort]:
-    """Effort by condition.
+    """Measure the effort by condition.
 
     Raises:
         ExogravError: Calibration, identification or a run was refused or stopped.
@@ -90,12 +93,12 @@ def _effort(
 
 
 def _effort_alone(trial: TransparencyTrial, movement: WantedMovement, t: float, note: Note) -> Effort:
-    """Measure the movement as in the aircraft: nothing weighs, and the machine is not worn."""
+    """Measure the movement as in the aircraft: weightless, and without the machine."""
     worn = trial.laboratory(*UNREST)
     machine, wearer = weightless(worn.machine), out_of_the_machine(worn.wearer)
     alone = Preparation(replace(worn, machine=machine, wearer=wearer), trial.seed)
     twin, nominal = alone.laboratory.twin(trial.seed, t), trial.description.nominal_gain
-    # No current will flow.
+    # No current flows, so the gains have no effect.
     pilot, controller = alone.pilot_of(twin, ActuatorGain(nominal, nominal)), NoTorque(len(twin.joints))
     n = movement.path.q.shape[1]
     performer = Performer(pilot, twin, WearerExperience(worn.own_arm(), np.zeros((n, n))), movement, note)

@@ -1,4 +1,4 @@
-"""Scores the controller on the twin's truth, beside the run and never into it."""
+"""Scores of the controller on the twin's truth. They never enter the run."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,14 +27,14 @@ Postures = Float[np.ndarray, "posture joint"]
 
 @dataclass(frozen=True)
 class TruthScore:
-    """RMS over the held-out postures, per joint [N·m]."""
+    """Residual torque: RMS over the held-out postures, per joint [N·m]."""
 
     total: Joints
     arm: Joints
 
 
 class Examination:
-    """The controller's side of every held-out posture, or of others, and the twin's."""
+    """Residual torque of the controller at held-out postures, or at given ones, on the twin's truth."""
 
     def __init__(
         self,
@@ -52,7 +52,7 @@ class Examination:
 
     @cached_property
     def _empty(self) -> Examiner:
-        """Of the same machine, set to the same lengths, without the wearer."""
+        """Examiner of the same machine with the same lengths, without the wearer."""
         laboratory = self._laboratory
         return Examiner(
             laboratory.description,
@@ -64,11 +64,11 @@ class Examination:
 
     @property
     def postures(self) -> Postures:
-        """Where it is asked [rad]."""
+        """Postures of the examination [rad]."""
         return self._examiner.postures
 
     def score(self, x: Parameters, payload_kg: float = 0.0) -> TruthScore:
-        """What is left over with these parameters in the level-0 controller, a hidden weight in the hand."""
+        """Score these parameters in the level-0 controller, with a hidden weight in the hand."""
         asked: list[Resting] = []
 
         def all_currents(q: Postures) -> Postures:
@@ -76,33 +76,33 @@ class Examination:
             return self._actuators.current(asked[0].tau_desired)
 
         total = self._examiner.left_over(all_currents, payload_kg)
-        # The same postures, asked for a moment ago.
+        # The second call has the same postures, so the torque is reused.
         arm = self._examiner.arm_left_over(lambda _q: self._actuators.current(asked[0].tau_arm), payload_kg)
         return TruthScore(rms(total), rms(arm))
 
     def arm_error(self, x: Parameters) -> Postures:
-        """What the arm, its weight and its strained cuffs, adds to the torque at rest, minus what is added for it.
+        """Residual torque of the arm alone: torque at rest of its weight and strained cuffs, minus the compensation.
 
-        The machine's own error is not in it: no estimate of the arm answers for that.
+        The machine's own error is not included, because no estimate of the arm can correct it.
         """
         total, empty = self.at_postures(x, ControlMode()), ControlMode(arm_share=0.0)
         alone = self._empty.left_over(lambda q: self._actuators.current(self._at_rest(q, x, empty).tau_desired))
         return total - alone
 
     def exo_only(self, x: Parameters) -> Joints:
-        """What is left over when only the exoskeleton is carried, RMS per joint [N·m]."""
+        """Residual torque when only the exoskeleton is carried, RMS per joint [N·m]."""
         return self.left_over(x, ControlMode(arm_share=0.0))
 
     def left_over(self, x: Parameters, mode: ControlMode) -> Joints:
-        """What is left over in this mode, RMS per joint [N·m]."""
+        """Residual torque in this mode, RMS per joint [N·m]."""
         return rms(self.at_postures(x, mode))
 
     def at_postures(self, x: Parameters, mode: ControlMode) -> Postures:
-        """The same, posture by posture."""
+        """Residual torque in this mode, posture by posture [N·m]."""
         return self._examiner.left_over(lambda q: self._actuators.current(self._at_rest(q, x, mode).tau_desired))
 
     def posterior_torque(self, estimate: Estimate) -> PosteriorTorque | None:
-        """What the estimate's own uncertainty would leave over; no truth is asked."""
+        """Residual torque that the estimate's own uncertainty allows. It does not use the truth."""
         return posterior_torque(self._resting, self._assembly, estimate)
 
     def _at_rest(self, q: Postures, x: Parameters, mode: ControlMode) -> Resting:
@@ -113,7 +113,7 @@ class Examination:
             if resting.is_closed.all():
                 self._last = x.copy(), resting.z
                 return resting
-        # The first time, or parameters so far from the last ones that Newton's method lost a posture.
+        # First call, or parameters so far from the last ones that Newton's method lost a posture.
         resting = self._resting(q, arms, self._resting.cold_start(q, x), mode)
         self._last = x.copy(), resting.z
         return resting
@@ -121,7 +121,7 @@ class Examination:
 
 @dataclass(frozen=True)
 class ScoredWearer:
-    """The wearer of a virtual laboratory as a live run sees it: the form, and a score at the end."""
+    """Wearer of a virtual laboratory in a live run: the form, and a score at the end."""
 
     laboratory: VirtualLaboratory
 
@@ -131,6 +131,6 @@ class ScoredWearer:
         return self.laboratory.form
 
     def left_over_Nm(self, known: ControllerKnowledge, x: Parameters, postures: Postures | None = None) -> list[float]:
-        """Torque left over with parameters `x`, RMS per joint [N·m]; over held-out postures if none are given."""
+        """Residual torque with parameters `x`, RMS per joint [N·m]; over held-out postures if none are given."""
         examination = Examination(self.laboratory, known.assembly, known.machine, postures)
         return rounded(examination.score(x).total)

@@ -1,4 +1,4 @@
-"""`exograv arm verify` on the twin: calibrate the machine, identify the arm, then measure the residual torque."""
+"""Verification on the twin for `exograv arm verify`: calibration, identification, then the residual torque."""
 
 import time
 from dataclasses import replace
@@ -23,16 +23,16 @@ from .preparation import Preparation
 from .virtual_laboratory import driven_laboratory
 
 LATER_SEED = 500_000
-"""Added to the run's seed for a later verification: muscles and noise do not repeat themselves."""
+"""Offset of the run's seed for a later verification, so that muscles and noise differ."""
 
 
 def run_verification(options: VerifyOptions, progress: Progress) -> VerifyResult:
-    """Run it.
+    """Run the verification.
 
     Raises:
-        ConfigError: An option or a file cannot be used.
+        ConfigError: An option or a file is not valid.
         ModelError: Machine or wearer cannot be modelled, or the workspace has no room for the postures.
-        IdentificationError: The empty machine is not what it should be.
+        IdentificationError: The empty machine is not as expected.
         RigError: The envelope stopped the run.
     """
     start = time.perf_counter()
@@ -44,14 +44,14 @@ def run_verification(options: VerifyOptions, progress: Progress) -> VerifyResult
     found = worn.identify(identifier)
     pilot, controller = worn.pilot, worn.controller
     if options.later_min:
-        # The same machine and person after a while, the arm at the donning posture; nothing is compiled anew.
+        # The same machine and person later, with the arm at the donning posture. No model is compiled again.
         later = replace(preparation, seed=LATER_SEED + options.seed)
         twin = laboratory.twin(later.seed, pilot.rig.t + 60.0 * options.later_min)
         pilot, controller = later.pilot_of(twin, pilot.actuators), controller.again(found.last.x)
     seen = identification_motion(controller.assembly, MOTION_S, 50 * pilot.rig.period_s).q
     verified = verify_arm(pilot, controller, identifier.model, found.last, seen, options.seed)
     truth = worn.examination(verified.postures).score(found.last.x).total
-    # On the twin the machine's clock stands for the wall's.
+    # On the twin the machine's clock replaces the wall clock.
     at = datetime.now(UTC) + timedelta(minutes=options.later_min)
     result = VerifyResult(
         rig=laboratory.description.name,

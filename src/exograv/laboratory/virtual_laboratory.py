@@ -1,4 +1,4 @@
-"""A virtual wearer in a virtual machine, and the data about both that the controller receives."""
+"""Virtual wearer in a virtual machine, and the data about both that the controller receives."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,15 +32,15 @@ from exograv.storage.calibration_file import twin_identity
 
 @dataclass(frozen=True)
 class VirtualLaboratory:
-    """One machine and one wearer, drawn from a seed. Only the twin and its examiner may read their truth."""
+    """Machine and wearer, drawn from a seed. Only the twin and its examiner may read their truth."""
 
     description: RigDescription
     machine: Machine
     wearer: Wearer
     wearer_model: WearerModel | None = None
-    """Third party's model of the arm, where that is the truth."""
+    """Third party's model of the arm, if it serves as the truth."""
     serial: str = ""
-    """Serial number of the machine, by which its stored calibration is known."""
+    """Serial number of the machine, which identifies its stored calibration."""
 
     @property
     def body(self) -> Body:
@@ -54,7 +54,7 @@ class VirtualLaboratory:
         return WearerForm(self.body, dict(self.wearer.lengths_given))
 
     def assembly(self) -> Assembly:
-        """The machine with the arm of the anthropometric table in it."""
+        """Assemble the machine with the arm of the anthropometric table."""
         return assemble(self.description, self.body)
 
     def twin(
@@ -67,15 +67,15 @@ class VirtualLaboratory:
         """Put the wearer into the machine.
 
         Args:
-            seed: Draws the run: noise and muscles.
+            seed: Seed of the run: noise and muscles.
             t0: Time on the rig's clock [s].
-            start_posture: Of the machine's joints [rad]; the donning posture where absent.
-            surroundings: Objects that the hand can touch; an empty room where absent.
+            start_posture: Posture of the machine's joints [rad]; the donning posture if absent.
+            surroundings: Objects that the hand can touch; an empty room if absent.
         """
         return Twin(self.description, self.machine, self.wearer, seed, start_posture, t0, surroundings=surroundings)
 
     def own_arm(self) -> ArmInverseDynamics:
-        """The wearer's knowledge of the own arm."""
+        """Return the wearer's knowledge of the own arm."""
         return ArmInverseDynamics(self.description, self.machine, self.wearer)
 
     def worn_inertia(self) -> Float[np.ndarray, "arm arm"]:
@@ -107,16 +107,16 @@ def draw_laboratory(
 
     Args:
         rig: Name or folder of the machine.
-        side: Arm; the machine's first where absent.
-        level: Of all disturbances.
-        seed: Draws machine and wearer.
-        wearer_model: MJCF or URDF of an arm that is the truth in place of a drawn one (docs/howto/wearer_models.md).
+        side: Side of the arm; the machine's first side if absent.
+        level: Level of all disturbances.
+        seed: Seed of machine and wearer.
+        wearer_model: MJCF or URDF of an arm that replaces the drawn one as the truth (docs/howto/wearer_models.md).
         wearer_map: Assignment of the model's bodies and joints.
-        donning: Number of the day on which this wearer is in this machine, 0 the first.
+        donning: Number of the day on which this wearer is in this machine, 0 for the first.
 
     Raises:
-        ConfigError: A file cannot be read or used, or one of model and map is missing.
-        ModelError: The model is no arm that the machine moves.
+        ConfigError: A file cannot be read or is not valid, or only one of model and map is given.
+        ModelError: The model is not an arm that the machine can move.
     """
     description, disturbances = load_rig(rig, side), Disturbances.at_level(level)
     foreign = None
@@ -125,7 +125,8 @@ def draw_laboratory(
     elif wearer_model is not None or wearer_map is not None:
         missing = "--wearer-model" if wearer_model is None else "--wearer-map"
         raise ConfigError(
-            f"{missing} is missing: a wearer's model and its map go together (docs/howto/wearer_models.md)."
+            f"{missing} is missing: a wearer's model needs its map, and a map needs its model "
+            "(docs/howto/wearer_models.md)."
         )
     drawn = laboratory_at(description, disturbances, seed, seed, foreign)
     wearer = donned_again(drawn.wearer, disturbances, seed, donning)

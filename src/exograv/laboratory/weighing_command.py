@@ -1,4 +1,4 @@
-"""`exograv arm weigh` on the twin: the empty machine, twenty seconds with the wearer, the arm, then known weights."""
+"""Weighing on the twin for `exograv arm weigh`: empty machine, twenty seconds with the wearer, arm, known weights."""
 
 import time
 from collections.abc import Callable
@@ -50,14 +50,14 @@ class WeighResult:
     arm_mass_kg: float | None
     ci95_kg: Interval | None
     arm_like_that_of_kg: float | None
-    """Mass of the person whose arm is as heavy, by the table."""
+    """Mass of a person with an equally heavy arm, by the table."""
     hand_weight_kg: float | None
     ci95_hand_kg: Interval | None
     refused: bool
     why: str
     probability: float | None
     identified_s: float
-    """Motion of the identification that was asked beside the first twenty seconds."""
+    """Duration of the identification motion, which was evaluated together with the first twenty seconds [s]."""
     weights: list[PlacedWeight]
     true_arm_mass_kg: float
     self_test: str
@@ -81,9 +81,9 @@ def run_weighing(options: WeighOptions, progress: Progress) -> WeighResult:
     """Weigh the arm on the twin, and then the known weights.
 
     Raises:
-        ConfigError: An option cannot be used.
+        ConfigError: An option is not valid.
         ModelError: Machine or wearer cannot be modelled.
-        IdentificationError: The empty machine is not what it should be.
+        IdentificationError: The empty machine is not as expected.
         RigError: The envelope stopped the run, or the machine cannot carry a weight.
     """
     start = time.perf_counter()
@@ -94,7 +94,7 @@ def run_weighing(options: WeighOptions, progress: Progress) -> WeighResult:
     try:
         body = Body(own.height_m, typed, own.sex, own.lengths_m)
     except ConfigError as error:
-        found.why = str(error)  # the form itself refuses: nothing has moved yet
+        found.why = str(error)  # The form is not valid. The machine has not moved yet.
     else:
         found.t = _weigh_all(options, laboratory, body, found, progress)
     return _result(options, laboratory, typed, found, start)
@@ -126,22 +126,22 @@ def _weigh_all(
 
 
 def is_enough(check: ArmCheck, wants_weights: bool) -> bool:
-    """Whether the first motion is all that is needed: nothing is to be weighed, or the form is surely wrong.
+    """Return True if the first motion is sufficient: no weight is to be weighed, or the form is surely wrong.
 
-    A weight needs the arm identified first; a doubtful form is asked of that motion too.
+    A weight needs the identified arm. A doubtful form is judged again with the identification motion.
     """
     return check.is_sure and (check.refused or not wants_weights)
 
 
 def in_doubt_not_refused(check: ArmCheck, is_restless: bool) -> ArmCheck:
-    """The verdict, unless a doubtful one rests on the torques of a person who does not relax: then a request."""
+    """Return the verdict. A doubtful verdict on a person who does not relax becomes a request to relax."""
     if check.is_sure or not is_restless:
         return check
     return replace(check, refused=False, why=f"{RESTLESS_TEXT} {check.why}")
 
 
 def _hanging(twin: Twin, place: WeightPlace, mass: float) -> Callable[[bool], None]:
-    """The wearer's part: the software never sees the mass."""
+    """Return the function with which the wearer takes the weight. The software has no access to the mass."""
     return lambda is_there: twin.hang(place, mass if is_there else 0.0)
 
 
@@ -176,7 +176,7 @@ def _result(
 
 
 def weights_of(options: WeighOptions) -> dict[WeightPlace, float]:
-    """Weights on the arm [kg]; the one in the hand is one of `DRAWN_KG` by the seed where the options name none."""
+    """Weights on the arm [kg]. Without an option the weight in the hand is drawn from `DRAWN_KG` by the seed."""
     drawn = float(np.random.default_rng([options.seed, 9]).choice(DRAWN_KG))
     hand = drawn if options.hand_weight_kg is None else options.hand_weight_kg
     both: dict[WeightPlace, float] = {"hand": hand, "forearm": options.forearm_weight_kg}

@@ -1,1 +1,1 @@
-"""What the participant does: protocol, schedule, pace, pointing, what is made of touches. No clock, no device."""
+"""Task of the participant: protocol, schedule, pace, pointing, judgement of touches. No clock, no device."""

@@ -1,4 +1,4 @@
-"""One datagram of the aircraft: ten fields of ASCII between semicolons; whatever else comes is refused."""
+"""Datagram of the aircraft: ten ASCII fields, separated by semicolons. Any other content is rejected."""
 
 import math
 import re
@@ -8,7 +8,7 @@ PORT = 3131
 RATE_HZ = 10.0
 DAY_MS = 86_400_000
 SIZE_MAX_BYTES = 400
-"""A line has about a hundred."""
+"""Upper limit of a datagram's size. A normal line has about 100 bytes."""
 
 NUMBER = re.compile(r"[+-]?\d{1,9}(\.\d{1,9})?")
 WHOLE = re.compile(r"\d{1,8}")
@@ -19,27 +19,30 @@ G_MAX = 10.0
 
 @dataclass(frozen=True)
 class AircraftSample:
-    """What the aircraft says of itself. Source: docs/explanation/task.md."""
+    """Sample of the aircraft's data feed. Source: docs/explanation/task.md."""
 
     since_midnight_ms: int
     clock: str
     """Minutes and seconds, as sent."""
 
     g: tuple[float, float, float]
-    """Along the aircraft's axes [g]."""
+    """Acceleration along the aircraft's axes [g]."""
 
     temperature_C: float
     humidity_percent: float
     pressure_mbar: float
     parabola: int
-    """0 before the first."""
+    """Number of the parabola; 0 before the first one."""
 
     announcement: str
-    """As sent; what it means is for the protocol to say."""
+    """Text as sent. The protocol defines its meaning."""
 
     @property
     def norm_g(self) -> float:
-        """Of the measured g: the axes are the aircraft's, and it is never level to a degree."""
+        """Norm of the measured acceleration [g].
+
+        The sensor has the aircraft's axes, and the aircraft is never exactly level.
+        """
         return math.hypot(*self.g)
 
     @property
@@ -49,15 +52,15 @@ class AircraftSample:
 
 
 def parse_line(datagram: bytes) -> AircraftSample | str:
-    """The sample in it, or why there is none."""
+    """Sample in a datagram, or the reason why the datagram is rejected."""
     if len(datagram) > SIZE_MAX_BYTES:
-        return f"{len(datagram)} bytes, at most {SIZE_MAX_BYTES} are taken"
+        return f"{len(datagram)} bytes; allowed: at most {SIZE_MAX_BYTES}"
     try:
         fields = datagram.decode("ascii").strip("\r\n").split(";")
     except UnicodeDecodeError:
         return "not ASCII"
     if len(fields) == 11 and not fields[-1].strip():
-        fields.pop()  # a semicolon at the end
+        fields.pop()  # The line ended with a semicolon.
     if len(fields) != 10:
         return f"{len(fields)} fields instead of 10"
     time_ms, clock, *middle, parabola, announcement = (field.strip() for field in fields)
@@ -72,7 +75,7 @@ def parse_line(datagram: bytes) -> AircraftSample | str:
             return f"{name} is {value[:40]!r}"
     x, y, z, temperature, humidity, pressure = map(float, middle)
     if int(time_ms) >= DAY_MS or int(parabola) > 999 or max(abs(x), abs(y), abs(z)) > G_MAX:
-        return f"time {time_ms} ms, parabola {parabola} or g {x:g} {y:g} {z:g} cannot be"
+        return f"time {time_ms} ms, parabola {parabola} or g {x:g} {y:g} {z:g} is out of range"
     return AircraftSample(int(time_ms), clock, (x, y, z), temperature, humidity, pressure, int(parabola), announcement)
 
 
@@ -80,7 +83,7 @@ NAMES = ("Jx", "Jy", "Jz", "temperature", "humidity", "pressure")
 
 
 def line_of(sample: AircraftSample) -> bytes:
-    """The datagram of a sample, as the emulator sends it."""
+    """Datagram of a sample, as the emulator sends it."""
     jx, jy, jz = sample.g
     fields = (
         str(sample.since_midnight_ms),
@@ -98,11 +101,14 @@ def line_of(sample: AircraftSample) -> bytes:
 
 
 def clock_of(since_midnight_ms: int) -> str:
-    """Minutes of the hour and seconds."""
+    """Minutes of the hour and seconds, as text."""
     minutes, ms = divmod(since_midnight_ms % 3_600_000, 60_000)
     return f"{minutes:02d}:{ms / 1000:04.1f}"
 
 
 def newer_by_ms(later: int, earlier: int) -> int:
-    """By how much one time since midnight is after another, across midnight too; negative if it is before."""
+    """Time from `earlier` to `later`, both since midnight [ms]; negative if `later` is before.
+
+    Midnight may lie between.
+    """
     return (later - earlier + DAY_MS // 2) % DAY_MS - DAY_MS // 2

@@ -1,4 +1,4 @@
-"""When measured g opens and closes a window: hysteresis, a dwell, and what to do when nothing comes any more."""
+"""Windows opened and closed by the measured g: hysteresis, dwell, and time-out of the feed."""
 
 from dataclasses import dataclass, replace
 
@@ -7,43 +7,46 @@ from .events import CloseWindow, FeedBack, FeedLost, OpenWindow
 from .task_settings import AircraftSettings
 
 RESTARTED_AFTER = 20
-"""Samples in a row that are older than the last, and rise: the sender's clock was set, two seconds ago."""
+"""Number of consecutive older samples with rising times that mean a reset of the sender's clock (two seconds)."""
 
 GAP_MS = 500
-"""A dwell is not counted across a longer gap: what was in it nobody knows."""
+"""Longest gap between samples within a dwell [ms].
+
+The level inside a longer gap is unknown, so the dwell starts again.
+"""
 
 AircraftEvent = OpenWindow | CloseWindow | FeedLost | FeedBack
 
 
 @dataclass(frozen=True)
 class AircraftWatch:
-    """What has been seen of the aircraft; immutable. Times without unit in their name are the server's [s]."""
+    """State of the observed aircraft; immutable. Times without a unit in their name are on the server's clock [s]."""
 
     settings: AircraftSettings
     level: float
-    """Of the windows that are flown [-]."""
+    """Gravity level of the windows in this flight [-]."""
 
     last: AircraftSample | None = None
     heard: float | None = None
-    """When the last new sample came."""
+    """Time at which the last new sample arrived [s]."""
 
     is_window: bool = False
-    """Whether g is that of a window, by hysteresis and dwell."""
+    """True if g is that of a window, after hysteresis and dwell."""
 
     since_ms: int | None = None
     since: float = 0.0
-    """When g has begun to say otherwise, by both clocks."""
+    """Start of the dwell for the opposite state, on the aircraft's clock (`since_ms`) and on the server's (`since`)."""
 
     is_lost: bool = False
     older_in_row: int = 0
     old_ms: int | None = None
-    """Of the last sample that was not newer."""
+    """Aircraft time of the last sample that was not newer."""
 
     refused: int = 0
-    """Samples that were doubled, or overtaken by newer ones."""
+    """Number of duplicated or overtaken samples."""
 
     def with_sample(self, sample: AircraftSample, t: float) -> tuple["AircraftWatch", tuple[AircraftEvent, ...]]:
-        """After a sample that came at `t`."""
+        """Return the watch and the events after a sample that arrived at `t`."""
         watch, before = self.at(t)
         gap_ms = None if watch.last is None else newer_by_ms(sample.since_midnight_ms, watch.last.since_midnight_ms)
         if gap_ms is not None and gap_ms <= 0:
@@ -61,14 +64,17 @@ class AircraftWatch:
         return watch, (*events, *more)
 
     def at(self, t: float) -> tuple["AircraftWatch", tuple[AircraftEvent, ...]]:
-        """At `t`, when nothing has come: the feed is lost after a while."""
+        """Return the watch and the events at `t` without a new sample. The feed counts as lost after `silent_s`."""
         if self.heard is None or self.is_lost or t - self.heard < self.settings.silent_s:
             return self, ()
         lost = FeedLost(t=self.heard + self.settings.silent_s)
         return replace(self, is_lost=True, since_ms=None), (lost,)
 
     def _with_older(self, sample: AircraftSample) -> "AircraftWatch":
-        """Doubled or overtaken; many that rise among themselves come from a clock that was set."""
+        """Return the watch after a duplicated or overtaken sample.
+
+        Many of them with rising times mean a reset clock.
+        """
         ms = sample.since_midnight_ms
         rises = self.old_ms is None or newer_by_ms(ms, self.old_ms) > 0
         is_double = self.last is not None and ms == self.last.since_midnight_ms
@@ -95,6 +101,6 @@ class AircraftWatch:
         )
 
     def _confirmed(self, sample: AircraftSample) -> bool | None:
-        """Whether the announcement says what g says; nothing depends on it."""
+        """Return True if the announcement agrees with g; None if its meaning is unknown. No decision depends on it."""
         meaning = self.settings.announcements.get(sample.announcement)
         return None if meaning in (None, "other") else meaning == "window"

@@ -1,4 +1,4 @@
-"""Who is in which group: a list drawn before the study, that nobody reads by accident, and what it means for a run."""
+"""Allocation of participants to groups: a concealed list, drawn before the study, and its effect on a run."""
 
 import hashlib
 import random
@@ -17,21 +17,24 @@ Hex = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 
 
 class Group(Settings):
-    """What happens to those who are in it, in active protocols."""
+    """Group of a study, and the machine's mode for its members in active protocols."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,30}$")]
     exo: ExoMode
 
 
 class AllocatedPlace(Settings):
-    """One participant, and the group under a seal."""
+    """Place of one participant. The group is stored as a hash, the seal."""
 
     code: Code
     seal: Hex
 
 
 class AllocationList(Settings):
-    """Groups and places; a seal hides a group from a glance, not from somebody who calculates."""
+    """Groups and places of a study.
+
+    A seal conceals the group from a reader, but not from a person who computes hashes.
+    """
 
     study: Annotated[str, Field(min_length=1, max_length=60)]
     salt: Hex
@@ -47,14 +50,15 @@ class AllocationList(Settings):
 
 
 def draw_list(study: str, codes: Sequence[str], groups: Sequence[Group], seed: int) -> AllocationList:
-    """Draw groups in blocks of one place each, so that they never differ by more than one.
+    """Draw groups in blocks with one place per group, so that group sizes never differ by more than one.
 
     Raises:
-        ConfigError: The codes do not fill whole blocks: the last would tell its group.
+        ConfigError: The codes do not fill whole blocks. The group of the last participant could be inferred.
     """
     if not groups or not codes or len(codes) % len(groups):
         raise ConfigError(
-            f"{len(codes)} participants cannot be shared by {len(groups)} groups. Give a multiple of the groups."
+            f"{len(codes)} participants cannot be divided equally among {len(groups)} groups. Give a multiple of the "
+            "number of groups."
         )
     chance = random.Random(seed)
     salt = hashlib.sha256(f"{study}:{chance.getrandbits(256)}".encode()).hexdigest()
@@ -66,33 +70,33 @@ def draw_list(study: str, codes: Sequence[str], groups: Sequence[Group], seed: i
 
 
 def group_of(allocation: AllocationList, code: str) -> Group:
-    """In which group a participant is; only the machine needs to know.
+    """Group of a participant. Only the machine needs it.
 
     Raises:
-        ConfigError: The code has no place, or its seal belongs to none of the groups.
+        ConfigError: The code has no place, or its seal matches none of the groups.
     """
     place = next((place for place in allocation.places if place.code == code), None)
     if place is None:
         raise ConfigError(
-            f"Participant '{code}' has no place in the list of study '{allocation.study}'. Check the code; a new "
-            "participant takes a code of the list that is still free."
+            f"Participant '{code}' has no place in the list of study '{allocation.study}'. Check the code. A new "
+            "participant gets a free code of the list."
         )
     group = next((one for one in allocation.groups if _seal(allocation.salt, code, one.name) == place.seal), None)
     if group is None:
         raise ConfigError(
-            f"The seal of participant '{code}' in the list of study '{allocation.study}' belongs to none of its "
-            "groups: the list was edited. Take the one that was drawn before the study."
+            f"The seal of participant '{code}' in the list of study '{allocation.study}' matches none of its "
+            "groups: the list was edited. Use the list that was drawn before the study."
         )
     return group
 
 
 def exo_for(protocol: Protocol, group: Group | None) -> ExoMode:
-    """What the machine does in a run of this protocol; without a group what the protocol says."""
+    """Mode of the machine in a run of this protocol. Without a group, the protocol's own mode."""
     return protocol.exo if group is None or protocol.exo != "active" else group.exo
 
 
 def sizes(allocation: AllocationList) -> Mapping[str, int]:
-    """How many are in each group, which may be told before unblinding."""
+    """Return the number of participants in each group. It may be published before unblinding."""
     names = [group_of(allocation, place.code).name for place in allocation.places]
     return {group.name: names.count(group.name) for group in allocation.groups}
 

@@ -1,8 +1,10 @@
-"""Assist as needed: support comes down as the person reaches more, goes up when it was too much, and says why.
+"""Assist as needed: adaptive support from the share of targets that the person reaches, with a reason for each step.
 
-After each block of attempts one decision. Within a session support comes down until a block fails; from then on it only
-stays or goes up, so it cannot swing. It knows no clock and no machine, and asks for shares of the arm's weight only:
-ramp and limits are the guard's (docs/explanation/safety.md).
+The rule makes one decision after each block of attempts. Within a session support decreases until a block fails.
+    From
+then on support only stays or increases, so it cannot oscillate. The rule has no access to a clock or to the
+    machine. It
+only asks for shares of the arm's weight; the guard applies ramp and limits (docs/explanation/safety.md).
 """
 
 import math
@@ -17,54 +19,58 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
     {
         "assist.lower": "{reached} of {tried} targets reached: support goes down from {before} to {after} %.",
         "assist.stay_between": (
-            "{reached} of {tried} targets reached: enough to go on, too few for less support. It stays at {after} %."
+            "{reached} of {tried} targets reached: enough to go on, too few for less support. Support "
+            "stays at {after} %."
         ),
-        "assist.stay_least": "{reached} of {tried} targets reached with the least support that is allowed, {after} %.",
+        "assist.stay_least": "{reached} of {tried} targets reached with the least allowed support, {after} %.",
         "assist.stay_session": (
-            "{reached} of {tried} targets reached: support has come down as far as one session may take it, {after} %."
+            "{reached} of {tried} targets reached: support stays at {after} %, the lowest value allowed in this "
+            "session."
         ),
         "assist.stay_failed": (
-            "{reached} of {tried} targets reached, but less than {after} % was too little today. It stays there."
+            "{reached} of {tried} targets reached. Support stays at {after} %, because less was too little today."
         ),
         "assist.raise": (
-            "Only {reached} of {tried} targets reached: support goes up from {before} to {after} %, and not down again "
-            "today."
+            "Only {reached} of {tried} targets reached: support goes up from {before} to {after} %, and does not go "
+            "down again today."
         ),
-        "assist.raise_sank": "The arm sank: support goes up from {before} to {after} %, and not down again today.",
-        "assist.stay_most": "Only {reached} of {tried} targets reached with the most support there is, {after} %.",
-        "assist.next": "The next session begins with {after} %: a little more than this one ended with.",
+        "assist.raise_sank": (
+            "The arm sank: support goes up from {before} to {after} %, and does not go down again today."
+        ),
+        "assist.stay_most": "Only {reached} of {tried} targets reached with the highest allowed support, {after} %.",
+        "assist.next": "The next session begins with {after} %: slightly more than at the end of this one.",
     }
 )
-"""English, with gaps; a page has the same in its languages, by the code."""
+"""Sentences in English, with fields. The pages have translations under the same codes."""
 
 
 @dataclass(frozen=True)
 class AssistSettings:
-    """How support follows; all assumed, for a therapist to change."""
+    """Parameters of the rule. All defaults are assumed; a therapist may change them."""
 
     least_percent: float = 0.0
     most_percent: float = 100.0
     step_down_percent: float = 5.0
     step_up_percent: float = 10.0
-    """Larger than down: who has failed is to succeed again at once."""
+    """Step up of support. It is larger than the step down, so that a person who failed succeeds again at once."""
 
     session_percent: float = 20.0
-    """That support may come down in one session."""
+    """Largest total decrease of support in one session."""
 
     begin_percent: float = 5.0
-    """More than a session ended with, at the beginning of the next."""
+    """Support at the start of a session above the support at the end of the last one."""
 
     block: int = 12
     """Attempts before a decision."""
 
     lower_share: float = 0.85
-    """Of a block's targets that have to be reached for less support."""
+    """Share of a block's targets from which on support decreases."""
 
     raise_share: float = 0.6
-    """Fewer ask for more support; between the two nothing changes."""
+    """Share of a block's targets below which support increases. Between the two shares support stays."""
 
     def __post_init__(self):
-        """Refuse what would not follow, or swing.
+        """Reject settings with which support would not adapt, or would oscillate.
 
         Raises:
             ConfigError: Names the setting.
@@ -80,34 +86,34 @@ class AssistSettings:
         if self.step_up_percent < self.step_down_percent:
             raise ConfigError(
                 f"step_up_percent is {self.step_up_percent:g}, less than step_down_percent {self.step_down_percent:g}: "
-                "who failed after a step down would not get back what was enough. Make it as large at least."
+                "after a failure the person would not get back the support that was enough. Make it at least as large."
             )
         if not 0.0 <= self.begin_percent <= 50.0:
             raise ConfigError(f"begin_percent is {self.begin_percent:g}; allowed: 0 to 50.")
         if self.block < 4:
-            raise ConfigError(f"block is {self.block}; allowed: 4 and more. Fewer attempts say too little.")
+            raise ConfigError(f"block is {self.block}; allowed: 4 or more. A decision needs enough attempts.")
         if not 0.0 < self.raise_share < self.lower_share <= 1.0:
             raise ConfigError(
                 f"raise_share is {self.raise_share:g} and lower_share {self.lower_share:g}; allowed: 0 < raise < lower "
-                "≤ 1, or support would swing."
+                "≤ 1. Other values let support oscillate."
             )
 
 
 @dataclass(frozen=True)
 class AssistState:
-    """Where one person is; kept from session to session."""
+    """Support of one person; stored from session to session."""
 
     support_percent: float
     began_percent: float
-    """With which this session began."""
+    """Support at the start of this session."""
 
     has_failed: bool = False
-    """Whether a block of this session was too much: support does not come down any more."""
+    """True if a block of this session failed. Support then does not decrease any more."""
 
 
 @dataclass(frozen=True)
 class Decision:
-    """What is done now, and why."""
+    """Decision after a block: the new state, and its reason as a sentence with code and fields."""
 
     state: AssistState
     code: str
@@ -115,12 +121,12 @@ class Decision:
 
     @property
     def text(self) -> str:
-        """For the therapist, in English."""
+        """Reason for the therapist, in English."""
         return render(SENTENCES, self.code, self.gaps)
 
 
 def first_session(settings: AssistSettings, needed_percent: float | None = None) -> AssistState:
-    """Fully supported, or a little more than a test of support has found (`exograv run support-level`)."""
+    """State of the first session: full support, or slightly more than the result of `exograv run support-level`."""
     if needed_percent is None or not math.isfinite(needed_percent):
         begin = settings.most_percent
     else:
@@ -129,16 +135,22 @@ def first_session(settings: AssistSettings, needed_percent: float | None = None)
 
 
 def next_session(settings: AssistSettings, state: AssistState) -> Decision:
-    """Another day, from a little more than the last one ended with."""
+    """Decision for the next session. Support starts slightly above the end of the last one."""
     begin = _within(settings, state.support_percent + settings.begin_percent)
     return Decision(AssistState(begin, begin), "assist.next", {"after": _shown(begin)})
 
 
 def decide(settings: AssistSettings, state: AssistState, reached: Sequence[bool], sank: bool = False) -> Decision:
-    """After a block: whether each of its attempts met its target, and whether the arm sank in any.
+    """Decide after a block of attempts.
+
+    Args:
+        settings: Parameters of the rule.
+        state: State before the block.
+        reached: True for each attempt that met its target.
+        sank: True if the arm sank in any attempt.
 
     Raises:
-        ConfigError: The block is too short to say anything; an arm that sank says enough.
+        ConfigError: The block is too short for a decision, and the arm did not sink.
     """
     if len(reached) < settings.block and not sank:
         raise ConfigError(

@@ -1,4 +1,4 @@
-"""A protocol in which support follows the person: how many blocks a session has, and the rule, from a TOML file."""
+"""Protocol with adaptive support, from a TOML file: blocks per session, and parameters of the rule."""
 
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -18,20 +18,20 @@ BLOCKS_MAX = 40
 
 
 class AssistProtocol(Settings):
-    """The whole file."""
+    """Content of the file."""
 
     schema_version: Literal[1]
     name: Annotated[str, Field(pattern=r"^[a-z0-9-]{3,40}$")]
     title: Annotated[str, Field(min_length=1, max_length=200)]
     blocks: Annotated[int, Field(ge=1, le=BLOCKS_MAX)]
-    """Of attempts, each followed by one decision, in a session."""
+    """Blocks of attempts in a session. One decision follows each block."""
 
     support: dict[str, float]
-    """By the names of `AssistSettings`; what is left out is as there."""
+    """Parameters by the names of `AssistSettings`. Absent ones have the defaults there."""
 
     @cached_property
     def rule(self) -> AssistSettings:
-        """How support follows."""
+        """Rule with these parameters."""
         block = {"block": int(self.support["block"])} if "block" in self.support else {}
         return AssistSettings(**{**self.support, **block})
 
@@ -52,18 +52,18 @@ class AssistProtocol(Settings):
 
 @dataclass(frozen=True)
 class LoadedAssist:
-    """A protocol, and which file it is."""
+    """Protocol with its file."""
 
     settings: AssistProtocol
     path: Path
     sha256: str
-    """Of the file."""
+    """Hash of the file."""
 
 
 def load_assist_protocol(protocol: str) -> LoadedAssist:
-    """Read one by its name, or by the path of a file.
+    """Read a protocol by its name, or by the path of a file.
 
     Raises:
-        ConfigError: There is none, or it holds something that cannot be used.
+        ConfigError: There is no such protocol, or its content is not valid.
     """
     return LoadedAssist(*read_protocol(protocol, FOLDER, AssistProtocol))

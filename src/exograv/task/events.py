@@ -1,4 +1,4 @@
-"""What a run is told; times are seconds on one clock, that of the rig or of the server, which never goes back."""
+"""Events of a run. Times are seconds on one clock that never goes back: the rig's or the server's."""
 
 from typing import Annotated, Literal
 
@@ -12,80 +12,80 @@ Text = Annotated[str, Field(max_length=500)]
 
 
 class Start(Settings):
-    """The first rest begins."""
+    """Start of the run with its first rest."""
 
     kind: Literal["start"] = "start"
     t: Time
 
 
 class Tick(Settings):
-    """So late it is; nothing else has happened."""
+    """Time signal without any other event."""
 
     kind: Literal["tick"] = "tick"
     t: Time
 
 
 class Touch(Settings):
-    """A finger on the participant's page, which sends it until it is told that it has come."""
+    """Touch on the participant's page. The page sends a touch until the server has confirmed it."""
 
     kind: Literal["touch"] = "touch"
     t: Time
-    """When it came down, by the page's clock as fitted to ours."""
+    """Time of contact on the page's clock, converted to our clock."""
 
     received: Time
-    """When it reached us: later, by a lost connection perhaps much later."""
+    """Time of arrival at the server. After a lost connection it may be much later than the contact."""
 
     page: Annotated[str, Field(min_length=1, max_length=64)]
-    """Which opening of the page it is: each counts from 0."""
+    """Identifier of one opening of the page. Each opening counts its touches from 0."""
 
     sequence: Annotated[int, Field(ge=0, le=1_000_000)]
     x_px: Pixels
     y_px: Pixels
     target_x_px: Pixels
     target_y_px: Pixels
-    """Of the panel, right and down: CSS pixels times devicePixelRatio. The target as it was drawn."""
+    """Positions on the panel, right and down: CSS pixels times devicePixelRatio. The target is as the page drew it."""
 
     pointer: Literal["touch", "pen", "mouse"] = "touch"
     is_primary: bool = True
     contact_px: Annotated[float, Field(ge=0.0, le=1e5)] = 0.0
-    """The longer side of the contact; 0 where the screen does not tell."""
+    """Longer side of the contact; 0 if the screen does not report it."""
 
 
 class Return(Settings):
-    """A sensor, or a zone of the screen, has the hand at its resting place."""
+    """Detection of the hand at its resting place, by a sensor or by a zone of the screen."""
 
     kind: Literal["return"] = "return"
     t: Time
 
 
 class Distance(Settings):
-    """How far the machine has the hand from its resting place; what is not known is absent."""
+    """Distance of the hand from its resting place, by the machine. Unknown values are absent."""
 
     kind: Literal["distance"] = "distance"
     t: Time
     fingertip_m: Annotated[float, Field(ge=0.0, le=10.0)] | None = None
     joints_rad: Annotated[float, Field(ge=0.0, le=10.0)] | None = None
-    """Of the joint that is farthest from the resting posture."""
+    """Distance of the joint that is farthest from the resting posture."""
 
 
 class OpenWindow(Settings):
-    """An aircraft, or a hand, opens the next window."""
+    """Request of the aircraft or of the operator to open the next window."""
 
     kind: Literal["open"] = "open"
     t: Time
     by: Literal["aircraft", "hand"]
     since: Time | None = None
-    """Since when g has been within its limits."""
+    """Time since which g has been within its limits."""
 
     parabola: Annotated[int, Field(ge=0, le=999)] | None = None
-    """As the aircraft counts."""
+    """Number of the parabola, as the aircraft counts."""
 
     confirmed: bool | None = None
-    """Whether its announcement says the same; None where the text is unknown."""
+    """True if the aircraft's announcement agrees with g; None if the text is unknown."""
 
 
 class CloseWindow(Settings):
-    """The same close it."""
+    """Request of the aircraft or of the operator to close the window."""
 
     kind: Literal["close"] = "close"
     t: Time
@@ -93,21 +93,21 @@ class CloseWindow(Settings):
 
 
 class FeedLost(Settings):
-    """The aircraft is not heard any more."""
+    """Loss of the aircraft's data feed."""
 
     kind: Literal["feed_lost"] = "feed_lost"
     t: Time
 
 
 class FeedBack(Settings):
-    """It is heard again."""
+    """Return of the aircraft's data feed."""
 
     kind: Literal["feed_back"] = "feed_back"
     t: Time
 
 
 class Pause(Settings):
-    """Somebody interrupts; an open window is broken off."""
+    """Interruption by a person. An open window is broken off."""
 
     kind: Literal["pause"] = "pause"
     t: Time
@@ -115,7 +115,7 @@ class Pause(Settings):
 
 
 class Resume(Settings):
-    """The run goes on with this window, the next one that is not complete if none is named."""
+    """Continuation of the run with the given window. Without a window: the next one that is not complete."""
 
     kind: Literal["resume"] = "resume"
     t: Time
@@ -123,14 +123,14 @@ class Resume(Settings):
 
 
 class Interrupted(Settings):
-    """The program was ended and has been started again; its clock may be another. The run is then paused."""
+    """Restart of the program, perhaps with another clock. The run is then paused."""
 
     kind: Literal["interrupted"] = "interrupted"
     t: Time
 
 
 class Stop(Settings):
-    """The run ends here."""
+    """End of the run."""
 
     kind: Literal["stop"] = "stop"
     t: Time
@@ -138,7 +138,7 @@ class Stop(Settings):
 
 
 class AcknowledgeAlarm(Settings):
-    """The operator has seen an alarm."""
+    """Confirmation that the operator has seen an alarm."""
 
     kind: Literal["acknowledge"] = "acknowledge"
     t: Time
@@ -162,4 +162,4 @@ Event = (
     | AcknowledgeAlarm
 )
 EVENT: TypeAdapter[Event] = TypeAdapter(Annotated[Event, Field(discriminator="kind")])
-"""Reads an event that was kept as JSON."""
+"""Reads an event that was stored as JSON."""

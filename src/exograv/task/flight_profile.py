@@ -1,4 +1,4 @@
-"""An emulated flight: what the aircraft would send, with noise, and what the network makes of it."""
+"""Emulated flight: samples of the aircraft with noise, and the effect of the network on their datagrams."""
 
 import heapq
 import itertools
@@ -15,11 +15,11 @@ from .levels import EARTH, LEVELS
 
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 PEAK_EVERY_S = 2.0
-"""Of residual g, one sample in so many seconds."""
+"""Mean time between peaks of residual g [s]."""
 
 
 class FlightProfile(Settings):
-    """Parabolas of one length; by default the cycle of 180 s of docs/explanation/task.md."""
+    """Parabolas of equal length. The default is the cycle of 180 s of docs/explanation/task.md."""
 
     parabolas: Annotated[int, Field(ge=1, le=100)] = 31
     level: Annotated[float, Field(ge=0.0, le=0.9)] = LEVELS["weightless"]
@@ -30,18 +30,18 @@ class FlightProfile(Settings):
     window_s: Annotated[float, Field(gt=0.0, le=120.0)] = 22.0
     after_s: Annotated[float, Field(gt=0.0, le=3600.0)] = 93.0
     noise_g: Annotated[float, Field(ge=0.0, le=0.5)] = 0.02
-    """Vertical; half of it along the other axes. Three of four samples are within."""
+    """Noise of the vertical axis; the other axes have half of it. Three of four samples are within this value."""
 
     peak_g: Annotated[float, Field(ge=0.0, le=0.5)] = 0.05
     pitch_deg: Annotated[float, Field(ge=-30.0, le=30.0)] = 11.0
-    """Of the measuring axes against the plumb line, as in the published example."""
+    """Pitch of the measuring axes against the vertical, as in the published example."""
 
     start_ms: Annotated[int, Field(ge=0, lt=DAY_MS)] = 34_000_000
-    """Of the first sample, since midnight."""
+    """Time of the first sample since midnight."""
 
     @property
     def corners(self) -> tuple[tuple[float, float], ...]:
-        """Time in the cycle [s] and level [-], with straight lines between."""
+        """Times in the cycle [s] and levels [-] of the profile, which is linear between them."""
         durations = (self.before_s, self.ramp_s, self.hyper_s, self.ramp_s, self.window_s)
         times = tuple(itertools.accumulate((*durations, self.ramp_s, self.hyper_s, self.ramp_s, self.after_s)))
         levels = (EARTH, self.hyper_level, self.hyper_level, self.level, self.level, self.hyper_level, self.hyper_level)
@@ -49,30 +49,30 @@ class FlightProfile(Settings):
 
     @property
     def cycle_s(self) -> float:
-        """From parabola to parabola [s]."""
+        """Time from parabola to parabola [s]."""
         return self.corners[-1][0]
 
     @property
     def windows_s(self) -> tuple[tuple[float, float], ...]:
-        """When g is that of a window, from the first sample on [s]."""
+        """Start and end of each window after the first sample [s]."""
         opens, closes = self.corners[4][0], self.corners[5][0]
         return tuple((k * self.cycle_s + opens, k * self.cycle_s + closes) for k in range(self.parabolas))
 
 
 class Network(Settings):
-    """What happens to datagrams on their way."""
+    """Faults of the network."""
 
     loss: Share = 0.0
     double: Share = 0.0
     jitter_s: Annotated[float, Field(ge=0.0, le=5.0)] = 0.0
-    """Mean delay; one that is delayed by more than a period is overtaken."""
+    """Mean delay. A datagram with a delay above one sample period is overtaken."""
 
     silent_s: tuple[tuple[float, float], ...] = ()
-    """From when to when nothing comes at all."""
+    """Intervals in which no datagram arrives, as start and end."""
 
 
 def samples(profile: FlightProfile, seed: int) -> Iterator[tuple[float, AircraftSample]]:
-    """What is sent, and when after the first [s]."""
+    """Yield the time after the first sample [s], and the sample."""
     rng = np.random.default_rng(seed)
     times, levels = (np.array(column) for column in zip(*profile.corners, strict=True))
     tilt = np.deg2rad(profile.pitch_deg)
@@ -92,13 +92,14 @@ def samples(profile: FlightProfile, seed: int) -> Iterator[tuple[float, Aircraft
         ms = (profile.start_ms + round(1e3 * t)) % DAY_MS
         is_level = in_cycle < times[1] or in_cycle >= times[-2]
         parabola = int(cycle) + (1 if in_cycle >= times[1] else 0)
-        # Only the text of level flight is known. The other must not look like one that an aircraft sends.
+        # The announcement in level flight is the only one that is known. The invented text must not look like one of a
+        # real aircraft.
         text = "STEADY FLIGHT" if is_level else "EMULATED PARABOLA"
         yield t, AircraftSample(ms, clock_of(ms), g, 19.0, 46.2, 944.0, parabola, text)
 
 
 def datagrams(profile: FlightProfile, network: Network, seed: int) -> Iterator[tuple[float, bytes]]:
-    """What arrives, in the order in which it does, and when after the first is sent [s]."""
+    """Yield arrival time after the first transmission [s] and datagram, in order of arrival."""
     rng, under_way = np.random.default_rng(seed + 1), list[tuple[float, int, bytes]]()
     for count, (t, sample) in enumerate(samples(profile, seed)):
         while under_way and under_way[0][0] <= t:

@@ -1,4 +1,4 @@
-"""Gravity levels by name, and how fast one may become another."""
+"""Gravity levels by name, and their rate limit."""
 
 from typing import Literal
 
@@ -10,15 +10,15 @@ LEVELS: dict[LevelName, float] = {"weightless": 0.0, "moon": 0.16, "mars": 0.38,
 EARTH = LEVELS["earth"]
 
 RATE_MAX_PER_S = 0.2
-"""Of a level that a machine makes: from 1 to 0 in five seconds (docs/explanation/safety.md) [1/s]."""
+"""Rate limit of a level that a machine makes [1/s]: from 1 to 0 in five seconds (docs/explanation/safety.md)."""
 
 
 def slewed(level: float, target: float, seconds: float) -> float:
-    """The level after so many seconds on the way to `target`, as fast as is allowed."""
+    """Level after `seconds` on the way to `target`, at the rate limit."""
     way = RATE_MAX_PER_S * max(seconds, 0.0)
     return target if abs(target - level) <= way else level + (way if target > level else -way)
 
 
 def slewing_s(level: float, target: float) -> float:
-    """How long that takes [s]."""
+    """Time from `level` to `target` at the rate limit [s]."""
     return abs(target - level) / RATE_MAX_PER_S

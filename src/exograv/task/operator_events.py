@@ -1,4 +1,4 @@
-"""What operator, aircraft and program do to a run: start, pause, resume, open and close windows, stop."""
+"""Events of operator, aircraft and program in a run: start, pause, resume, open and close windows, stop."""
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
@@ -14,7 +14,10 @@ from .state import RunAlarm, RunState
 from .timed_transitions import Step, close_window, end, made_level, open_window
 
 RESUME_NOTICE_S = 3.0
-"""From the operator's word to what belongs to the window: nobody is surprised by a ramp [s]."""
+"""Shortest time from the operator's command to the first ramp of the window [s].
+
+It prevents a surprise for the wearer.
+"""
 
 SENTENCES: Mapping[str, str] = MappingProxyType(
     {
@@ -28,11 +31,11 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
 """Alarms, in English."""
 
 Outcome = Step | str
-"""What has become of it, or why it cannot be."""
+"""Step that an event causes, or the reason why it is refused."""
 
 
 def start(plan: TaskPlan, state: RunState, event: Start) -> Outcome:
-    """Begin with the first rest; its phase is due at once."""
+    """Start the run with the first rest, whose phase is due at once."""
     if state.status != "ready":
         return f"the run is {state.status}; a run starts once"
     pitch = None if plan.screen is None else (plan.screen.pitch_x_mm, plan.screen.pitch_y_mm)
@@ -43,7 +46,7 @@ def start(plan: TaskPlan, state: RunState, event: Start) -> Outcome:
 
 
 def open_next(plan: TaskPlan, state: RunState, event: OpenWindow) -> Outcome:
-    """The next window begins now."""
+    """Open the next window now."""
     if state.status != "running":
         return f"the run is {state.status}; a window opens while it is running"
     if plan.is_clocked:
@@ -72,7 +75,7 @@ def open_next(plan: TaskPlan, state: RunState, event: OpenWindow) -> Outcome:
 
 
 def close_open(plan: TaskPlan, state: RunState, event: CloseWindow) -> Outcome:
-    """The open window ends now; one that the clock has closed before is not closed twice."""
+    """Close the open window now. A command of the aircraft for a window that the clock has closed changes nothing."""
     if plan.is_clocked:
         return "the clock closes the windows of this protocol; pause the run instead"
     if state.window is None:
@@ -81,7 +84,7 @@ def close_open(plan: TaskPlan, state: RunState, event: CloseWindow) -> Outcome:
 
 
 def lose_feed(plan: TaskPlan, state: RunState, event: FeedLost) -> Outcome:
-    """An open window goes on by the clock, to its nominal end."""
+    """Mark the feed as lost. A window that the aircraft opened goes on by the clock, to its nominal end."""
     if state.is_feed_lost:
         return state, ()
     state = state.model_copy(update={"is_feed_lost": True})
@@ -94,21 +97,24 @@ def lose_feed(plan: TaskPlan, state: RunState, event: FeedLost) -> Outcome:
 
 
 def hear_feed(plan: TaskPlan, state: RunState, event: FeedBack) -> Outcome:
-    """It counts again."""
+    """Mark the feed as available again."""
     return state.model_copy(update={"is_feed_lost": False}), ()
 
 
 def pause(plan: TaskPlan, state: RunState, event: Pause) -> Outcome:
-    """Break off; the level goes to 1."""
+    """Break off the window; the level goes to 1."""
     if state.status != "running":
-        return f"the run is {state.status}; only a running one can be paused"
+        return f"the run is {state.status}; only a running run can be paused"
     left = {"left_at": event.t, "left_level": made_level(plan, state, event.t)}
     state, records = close_window(plan, state, event.t, "pause")
     return state.model_copy(update={"status": "paused", **left}), (*records, Paused(t=event.t, why=event.why))
 
 
 def interrupt(plan: TaskPlan, state: RunState, event: Interrupted) -> Outcome:
-    """The time between is unknown: the open window ends where we were, and the machine carries nothing now."""
+    """Restore a run after a restart of the program.
+
+    The time between is unknown: the open window ends at the last known time. The machine carries nothing now.
+    """
     state, records = close_window(plan, state, state.t, "interruption")
     new = {"t": event.t, "epoch": state.epoch + 1, "left_at": event.t, "left_level": EARTH, "is_feed_lost": False}
     state = state.model_copy(update=new)
@@ -119,9 +125,9 @@ def interrupt(plan: TaskPlan, state: RunState, event: Interrupted) -> Outcome:
 
 
 def resume(plan: TaskPlan, state: RunState, event: Resume) -> Outcome:
-    """Go on with a window, after a notice, and not before the level has arrived at 1."""
+    """Continue with a window after a notice, and not before the level has reached 1."""
     if state.status != "paused":
-        return f"the run is {state.status}; only a paused one can be resumed"
+        return f"the run is {state.status}; only a paused run can be resumed"
     window = state.next_window(plan.protocol.windows.numbers) if event.window is None else event.window
     if window is None or window not in plan.protocol.windows.numbers:
         numbers = plan.protocol.windows.numbers
@@ -140,7 +146,7 @@ def resume(plan: TaskPlan, state: RunState, event: Resume) -> Outcome:
 
 
 def stop(plan: TaskPlan, state: RunState, event: Stop) -> Outcome:
-    """End it; the level goes to 1."""
+    """End the run; the level goes to 1."""
     if state.status in ("stopped", "finished"):
         return state, ()
     state, records = close_window(plan, state, event.t, "stop")
@@ -149,7 +155,7 @@ def stop(plan: TaskPlan, state: RunState, event: Stop) -> Outcome:
 
 
 def raise_alarm(state: RunState, text: Sentence) -> Step:
-    """The operator has to know."""
+    """Add an alarm for the operator."""
     number = len(state.alarms)
     alarm = RunAlarm(number=number, t=state.t, text=text)
     record: Record = AlarmRaised(t=state.t, alarm=number, text=text)
@@ -157,7 +163,7 @@ def raise_alarm(state: RunState, text: Sentence) -> Step:
 
 
 def known_alarms(plan: TaskPlan, state: RunState) -> RunState:
-    """The same state; alarms that were read from a file as text have their codes again."""
+    """Return the state with codes for alarms that were read from a file as text."""
     numbers = plan.protocol.windows.numbers
     said = [say(SENTENCES, "aircraft.contradicted"), say(SENTENCES, "aircraft.lost")]
     said += [say(SENTENCES, "aircraft.lost_in_window", window=number) for number in numbers]
@@ -177,4 +183,4 @@ OPERATING: dict[type, Callable[[TaskPlan, RunState, Any], Outcome]] = {
     Interrupted: interrupt,
     Stop: stop,
 }
-"""What is done by whom; a tick, a touch and a return of the hand are not in it."""
+"""Handlers by type of event. Ticks, touches and returns of the hand are not among them."""

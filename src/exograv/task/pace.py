@@ -1,4 +1,4 @@
-"""The pace: whether the time since the last touch is too short, right, or too long."""
+"""Pace: time since the last touch, judged as too short, right or too long."""
 
 import enum
 
@@ -7,7 +7,7 @@ from .task_settings import Sign
 
 
 class Pace(enum.Enum):
-    """What is to be told; the value is the word in records."""
+    """Judgement of the pace. The value is the word in records."""
 
     TOO_SHORT = "too_short"
     RIGHT = "right"
@@ -15,7 +15,7 @@ class Pace(enum.Enum):
 
 
 def pace(protocol: Protocol, since_touch_s: float) -> Pace:
-    """Of the time since the last touch that counted, or since the window opened [s]; borders are right."""
+    """Pace for the time since the last accepted touch, or since the window opened [s]. Limits count as right."""
     late_s = since_touch_s - protocol.windows.interval_s
     if abs(late_s) <= protocol.pace.tolerance_s:
         return Pace.RIGHT
@@ -23,13 +23,13 @@ def pace(protocol: Protocol, since_touch_s: float) -> Pace:
 
 
 def pace_changes_s(protocol: Protocol) -> tuple[tuple[float, Pace], ...]:
-    """When the pace changes after a touch that is followed by none [s], and to what."""
+    """Return the times after a touch at which the pace changes [s], and the new paces, if no touch follows."""
     interval_s, tolerance_s = protocol.windows.interval_s, protocol.pace.tolerance_s
     return (0.0, Pace.TOO_SHORT), (interval_s - tolerance_s, Pace.RIGHT), (interval_s + tolerance_s, Pace.TOO_LONG)
 
 
 def arrow(protocol: Protocol, pace: Pace) -> Sign | None:
-    """What is shown of it; None where the protocol shows no pace, or this one has no sign."""
+    """Sign shown for a pace; None if the protocol shows no pace, or if this pace has no sign."""
     sign = {
         Pace.TOO_SHORT: protocol.pace.too_short,
         Pace.RIGHT: protocol.pace.right,

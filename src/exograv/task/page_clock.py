@@ -1,4 +1,4 @@
-"""The clock of the participant's page against the server's, from pings; with a bound that no network can break."""
+"""Clock of the participant's page relative to the server's, from pings, with an error bound for any network delay."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,73 +10,76 @@ from jaxtyping import Float
 from exograv.clock_fit import ClockFit, fit_clock
 
 BLOCK_S = 5.0
-"""Of these the ping with the shortest way counts: what waited in a queue has waited on one side of it only [s]."""
+"""Length of a block of pings [s].
+
+Only the ping with the shortest round trip counts: queues delay one direction only.
+"""
 
 BLOCKS_MAX = 4000
-"""Five hours and a half."""
+"""Upper limit of the stored blocks: five hours and a half."""
 
 DRIFT_MAX = 300e-6
-"""Of two clocks of ordinary computers against each other [s/s]."""
+"""Largest drift between the clocks of two ordinary computers [s/s]."""
 
 WAY_MAX_S = 5.0
-"""A ping that took longer says nothing."""
+"""Longest round trip of a usable ping [s]."""
 
 
 class PingTimes(NamedTuple):
-    """One question of the page and its answer, on two clocks [s]."""
+    """Times of one ping on two clocks [s]."""
 
     asked: float
-    """By the page."""
+    """Transmission by the page, on the page's clock."""
 
     heard: float
     answered: float
-    """By the server."""
+    """Reception (`heard`) and answer by the server, on the server's clock."""
 
     back: float
-    """By the page."""
+    """Reception of the answer by the page, on the page's clock."""
 
     @property
     def half_way_s(self) -> float:
-        """Half of the time that it was under way: as far as the offset may be wrong."""
+        """Half of the time in transit [s]. The offset is at most this far from the true one."""
         return 0.5 * ((self.back - self.asked) - (self.answered - self.heard))
 
     @property
     def offset_s(self) -> float:
-        """Server minus page, if both ways were equally long."""
+        """Server time minus page time [s], if both directions took equally long."""
         return 0.5 * ((self.heard - self.asked) + (self.answered - self.back))
 
     @property
     def middle(self) -> float:
-        """When it was asked, by the page."""
+        """Page time in the middle between request and answer [s]."""
         return 0.5 * (self.asked + self.back)
 
     @property
     def is_possible(self) -> bool:
-        """Whether four numbers can be a ping at all."""
+        """True if the four times can belong to a ping."""
         is_ordered = self.asked <= self.back and self.heard <= self.answered
         return bool(np.all(np.isfinite(self)) and is_ordered and 0.0 <= self.half_way_s <= 0.5 * WAY_MAX_S)
 
 
 class ServerTime(NamedTuple):
-    """A time on the server's clock."""
+    """Time on the server's clock with its error bound."""
 
     t: float
     bound_s: float
-    """By which it may be wrong, whatever the network does."""
+    """Upper limit of the error for any network delay [s]."""
 
 
 @dataclass(frozen=True)
 class PageClock:
-    """What is known of one page's clock."""
+    """Model of one page's clock."""
 
     best: tuple[PingTimes, ...] = ()
-    """Of each block, since the clock last jumped."""
+    """Best ping of each block since the last jump of the clock."""
 
     jumps: int = 0
-    """How often what came did not fit to what had come: a tablet that slept, a clock that was set."""
+    """Number of pings that contradicted the earlier ones: the tablet slept, or its clock was set."""
 
     def with_ping(self, ping: PingTimes) -> "PageClock":
-        """The same with one more; one that cannot be changes nothing."""
+        """Return the clock after one more ping. An impossible ping changes nothing."""
         if not ping.is_possible:
             return self
         if not self.best:
@@ -91,14 +94,14 @@ class PageClock:
         return replace(self, best=(*self.best[:-1], better))
 
     def to_server(self, t_page: float) -> ServerTime | None:
-        """A time of the page on the server's clock; None before the first ping."""
+        """Time of the page on the server's clock; None before the first ping."""
         if self._fit is None:
             return None
         middles, offsets, halves = self._arrays
         spread = halves + DRIFT_MAX * np.abs(t_page - middles)
         low, high = float(np.max(offsets - spread)), float(np.min(offsets + spread))
         likely = float(self._fit.correction(np.array([t_page]))[0])
-        # Intervals that leave nothing mean a drift beyond what is believed; then the fit alone is left.
+        # Intervals without intersection mean a drift above `DRIFT_MAX`. Then only the fit remains.
         offset = min(max(likely, low), high) if low <= high else likely
         return ServerTime(t_page + offset, max(offset - low, high - offset, low - high))
 

@@ -1,4 +1,4 @@
-"""What each page has to show at a time: for the participant nothing but the task, for the operator how it goes."""
+"""Content of the pages at a time: only the task for the participant, the course of the run for the operator."""
 
 from typing import Literal
 
@@ -13,25 +13,25 @@ from .totals import Quartiles, Totals, quartiles, totals
 
 
 class ParticipantPicture(Settings):
-    """Of the page in front of the arm."""
+    """Content of the participant's page."""
 
     screen: Literal["welcome", "rest", "task", "paused", "end"]
     target: TargetSettings | None
     diameter_px: float | None
-    """Of the target, on this panel."""
+    """Diameter of the target on this panel."""
 
     arrow: Sign | None
     countdown_s: float | None
-    """To the next window's opening, or to the end of the open one; None where nobody knows."""
+    """Time to the opening of the next window, or to the end of the open one. None if it is unknown."""
 
     window: int | None
-    """The open one, or the next."""
+    """Number of the open window, or of the next one."""
 
     windows: int
 
 
 class WindowPicture(Settings):
-    """One window, or one attempt at it."""
+    """Summary of one window, or of one attempt at it."""
 
     number: int
     attempt: int
@@ -45,28 +45,28 @@ class WindowPicture(Settings):
 
 
 class OperatorPicture(Settings):
-    """Of the page beside it; whether the machine is a sham cannot be seen here."""
+    """Content of the operator's page. It does not show if the machine is a sham."""
 
     status: Status
     phase: PhaseKind
     gravity_level: float | None
-    """As the protocol states it for now; None while the schedule stands."""
+    """Level that the protocol states for this time; None while the schedule is stopped."""
 
     countdown_s: float | None
     window: int | None
     windows: tuple[WindowPicture, ...]
     totals: Totals
     left_s: float | None
-    """To the end of the schedule; None where an aircraft or a hand decides."""
+    """Time to the end of the schedule; None if an aircraft or the operator opens the windows."""
 
     alarms: tuple[RunAlarm, ...]
-    """Not acknowledged yet."""
+    """Alarms that the operator has not acknowledged yet."""
 
     is_feed_lost: bool
 
 
 def participant_picture(plan: TaskPlan, state: RunState, t: float) -> ParticipantPicture:
-    """At a time not before the last event, and before the clock's next one."""
+    """Content of the participant's page at `t`, not before the last event and not after the clock's next one."""
     screens: dict[Status, Literal["welcome", "rest", "paused", "end"]] = {
         "ready": "welcome",
         "running": "rest",
@@ -93,7 +93,7 @@ def participant_picture(plan: TaskPlan, state: RunState, t: float) -> Participan
 
 
 def operator_picture(plan: TaskPlan, state: RunState, t: float) -> OperatorPicture:
-    """At a time not before the last event, and before the clock's next one."""
+    """Content of the operator's page at `t`, not before the last event and not after the clock's next one."""
     counts = state.status == "running" and plan.is_clocked
     phase = _phase(plan, state, t)
     kind = PhaseKind.WINDOW if state.window is not None else PhaseKind.REST
@@ -112,7 +112,7 @@ def operator_picture(plan: TaskPlan, state: RunState, t: float) -> OperatorPictu
 
 
 def _phase(plan: TaskPlan, state: RunState, t: float) -> Phase | None:
-    """Of the schedule, while it counts."""
+    """Phase of the schedule; None while the schedule is stopped."""
     counts = state.status == "running" and plan.is_clocked and t >= state.approach and state.phase >= 0
     return plan.timeline.phases[state.phase] if counts else None
 

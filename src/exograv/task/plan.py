@@ -1,4 +1,4 @@
-"""What a run is made from, and does not change while it goes on."""
+"""Plan of a run: the inputs that stay constant during the run."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,32 +13,32 @@ from .screen import ScreenCalibration
 
 @dataclass(frozen=True)
 class TaskPlan:
-    """A protocol on this machine and this screen."""
+    """Protocol on this machine and this screen."""
 
     loaded: LoadedProtocol
     exo: ExoMode
-    """What the machine really does."""
+    """Real mode of the machine."""
 
     screen: ScreenCalibration | None = None
 
     def __post_init__(self) -> None:
         if self.exo == "active" and self.protocol.exo != "active":
             raise ConfigError(
-                f"Protocol '{self.protocol.name}' has a passive machine; it cannot be run with an active one. Take "
+                f"Protocol '{self.protocol.name}' is for a passive machine and cannot be run with an active one. Use "
                 "another protocol, or exo 'passive'."
             )
 
     @property
     def protocol(self) -> Protocol:
-        """Its settings."""
+        """Settings of the protocol."""
         return self.loaded.settings
 
     @cached_property
     def timeline(self) -> Timeline:
-        """The protocol laid out in time."""
+        """Schedule of the protocol."""
         return timeline(self.protocol)
 
     @property
     def is_clocked(self) -> bool:
-        """Whether the schedule opens the windows."""
+        """True if the schedule opens the windows."""
         return self.protocol.opening == "clock"

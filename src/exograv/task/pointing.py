@@ -1,4 +1,4 @@
-"""The pointing cycle: from rest to the target and back; which touches count, and how far off they were."""
+"""Pointing cycle from rest to the target and back: accepted touches, reasons for rejection, and deviations."""
 
 import enum
 import math
@@ -11,17 +11,17 @@ from .protocol_schema import Protocol
 from .screen import ScreenCalibration
 
 RETURNS_MAX = 64
-"""Kept while touches are late; each accepted touch forgets those before it."""
+"""Number of stored returns while touches are late. Each accepted touch removes the returns before it."""
 
 RETURN_EVERY_S = 0.2
-"""So often one is kept [s]."""
+"""Shortest time between two stored returns [s]."""
 
 AHEAD_MAX_S = 0.1
-"""By which a touch may be later than its arrival, by error of the fitted clock [s]."""
+"""Largest amount by which a touch may seem later than its arrival, from the error of the fitted clock [s]."""
 
 
 class RejectionReason(enum.Enum):
-    """Why a touch does not count; the value is the word in records."""
+    """Reason why a touch is rejected. The value is the word in records."""
 
     REPEATED = "repeated"
     UNTIMED = "untimed"
@@ -35,35 +35,38 @@ class RejectionReason(enum.Enum):
 
     @property
     def sentence(self) -> str:
-        """For the operator."""
+        """Reason as a sentence for the operator."""
         return SENTENCES[self]
 
 
 SENTENCES = {
-    RejectionReason.REPEATED: "It was sent again, and is counted already.",
-    RejectionReason.UNTIMED: "Its time is later than its arrival: the page's clock is not fitted.",
-    RejectionReason.OUTSIDE: "It is outside of every window.",
+    RejectionReason.REPEATED: "The touch was sent again and is already counted.",
+    RejectionReason.UNTIMED: "The touch is later than its arrival: the page's clock is not fitted.",
+    RejectionReason.OUTSIDE: "The touch is outside of every window.",
     RejectionReason.POINTER: "This protocol does not take this kind of pointer.",
-    RejectionReason.SECOND: "It is a second finger.",
+    RejectionReason.SECOND: "The touch is a second finger.",
     RejectionReason.PALM: "The contact is too large: a palm.",
-    RejectionReason.OFF_TARGET: "It is too far off the target to be meant for it.",
-    RejectionReason.BOUNCE: "It follows the last too soon to be another one.",
-    RejectionReason.NO_RETURN: "The hand was not back at its resting place.",
+    RejectionReason.OFF_TARGET: "The touch is too far from the target to be meant for it.",
+    RejectionReason.BOUNCE: "The touch follows the last one too soon to be a new one.",
+    RejectionReason.NO_RETURN: "The hand did not return to its resting place.",
 }
 
 
 class PointingCycle(Settings):
-    """Where the hand is in its cycle, in one window; it begins at rest."""
+    """State of the hand's cycle in one window. The cycle begins at rest."""
 
     last_touch: float | None = None
-    """The last that counted."""
+    """Time of the last accepted touch."""
 
     returns: tuple[float, ...] = ()
-    """When it was back since then."""
+    """Times at which the hand was back at rest since then."""
 
 
 class Deviation(NamedTuple):
-    """Contact minus target, right and down; the fields of `records.TouchRecord`, None without a calibrated screen."""
+    """Contact minus target, right and down.
+
+    Fields of `records.TouchRecord`; those in mm are None without calibration.
+    """
 
     deviation_x_px: float
     deviation_y_px: float
@@ -74,7 +77,7 @@ class Deviation(NamedTuple):
 
 
 def deviation(touch: Touch, screen: ScreenCalibration | None) -> Deviation:
-    """Distance of a touch from its target."""
+    """Deviation of a touch from its target."""
     dx, dy = touch.x_px - touch.target_x_px, touch.y_px - touch.target_y_px
     off = Deviation(dx, dy, math.hypot(dx, dy))
     if screen is None:
@@ -84,7 +87,7 @@ def deviation(touch: Touch, screen: ScreenCalibration | None) -> Deviation:
 
 
 def unfit(protocol: Protocol, screen: ScreenCalibration | None, touch: Touch) -> RejectionReason | None:
-    """Why this contact is no pointing at all; None if it may be one."""
+    """Reason why this contact cannot be pointing; None if it can."""
     rules = protocol.pointing
     if touch.pointer not in rules.pointers:
         return RejectionReason.POINTER
@@ -99,7 +102,7 @@ def unfit(protocol: Protocol, screen: ScreenCalibration | None, touch: Touch) ->
 
 
 def too_soon(protocol: Protocol, cycle: PointingCycle, t: float) -> RejectionReason | None:
-    """Why a touch at this time is not the next one; None if it is."""
+    """Reason why a touch at `t` is not the next one of the cycle; None if it is."""
     if cycle.last_touch is None:
         return None
     since_s, rules = t - cycle.last_touch, protocol.pointing
@@ -111,12 +114,12 @@ def too_soon(protocol: Protocol, cycle: PointingCycle, t: float) -> RejectionRea
 
 
 def touched(cycle: PointingCycle, t: float) -> PointingCycle:
-    """After a touch that counts."""
+    """Cycle after an accepted touch."""
     return PointingCycle(last_touch=t, returns=tuple(back for back in cycle.returns if back > t))
 
 
 def returned(protocol: Protocol, cycle: PointingCycle, event: Return | Distance) -> PointingCycle:
-    """After a word from sensor or machine; the same cycle if it does not say that the hand is back."""
+    """Cycle after an event of sensor or machine; unchanged if the event does not mean that the hand is back."""
     rules = protocol.pointing
     if isinstance(event, Return):
         is_back = rules.return_check == "sensor"
@@ -127,7 +130,7 @@ def returned(protocol: Protocol, cycle: PointingCycle, event: Return | Distance)
         is_back = rules.return_check == "joints" and is_near
     if not is_back:
         return cycle
-    # A hand that stays says so at every tick of the loop.
+    # A resting hand gives an event at every tick of the loop.
     if cycle.returns and 0.0 <= event.t - cycle.returns[-1] < RETURN_EVERY_S:
         return cycle
     return cycle.model_copy(update={"returns": (*cycle.returns, event.t)[-RETURNS_MAX:]})

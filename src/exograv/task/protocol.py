@@ -1,4 +1,4 @@
-"""A protocol by its name, or from a file of the laboratory's own."""
+"""Protocol of a session: loaded by name, or from a file of the laboratory."""
 
 import difflib
 import hashlib
@@ -20,7 +20,7 @@ from .protocol_schema import Protocol
 
 FOLDER = Path(__file__).parent / "protocols"
 SIZE_MAX_BYTES = 200_000
-"""A protocol has three thousand."""
+"""Upper limit of a protocol file's size. A normal protocol has 3000 bytes."""
 
 Read = TypeVar("Read", bound=Settings)
 
@@ -36,38 +36,38 @@ class RecordedProtocol:
 
 @dataclass(frozen=True)
 class LoadedProtocol:
-    """A protocol, and which file it is."""
+    """Protocol with its file."""
 
     settings: Protocol
     path: Path
     sha256: str
-    """Of the file."""
+    """Hash of the file."""
 
     @property
     def recorded(self) -> "RecordedProtocol":
-        """Values, rests, and which values are our choice, for the settings of a recording."""
+        """Values, rests, and list of unpublished values, for the settings of a recording."""
         return RecordedProtocol(self.sha256, self.settings.rest_lengths_s, self.settings)
 
 
 def protocol_names(folder: Path = FOLDER) -> list[str]:
-    """Protocols that come with exograv."""
+    """Names of the protocols that come with exograv."""
     return sorted(path.stem for path in folder.glob("*.toml"))
 
 
 def load_protocol(protocol: str) -> LoadedProtocol:
-    """Read one by its name, or by the path of a file.
+    """Read a protocol by its name, or by the path of a file.
 
     Raises:
-        ConfigError: There is none, or it holds something that cannot be used.
+        ConfigError: There is no such protocol, or its content is not valid.
     """
     return LoadedProtocol(*read_protocol(protocol, FOLDER, Protocol))
 
 
 def read_protocol(protocol: str, folder: Path, schema: type[Read]) -> tuple[Read, Path, str]:
-    """One of a folder's by its name, or from the path of a file: settings, path, and the file's SHA-256.
+    """Read a protocol of a folder by its name, or from the path of a file: settings, path, and the file's SHA-256.
 
     Raises:
-        ConfigError: There is none, or it holds something that cannot be used.
+        ConfigError: There is no such protocol, or its content is not valid.
     """
     names = protocol_names(folder)
     path = folder / f"{protocol}.toml" if protocol in names else Path(protocol)
@@ -91,10 +91,10 @@ def read_protocol(protocol: str, folder: Path, schema: type[Read]) -> tuple[Read
 
 
 def refuse_levels(protocol: Protocol, level_max: float) -> None:
-    """What a protocol may state, this machine need not make.
+    """Reject a protocol with gravity levels that this machine may not make.
 
     Raises:
-        ConfigError: A level is above what is allowed.
+        ConfigError: A level is above the machine's limit.
     """
     if protocol.exo != "active":
         return
@@ -104,15 +104,15 @@ def refuse_levels(protocol: Protocol, level_max: float) -> None:
             push = " A level above 1 pushes the arm down." if highest > EARTH else ""
             raise ConfigError(
                 f"Protocol '{protocol.name}' has gravity level {highest:g} from window {entry.window} on; this machine "
-                f"makes {level_max:g} at most.{push} Lower windows.levels, or use a passive protocol."
+                f"makes at most {level_max:g}.{push} Lower windows.levels, or use a passive protocol."
             )
 
 
 def first_windows(loaded: LoadedProtocol, count: int) -> LoadedProtocol:
-    """The first windows of a protocol, under another name: to try it, and never mistaken for it.
+    """Protocol with only the first `count` windows, for a trial. Its name differs from that of the whole protocol.
 
     Raises:
-        ConfigError: It has not so many.
+        ConfigError: The protocol has fewer windows.
     """
     protocol = loaded.settings
     if not 1 <= count <= protocol.windows.count:

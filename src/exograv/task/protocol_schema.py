@@ -1,4 +1,4 @@
-"""Everything a protocol's TOML may say, checked on load."""
+"""Schema of a protocol's TOML file, checked on load."""
 
 from itertools import pairwise
 from typing import Annotated, Any, Literal
@@ -12,7 +12,10 @@ from .published_values import refuse_unmarked
 from .task_settings import AircraftSettings, PaceSettings, PointingSettings, TargetSettings
 
 ExoMode = Literal["active", "passive", "sham"]
-"""Carries the arm; does not, and only records; or behaves as passive while nobody at the machine is told so."""
+"""Mode of the machine. `active` carries the arm. `passive` only records. `sham` acts as passive, and the people at the
+
+    machine are not told so.
+"""
 Opening = Literal["clock", "aircraft", "hand"]
 Seconds = Annotated[float, Field(ge=0.0, le=86_400.0)]
 Duration = Annotated[float, Field(gt=0.0, le=3600.0)]
@@ -25,70 +28,72 @@ def level_value(level: float | LevelName) -> float:
 
 
 class LevelFrom(Settings):
-    """The gravity level of the windows from one on, until the next entry."""
+    """Gravity level of the windows from one number on, until the next entry."""
 
     window: Annotated[int, Field(ge=0)]
-    """Its number."""
+    """Number of the first window with this level."""
 
     level: Level
     end_level: Level | None = None
-    """Where the level changes along a line during the window; else it stays."""
+    """Level at the end, if the level changes linearly during the window. Absent: constant level."""
 
     @property
     def start(self) -> float:
-        """When a window opens [-]."""
+        """Level when a window opens [-]."""
         return level_value(self.level)
 
     @property
     def end(self) -> float:
-        """When it closes [-]."""
+        """Level when a window closes [-]."""
         return self.start if self.end_level is None else level_value(self.end_level)
 
 
 class Windows(Settings):
-    """When the participant moves."""
+    """Number, duration and levels of the windows, in which the participant moves."""
 
     count: Annotated[int, Field(ge=1, le=500)]
     duration_s: Duration
     touches: Annotated[int, Field(ge=1, le=100)]
-    """Asked for in a window."""
+    """Number of touches that the participant is asked for in a window."""
 
     first_number: Literal[0, 1] = 1
     levels: Annotated[list[LevelFrom], Field(min_length=1)]
 
     @property
     def numbers(self) -> range:
-        """Of all windows."""
+        """Numbers of all windows."""
         return range(self.first_number, self.first_number + self.count)
 
     @property
     def interval_s(self) -> float:
-        """From one touch to the next [s]."""
+        """Intended time from one touch to the next [s]."""
         return self.duration_s / self.touches
 
     def level_of(self, window: int) -> LevelFrom:
-        """What is felt in this window."""
+        """Gravity level in this window."""
         return [entry for entry in self.levels if entry.window <= window][-1]
 
     @model_validator(mode="after")
     def _levels_in_order(self) -> "Windows":
         starts = [entry.window for entry in self.levels]
         if starts[0] != self.first_number:
-            raise ValueError(f"levels begin with window {starts[0]}; they must begin with the first, {self.numbers[0]}")
+            raise ValueError(
+                f"levels begin with window {starts[0]}; they must begin with the first window, {self.numbers[0]}"
+            )
         if any(later <= earlier for earlier, later in pairwise(starts)) or starts[-1] not in self.numbers:
-            raise ValueError(f"levels are of windows {starts}; allowed: rising, to {self.numbers[-1]} at most")
+            raise ValueError(f"levels are of windows {starts}; allowed: rising numbers, at most {self.numbers[-1]}")
         return self
 
 
 class LongerRest(Settings):
-    """A rest that is not like the others."""
+    """Exception for the rest after one window."""
 
     after_window: Annotated[int, Field(ge=0)]
     rest_s: Duration
 
 
 class RestTable(Settings):
-    """How long every rest between two windows is: one length with exceptions, or each by itself."""
+    """Length of every rest between two windows: one length with exceptions, or a list."""
 
     rest_s: Duration | None = None
     longer: tuple[LongerRest, ...] = ()
@@ -97,17 +102,17 @@ class RestTable(Settings):
     @model_validator(mode="after")
     def _one_way(self) -> "RestTable":
         if (self.rest_s is None) == (self.each_s is None) or (self.each_s is not None and self.longer):
-            raise ValueError("give rest_s, and longer where some differ; or each_s, one entry a rest")
+            raise ValueError("give rest_s, with longer for exceptions, or each_s with one entry per rest")
         after = [entry.after_window for entry in self.longer]
         if len(set(after)) < len(after):
             raise ValueError(f"longer has two rests after the same window: {after}")
         return self
 
     def explicit(self, numbers: range) -> tuple[float, ...]:
-        """The rest after each window but the last [s].
+        """Rest after each window but the last [s].
 
         Raises:
-            ValueError: The table does not fit to these windows.
+            ValueError: The table does not fit these windows.
         """
         if self.each_s is not None:
             if len(self.each_s) != len(numbers) - 1:
@@ -120,20 +125,20 @@ class RestTable(Settings):
 
 
 class Ramps(Settings):
-    """How the machine's level changes between rest and window."""
+    """Change of the machine's level between rest and window."""
 
     duration_s: Duration = 5.0
     hold_s: Annotated[float, Field(ge=0.0, le=60.0)] = 2.0
-    """From the end of the ramp to the window's opening."""
+    """Time from the end of the ramp to the opening of the window."""
 
 
 class Hypergravity(Settings):
-    """What an aircraft does before and after each window; no machine makes it."""
+    """Pull-up of an aircraft before and after each window. The machine does not make it."""
 
     level: Level
     duration_s: Duration
     ramp_s: Duration
-    """Into it, and out of it."""
+    """Duration of the ramp into hypergravity, and of the ramp out of it."""
 
 
 def _name(text: str) -> str:
@@ -143,16 +148,16 @@ def _name(text: str) -> str:
 
 
 class Protocol(Settings):
-    """The whole file: one kind of session."""
+    """Content of the file: one kind of session."""
 
     schema_version: Literal[1]
     name: Annotated[str, AfterValidator(_name)]
     title: Annotated[str, Field(min_length=1, max_length=200)]
     kind: Literal["training", "familiarisation", "flight"]
-    """Which of the paper's it follows: what is not as there must be listed as unpublished."""
+    """Kind of session in the paper that the protocol follows. Deviations must be listed in `unpublished`."""
 
     sessions: PositiveInt
-    """That one person has of it."""
+    """Number of sessions of one person."""
 
     exo: Literal["active", "passive"]
     opening: Opening
@@ -160,7 +165,7 @@ class Protocol(Settings):
     before_first_s: Duration
     after_last_s: Duration
     rests: str
-    """Name of the table in use."""
+    """Name of the rest table in use."""
 
     rest_tables: Annotated[dict[str, RestTable], Field(min_length=1)]
     ramps: Ramps = Ramps()
@@ -170,7 +175,7 @@ class Protocol(Settings):
     pointing: PointingSettings
     aircraft: AircraftSettings = AircraftSettings()
     unpublished: tuple[str, ...] = ()
-    """Fields, or tables, whose values are our choice and nobody's publication; all others are the paper's."""
+    """Fields, or tables, with values that we chose. All other values are from the paper."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> "Protocol":
@@ -192,18 +197,18 @@ class Protocol(Settings):
         if self.hypergravity is not None:
             needed = max(needed, 2.0 * (self.hypergravity.duration_s + 2.0 * self.hypergravity.ramp_s))
         if rests and min(rests) < needed:
-            raise ValueError(f"rest_tables.{name}: a rest of {min(rests):g} s has no room for {needed:g} s of ramps")
+            raise ValueError(f"rest_tables.{name}: a rest of {min(rests):g} s is too short for {needed:g} s of ramps")
         if min(self.before_first_s, self.after_last_s) < 0.5 * needed:
             raise ValueError(f"before_first_s and after_last_s need {0.5 * needed:g} s or more, for the ramps")
 
     def _refuse_levels(self) -> None:
         if self.exo == "active" and self.opening != "clock":
             raise ValueError(
-                "exo 'active' needs opening 'clock': the level must have changed before a window opens, and only a "
-                "clock knows when that will be"
+                "exo 'active' needs opening 'clock': the level must have changed before a window opens, and only "
+                "with a clock the time of opening is known in advance"
             )
         if self.exo == "active" and self.hypergravity is not None:
-            raise ValueError("[hypergravity] is what an aircraft does; an active machine makes windows.levels only")
+            raise ValueError("[hypergravity] describes an aircraft; an active machine only makes windows.levels")
         for entry in self.windows.levels:
             if self.exo == "active":
                 fastest = max(
@@ -213,20 +218,20 @@ class Protocol(Settings):
                 )
                 if fastest > RATE_MAX_PER_S + 1e-9:
                     raise ValueError(
-                        f"the level of window {entry.window} changes by {fastest:.2f} a second; allowed: "
-                        f"{RATE_MAX_PER_S:g}. Make ramps.duration_s longer"
+                        f"the level of window {entry.window} changes by {fastest:.2f} per second; allowed: "
+                        f"at most {RATE_MAX_PER_S:g}. Make ramps.duration_s longer"
                     )
             if self.opening == "aircraft" and abs(entry.start - EARTH) <= 2.0 * self.aircraft.close_beyond_g:
                 raise ValueError(f"windows at {entry.start:g} g are like level flight; use opening 'hand'")
 
     @property
     def rest_lengths_s(self) -> tuple[float, ...]:
-        """After each window but the last, by the table in use [s]."""
+        """Rest after each window but the last, from the table in use [s]."""
         return self.rest_tables[self.rests].explicit(self.windows.numbers)
 
     @property
     def leaves(self) -> dict[str, Any]:
-        """All values that somebody has chosen, by their path in the file."""
+        """All chosen values by their path in the file."""
         free = {"schema_version", "name", "title", "kind", "unpublished"}
         return dict(_leaves(self.model_dump(mode="json", exclude=free), ""))
 

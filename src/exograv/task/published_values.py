@@ -1,11 +1,14 @@
-"""What the paper, or the aircraft's operator, has published, so that no record calls a choice of ours published."""
+"""Published values of the paper and of the aircraft's operator.
+
+They keep our own choices from being called published.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 
 def _throughout(name: str, value: float) -> tuple[Any, ...]:
-    """One level in all windows, as a file may write it; whether the first is 0 or 1 is not published."""
+    """Possible entries for one level in all windows. The number of the first window, 0 or 1, is not published."""
     levels = (name, value)
     return tuple([{"window": first, "level": level, "end_level": None}] for first in (1, 0) for level in levels)
 
@@ -24,7 +27,7 @@ PUBLISHED: dict[str, dict[str, tuple[Any, ...]]] = {
         "windows.levels": _throughout("weightless", 0.0),
         "pace.shown": (True,),
     },
-    # Whether these sessions have 31 windows too is not stated.
+    # The paper does not state if these sessions also have 31 windows.
     "familiarisation": COMMON
     | {
         "sessions": (4,),
@@ -48,19 +51,19 @@ PUBLISHED: dict[str, dict[str, tuple[Any, ...]]] = {
 
 
 def is_under(path: str, marks: Sequence[str]) -> bool:
-    """Whether a mark names this value, or a table that it is in."""
+    """Return True if a mark names this value, or a table that contains it."""
     return any(path == mark or path.startswith(f"{mark}.") for mark in marks)
 
 
 def refuse_unmarked(kind: str, leaves: Mapping[str, Any], unpublished: Sequence[str]) -> None:
-    """Every value is either as published, or marked as our choice.
+    """Reject values that are neither as published nor marked as our choice.
 
     Raises:
-        ValueError: One is neither, or a mark names nothing.
+        ValueError: A value is neither, or a mark names no value.
     """
     for mark in unpublished:
         if not any(is_under(path, (mark,)) for path in leaves):
-            raise ValueError(f"unpublished names '{mark}', which is nothing in this file")
+            raise ValueError(f"unpublished names '{mark}', which is not in this file")
     for path, value in leaves.items():
         if is_under(path, unpublished) or value is None:
             continue
@@ -69,5 +72,6 @@ def refuse_unmarked(kind: str, leaves: Mapping[str, Any], unpublished: Sequence[
             raise ValueError(f"{path} is {value!r}: no source gives it. Add '{path}' to unpublished")
         if value not in allowed:
             raise ValueError(
-                f"{path} is {value!r}, published is {allowed[0]!r}. Correct it, or add '{path}' to unpublished"
+                f"{path} is {value!r}, the published value is {allowed[0]!r}. Correct it, or add '{path}' to "
+                "unpublished"
             )

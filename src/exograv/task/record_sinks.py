@@ -13,7 +13,7 @@ CHECKPOINT_EVERY_S = 10.0
 TASK_TOPIC, AIRCRAFT_TOPIC = "/task", "/aircraft"
 
 RecordSink = Callable[[float, tuple[Record, ...]], None]
-"""Takes the time of an event [s] and the records that the event caused, in order; there may be none."""
+"""Function that takes the time of an event [s] and its records in order; there may be none."""
 
 
 @runtime_checkable
@@ -64,5 +64,5 @@ def checkpoint_sink(keep: Callable[[float], None]) -> RecordSink:
 
 
 def aircraft_sink(writer: MessageWriter) -> Callable[[float, AircraftSample], None]:
-    """Function that writes every sample of the aircraft."""
+    """Return a function that writes every sample of the aircraft."""
     return lambda t, sample: writer.write(AIRCRAFT_TOPIC, t, sample.message)

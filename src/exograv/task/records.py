@@ -1,4 +1,4 @@
-"""What a run says: one immutable record for each thing that happened, with a JSON form that stays the same."""
+"""Records of a run: one immutable record per event, with a stable JSON form."""
 
 from typing import Annotated, Literal, TypeVar
 
@@ -12,22 +12,22 @@ from .schedule import PhaseKind
 
 ClosedBy = Literal["clock", "aircraft", "hand", "pause", "stop", "interruption"]
 Mark = Literal["feed lost", "overtime", "short", "not confirmed"]
-"""What is special about a window."""
+"""Special property of a window."""
 
 
 class RunBegan(Settings):
-    """What is run; whether a machine is real or a sham is not said."""
+    """Start of a run. The record does not tell a real machine from a sham."""
 
     kind: Literal["run_began"] = "run_began"
     t: float
     protocol: str
     protocol_sha256: str
     pitch_mm: tuple[float, float] | None
-    """Of the screen, across and down; None where it is not calibrated."""
+    """Size of a pixel of the screen, across and down; None without calibration."""
 
 
 class PhaseBegan(Settings):
-    """Of the schedule."""
+    """Start of a phase of the schedule."""
 
     kind: Literal["phase_began"] = "phase_began"
     t: float
@@ -36,17 +36,17 @@ class PhaseBegan(Settings):
     duration_s: float
     gravity_level: float
     gravity_level_end: float
-    """As the protocol states it."""
+    """Level at the end of the phase. Both levels are as the protocol states them."""
 
 
 class WindowOpened(Settings):
-    """The participant may move."""
+    """Start of a window, in which the participant may move."""
 
     kind: Literal["window_opened"] = "window_opened"
     t: float
     window: int
     attempt: int
-    """From 1; more where a window was broken off."""
+    """Number of the attempt, from 1. It is above 1 after a window was broken off."""
 
     by: Literal["clock", "aircraft", "hand"]
     gravity_level: float
@@ -56,7 +56,7 @@ class WindowOpened(Settings):
 
 
 class WindowClosed(Settings):
-    """The participant rests."""
+    """End of a window. The participant rests."""
 
     kind: Literal["window_closed"] = "window_closed"
     t: float
@@ -71,7 +71,7 @@ NOT_CALIBRATED = Field(description="NA on a screen that was not calibrated")
 
 
 class TouchRecord(Settings):
-    """One touch, exactly once. The same fields in recording, markers, checkpoints and the table of touches."""
+    """Touch, recorded exactly once. Recording, markers, checkpoints and the table of touches have the same fields."""
 
     kind: Literal["touch"] = "touch"
     t: float
@@ -96,7 +96,7 @@ class TouchRecord(Settings):
 
 
 class PaceChanged(Settings):
-    """What the arrow tells from now on; shown only where the protocol shows it."""
+    """New pace that the arrow shows, if the protocol shows the pace."""
 
     kind: Literal["pace_changed"] = "pace_changed"
     t: float
@@ -106,7 +106,7 @@ class PaceChanged(Settings):
 
 
 class Paused(Settings):
-    """The run stands."""
+    """Interruption of the run."""
 
     kind: Literal["paused"] = "paused"
     t: float
@@ -114,17 +114,17 @@ class Paused(Settings):
 
 
 class Resumed(Settings):
-    """The run goes on."""
+    """Continuation of the run."""
 
     kind: Literal["resumed"] = "resumed"
     t: float
     window: int
     approach_t: float
-    """From when on the schedule counts again."""
+    """Time from which the schedule counts again."""
 
 
 class RunEnded(Settings):
-    """Nothing comes after it but late touches."""
+    """End of the run. Only late touches may follow."""
 
     kind: Literal["run_ended"] = "run_ended"
     t: float
@@ -133,7 +133,7 @@ class RunEnded(Settings):
 
 
 class RefusedEvent(Settings):
-    """An event that cannot be now; nothing has changed."""
+    """Event that is not possible in the present state. The state did not change."""
 
     kind: Literal["refused"] = "refused"
     t: float
@@ -142,7 +142,7 @@ class RefusedEvent(Settings):
 
 
 class AlarmRaised(Settings):
-    """The operator has to know."""
+    """Alarm for the operator."""
 
     kind: Literal["alarm_raised"] = "alarm_raised"
     t: float
@@ -151,7 +151,7 @@ class AlarmRaised(Settings):
 
 
 class AlarmAcknowledged(Settings):
-    """The operator knows."""
+    """Confirmation that the operator has seen an alarm."""
 
     kind: Literal["alarm_acknowledged"] = "alarm_acknowledged"
     t: float
@@ -180,11 +180,11 @@ Target = TypeVar("Target", bound=Settings)
 
 
 def extended(source: Settings, target: type[Target], **more: object) -> Target:
-    """Make a `target` of the fields that `source` has too, and of `more`."""
+    """Make a `target` from the fields that it shares with `source`, and from `more`."""
     common = {name: getattr(source, name) for name in target.model_fields if name in type(source).model_fields}
     return target.model_validate({**common, **more})
 
 
 def marker(record: Record) -> str:
-    """Its JSON on one line, as it goes into the recording and out as an LSL marker."""
+    """Return the JSON of a record on one line, as it goes into the recording and out as an LSL marker."""
     return record.model_dump_json()

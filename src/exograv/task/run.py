@@ -1,4 +1,4 @@
-"""A run of a protocol: events in, records out. All that happens depends on state, event and the times in them."""
+"""Run of a protocol: events in, records out. The result depends only on state, events and the times in them."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -21,7 +21,7 @@ from .touch_judgement import judge
 
 
 class TaskRun:
-    """One session of one person; its state can be kept, and a run made again from it."""
+    """Session of one person. Its state can be stored, and the run can be restored from it."""
 
     def __init__(self, plan: TaskPlan, state: RunState | None = None, sinks: Sequence[RecordSink] = ()):
         """Begin a run, or continue one from its stored state (feed `Interrupted` if the program was restarted).
@@ -41,7 +41,7 @@ class TaskRun:
         return records
 
     def is_over(self, t: float) -> bool:
-        """True if all windows are complete and the time after the last one has passed at `t` [s]."""
+        """Return True if all windows are complete and the time after the last one has passed at `t` [s]."""
         if not self.state.complete >= set(self.plan.protocol.windows.numbers):
             return False
         closed = self.state.windows[-1].closed
@@ -52,44 +52,45 @@ class TaskRun:
         return made_level(self.plan, self.state, t)
 
     def totals(self) -> Totals:
-        """Of all touches so far."""
+        """Summary of all touches so far."""
         return totals(self.state)
 
     def kept(self) -> str:
-        """The state as JSON."""
+        """State as JSON."""
         return self.state.model_dump_json()
 
     @classmethod
     def from_kept(cls, plan: TaskPlan, text: str) -> "TaskRun":
-        """Go on from a kept state.
+        """Restore a run from its stored state.
 
         Raises:
-            ConfigError: It is none, or of another protocol.
+            ConfigError: The text is not a valid state, or its protocol is another one.
         """
         try:
             state = RunState.model_validate_json(text)
         except ValidationError as error:
             raise ConfigError(
-                f"The kept state of the run cannot be used: {validation_sentences(error)} Begin a new run."
+                f"The stored state of the run is not valid: {validation_sentences(error)} Start a new run."
             ) from error
         if state.protocol_sha256 not in ("", plan.loaded.sha256) or state.phase >= len(plan.timeline.phases):
             raise ConfigError(
-                f"The kept state is of another protocol than '{plan.protocol.name}', or of another version of its "
-                "file. Give the file that the run was begun with."
+                f"The stored state is from another protocol than '{plan.protocol.name}', or from another version of "
+                "its "
+                "file. Give the file with which the run was started."
             )
         return cls(plan, known_alarms(plan, state))
 
 
 def step(plan: TaskPlan, state: RunState, event: Event) -> Step:
-    """The run after an event; what the clock did until then comes first."""
+    """Return state and records after an event. Transitions by the clock up to the event come first."""
     operating: Callable[[TaskPlan, RunState, Any], Step | str] | None = OPERATING.get(type(event))
-    # A program that was away knows nothing of the time between, and its clock may be another.
+    # After a restart of the program the time between is unknown, and the clock may be another one.
     if event.kind == "interrupted" and operating is not None:
         return _taken(operating(plan, state, event), state, event)
     t = event.received if isinstance(event, Touch) else event.t
     state, before = advanced(plan, state, t)
     if operating is not None and state.status != "ready":
-        event = event.model_copy(update={"t": state.t})  # a word that was overtaken counts from now
+        event = event.model_copy(update={"t": state.t})  # A delayed command counts from now.
     state, records = _respond(plan, state, event, operating)
     state, after = advanced(plan, state, t)
     return state, (*before, *records, *after)
@@ -108,7 +109,7 @@ def _respond(
 
 
 def _taken(outcome: Step | str, state: RunState, event: Event) -> Step:
-    """What has become of it; a sentence is a refusal."""
+    """Return the step of an operator's event. A sentence means that the event is refused."""
     if isinstance(outcome, str):
         return state, (RefusedEvent(t=state.t, event=event.kind, why=outcome),)
     return outcome

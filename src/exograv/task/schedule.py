@@ -1,4 +1,4 @@
-"""A protocol laid out in time: phases, windows, and the gravity level at any moment."""
+"""Schedule of a protocol: phases, windows, and gravity level at any time."""
 
 import bisect
 import enum
@@ -11,75 +11,75 @@ from .protocol_schema import ExoMode, Protocol, level_value
 
 
 class PhaseKind(enum.Enum):
-    """What a phase is for; the value is the word in records."""
+    """Purpose of a phase. The value is the word in records."""
 
     REST = "rest"
     RAMP = "ramp"
-    """The level changes."""
+    """Change of the level."""
 
     HOLD = "hold"
-    """It has changed, and a window is about to open."""
+    """Constant level between the ramp and the opening of the window."""
 
     WINDOW = "window"
     HYPER = "hyper"
-    """Of the aircraft: the level of a pull-up."""
+    """Level of an aircraft's pull-up."""
 
 
 @dataclass(frozen=True)
 class Phase:
-    """A stretch of the schedule; its level changes along a line."""
+    """Phase of the schedule. Its level changes linearly."""
 
     kind: PhaseKind
     start_s: float
-    """On the schedule's own clock, which begins with the first rest [s]."""
+    """Start on the schedule's own clock, which begins with the first rest [s]."""
 
     duration_s: float
     level_from: float
     level_to: float
-    """Felt share of Earth weight, as the protocol states it [-]."""
+    """Felt share of Earth weight at the end, as the protocol states it [-]."""
 
     window: int
-    """The window itself, or the one that comes next; after the last one, the last."""
+    """Number of the window, or of the next one. After the last window: its number."""
 
     @property
     def end_s(self) -> float:
-        """When the next one begins [s]."""
+        """End of the phase, and start of the next one [s]."""
         return self.start_s + self.duration_s
 
     def level_at(self, s: float) -> float:
-        """Of a time in the phase [-]."""
+        """Level at a time in the phase [-]."""
         share = (s - self.start_s) / self.duration_s if self.duration_s > 0.0 else 1.0
         return self.level_from + min(max(share, 0.0), 1.0) * (self.level_to - self.level_from)
 
 
 @dataclass(frozen=True)
 class Timeline:
-    """All phases one after the other, without gap."""
+    """All phases in sequence, without gaps."""
 
     protocol: Protocol
     phases: tuple[Phase, ...]
 
     @property
     def duration_s(self) -> float:
-        """From the first rest to the end of the last [s]."""
+        """Time from the first rest to the end of the last one [s]."""
         return self.phases[-1].end_s
 
     @cached_property
     def windows(self) -> dict[int, Phase]:
-        """The windows by their number."""
+        """Windows by their number."""
         return {phase.window: phase for phase in self.phases if phase.kind is PhaseKind.WINDOW}
 
     @cached_property
     def starts_s(self) -> tuple[float, ...]:
-        """Of all phases [s]."""
+        """Start of each phase [s]."""
         return tuple(phase.start_s for phase in self.phases)
 
     def phase_at(self, s: float) -> Phase:
-        """Which phase it is; a border belongs to the later one, and what is outside to the nearest."""
+        """Phase at `s`. A limit belongs to the later phase; times outside belong to the nearest phase."""
         return self.phases[self.index_at(s)]
 
     def index_at(self, s: float) -> int:
-        """The same, counted from 0."""
+        """Index of the phase at `s`, from 0."""
         return max(bisect.bisect_right(self.starts_s, s) - 1, 0)
 
     def level_at(self, s: float) -> float:
@@ -87,11 +87,11 @@ class Timeline:
         return self.phase_at(s).level_at(s)
 
     def made_level_at(self, s: float, exo: ExoMode) -> float:
-        """Gravity level that the machine is asked for [-]: 1 where it is to carry nothing."""
+        """Gravity level that the machine is asked for [-]; 1 if it carries nothing."""
         return self.level_at(s) if exo == "active" else EARTH
 
     def approach_s(self, window: int) -> float:
-        """When what belongs to this window begins: its ramp, or the opening itself [s]."""
+        """Start of the approach to this window: its ramp, or the opening itself [s]."""
         index = self.phases.index(self.windows[window])
         while index > 0 and self.phases[index - 1].kind is not PhaseKind.REST:
             index -= 1
@@ -99,7 +99,7 @@ class Timeline:
 
 
 def timeline(protocol: Protocol) -> Timeline:
-    """Lay out a protocol; where an aircraft or a hand opens the windows, it is what is expected."""
+    """Lay out a protocol in time. If an aircraft or the operator opens the windows, the times are expected ones."""
     phases, start_s = list[Phase](), 0.0
     for kind, duration_s, level_from, level_to, window in _stretches(protocol):
         if duration_s > 0.0:
@@ -130,7 +130,7 @@ def _stretches(protocol: Protocol) -> Iterator[Stretch]:
 
 
 def _before(protocol: Protocol, number: int) -> Iterator[Stretch]:
-    """What leads from rest to a window."""
+    """Yield the phases between rest and window."""
     level, ramps, hyper = protocol.windows.level_of(number).start, protocol.ramps, protocol.hypergravity
     if hyper is not None:
         yield PhaseKind.RAMP, hyper.ramp_s, EARTH, (high := level_value(hyper.level)), number
@@ -142,7 +142,7 @@ def _before(protocol: Protocol, number: int) -> Iterator[Stretch]:
 
 
 def _after(protocol: Protocol, number: int) -> Iterator[Stretch]:
-    """What leads back; it is said to belong to the window that comes next."""
+    """Yield the phases between a window and rest. They have the number of the next window."""
     level, ramps, hyper = protocol.windows.level_of(number).end, protocol.ramps, protocol.hypergravity
     following = min(number + 1, protocol.windows.numbers[-1])
     if hyper is not None:

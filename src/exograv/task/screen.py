@@ -1,4 +1,4 @@
-"""From pixels to millimetres: a panel measured with a ruler or with a bank card, never by what it reports."""
+"""Calibration of pixels in millimetres, with a ruler or a bank card. The size that a panel reports is not used."""
 
 from collections.abc import Sequence
 from typing import Annotated, Literal
@@ -13,16 +13,16 @@ CARD_MM = (85.60, 53.98)
 """Width and height of an ID-1 card. Source: ISO/IEC 7810."""
 
 PITCH_MIN_MM, PITCH_MAX_MM = 0.03, 1.0
-"""A telephone's panel has 0.05, a television's 0.6: outside, one of the lengths has a slipped digit."""
+"""Limits of a plausible pixel [mm/px]. A telephone has 0.05, a television 0.6; outside, a length has a wrong digit."""
 
 ANISOTROPY_MAX = 0.03
-"""Pixels of panels are square: beyond, the picture is stretched, or the card was not matched."""
+"""Largest deviation from square pixels. Beyond, the picture is stretched, or the card was not matched."""
 
 SPAN_MIN_MM = 30.0
-"""A shorter length is read too coarsely."""
+"""Shortest length that a ruler measures precisely enough [mm]."""
 
 READING_PX, READING_MM = 1.0, 0.5
-"""To which two marks are set, and a ruler is read."""
+"""Resolution of setting two marks [px], and of reading a ruler [mm]."""
 
 Positive = Annotated[float, Field(gt=0.0, le=1e5)]
 
@@ -38,29 +38,29 @@ class ScreenSpan(Settings):
 
 
 class ScreenCalibration(Settings):
-    """Length of a pixel of this panel."""
+    """Size of a pixel of this panel."""
 
     pitch_x_mm: Annotated[float, Field(ge=PITCH_MIN_MM, le=PITCH_MAX_MM)]
     pitch_y_mm: Annotated[float, Field(ge=PITCH_MIN_MM, le=PITCH_MAX_MM)]
-    """[mm/px]"""
+    """Distance between pixels in each direction [mm/px]."""
 
     method: Literal["ruler", "card"]
     anisotropy: float | None
-    """pitch_y / pitch_x - 1 as measured; None where one direction was not."""
+    """pitch_y / pitch_x - 1 as measured; None if only one direction was measured."""
 
     relative_error: Annotated[float, Field(ge=0.0)]
-    """By how far marks and ruler can be read [-]."""
+    """Relative error from the resolution of marks and ruler [-]."""
 
     def to_mm(self, dx_px: float, dy_px: float) -> tuple[float, float]:
-        """A vector on the panel [mm]."""
+        """Vector on the panel [mm]."""
         return self.pitch_x_mm * dx_px, self.pitch_y_mm * dy_px
 
 
 def calibrate_with_card(width_px: float, height_px: float) -> ScreenCalibration:
-    """From a rectangle (panel's pixels) that has been made as large as a bank card.
+    """Calibrate from a rectangle (panel's pixels) that was matched to a bank card.
 
     Raises:
-        ConfigError: No panel is like that.
+        ConfigError: No panel has such pixels.
     """
     _refuse_bad_numbers({"width_px": width_px, "height_px": height_px})
     pitches = CARD_MM[0] / width_px, CARD_MM[1] / height_px
@@ -69,26 +69,26 @@ def calibrate_with_card(width_px: float, height_px: float) -> ScreenCalibration:
 
 
 def calibrate_with_ruler(spans: Sequence[ScreenSpan]) -> ScreenCalibration:
-    """From one length, or from more in different directions, which then also tell whether pixels are square.
+    """Calibrate from one length, or from several. In different directions they also test if pixels are square.
 
     Raises:
-        ConfigError: No panel is like that, or a length is too short to be read.
+        ConfigError: No panel has such pixels, or a length is too short.
     """
     if not spans:
         raise ConfigError("No length was measured on the screen. Measure one from mark to mark, at least 30 mm.")
     for span in spans:
         if span.distance_mm < SPAN_MIN_MM:
             raise ConfigError(
-                f"The length on the screen is {span.distance_mm:g} mm; it must have {SPAN_MIN_MM:g} mm or more. Set "
-                "the marks farther apart: a short one is read too coarsely."
+                f"The length on the screen is {span.distance_mm:g} mm; allowed: {SPAN_MIN_MM:g} mm or more. Set "
+                "the marks farther apart, because a ruler measures short lengths too coarsely."
             )
         if (span.dx_px, span.dy_px) == (0.0, 0.0):
-            raise ConfigError("The two marks on the screen are one point. Set them apart and measure again.")
+            raise ConfigError("The two marks on the screen are at the same point. Set them apart and measure again.")
     squares = np.array([[span.dx_px**2, span.dy_px**2] for span in spans])
     distances = np.array([span.distance_mm for span in spans])
     error = max(READING_MM / s.distance_mm + READING_PX / float(np.hypot(s.dx_px, s.dy_px)) for s in spans)
     directions = squares / np.sum(squares, axis=1, keepdims=True)
-    # A panel's two pitches can be told apart by spans that are really in two directions.
+    # The two pitches of a panel can only be estimated from spans in two clearly different directions.
     if np.ptp(directions[:, 0]) < 0.5:
         pitch = float(np.mean(distances / np.sqrt(np.sum(squares, axis=1))))
         return _checked(pitch, pitch, "ruler", None, error)
@@ -112,12 +112,12 @@ def _checked(
     for axis, pitch in (("width", pitch_x), ("height", pitch_y)):
         if not PITCH_MIN_MM <= pitch <= PITCH_MAX_MM:
             raise ConfigError(
-                f"By this {method} a pixel has a {axis} of {pitch:.4g} mm; panels have {PITCH_MIN_MM:g} to "
-                f"{PITCH_MAX_MM:g}. Check the unit of the length, and whether the page is zoomed; measure again."
+                f"According to the {method}, a pixel has a {axis} of {pitch:.4g} mm; panels have {PITCH_MIN_MM:g} to "
+                f"{PITCH_MAX_MM:g} mm. Check the unit of the length, and whether the page is zoomed; measure again."
             )
     if anisotropy is not None and abs(anisotropy) > ANISOTROPY_MAX:
         raise ConfigError(
-            f"By this {method} pixels are {100.0 * anisotropy:+.1f} % higher than wide; allowed: "
+            f"According to the {method}, pixels are {100.0 * anisotropy:+.1f} % higher than wide; allowed: "
             f"{100.0 * ANISOTROPY_MAX:g} %. Set the panel to its own resolution, without stretching; measure again."
         )
     return ScreenCalibration(

@@ -1,4 +1,4 @@
-"""Where a run is: all of it, immutable, and the same again from its JSON."""
+"""State of a run: complete, immutable, and restored exactly from its JSON."""
 
 from typing import Literal
 
@@ -16,12 +16,12 @@ Status = Literal["ready", "running", "paused", "stopped", "finished"]
 
 
 class WindowState(Settings):
-    """One window, or one attempt at it."""
+    """State of one window, or of one attempt at it."""
 
     number: int
     attempt: int
     epoch: int
-    """Times of another epoch are by another clock."""
+    """Number of program restarts before. Times of different epochs are on different clocks."""
 
     opened: float
     by: Literal["clock", "aircraft", "hand"]
@@ -33,15 +33,15 @@ class WindowState(Settings):
     touches: int = 0
     deviations_px: tuple[float, ...] = ()
     deviations_mm: tuple[float | None, ...] = ()
-    """Of the accepted touches."""
+    """Deviations of the accepted touches; None in mm without a calibrated screen."""
 
     def holds(self, t: float) -> bool:
-        """Whether it was open then; its last moment does not belong to it."""
+        """Return True if the window was open at `t`. Its last moment does not belong to it."""
         return self.opened <= t and (self.closed is None or t < self.closed)
 
 
 class RunAlarm(Settings):
-    """What the operator has to know."""
+    """Alarm for the operator."""
 
     number: int
     t: float
@@ -50,38 +50,38 @@ class RunAlarm(Settings):
 
 
 class RunState(Settings):
-    """Of a run; times are by the clock of its events."""
+    """State of a run. Times are on the clock of its events."""
 
     status: Status = "ready"
     t: float = 0.0
-    """The latest time that it was told."""
+    """Latest time that the run has received."""
 
     protocol_sha256: str = ""
-    """Of the protocol that was begun."""
+    """Hash of the protocol of the run."""
 
     epoch: int = 0
     origin: float = 0.0
-    """When the schedule's clock shows 0, while it counts."""
+    """Time at which the schedule's clock shows 0, while the schedule counts."""
 
     approach: float = 0.0
-    """From when on it counts."""
+    """Time from which the schedule counts."""
 
     phase: int = -1
-    """The last one that has begun, counted from 0."""
+    """Index of the last phase that has started, from 0."""
 
     left_at: float = 0.0
     left_level: float = 1.0
-    """Where the machine's level was when the schedule was left; from there it goes to 1."""
+    """Level of the machine when the schedule was left. From there the level goes to 1."""
 
     wanted: int | None = None
-    """The window that an operator has asked for, where no clock opens it."""
+    """Window that the operator has asked for, if the schedule does not open the windows."""
 
     windows: tuple[WindowState, ...] = ()
     pace: Pace | None = None
-    """As last told."""
+    """Pace that was shown last."""
 
     seen: dict[str, tuple[tuple[int, int], ...]] = Field(default={})
-    """Touches that have come, by page: runs of sequence numbers."""
+    """Received touches by page, as ranges of sequence numbers."""
 
     touches: int = 0
     rejected: dict[RejectionReason, int] = Field(default={})
@@ -90,7 +90,7 @@ class RunState(Settings):
 
     @property
     def window(self) -> WindowState | None:
-        """The open one."""
+        """Window that is open; None if there is none."""
         return self.windows[-1] if self.windows and self.windows[-1].closed is None else None
 
     @property
@@ -99,40 +99,40 @@ class RunState(Settings):
         return frozenset(window.number for window in self.windows if window.is_complete)
 
     def attempts(self, number: int) -> int:
-        """At this window so far."""
+        """Return the number of attempts at this window so far."""
         return sum(window.number == number for window in self.windows)
 
     def next_window(self, numbers: range) -> int | None:
-        """The first from the latest on that is not complete; else any that is missing."""
+        """Return the first incomplete window from the latest one on; else the first incomplete one of all."""
         missing = [number for number in numbers if number not in self.complete]
         latest = self.windows[-1].number if self.windows else numbers[0]
         return next((number for number in missing if number >= latest), missing[0] if missing else None)
 
     def window_at(self, t: float) -> int | None:
-        """Which of `windows` was open then."""
+        """Index in `windows` of the window that was open at `t`."""
         for index in range(len(self.windows) - 1, -1, -1):
             if self.windows[index].epoch == self.epoch and self.windows[index].holds(t):
                 return index
         return None
 
     def with_window(self, index: int, **changes: object) -> "RunState":
-        """The same with one window changed."""
+        """Return the state with one window changed."""
         windows = list(self.windows)
         windows[index] = windows[index].model_copy(update=changes)
         return self.model_copy(update={"windows": tuple(windows)})
 
     def has_seen(self, touch: Touch) -> bool:
-        """Whether it came before."""
+        """Return True if this touch was received before."""
         return any(low <= touch.sequence <= high for low, high in self.seen.get(touch.page, ()))
 
     def seeing(self, touch: Touch) -> "RunState":
-        """The same when it has come."""
+        """Return the state with this touch as received."""
         runs = joined_runs((*self.seen.get(touch.page, ()), (touch.sequence, touch.sequence)))
         return self.model_copy(update={"seen": {**self.seen, touch.page: runs}})
 
 
 def joined_runs(runs: tuple[tuple[int, int], ...]) -> tuple[tuple[int, int], ...]:
-    """Runs of whole numbers, sorted, those joined that touch each other."""
+    """Ranges of whole numbers, sorted, with adjacent ranges joined."""
     joined = list[tuple[int, int]]()
     for low, high in sorted(runs):
         if joined and low <= joined[-1][1] + 1:

@@ -1,4 +1,4 @@
-"""What happens to a run by the clock alone: phases begin, windows open and close, the pace changes."""
+"""Transitions of a run by the clock: phases begin, windows open and close, the pace changes."""
 
 from collections.abc import Iterator
 from typing import Literal, NamedTuple
@@ -11,13 +11,13 @@ from .schedule import Phase, PhaseKind
 from .state import RunState, WindowState
 
 SHORT_SHARE = 0.8
-"""Of a window's duration: what is closed sooner is marked."""
+"""Share of a window's duration. Windows that are closed sooner are marked."""
 
 Step = tuple[RunState, tuple[Record, ...]]
 
 
 class TimedTransition(NamedTuple):
-    """What comes next, and when."""
+    """Next transition by the clock, and its time."""
 
     t: float
     what: Literal["phase", "close", "pace"]
@@ -25,7 +25,7 @@ class TimedTransition(NamedTuple):
 
 
 def advanced(plan: TaskPlan, state: RunState, t: float) -> Step:
-    """The run at time `t`, and what has happened on the way, each at its own time."""
+    """Return the run at time `t`, and the records of the transitions until then, each at its own time."""
     records = list[Record]()
     while (due := next_due(plan, state)) is not None and due.t <= t:
         state, more = _happen(plan, state, due)
@@ -34,12 +34,12 @@ def advanced(plan: TaskPlan, state: RunState, t: float) -> Step:
 
 
 def next_due(plan: TaskPlan, state: RunState) -> TimedTransition | None:
-    """What the clock does next; None if it does nothing any more."""
+    """Next transition by the clock; None if there is none."""
     return min(_dues(plan, state), key=lambda due: due.t, default=None)
 
 
 def _dues(plan: TaskPlan, state: RunState) -> Iterator[TimedTransition]:
-    # Of two at the same time the first counts: a window closes before its pace changes.
+    # Of two transitions at the same time the first counts: a window closes before its pace changes.
     if state.status != "running":
         return
     phases, window = plan.timeline.phases, state.window
@@ -55,13 +55,13 @@ def _dues(plan: TaskPlan, state: RunState) -> Iterator[TimedTransition]:
     if window is not None:
         since = window.opened if window.cycle.last_touch is None else window.cycle.last_touch
         for after_s, told in pace_changes_s(plan.protocol):
-            # The first that has not been told: the order of paces is that of time.
+            # Paces follow each other in the order of the enumeration, so only later ones are still to be shown.
             if state.pace is None or list(Pace).index(told) > list(Pace).index(state.pace):
                 yield TimedTransition(max(since + after_s, state.t), "pace", told)
 
 
 def _overtime_s(plan: TaskPlan, state: RunState, window: WindowState) -> float:
-    """An aircraft that is heard ends its own windows; without it the clock does."""
+    """Time after the nominal end at which the clock closes a window [s]; 0 without a working feed of the aircraft."""
     return plan.protocol.aircraft.overtime_s if window.by == "aircraft" and not state.is_feed_lost else 0.0
 
 
@@ -93,7 +93,7 @@ def _next_phase(plan: TaskPlan, state: RunState, t: float) -> Step:
 
 
 def phase_record(phase: Phase, t: float) -> PhaseBegan:
-    """That it begins."""
+    """Record of the start of a phase."""
     return PhaseBegan(
         t=t,
         phase=phase.kind,
@@ -105,7 +105,7 @@ def phase_record(phase: Phase, t: float) -> PhaseBegan:
 
 
 def open_window(plan: TaskPlan, state: RunState, opened: WindowOpened) -> Step:
-    """The participant may move; the pace counts from here."""
+    """Open a window. The participant may move, and the pace counts from here."""
     window = WindowState(
         number=opened.window,
         attempt=opened.attempt,
@@ -120,7 +120,7 @@ def open_window(plan: TaskPlan, state: RunState, opened: WindowOpened) -> Step:
 
 
 def close_window(plan: TaskPlan, state: RunState, t: float, by: ClosedBy) -> Step:
-    """The open window ends; broken off, it has to be run again."""
+    """Close the open window. A window that was broken off must be run again."""
     window = state.window
     if window is None:
         return state, ()
@@ -148,7 +148,7 @@ def close_window(plan: TaskPlan, state: RunState, t: float, by: ClosedBy) -> Ste
 
 
 def tell_pace(plan: TaskPlan, state: RunState, t: float, told: Pace) -> Step:
-    """What the arrow says from now on."""
+    """Change the pace that the arrow shows."""
     window = state.window
     if window is None:
         return state, ()
@@ -158,7 +158,7 @@ def tell_pace(plan: TaskPlan, state: RunState, t: float, told: Pace) -> Step:
 
 
 def end(plan: TaskPlan, state: RunState, t: float, why: str) -> Step:
-    """Complete if all windows are; the level goes to 1 from where it is."""
+    """End the run. It is complete if all windows are. The level goes from its present value to 1."""
     is_complete = state.complete >= set(plan.protocol.windows.numbers)
     left = {"left_at": t, "left_level": made_level(plan, state, t), "t": max(t, state.t)}
     status = "stopped" if why else "finished"
@@ -166,7 +166,7 @@ def end(plan: TaskPlan, state: RunState, t: float, why: str) -> Step:
 
 
 def made_level(plan: TaskPlan, state: RunState, t: float) -> float:
-    """Gravity level that the machine is asked for [-]; it never jumps, whatever happens to the run."""
+    """Gravity level that the machine is asked for [-]. The level never jumps."""
     if state.status == "running" and plan.is_clocked and t >= state.approach:
         return plan.timeline.made_level_at(t - state.origin, plan.exo)
     return slewed(state.left_level, EARTH, t - state.left_at)

@@ -1,4 +1,4 @@
-"""What a run comes to: windows, touches by their fate, and how far off they were."""
+"""Summary of a run: windows, touches by reason of rejection, and deviations."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from .state import RunState
 
 
 class Quartiles(Settings):
-    """Of the accepted touches."""
+    """Quartiles over the accepted touches."""
 
     median: float
     q1: float
@@ -18,22 +18,22 @@ class Quartiles(Settings):
 
 
 class Totals(Settings):
-    """The summary of a run."""
+    """Summary of a run."""
 
     windows: int
-    """Run to their end."""
+    """Number of windows that were run to their end."""
 
     touches: int
     accepted: int
     rejected: dict[str, int]
-    """By the word of `pointing.Reason`."""
+    """Rejected touches by the value of `pointing.RejectionReason`."""
 
     deviation_px: Quartiles | None
     deviation_mm: Quartiles | None
-    """None without touches, or on a screen that is not calibrated."""
+    """Deviation in mm; None without touches, or on a screen without calibration."""
 
     touches_per_window: float | None
-    """Median of accepted ones over the complete windows."""
+    """Median number of accepted touches over the complete windows."""
 
     def figures(self) -> "TotalsFigures":
         """Figures for `--json` and recordings."""
@@ -81,7 +81,7 @@ class TotalsFigures:
 
 
 def totals(state: RunState) -> Totals:
-    """Of all touches so far."""
+    """Summary of all touches so far."""
     px = [value for window in state.windows for value in window.deviations_px]
     mm = [value for window in state.windows for value in window.deviations_mm if value is not None]
     in_complete = [len(window.deviations_px) for window in state.windows if window.is_complete]
@@ -97,7 +97,7 @@ def totals(state: RunState) -> Totals:
 
 
 def quartiles(values: list[float]) -> Quartiles | None:
-    """None without values."""
+    """Quartiles of the values; None without values."""
     if not values:
         return None
     q1, median, q3 = (float(value) for value in np.quantile(values, [0.25, 0.5, 0.75]))

@@ -1,4 +1,4 @@
-"""A touch becomes a record, exactly once, in the window in which it fell, however late it arrives."""
+"""Judgement of a touch: one record per touch, in the window of the contact, also for touches that arrive late."""
 
 from .events import Touch
 from .pace import Pace, pace
@@ -10,7 +10,7 @@ from .timed_transitions import Step, tell_pace
 
 
 def judge(plan: TaskPlan, state: RunState, touch: Touch) -> Step:
-    """The run after a touch has arrived."""
+    """Return state and records after a touch has arrived."""
     index = state.window_at(touch.t)
     reason = _reason(plan, state, touch, index)
     interval_s = None if index is None else touch.t - _counted_from(state, index)
@@ -28,7 +28,7 @@ def judge(plan: TaskPlan, state: RunState, touch: Touch) -> Step:
     ).model_copy(update={"touches": state.touches + 1})
     if window.closed is not None:
         return state, (record,)
-    # A touch that was long on its way is told as what it is by now.
+    # A touch that arrived late gives the pace for the time that has passed since its contact.
     told = pace(plan.protocol, state.t - touch.t)
     state, more = tell_pace(plan, state, state.t, told) if told is not state.pace else (state, ())
     records: tuple[Record, ...] = (record, *more)

@@ -1,4 +1,4 @@
-"""Real processes obey an operator: begun and stopped from a desk, and given back when nobody steers."""
+"""Real processes obey an operator: they start and stop from a desk, and give the arm back without an operator."""
 
 import time
 from collections.abc import Iterator
@@ -25,13 +25,15 @@ from exograv.storage.participant_file import read_participant
 pytestmark = pytest.mark.slow
 
 SOON_S = 120.0
-"""For processes to start on a computer that does much else."""
+"""Time-out for the start of processes on a busy computer."""
 
 KEEP_S = 0.1
 KEPT_WITHIN_S = 5.0
 STOP_WITHIN_S = 0.5
-"""Ten times what is promised of a computer that does nothing else (docs/howto/steering.md): this proves that it is
-heard at once, not how soon."""
+"""Time-out: ten times the promise for an idle computer (docs/howto/steering.md).
+
+    The test shows that Stop works, not its delay.
+"""
 
 
 class Operator:
@@ -54,7 +56,7 @@ class Operator:
         wait_until(is_in_mode, lambda: self.desk.shown().mode_text, SOON_S, KEEP_S)
 
     def kept(self) -> str:
-        """The participant's code, as soon as the estimate is stored."""
+        """Wait until the estimate is stored, and return the participant's code."""
 
         def code() -> str | None:
             self.desk.keep()
@@ -72,7 +74,7 @@ class Operator:
 
 @pytest.fixture
 def operator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Operator]:
-    """The machine is taken to be as its files say: what is looked at is who may do what, and when."""
+    """Desk of a machine that agrees with its files. The tests are about permissions and order."""
     monkeypatch.setattr(Preparation, "calibrated", nominal_knowledge)
     options = SteeredOptions(level=1, seed=1001, identify_s=10.0, session_s=600.0, participants=tmp_path / "people")
     desk = SessionController(LiveFlight(options, tmp_path))
@@ -85,7 +87,7 @@ def test_it_begins_and_stops_at_an_operators_word_and_is_replayed_to_the_last_bi
     assert not operator.act("take_arm").taken
     assert operator.act("make_ready").taken
     operator.until("exo_only")
-    assert not operator.act("take_arm").taken  # nobody's arm is known
+    assert not operator.act("take_arm").taken  # No arm is known.
     assert operator.act("identify").taken
     operator.until("ramp_in")
     pressed = time.monotonic()

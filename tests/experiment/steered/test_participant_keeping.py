@@ -1,4 +1,4 @@
-"""Who was learned is kept once; a file that the motion contradicts stops the machine and is not written over."""
+"""An estimate is stored once. A file that the motion contradicts stops the machine and is not overwritten."""
 
 from dataclasses import dataclass, field
 from types import SimpleNamespace
@@ -15,7 +15,7 @@ from exograv.runtime.control_loop.steering import DescentCommand
 
 @dataclass
 class Folder:
-    """Stands for people's files."""
+    """Replacement of the participants' files."""
 
     kept: list[str | None] = field(default_factory=list)
     fails: bool = False
@@ -56,7 +56,7 @@ def test_a_file_of_somebody_else_stops_once_and_is_not_written_over():
     assert [type(word) for word in sent] == [DescentCommand]
     assert folder.kept == []
     assert one.is_contradicted
-    assert "P-07 is not this person's" in one.wrong[0]
+    assert "P-07 does not fit this arm" in one.wrong[0]
 
 
 def test_a_folder_that_cannot_be_written_is_told_and_ends_nothing():

@@ -1,4 +1,4 @@
-"""Each act is possible in the modes of one table, once, soon after it was asked for, and for what was seen."""
+"""Each act is possible in the modes of one table, once, soon after its request, and only for the shown state."""
 
 import pytest
 from pydantic import ValidationError
@@ -94,7 +94,7 @@ def test_step_two_is_not_possible_without_step_one(kind):
 @pytest.mark.parametrize("age_s", [-0.6, 0.6, 3600.0])
 def test_what_comes_late_or_from_the_future_is_refused_and_stop_is_not(age_s: float):
     reception = RequestValidator()
-    assert "after it was asked for" in reception.refusal(act("give_back", made_at_s=NOW - age_s), NOW, standing())
+    assert "after it was made" in reception.refusal(act("give_back", made_at_s=NOW - age_s), NOW, standing())
     assert not reception.refusal(act("stop", made_at_s=NOW - age_s), NOW, standing())
 
 

@@ -1,4 +1,4 @@
-"""No history of acts carries an arm that nobody made ready and took; what is repeated, late or stale does nothing."""
+"""No sequence of acts carries an arm without both steps. Repeated, late and stale acts have no effect."""
 
 import itertools
 from random import Random
@@ -18,7 +18,7 @@ PLAIN = ("give_back", "switch_off")
 
 
 class Hand:
-    """An operator with a clock of one's own."""
+    """Operator with a clock of the test."""
 
     def __init__(self):
         self.t, self._numbers = 1000.0, itertools.count()
@@ -180,7 +180,10 @@ def test_a_rehearsal_keeps_the_newest_of_what_it_would_have_recorded(hand: Hand)
 
 
 class History:
-    """Any acts, made now or before, seen or not, kept or lost; what may carry an arm is written once more here."""
+    """Random acts, new or old, with a fresh or stale state, stored or lost.
+
+    The rules for a carried arm are written here a second time.
+    """
 
     def __init__(self, seed: int):
         self.chance, self.hand, self.past = Random(seed), Hand(), list[tuple[Act, Answer]]()
@@ -188,7 +191,7 @@ class History:
         self.ready_until, self.is_taken, self.silent_s, self.takes = -1.0, False, 0.0, 0
 
     def go_on(self) -> None:
-        """One step of it."""
+        """Do one random step."""
         way = self.chance.choices(
             (self.ask, self.press_on, self.stop, self.repeat, self.replay_under_another_name, self.wait),
             weights=(3, 6, 1, 1, 1, 5),
@@ -207,7 +210,7 @@ class History:
         assert not (answer.taken and is_stale and kind in SEEN)
 
     def press_on(self) -> None:
-        """What an operator would ask for next, so that histories get somewhere."""
+        """Return the act that an operator would request next, so that histories reach all modes."""
         self.hand.desk.keep()
         self.silent_s = 0.0
         nexts = {Mode.OFF: "make_ready", Mode.EXO_ONLY: "take_arm", Mode.FLOATING: "give_back", Mode.SAFE: "reset"}
@@ -267,7 +270,7 @@ def test_in_no_history_is_an_arm_carried_that_nobody_made_ready_and_took():
         for _ in range(60):
             history.go_on()
         takes += history.takes
-    assert takes > 15  # otherwise they prove nothing
+    assert takes > 15  # Fewer would prove nothing.
 
 
 def test_the_guard_and_the_desk_mean_the_same_lease():

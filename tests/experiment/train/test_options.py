@@ -1,4 +1,4 @@
-"""What a session is asked for is refused before anything moves; a part of a protocol is never mistaken for it."""
+"""Invalid options of a session are rejected before any motion. A part of a protocol is never mistaken for the whole."""
 
 import json
 from pathlib import Path
@@ -91,7 +91,7 @@ def test_somebody_without_a_place_is_refused(allocation: Path):
 def test_a_list_that_is_none_is_refused(tmp_path: Path, content: str):
     path = tmp_path / "list.json"
     path.write_bytes(content.encode("latin-1"))
-    with pytest.raises(ConfigError, match="is no list of a study"):
+    with pytest.raises(ConfigError, match="is not an allocation list"):
         read_allocation(path)
 
 

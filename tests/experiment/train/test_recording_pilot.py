@@ -1,4 +1,4 @@
-"""Where no motor acts a fast arm ends no session."""
+"""A fast arm does not end the session of a machine without torque."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +22,7 @@ DT, FAST_FROM, FAST_UNTIL, V_FAST = 0.001, 300, 500, 7.0
 
 @dataclass
 class Swinging:
-    """One joint that is thrown for a fifth of a second, and stands before and after."""
+    """Machine with one joint that is thrown for 0.2 s, and stands still before and after."""
 
     joints: tuple[str, ...] = ("one",)
     period_s: float = DT
@@ -72,7 +72,7 @@ def test_a_fast_arm_is_noted_once_and_the_recording_goes_on(tmp_path: Path):
     assert len(recording.ticks) == rig.ticks == 6000
     notes = [event for event in recording.messages("/event") if event["kind"] == "warning"]
     assert len(notes) == 1
-    assert "No motor acts" in notes[0]["text"]
+    assert "No motor is active" in notes[0]["text"]
     assert recording.ticks["safe_state"][-1] == 0, "the latch was left as soon as the arm stood"
     assert rig.torque <= WITHOUT_MOTOR_NM
 

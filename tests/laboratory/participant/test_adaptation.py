@@ -1,4 +1,4 @@
-"""What is learned belongs to what the arm felt like."""
+"""Adaptation belongs to the felt gravity level."""
 
 import numpy as np
 import pytest
@@ -76,7 +76,7 @@ def test_a_night_costs_a_share_of_it_and_never_turns_it_round():
 
 
 def known(at: float, of: float, width: float) -> float:
-    """Share of what was learned at one level that is worth something at another."""
+    """Share of an adaptation at one level that transfers to another one."""
     one = trained(31, of, AdaptationRates(felt_sd=0.0, width=width))
     one.window(of)
     there = 1.0 - one.expected

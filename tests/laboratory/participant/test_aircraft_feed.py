@@ -1,4 +1,4 @@
-"""An emulated flight accelerates the room as its profile says, and opens and closes windows by what arrives."""
+"""An emulated flight accelerates the room by its profile, and the arrived datagrams open and close windows."""
 
 import numpy as np
 import pytest
@@ -10,11 +10,11 @@ from exograv.task.protocol import first_windows, load_protocol
 PROTOCOL = first_windows(load_protocol("flight"), 2).settings
 STEP_S = 0.02
 RESIDUAL_G = 0.06
-"""Peaks of 0.05 g, and noise across."""
+"""Tolerance for peaks of 0.05 g, and for noise across."""
 
 
 class Room:
-    """What a twin does with it."""
+    """Room that stores its accelerations instead of a twin."""
 
     t: float = 100.0
 

@@ -1,4 +1,4 @@
-"""Every constant of a virtual participant stands in the register once, with its origin and its range."""
+"""Every constant of a virtual participant is in the register once, with its origin and its range."""
 
 from dataclasses import fields
 

@@ -1,4 +1,4 @@
-"""One engine runs a protocol on any machine: touches and ticks in, records to the sinks, an end where no clock ends."""
+"""The same session engine runs a protocol on any machine, hands records to sinks, and can end runs without a clock."""
 
 from dataclasses import dataclass, field
 
@@ -19,7 +19,7 @@ ROOM = SimulatedRoom()
 
 @dataclass
 class Steps:
-    """A machine that only has a clock; it settles for some steps after the end."""
+    """Machine that only has a clock, and settles for some steps after the end."""
 
     t: float = 0.0
     settling: int = 0

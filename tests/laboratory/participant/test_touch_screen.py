@@ -1,4 +1,4 @@
-"""The simulated screen stands where the participant's finger reaches its target, and tells pixels from millimetres."""
+"""The simulated screen is where the participant's finger reaches the target, and converts pixels to millimetres."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from exograv.task.protocol import load_protocol
 
 ROOM, TARGET = SimulatedRoom(), load_protocol("training").settings.target
 NEAR_MM = 1.0
-"""At level 0 what is told of an arm is true."""
+"""Assembly of a machine at level 0, where the controller's model of the arm is exact."""
 
 pixels = st.tuples(st.floats(0.0, ROOM.width_px), st.floats(0.0, ROOM.height_px))
 

@@ -1,4 +1,4 @@
-"""A participant begins when the target appears, aims at it, keeps the pace, learns from a touch, then lies still."""
+"""A participant starts when the target appears, aims at it, keeps the pace, learns from a touch, then lies still."""
 
 import numpy as np
 import pytest
@@ -45,7 +45,7 @@ def person(world) -> PointingPerson:
 
 
 def acted(person: PointingPerson, t: float, seconds: float, q: np.ndarray) -> float:
-    """Someone holds the arm at `q`; returns the time then."""
+    """Hold the arm at `q`, and return the time at the end."""
     for _ in range(round(seconds / DT)):
         person.act(t, q, STILL)
         t += DT
@@ -88,7 +88,7 @@ def test_a_reach_comes_to_the_target_from_before_the_glass(person: PointingPerso
 
 
 def reaching(person: PointingPerson) -> float:
-    """Until the finger is on its way; the time then."""
+    """Act until the finger is on its way, and return that time."""
     person.see(0.0, picture("rest", 2.0))
     t = acted(person, 0.0, 2.0, REST)
     person.see(t, picture("task"))
@@ -115,7 +115,7 @@ def test_a_touch_that_is_too_high_makes_the_arm_expected_lighter_and_the_aim_low
 
 @pytest.mark.parametrize(("held", "given_back"), [(-0.5, 1.0), (0.0, 0.0), (0.5, 0.0)])
 def test_only_what_is_held_against_is_held_no_more(person: PointingPerson, held: float, given_back: float):
-    """Against a weight that is gone: what is learned replaces what pushes the arm down, and else moves the arm."""
+    """Learned weight replaces a held torque against an absent weight; otherwise it moves the arm."""
     t = reaching(person)
     weight, before = person._weight(person._wants), person.gravity_expected
     person._muscles.hold = held * weight

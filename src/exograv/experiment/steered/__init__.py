@@ -1,1 +1,1 @@
-"""A session that a person steers from a page: what may be asked for, who decides, what is shown."""
+"""Session that a person steers from a page: requests, decisions and snapshots."""

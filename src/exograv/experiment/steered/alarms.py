@@ -1,4 +1,4 @@
-"""Alarms: each stays until somebody has seen it and what raised it is over."""
+"""Alarms of a session. An alarm stays until a person has acknowledged it and its cause is over."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,18 +9,18 @@ from .view_models import MachineAlarm
 Priority = Literal["high", "medium", "low"]
 
 KEPT = 50
-"""Alarms that are over and not seen; of more the oldest go."""
+"""Upper limit of stored alarms. The oldest are removed first."""
 
 
 @dataclass
 class AlarmBook:
-    """Of one desk."""
+    """Alarms of one desk."""
 
     _alarms: tuple[MachineAlarm, ...] = ()
     _raised: int = 0
 
     def look(self, causes: Mapping[str, Priority], now: float) -> None:
-        """Raise what is new among these causes, each a sentence, and end what is not there any more."""
+        """Raise an alarm for each new cause, and end alarms without a cause. Causes are sentences with a priority."""
         here = {alarm.text for alarm in self._alarms if not alarm.is_over}
         gone = [alarm if alarm.is_over or alarm.text in causes else _over(alarm) for alarm in self._alarms]
         for text, priority in causes.items():
@@ -29,12 +29,12 @@ class AlarmBook:
         self._alarms = tuple(a for a in gone if not (a.is_over and a.acknowledged_by))[-KEPT:]
 
     def tell(self, text: str, priority: Priority, now: float) -> None:
-        """Something has happened, and is over."""
+        """Add an alarm for an event that is already over."""
         alarm = MachineAlarm(number=self._next(), text=text, priority=priority, since_s=now, is_over=True)
         self._alarms = (*self._alarms, alarm)[-KEPT:]
 
     def acknowledge(self, number: int, by: str) -> bool:
-        """Whether there is one of this number."""
+        """Acknowledge an alarm. Return True if there is one with this number."""
         found = any(alarm.number == number for alarm in self._alarms)
         seen = (_seen(a, by) if a.number == number else a for a in self._alarms)
         self._alarms = tuple(a for a in seen if not (a.is_over and a.acknowledged_by))
@@ -42,7 +42,7 @@ class AlarmBook:
 
     @property
     def shown(self) -> tuple[MachineAlarm, ...]:
-        """The newest last."""
+        """Alarms, the newest last."""
         return self._alarms
 
     def _next(self) -> int:

@@ -1,4 +1,4 @@
-"""What a desk steers: a machine with its guard, in processes of their own or only rehearsed."""
+"""Interface of the flight that a desk steers: a machine with its guard, in processes or rehearsed."""
 
 from collections.abc import Mapping
 from typing import Any, Protocol, runtime_checkable
@@ -11,66 +11,66 @@ from .view_models import MachineSnapshot, PlotTrace, SkeletonLines
 
 
 class FlightMoment(MachineSnapshot):
-    """State of a flight: the machine, its mode, and what the operator has to know."""
+    """State of a flight: the machine, its mode, and messages for the operator."""
 
     mode: Mode | None
-    """Absent while no guard runs yet."""
+    """Mode of the guard; absent before a guard runs."""
     latch: SentenceText | None
     is_learned: bool
-    """True if the identification is over too: a person whose file is there is checked by a short motion."""
+    """True if no further identification is needed. A person with a file is only checked by a short motion."""
 
     failure: SentenceText = ""
-    """Why there is no guard any more, and what to do; empty while all is well."""
+    """Reason why no guard runs any more, with advice; empty without a failure."""
     warnings: tuple[SentenceText, ...] = ()
-    """Sentences for the operator, while their cause lasts."""
+    """Sentences for the operator. Each stays as long as its cause."""
     doing: SentenceText = ""
-    """Sentence for what goes on while no guard runs yet."""
+    """Sentence about the preparation before a guard runs."""
 
 
 @runtime_checkable
 class SteeredFlight(Protocol):
-    """Called by one desk, from any thread. What is refused is answered with a sentence, what is done with nothing."""
+    """Flight of one desk. Any thread may call it. A method returns the reason of a refusal, or an empty text."""
 
     def now(self) -> float:
-        """CLOCK_MONOTONIC [s], or what stands for it."""
+        """Time of CLOCK_MONOTONIC [s], or of its replacement."""
         ...
 
     def moment(self) -> FlightMoment:
-        """At once."""
+        """State of the flight. Returns immediately."""
         ...
 
     def trace(self, since: int) -> PlotTrace:
-        """At once."""
+        """Return the samples to plot from number `since` on, immediately."""
         ...
 
     def skeleton(self) -> SkeletonLines:
-        """At once."""
+        """Machine and arm as lines. Returns immediately."""
         ...
 
     def ask(self, event: Event) -> str:
-        """Let the guard decide whether this may happen; waits for its word."""
+        """Ask the guard for an event, and wait for its answer. Return the reason of a refusal."""
         ...
 
     def stop(self) -> None:
-        """Press Stop; waits for nothing."""
+        """Press Stop, without waiting."""
         ...
 
     def feel(self, gravity_level: float, ramp_s: float) -> str:
-        """Have another share of the arm's weight felt; waits for the guard's word."""
+        """Ask for another felt share of the arm's weight, and wait for the guard's answer."""
         ...
 
     def don(self, who: DonRequest) -> str:
-        """Begin with somebody else, or another arm; returns before that has begun."""
+        """Start again with another person or another arm. Returns before the start."""
         ...
 
     def lease(self, until_s: float, window_left_s: float | None) -> None:
-        """Tell the guard that somebody steers until then [s]; waits for nothing."""
+        """Tell the guard that a page steers until `until_s`, without waiting."""
         ...
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
-        """Have a message of this time of `now` [s] recorded."""
+        """Record a message with time `t` on the clock of `now` [s]."""
         ...
 
     def close(self) -> None:
-        """The arm comes down, all ends."""
+        """Let the arm down, and end all processes."""
         ...

@@ -1,4 +1,4 @@
-"""A flight of real processes: guard, control, recorder and worker, begun anew for everybody who is put in."""
+"""Flight of real processes: guard, control, recorder and worker, started again for every person."""
 
 import contextlib
 import itertools
@@ -36,24 +36,24 @@ from .view_models import PlotTrace, SkeletonLines
 
 LOOKS_EVERY_S = 0.02
 ANSWER_WITHIN_S = 0.4
-"""A guard that is there answers in some milliseconds; its line is looked at by a thread of an ordinary process."""
+"""Time-out for the guard's answer [s]. The guard answers in milliseconds; an ordinary thread reads its line."""
 
 WARNED_S, ENDED_S = 300.0, 15.0
-"""Before the end of a recording: told so, and the arm let down, which takes 3 s [s]."""
+"""Times before the end of a recording [s]: first a warning, then the descent of the arm, which takes 3 s."""
 
 CLOSED_WITHIN_S = 20.0
 NOT_RECORDED = ("/console/trail",)
-"""Topics that are too many for the recording's messages; the console keeps them itself."""
+"""Topics with too many messages for the recording. The console stores them itself."""
 
 
 class LiveFlight:
-    """A `Flight` on the twin, at the machine's own clock."""
+    """`SteeredFlight` on the twin, in real time."""
 
     def __init__(self, options: SteeredOptions, folder: Path):
-        """Begin, in a thread of its own: the machine is calibrated, then guard and control start.
+        """Start in a thread of its own: calibrate the machine, then start guard and control.
 
         Raises:
-            ConfigError: The rig or an option cannot be used.
+            ConfigError: The rig or an option is not valid.
         """
         self._options, self._folder = options, folder
         place = PreparedMachine(options, options.side)
@@ -71,11 +71,11 @@ class LiveFlight:
             thread.start()
 
     def now(self) -> float:
-        """CLOCK_MONOTONIC [s]."""
+        """Time of CLOCK_MONOTONIC [s]."""
         return time.monotonic()
 
     def moment(self) -> FlightMoment:
-        """By what the guard has recorded last."""
+        """State of the flight, from the newest recorded tick of the guard."""
         state = self._state
         description = state.place.description
         watching = None if self._is_ending or state.running is None else state.watching
@@ -107,7 +107,7 @@ class LiveFlight:
         )
 
     def trace(self, since: int) -> PlotTrace:
-        """By the recorded ticks."""
+        """Return the samples to plot, from the recorded ticks."""
         watching = self._state.watching
         if watching is None:
             return PlotTrace(
@@ -116,7 +116,7 @@ class LiveFlight:
         return watching.trace(since)
 
     def skeleton(self) -> SkeletonLines:
-        """By control's model, at the posture that was measured last."""
+        """Lines of the controller's model at the last measured posture."""
         state, controller = self._state, self._controller
         row = None if state.watching is None else state.watching.newest
         if controller is None or row is None or not np.isfinite(row["q_measured"]).all():
@@ -128,19 +128,19 @@ class LiveFlight:
         return SkeletonLines(exo=(points(exo),), arm=(points(arm),))
 
     def ask(self, event: Event) -> str:
-        """By the guard's word."""
+        """Send a request to the guard, and return its answer."""
         number = next(self._numbers)
         return self._said(GuardRequest(number, event), number)
 
     def stop(self) -> None:
-        """Heard in the guard's next tick."""
+        """Let the arm down. The guard reads the command in its next tick."""
         running = self._state.running
         if running is not None:
             with contextlib.suppress(OSError):
                 running.line.send(DescentCommand(next(self._numbers)))
 
     def feel(self, gravity_level: float, ramp_s: float) -> str:
-        """By the guard's word; recorded before it, as a replay needs it."""
+        """Ask the guard for a gravity level. The request is recorded before it is sent, because a replay needs it."""
         state, number = self._state, next(self._numbers)
         row = None if state.watching is None else state.watching.newest
         if state.running is not None and row is not None:
@@ -152,10 +152,10 @@ class LiveFlight:
         return why
 
     def don(self, who: DonRequest) -> str:
-        """All processes end, and others begin; another side is another machine, and calibrated first."""
+        """End all processes and start others. Another side is another machine, which is calibrated first."""
         side = who.side or self._next.side
         try:
-            # Made here, so that pages are told at once whose arm comes next.
+            # The machine is made in this thread, so that the pages show the side of the next arm immediately.
             place = self._places.get(side) or self._places.setdefault(side, PreparedMachine(self._options, side))
         except ExogravError as error:
             return str(error)
@@ -165,7 +165,7 @@ class LiveFlight:
         return ""
 
     def lease(self, until_s: float, window_left_s: float | None) -> None:
-        """To the guard, on the clock that both have."""
+        """Send the lease to the guard, on the common clock."""
         running = self._state.running
         if running is None or self._is_ending:
             return
@@ -174,13 +174,13 @@ class LiveFlight:
             running.line.send(LeaseCommand(round(1e9 * until_s), window, self._options.on_loss))
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
-        """To the recording, on the rig's clock."""
+        """Write a message to the recording, on the rig's clock."""
         state = self._state
         row = None if state.watching is None else state.watching.newest
         if state.running is None or row is None or topic in NOT_RECORDED:
             return
         rig_t = t + float(row["now"]) - float(row["monotonic"])
-        if topic == "/task":  # a channel of its own, which the study reads
+        if topic == "/task":  # The study reads this channel.
             state.running.recorder.write(topic, rig_t, {"kind": message["kind"], "record": dict(message)})
         elif topic == "/aircraft":
             state.running.recorder.write(topic, rig_t, message)
@@ -188,7 +188,7 @@ class LiveFlight:
             state.running.recorder.write("/page", rig_t, {"topic": topic, "message": dict(message)})
 
     def close(self) -> None:
-        """The arm comes down, all ends."""
+        """Let the arm down, and end all threads."""
         self._is_closing = True
         self._end()
         self._is_asked.set()
@@ -203,7 +203,7 @@ class LiveFlight:
                 running.stop()
 
     def _said(self, word: object, number: int) -> str:
-        """What the guard answers to a word of this number."""
+        """Send a message to the guard, and return the answer with this number."""
         running = self._state.running
         if running is None or self._is_ending:
             return say("guard.absent")
@@ -223,7 +223,7 @@ class LiveFlight:
                 self._answered.notify_all()
 
     def _live(self) -> None:
-        """The thread that calibrates, and then is the parent of one set of processes after the other."""
+        """Calibrate the machine, then run one set of processes after another as their parent."""
         while True:
             self._is_asked.wait()
             self._is_asked.clear()
@@ -244,12 +244,12 @@ class LiveFlight:
             state.running = None
 
     def _donned(self, place: PreparedMachine, participant: str | None, identify_s: float) -> RequestedParticipant:
-        """Somebody whose file is there needs a check only; of anybody else all is learned."""
+        """Request for a person. With a file the arm is only checked, otherwise it is identified."""
         known = participant if participant in place.participants else None
         return RequestedParticipant(known, participant, FROM_FILE_S if known else identify_s, place.side)
 
     def _free_path(self) -> Path:
-        """Of the next recording: what is there is somebody's data."""
+        """Path of the next recording. Existing recordings are never overwritten."""
         paths = (self._folder / f"steered-{number}.mcap" for number in itertools.count(1))
         return next(path for path in paths if not path.exists())
 
@@ -280,7 +280,7 @@ class LiveFlight:
             fly(parts_of(plan, is_tested=False), options.session_s, recorder, progress, started, hears=self._hear)
 
     def _look_after(self, state: ProcessState, running: Running) -> None:
-        """Some times a second, in the thread that is the processes' parent."""
+        """Check recorder and worker, several times per second, in the parent's thread."""
         state.recording = running.recorder.check()
         if state.plan is not None:
             state.keeping.look(running.worker, running.line.send, partial(state.place.keep, state.plan.prepared))

@@ -1,4 +1,4 @@
-"""What the memory of a flight's processes says from moment to moment: read beside them, as its recorder reads it."""
+"""View of the shared memory of a flight's processes, read beside the recorder."""
 
 import threading
 from collections import deque
@@ -13,33 +13,33 @@ from exograv.safety.stops import StopReason
 from .view_models import Lateness, PlotTrace, SafeStateName
 
 PLOT_EVERY = 20
-"""Ticks between two samples to plot: 50 Hz of a loop of 1 kHz."""
+"""Number of ticks between two samples to plot: 50 Hz of a loop of 1 kHz."""
 
 PLOTTED = 500
-"""Samples that are kept: ten seconds."""
+"""Number of stored samples: ten seconds."""
 
 JUDGED_TICKS = 1000
-"""Of which lateness is told."""
+"""Number of ticks over which lateness is evaluated."""
 
 
 class FlightMemoryView:
-    """One flight's rings, with cursors of their own: nothing is taken from the recorder."""
+    """Ring buffers of one flight, read with own cursors, so that the recorder still gets every tick."""
 
     def __init__(self, inlet: Inlet):
-        """From now on."""
+        """Attach to the ring buffers, from their present position on."""
         self._ticks, self._events, self._lock = inlet.ticks(), inlet.events(), threading.Lock()
         self._late: deque[float] = deque(maxlen=JUDGED_TICKS)
         self._plotted: deque[np.void] = deque(maxlen=PLOTTED)
         self._number = self._seen = 0
         self._is_closed = False
         self.newest: np.void | None = None
-        """Row of `tick_dtype`."""
+        """Newest tick, a row of `tick_dtype`."""
         self.mode = Mode.OFF
         self.cause = "The machine has been stopped."
-        """Why it was stopped last."""
+        """Reason of the last stop."""
 
     def look(self) -> None:
-        """Take what is new; some ten times a second."""
+        """Read new ticks and events. Call it some ten times per second."""
         with self._lock:
             if self._is_closed:
                 return
@@ -61,20 +61,20 @@ class FlightMemoryView:
 
     @property
     def latch(self) -> str | None:
-        """Why it is stopped; None where it is not."""
+        """Reason of the present stop; None without a stop."""
         row = self.newest
         is_stopped = row is not None and int(row["safe_state"]) - 1 >= SafeState.DESCENT
         return self.cause if is_stopped else None
 
     @property
     def safe_state(self) -> SafeStateName:
-        """In force."""
+        """Safe state in force."""
         row = self.newest
         state = SafeState.NONE if row is None else SafeState(int(row["safe_state"]) - 1)
         return state.name.lower()  # pyright: ignore[reportReturnType] - all of its names are there
 
     def lateness(self) -> Lateness | None:
-        """Of the last second."""
+        """Lateness over the last second."""
         with self._lock:
             late = np.array(self._late)
         if not len(late):
@@ -83,7 +83,7 @@ class FlightMemoryView:
         return Lateness(p50_us=p50, p99_us=p99, max_us=most)
 
     def trace(self, since: int) -> PlotTrace:
-        """Samples from number `since` on, of those that are kept."""
+        """Return the stored samples from number `since` on."""
         with self._lock:
             oldest = self._number - len(self._plotted)
             first = min(max(since, oldest), self._number)
@@ -101,7 +101,7 @@ class FlightMemoryView:
         return PlotTrace(first=first, next=number, t=tuple(float(row["monotonic"]) for row in rows), **named)
 
     def close(self) -> None:
-        """Let go of the memory; what was seen last is told on."""
+        """Detach from the memory. The last values stay available."""
         with self._lock:
             self._is_closed = True
             self._ticks.close()

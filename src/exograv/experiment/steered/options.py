@@ -16,23 +16,26 @@ class SteeredOptions(TwinOptions):
     donning: Donning = 0
 
     calibration: Path | None = None
-    """calibration.toml of this machine; it is calibrated at the beginning where none is named, which takes a minute."""
+    """File calibration.toml of this machine.
+
+    Without it the machine is calibrated at the start, which takes a minute.
+    """
 
     participants: Path | None = None
-    """Folder of people's files: who is in it is only checked, 20 s instead of 60; who is learned is written there."""
+    """Folder of participant files. A known arm is only checked, in 20 s instead of 60. New arms are written there."""
 
     participant: Annotated[str | None, PersonCode()] = None
-    """Code of whoever is in the machine at the beginning, such as P-07, never a name."""
+    """Code of the person in the machine at the start, such as P-07, never a name."""
 
     identify_s: Annotated[float, tyro.conf.arg(name="identify", metavar="S")] = 60.0
-    """Of motion, for somebody who is not known."""
+    """Duration of the motion that identifies an unknown person."""
 
     session_s: Annotated[tyro.conf.Fixed[float], Within(60.0, 7200.0)] = 3600.0
     """Longest recording [s]."""
 
     on_loss: Loss = "finish"
-    """What becomes of an open window when nobody steers any more."""
+    """Action on an open window when the operator's page is lost."""
 
     def written(self) -> dict[str, Any]:
-        """For the recording."""
+        """Options for the recording."""
         return {name: str(value) if isinstance(value, Path) else value for name, value in asdict(self).items()}

@@ -1,4 +1,4 @@
-"""What becomes of the person who is put in: a file that is somebody else's stops, and who was learned is kept."""
+"""Result of an identification in a steered session: a wrong file stops the machine, a new estimate is stored."""
 
 import contextlib
 from collections.abc import Callable
@@ -14,35 +14,38 @@ from .participants import RequestedParticipant
 from .sentences import say
 
 PRESSED = -1
-"""Number of a word that nobody waits for."""
+"""Number of a message without a reply."""
 
 Keep = Callable[[str | None, LearnedArm, np.ndarray], str | None]
-"""Writes the file under a code, or a random one; takes what was found, and what is predicted to be left over [N·m]."""
+"""Writes the file under the given code, or under a random one. Takes the estimate and the predicted residual torque
+
+    [N·m], and returns the code.
+"""
 
 
 @runtime_checkable
 class Learning(Protocol):
-    """As `WorkerKeeper`."""
+    """Part of `WorkerKeeper` that is needed here."""
 
     judged: EstimateReport | None
     learned: LearnedArm | None
 
 
 class EstimateKeeper:
-    """Of one set of processes."""
+    """Storage of the estimate of one set of processes."""
 
     def __init__(self, who: RequestedParticipant):
-        """Nobody has been moved yet."""
+        """Start without an estimate."""
         self._who, self._is_done = who, False
         self.code = who.participant
-        """Of the file in force, or of the one that was written; absent where there is none."""
+        """Code of the file in force, or of the file that was written; absent if there is none."""
         self.is_contradicted = False
-        """Whether the motion speaks against the file."""
+        """True if the motion contradicts the file."""
         self.wrong: tuple[str, ...] = ()
-        """What somebody should know."""
+        """Sentences for the operator."""
 
     def look(self, worker: Learning | None, send: Callable[[object], object], keep: Keep) -> None:
-        """Some times a second; `send` goes to the guard."""
+        """Check the worker, several times per second. `send` passes a message to the guard."""
         if worker is None or worker.judged is None or self._is_done:
             return
         if worker.judged.is_contradicted:

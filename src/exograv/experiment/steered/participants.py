@@ -1,4 +1,4 @@
-"""Who may be put into a steered machine: somebody whose file is there, or anybody; and who was learned is kept."""
+"""Persons in a steered machine: known ones from a file, or unknown ones; identified arms are stored."""
 
 import contextlib
 from collections.abc import Callable
@@ -35,36 +35,36 @@ from exograv.storage.participant_schema import Identified, StoredParticipant, St
 
 @dataclass(frozen=True)
 class RequestedParticipant:
-    """Who is put in, as it was asked for."""
+    """Request for a person in the machine."""
 
     participant: str | None
     """Code of a file; absent for an arm that is to be identified."""
     code: str | None
-    """Under which the arm is kept; a random one where absent."""
+    """Code under which the arm is stored; a random one if absent."""
     identify_s: float
-    """Of motion [s]."""
+    """Duration of the motion [s]."""
     side: Side
 
 
 @dataclass(frozen=True)
 class ParticipantFiles:
-    """Files of a folder that fit one machine and the person who is told to be in it."""
+    """Files of a folder that fit one machine and its wearer."""
 
     assembly: Assembly
-    """The machine with the table's arm of whoever is told to be in it."""
+    """Machine with the table's arm of the wearer."""
     form: WearerForm
-    """Body data and lengths of that person."""
+    """Body data and lengths of the wearer."""
     connect: Callable[[int, float], Rig]
     """Makes the machine in the process that owns it, from a seed and the time of its clock [s]."""
     period_s: float
     machine: str
-    """Its serial number, or what stands for it."""
+    """Serial number of the machine, or its replacement."""
     folder: Path | None
 
     def files(self) -> dict[str, StoredParticipant]:
-        """Whoever was in this machine before, by code.
+        """Read the stored participants of this machine, by code.
 
-        Files of other machines and people are left out, and damaged ones.
+        Damaged files and files of other machines or persons are omitted.
         """
         assembly, now, found = self.assembly, datetime.now(UTC), dict[str, StoredParticipant]()
         for path in sorted(self.folder.glob("*.toml")) if self.folder is not None else ():
@@ -78,7 +78,7 @@ class ParticipantFiles:
     def plan(
         self, who: RequestedParticipant, prepared: ControllerKnowledge, seed: int, stack: contextlib.ExitStack
     ) -> LivePlan:
-        """What guard, control and worker are built from; seconds pass. A worker's memory is there as long as `stack`.
+        """Plan of guard, control and worker; takes seconds. The worker's memory exists as long as `stack`.
 
         Raises:
             ConfigError: There is no such file any more.
@@ -89,11 +89,13 @@ class ParticipantFiles:
         else:
             whole = self.files().get(who.participant)
             if whole is None:
-                raise ConfigError(f"There is no file of {who.participant} in {self.folder} any more.")
+                raise ConfigError(
+                    f"There is no file of {who.participant} in {self.folder} any more. Choose another participant."
+                )
             belief, _ = belief_today(whole, assembly, machine, datetime.now(UTC))
             prepared = replace(prepared, x=belief[0])
             person = person_believed(assembly, machine, belief)
-        # Broken off and begun anew, all of it is kept for the worker.
+        # The motion may be broken off and started again, and the worker needs memory for all samples.
         lesson = lesson_plan(
             prepared, who.identify_s, self.period_s, stack, passes_s=2.0 * who.identify_s, belief=belief
         )
@@ -104,16 +106,16 @@ class ParticipantFiles:
     def keep(
         self, prepared: ControllerKnowledge, code: str | None, learned: LearnedArm, predicted: np.ndarray
     ) -> str | None:
-        """Write the file of somebody who has been learned; the code, or none where there is nothing to keep.
+        """Write the file of an identified person. Return the code; None if there is no estimate to store.
 
         Args:
-            prepared: The machine with the arm in it.
-            code: Of the person; a random one where absent.
-            learned: What was found.
-            predicted: To be left over, per joint [N·m].
+            prepared: Machine with the arm in it.
+            code: Code of the person; a random one if absent.
+            learned: Estimate of the arm.
+            predicted: Predicted residual torque per joint [N·m].
 
         Raises:
-            ConfigError: The place cannot be written.
+            ConfigError: The file cannot be written.
         """
         estimate, assembly = learned.estimate, prepared.assembly
         if self.folder is None or estimate.covariance is None or learned.outcome in NOT_KEPT:
@@ -130,7 +132,7 @@ class ParticipantFiles:
             calibration_sha256="",
             outcome=learned.outcome.value,
             predicted_left_over_Nm=rounded(predicted),
-            # A worker has no second that it has not seen to hold against what it says.
+            # The worker has seen every sample, so no data are held out for a test of its estimate.
             held_out_error_Nm=[],
             held_out_s=0.0,
         )

@@ -1,4 +1,4 @@
-"""The machine made for one side, with its person and their files; calibrated when somebody is first put in."""
+"""Machine for one side with its person and files. It is calibrated when a person is first in it."""
 
 from functools import cached_property, partial
 
@@ -18,13 +18,13 @@ from .participants import ParticipantFiles
 
 
 class PreparedMachine:
-    """One side's; of a machine for both arms there is one."""
+    """Machine of one side, or of both arms."""
 
     def __init__(self, options: SteeredOptions, side: Side | None):
-        """Drawn, and not calibrated yet; the machine's first side where none is named.
+        """Draw the machine without calibrating it. Without `side` the machine has its first side.
 
         Raises:
-            ConfigError: The rig or an option cannot be used.
+            ConfigError: The rig or an option is not valid.
         """
         self._options = options
         self.laboratory = draw_laboratory(options.rig, side, options.level, options.seed, donning=options.donning)
@@ -34,18 +34,18 @@ class PreparedMachine:
         assembly, form = self.laboratory.assembly(), self.laboratory.form
         self.people = ParticipantFiles(assembly, form, connect, PERIOD, serial, options.participants)
         self.participants = tuple(self.people.files())
-        """Codes of those who may be put in."""
+        """Codes of the persons with a file."""
         self.torque_max_Nm = tuple(limits(self.description).torque_max_Nm.tolist())
-        """Of the drives [N·m]."""
+        """Torque limits of the drives [N·m]."""
 
     @property
     def side(self) -> Side:
-        """Whose arm is in it."""
+        """Side of the arm in the machine."""
         return self.description.side
 
     @cached_property
     def prepared(self) -> ControllerKnowledge:
-        """The machine as calibrated, once; a minute passes where there is no file of it.
+        """Controller's knowledge of the machine, calibrated once. Without a calibration file this takes a minute.
 
         Raises:
             ExogravError: The file is of another machine or side, or the calibration was refused.
@@ -56,7 +56,7 @@ class PreparedMachine:
     def keep(
         self, prepared: ControllerKnowledge, code: str | None, learned: LearnedArm, predicted: np.ndarray
     ) -> str | None:
-        """As `ParticipantFiles.keep`."""
+        """Write the file of an identified person, as `ParticipantFiles.keep`."""
         kept = self.people.keep(prepared, code, learned, predicted)
         self.participants = tuple(self.people.files())
         return kept

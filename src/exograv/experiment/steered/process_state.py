@@ -1,4 +1,4 @@
-"""How one set of processes is: what their parent's thread says of them, made into what pages show."""
+"""State of one set of processes, as their parent's thread reports it, in the form of the pages."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
     from .prepared_machine import PreparedMachine
 
 INTERVAL = 1.96
-"""Standard deviations of half a 95 % interval."""
+"""Number of standard deviations in half of a 95 % interval."""
 
 SHOWN_UNITS = ("kg", "kg·m")
-"""Of the parameters that are shown: what carries weight."""
+"""Units of the parameters on the page: those that determine weight."""
 
 
 @dataclass
 class ProcessState:
-    """One set of processes, as their parent's thread has said last."""
+    """State of one set of processes, as last reported by their parent's thread."""
 
     who: RequestedParticipant
     place: "PreparedMachine"
@@ -49,19 +49,19 @@ class ProcessState:
 
     @property
     def is_known(self) -> bool:
-        """Whether the arm may be taken without an identification."""
+        """True if the arm may be taken without an identification."""
         if self.keeping.is_contradicted:
             return False
         return self.who.participant is not None or self.is_learned
 
     @property
     def is_learned(self) -> bool:
-        """Whether nothing more is to be learned."""
+        """True if no further identification is needed."""
         worker = None if self.running is None else self.running.worker
         return worker is not None and worker.learned is not None
 
     def recorded(self) -> RecordingStatus | None:
-        """How the recording is."""
+        """Status of the recording."""
         report = self.recording
         if report is None or self.path is None:
             return None
@@ -71,7 +71,7 @@ class ProcessState:
         )  # fmt: skip
 
     def learning(self) -> Learning | None:
-        """How far an identification is."""
+        """Progress of an identification."""
         worker = None if self.running is None else self.running.worker
         if worker is None or worker.judged is None or self.plan is None:
             return None
@@ -92,11 +92,11 @@ PER_JOINT = {
     "tau_desired_Nm": "tau_desired",
     "tau_commanded_Nm": "tau_commanded",
 }
-"""Fields of a tick, by what pages call them."""
+"""Fields of a tick, by their names on the pages."""
 
 
 def told(row: np.void | None, joints: int) -> dict[str, Any]:
-    """What a moment has of the newest tick; what is unknown is 0."""
+    """Values of the newest tick by field of a snapshot. Unknown values are 0."""
     if row is None:
         return dict.fromkeys(PER_JOINT, (0.0,) * joints) | {"gravity_level": 0.0, "arm_share": 0.0}
     shown = {name: tuple(np.nan_to_num(row[field]).tolist()) for name, field in PER_JOINT.items()}
@@ -116,5 +116,5 @@ def _parameters(judged: EstimateReport, plan: LivePlan) -> tuple[LearnedParamete
 
 
 def points(rows: list[list[float]]) -> tuple[Point, ...]:
-    """As a skeleton has them."""
+    """Points of a skeleton."""
     return tuple((x, y, z) for x, y, z in rows)

@@ -1,4 +1,4 @@
-"""A flight without a machine: the mode table, the guard's own checks, joints that sway; for pages and their tests."""
+"""Flight without a machine: mode table, checks of the guard and moving joints, for pages and their tests."""
 
 import math
 import threading
@@ -24,15 +24,15 @@ PLOT_HZ, PLOTTED_S = 50, 10.0
 STEP_S = 0.05
 DESCENT_S = 3.0
 WRITTEN_MAX = 10_000
-"""A rehearsal may run for a day, and nobody reads what it would have recorded."""
+"""Upper limit of stored messages. A rehearsal may run for a day, and has no recording."""
 
 UPPER_ARM_M, FOREARM_M = 0.3, 0.26
 PARAMETERS = (("upper_arm.mass", "kg", 2.0, 0.4), ("forearm.mass", "kg", 1.6, 0.3))
-"""Name, unit, mean and half width of what a rehearsal pretends to learn."""
+"""Name, unit, mean and half width of the parameters that a rehearsal pretends to identify."""
 
 
 class RehearsedFlight:
-    """A `Flight`; nothing moves, and nobody is hurt by a mistake of a page."""
+    """`SteeredFlight` without a machine. A mistake on a page moves no hardware."""
 
     def __init__(
         self,
@@ -40,7 +40,7 @@ class RehearsedFlight:
         participants: tuple[str, ...] = ("P-07",),
         side: Side = "right",
     ):
-        """Off, with nobody known in it."""
+        """Start in mode off, with an unknown person."""
         self._clock, self._lock, self._t = clock, threading.RLock(), clock()
         self._begun_at, self._participants = self._t, participants
         self._modes, self._steering = ModeMachine(), CommandDecisions()
@@ -51,14 +51,14 @@ class RehearsedFlight:
         self._latched_at = 0.0
         self._level = self._level_asked = 0.0
         self.written = deque[tuple[str, float, dict[str, Any]]](maxlen=WRITTEN_MAX)
-        """What would have been recorded, the newest."""
+        """Newest messages that a flight would have recorded."""
 
     def now(self) -> float:
-        """By its own clock [s]."""
+        """Time of its own clock [s]."""
         return self._clock()
 
     def moment(self) -> FlightMoment:
-        """As if it were a machine."""
+        """State of the rehearsed flight."""
         with self._lock:
             self._advance()
             share, n, t = self._modes.arm_share, len(JOINTS), self._t
@@ -89,7 +89,7 @@ class RehearsedFlight:
             )
 
     def trace(self, since: int) -> PlotTrace:
-        """Of the last ten seconds."""
+        """Return the samples of the last ten seconds."""
         with self._lock:
             self._advance()
             newest = int((self._t - self._begun_at) * PLOT_HZ)
@@ -100,7 +100,7 @@ class RehearsedFlight:
                          tau_commanded_Nm=tau, tau_measured_Nm=tau)  # fmt: skip
 
     def skeleton(self) -> SkeletonLines:
-        """An arm that sways in a plane."""
+        """Lines of an arm that swings in a plane."""
         flexion, elbow = self._q(self.now())[2:]
         points: list[Point] = [(0.0, -0.2, 1.2)]
         for length, angle in ((UPPER_ARM_M, flexion), (FOREARM_M, flexion + elbow)):
@@ -112,7 +112,7 @@ class RehearsedFlight:
         )
 
     def ask(self, event: Event) -> str:
-        """Decided as by the guard."""
+        """Decide on an event as the guard does."""
         with self._lock:
             self._advance()
             if event is Event.RESET and self._latch is not None:
@@ -125,7 +125,7 @@ class RehearsedFlight:
             return why
 
     def stop(self) -> None:
-        """As a guard does."""
+        """Stop as the guard does."""
         with self._lock:
             self._advance()
             if self._latch is None:
@@ -134,34 +134,34 @@ class RehearsedFlight:
             self._modes.take(Event.FAULT)
 
     def feel(self, gravity_level: float, ramp_s: float) -> str:
-        """By the guard's ramp."""
+        """Set the level, which follows by the guard's ramp."""
         with self._lock:
             self._level_asked = gravity_level
             return ""
 
     def don(self, who: DonRequest) -> str:
-        """At once."""
+        """Change the person immediately."""
         with self._lock:
             self._participant, self._is_known = who.participant, who.participant is not None
             self._identify_s, self._moved_s, self._side = who.identify_s, 0.0, who.side or self._side
             return ""
 
     def lease(self, until_s: float, window_left_s: float | None) -> None:
-        """As the guard does."""
+        """Take the lease as the guard does."""
         with self._lock:
             self._advance()
             window = None if window_left_s is None else round(1e9 * (self._t + window_left_s))
             self._steering.lease(LeaseCommand(round(1e9 * until_s), window), round(1e9 * self._t))
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
-        """Keep it."""
+        """Store a message."""
         self.written.append((topic, t, dict(message)))
 
     def close(self) -> None:
-        """Nothing to do."""
+        """Do nothing; there are no processes."""
 
     def _advance(self, at_least_s: float = 0.0) -> None:
-        """Let time pass."""
+        """Advance the simulation to the present time."""
         until = max(self._clock(), self._t + at_least_s)
         while self._t + STEP_S <= until:
             self._t += STEP_S

@@ -1,4 +1,4 @@
-"""Whether an act may be done: once each, soon after it was asked for, for what was seen, and in the right order."""
+"""Rules for acts: each act once, soon after its request, for the shown state, and in the right order."""
 
 from collections import OrderedDict
 from collections.abc import Mapping
@@ -13,12 +13,12 @@ from .sentences import say
 from .view_models import ActKind
 
 REMEMBERED = 4096
-"""Answers that are kept for an act that comes again: ten seconds of the most that pages may send."""
+"""Number of stored answers for repeated acts: ten seconds at the highest rate of the pages."""
 
 KINDS: tuple[ActKind, ...] = get_args(ActKind)
 
 ALWAYS: frozenset[ActKind] = frozenset({"stop", "note", "acknowledge"})
-"""They move nothing, or let the arm down: anybody may, whether somebody steers or not."""
+"""Kinds of acts that move no joint, or let the arm down. They are possible without a lease."""
 
 EVENTS: Mapping[ActKind, Event] = MappingProxyType(
     {
@@ -30,15 +30,15 @@ EVENTS: Mapping[ActKind, Event] = MappingProxyType(
         "switch_off": Event.SWITCH_OFF,
     }
 )
-"""What each lets happen; the guard decides about it once more."""
+"""Event that each kind of act requests. The guard decides about it again."""
 
 LEVEL_IN = frozenset({Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY, Mode.RAMP_IN, Mode.FLOATING})
-"""Where another gravity level may be asked for: not on a path, nor while the arm is given back."""
+"""Modes in which another gravity level may be requested: not on a path, and not while the arm is given back."""
 
 
 @dataclass(frozen=True)
 class RequestContext:
-    """How things are, as far as an act depends on it."""
+    """State of the session, as far as an act depends on it."""
 
     version: int
     mode: Mode | None
@@ -46,16 +46,16 @@ class RequestContext:
     is_known: bool
     is_learned: bool
     is_ready: bool
-    """Step one was done not too long ago."""
+    """True if step one was done not too long ago."""
     is_leased: bool
     participants: tuple[str, ...]
     sides: tuple[str, ...] = ()
     failure: str = ""
-    """Why no guard runs any more; then somebody can only be put in anew."""
+    """Reason why no guard runs any more. Then the only possible act is a new person."""
 
 
 def why_not(kind: ActKind, s: RequestContext) -> str:
-    """Why an act of this kind would be refused now; empty where it would not."""
+    """Reason why an act of this kind is refused now; empty if it is allowed."""
     if kind in ALWAYS:
         return ""
     if s.mode is None:
@@ -82,10 +82,10 @@ def _out_of_place(kind: ActKind, s: RequestContext, mode: Mode) -> str:
 
 
 def _out_of_turn(kind: ActKind, s: RequestContext) -> str:
-    """Two steps before an arm is taken, and the right second one."""
+    """Check the order: two steps before an arm is taken, and the second step that fits the arm."""
     if kind in ("take_arm", "identify") and not s.is_ready:
         return say("desk.no_step_one")
-    # An arm is learned, or checked, while all of its weight is carried.
+    # An arm is identified or checked while its whole weight is carried.
     if kind == "set_level" and s.is_known and not s.is_learned:
         return say("desk.unchecked")
     if kind in ("take_arm", "set_level") and not s.is_known:
@@ -96,13 +96,13 @@ def _out_of_turn(kind: ActKind, s: RequestContext) -> str:
 
 
 class RequestValidator:
-    """Of one desk."""
+    """Checks of one desk, with its memory of answers."""
 
     def __init__(self):
         self._answers: OrderedDict[str, tuple[Act, Answer]] = OrderedDict()
 
     def known(self, act: Act) -> Answer | None:
-        """What an act with this identifier was answered before."""
+        """Earlier answer to an act with this identifier."""
         before = self._answers.get(act.id)
         if before is None:
             return None
@@ -110,7 +110,7 @@ class RequestValidator:
         return before[1] if same else Answer(id=act.id, taken=False, why=say("desk.same_id"))
 
     def refusal(self, act: Act, now: float, s: RequestContext) -> str:
-        """Why this one is not done; empty where it may be."""
+        """Reason why this act is refused; empty if it is allowed."""
         if act.kind != "stop" and not now - LATE_S <= act.made_at_s <= now + LATE_S:
             return say("desk.late", seconds=f"{now - act.made_at_s:.1f}", allowed=f"{LATE_S:g}")
         seen = getattr(act, "seen_version", None)
@@ -125,7 +125,7 @@ class RequestValidator:
         return ""
 
     def remember(self, act: Act, answer: Answer) -> Answer:
-        """The answer itself."""
+        """Store an answer, and return it."""
         self._answers[act.id] = act, answer
         if len(self._answers) > REMEMBERED:
             self._answers.popitem(last=False)

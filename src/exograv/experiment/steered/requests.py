@@ -1,7 +1,8 @@
-"""Between pages and a steered session: what may be asked for, what is answered, and the desk that takes it.
+"""Requests of the pages to a steered session, the answers, and the interface of the desk that takes them.
 
-No process, no engine and no control in here: a server, a test and a rehearsal need nothing else. What is shown stands
-in `shown.py`.
+The module needs no process, engine or control, so that a server, a test and a rehearsal can use it.
+    `view_models.py` has
+the data that the pages show.
 """
 
 from collections.abc import Mapping
@@ -16,23 +17,25 @@ from exograv.sentence import SentenceText
 from .view_models import PlotTrace, SessionSnapshot, SkeletonLines
 
 LATE_S = 0.5
-"""An act that is older when it arrives is refused (docs/explanation/safety.md, F33); Stop never is."""
+"""Largest age of an act on arrival [s] (docs/explanation/safety.md, F33). Stop is never refused."""
 
 READY_S = 30.0
-"""So long after the machine was made ready may the arm be taken."""
+"""Time after the machine was made ready in which the arm may be taken [s]."""
 
 LEASE_S = 1.2
-"""Without a word from the operator's console for so long, nobody steers any more (F31)."""
+"""Time without a message from the operator's console after which nobody steers any more [s] (F31)."""
 
 HEARTBEAT_S = 0.2
-"""How often `Desk.keep` is to be called while the operator's console is alive."""
+"""Period with which `Desk.keep` must be called while the operator's console is alive [s]."""
 
 WINDOW_S = 22.0
-"""A window that has begun may be finished without an operator; no later than so long after the lease was lost."""
+"""Longest time after the loss of the lease in which an open window may be finished without an operator [s]."""
 
 Who = Literal["operator", "therapist", "participant", "viewer"]
-"""Whose page an act came from: the server knows, the page does not say. Which role may ask for what is the server's
-table; here it is recorded."""
+"""Role of the page that sent an act. The server knows the role, not the page. The server's table states which role may
+
+    request what; here the role is only recorded.
+"""
 
 Identifier = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{8,64}$")]
 Level = Annotated[float, Field(ge=0.0, le=1.0)]
@@ -40,162 +43,162 @@ Line = Annotated[str, Field(min_length=1, max_length=500)]
 
 
 class _Asked(Settings):
-    """What all acts have."""
+    """Fields of all acts."""
 
     id: Identifier
-    """Made by the page. The same once more is answered as before, and nothing is done twice."""
+    """Identifier made by the page. A repeated act gets the same answer and is not done again."""
 
     made_at_s: float
-    """On `Desk.now`'s clock, to which the server has fitted the page's [s]."""
+    """Time of the request on the clock of `Desk.now` [s]. The server has converted it from the page's clock."""
 
 
 class _Seen(_Asked):
-    """An act that may set something in motion: refused unless it was asked for what is there."""
+    """Act that may cause motion. It is refused if the state has changed since the page showed it."""
 
     seen_version: int
-    """`SessionSnapshot.version` when the button was pressed."""
+    """Value of `SessionSnapshot.version` when the button was pressed."""
 
 
 class DonRequest(_Seen):
-    """Somebody else is put into the machine, or another arm, while it is off: begin with a file, or nobody known."""
+    """Change of the person or the arm, while the machine is off. The new person has a file, or is unknown."""
 
     kind: Literal["don"] = "don"
     participant: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{3,16}$")] | None = None
     """Code of a file, one of `SessionSnapshot.participants`; absent for an arm that is to be identified."""
     side: Side | None = None
-    """Whose arm: one of `SessionSnapshot.sides`; as before where absent. Files are of one side."""
+    """Side of the arm, one of `SessionSnapshot.sides`; unchanged if absent. Files are of one side."""
     identify_s: Annotated[float, Field(ge=10.0, le=600.0)] = 60.0
-    """Of motion, when it is identified [s]."""
+    """Duration of the motion of an identification [s]."""
 
 
 class MakeReady(_Seen):
-    """Step one of two: the self-test, then the machine carries itself. No weight of the arm is carried."""
+    """Step one of two: self-test, then the machine carries itself, but no weight of the arm."""
 
     kind: Literal["make_ready"] = "make_ready"
 
 
 class TakeArm(_Seen):
-    """Step two: the machine takes over the weight of an arm that is known, by a ramp. Only soon after step one."""
+    """Step two for a known arm: the machine takes over its weight by a ramp. Only allowed soon after step one."""
 
     kind: Literal["take_arm"] = "take_arm"
 
 
 class Identify(_Seen):
-    """Step two where the arm is not known: it is taken and moved, learned, and let float."""
+    """Step two for an unknown arm: the machine takes it, moves it, identifies it, and lets it float."""
 
     kind: Literal["identify"] = "identify"
 
 
 class GiveBack(_Asked):
-    """The arm's weight is given back by a ramp; the machine goes on carrying itself."""
+    """Return of the arm's weight to the wearer by a ramp. The machine still carries itself."""
 
     kind: Literal["give_back"] = "give_back"
 
 
 class Stop(_Asked):
-    """The arm comes down softly, and the latch stays until a reset. Never refused; no emergency stop."""
+    """Soft descent of the arm. The latch stays until a reset. Never refused, but not an emergency stop."""
 
     kind: Literal["stop"] = "stop"
     why: Line = "Stop was pressed."
 
 
 class Reset(_Seen):
-    """The latch is left, and the machine is off. Nothing begins."""
+    """Release of the latch. The machine is then off, and nothing starts."""
 
     kind: Literal["reset"] = "reset"
 
 
 class SwitchOff(_Asked):
-    """The machine stops carrying itself. Not while it carries an arm."""
+    """End of the machine's own support. Not allowed while the machine carries an arm."""
 
     kind: Literal["switch_off"] = "switch_off"
 
 
 class SetLevel(_Asked):
-    """Another share of the arm's weight is to be felt, by the guard's ramp; with a slower one where so asked for."""
+    """Change of the felt share of the arm's weight, by the guard's ramp or by a slower one."""
 
     kind: Literal["set_level"] = "set_level"
     gravity_level: Level
     ramp_s: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
-    """At least; the guard takes 5 s for the whole way from weightless to Earth [s]."""
+    """Shortest duration of the ramp [s]. The guard takes 5 s for the whole way from weightless to Earth."""
 
 
 class Note(_Asked):
-    """A line for the recording. No names: recordings are read by others."""
+    """Line of text for the recording. It must not contain names, because other people read recordings."""
 
     kind: Literal["note"] = "note"
     text: Line
 
 
 class Acknowledge(_Asked):
-    """Somebody has seen an alarm."""
+    """Confirmation that a person has seen an alarm."""
 
     kind: Literal["acknowledge"] = "acknowledge"
     alarm: int
-    """Its number."""
+    """Number of the alarm."""
 
 
 Act = Annotated[
     DonRequest | MakeReady | TakeArm | Identify | GiveBack | Stop | Reset | SwitchOff | SetLevel | Note | Acknowledge,
     Field(discriminator="kind"),
 ]
-"""Everything that may be asked for."""
+"""Any act that a page may request."""
 
 ACT: TypeAdapter[Act] = TypeAdapter(Act)
-"""Reads one: `ACT.validate_python(message)`; refuses unknown kinds, fields and numbers that are none."""
+"""Reads an act with `ACT.validate_python(message)`. It rejects unknown kinds and fields and non-finite numbers."""
 
 
 class Answer(Settings):
-    """What became of an act."""
+    """Answer to an act."""
 
     id: str
     taken: bool
     why: SentenceText = ""
-    """A sentence for whoever asked; empty where it was taken and there is nothing to say."""
+    """Sentence for the page that sent the act; empty if the act was taken."""
 
 
 @runtime_checkable
 class Desk(Protocol):
-    """A steered session, as the server sees it.
+    """Steered session, as the server sees it.
 
-    Every method may be called from any thread, and returns soon: `act` within `LATE_S`, the others at once.
+    Every method may be called from any thread. `act` returns within `LATE_S`, the others immediately.
     """
 
     def now(self) -> float:
-        """The session's monotonic clock [s]: of `made_at_s`, alarms, and `write`."""
+        """Time of the session's monotonic clock [s], used by `made_at_s`, alarms, and `write`."""
         ...
 
     def shown(self) -> SessionSnapshot:
-        """What pages show; made anew at every call, so ask some ten times a second at most."""
+        """Snapshot for the pages. It is computed at every call, so call it at most some ten times per second."""
         ...
 
     def trace(self, since: int) -> PlotTrace:
-        """Samples to plot, from number `since` on; at most the last ten seconds."""
+        """Return the samples to plot from number `since` on, at most the last ten seconds."""
         ...
 
     def skeleton(self) -> SkeletonLines:
-        """Machine and arm as lines, where they are now."""
+        """Machine and arm as lines, at their present position."""
         ...
 
     def act(self, act: Act, by: Who) -> Answer:
-        """Decide, do, answer. Waits for the guard's word; not to be called in an event loop."""
+        """Decide on an act, execute it, and answer. Waits for the guard, so do not call it in an event loop."""
         ...
 
     def keep(self, window_left_s: float | None = None) -> None:
-        """The operator's console is alive: to be called at least every `HEARTBEAT_S`.
+        """Renew the lease of the operator's console. Call it at least every `HEARTBEAT_S`.
 
         Args:
-            window_left_s: Of a trial's window that runs [s]; absent where none does.
+            window_left_s: Remaining time of a trial's open window [s]; absent without an open window.
         """
         ...
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
-        """Have a message of this time of `now` [s] recorded; `task`'s markers on `/task`.
+        """Record a message with time `t` on the clock of `now` [s], such as the markers of `task` on `/task`.
 
-        It is lost while nothing is recorded.
+        The message is lost while nothing is recorded.
         """
         ...
 
     def close(self) -> None:
-        """The arm comes down, all ends; takes seconds."""
+        """Let the arm down and end all processes; takes seconds."""
         ...

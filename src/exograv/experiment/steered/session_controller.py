@@ -1,4 +1,4 @@
-"""The desk: takes acts from pages, decides about each once, and has them done by a flight."""
+"""Desk of a steered session: it takes acts from pages, decides about each once, and lets a flight execute them."""
 
 import threading
 from collections.abc import Mapping
@@ -14,11 +14,11 @@ from .sentences import say
 from .view_models import ModeName, PlotTrace, SessionSnapshot, SkeletonLines
 
 RECORD_TOPIC = "/act"
-"""Of what was asked for, by whom, and what became of it."""
+"""Topic of the record of each act: request, sender and answer."""
 
 
 class SessionController:
-    """A `Desk` over a flight."""
+    """`Desk` over a flight."""
 
     def __init__(self, flight: SteeredFlight):
         self._flight, self._lock = flight, threading.Lock()
@@ -29,11 +29,11 @@ class SessionController:
         self._was_mode: Mode | None = None
 
     def now(self) -> float:
-        """As the flight's [s]."""
+        """Time of the flight's clock [s]."""
         return self._flight.now()
 
     def shown(self) -> SessionSnapshot:
-        """One moment."""
+        """Snapshot for the pages."""
         with self._lock:
             now, moment = self.now(), self._flight.moment()
             s = self._standing(moment, now)
@@ -51,17 +51,17 @@ class SessionController:
             })  # fmt: skip
 
     def trace(self, since: int) -> PlotTrace:
-        """As the flight's."""
+        """Return the samples to plot, from the flight."""
         return self._flight.trace(since)
 
     def skeleton(self) -> SkeletonLines:
-        """As the flight's."""
+        """Lines of machine and arm, from the flight."""
         return self._flight.skeleton()
 
     def act(self, act: Act, by: Who) -> Answer:
-        """Decide, do, answer."""
+        """Decide on an act, execute it, and answer."""
         if isinstance(act, Stop):
-            self._flight.stop()  # before all else: it waits for nobody who is deciding about something
+            self._flight.stop()  # Stop must not wait for the lock of another act.
         with self._lock:
             now, moment = self.now(), self._flight.moment()
             s = self._standing(moment, now)
@@ -74,20 +74,20 @@ class SessionController:
             return answer
 
     def keep(self, window_left_s: float | None = None) -> None:
-        """Somebody steers."""
+        """Renew the lease."""
         self._lease_until_s = self.now() + LEASE_S
         self._flight.lease(self._lease_until_s, window_left_s)
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
-        """As the flight's."""
+        """Record a message, by the flight."""
         self._flight.write(topic, t, message)
 
     def close(self) -> None:
-        """As the flight's."""
+        """Close the flight."""
         self._flight.close()
 
     def _done(self, act: Act, by: Who, now: float) -> str:
-        """Why it could not be done; empty where it was."""
+        """Execute an act. Return the reason if it failed; empty if it succeeded."""
         if isinstance(act, Acknowledge):
             return "" if self._alarms.acknowledge(act.alarm, by) else say("desk.no_alarm", number=act.alarm)
         if isinstance(act, Note | Stop):
@@ -102,7 +102,7 @@ class SessionController:
         return why
 
     def _standing(self, moment: FlightMoment, now: float) -> RequestContext:
-        """How things are; counts the version, and raises what is wrong."""
+        """State for the validation. Also counts the version and raises alarms."""
         is_leased = _left(self._lease_until_s, now) is not None
         if moment.latch is not None or not is_leased or moment.mode not in (Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY):
             self._ready_until_s = None
@@ -140,7 +140,7 @@ class SessionController:
 
 
 def _mode_text(moment: FlightMoment) -> str:
-    """What is the matter; of a stop, why."""
+    """Sentence about the mode; after a stop, its reason."""
     if moment.mode is None:
         return moment.doing
     if moment.mode is Mode.SAFE and moment.latch is not None:
@@ -149,5 +149,5 @@ def _mode_text(moment: FlightMoment) -> str:
 
 
 def _left(until: float | None, now: float) -> float | None:
-    """What is left of a time; None where there was none, or nothing is left."""
+    """Remaining time until `until` [s]; None without a time, or after it."""
     return None if until is None or until <= now else until - now

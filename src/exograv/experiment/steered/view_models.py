@@ -1,4 +1,4 @@
-"""What pages show of a steered session: one snapshot, samples to plot, and lines to draw."""
+"""Data that pages show of a steered session: snapshot, samples to plot, and lines to draw."""
 
 from typing import Annotated, Literal
 
@@ -11,7 +11,7 @@ from exograv.sentence import SentenceText
 ModeName = Literal[
     "off", "self_test", "exo_only", "ramp_in", "floating", "moving", "weighing", "ramp_out", "safe", "starting"
 ]
-"""Of `safety.modes`, by their names in lower case; `starting` while no guard runs yet."""
+"""Names of `safety.modes` in lower case; `starting` before a guard runs."""
 
 SafeStateName = Literal["none", "bridge", "descent", "damping", "isolation"]
 
@@ -33,46 +33,46 @@ Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class MachineAlarm(Settings):
-    """Stays until somebody has seen it and what raised it is over."""
+    """Alarm on the page. It stays until a person has acknowledged it and its cause is over."""
 
     number: int
     text: SentenceText
     priority: Literal["high", "medium", "low"]
     since_s: float
-    """On the desk's clock [s]."""
+    """Time of the alarm on the desk's clock [s]."""
     is_over: bool
     acknowledged_by: str | None = None
 
 
 class LearnedParameter(Settings):
-    """One parameter of the arm, and how sure it is."""
+    """Parameter of the arm with its 95 % intervals."""
 
     name: str
     unit: str
     prior: float
     prior_half_width: float
-    """Of the 95 % interval, like the next one."""
+    """Half width of the 95 % interval of `prior`. `half_width` is that of `mean`."""
     mean: float
     half_width: float
 
 
 class Learning(Settings):
-    """An identification, while it runs and after it."""
+    """Progress and result of an identification."""
 
     share_done: Share
-    """Of its motion."""
+    """Share of the motion that is done."""
     parameters: tuple[LearnedParameter, ...]
     left_over_Nm: tuple[float, ...]
-    """What is predicted to be left over, per joint over the workspace, RMS."""
+    """Predicted residual torque per joint, RMS over the workspace."""
     left_over_prior_Nm: tuple[float, ...]
-    """The same before anything moved: by the table, or by the person's file."""
+    """Predicted residual torque before any motion, from the table or from the person's file."""
     outcome: SentenceText
-    """A sentence; what to do where it failed."""
+    """Sentence about the result, with advice after a failure."""
     is_over: bool
 
 
 class Lateness(Settings):
-    """How late ticks began in the last second [µs]."""
+    """Lateness of the ticks' start in the last second [µs]."""
 
     p50_us: float
     p99_us: float
@@ -80,19 +80,19 @@ class Lateness(Settings):
 
 
 class RecordingStatus(Settings):
-    """The recording that is being written."""
+    """Status of the recording."""
 
     path: str
     samples: int
-    """On the disk."""
+    """Number of samples on the disk."""
     lost: int
     is_ok: bool
     why: str
-    """What is wrong, and what to do; empty where nothing is."""
+    """Description of a fault, with advice; empty without a fault."""
 
 
 class MachineSnapshot(Settings):
-    """State of the machine and of the person in it; per-joint values in the order of `joints`."""
+    """State of the machine and of the person in it. Per-joint values have the order of `joints`."""
 
     rig: str
     title: str
@@ -101,7 +101,7 @@ class MachineSnapshot(Settings):
     """Sides that this machine can be made for: one arm or the other, or both at once."""
     is_twin: bool
     participant: str | None
-    """Code of the person whose file is in force; absent where none is."""
+    """Code of the person whose file is in force; absent without a file."""
     participants: tuple[str, ...]
     """Codes whose files fit this machine."""
     is_known: bool
@@ -130,35 +130,35 @@ class MachineSnapshot(Settings):
 
 
 class SessionSnapshot(MachineSnapshot):
-    """One moment of a session, as the pages show it."""
+    """State of a session at one moment, for the pages."""
 
     version: int
-    """Another one whenever mode, latch, readiness or person has changed."""
+    """Version of the state. It changes with mode, latch, readiness or person."""
     t: float
     """The desk's clock [s]."""
 
     mode: ModeName
     mode_text: SentenceText
-    """A sentence."""
+    """Sentence about the mode."""
     latch: SentenceText | None
-    """Why it was stopped; absent where no latch is in force."""
+    """Reason of the stop; absent without a latch."""
     take_within_s: float | None
-    """Left for step two [s]; absent where step one has not been done, or too long ago."""
+    """Remaining time for step two [s]; absent if step one was not done, or too long ago."""
     possible: tuple[ActKind, ...]
-    """What would not be refused now; for buttons."""
+    """Acts that are allowed now, for the buttons."""
     lease_left_s: float | None
-    """Until nobody steers any more [s]; absent where nobody does."""
+    """Remaining time of the lease [s]; absent without a lease."""
     alarms: tuple[MachineAlarm, ...]
-    """Not yet seen or not yet over, the newest last."""
+    """Alarms that are not acknowledged or not over, the newest last."""
 
 
 class PlotTrace(Settings):
-    """Samples at 50 Hz, one list each a sample; per-joint lists in the order of `SessionSnapshot.joints`."""
+    """Samples at 50 Hz, one entry per sample. Per-joint lists have the order of `SessionSnapshot.joints`."""
 
     first: int
-    """Number of the first sample in here."""
+    """Number of the first sample in this trace."""
     next: int
-    """To ask for the next time."""
+    """Number for the next request."""
     t: tuple[float, ...]
     """The desk's clock [s]."""
     q_rad: tuple[tuple[float, ...], ...]
@@ -168,7 +168,7 @@ class PlotTrace(Settings):
 
 
 Point = tuple[float, float, float]
-"""In the base frame of the machine: x forward, y left, z up [m]."""
+"""Point in the base frame of the machine: x forward, y left, z up [m]."""
 
 
 class SkeletonLines(Settings):
@@ -176,4 +176,4 @@ class SkeletonLines(Settings):
 
     exo: tuple[tuple[Point, ...], ...]
     arm: tuple[tuple[Point, ...], ...]
-    """As control's model has it; empty before there is one."""
+    """Lines of the controller's model of the arm; empty before there is one."""

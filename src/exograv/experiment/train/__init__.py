@@ -1,1 +1,1 @@
-"""A session of a protocol: somebody in the machine touches a target, window after window."""
+"""Session of a protocol: a participant in the machine touches a target, window after window."""

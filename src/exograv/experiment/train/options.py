@@ -25,17 +25,20 @@ class TrainOptions(Options):
     """Options of `exograv run train`."""
 
     protocol: str = "training"
-    """`training`, `familiarisation`, `flight`, or the path of a protocol of your own."""
+    """Protocol: `training`, `familiarisation`, `flight`, or the path of your own protocol."""
 
-    # No '_', which separates the parts of the files' names.
+    # '_' is not allowed, because it separates the parts of the files' names.
     participant: Annotated[str, PersonCode("Give the code that stands for the person, such as P-07.", "+-")] = ""
-    """Code that stands for the person, such as P-07, never a name."""
+    """Code of the person, such as P-07, never a name."""
 
     session: Annotated[int, Within(1, SESSIONS_MAX)] = 1
-    """Which one of this protocol it is for this person; it names the files."""
+    """Number of the session with this protocol for this person. It is part of the files' names."""
 
     rig: str | None = None
-    """Name of a machine (see `exograv rigs`) or path of its folder; `recupera_like`, in flight its passive sister."""
+    """Name of a machine (see `exograv rigs`) or path of its folder.
+
+    Default: `recupera_like`, in flight its passive version.
+    """
 
     side: OneSideOption = None
     level: Level = 2
@@ -44,32 +47,32 @@ class TrainOptions(Options):
     calibration: CalibrationFile = None
 
     person_file: Path | None = None
-    """File of this person's arm: started from where it is there, written after the identification."""
+    """File of this person's arm. The identification starts from it and writes it."""
 
     allocation: Path | None = None
-    """The study's sealed list of groups (JSON)."""
+    """Sealed list of groups of the study (JSON)."""
 
     windows: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
-    """Only so many, to try it; the record then says that it is not the protocol."""
+    """Run only the first N windows, for a trial. The recording states that it is not the whole protocol."""
 
     verify_every: Annotated[int, tyro.conf.arg(metavar="N"), Within(0, 500)] = 0
-    """Verify after so many windows what is left over, 138 s of motion each time; 0 never."""
+    """Verify the residual torque after every N windows, with 138 s of motion each time; 0 for never."""
 
     resume: bool = False
-    """Go on with a run that was broken off, at the next window."""
+    """Continue an interrupted run at the next window."""
 
     lsl: bool = False
-    """Push every record as a marker into Lab Streaming Layer, stamped with the moment and not with the twin's clock."""
+    """Push every record as a marker into Lab Streaming Layer, with the computer's time and not the twin's."""
 
     @property
     def name(self) -> str:
-        """Of all files of this session, without ending."""
+        """Name of all files of this session, without suffix."""
         protocol = Path(self.protocol).stem
         return f"{self.participant}_{protocol}_{self.session:02d}"
 
     @property
     def kept(self) -> OptionRecord:
-        """What has to be the same when a run is gone on with."""
+        """Options that must be the same when a run is continued."""
         return {
             "protocol": self.protocol, "participant": self.participant, "session": self.session, "rig": self.rig,
             "side": self.side, "level": self.level, "seed": self.seed, "donning": self.donning,

@@ -1,4 +1,4 @@
-"""Before the first window: the empty machine known and tested, the arm checked against the form and identified."""
+"""Preparation before the first window: calibration and self-test of the empty machine, arm check, identification."""
 
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
@@ -49,7 +49,7 @@ class SelfTestPassed:
 
 @dataclass(frozen=True)
 class ArmCheckFigures:
-    """Mass of the arm against the form."""
+    """Mass of the arm compared with the form."""
 
     arm_mass_kg: float
     why: str
@@ -83,7 +83,7 @@ class VerifiedBetween:
 
 @dataclass(frozen=True)
 class PreparationFigures:
-    """Figures of everything but the windows; a machine that only records has none."""
+    """Figures of the preparation. A machine that only records has none."""
 
     self_test: SelfTestPassed | None = field(default=None, metadata=OPTIONAL)
     arm_check: ArmCheckFigures | None = field(default=None, metadata=OPTIONAL)
@@ -98,7 +98,7 @@ PREPARATION: TypeAdapter[PreparationFigures] = TypeAdapter(PreparationFigures)
 
 @dataclass
 class Ready:
-    """Somebody in the machine, whom control knows as well as it is going to."""
+    """Machine with its participant, prepared for the windows."""
 
     pilot: Pilot
     twin: Twin
@@ -111,7 +111,7 @@ class Ready:
 def recording_only(
     laboratory: VirtualLaboratory, surroundings: Surroundings, day: int, pilot_of: PilotOf, t: float
 ) -> Ready:
-    """A machine that gives no torque: it has no motors, or they are off."""
+    """Return a machine that gives no torque, because it has no motors or they are off."""
     twin = laboratory.twin(day, t, surroundings=surroundings)
     n = len(twin.joints)
     return Ready(pilot_of(twin, unit_gains(n)), twin, NoTorque(n))
@@ -120,7 +120,7 @@ def recording_only(
 def tested_machine(
     options: TrainOptions, laboratory: VirtualLaboratory, progress: Progress
 ) -> tuple[ControllerKnowledge, SelfTestPassed]:
-    """Calibrate and self-test the empty machine; return what is known of it, and the figures of the self-test.
+    """Calibrate and self-test the empty machine. Return its controller's knowledge and the figures of the self-test.
 
     Raises:
         RigError: The self-test has failed.
@@ -132,7 +132,8 @@ def tested_machine(
     failed = [step for step in steps if not (step.passed or step.locks_only)]
     if failed:
         raise RigError(
-            f"The self-test has failed: {failed[0].name}. {failed[0].what_to_do} Nobody may be in this machine before "
+            f"The self-test has failed: {failed[0].name}. {failed[0].what_to_do} No person may be in this machine "
+            "before "
             "`exograv rig self-test` passes."
         )
     return replace(known, t=known.t + busy_s), SelfTestPassed(True, len(steps))
@@ -146,10 +147,10 @@ def known_arm(
     day: int,
     pilot_of: PilotOf,
 ) -> Ready:
-    """Check the arm against the form for twenty seconds, identify it, then lay it down on its support.
+    """Check the arm against the form for twenty seconds, identify it, then lay it on its support.
 
     Raises:
-        ConfigError: The arm is not that of the form, or of the participant's file.
+        ConfigError: The arm does not agree with the form, or with the participant's file.
         RigError: The envelope stopped the run.
     """
     known, passed = tested
@@ -201,7 +202,7 @@ def known_again(
     day: int,
     pilot_of: PilotOf,
 ) -> Ready:
-    """The same arm after an interruption, with what was known of it.
+    """Prepare the same arm after an interruption, from its stored parameters.
 
     Raises:
         RigError: The envelope stopped the run.
@@ -217,7 +218,7 @@ def known_again(
 
 
 def lay_down(pilot: Pilot, controller: ArmController, twin: Twin) -> None:
-    """Lead the relaxed arm to where it was put on, bring screen and support, and give the arm back to the person."""
+    """Move the relaxed arm to its donning posture, bring screen and support, and return its weight to the wearer."""
     posture, dt = controller.assembly.description.donning_posture, twin.period_s
     pilot.begin(LAYING_DOWN)
     way = LAYING_DOWN.approach(pilot.q, posture, dt)
@@ -228,7 +229,7 @@ def lay_down(pilot: Pilot, controller: ArmController, twin: Twin) -> None:
 
 
 def _kept(machine: CalibratedMachine, found: Estimate) -> KnownPerson:
-    """What a run that is broken off goes on with."""
+    """Arm and machine for the checkpoint, from which an interrupted run continues."""
     covariance = np.zeros((0, 0)) if found.covariance is None else found.covariance
     return KnownPerson.of(machine, found.x, covariance)
 
@@ -246,4 +247,4 @@ def _person_run(options: TrainOptions, laboratory: VirtualLaboratory, assembly: 
 
 def _refuse_other_arm(check: ArmCheck) -> None:
     if check.refused:
-        raise ConfigError(f"{check.why} Nothing was trained.")
+        raise ConfigError(f"{check.why} The training did not start.")

@@ -1,4 +1,4 @@
-"""Who flies a machine that gives no torque: what would stop a driven one is written down, and the recording goes on."""
+"""Pilot of a machine that gives no torque: it records reasons for a stop, and the recording continues."""
 
 from exograv.loop.output_feedback import Controller
 from exograv.loop.pilot import Pilot
@@ -6,7 +6,7 @@ from exograv.signals import Reference
 
 
 class RecordingPilot(Pilot):
-    """A fast arm in flight must not cost a laboratory its parabolas: nothing acts that could be stopped."""
+    """Pilot that only records. A fast arm in flight must not cost a parabola, and without torque a stop has no use."""
 
     _is_noted = False
 
@@ -16,7 +16,7 @@ class RecordingPilot(Pilot):
             super()._come_down(controller, reference, is_interrupted)
             return
         if not self._is_noted and self.recording is not None:
-            text = f"{reason.value} No motor acts, so nothing was stopped."
+            text = f"{reason.value} No motor is active, so the recording continues."
             self.recording.write("/event", self.rig.read().t, {"kind": "warning", "text": text})
-        # As soon as it stands; until then every tick comes here.
+        # The guard can only be reset when the arm stands still. Until then every tick gets here.
         self._is_noted = not self.guard.reset()

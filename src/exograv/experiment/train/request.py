@@ -1,4 +1,4 @@
-"""Protocol, group and machine that come of a session's options and of the files that they name."""
+"""Protocol, group and machine of a session, from the options and the files that they name."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,23 +20,23 @@ ALLOCATION_MAX_BYTES = 1_000_000
 
 @dataclass(frozen=True)
 class TrainingRequest:
-    """What comes of the options and of the files that they name."""
+    """Protocol, group and machine of a session."""
 
     loaded: LoadedProtocol
-    """To be run: the file's, or a part of it."""
+    """Protocol of the run: the whole file, or its first windows."""
 
     exo: ExoMode
     rig: str
     allocation_sha256: str | None
     is_whole: bool
-    """Whether all windows of the file are run."""
+    """True if all windows of the file are run."""
 
 
 def asked_for(options: TrainOptions) -> TrainingRequest:
     """Read protocol and allocation.
 
     Raises:
-        ConfigError: One of them cannot be used, or this machine does not make what the protocol states.
+        ConfigError: A file is not valid, or this machine does not make the protocol's levels.
     """
     loaded = load_protocol(options.protocol)
     refuse_levels(loaded.settings, GRAVITY_LEVEL_MAX)
@@ -50,21 +50,24 @@ def asked_for(options: TrainOptions) -> TrainingRequest:
 
 
 def read_allocation(path: Path) -> tuple[AllocationList, str]:
-    """The sealed list of a study, and the hash of its file.
+    """Read the sealed list of a study. Return it with the hash of its file.
 
     Raises:
-        ConfigError: It cannot be read, or is no such list.
+        ConfigError: The file cannot be read, or is not such a list.
     """
     import hashlib
 
     try:
         if path.stat().st_size > ALLOCATION_MAX_BYTES:
-            raise ConfigError(f"{path} has more than {ALLOCATION_MAX_BYTES} bytes; a list has 100 a place.")
+            raise ConfigError(
+                f"{path} has more than {ALLOCATION_MAX_BYTES} bytes; a list has about 100 bytes per place."
+            )
         content = path.read_bytes()
         return AllocationList.model_validate_json(content), hashlib.sha256(content).hexdigest()
     except OSError as error:
         raise ConfigError(f"--allocation {path} cannot be read: {error.strerror}. Give the study's list.") from error
     except ValidationError as error:
         raise ConfigError(
-            f"--allocation {path} is no list of a study: {validation_sentences(error)} Give the one that was drawn."
+            f"--allocation {path} is not an allocation list: {validation_sentences(error)} Give the list that was "
+            "drawn."
         ) from error

@@ -1,4 +1,4 @@
-"""`exograv run train --simulate`: from the empty machine to the last window, in lock-step and from one seed."""
+"""Session of `exograv run train --simulate`: from empty machine to last window, in lock-step and from one seed."""
 
 import time
 from dataclasses import dataclass, field, replace
@@ -37,16 +37,16 @@ from .request import TrainingRequest, asked_for
 from .verification import verify_between
 
 PREPARING_S = 420.0
-"""Of the machine's time, at most, before the first window: calibration, self-test, identification."""
+"""Upper limit of the machine's time before the first window: calibration, self-test, identification."""
 
 LISTENER_S = 5.0
-"""For a recorder of Lab Streaming Layer that is already running to find the markers: lock-step does not wait for it."""
+"""Time for a running recorder of Lab Streaming Layer to find the stream. Lock-step does not wait during the run."""
 
 LAST_MARKERS_S = 0.5
-"""For the last of them to get out of this process."""
+"""Time for the last markers to leave this process."""
 
 AWAY_S = 300.0
-"""From the last moment that was kept to the one at which a run goes on: more than a verification takes [s]."""
+"""Time between the last checkpoint and the continuation of a run [s]. It is longer than a verification."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class TrainResult:
     is_complete: bool
     is_whole_protocol: bool
     attempts: int
-    """Windows that were begun."""
+    """Number of windows that were opened."""
     preparation: PreparationFigures = field(metadata=MERGED)
     run: TwinRun = field(metadata=MERGED)
     simulated_s: float
@@ -74,15 +74,15 @@ def run_training(options: TrainOptions, folder: Path, progress: Progress) -> Tra
     """Run a session of a protocol.
 
     Raises:
-        ConfigError: An option or a file cannot be used, or there is no run to go on with.
+        ConfigError: An option or a file is not valid, or there is no run to continue.
         ExogravError: Machine, wearer or run was refused or stopped.
-        KeyboardInterrupt: Ctrl-C; what is needed to go on is kept.
+        KeyboardInterrupt: Ctrl-C was pressed. The checkpoint for `--resume` is written.
     """
     return _Training(options, folder, progress).run()
 
 
 class _Training:
-    """One call of the command."""
+    """Run of the command."""
 
     def __init__(self, options: TrainOptions, folder: Path, progress: Progress):
         self._begun = time.perf_counter()
@@ -110,7 +110,9 @@ class _Training:
         before, joints = self._before, self._laboratory.description.joints
         run = TaskRun(self._plan) if before is None else TaskRun.from_kept(self._plan, before.run)
         if run.state.status in ("stopped", "finished"):
-            raise ConfigError(f"The run in {self._kept_path} is over; there is nothing to go on with.")
+            raise ConfigError(
+                f"The run in {self._kept_path} is over and cannot be continued. Start the next session with --session."
+            )
         left_s = self._plan.timeline.duration_s + PREPARING_S
         refuse_small_disk(self._recording_path, len(joints), left_s)
         if before is None:
@@ -152,17 +154,20 @@ class _Training:
         description = self._laboratory.description
         if description.side == "both":
             raise ConfigError(
-                f"{description.name} is for both arms, and one of them points. Choose a machine for one arm."
+                f"{description.name} is for both arms, but the task needs one. Choose a machine for one arm."
             )
         if description.motorless and self._asked.loaded.settings.exo == "active":
             raise ConfigError(
                 f"{description.name} has no motor at {', '.join(description.motorless)}; protocol "
-                f"'{self._asked.loaded.settings.name}' wants an active machine. Choose one with motors (exograv rigs)."
+                f"'{self._asked.loaded.settings.name}' needs an active machine. Choose one with motors (exograv rigs)."
             )
 
     @property
     def _records_only(self) -> bool:
-        """Whether no torque is given: without motors, and where gravity changes and no model knows of it."""
+        """True if the machine gives no torque.
+
+        It has no motors, or the gravity level changes in flight, which no model includes.
+        """
         return bool(self._laboratory.description.motorless) or self._plan.protocol.opening == "aircraft"
 
     def _pilot_of(self, recording: RecordingWriter, twin: Twin, actuators: ActuatorGain) -> Pilot:
@@ -177,7 +182,7 @@ class _Training:
         laboratory, surroundings, before, seed = self._laboratory, self._surroundings, self._before, self._day
         t = 0.0 if before is None else before.t + AWAY_S
         if before is not None:
-            # Muscles and noise do not repeat themselves.
+            # After the interruption muscles and noise must not repeat the same sequence.
             seed += round(t)
         if self._records_only:
             ready = recording_only(laboratory, surroundings, seed, pilot_of, t)
@@ -250,21 +255,21 @@ class _Training:
             time.sleep(LAST_MARKERS_S)
 
     def _outlet(self):
-        """The stream of markers; None where nobody asked."""
+        """Open the stream of markers; None without `--lsl`."""
         if not self._options.lsl:
             return None
-        from exograv.runtime.lsl.outlets import OutletsJob, marker_outlet  # starts threads
+        from exograv.runtime.lsl.outlets import OutletsJob, marker_outlet  # The import starts threads.
 
         description = self._laboratory.description
         outlet = marker_outlet(OutletsJob(description.name, description.joints, PERIOD))
-        self._progress("Waiting for a program that hears the markers", 0.0)
-        outlet.wait_for_consumers(LISTENER_S)  # what is pushed before one is there, nobody gets
+        self._progress("Waiting for a program that receives the markers", 0.0)
+        outlet.wait_for_consumers(LISTENER_S)  # Markers sent before are lost.
         return outlet
 
     def _settings(self) -> RunSettings:
         options, asked = self._options, self._asked
         habits = Habits(interval_s=asked.loaded.settings.windows.interval_s)
-        # A file's place changes nothing; which files were read stands in the hashes.
+        # The path of a file changes no result. The hashes state which files were read.
         places = dict.fromkeys(("calibration", "person_file", "allocation"))
         settings = {
             "options": json_value(options) | places | {"rig": asked.rig, "resume": False, "lsl": False},
@@ -286,10 +291,10 @@ class _Training:
 
 
 def how_to_go_on(options: TrainOptions, folder: Path) -> str | None:
-    """What to type after an interruption; None where nothing was kept yet."""
+    """Return the advice for a continuation after an interruption; None if there is no checkpoint yet."""
     if not (folder / f"{options.name}.run.json").exists():
         return None
     return (
-        "No complete window is lost. Go on with the same command and --resume: the run is kept in "
+        "No complete window is lost. Continue with the same command and --resume: the checkpoint is "
         f"{folder / (options.name + '.run.json')}."
     )

@@ -1,4 +1,4 @@
-"""Between two windows: what is left over of the arm's weight, while the participant lets go."""
+"""Verification between two windows: residual torque of the arm's weight while the participant relaxes."""
 
 from dataclasses import fields
 
@@ -17,15 +17,15 @@ from exograv.procedures.verification.verification import verify_arm
 from .preparation import Ready, VerifiedBetween, lay_down
 
 SEEN_EVERY = 50
-"""Ticks between two postures of the identification that count as seen."""
+"""Number of ticks between two postures of the identification that count as seen."""
 
 
 def verify_between(ready: Ready, seed: int, after_windows: int) -> VerifiedBetween:
-    """Take the arm from its support, fly the passes, and lay it down again.
+    """Take the arm from its support, run the verification passes, and lay it down again.
 
     Args:
-        ready: Of a machine that carries an arm, at gravity level 1.
-        seed: Of the postures.
+        ready: Machine that carries an arm, at gravity level 1.
+        seed: Seed of the postures.
         after_windows: Complete windows so far.
 
     Raises:
@@ -34,7 +34,9 @@ def verify_between(ready: Ready, seed: int, after_windows: int) -> VerifiedBetwe
     """
     pilot, controller, twin, person = ready.pilot, ready.controller, ready.twin, ready.person
     if not isinstance(controller, ArmController) or ready.model is None or person is None:
-        raise ConfigError("--verify-every needs a machine that carries the arm; this one only records. Leave it out.")
+        raise ConfigError(
+            "--verify-every needs a machine that carries the arm; this one only records. Omit the option."
+        )
     twin.put_surroundings(False)
     pilot.begin(VERIFICATION)
     posture = pilot.q.copy()

@@ -1,1 +1,1 @@
-"""Sessions of assist as needed with a virtual person."""
+"""Sessions of assist-as-needed with a virtual person."""

@@ -1,4 +1,4 @@
-"""`exograv run assist --simulate`: session of a virtual person, from the file that the last session wrote."""
+"""Session of `exograv run assist --simulate` with a virtual person, continued from the file of the earlier sessions."""
 
 import time
 from collections.abc import Callable
@@ -30,7 +30,7 @@ Told = Callable[[AssistSession, AssistBlock], None]
 
 @dataclass(frozen=True)
 class AssistFigures:
-    """Findings of a session, as its recording keeps them."""
+    """Findings of a session, as its recording stores them."""
 
     participant: str
     session: int
@@ -62,27 +62,27 @@ class AssistResult:
 
 
 def assist_file(options: AssistOptions, folder: Path) -> Path:
-    """Where a participant's sessions are kept."""
+    """Path of the file with a participant's sessions."""
     return folder / f"assist_{options.participant}.json"
 
 
 def run_assist(
     options: AssistOptions, folder: Path, words: AssistTexts, told: Told, progress: Progress
 ) -> AssistResult:
-    """One session, or what is left of it; the page is written however it ends.
+    """Run one session, or the remaining part of it. The page is written also after an error.
 
     Args:
-        options: What is asked for.
-        folder: For the participant's file, the recordings and the page.
-        words: Of the page.
-        told: Hears each block as it is decided.
-        progress: Of the preparation.
+        options: Options of the command.
+        folder: Folder of the participant's file, the recordings and the page.
+        words: Texts of the page.
+        told: Receives each block after its decision.
+        progress: Receives the progress of the preparation.
 
     Raises:
-        ConfigError: An option, a file or the machine cannot be used.
-        RigError: The envelope stopped the run; decided blocks are kept.
+        ConfigError: An option, a file or the machine is not valid.
+        RigError: The envelope stopped the run. Decided blocks are stored.
         RecordingError: The folder cannot be written.
-        KeyboardInterrupt: Ctrl-C; decided blocks are kept.
+        KeyboardInterrupt: Ctrl-C was pressed. Decided blocks are stored.
     """
     start = time.perf_counter()
     loaded, path = load_assist_protocol(options.protocol), assist_file(options, folder)
@@ -117,7 +117,7 @@ def run_assist(
 
 
 def figures(options: AssistOptions, session: AssistSession, rescues: int, seconds: float) -> AssistFigures:
-    """Count what was reached, and decide on the next session."""
+    """Count the reached targets, and decide on the next session."""
     following, blocks = next_session(session.protocol.rule, session.state), session.blocks
     return AssistFigures(
         participant=options.participant,
@@ -138,10 +138,10 @@ def figures(options: AssistOptions, session: AssistSession, rescues: int, second
 
 
 def how_to_go_on(options: AssistOptions, folder: Path) -> str:
-    """What to type after an interruption."""
+    """Advice for the continuation after an interruption."""
     path = assist_file(options, folder)
-    kept = f"Decided blocks are kept in {path}." if path.exists() else "No block was decided yet."
-    return f"{kept} The same command goes on with this session; with --new-session another one begins."
+    kept = f"Decided blocks are stored in {path}." if path.exists() else "No block was decided yet."
+    return f"{kept} The same command continues this session; --new-session starts another one."
 
 
 def _settings(

@@ -1,4 +1,4 @@
-"""The blocks of a session: attempts with one support, then one decision; what is asked for goes by the guard's ramp."""
+"""Blocks of a session: attempts with constant support, then one decision. The guard ramps the support."""
 
 from collections.abc import Callable
 from typing import Protocol, runtime_checkable
@@ -11,17 +11,17 @@ from exograv.task.assist_as_needed import AssistSettings, AssistState, decide
 
 @runtime_checkable
 class Attempts(Protocol):
-    """Whoever lets a person try; a `Flight`."""
+    """Source of a person's attempts, such as a `SupportFlight`."""
 
     def attempt(self, target: int, support: float) -> Attempt:
-        """At this target, with this share of the weight carried."""
+        """Let the person try this target, with this share of the weight carried."""
         ...
 
 
 def fly_session(
     flight: Attempts, session: AssistSession, told: Callable[[AssistSession, AssistBlock], None]
 ) -> AssistSession:
-    """All blocks that are still to come; each is told when it is decided.
+    """Run all remaining blocks. `told` receives each block after its decision.
 
     Raises:
         RigError: The envelope stopped the run.
@@ -37,7 +37,7 @@ def fly_session(
 
 
 def fly_block(flight: Attempts, rule: AssistSettings, state: AssistState) -> AssistBlock:
-    """One target after the other; an arm that sinks ends the block."""
+    """Run one block: one target after another. An arm that sinks ends the block."""
     reached, sank = list[bool](), False
     while len(reached) < rule.block and not sank:
         one = flight.attempt(len(reached) % len(TARGETS), state.support_percent / 100.0)

@@ -1,4 +1,4 @@
-"""Teaching and repeating from end to end: prepare, fly, keep, and say what came of it."""
+"""Complete runs of teaching and repeating: prepare, run, store, and report."""
 
 import math
 from collections.abc import Callable
@@ -30,13 +30,13 @@ from .options import GuidedOptions, PersonKind, RepeatOptions
 from .therapist_and_wearer import Holding, Therapist, drawn_movement
 
 AFTER_S = 1.0
-"""For which a simulated therapist holds the arm where the path ends: let go before the end, it would float on."""
+"""Time for which a simulated therapist holds the arm at the end of the path, so that it does not float on."""
 
 ACTS_S, PAUSE_S = 8.0, 2.0
-"""After which a simulated person does something, and for how long one pauses who pauses."""
+"""Time before a simulated person acts, and duration of a pause [s]."""
 
 Preparing = Callable[[VirtualLaboratory, int, Progress], ControllerKnowledge]
-"""By laboratory and seed: whoever flies one several times prepares it once."""
+"""Prepares a laboratory with a seed. A caller with several runs of one laboratory prepares it once."""
 
 
 @dataclass(frozen=True)
@@ -83,10 +83,10 @@ class GuidedResult(Generic[Found]):
 def run_teach(
     options: GuidedOptions, path: Path, code: str, folder: Path, progress: Progress, preparing: Preparing = prepare
 ) -> GuidedResult[TaughtFigures]:
-    """A simulated therapist leads the arm; the path goes into a file.
+    """Let a simulated therapist move the arm, and write the path to a file.
 
     Raises:
-        ConfigError: The path is none, or leaves what is allowed; or an option cannot be used.
+        ConfigError: The path is not valid or leaves the allowed range, or an option is not valid.
         RigError: The envelope stopped the run.
     """
     laboratory = _of_one_arm(options)
@@ -116,10 +116,10 @@ def run_repeat(
     progress: Progress,
     preparing: Preparing = prepare,
 ) -> GuidedResult[RepeatedFigures]:
-    """A taught path, repeated with a simulated person.
+    """Repeat a taught path with a simulated person.
 
     Raises:
-        ConfigError: The file is damaged or of another machine or person; or an option cannot be used.
+        ConfigError: The file is damaged, or of another machine or person; or an option is not valid.
         RigError: The envelope stopped the run.
     """
     laboratory = _of_one_arm(options)
@@ -150,7 +150,7 @@ def floating_twin(
     recording: RecordingWriter | None,
     progress: Progress,
 ) -> FloatingArm[Twin]:
-    """Put the twin with an identified arm behind the guard; it floats from the first tick on.
+    """Put the twin with an identified arm behind the guard. It floats from the first tick on.
 
     `seed` draws the noise of the run.
     """
@@ -163,14 +163,14 @@ def _of_one_arm(options: GuidedOptions) -> VirtualLaboratory:
     laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed)
     if len(laboratory.description.arm_sides) > 1:
         raise ConfigError(
-            f"{options.rig} holds both arms, and nothing keeps the hands apart on the way to a path: a path is of one "
-            "arm. Choose a machine for one arm, or let one arm follow the other (exograv run mirror)."
+            f"{options.rig} holds both arms, but a path is for one arm: no check prevents a collision of the hands. "
+            "Choose a machine for one arm, or let one arm follow the other (exograv run mirror)."
         )
     return laboratory
 
 
 def _person(kind: PersonKind, arm: FloatingArm[Twin]) -> Callable[[], bool]:
-    """What the person does, `ACTS_S` after the arm floats; whether to be let go is asked for."""
+    """Return the action of the person, which starts `ACTS_S` after the arm floats. It returns True to be let go."""
     begins_s = arm.rig.t + ACTS_S
     lasts_s = {"relaxed": 0.0, "pauses": PAUSE_S, "overrules": math.inf, "lets-go": 0.0}[kind]
     holding = Holding(arm.rig, begins_s, begins_s + lasts_s)
@@ -183,7 +183,7 @@ def _person(kind: PersonKind, arm: FloatingArm[Twin]) -> Callable[[], bool]:
 
 
 def writer_of(path: Path, options: GuidedOptions, laboratory: VirtualLaboratory, command: str) -> RecordingWriter:
-    """A recording of this run, to be entered."""
+    """Create the recording of this run, to be used in a `with` statement."""
     settings = run_settings(laboratory, command, options.level, options.seed, {"options": options})
     return RecordingWriter(path, laboratory.description.joints, json_value(settings))
 
@@ -191,7 +191,7 @@ def writer_of(path: Path, options: GuidedOptions, laboratory: VirtualLaboratory,
 def guided_result(
     found: Found, options: GuidedOptions, laboratory: VirtualLaboratory, recorded: Path, lead: ArmSide | None = None
 ) -> GuidedResult[Found]:
-    """Add the figures of every such run to its own."""
+    """Add the common figures of all guided runs to the findings."""
     description = laboratory.description
     return GuidedResult(
         found, lead, description.name, description.joints, options.level, options.seed, is_simulated=True,

@@ -1,4 +1,4 @@
-"""Mirroring from end to end: prepare both arms, let one lead, and say how well the other followed."""
+"""Complete runs of mirroring: prepare both arms, let one lead, and report how well the other followed."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,13 +22,13 @@ from .options import MirrorOptions
 from .therapist_and_wearer import Holding, Therapist, drawn_movement
 
 MEETS_S = 3.0
-"""From when the following arm is taken hold of until the leading one moves, and the arms are compared."""
+"""Time from the coupling of the following arm until the leading arm moves and the comparison starts [s]."""
 
 HOLDS_AFTER_S = 5.0
-"""From then on, a person who overrules holds the following arm."""
+"""Time after that at which a person who overrules holds the following arm [s]."""
 
 LATE_MAX_S = 1.0
-"""Up to which it is looked for how late the following arm is."""
+"""Largest delay of the following arm in the search for its delay [s]."""
 
 
 @dataclass(frozen=True)
@@ -54,10 +54,10 @@ class FollowedFigures:
 def run_mirror(
     options: MirrorOptions, folder: Path, progress: Progress, preparing: Preparing = prepare
 ) -> GuidedResult[FollowedFigures]:
-    """One arm leads, turned as its owner's muscles would turn it; the other follows.
+    """Let one arm lead, turned as by its owner's muscles, while the other one follows.
 
     Raises:
-        ConfigError: The machine has not two arms that are mirror images, or an option cannot be used.
+        ConfigError: The machine does not have two mirrored arms, or an option is not valid.
         RigError: The envelope stopped the run.
     """
     laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed)
@@ -96,10 +96,10 @@ def run_mirror(
 
 
 def followed(at: Float[np.ndarray, "tick both"], dt: float) -> Following:
-    """How far the following arm was from the mirror image, and from what it was some time ago.
+    """Distance of the following arm from the mirror image, without delay and with the best delay.
 
     Args:
-        at: Mirror image of the leading arm, then the following arm, as they truly were [rad].
+        at: True posture of the leading arm, mirrored, then that of the following arm [rad].
         dt: Period [s].
     """
     if len(at) < 2.0 * LATE_MAX_S / dt:
@@ -115,7 +115,7 @@ def followed(at: Float[np.ndarray, "tick both"], dt: float) -> Following:
 
 
 def _slice(joints: np.ndarray) -> slice:
-    """Joints of one arm, which stand together."""
+    """Slice of one arm's joints, which are adjacent."""
     return slice(int(joints[0]), int(joints[-1]) + 1)
 
 

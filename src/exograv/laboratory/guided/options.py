@@ -1,4 +1,4 @@
-"""Options of motions that lead an arm."""
+"""Options of commands that move an arm along a path."""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal
@@ -13,18 +13,19 @@ PersonKind = Literal["relaxed", "pauses", "overrules", "lets-go"]
 
 @dataclass(frozen=True)
 class GuidedOptions(TwinOptions):
-    """Options of `exograv run teach`, and of what else leads an arm of the twin."""
+    """Options of `exograv run teach`, and of the other commands that move an arm of the twin."""
 
     rig: RigOption = "recupera_like_qdd"
 
     simulate: bool = False
-    """On the twin; nothing else is led yet."""
+    """Run on the twin. A real machine is not supported yet."""
 
     def __post_init__(self):
         if not self.simulate:
             raise ConfigError(
-                "Only the twin is led so far: add --simulate. A real machine first needs its own risk analysis for "
-                "motion that a person does not begin (docs/howto/guided.md)."
+                "Only the twin is supported so far: add --simulate. A real machine first needs its own risk analysis "
+                "for "
+                "motion that the wearer does not start (docs/howto/guided.md)."
             )
         super().__post_init__()
 
@@ -37,10 +38,10 @@ class RepeatOptions(GuidedOptions):
     """Share of the path's own speed, 0.1 to 1."""
 
     repetitions: Annotated[int, Within(1, 100)] = 1
-    """How often."""
+    """Number of repetitions."""
 
     person: PersonKind = "relaxed"
-    """What the simulated person does: nothing, hold the arm for two seconds, hold it, or ask to be let go."""
+    """Action of the simulated person: none, hold the arm for two seconds, hold it, or ask to be let go."""
 
 
 @dataclass(frozen=True)
@@ -52,10 +53,10 @@ class MirrorOptions(GuidedOptions):
     )
 
     lead: Literal["right", "left"] = "right"
-    """The sound arm."""
+    """Side of the unaffected arm, which leads."""
 
     seconds: Annotated[float, Within(5.0, 600.0)] = 20.0
-    """From when the other arm is taken hold of [s]."""
+    """Duration, counted from the coupling of the following arm [s]."""
 
     person: Literal["relaxed", "overrules", "lets-go"] = "relaxed"
-    """What the simulated person does: nothing, hold the led arm, or ask to be let go."""
+    """Action of the simulated person: none, hold the following arm, or ask to be let go."""

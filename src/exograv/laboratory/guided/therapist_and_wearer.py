@@ -1,6 +1,6 @@
-"""Who acts in a simulated session: a therapist who leads the machine by hand, and the person in it.
+"""Simulated therapist who moves the machine by hand, and simulated wearer.
 
-They read the twin's own state, as people feel where their hands are; control knows nothing of them.
+Both read the twin's true state, because people feel where their hands are. The controller has no access to them.
 """
 
 import itertools
@@ -16,24 +16,24 @@ from exograv.rig.twin import Twin
 Joints = Float[np.ndarray, " joint"]
 
 HAND_KP, HAND_KD = 60.0, 8.0
-"""Of somebody who leads another's arm by its cuffs [N·m/rad, N·m·s/rad] (assumed)."""
+"""Stiffness and damping of a therapist who moves an arm by its cuffs [N·m/rad, N·m·s/rad] (assumed)."""
 
 HAND_MAX_NM = 20.0
-"""More nobody uses who leads a patient's arm (assumed)."""
+"""Largest torque of a therapist who moves a patient's arm (assumed)."""
 
 HOLDS_KP, HOLDS_KD = 30.0, 3.0
-"""Of an arm that is held still: as `session.held`."""
+"""Stiffness and damping of an arm that is held still, as in `cooperative_wearer` [N·m/rad, N·m·s/rad]."""
 
 
 class Therapist:
-    """Leads joints of the machine along a movement, by hand; `act` once a tick."""
+    """Therapist who moves joints of the machine along a movement. Call `act` once per tick."""
 
     def __init__(self, twin: Twin, movement: Trajectory, joints: slice = slice(None)):
-        """The movement begins now; its columns are these joints'."""
+        """Start the movement now. Its columns belong to `joints`."""
         self._twin, self._movement, self._joints, self._tick = twin, movement, joints, 0
 
     def act(self) -> None:
-        """The hand's torque for the next period; when the movement is over it holds the arm where it is."""
+        """Set the hand's torque for the next period. After the movement the hand holds the arm."""
         hand, tick = self._twin.tau_hand[self._joints], min(self._tick, len(self._movement) - 1)
         truth, q, v = self._twin.truth, self._movement.q[tick], self._movement.v[tick]
         wanted = HAND_KP * (q - truth.q[self._joints]) + HAND_KD * (v - truth.v[self._joints])
@@ -41,20 +41,20 @@ class Therapist:
         self._tick += 1
 
     def let_go(self) -> None:
-        """Take the hand off."""
+        """Remove the hand's torque."""
         self._twin.tau_hand[self._joints] = 0.0
 
 
 class Holding:
-    """A person who holds the arm still between two times, and is relaxed otherwise; `act` once a tick."""
+    """Wearer who holds the arm still between two times, and is relaxed otherwise. Call `act` once per tick."""
 
     def __init__(self, twin: Twin, from_s: float, until_s: float, freedoms: slice = slice(None)):
-        """Times on the twin's clock [s]; freedoms of the arms that are held."""
+        """Set the times on the twin's clock [s], and the freedoms of the arms that are held."""
         self._twin, self._from, self._until, self._held = twin, from_s, until_s, freedoms
         self._q: np.ndarray | None = None
 
     def act(self) -> None:
-        """Muscles, for the next period."""
+        """Set the muscle torque for the next period."""
         twin, tau = self._twin, self._twin.tau_voluntary[self._held]
         if not self._from <= twin.t < self._until:
             if self._q is not None:
@@ -67,9 +67,9 @@ class Holding:
 
 
 def drawn_movement(description: RigDescription, seed: int, q: Joints, dt: float, stops: int = 3) -> Trajectory:
-    """What a simulated therapist has in mind: from `q` [rad] over some postures inside of the task workspace and back.
+    """Draw the movement of a simulated therapist: from `q` [rad] over some postures in the task workspace and back.
 
-    On a machine for two arms, both arms' columns are the same.
+    On a machine for two arms, the columns of both arms are the same.
     """
     lower, upper = description.workspace
     arms = len(description.arm_sides)

@@ -1,1 +1,1 @@
-"""The virtual participant, and the simulated screen, panel and flight around it."""
+"""Virtual participant, and the simulated screen, panel and flight around it."""

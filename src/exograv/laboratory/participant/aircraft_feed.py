@@ -1,4 +1,4 @@
-"""An emulated flight in lock-step: the room is accelerated, and what the network lets through opens windows."""
+"""Emulated flight in lock-step: the room is accelerated, and datagrams that pass the network open windows."""
 
 from collections.abc import Callable, Iterator
 from typing import Protocol as Interface
@@ -14,30 +14,30 @@ from exograv.task.flight_profile import FlightProfile, Network, datagrams, sampl
 from exograv.task.protocol_schema import Protocol, level_value
 
 NETWORK = Network(loss=0.01, jitter_s=0.01)
-"""Of a cabin; assumed."""
+"""Network in the cabin (assumed)."""
 
 
 @runtime_checkable
 class AcceleratedRoom(Interface):
-    """A room that can be accelerated, and its clock."""
+    """Room that can be accelerated, with a clock."""
 
     @property
     def t(self) -> float:
-        """Its clock [s]."""
+        """Time of the room's clock [s]."""
         ...
 
     def fly(self, g: Float[np.ndarray, " 3"]) -> None:
-        """As `Twin.fly`."""
+        """Accelerate the room, as `Twin.fly`."""
         ...
 
 
 class AircraftFeed:
-    """Flies the twin's room and hears the aircraft."""
+    """Source of the aircraft's events, which also accelerates the twin's room."""
 
     def __init__(
         self, protocol: Protocol, twin: AcceleratedRoom, seed: int, heard: Callable[[float, AircraftSample], None]
     ):
-        """The flight begins now; `heard` is told every sample that arrives, and when."""
+        """Start the flight now. `heard` receives every sample that arrives, with its time."""
         level, high = protocol.windows.level_of(protocol.windows.first_number).start, protocol.hypergravity
         profile = FlightProfile(
             parabolas=protocol.windows.count, level=level, window_s=protocol.windows.duration_s
@@ -59,7 +59,7 @@ class AircraftFeed:
         )
 
     def __call__(self, t: float) -> tuple[Event, ...]:
-        """Accelerate the room as it is at `t` [s], and say what has been heard until then."""
+        """Accelerate the room for time `t` [s], and return the events that have arrived until then."""
         while self._next_flown is not None and self._begun + self._next_flown[0] <= t:
             self._twin.fly(self._level_axes @ np.array(self._next_flown[1].g))
             self._next_flown = next(self._flown, None)

@@ -1,4 +1,4 @@
-"""Who sits before the screen: what a participant sees and feels, and what comes of it."""
+"""Interface of a participant at the screen: perception, and muscle torque."""
 
 from typing import Protocol, runtime_checkable
 
@@ -12,16 +12,16 @@ PerFreedom = Float[np.ndarray, " arm"]
 
 @runtime_checkable
 class Participant(Protocol):
-    """Told what a person in that place would notice, asked for muscle torque; another model takes its place."""
+    """Participant who perceives screen and touches, and returns muscle torque. Other models can replace it."""
 
     def see(self, t: float, picture: ParticipantPicture) -> None:
-        """What the participant's page shows at time `t` [s]: countdown, arrow, half of the target."""
+        """See the participant's page at time `t` [s]: countdown, arrow, half of the target."""
         ...
 
     def touched(self, t: float, off: Float[np.ndarray, " 2"] | None) -> None:
-        """The finger has met the screen; the half-visible target lets it be seen how far off, right and up [m].
+        """Notice that the finger has met the screen, with the seen deviation from the target, right and up [m].
 
-        None where it lets nothing be seen.
+        `off` is None if the deviation cannot be seen.
         """
         ...
 

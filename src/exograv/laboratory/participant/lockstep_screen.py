@@ -17,10 +17,10 @@ from exograv.task.run import TaskRun
 from .screen_session import EventSource, ScreenSeat, ScreenSession
 
 TASK_TICKS = 20
-"""Ticks between two at which the run is told the time and the participant looks at the page."""
+"""Number of ticks between two updates of the run's time and of the page."""
 
 LEVEL_TICKS = 10
-"""Between two at which the level follows; a hundredth of a second of a ramp moves no arm by what can be felt."""
+"""Number of ticks between two updates of the level. The arm's motion in 0.01 s of a ramp cannot be felt."""
 
 CHUNK_S = 1.0
 
@@ -38,17 +38,17 @@ class LockstepScreen:
     """Checks the compensation while the run is paused."""
 
     verify_every: int = 0
-    """Windows; never where 0."""
+    """Number of windows between two verifications; 0 for never."""
 
     def __post_init__(self):
-        """Take the resting posture and the windows that are complete already."""
+        """Store the resting posture and the number of complete windows."""
         self._ticks = 0
         self._q_rest = self.pilot.q.copy()
         self._still = motion.hold(self.pilot.q, CHUNK_S, self.twin.period_s)
         self._verified_after = len(self.run.state.complete)
 
     def fly(self, *others: EventSource) -> None:
-        """Fly the run from its present state to its end; `others` are sources beside the touch panel.
+        """Run from the present state to the end; `others` are sources beside the touch panel.
 
         Raises:
             RigError: The envelope stopped the machine.
@@ -65,11 +65,11 @@ class LockstepScreen:
 
     @property
     def is_settling(self) -> bool:
-        """True while an arm is still carried: it must not be dropped."""
+        """True while an arm is still carried, because it must not fall."""
         return isinstance(self.controller, ArmController) and self.controller.mode.gravity_level < 1.0
 
     def advance(self, session: ScreenSession) -> None:
-        """Fly one chunk, and verify where it is due."""
+        """Run one chunk, and verify if it is due."""
         self.pilot.run(self.controller, self._still, self._where(), lambda moment: self._listen(session, moment))
         if self.verify_every and self._is_time_to_verify():
             self._pause_and_verify()
@@ -79,7 +79,7 @@ class LockstepScreen:
         return "all windows are complete" if run.is_over(self.twin.t) else ""
 
     def _is_time_to_verify(self) -> bool:
-        """In the rest after every so many windows, once, and as soon as the arm lies."""
+        """Return True once in the rest after every `verify_every` windows, as soon as the arm lies on its support."""
         state = self.run.state
         complete = len(state.complete)
         is_due = complete > self._verified_after and complete % self.verify_every == 0
@@ -131,7 +131,7 @@ class LockstepScreen:
         return (Distance(t=t, fingertip_m=fingertip, joints_rad=min(joints, 10.0)),)
 
     def _follow_level(self, t: float) -> None:
-        """Control and guard go along the same ramp."""
+        """Set the ramp's level in controller and guard."""
         controller, person = self.controller, self.pilot.envelope.person
         if not isinstance(controller, ArmController):
             return

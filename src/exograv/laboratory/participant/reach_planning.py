@@ -1,4 +1,4 @@
-"""How an arm that wants to touch a screen gets there: the posture with the finger at a place, and the way to it."""
+"""Planning of a reach to the screen: posture with the finger at a place, and path to it."""
 
 import numpy as np
 from jaxtyping import Float
@@ -14,24 +14,27 @@ PerFreedom = Float[np.ndarray, " arm"]
 Place = Float[np.ndarray, " 3"]
 
 PLANNED_HZ = 25.0
-"""Of a way to the screen; muscles follow 4."""
+"""Sampling rate of a planned path. Muscles follow up to 4 Hz."""
 
 POSTURE_WEIGHT = 0.03
-"""Of an unusual posture [1/rad] against a finger that is off [1/m]: 10° for 2 mm."""
+"""Weight of an unusual posture [1/rad] against an error of the finger [1/m]: 10° for 2 mm."""
 
 
 class ReachPaths:
-    """Of one person before one screen."""
+    """Paths of one person in front of one screen."""
 
     def __init__(
         self, own: ArmInverseDynamics, surroundings: Surroundings, usual: PerFreedom, habits: Habits, period_s: float
     ):
-        """`usual` is the posture [rad] in which the person likes to touch the screen."""
+        """Set up the planner. `usual` is the posture [rad] in which the person prefers to touch the screen."""
         self._own, self._surroundings, self._usual = own, surroundings, usual
         self._habits, self._dt = habits, period_s
 
     def to_screen(self, rest: PerFreedom, q_screen: PerFreedom) -> Trajectory:
-        """From rest to a posture at the screen [rad]: the finger comes from before it, not along it."""
+        """Path from rest to a posture at the screen [rad].
+
+        The finger approaches from the front, not along the screen.
+        """
         seconds = self._habits.reach_s
         ticks, n = round(seconds / self._dt), round(seconds * PLANNED_HZ)
         shares = motion.minimum_jerk(np.zeros(1), np.ones(1), seconds, seconds / n).q[:, 0]
@@ -42,20 +45,20 @@ class ReachPaths:
             place = (1 - s) ** 2 * tips[0] + 2 * s * (1 - s) * before + s**2 * tips[1]
             q = self.reached(place, rest + s * (q_screen - rest), q, 2)
             rows.append(q)
-        from scipy.interpolate import CubicSpline  # 0.1 s that only a participant has to wait for
+        from scipy.interpolate import CubicSpline  # The import takes 0.1 s.
 
         spline = CubicSpline(np.arange(n + 1) * seconds / n, np.array(rows), bc_type="clamped")
         t = np.arange(1, ticks + 1) * self._dt
         return Trajectory(spline(t), spline(t, 1), spline(t, 2), self._dt)
 
     def posture_at(self, place: Float[np.ndarray, " 2"], depth_m: float) -> PerFreedom:
-        """The usual posture, changed so that the finger would be there on the screen [m], so far behind the glass."""
+        """Modify the usual posture so that the finger is at `place` on the screen [m], `depth_m` behind the glass."""
         surroundings = self._surroundings
         wanted = surroundings.screen_centre + surroundings.screen_axes @ np.append(place, -depth_m)
         return self.reached(wanted, self._usual, self._usual, 8)
 
     def reached(self, wanted: Place, usual: PerFreedom, q: PerFreedom, steps: int) -> PerFreedom:
-        """The posture nearest to a usual one in which the finger is at a place [m], in so many steps from `q`."""
+        """Compute the posture nearest to a usual one with the finger at `wanted` [m], in iterations from `q`."""
         for _ in range(steps):
             tip, J = self._own.fingertip_slope(q)
             H = J.T @ J + POSTURE_WEIGHT**2 * np.eye(len(q))

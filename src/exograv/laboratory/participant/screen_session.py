@@ -1,6 +1,6 @@
-"""One session of a participant at a screen: events of screen and aircraft into the task, its records to all sinks.
+"""Session of a participant at a screen: events of screen and aircraft go into the task, its records to all sinks.
 
-The machine is a parameter: full lock-step with control and guard (`lockstep_screen`), the twin with rests passed over
+The machine is a parameter: full lock-step with control and guard (`lockstep_screen`), the twin with skipped rests
 (`campaigns/virtual_study`), or end points drawn without physics (`campaigns/study_example`).
 """
 
@@ -35,7 +35,7 @@ class SessionMachine(Protocol):
 
     @property
     def is_settling(self) -> bool:
-        """True while the machine has to go on after the end of the run."""
+        """True while the machine must continue after the end of the run."""
         ...
 
     def advance(self, session: "ScreenSession") -> None:
@@ -43,23 +43,23 @@ class SessionMachine(Protocol):
         ...
 
     def why_over(self, run: TaskRun) -> str:
-        """Reason to stop a run that no clock ends; empty as long as it goes on."""
+        """Reason to stop a run that no clock ends; empty if it continues."""
         ...
 
 
 @dataclass
 class ScreenSession:
-    """A run of a protocol, what it hears, and the page that its participant sees."""
+    """Run of a protocol with its event sources and the participant's page."""
 
     run: TaskRun
     sources: tuple[EventSource, ...]
-    """Asked in this order: the touch panel, and the aircraft where one flies."""
+    """Sources in the order of their evaluation: the touch panel, then the aircraft if there is one."""
 
     see: Callable[[float, ParticipantPicture], None] | None = None
-    """Takes the participant's page after every step [s]."""
+    """Receives the participant's page after every step, with the time [s]."""
 
     def tell(self, t: float, *noticed: Event) -> None:
-        """Feed the run what has arrived until `t` [s], then `noticed`, then the time; show the page."""
+        """Feed the run the events that arrived until `t` [s], then `noticed`, then the time; show the page."""
         for source in self.sources:
             for event in source(t):
                 self.run.feed(event)
@@ -91,16 +91,16 @@ class ScreenSeat:
     def __init__(
         self, twin: Twin, participant: Participant, room: SimulatedRoom, target: TargetSettings, seed: int, page: str
     ):
-        """Nothing has been touched; `seed` draws the delays of the panel."""
+        """Set up the panel without a touch. `seed` draws the delays of the panel."""
         self._twin, self._participant = twin, participant
         self._panel = TouchPanel(room, target, np.random.default_rng([seed, 32]), page)
 
     def session(self, run: TaskRun, *others: EventSource) -> ScreenSession:
-        """Session of this participant; `others` are asked after the panel."""
+        """Return the session of this participant. `others` are evaluated after the panel."""
         return ScreenSession(run, (self._panel.reported, *others), self._participant.see)
 
     def touch(self, t: float) -> None:
-        """Notice at `t` [s] whether the finger has come down on the panel."""
+        """Detect at `t` [s] if the finger has come down on the panel."""
         off = self._panel.feel(t, self._twin.finger_on_screen())
         if off is not None:
             self._participant.touched(t, off)

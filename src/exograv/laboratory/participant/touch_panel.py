@@ -1,4 +1,4 @@
-"""The simulated touch panel: a finger that comes down is a touch, and the page's report of it is late."""
+"""Simulated touch panel: a finger that comes down is a touch, and the page reports it late."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -12,27 +12,27 @@ from exograv.task.task_settings import TargetSettings
 from .touch_screen import SimulatedRoom
 
 LIFT_S = 0.05
-"""So long a finger must be away before its next contact is another touch: what touch panels do against bouncing."""
+"""Shortest time without contact before the next contact is another touch [s]. Touch panels debounce like this."""
 
 OnScreen = Float[np.ndarray, " 2"]
 
 
 class TouchPanel:
-    """Contacts of a finger, and the reports of them that have not arrived yet."""
+    """Contacts of a finger, and the reports that have not arrived yet."""
 
     def __init__(self, room: SimulatedRoom, target: TargetSettings, random: np.random.Generator, page: str):
-        """Nothing has touched it; `random` draws how late reports are."""
+        """Start without a touch. `random` draws the delays of the reports."""
         self._room, self._page, self._random = room, page, random
         self._target_px = room.target_px(target)
         self.target = room.on_panel(*self._target_px)
-        """Right and up of the panel's centre [m]."""
+        """Place of the target, right and up of the panel's centre [m]."""
         self._reports: deque[Touch] = deque()
         self._count, self._last_contact = 0, -np.inf
 
     def feel(self, t: float, finger: OnScreen | None) -> OnScreen | None:
-        """Where a finger is now, right and up of the centre [m], or none; returns how far off the target it came down.
+        """Process the finger's place, right and up of the centre [m], or None. Return a new touch's deviation [m].
 
-        None while it stays, is away, or bounces.
+        The result is None while the finger stays, is away, or bounces.
         """
         if finger is None:
             return None
@@ -45,12 +45,12 @@ class TouchPanel:
         return finger - self.target
 
     def draw(self, t: float, off_mm: OnScreen) -> None:
-        """Have a finger come down at `t` [s], so far right and up of the target [mm]."""
+        """Make a touch at `t` [s], at this distance right and up of the target [mm]."""
         right_px, up_px = (float(off) / self._room.pitch_mm for off in off_mm)
         self._report(t, (self._target_px[0] + right_px, self._target_px[1] - up_px))
 
     def reported(self, t: float) -> Iterator[Touch]:
-        """Touches that have arrived from the page until `t` [s], each once."""
+        """Yield the touches that have arrived from the page until `t` [s], each once."""
         while self._reports and self._reports[0].received <= t:
             yield self._reports.popleft()
 
@@ -60,7 +60,7 @@ class TouchPanel:
         return not self._reports
 
     def withdraw(self, since: float) -> None:
-        """Drop the reports of touches from `since` on [s]: the participant did not make them."""
+        """Drop the reports of touches from `since` on [s], because the participant did not make them."""
         self._reports = deque(touch for touch in self._reports if touch.t < since)
 
     def _report(self, t: float, pixel: tuple[float, float]) -> None:

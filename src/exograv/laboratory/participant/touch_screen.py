@@ -1,4 +1,4 @@
-"""The simulated room: a touch screen before the participant and a support for the hand; its values are recorded."""
+"""Simulated room: a touch screen before the participant and a support for the hand; its values are recorded."""
 
 from typing import Annotated
 
@@ -21,50 +21,52 @@ Vector = Float[np.ndarray, " 3"]
 
 
 class SimulatedRoom(Settings):
-    """A 24-inch panel, whose target is where the participant's finger is with the elbow still bent."""
+    """Room with a 24-inch panel. The participant's finger reaches the target with the elbow still bent."""
 
     width_px: Annotated[int, Field(gt=0)] = 1920
     height_px: Annotated[int, Field(gt=0)] = 1080
     pitch_mm: Annotated[float, Field(gt=0.0)] = 0.277
-    """Of a pixel; square."""
+    """Size of a square pixel."""
 
     tilt_deg: Annotated[float, Field(ge=-60.0, le=60.0)] = 10.0
-    """By which the upper edge leans away."""
+    """Angle by which the upper edge leans away."""
 
     touch_lag_s: Annotated[float, Field(ge=0.0)] = 0.06
     touch_lag_sd_s: Annotated[float, Field(ge=0.0)] = 0.008
-    """From contact to the time that the page reports. Touch screens have 0.05 to 0.2 (docs/explanation/task.md); the
-    spread is assumed."""
+    """Delay from contact to the time in the page's report, and its standard deviation. Touch screens have 0.05 to 0.2
+
+        (docs/explanation/task.md); the standard deviation is assumed.
+    """
 
     delivery_s: Annotated[float, Field(ge=0.0)] = 0.003
-    """From the page to us. Source: measured in a browser on the same computer, 2 to 5 ms."""
+    """Delay from the page to the server. Source: measured in a browser on the same computer, 2 to 5 ms."""
 
     contact_mm: Annotated[float, Field(gt=0.0)] = 9.0
     """Longer side of a fingertip's contact, assumed."""
 
     @property
     def calibration(self) -> ScreenCalibration:
-        """As a ruler would find it."""
+        """Calibration of the panel, as a measurement with a ruler would give it."""
         return ScreenCalibration(
             pitch_x_mm=self.pitch_mm, pitch_y_mm=self.pitch_mm, method="ruler", anisotropy=0.0, relative_error=0.0
         )
 
     def target_px(self, target: TargetSettings) -> tuple[float, float]:
-        """Centre of the target as it is drawn, right and down of the panel's corner [px]."""
+        """Centre of the drawn target, right and down of the panel's corner [px]."""
         return target.x_fraction * self.width_px, target.y_fraction * self.height_px
 
     def pixel_of(self, finger: Float[np.ndarray, " 2"]) -> tuple[float, float] | None:
-        """Pixel under a finger that is so far right and up of the panel's centre [m]; None beside the panel."""
+        """Pixel under a finger right and up of the panel's centre [m]; None beside the panel."""
         per_m = 1e3 / self.pitch_mm
         x, y = 0.5 * self.width_px + per_m * finger[0], 0.5 * self.height_px - per_m * finger[1]
         return (float(x), float(y)) if 0.0 <= x <= self.width_px and 0.0 <= y <= self.height_px else None
 
     def on_panel(self, x_px: float, y_px: float) -> Float[np.ndarray, " 2"]:
-        """The other way round [m]."""
+        """Place of a pixel, right and up of the panel's centre [m]."""
         return 1e-3 * self.pitch_mm * np.array([x_px - 0.5 * self.width_px, 0.5 * self.height_px - y_px])
 
     def around(self, assembly: Assembly, target: TargetSettings) -> Surroundings:
-        """Screen and support, set up by the lengths that are told of the participant, as an operator would."""
+        """Place screen and support by the lengths that were entered for the participant, as an operator would."""
         tip = _place(assembly, "finger_tip", TARGET_DEG)
         tilt = float(np.deg2rad(self.tilt_deg))
         axes = Surroundings(np.zeros(3), tilt, 0.0).screen_axes
@@ -73,7 +75,7 @@ class SimulatedRoom(Settings):
 
 
 def _place(assembly: Assembly, frame: str, angles_deg: tuple[float, ...]) -> Vector:
-    """Where a frame of the first arm is at these angles of its first freedoms, in the base frame [m]."""
+    """Place of a frame of the first arm at these angles of its first freedoms, in the base frame [m]."""
     layout, limb = parameters.ParameterLayout.of(assembly), assembly.arm.limbs[0]
     z = np.zeros(assembly.n_freedoms)
     z[: len(angles_deg)] = np.deg2rad(angles_deg)

@@ -1,8 +1,10 @@
-"""A virtual participant: reaches from the lap to where the target is believed to be, and comes back.
+"""Virtual participant who reaches from the lap to the believed place of the target, and returns.
 
-Where the finger lands follows from muscles, from what is felt of the own arm, and from what the machine leaves over;
-no deviation is put in. Its constants stand in `Habits`, its equations in docs/explanation/virtual_participant.md. It
-shows that the software works and is no evidence about people.
+The place of a touch results from muscles, from the felt posture of the arm, and from the residual torque of the
+    machine;
+no deviation is prescribed. The constants are in `Habits`, the equations in
+    docs/explanation/virtual_participant.md. The
+model shows that the software works; it is no evidence about people.
 """
 
 import enum
@@ -30,11 +32,11 @@ PerFreedom = Float[np.ndarray, " arm"]
 OnScreen = Float[np.ndarray, " 2"]
 
 TABLE_S = 0.02
-"""Between two moments for which it is worked out what a movement needs."""
+"""Time between two samples of the torque that a movement needs [s]."""
 
 
 class Activity(enum.Enum):
-    """What the participant does."""
+    """Activity of the participant."""
 
     LYING = "the arm lies on its support, relaxed"
     READY = "the arm is held above it"
@@ -43,7 +45,7 @@ class Activity(enum.Enum):
 
 
 class PointingPerson:
-    """`Participant` with the twin's own arm, muscles that are late and noisy, and a map that is a little wrong."""
+    """Participant with the twin's own arm, delayed and noisy muscles, and a small error of the felt posture."""
 
     def __init__(
         self,
@@ -56,20 +58,20 @@ class PointingPerson:
         period_s: float,
         habits: Habits | None = None,
     ):
-        """Lying, and knowing nothing of weightlessness yet.
+        """Start in the lying state, without experience of weightlessness.
 
         Args:
-            own: What the participant knows of the own arm.
-            worn_inertia: Of the machine, to which the participant is used [kg·m²].
-            surroundings: Where the screen is seen.
-            target: Its place there, right and up of the screen's centre [m].
+            own: The participant's knowledge of the own arm.
+            worn_inertia: Inertia of the machine, to which the participant is used [kg·m²].
+            surroundings: Place of the screen.
+            target: Place of the target, right and up of the screen's centre [m].
             too_short: Shape of the arrow that means a touch too soon, as instructed.
-            seed: Draws the personal map, and with the day (`begin_day`) all noise.
-            period_s: Between two acts [s].
-            habits: What makes this one.
+            seed: Seed of the personal map, and with the day (`begin_day`) of all noise.
+            period_s: Time between two calls of `act` [s].
+            habits: Constants of this participant.
         """
         self.inner_ear: Callable[[], float] = lambda: 1.0
-        """Gravity where the head is, over that on Earth [-]: whatever carries the arm changes nothing of it."""
+        """Gravity at the head, relative to Earth's [-]. Support of the arm does not change it."""
         self.habits, self._own = habits or Habits(), own
         self._surroundings, self._target, self._too_short, self._dt = surroundings, target, too_short, period_s
         freedoms = len(worn_inertia)
@@ -88,7 +90,7 @@ class PointingPerson:
         self.doing, self._tension = Activity.LYING, 0.0
         self._aim_off, self._depth, self._is_felt = np.zeros(2), self.habits.depth_m, False
         self._shift = self._shift_per_level()
-        # Off the support: an arm that lies half on it would feel lighter than it is.
+        # The hand is clear of the support: an arm that lies partly on it would feel too light.
         above = own.fingertip(self._rest) + np.array([0.0, 0.0, self.habits.lift_m])
         self._ways = ReachPaths(own, surroundings, self._usual, self.habits, period_s)
         self._rest = self._ways.reached(above, self._rest, self._rest, 8)
@@ -101,9 +103,9 @@ class PointingPerson:
         self._is_awaited, self._left_s = False, np.inf
 
     def begin_day(self, day: int) -> None:
-        """The same person with noise of its own on each day, who knows nothing of weightlessness."""
+        """Start a day without experience of weightlessness. The person is the same, the noise is the day's own."""
         habits, each = self.habits, np.ones(len(self._bias))
-        # Of each kind its own: whoever does something more often is not another person for it.
+        # Each kind of noise has its own generator, so that more samples of one kind do not change the others.
         felt, noise, self._random, contexts = (np.random.default_rng([self._seed, 31, k, day]) for k in range(1, 5))
         self._felt = OrnsteinUhlenbeck(np.deg2rad(habits.felt_sd_deg) * each, habits.felt_s, self._dt, felt)
         self._noise = OrnsteinUhlenbeck(habits.motor_noise * each, habits.motor_noise_s, self._dt, noise)
@@ -111,11 +113,11 @@ class PointingPerson:
         self._draw()
 
     def see(self, t: float, picture: ParticipantPicture) -> None:
-        """Begin when the target appears, get ready shortly before, rest when it has gone."""
+        """Start when the target appears, get ready shortly before, and rest when it has disappeared."""
         is_task = picture.screen == "task"
         self._arrow = None if picture.arrow is None else picture.arrow.shape
         if is_task and not self._is_task:
-            self._is_first = True  # nobody waits for the pace before the first touch
+            self._is_first = True  # The first touch does not wait for the pace.
             self._is_felt = False
             self._aim_off = self.habits.keeps_aim * self._aim_off
             self._begins = t + self.habits.reaction_s + (self.habits.full_s if self.doing is Activity.LYING else 0.0)
@@ -129,7 +131,7 @@ class PointingPerson:
         self._left_s = picture.countdown_s if is_task and picture.countdown_s is not None else np.inf
 
     def touched(self, t: float, off: OnScreen | None) -> None:
-        """Learn from what was seen and what was held against; the next touch is timed from this one."""
+        """Learn from the seen deviation and from the held torque, and time the next touch."""
         if self.doing is not Activity.REACHING or self._contact is not None:
             return
         habits = self.habits
@@ -143,7 +145,7 @@ class PointingPerson:
         missed_by = 1.0 + habits.interval_sd * float(self._random.standard_normal())
         self._takes_s += 0.5 * (t - self._began - self._takes_s)
         self._begins = t + max(self._interval_s * missed_by - self._takes_s, 0.0)
-        # What pushes now goes on pushing: a finger that gave way at once would bounce.
+        # The push continues: a finger that yields at once would bounce.
         self._want(t, Activity.REACHING, motion.hold(self._q_felt + self._muscles.error, habits.touch_s, self._dt))
         self._ends = t + habits.touch_s
 
@@ -152,34 +154,37 @@ class PointingPerson:
         self._aim_off = self._aim_off - self.habits.learns_aim * seen
         before = self.gravity_expected
         self.adaptation.learn(by_weight / (1.0 - self.habits.trusts_felt))
-        # What is anticipated from now on need not be held against; what is not held against moves the arm next time.
+        # Weight that is now anticipated needs no held torque. Without held torque the weight moves the arm next time.
         weight, changed = self._weight(self._wants), before - self.gravity_expected
         held = -float(self._muscles.hold @ weight / (weight @ weight))
         self._muscles.hold = self._muscles.hold + np.clip(held, min(changed, 0.0), max(changed, 0.0)) * weight
 
     @property
     def is_under_way(self) -> bool:
-        """Whether the next contact is the touch that is meant."""
+        """True if the next contact is the intended touch."""
         return self.doing is Activity.REACHING and self._contact is None
 
     @property
     def gravity_expected(self) -> float:
-        """Share of its weight that muscles are prepared for [-]."""
+        """Share of the arm's weight for which the muscles are prepared [-]."""
         known = self.adaptation.expected
         return known + self.habits.trusts_felt * (self.adaptation.felt - known)
 
     @property
     def inertia_expected(self) -> float:
-        """Share of its inertia that muscles are prepared for [-]: who feels no weight doubts the mass."""
+        """Share of the arm's inertia for which the muscles are prepared [-].
+
+        A person who feels no weight underestimates the mass.
+        """
         return 1.0 - self.habits.mass_doubt * (1.0 - self.adaptation.felt)
 
     @property
     def learned(self) -> LearnedState:
-        """What is kept for the next session."""
+        """State for the next session."""
         return LearnedState(slow=self.adaptation.slow, aim=(float(self._aim_off[0]), float(self._aim_off[1])))
 
     def remember(self, learned: LearnedState) -> None:
-        """Former sessions, or the one that was broken off."""
+        """Restore the state of former sessions, or of an interrupted one."""
         self.adaptation.remember(learned.slow)
         self._aim_off = np.array(learned.aim)
 
@@ -201,7 +206,7 @@ class PointingPerson:
         return tau
 
     def _draw(self) -> None:
-        """Where the arm is felt beside where it is, and what muscles give over what they should, for the next ticks."""
+        """Draw the error of the felt posture and the gain error of the muscles for the next ticks."""
         self._offs, self._gains, self._row = self._bias + self._felt.block(), 1.0 + self._noise.block(), 0
 
     def _decide(self, t: float, q_arm: PerFreedom) -> None:
@@ -233,19 +238,20 @@ class PointingPerson:
         return self._ways.to_screen(self._rest, self._ways.posture_at(believed, self._depth))
 
     def _seen_higher(self) -> OnScreen:
-        """By how much the target appears higher than it is, for the gravity that the head is in [m]."""
+        """Upward shift of the perceived target for the gravity at the head [m]."""
         return np.array([0.0, self.habits.sees_higher_m * (self.inner_ear() - 1.0)])
 
     def _feel(self) -> None:
-        """Before the first reach of a window: what holding the arm takes tells which context it is."""
+        """Infer the context from the holding effort, before the first reach of a window."""
         if self._is_felt:
             return
         self._is_felt = True
         weight, still = self._weight(self._rest), np.zeros_like(self._rest)
-        felt = self._effort - self._own.torque(self._rest, still, still, 0.0)  # the own joints' elasticity is known
+        # The person knows the elasticity of the own joints.
+        felt = self._effort - self._own.torque(self._rest, still, still, 0.0)
         share = float(felt @ weight / (weight @ weight))
         self.adaptation.window(share)
-        # What is no weight is held against as before; the weight is anticipated from now on, as far as it is trusted.
+        # Effort that is not weight is held as before. The weight is now anticipated, as far as it is trusted.
         self._muscles.hold = felt - share * weight
 
     def _want(self, t: float, doing: Activity, path: Trajectory) -> None:
@@ -261,12 +267,12 @@ class PointingPerson:
         return self._own.torque(q, v, a, self.gravity_expected, self.inertia_expected) + self._worn @ a
 
     def _weight(self, q: PerFreedom) -> PerFreedom:
-        """What the arm's whole weight takes at a posture [N·m]."""
+        """Torque of the arm's whole weight at a posture [N·m]."""
         still = np.zeros_like(q)
         return self._own.torque(q, still, still, 1.0) - self._own.torque(q, still, still, 0.0)
 
     def _shift_per_level(self) -> OnScreen:
-        """How far right and up the finger comes for a weight that is not there, by stiffness and reflex [m]."""
+        """Displacement of the finger, right and up, for an expected but absent weight, by stiffness and reflex [m]."""
         stiffness = self._body.stiffness * self._muscles.tension * (1.0 + self._body.nerves.reflex_share)
         turn, tip = self._weight(self._usual) / stiffness, self._own.fingertip(self._usual)
         moved = (self._own.fingertip(self._usual + 1e-3 * turn) - tip) / 1e-3
@@ -274,7 +280,7 @@ class PointingPerson:
 
 
 def physiology_of(habits: Habits, freedoms: int) -> Physiology:
-    """Muscles and nerves of this person."""
+    """Make muscles and nerves of this person."""
     usual = usual_physiology(freedoms)
     return replace(
         usual,

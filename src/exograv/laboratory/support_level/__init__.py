@@ -1,1 +1,1 @@
-"""The search for the needed support with a virtual weak person."""
+"""Search for the needed support with a virtual weak person."""

@@ -1,6 +1,6 @@
-"""One person in a flown machine: support let down and taken up by the guard's ramp, attempts at targets, and rescue.
+"""Support test with one person: the guard ramps the support, the person tries targets, and a sinking arm is rescued.
 
-The arm is fully carried at first. Support goes down from there, and whoever cannot hold what is left is carried again.
+The arm is fully carried at first, and support decreases from there. An arm that sinks is fully carried again.
 """
 
 from collections.abc import Callable
@@ -21,24 +21,24 @@ from .weak_person import MOVE_S, ReachingPerson
 Place = Float[np.ndarray, " 3"]
 
 LOOK_TICKS = 20
-"""Between two looks at where the fingertip is."""
+"""Ticks between two evaluations of the fingertip."""
 
 SETTLE_S = 0.5
-"""After a ramp or a way, before it counts where the arm is."""
+"""Time after a ramp or a motion before the arm's position counts [s]."""
 
 SINK_M = 0.12
-"""Lower than the fingertip at rest: the arm is not held any more, and is carried again."""
+"""Drop of the fingertip below its rest position at which the arm counts as sinking, and is carried again [m]."""
 
 FALL_M_S = 0.8
-"""A fingertip that comes down faster is falling; the way back from the highest target has 0.5 at `MOVE_S`."""
+"""Downward speed of a fingertip that counts as falling. The return from the highest target has 0.5 at `MOVE_S`."""
 
 ASTRAY_M = 0.10
-"""From the place at rest: who is not there before an attempt cannot hold the arm at rest."""
+"""Largest distance from the rest position before an attempt. Beyond, the person cannot hold the arm at rest."""
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """At one target, once."""
+    """Attempt at one target."""
 
     target: int
     support: float
@@ -46,20 +46,21 @@ class Attempt:
 
     reached: bool
     nearest_m: float | None
-    """None where the arm was not even held at rest."""
+    """Smallest distance to the target; None if the person could not hold the arm at rest."""
 
     rescued: bool
-    """Whether the machine took the whole weight again, because the arm sank."""
+    """True if the machine took the whole weight again, because the arm sank."""
 
 
 class SupportFlight:
-    """Flies the machine and counts; what it knows of the arm is what control knows."""
+    """Run of the machine with the attempts. It knows the arm only by the controller's estimate."""
 
     def __init__(self, pilot: Pilot, controller: ArmController, person: ReachingPerson, side: str):
-        """The pilot's guard knows whose arm it is; the arm is floating.
+        """Move the floating arm to rest. The pilot's guard must have the person's limits.
 
         Raises:
-            RigError: The guard holds nobody's limits; so in all that follows where the envelope stops the run.
+            RigError: The guard has no person's limits. The following methods raise it if the envelope stops the
+                run.
         """
         self._pilot, self._controller, self._person = pilot, controller, person
         self._ticks, self._tip, self._begin = 0, np.zeros(3), pilot.rig.t
@@ -67,32 +68,34 @@ class SupportFlight:
         self._rescued = False
         self.rescues = 0
         if pilot.envelope.person is None:
-            raise RigError("The guard does not know who is in the machine. Tell it before the support is changed.")
+            raise RigError(
+                "The guard does not know who is in the machine. Give it the person's limits before the support changes."
+            )
         pilot.begin("go to rest")
         person.go_to(person.rest)
         self._run(2.0 * MOVE_S)
         self._rest_tip = self._tip.copy()
         self.places = tuple(target_places(np.array(controller.skeleton(pilot.q)[1]), side))
-        """Of the targets, in the base frame, for this arm as control knows it [m]."""
+        """Places of the targets in the base frame, for this arm by the controller's model [m]."""
 
     @property
     def support(self) -> float:
-        """Share of the arm's weight that is carried now [-]."""
+        """Share of the arm's weight that the machine carries now [-]."""
         person = self._pilot.envelope.person
         return 1.0 - (0.0 if person is None else person.gravity_level)
 
     @property
     def seconds(self) -> float:
-        """Since the test began [s]."""
+        """Time since the start of the test [s]."""
         return self._pilot.rig.t - self._begin
 
     @property
     def clipped_share(self) -> float:
-        """Of all ticks, in which the guard limited torque or its rate [-]."""
+        """Share of the ticks in which the guard limited torque or its rate [-]."""
         return self._pilot.envelope.clipped_ticks / max(self._ticks, 1)
 
     def attempt(self, target: int, support: float) -> Attempt:
-        """Bring the support to this share, by the guard's ramp, let the person try, and come back."""
+        """Ramp the support to this share by the guard, let the person try, and return to rest."""
         self._note("reach_began", target, support, place_m=self.places[target].tolist())
         self._person.attempt()
         held = self._brought_to(support)
@@ -106,14 +109,14 @@ class SupportFlight:
         return result
 
     def carry_all(self) -> None:
-        """Take the whole weight again."""
+        """Carry the whole weight again."""
         seconds = max(slewing_s(1.0 - self.support, 0.0), MOVE_S)
         self._feel(0.0)
         self._person.go_to(self._person.rest, seconds, 0.0)
         self._run(seconds + SETTLE_S)
 
     def _brought_to(self, support: float) -> bool:
-        """Whether the person holds the arm at rest with that."""
+        """Ramp the support. Return True if the person then holds the arm at rest."""
         level = 1.0 - support
         ramp_s = slewing_s(1.0 - self.support, level)
         if ramp_s > 0.0:
@@ -134,7 +137,7 @@ class SupportFlight:
             self._come_back()
 
     def _run(self, seconds: float, done: Callable[[float], bool] = lambda _t: False) -> None:
-        """Fly so long, or until it is done; the person acts, and the guard's level is control's."""
+        """Run for a time [s], or until `done`. The person acts, and the controller takes the guard's gravity level."""
         dt, ended = self._pilot.rig.period_s, False
 
         def act(moment: TickSample) -> None:
@@ -148,7 +151,7 @@ class SupportFlight:
                 self._look(moment, dt)
                 ended = done(moment.state.t)
 
-        # Nothing drives the machine to a reference here: it only has to be there.
+        # The pilot needs a reference, but no feedback drives the machine to it here.
         slice_s = LOOK_TICKS * dt
         for _ in range(round(seconds / slice_s)):
             self._pilot.run(self._controller, motion.hold(self._pilot.q.copy(), slice_s, dt), "", act)
@@ -156,7 +159,7 @@ class SupportFlight:
                 break
 
     def _look(self, moment: TickSample, dt: float) -> None:
-        """Where the fingertip is by control's model; an arm that sinks is carried again."""
+        """Compute the fingertip by the controller's model. An arm that sinks is carried again."""
         exo, arm = self._controller.skeleton(moment.q)
         before, self._tip = self._tip, np.array(arm[-1])
         if self._pilot.recording is not None:
@@ -170,7 +173,7 @@ class SupportFlight:
 
     def _feel(self, level: float) -> None:
         if not self._pilot.guard.feel(level):
-            raise RigError("The guard does not let the support change. The recording shows why it holds the machine.")
+            raise RigError("The guard refused a change of the support. The recording shows the reason.")
 
     def _note(self, kind: str, target: int, support: float, **more: object) -> None:
         recording = self._pilot.recording
@@ -180,10 +183,10 @@ class SupportFlight:
 
 
 def _length(arm: Float[np.ndarray, "point 3"]) -> float:
-    """From shoulder over elbow and wrist to the fingertip [m]."""
+    """Length from the shoulder over elbow and wrist to the fingertip [m]."""
     return float(np.linalg.norm(np.diff(arm, axis=0), axis=1).sum())
 
 
 def target_places(arm: Float[np.ndarray, "point 3"], side: str, targets: tuple[Target, ...] = TARGETS) -> list[Place]:
-    """Base frame [m]."""
+    """Return the places of the targets in the base frame [m]."""
     return [target.place(arm[0], _length(arm), side) for target in targets]

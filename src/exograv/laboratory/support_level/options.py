@@ -10,12 +10,12 @@ from exograv.errors import ConfigError
 from exograv.options import Level, OneSideOption, Options, RigOption, Seed, Within
 
 STRENGTH = 0.1
-"""Of the person where none is named [-]: about half of the arm's weight has to be carried then."""
+"""Default strength of the person [-]. About half of the arm's weight then has to be carried."""
 
 Synergy = Annotated[
     float | None,
     Within(0.0, 1.0, "0 (none) to 1."),
-    tyro.conf.arg(help="Torque that bends the elbow over the one with which the shoulder lifts; none if not given."),
+    tyro.conf.arg(help="Elbow flexion torque as a share of the shoulder's lifting torque; none by default."),
 ]
 
 
@@ -29,7 +29,7 @@ class SupportOptions(Options):
     seed: Seed = 0
 
     strength: float | None = None
-    """Of the virtual person over a healthy adult's; 0.1 if neither this nor a file is given."""
+    """Strength of the virtual person, relative to a healthy adult; 0.1 without this option and without a file."""
 
     synergy: Synergy = None
 
@@ -37,19 +37,19 @@ class SupportOptions(Options):
     """TOML file of a virtual person: strength, synergy, mobilised_sd, noise (docs/howto/support_level.md)."""
 
     name: tyro.conf.Fixed[str] = "support_level"
-    """Of recording and picture."""
+    """Name of recording and picture."""
 
     def __post_init__(self):
         if self.strength is not None and not 0.0 < self.strength <= 1.0:
             raise ConfigError(
-                f"--strength is {self.strength:g}; allowed: above 0 to 1, a healthy adult. Somebody who "
-                "needs half of the arm's weight carried has about 0.1."
+                f"--strength is {self.strength:g}; allowed: above 0 to 1, a healthy adult. A person who "
+                "needs support of half of the arm's weight has about 0.1."
             )
         super().__post_init__()
         if self.person_file is not None and (self.strength is not None or self.synergy is not None):
-            raise ConfigError("--person-file says all of the person; give it without --strength and --synergy.")
+            raise ConfigError("--person-file describes the whole person; give it without --strength and --synergy.")
 
     @property
     def strength_or_usual(self) -> float:
-        """Of the person where no file says it [-]."""
+        """Strength of the person without a file [-]."""
         return STRENGTH if self.strength is None else self.strength

@@ -13,19 +13,21 @@ from .options import SupportOptions
 
 
 class PersonFile(Settings):
-    """A virtual person of little strength (docs/howto/support_level.md)."""
+    """Virtual person of little strength (docs/howto/support_level.md)."""
 
-    strength: float | list[float] = Field(description="Of a healthy adult's; one number, or one a freedom.")
+    strength: float | list[float] = Field(
+        description="Share of a healthy adult's strength; one number, or one per freedom."
+    )
     synergy: float = Field(0.0, ge=0.0, le=1.0)
     mobilised_sd: float = Field(0.1, ge=0.0, le=0.5)
     noise: float = Field(0.05, ge=0.0, le=0.5)
 
 
 def weakness_of(options: SupportOptions, freedoms: int) -> Weakness:
-    """Of the person who is asked for.
+    """Read or draw the weakness of the requested person.
 
     Raises:
-        ConfigError: The file cannot be read or says what cannot be.
+        ConfigError: The file cannot be read, or has a value outside its limits.
     """
     path = options.person_file
     if path is None:
@@ -51,10 +53,11 @@ def _read(path: Path) -> PersonFile:
     except OSError as error:
         raise ConfigError(f"--person-file {path} cannot be read: {error.strerror}. Check its path.") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"--person-file {path} is no TOML file: {error}.") from error
+        raise ConfigError(f"--person-file {path} is not a valid TOML file: {error}. Correct it there.") from error
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
         raise ConfigError(
-            f"--person-file {path}: {where}: {first['msg']}. It may say strength, synergy, mobilised_sd and noise."
+            f"--person-file {path}: {where}: {first['msg']}. Allowed entries: strength, synergy, mobilised_sd and "
+            "noise."
         ) from error

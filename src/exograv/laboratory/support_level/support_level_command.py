@@ -1,4 +1,4 @@
-"""A test of support from end to end: prepare, search, try the answer, draw it."""
+"""Complete support test: prepare, search, confirm the result, and draw it."""
 
 import time
 from dataclasses import dataclass, field
@@ -26,14 +26,14 @@ from .weak_participant import WeakParticipant, prepare_weak_participant
 
 @dataclass(frozen=True)
 class VirtualSupport:
-    """Test of a virtual person, as its recording keeps it."""
+    """Test of a virtual person, as its recording stores it."""
 
     outcome: SupportOutcome = field(metadata=MERGED)
     run: TwinRun = field(metadata=MERGED)
     strength: np.ndarray
     synergy: float
     rescues: int
-    """Times that the arm sank and was carried again."""
+    """Number of times that the arm sank and was carried again."""
     simulated_s: float
     is_simulated: bool
 
@@ -63,7 +63,7 @@ def run_support_level(options: SupportOptions, folder: Path, progress: Progress)
     """Test a virtual person.
 
     Raises:
-        ConfigError: An option, a file or the machine cannot be used.
+        ConfigError: An option, a file or the machine is not valid.
         RigError: The envelope stopped the run.
         RecordingError: The folder cannot be written.
     """
@@ -73,7 +73,7 @@ def run_support_level(options: SupportOptions, folder: Path, progress: Progress)
     with RecordingWriter(path, one.laboratory.description.joints, json_value(_settings(options, one))) as recording:
         flight = one.flight(options.seed, recording)
         needed, attempts = search_flight(flight, options.seed, progress)
-        # With the answer, every target once: what came of the search is tried, not believed.
+        # Every target is tried once with the found support: the result of the search is tested, not assumed.
         confirmed = [flight.attempt(k, needed.ci[0]) for k in range(len(TARGETS))]
         flight.carry_all()
         tried = [(one.target, one.support, one.reached) for one in attempts]
@@ -95,7 +95,7 @@ def run_recorded(recording: Path, folder: Path, name: str) -> RecordedSupport:
     """Evaluate the test of a recorded person.
 
     Raises:
-        RecordingError: The recording cannot be read, or does not hold what it takes.
+        RecordingError: The recording cannot be read, or has no such test.
     """
     tried, is_simulated = recorded_attempts(recording)
     found = ThresholdSearch(len(TARGETS), CRITERION, 0)
@@ -106,7 +106,7 @@ def run_recorded(recording: Path, folder: Path, name: str) -> RecordedSupport:
 
 
 def search_flight(flight: SupportFlight, seed: int, progress: Progress) -> tuple[NeededSupport, list[Attempt]]:
-    """Search with attempts that are flown; they are returned too."""
+    """Search with attempts in the twin. The attempts are returned too."""
     attempts: list[Attempt] = []
 
     def tries(target: int, support: float) -> bool:
@@ -126,7 +126,7 @@ def _drawn(outcome: SupportOutcome, is_simulated: bool, path: Path) -> Path:
 
 
 def _settings(options: SupportOptions, one: WeakParticipant) -> RunSettings:
-    # A file's place changes nothing; what it says is the weakness.
+    # The path of a file changes no result. Its content is recorded as the weakness.
     settings = {
         "options": json_value(options) | {"person_file": None},
         "weakness": one.weakness,

@@ -19,7 +19,7 @@ from .person_file import weakness_of
 from .weak_person import BodyKnowledge, ReachingPerson
 
 LIMIT_MARGIN = np.deg2rad(5.0)
-"""Margin to the joint limits [rad]: a limb in soft cuffs is not exactly where the machine is."""
+"""Margin to the joint limits [rad]: a limb in soft cuffs is not exactly at the machine's angles."""
 
 
 @dataclass(frozen=True)
@@ -33,10 +33,10 @@ class WeakParticipant:
     seed: int
 
     def flight(self, run_seed: int, recording: RecordingWriter | None = None) -> SupportFlight:
-        """Begin a test; `run_seed` draws its noise.
+        """Start a test. `run_seed` draws its noise.
 
         Raises:
-            RigError: The envelope stopped the way to rest.
+            RigError: The envelope stopped the motion to rest.
         """
         worn = Preparation(self.laboratory, run_seed, recording=recording).worn(self.known)
         worn.limit_to_person()
@@ -45,17 +45,17 @@ class WeakParticipant:
 
 
 def prepare_weak_participant(options: SupportOptions, progress: Progress) -> WeakParticipant:
-    """Draw, calibrate and identify.
+    """Draw and calibrate the machine, and identify the arm.
 
     Raises:
-        ConfigError: An option, a file or the machine cannot be used.
+        ConfigError: An option, a file or the machine is not valid.
         ExogravError: The machine, the wearer or the run was refused.
     """
     laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed)
     description = laboratory.description
     if len(description.joints) != 4 or len(laboratory.wearer.arms) != 1 or description.settings.donning.arm_posture_deg:
         raise ConfigError(
-            f"{description.name} has not four joints like one arm's; the targets are for such machines. Choose "
+            f"{description.name} does not have the four joints of one arm, for which the targets are made. Choose "
             "recupera_like or recupera_like_qdd."
         )
     weakness = weakness_of(options, len(description.arm_donning_posture))

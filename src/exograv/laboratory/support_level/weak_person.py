@@ -1,7 +1,8 @@
-"""A virtual person of little strength who tries to reach: what is wanted, planned with the own arm, and felt.
+"""Virtual person of little strength who tries to reach targets: intended motion, its plan and felt weight.
 
-Reads the twin's own arm, as a person knows theirs; nothing of control or identification is known here, and control
-knows nothing of this.
+The person reads the twin's true arm, as people know their own. It has no access to control or identification, and
+    the
+controller has none to it.
 """
 
 from dataclasses import dataclass
@@ -19,16 +20,16 @@ from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics
 from exograv.rig.twin.behaviour.weakness import Weakness, WeakWearer
 
 MOVE_S = 2.0
-"""For a reach, and for the way back; assumed: without hurry, as somebody who is weak is asked to."""
+"""Duration of a reach, and of the return [s]. Assumed: a weak person is asked not to hurry."""
 
 TABLE_EVERY = 40
-"""Ticks between two at which it is worked out what a movement needs."""
+"""Ticks between two samples of the torque that a movement needs."""
 
 POSTURE_WEIGHT = 0.03
-"""Of an unusual posture [1/rad] against a finger that is off [1/m]: 10° for 5 mm."""
+"""Weight of an unusual posture [1/rad] against an error of the finger [1/m]: 10° for 5 mm."""
 
 STRAYED_RAD = 0.02
-"""From the posture that is kept, up to which nobody plans a way back."""
+"""Largest deviation from the intended posture that causes no corrective path."""
 
 PerFreedom = Float[np.ndarray, " arm"]
 Place = Float[np.ndarray, " 3"]
@@ -36,21 +37,21 @@ Place = Float[np.ndarray, " 3"]
 
 @dataclass(frozen=True)
 class BodyKnowledge:
-    """What somebody knows of the own arm and of the machine they are used to; made once a person."""
+    """Knowledge of the own arm and of the familiar machine; computed once per person."""
 
     own: ArmInverseDynamics
     worn_inertia: Float[np.ndarray, "arm arm"]
     lower: PerFreedom
     upper: PerFreedom
-    """Postures into which the machine goes along [rad]."""
+    """Limits of postures that the machine can follow [rad]."""
 
     @classmethod
     def of(cls, laboratory: VirtualLaboratory, lower: PerFreedom, upper: PerFreedom) -> "BodyKnowledge":
-        """Of the laboratory's wearer in its machine."""
+        """Make the knowledge of the laboratory's wearer in its machine."""
         return cls(laboratory.own_arm(), laboratory.worn_inertia(), lower, upper)
 
     def posture_at(self, place: Place) -> PerFreedom:
-        """The most usual posture in which the fingertip is at a place [m], or nearest to it."""
+        """Return the most usual posture in which the fingertip is at a place [m], or nearest to it."""
         usual = np.clip(np.deg2rad(TARGET_DEG), self.lower, self.upper)
 
         def off(q: PerFreedom) -> Float[np.ndarray, " residual"]:
@@ -60,19 +61,19 @@ class BodyKnowledge:
 
 
 class ReachingPerson:
-    """In a twin that somebody else flies; `act` once a tick."""
+    """Person in a running twin. Call `act` once per tick."""
 
     def __init__(self, body: BodyKnowledge, weakness: Weakness, twin: Twin, seed: int):
-        """At rest, fully supported; `seed` draws what each attempt mobilises, and noise."""
+        """Start at rest, fully supported. `seed` draws the strength that each attempt mobilises, and the noise."""
         self._body, self._twin = body, twin
         self._muscles = WeakWearer(weakness, twin.period_s, np.random.default_rng([seed, 47]))
         self.rest = np.clip(np.deg2rad(REST_DEG), body.lower, body.upper)
         self._postures: dict[tuple[float, ...], PerFreedom] = {}
         self.gravity_felt = 0.0
-        """Share of the arm's weight that muscles are prepared for; who lets it sink in feels it [-]."""
+        """Share of the arm's weight for which the muscles are prepared [-]. It follows the felt level."""
 
     def go_to(self, posture: PerFreedom, seconds: float = MOVE_S, gravity_level: float | None = None) -> None:
-        """Want to be in a posture [rad], from where the arm is, feeling the gravity level come to another one."""
+        """Plan a motion to a posture [rad] from the present one, while the felt gravity level changes."""
         at = self._twin.truth.q_arm
         if np.abs(at - posture).max() < STRAYED_RAD:
             at = posture
@@ -81,18 +82,18 @@ class ReachingPerson:
         self.gravity_felt = level
 
     def reach(self, place: Place) -> None:
-        """Want to have the fingertip at a place [m]."""
+        """Plan a motion of the fingertip to a place [m]."""
         key = tuple(place.tolist())
         if key not in self._postures:
             self._postures[key] = self._body.posture_at(place)
         self.go_to(self._postures[key])
 
     def attempt(self) -> None:
-        """Pull oneself together for what comes."""
+        """Mobilise strength for the next attempt."""
         self._muscles.attempt()
 
     def act(self) -> None:
-        """Give the twin's arm this tick's muscle torque."""
+        """Set the muscle torque of this tick."""
         truth = self._twin.truth
         self._twin.tau_voluntary[:] = self._muscles.step(self._twin.t, truth.q_arm, truth.v_arm)
 

@@ -11,7 +11,7 @@ DT = 0.001
 
 
 def test_a_real_machine_leads_nobody_yet():
-    with pytest.raises(ConfigError, match="Only the twin is led so far"):
+    with pytest.raises(ConfigError, match="Only the twin is supported so far"):
         GuidedOptions()
 
 

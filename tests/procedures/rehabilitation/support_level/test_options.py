@@ -32,7 +32,7 @@ def test_one_number_is_a_person_whose_freedoms_differ(tmp_path: Path):
         ("strength = [0.1, 0.2]\n", "or 4 of them"),
         ("strength = 0.1\nheight = 1.7\n", "height"),
         ("synergy = 0.1\n", "strength"),
-        ("strength = \n", "is no TOML file"),
+        ("strength = \n", "is not a valid TOML file"),
     ],
 )
 def test_files_that_describe_nobody_are_refused(tmp_path: Path, text: str, message: str):
@@ -47,7 +47,7 @@ def test_files_that_describe_nobody_are_refused(tmp_path: Path, text: str, messa
         ({"synergy": 2.0}, "--synergy is 2"),
         ({"seed": -1}, "--seed is -1"),
         ({"level": 7}, "--level is 7"),
-        ({"person_file": Path("p.toml"), "strength": 0.1}, "--person-file says all"),
+        ({"person_file": Path("p.toml"), "strength": 0.1}, "--person-file describes the whole person"),
     ],
 )
 def test_options_that_mean_nothing_are_refused(change: dict, message: str):
