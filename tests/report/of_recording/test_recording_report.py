@@ -83,7 +83,7 @@ def test_the_page_is_well_formed_and_fetches_nothing(page: str):
 def test_the_page_says_what_was_found_and_on_what(page: str):
     text = outline(page).text
     for words in (
-        "After 22 s of motion the arm was weightless",
+        "On target after 22 s of motion",
         "0.18 N·m at the shoulder and 0.07 N·m at the elbow are left over",
         "Recupera-like arm, harmonic drives, passive forearm",
         "0 (weightless)",

@@ -52,7 +52,7 @@ def headline(recording: Recording) -> str:
         return str(identification.get("outcome") or "The run is complete.")
     left = " and ".join(f"{value:.2f} N·m at the {part}" for part, (value, _) in parts.items())
     if seconds is not None and all(value <= goal for value, goal in parts.values()):
-        return f"After {seconds:.0f} s of motion the arm was weightless: {left} are left over."
+        return f"On target after {seconds:.0f} s of motion: {left} are left over."
     motion = identification.get("motion_s")
     return f"After {motion:.0f} s of motion {left} are left over." if motion is not None else f"Left over: {left}."
 
@@ -64,17 +64,28 @@ def _of_task(task: dict) -> str:
 
 
 def tiles(recording: Recording) -> list[Tile]:
-    """Return the tiles at the top, as far as the recording has their values."""
+    """Return the tiles at the top, as far as the recording has their values.
+
+    The examiner of a simulation measures the left over; the estimator only predicts it.
+    """
     result = recording.last("/result")
+    predicted = _predicted_of_parts(recording)
     found = [
-        Tile(f"left over, {part}", f"{value:.2f} N·m", f"target {goal:g} N·m, worst axis", value <= goal)
+        Tile(
+            f"left over, {part}: true value",
+            f"{value:.2f} N·m",
+            f"{f'the estimator predicted {predicted[part]:.2f} N·m; ' if part in predicted else ''}"
+            f"target {goal:g} N·m, worst axis",
+            value <= goal,
+        )
         for part, (value, goal) in _left_over_of_parts(recording).items()
     ]
     if (weight := result.get("known_weight") or {}).get("estimated_kg") is not None:
         found.append(_weight_tile(weight))
     if (floated := result.get("float") or {}).get("drift_deg") is not None:
         drift = float(np.max(np.abs(floated["drift_deg"])))
-        found.append(Tile("drift of the floated arm", f"{drift:.1f}°", f"in {floated['window_s']:g} s, worst joint"))
+        note = f"in {floated['window_s']:g} s, worst joint; friction of the drives holds the arm too"
+        found.append(Tile("drift of the floated arm", f"{drift:.1f}°", note))
     return found
 
 
@@ -86,6 +97,16 @@ def _weight_tile(weight: dict) -> Tile:
     return Tile(
         "weight in the hand", f"{value:.2f} kg", note if truth is None else f"true {truth:g} kg; {note}", is_good
     )
+
+
+def _predicted_of_parts(recording: Recording) -> dict[str, float]:
+    """Left over of the worst axis of each part of the arm that the last estimate predicted [N·m]."""
+    predicted = recording.last("/estimate").get("predicted_left_over_Nm")
+    if predicted is None:
+        return {}
+    values, goal = np.array(predicted), targets(recording)
+    groups = joint_groups(recording.joints)
+    return {part: float(values[max(axes, key=lambda k: values[k] / goal[k])]) for part, axes in groups.items()}
 
 
 def _left_over_of_parts(recording: Recording) -> dict[str, tuple[float, float]]:

@@ -38,6 +38,8 @@ FIGURES = (
 )
 """Name, title, and the module that draws and explains the figure."""
 
+SIMULATED = "SIMULATED: machine and wearer exist in a simulation only."
+
 LEFT_OVER = Text(
     "Left over: the torque that the person would still have to add for the arm to be weightless. For comparison: the "
     "horizontal arm of a person of 75 kg loads the shoulder with about 11 N·m."
@@ -86,6 +88,7 @@ def page_of(recording: Recording) -> Page:
         lead=list(_lead(recording)),
         chapters=[*figures, SAFETY, *(chapter for table in tables if (chapter := table(recording)) is not None)],
         letters="none",
+        simulated=SIMULATED if recording.is_simulated else "",
     )
 
 
@@ -93,5 +96,5 @@ def _lead(recording: Recording) -> Iterator[Block]:
     if recording.remark:
         yield Text(recording.remark, "notice")
     if outcome := (recording.last("/result").get("identification") or {}).get("outcome"):
-        yield Markup("<strong>Result of the identification:</strong> {}").format(outcome)
+        yield Markup("<strong>The estimator says:</strong> {}").format(outcome)
     yield LEFT_OVER
