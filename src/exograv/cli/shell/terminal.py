@@ -88,7 +88,7 @@ def show_demo(result: "DemoResult") -> None:
     """Print the closing table of `demo` and `identify`."""
     found = result.findings
     table = Table(title=f"{found.rig}, disturbance level {found.disturbance_level}, seed {found.seed}")
-    table.add_column("left over, N·m RMS")
+    table.add_column("left over (true), N·m RMS")
     for label in ("exo\nonly", "by\ntable", "arm\nfound"):
         table.add_column(label, justify="right")
     total = found.arm.left_over_rms_Nm.total
@@ -105,10 +105,10 @@ def _of_identification(found: "DemoFindings") -> Iterator[str]:
     """Yield lines on the identification: time, method, uncertainty, identifiable parameters, and relaxation."""
     arm, times = found.arm, found.arm.identification
     reached = times.time_to_target_s
-    yield f"Identified from {times.motion_s:.0f} s of motion. {times.outcome.value}"
+    yield f"Estimator '{found.method}' after {times.motion_s:.0f} s of motion: {times.outcome.value}"
     yield (
-        f"Method '{found.method}'. Left over stays within its target (shoulder 0.2, elbow 0.1, wrist 0.05 N·m) "
-        + ("never in this run." if reached is None else f"from {reached:.0f} s on.")
+        "True value, which only a simulation knows: the left over is within its target (shoulder 0.2, elbow 0.1, wrist "
+        "0.05 N·m) " + ("never in this run." if reached is None else f"from {reached:.0f} s on.")
     )
     if arm.possible_left_over_Nm is not None:
         limits = ", ".join(f"{value:.2f}" for value in arm.possible_left_over_Nm.p95)
@@ -127,7 +127,7 @@ def _of_floated(floated: "FloatedArm | None") -> Iterator[str]:
     if floated is None:
         return
     drift = ", ".join(f"{angle:.1f}°" for angle in floated.float.drift_deg)
-    yield f"Floated for {floated.float.window_s:.0f} s: the joints drifted by {drift}."
+    yield f"Floated for {floated.float.window_s:.0f} s: the joints drifted by {drift}. Friction of the drives holds the arm too."
     if floated.float.gravity_level > 0.0:
         yield "The virtual wearer is relaxed: the felt share of the weight lets the arm sink."
     weight = floated.known_weight.weight
