@@ -22,7 +22,7 @@ ON_ALL_CORES := --numprocesses auto --dist worksteal
 help:
 	@echo "make demo       identify a virtual wearer, float the arm, write a report"
 	@echo "make test       tests, without the slow ones (make test-slow: all of them)"
-	@echo "make check      style, types and the direction of imports"
+	@echo "make check      style, types, the direction of imports, and the language"
 	@echo "make docs       the documentation as a site, in docs/_build/html"
 	@echo "make format     put the code into the common form"
 	@echo "make bench      time our kernels beside every opponent, write benchmarks/README.md (a quarter of an hour)"
@@ -55,6 +55,7 @@ check: setup-dev
 	$(BIN)/ruff format --check
 	$(BIN)/pyright
 	$(BIN)/lint-imports
+	$(BIN)/python benchmarks/language.py --check
 
 format: setup-dev
 	$(BIN)/ruff check --fix

@@ -127,7 +127,10 @@ def _of_floated(floated: "FloatedArm | None") -> Iterator[str]:
     if floated is None:
         return
     drift = ", ".join(f"{angle:.1f}°" for angle in floated.float.drift_deg)
-    yield f"Floated for {floated.float.window_s:.0f} s: the joints drifted by {drift}. Friction of the drives holds the arm too."
+    yield (
+        f"Floated for {floated.float.window_s:.0f} s: the joints drifted by {drift}. Friction of the drives holds the "
+        "arm too."
+    )
     if floated.float.gravity_level > 0.0:
         yield "The virtual wearer is relaxed: the felt share of the weight lets the arm sink."
     weight = floated.known_weight.weight
