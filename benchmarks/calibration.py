@@ -1,10 +1,10 @@
-"""What calibration finds on random virtual machines, and what is left over with it and without: docs/calibration.md.
+"""Errors and coverage of calibration on random virtual machines, and torque left over with and without it.
 
     python benchmarks/calibration.py --rigs recupera_like,recupera_like_qdd --seeds 0-19 --save calibration.json
     python benchmarks/calibration.py --rigs recupera_like --seeds 0-2 --worn --save worn.json
     python benchmarks/calibration.py --load calibration.json worn.json
-
-Each run is `exograv calibrate` on the machine of that seed; with --worn also `exograv identify` with a wearer in it,
+Each run is `exograv rig calibrate` on the machine of that seed. With --worn each run adds `exograv arm identify` with
+a wearer, once with that calibration and once with the data sheets in its place (docs/howto/calibration.md).
 once with that calibration and once with the data sheets in its place.
 """
 
@@ -22,11 +22,11 @@ from exograv.errors import ExogravError
 
 FRICTION = ("coulomb_Nm", "viscous", "breakaway", "load_share", "asymmetry_Nm", "v_stribeck_rad_per_s")
 RELATIVE = ("gain", "coulomb_Nm", "viscous", "breakaway", "v_stribeck_rad_per_s")
-"""Errors in percent of the truth; the others in their own unit."""
+"""Names with errors in percent of the truth; the others are in their own unit."""
 
 
 def run(rig: str, level: int, seed: int, worn: bool) -> dict[str, Any]:
-    """One machine; a refused one is a result too."""
+    """Calibrate one machine; a refused machine is a result too."""
     from exograv.api.rig_factory import run_calibration
     from exograv.procedures.calibration.options import CalibrateOptions
     from exograv.results import json_value
@@ -44,7 +44,7 @@ def run(rig: str, level: int, seed: int, worn: bool) -> dict[str, Any]:
 
 
 def empty_left_over(rig: str, level: int, seed: int, file: Path) -> dict[str, list[float]]:
-    """RMS over the held-out postures of the empty machine, by calibration and by data sheet (joint,) [N·m]."""
+    """RMS torque left over (joint,) [N·m] on the empty machine at held-out postures, calibrated and by data sheet."""
     import casadi as ca
 
     from exograv.dynamics.loop_torque import GRAVITY
@@ -76,7 +76,7 @@ def empty_left_over(rig: str, level: int, seed: int, file: Path) -> dict[str, li
 
 
 def worn_left_over(rig: str, level: int, seed: int, file: Path) -> dict[str, list[float]]:
-    """RMS over the held-out postures after 60 s with a wearer, by calibration and by data sheet (joint,) [N·m]."""
+    """RMS torque left over (joint,) [N·m] at held-out postures after 60 s with a wearer, calibrated and nominal."""
     from exograv.laboratory.demo import DemoOptions, run_demo
 
     scores = {}
@@ -88,7 +88,7 @@ def worn_left_over(rig: str, level: int, seed: int, file: Path) -> dict[str, lis
 
 
 def uncalibrated(rig: str, file: Path) -> Path:
-    """A file that says what the data sheets say, each value as uncertain as it is before a calibration."""
+    """Write a calibration file with data-sheet values, each as uncertain as before a calibration; return its path."""
     from exograv.dynamics.actuator import ActuatorGain
     from exograv.dynamics.loop_torque import GRAVITY
     from exograv.identification.calibration.empty_prior import COULOMB, GAIN_SD, VISCOUS, usual_friction
@@ -118,7 +118,7 @@ def uncalibrated(rig: str, file: Path) -> Path:
 
 
 def show(results: list[dict[str, Any]]) -> None:
-    """One table a machine and level: error, coverage, what is left over."""
+    """Print one table per machine and level: error, coverage, torque left over."""
     for rig, level in sorted({(result["rig"], result["level"]) for result in results}):
         runs = [result for result in results if (result["rig"], result["level"]) == (rig, level)]
         done = [result for result in runs if "refused" not in result]
@@ -149,7 +149,7 @@ def _show_errors(runs: list[dict[str, Any]]) -> None:
 
 
 def _values(found: dict[str, Any], name: str) -> list[tuple[float, float, list[float]]]:
-    """Estimate, truth and interval of each joint."""
+    """Return estimate, truth and interval of each joint."""
     if name in FRICTION:
         return [(row[name], row[f"{name}_true"], row[f"{name}_ci95"]) for row in found["friction"]]
     return [(row["estimate"], row["true"], row["ci95"]) for row in found[name]]
@@ -160,7 +160,7 @@ def _row(values: np.ndarray) -> str:
 
 
 def main() -> None:
-    """Run or load, then show; each result is saved as soon as it is there."""
+    """Run or load, then print. Each result is saved as soon as it exists."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rigs", default="recupera_like,recupera_like_qdd")
     parser.add_argument("--level", type=int, default=2)

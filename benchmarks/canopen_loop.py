@@ -1,9 +1,9 @@
-"""The loop on a CAN bus in real time, against simulated drives in another process (docs/canopen.md).
+"""Control loop on a CAN bus in real time, against simulated drives in another process (docs/howto/canopen.md).
 
     python benchmarks/canopen_loop.py --seconds 60 --period-ms 2 --trials 20
 
-CAN frames go as UDP multicast on this computer. Every SYNC that was not answered in full is set against the times at
-which one of the two processes stood still. Both ask for real-time rights, on a processor each.
+CAN frames travel as UDP multicast on this computer. Each SYNC without all answers is compared with the delays of the
+two processes. Both processes ask for real-time scheduling, on one processor each.
 """
 
 import argparse
@@ -39,18 +39,18 @@ from exograv.signals import Command
 EXAMPLE = Path(__file__).parents[1] / "examples" / "drives" / "canopen.toml"
 RIG, LEVEL, SEED = "recupera_like", 1, 1000
 LIFE_S = 0.005
-"""Of a command, as the live loop's."""
+"""Life of a command [s], the same as in the live loop."""
 CYCLES_BEFORE = 60
 """Periods with commands before each trial."""
 GIVE_UP_S = 1.0
 FAR_S = 0.5
-"""After which a SYNC was not heard."""
+"""Time after which a SYNC counts as not heard [s]."""
 
 Spans = Float[np.ndarray, "sync stage"]
 
 
 def serve(path: str, line: Connection) -> None:
-    """The drives, until the line says nothing more."""
+    """Run the simulated drives until the parent process sends "stop"."""
     description = load_rig(RIG)
     drives = load_drives(Path(path), description)
     machine = draw_machine(description, Disturbances.at_level(LEVEL), SEED)
@@ -77,22 +77,22 @@ def serve(path: str, line: Connection) -> None:
 
 @dataclass
 class Flown:
-    """What the loop remembers."""
+    """Log of a run of the loop."""
 
     asked_at: list[float] = field(default_factory=list)
-    """Of each SYNC [s]."""
+    """Send time of each SYNC [s]."""
     answered_s: list[float] = field(default_factory=list)
-    """Until its last answer, or until nobody waited any more [s]."""
+    """Time from each SYNC to its last answer, or until the loop stopped waiting [s]."""
     told_s: list[float] = field(default_factory=list)
-    """To send all commands [s]."""
+    """Time to send all commands of a period [s]."""
     incomplete: dict[int, None] = field(default_factory=dict)
-    """SYNCs by number that were not answered in full."""
+    """Numbers of the SYNCs that were not answered in full (keys; the dict keeps the order)."""
     enabled_again: list[float] = field(default_factory=list)
-    """When, after drives had braked by themselves or had been lost [s]."""
+    """Times at which the drives were enabled again, after they had braked by themselves or were lost [s]."""
 
 
 def fly(rig: CanopenRig, seconds: float) -> tuple[Timing, Flown]:
-    """Hold the machine without torque."""
+    """Run the loop with zero torque."""
     flown, none = Flown(), np.zeros(len(rig.joints))
 
     def tick(period: int) -> None:
@@ -115,7 +115,7 @@ def fly(rig: CanopenRig, seconds: float) -> tuple[Timing, Flown]:
 
 
 def enable(rig: CanopenRig) -> None:
-    """Again, where this computer stood still in the middle of it."""
+    """Enable the drives; retry for `GIVE_UP_S`, because a stall of this computer can interrupt the attempt."""
     until = time.monotonic() + GIVE_UP_S
     while True:
         try:
@@ -131,12 +131,12 @@ STAGES = ("drives' process heard the SYNC late", "drives' process answered slowl
 
 
 def stages(flown: Flown, served: Spans) -> Spans:
-    """Of each SYNC: until the drives' process heard it, until it had answered, until we had all (sync, 3) [s]."""
+    """Delays of each SYNC (sync, 3) [s]: drives' process heard it, drives answered, this process had all answers."""
     heard, found, at = served[:, 0], np.full((len(flown.asked_at), 3), np.nan), -1
     for k, (asked, took) in enumerate(zip(flown.asked_at, flown.answered_s, strict=True)):
         first = int(np.searchsorted(heard, asked))
         at = max(at + 1, first)
-        # What was answered has been heard by then; else a SYNC before was lost, and this is not its.
+        # The SYNC of a complete answer was heard before that answer. A later time means that an earlier SYNC was lost.
         at = first if k not in flown.incomplete and at < len(heard) and heard[at] > asked + took else at
         if at < len(heard) and heard[at] < asked + FAR_S:
             answered = served[at, 1]
@@ -145,7 +145,7 @@ def stages(flown: Flown, served: Spans) -> Spans:
 
 
 def explained(flown: Flown, spans: Spans, answer_s: float) -> dict[str, int]:
-    """SYNCs without all answers, by the stage without whose delay beyond its median all would have been in time."""
+    """Count incomplete SYNCs by cause: the stage whose delay beyond its median explains the missing answer."""
     causes: dict[str, int] = dict.fromkeys((*STAGES, "several of these", "after one without", "not explained"), 0)
     usual, lost = np.nanmedian(spans, axis=0), set(flown.incomplete)
     for k in flown.incomplete:
@@ -159,7 +159,7 @@ def explained(flown: Flown, spans: Spans, answer_s: float) -> dict[str, int]:
         elif worst >= 0 and beyond[2] > answer_s:
             causes[STAGES[2]] += 1
         elif k - 1 in lost:
-            # An answer that may be of the SYNC before does not count for this one.
+            # An answer that may belong to the SYNC before does not count for this SYNC.
             causes["after one without"] += 1
         else:
             causes["not explained"] += 1
@@ -167,7 +167,7 @@ def explained(flown: Flown, spans: Spans, answer_s: float) -> dict[str, int]:
 
 
 def cycles(rig: CanopenRig, number: int, writes: bool = True) -> float | None:
-    """So many periods; when a joint was first reported, None if never [s]."""
+    """Run `number` periods; return the time of the first joint fault [s], or None."""
     none, due = np.zeros(len(rig.joints)), time.monotonic()
     for _ in range(number):
         state = rig.read()
@@ -181,7 +181,7 @@ def cycles(rig: CanopenRig, number: int, writes: bool = True) -> float | None:
 
 
 def reactions(rig: CanopenRig, line: Connection, trials: int) -> dict[str, list[float]]:
-    """Times of each trial [ms]; one that the computer spoilt before it began is repeated."""
+    """Reaction times of each trial [ms]; a trial that a stall of the computer spoilt before its start is repeated."""
     found: dict[str, list[float]] = {
         "drive brakes after last command": [],
         "we hear of it": [],
@@ -210,7 +210,7 @@ def reactions(rig: CanopenRig, line: Connection, trials: int) -> dict[str, list[
 
 
 def drives_file(folder: Path, period_ms: int) -> Path:
-    """The example at this period, at a port where nobody else speaks."""
+    """Write the example drives file with this period and a free port; return its path."""
     text = EXAMPLE.read_text(encoding="utf-8").replace('"239.74.163.2"', f'"239.74.163.2:{free_port()}"')
     path = folder / "drives.toml"
     path.write_text(text.replace("period_ms = 2", f"period_ms = {period_ms}"), encoding="utf-8")
@@ -218,14 +218,14 @@ def drives_file(folder: Path, period_ms: int) -> Path:
 
 
 def percentiles(values: list[float] | np.ndarray, unit: float) -> dict[str, float]:
-    """For a table."""
+    """Return median, 99 %, 99.9 % and maximum in the unit of the table."""
     p50, p99, p999 = np.percentile(values, [50, 99, 99.9]) * unit
     figures = {"median": p50, "p99": p99, "p99.9": p999, "max": np.max(values) * unit}
     return {name: round(float(value), 1) for name, value in figures.items()}
 
 
 def measure(seconds: float, period_ms: int, trials: int) -> dict:
-    """All figures."""
+    """Run the loop and the reaction trials; return all figures."""
     with tempfile.TemporaryDirectory() as folder:
         path = drives_file(Path(folder), period_ms)
         drives = load_drives(path, load_rig(RIG))
@@ -271,7 +271,7 @@ def measure(seconds: float, period_ms: int, trials: int) -> dict:
 
 
 def main() -> None:
-    """Print one line a figure."""
+    """Measure, and print one line per figure."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--period-ms", type=int, default=2, choices=(1, 2, 4))

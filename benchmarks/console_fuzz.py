@@ -1,11 +1,12 @@
-"""Wrong messages against the console's server: it has to live on, forget them, and go on answering.
+"""Fuzz test of the console's server: it must survive wrong messages, keep no memory of them, and still answer.
 
     python benchmarks/console_fuzz.py --messages 100000
 
-Seeded: noise, cut, grown, deep, binary and huge texts, known messages with wrong fields, values and types, acts that
-may not be now, over six lines that come back whenever they are closed; a seventh asks for the time and is answered.
-The server is a process of its own, over a rehearsed flight, so that its memory is its own. Exit code 1 where it died,
-grew by more than is allowed, let something through, or answered later than a lease lasts.
+Messages are seeded: noise, cut, grown, deeply nested, binary and huge texts, known messages with wrong fields, values
+and types, and acts that are not allowed at that moment. Six connections send them and reconnect whenever the server
+closes them. A seventh connection asks for the time and must get an answer. The server runs in its own process over a
+rehearsed flight, so that its memory can be measured alone. Exit code 1 if the server died, grew by more than is
+allowed, let a message through, or answered later than a lease lasts.
 """
 
 import argparse
@@ -41,11 +42,11 @@ from exograv.experiment.steered.session_controller import SessionController
 
 LINES = 6
 WARM_UP = 30_000
-"""Messages before memory is looked at: buffers and tables fill. After 10 000 it grew by 1.1 MB in 100 000 more, and by
-1.2 MB in 400 000."""
+"""Messages before the first reading of memory, because buffers and tables fill. After 10 000 messages memory grew by
+1.1 MB in 100 000 more, and by 1.2 MB in 400 000."""
 
 GROWTH_MB = 1.0
-"""For 100000 messages: ten a million (docs/safety.md, F34)."""
+"""Allowed growth per 100 000 messages: ten per million (docs/explanation/safety.md, F34)."""
 
 ROLES = (Role.OPERATOR, Role.PARTICIPANT, Role.THERAPIST, Role.VIEWER)
 KINDS = ("hello", "ping", "beat", "steer", "do", "run", "seen", "invite", "touches", "trail", "calibrate", "latency")
@@ -70,15 +71,15 @@ ODD: tuple[Any, ...] = (
 
 
 def memory_mb() -> float:
-    """Of this process."""
+    """Resident memory of this process [MB]."""
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
     return pages * 4096 / 1e6
 
 
 def serve_in_process(line: Connection, folder: Path) -> None:
-    """A console; tells its port and a token for each line, then its memory whenever it is asked."""
+    """Run a console; send its port and a token per connection, then its memory on each request."""
     flight, clocks = RehearsedFlight(), PageClocks()
-    # It keeps in memory what a real one gives to the disk.
+    # The rehearsed flight would keep in memory what a real flight writes to the disk.
     flight.write = lambda topic, t, message: None
     desk = SessionController(flight)
     with bound(Address(port=0)) as (listening, host):
@@ -98,14 +99,14 @@ def serve_in_process(line: Connection, folder: Path) -> None:
 
 
 class Nonsense:
-    """What is sent, from one seed."""
+    """Wrong messages from one seed."""
 
     def __init__(self, seed: int):
-        """The same again with the same seed."""
+        """Seed the generator; the same seed gives the same messages."""
         self._random, self._count = random.Random(seed), 0
 
     def batch(self) -> list[str | bytes]:
-        """What keeps a line open, and at the end what closes it: all of them are heard."""
+        """Messages that keep a connection open, and a last one that closes it; the server reads all of them."""
         return [*(self._harmless() for _ in range(self._random.randrange(40))), self._closing()]
 
     def _name(self) -> str:
@@ -113,7 +114,7 @@ class Nonsense:
         return f"fuzz-{self._count:010d}"
 
     def _harmless(self) -> str:
-        """Well formed; what it asks for cannot be, or may not be for most."""
+        """Return a well-formed message whose request is impossible, or forbidden for most roles."""
         draw, t = self._random, time.monotonic() % 1e6
         kind = draw.choice(("ping", "beat", "steer", "seen", "do", "run", "trail"))
         fields: dict[str, Any] = {
@@ -151,10 +152,10 @@ class Nonsense:
 
 
 class Crowd:
-    """Lines that misbehave, and one that asks for the time."""
+    """Connections that send wrong messages, and one that asks for the time."""
 
     def __init__(self, origin: str, tokens: list[tuple[str, str]], messages: int):
-        """Everybody comes in once, by a link of his own."""
+        """Enter once per connection, each with its own link."""
         self._origin, self._left = origin, messages
         self._cookies = [(role, self._enter(token)) for role, token in tokens]
         self.closes, self.delays_ms, self.sent = Counter[int | None](), list[float](), 0
@@ -169,7 +170,7 @@ class Crowd:
         return self._post("/enter", {}, json.dumps({"token": token}).encode())[1]
 
     async def _opened(self, number: int) -> ClientConnection:
-        """A line after its hello; there are eight places, and the one that was closed may not be free yet."""
+        """Open a connection and send its hello. There are eight places; a closed one may not be free yet, so retry."""
         role, cookie = self._cookies[number]
         answer, _ = await asyncio.to_thread(self._post, f"/{role}/ticket", {"Cookie": cookie})
         url, headers = f"{self._origin.replace('http', 'ws')}/{role}/line", {"Cookie": cookie}
@@ -184,7 +185,7 @@ class Crowd:
             return opened
 
     async def misbehave(self, number: int, nonsense: Nonsense) -> None:
-        """Until all messages are sent."""
+        """Send wrong messages until all are sent."""
         while self._left > 0:
             batch = nonsense.batch()
             self._left -= len(batch)
@@ -198,7 +199,7 @@ class Crowd:
                 self.sent += len(batch)
 
     async def ask_for_the_time(self, number: int) -> None:
-        """Ten times a second, until nobody misbehaves any more."""
+        """Ask ten times a second until all wrong messages are sent."""
         async with await self._opened(number) as opened:
             while self._left > 0:
                 begun = time.monotonic()
@@ -209,13 +210,13 @@ class Crowd:
                 await asyncio.sleep(0.1)
 
     async def run(self, seed: int) -> None:
-        """All of them at once."""
+        """Run all connections at once."""
         liars = (self.misbehave(number, Nonsense(1000 * seed + number)) for number in range(LINES))
         await asyncio.gather(self.ask_for_the_time(LINES), *liars)
 
 
 def fuzz(messages: int, seed: int) -> dict[str, Any]:
-    """Once, with a server of its own; the memory is that after a warm-up and at the end."""
+    """Run one campaign against a new server; memory is read after a warm-up and at the end."""
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     with tempfile.TemporaryDirectory() as folder:
@@ -255,7 +256,7 @@ def fuzz(messages: int, seed: int) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Run it, say it, and fail where it failed."""
+    """Run the campaign, print its figures, and exit with 1 on a failure."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--messages", type=int, default=100_000)
     parser.add_argument("--seed", type=int, default=1000)
@@ -263,7 +264,7 @@ def main() -> None:
     result = fuzz(asked.messages, asked.seed)
     print(json.dumps(result, indent=1))
     allowed_mb = max(GROWTH_MB, 10e-6 * result["messages"])
-    # 1006: the network's own end, where the server closed while a huge message was still coming.
+    # 1006: the connection broke off, because the server closed it while a huge message was still arriving.
     wrong = set(result["closes"]) - {"1002", "1006", "1008", "1009"}
     late = result["answered_ms"]["max"] > 1e3 * LEASE_S
     if result["growth_MB"] > allowed_mb or wrong or late or result["mode"] != "off":

@@ -1,9 +1,9 @@
-"""Pictures of all pages for the documentation, from a console on the fake desk of the tests.
+"""Pictures of all console pages for the documentation, from a console on the tests' mock desk.
 
     PYTHONPATH=. python benchmarks/console_pictures.py --out docs/pictures
 
-Needs Chromium as the browser tests do. Each picture is one page in one moment: in a window with touches, in a rest, in
-German, on a small window, after Stop.
+Needs Chromium, as the browser tests do. Each picture shows one page at one moment: in a window with touches, in a
+rest, in German, in a small window, after Stop.
 """
 
 import argparse
@@ -29,14 +29,14 @@ SCREEN = ScreenCalibration(pitch_x_mm=0.27, pitch_y_mm=0.27, method="card", anis
 
 
 def snap(visitor: Visitor, path: Path) -> None:
-    """One picture, in as few colours as keep it small."""
+    """Save one screenshot, with few colours to keep the file small."""
     Image.open(io.BytesIO(visitor.page.screenshot())).convert("RGB").quantize(COLOURS).save(path, optimize=True)
     size = path.stat().st_size
     print(f"{path}  {size / 1000:.0f} kB")
 
 
 def pictures(browser: Browser, house: Served, folder: Path) -> None:
-    """The whole session, once."""
+    """Go through a whole session once and take all pictures."""
     house.desk.is_known = False
     operator = Visitor(browser, house, Role.OPERATOR, width=1440, height=900)
     participant = Visitor(browser, house, Role.PARTICIPANT)
@@ -91,12 +91,12 @@ def pictures(browser: Browser, house: Served, folder: Path) -> None:
 
 
 def main() -> None:
-    """Make them all anew."""
+    """Draw all pictures again."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("docs/pictures"))
     folder = parser.parse_args().out
     folder.mkdir(parents=True, exist_ok=True)
-    # Several pages drawn by one busy computer; nobody is in this machine.
+    # One busy computer draws several pages here, and the machine has no wearer: longer limits are safe.
     lease.LEASE_S = news.ALARM_AFTER_S = 30.0
     with (
         tempfile.TemporaryDirectory() as diary,

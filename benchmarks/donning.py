@@ -1,11 +1,11 @@
-"""What a participant's file saves on another day: re-donned with the file against cold, on the same samples.
+"""Benefit of a participant's file on a later day: identification from the file against a cold start, same samples.
 
     python benchmarks/donning.py --seeds 0-9 --level 2 --save donning.json
     python benchmarks/donning.py --load donning.json
 
-Of each seed: stage 0 once (a calibration is good for 30 days), the first donning identified and kept, then the second
-donning of the same wearer in the same machine, which starts from the file. A second method starts cold on the same
-samples; the feed-forward is by the one with the file. Nothing was tuned on the seeds that are reported.
+For each seed: stage 0 once (a calibration is valid for 30 days), then the first donning is identified and kept. The
+second donning of the same wearer in the same machine starts from that file. A second method starts cold on the same
+samples. The method with the file gives the feed-forward torque. Nothing was tuned on the reported seeds.
 """
 
 import argparse
@@ -34,11 +34,11 @@ NOON = datetime(2026, 1, 1, 12, tzinfo=UTC)
 
 
 def silent(_text: str, _share: float) -> None:
-    """One line a seed is enough."""
+    """Ignore progress: one line per seed is enough."""
 
 
 def run(rig: str, level: int, seed: int) -> dict[str, Any]:
-    """Both days of one wearer."""
+    """Identify one wearer on both days; return the figures of the second."""
     first = draw_laboratory(rig, None, level, seed)
     calibration, t0 = Preparation(first, seed).calibrate()
     machine = calibration.machine
@@ -76,12 +76,12 @@ def run(rig: str, level: int, seed: int) -> dict[str, Any]:
 
 
 def _at(scores: dict[float, Any], t: float) -> list[float]:
-    """Left over by the last estimate up to then."""
+    """Torque left over by the last estimate up to time `t` (joint,) [N·m]."""
     return [round(value, 4) for value in scores[max(s for s in scores if s <= t)].total.tolist()]
 
 
 def show(results: list[dict[str, Any]]) -> None:
-    """Medians over the seeds, cold beside the file."""
+    """Print medians over the seeds, cold start and file side by side."""
     done = [r for r in results if "broke_off" not in r]
     print(f"{len(done)} of {len(results)} seeds completed: {[r['seed'] for r in done]}")
     for name in ("from_file", "cold"):
@@ -100,7 +100,7 @@ def show(results: list[dict[str, Any]]) -> None:
 
 
 def main() -> None:
-    """Run or load, then show."""
+    """Run or load, then print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rig", default="recupera_like")
     parser.add_argument("--level", type=int, default=2)

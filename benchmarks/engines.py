@@ -1,9 +1,9 @@
-"""What native code changed for each part of exograv that calls a kernel: the same work on both engines.
+"""Speed of native code for each part of exograv that calls a kernel: the same work on both engines.
 
     python benchmarks/engines.py
 
-Each engine has a process of its own; the two take turns, so that noise of the machine hits both alike. Updates of the
-identification methods on both engines are rows of `make bench`.
+Each engine runs in its own process. The two take turns, so that other load on the computer affects both alike.
+Updates of the identification methods on both engines are rows of `make bench`.
 """
 
 import argparse
@@ -37,7 +37,7 @@ HELD_OUT = 200
 
 
 def tasks() -> dict[str, tuple[Callable[[], object], int]]:
-    """What is timed, and how many calls make one measurement."""
+    """Return the timed call of each task, and the number of calls per measurement."""
     description = load_rig("recupera_like")
     assembly = assemble(description, Body(1.75, 75.0, "male"))
     machine = nominal_machine(description, assembly.exo.phi)
@@ -62,7 +62,7 @@ def tasks() -> dict[str, tuple[Callable[[], object], int]]:
 
 
 def measure() -> None:
-    """In a process of one engine: answer each line of input with a round of measurements [µs]."""
+    """Answer each line of input with a round of measurements [µs]; runs in the process of one engine."""
     rows = tasks()
     for action, _ in rows.values():
         action()
@@ -72,7 +72,7 @@ def measure() -> None:
 
 
 def main() -> None:
-    """Print one line a task: medians on both engines, and their ratio."""
+    """Print one line per task: medians on both engines, and their ratio."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=15)
     parser.add_argument("--measure", action="store_true", help=argparse.SUPPRESS)

@@ -2,7 +2,7 @@
 
     python benchmarks/example_data.py
 
-Five samples of the loop (1 kHz) are averaged to one (200 Hz), position and torque alike, so both have the same delay.
+Five samples of the loop (1 kHz) are averaged to one (200 Hz). Position and torque thus have the same delay.
 """
 
 import tempfile

@@ -1,14 +1,14 @@
-"""How often each test sees a difference where there is none: docs/study_statistics.md.
+"""False-positive rate of each test where the groups do not differ: docs/explanation/study_statistics.md.
 
     python benchmarks/false_positives.py --studies 10000 --save false_positives.json
     python benchmarks/false_positives.py --load false_positives.json
     python benchmarks/false_positives.py --coverage 10000
 
-Made-up people, both groups alike: log deviation of a touch = person + touch, person ~ N(0, 0.35²). `alike` and 60
-touches each; `serial`: touches follow each other with a correlation of 0.5; `unequal`: 15 to 105 touches; `heavy`:
-people by Student's t with three degrees of freedom, of the same spread; `spreads`: the second group's people spread
-three times as far. Under `spreads` the groups differ, though not in the middle: a test of "no difference at all" may
-see it.
+The people are made up, and both groups have the same middle: log deviation of a touch = person + touch, with
+person ~ N(0, 0.35²). `alike`: 60 touches each. `serial`: successive touches correlate by 0.5. `unequal`: 15 to 105
+touches. `heavy`: people follow Student's t with three degrees of freedom and the same spread. `spreads`: the people
+of the second group spread three times as far. Under `spreads` the groups differ, but not in the middle: a test of "no
+difference at all" may reject.
 """
 
 import argparse
@@ -36,11 +36,11 @@ TESTS = {
     "exact": "exact permutation",
 }
 PART = 500
-"""Studies that are in memory at once."""
+"""Number of studies in memory at once."""
 
 
 def touches_of(case: str, studies: int, n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Log deviations (study, person, touch), and how many of them each person has (person,)."""
+    """Return log deviations (study, person, touch), and the number of touches of each person (person,)."""
     counts = np.full(2 * n, TOUCHES)
     if case == "unequal":
         counts = np.resize([15, 105, 40, 60, 90, 20, 75], 2 * n)
@@ -59,7 +59,7 @@ def touches_of(case: str, studies: int, n: int, rng: np.random.Generator) -> tup
 
 
 def p_values(values: np.ndarray, counts: np.ndarray, n: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
-    """Of every study, by test."""
+    """Return the p values of all studies, by test."""
     medians = np.nanmedian(values, axis=-1)
     means = np.nanmean(values, axis=-1)
     squares = np.nansum((values - means[..., None]) ** 2, axis=(1, 2))
@@ -77,7 +77,7 @@ def p_values(values: np.ndarray, counts: np.ndarray, n: int, rng: np.random.Gene
 
 
 def run(case: str, n: int, studies: int, seed: int) -> dict[str, Any]:
-    """One row of the table: rates with 95 % intervals."""
+    """Return one row of the table: rates with 95 % intervals."""
     rng = np.random.default_rng([seed, n, CASES.index(case)])
     alarms = dict.fromkeys(TESTS, 0)
     for start in range(0, studies, PART):
@@ -92,7 +92,7 @@ def run(case: str, n: int, studies: int, seed: int) -> dict[str, Any]:
 
 
 def coverage(n: int, spreads: tuple[float, float], studies: int, seed: int) -> float:
-    """Share of studies in which Welch's interval holds the truth."""
+    """Share of studies in which Welch's interval contains the truth."""
     rng = np.random.default_rng([seed, n])
     held = 0
     for first, second in rng.normal(size=(studies, 2, n)):
@@ -102,7 +102,7 @@ def coverage(n: int, spreads: tuple[float, float], studies: int, seed: int) -> f
 
 
 def table(rows: list[dict[str, Any]]) -> str:
-    """Markdown."""
+    """Return the table in Markdown."""
     lines = ["| people | case | " + " | ".join(TESTS.values()) + " |", "|---" * (2 + len(TESTS)) + "|"]
     for row in rows:
         cells = (f"{rate['rate']:.3f} ({rate['ci95'][0]:.3f}–{rate['ci95'][1]:.3f})" for rate in row["rates"].values())
@@ -111,13 +111,13 @@ def table(rows: list[dict[str, Any]]) -> str:
 
 
 def main() -> None:
-    """Run or load, and print."""
+    """Run or load, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--studies", type=int, default=10_000)
     parser.add_argument("--cases", default=",".join(CASES))
     parser.add_argument("--sizes", default=",".join(map(str, SIZES)))
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--coverage", type=int, help="simulate Welch's interval so often instead")
+    parser.add_argument("--coverage", type=int, help="simulate Welch's interval this many times instead")
     parser.add_argument("--save", type=Path)
     parser.add_argument("--load", type=Path)
     options = parser.parse_args()

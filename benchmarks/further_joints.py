@@ -1,15 +1,15 @@
-"""What each joint beyond the elbow costs: the same people in machines of 4, 5, 6 and 7 joints.
+"""Cost of each joint beyond the elbow: the same people in machines of 4, 5, 6 and 7 joints.
 
     python benchmarks/further_joints.py --seeds 1000-1004 --save further_joints.json
     python benchmarks/further_joints.py --load further_joints.json
     python benchmarks/further_joints.py --joints 4,7 --without centre_off_axis,slow_bias
 
-The machines are `recupera_like_7` whose joints farther out are fixed where they are zero: the same links, drives, cuffs
-and motion. The twin's person has the same body and the same joints, those farther out held straight as by a splint; in
-four and five joints the hand is then part of the forearm, and its cuff is left off. Each person is calibrated for,
-identified, let float for 10 s, and given half a kilogram to hold. Scored at the same 200 postures of shoulder and
-elbow, which no estimator sees; `--without` switches disturbances of the twin off, to find out what a joint's share
-comes from.
+The machines are `recupera_like_7` with the distal joints fixed at zero: the same links, drives, cuffs and motion. The
+twin's person has the same body and the same joints; the distal ones are held straight as by a splint. With four and
+five joints the hand is part of the forearm, and its cuff is left off. Each run calibrates, identifies the person,
+floats the arm for 10 s, and gives the person half a kilogram to hold. Scores are taken at the same 200 postures of
+shoulder and elbow, which no estimator sees. `--without` switches disturbances of the twin off, to find the source of
+a joint's share.
 """
 
 import argparse
@@ -54,7 +54,7 @@ FLOAT_S = 10.0
 
 
 def with_joints(whole: RigDescription, n: int, folder: Path) -> RigDescription:
-    """The machine with its first `n` joints, those farther out fixed at zero; its URDF is written into `folder`."""
+    """Return the machine with its first `n` joints, distal joints fixed at zero; its URDF is written to `folder`."""
     kept, fixed = whole.joints[:n], whole.joints[n:]
     for file in (name for name in (whole.settings.urdf.right, whole.settings.urdf.left) if name is not None):
         robot = ElementTree.parse(whole.folder / file)
@@ -82,7 +82,7 @@ def with_joints(whole: RigDescription, n: int, folder: Path) -> RigDescription:
 
 @dataclass(frozen=True)
 class Job:
-    """One person in one machine."""
+    """Task of one person in one machine."""
 
     joints: int
     seed: int
@@ -151,19 +151,19 @@ def _figures(job: Job, folder: Path, progress: Progress) -> dict[str, Any]:
 
 
 def _hanging(twin: Twin) -> Callable[[bool], None]:
-    """The person's part: the software never sees the mass."""
+    """Return the function that hangs the weight on the twin: the software has no access to the mass."""
     return lambda is_there: twin.hang("hand", WEIGHT_KG if is_there else 0.0)
 
 
 def _until(reached: dict[float, bool]) -> float | None:
-    """Seconds of motion from which on a target is held to the end."""
+    """Seconds of motion after which a target is held to the end; None if never."""
     late = [t for t, is_reached in reached.items() if not is_reached]
     after = [t for t in reached if t > max(late, default=-1.0)]
     return round(min(after), 2) if after else None
 
 
 def _learning_times(controller: ArmController, samples: list[Sample]) -> dict[str, Any]:
-    """What the same samples cost a filter that does nothing else: one step, the last look at all, and the whole."""
+    """Return computing times of a filter alone on the same samples: one step, the last relinearisation, the whole."""
     method = build_method("recursive", controller.assembly, controller.machine)
     steps = []
     for sample in samples:
@@ -180,7 +180,7 @@ def _learning_times(controller: ArmController, samples: list[Sample]) -> dict[st
 
 
 def show(results: list[dict[str, Any]]) -> None:
-    """One table of what is left over, a column a joint; one of all else. Markdown."""
+    """Print tables in Markdown: torque left over with a column per joint, then all other figures."""
     for result in (r for r in results if "broke_off" in r):
         print(f"{result['joints']} joints, seed {result['seed']} broke off: {result['broke_off']}")
     done = [r for r in results if "broke_off" not in r]
@@ -209,9 +209,9 @@ def show(results: list[dict[str, Any]]) -> None:
 
 
 SHARES = {
-    "by_table_rms_Nm": "before anything moved, by the table",
-    "machine_rms_Nm": "of what is left over the empty machine's, by its calibration",
-    "arm_rms_Nm": "of what is left over the arm's, its weight and what it strains the cuffs by",
+    "by_table_rms_Nm": "before any motion, by the anthropometric table",
+    "machine_rms_Nm": "left over: part of the empty machine, from its calibration",
+    "arm_rms_Nm": "left over: part of the arm, its weight and the strain of the cuffs",
     "weight_rms_Nm": "the arm's weight alone",
 }
 
@@ -248,13 +248,13 @@ def _median(times: list[float | None]) -> str:
 
 
 def main() -> None:
-    """Run or load, then show."""
+    """Run or load, then print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="1000-1004")
     parser.add_argument("--joints", default="4,5,6,7")
     parser.add_argument("--level", type=int, default=2)
     parser.add_argument("--seconds", type=float, default=60.0)
-    parser.add_argument("--without", default="", help="rows of docs/disturbances.md that are switched off")
+    parser.add_argument("--without", default="", help="rows of docs/explanation/disturbances.md to switch off")
     parser.add_argument("--save", type=Path)
     parser.add_argument("--load", type=Path, nargs="*")
     options = parser.parse_args()

@@ -1,4 +1,4 @@
-"""What fused multiply-add is worth: CasADi's generated C with and without it, beside our native code.
+"""Effect of fused multiply-add: CasADi's generated C with and without it, beside our native code.
 
     python benchmarks/fused.py
 
@@ -21,7 +21,7 @@ EFFORT = Effort(40, 0.005)
 
 
 def main() -> None:
-    """One line a row."""
+    """Time each row and print one line."""
     for name in ROWS:
         asked = task(name)
         function = straight_line(asked.function).function

@@ -1,10 +1,10 @@
-"""How long a guard takes over a tick: with nobody in the machine, and with a person's table and tank.
+"""Time of a guard per tick, with no wearer and with a wearer's table and energy tank.
 
     python benchmarks/guard_time.py
-    python benchmarks/guard_time.py --beside FOLDER     # and another version of safety/ in the same run, tick by tick:
-                                                        # on a computer that is not quiet the share alone says something
+    python benchmarks/guard_time.py --beside FOLDER     # also another version of safety/, tick by tick in the same
+                                                        # run; on a busy computer only the ratio is meaningful
 
-Four joints that swing, encoders with counts, motors with a lag: what a healthy machine says in a session.
+Four joints swing, with encoder counts and motor lag: the signals of a healthy machine in a session.
 """
 
 import argparse
@@ -23,7 +23,7 @@ PACKAGE = "exograv.safety"
 
 
 def person(package: str, rng: np.random.Generator) -> Any:
-    """Somebody with a table of 81 products of sines and cosines."""
+    """Return a person with a table of 81 products of sines and cosines."""
     plausible, persons = (importlib.import_module(f"{package}.{name}") for name in ("plausible", "person"))
     tables = [rng.normal(0.0, 0.3, (JOINTS, 81)) for _ in range(2)]
     chain = plausible.Chain(tuple(range(JOINTS)), JOINTS, *tables)
@@ -33,7 +33,7 @@ def person(package: str, rng: np.random.Generator) -> Any:
 
 
 def guard(package: str, worn: bool) -> Any:
-    """Of a machine with two encoders a joint and torque by current."""
+    """Return the guard of a machine with two encoders per joint and torque from current."""
     envelopes, guards = (importlib.import_module(f"{package}.{name}") for name in ("envelope", "guard"))
     envelope = envelopes.Envelope(envelopes.Limits(np.full(JOINTS, 30.0), np.full(JOINTS, 10.0)), DT)
     envelope.person = person(package, np.random.default_rng(0)) if worn else None
@@ -41,7 +41,7 @@ def guard(package: str, worn: bool) -> Any:
 
 
 def swinging(guards: dict[str, Any], submitted: dict[str, Any], ticks: int) -> dict[str, np.ndarray]:
-    """Time of each guard's two halves in each tick [µs]."""
+    """Time of each guard for `see` and `decide` together in each tick (tick,) [µs]."""
     taken = {name: np.empty(ticks) for name in guards}
     told = {name: np.zeros(JOINTS) for name in guards}
     phase = np.arange(JOINTS)
@@ -49,7 +49,7 @@ def swinging(guards: dict[str, Any], submitted: dict[str, Any], ticks: int) -> d
         now = DT * k
         q = np.round(0.8 * np.sin(1.3 * now + phase) / COUNT) * COUNT
         wanted = 5.0 * np.cos(1.3 * now + phase)
-        for name, one in list(guards.items())[:: 1 - 2 * (k % 2)]:  # who comes second finds warm caches
+        for name, one in list(guards.items())[:: 1 - 2 * (k % 2)]:  # the second guard finds warm caches
             state = JointState(now, k, q, told[name] / 2.0, wanted, TorqueSource.CURRENT, q + 0.001)
             start = time.perf_counter_ns()
             one.see(state, now)
@@ -61,7 +61,7 @@ def swinging(guards: dict[str, Any], submitted: dict[str, Any], ticks: int) -> d
 
 
 def main() -> None:
-    """Print a line a guard."""
+    """Print one line per guard."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--ticks", type=int, default=20_000)
     parser.add_argument("--beside", type=Path, help="folder of another version of safety/")
@@ -70,7 +70,7 @@ def main() -> None:
     if options.beside is not None:
         sys.path.insert(0, str(options.beside.resolve().parent))
         packages[f"{options.beside.name}: "] = options.beside.name
-    kinds = {"nobody in it": False, "a person": True}
+    kinds = {"no wearer": False, "a wearer": True}
     names = [(label + kind, package, worn) for kind, worn in kinds.items() for label, package in packages.items()]
     guards = {name: guard(package, worn) for name, package, worn in names}
     submitted = {name: importlib.import_module(f"{package}.guard").Submitted for name, package, _ in names}

@@ -1,10 +1,10 @@
-"""How well a taught path is repeated and one arm mirrors the other, and what the guard made of it: docs/guided.md.
+"""Accuracy of a repeated taught path and of a mirrored arm, and the guard's actions: docs/howto/guided.md.
 
     python benchmarks/guided.py --seeds 1000-1004 --save guided.json
     python benchmarks/guided.py --load guided.json
 
-One row a seed and case: a relaxed person, one who pauses, one who holds on, one who asks to be let go; and a mirror
-with a relaxed person and with one who holds the led arm. Results come from seeds and are the same on every computer.
+One row per seed and case: a relaxed person, one who pauses, one who holds on, one who asks for release; and a mirror
+with a relaxed person and with one who holds the led arm. Results depend only on the seeds.
 """
 
 import argparse
@@ -18,11 +18,11 @@ MIRROR_CASES = ("relaxed", "overrules")
 
 
 def quiet(_text: str, _share: float) -> None:
-    """No progress."""
+    """Ignore progress."""
 
 
 def run(seed: int, level: int, folder: Path) -> list[dict[str, Any]]:
-    """All cases of one seed."""
+    """Run all cases of one seed."""
     from exograv.errors import ExogravError
     from exograv.laboratory.guided.guided_command import run_repeat, run_teach
     from exograv.laboratory.guided.mirror_command import run_mirror
@@ -63,7 +63,7 @@ def run(seed: int, level: int, folder: Path) -> list[dict[str, Any]]:
 
 
 def show(rows: list[dict[str, Any]]) -> None:
-    """One line each."""
+    """Print one line per row."""
     for row in rows:
         head = f"{row['what']:7}{row['case']:10}{row['seed']:6}"
         if "refused" in row:
@@ -82,7 +82,7 @@ def show(rows: list[dict[str, Any]]) -> None:
 
 
 def main() -> None:
-    """Entry point."""
+    """Run or load, and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="1000-1004")
     parser.add_argument("--level", type=int, default=2)

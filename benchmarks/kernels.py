@@ -1,4 +1,4 @@
-"""Time our kernels beside every opponent that is installed (`make bench-setup` installs them).
+"""Time our kernels beside every installed opponent (`make bench-setup` installs them).
 
     python benchmarks/kernels.py --save after.json --compare benchmarks/results.json
 
@@ -10,7 +10,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-# Before NumPy comes: threads of OpenBLAS wait for each other, and our matrices are small.
+# This must be set before NumPy is imported: our matrices are small, and OpenBLAS threads wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import tyro
@@ -25,16 +25,16 @@ from peers.whole_run import run_bench
 
 @dataclass(frozen=True)
 class Options:
-    """Time our kernels beside every opponent that is installed."""
+    """Time our kernels beside every installed opponent."""
 
     quick: bool = False
-    """A minute in place of half an hour: fewer and shorter rows, and JAX only where it compiles fast."""
+    """Take a minute instead of half an hour: fewer and shorter rows, and JAX only where it compiles fast."""
 
     save: Path | None = None
-    """Keep the run in this file."""
+    """Save the run in this file."""
 
     compare: Path | None = None
-    """Show what became faster or slower since the run in this file."""
+    """Show the changes since the run in this file."""
 
 
 def main() -> None:

@@ -1,7 +1,7 @@
-"""The known answer for a virtual person: what a search has to find. It reads the twin's truth; only scoring uses it.
+"""Support that a virtual person needs, from the twin's truth. The search must find it; only scoring may use it.
 
-Two ways. By flying: every target at all supports about the answer, until it is clear. By statics: with how much support
-the arm comes to rest near enough to each target, without motion and noise.
+There are two answers. Flown: every target is tried at all supports near the answer, until the result is clear.
+Static: the least support with which the arm comes to rest near enough to each target, without motion and noise.
 """
 
 from dataclasses import dataclass
@@ -20,26 +20,26 @@ from exograv.rig.twin.behaviour.acting_wearer import usual_physiology
 from exograv.rig.twin.behaviour.weakness import ELBOW, involuntary, weak_physiology
 
 ABOUT = 5
-"""Of `SUPPORTS`, to which whole blocks of targets narrow where the criterion is met: 12 points."""
+"""Steps of `SUPPORTS` to which whole blocks of targets narrow the answer: 12 points."""
 
 HALF_WINDOW, CENTRED = 4, 2
-"""Of `SUPPORTS`: flown to each side of the middle; how far from it the answer may be, or the window moves."""
+"""Steps of `SUPPORTS`: flown on each side of the middle; distance of the answer beyond which the window moves."""
 
 STREAK = 3
-"""Supports in a row that a target was reached with at every attempt, or at none: 7 points beyond, nothing is flown."""
+"""Supports in a row with only hits or only misses, after which a target is flown no further: 7 points."""
 
 MOVES_MAX = 5
 
 STEP, STEPS_MAX, STILL_RAD = 0.3, 600, 1e-4
-"""Of the way to rest: share of what the muscles' stiffness asks for, how many, and the step that counts as none."""
+"""Iteration to rest: share of the step that the muscles' stiffness asks for, most steps, step that ends it [rad]."""
 
 MEAN_SHORT = float(np.sqrt(2.0 / np.pi))
-"""Mean of what half a normal distribution falls short by, in its SD [-]."""
+"""Mean shortfall of half a normal distribution, in its SD [-]."""
 
 
 @dataclass(frozen=True)
 class FlownAnswer:
-    """How often each target was tried and reached at each of `SUPPORTS`, for those that were flown."""
+    """Hits and attempts of each target at each of `SUPPORTS`; zero attempts where nothing was flown."""
 
     hits: Int[np.ndarray, "support target"]
     tries: Int[np.ndarray, "support target"]
@@ -49,9 +49,9 @@ class FlownAnswer:
         return crossing(SUPPORTS, rising_share(self.hits, self.tries).mean(axis=1))
 
     def interval(self) -> tuple[float, float]:
-        """95 % interval of that [share of the weight], by what the search's model says of these attempts.
+        """95 % interval of the needed support [share of the weight], from the search's model of these attempts.
 
-        Drawing the attempts again instead does not cover: with one at each support a target seems certain.
+        A bootstrap of the attempts has too low coverage: with one attempt at each support a target seems certain.
         """
         found = ThresholdSearch(self.tries.shape[1], CRITERION, 0)
         for k, target in zip(*np.nonzero(self.tries), strict=True):
@@ -64,7 +64,7 @@ class FlownAnswer:
 def rising_share(
     hits: Int[np.ndarray, "support target"], tries: Int[np.ndarray, "support target"]
 ) -> Float[np.ndarray, "support target"]:
-    """Share of attempts that reach a target, which never falls with support; where nothing was flown, in between."""
+    """Share of attempts that reach a target, monotonic in support; interpolated where nothing was flown."""
     columns = []
     for hit, tried in zip(hits.T, tries.T, strict=True):
         at = np.flatnonzero(tried)
@@ -73,7 +73,7 @@ def rising_share(
 
 
 def crossing(supports: Float[np.ndarray, " support"], share: Float[np.ndarray, " support"]) -> float | None:
-    """Where a share that never falls with support comes to the criterion; between two, linearly."""
+    """Support at which a monotonic share reaches the criterion, by linear interpolation; None if never."""
     above = np.flatnonzero(share >= CRITERION - 1e-9)
     if not len(above):
         return None
@@ -85,7 +85,7 @@ def crossing(supports: Float[np.ndarray, " support"], share: Float[np.ndarray, "
 
 
 def static_answer(one: WeakParticipant, places: list[Place]) -> float | None:
-    """Least of `SUPPORTS` with which enough arms come to rest near enough; None where full support is not enough."""
+    """Least of `SUPPORTS` with which enough arms come to rest near enough; None if full support is not enough."""
     for support in SUPPORTS.tolist():
         near = [np.linalg.norm(one.body.own.fingertip(resting(one, place, support)) - place) for place in places]
         if np.mean(np.array(near) <= TOLERANCE_M) >= CRITERION:
@@ -94,14 +94,15 @@ def static_answer(one: WeakParticipant, places: list[Place]) -> float | None:
 
 
 def resting(one: WeakParticipant, place: Place, support: float) -> PerFreedom:
-    """Posture [rad] to which an arm that means to be at a place [m] sinks, or is drawn by its own elasticity.
+    """Resting posture [rad] of an arm that aims at a place [m], after it sinks or its elasticity moves it.
 
-    Muscles pull with what an average attempt mobilises, and the machine's dry friction helps: they give way where that
-    is not enough. Whoever asks them to hold the very posture asks for more than a reach needs (docs/support_level.md).
+    Muscles pull with the torque of an average attempt, and the machine's dry friction helps; they give way beyond that.
+    A criterion that asks the muscles to hold the exact posture asks for more than a reach needs
+    (docs/howto/support_level.md).
     """
     weakness, own = one.weakness, one.body.own
     most, stiffness = weak_physiology(weakness).torque_max, usual_physiology(len(weakness.strength)).stiffness
-    # Machines of four joints turn about the arm's freedoms, nearly.
+    # The joints of machines with four joints are nearly the arm's own degrees of freedom.
     limit = (1.0 - MEAN_SHORT * weakness.mobilised_sd) * most + one.laboratory.machine.friction.coulomb
     wanted = one.body.posture_at(place)
     q, still = wanted.copy(), np.zeros(len(most))
@@ -117,13 +118,13 @@ def resting(one: WeakParticipant, place: Place, support: float) -> PerFreedom:
 
 
 def fly_answer(tries: Tries, targets: int, repeats: int, progress: Progress) -> FlownAnswer:
-    """Where the criterion is met, by blocks of all targets first, then target by target about there.
+    """Find the support that meets the criterion: first by blocks of all targets, then target by target near it.
 
     Args:
         tries: Makes one attempt at a target with a support.
-        targets: How many there are.
+        targets: Number of targets.
         repeats: Attempts at a target with one support.
-        progress: Told after every block and target.
+        progress: Called after every block and target.
     """
     brute = _BruteForce(tries, targets, repeats)
     low, high = 0, len(SUPPORTS) - 1
@@ -146,7 +147,7 @@ def fly_answer(tries: Tries, targets: int, repeats: int, progress: Progress) -> 
 
 
 class _BruteForce:
-    """Attempts that were flown, each target and support as often as was asked for and no oftener."""
+    """Attempts that were flown; each target and support is flown at most `repeats` times."""
 
     def __init__(self, tries: Tries, targets: int, repeats: int):
         self._tries, self._repeats = tries, repeats
@@ -156,14 +157,14 @@ class _BruteForce:
         return FlownAnswer(self._hits.copy(), self._tried.copy())
 
     def fly(self, support: int, target: int) -> float:
-        """Share that reached, with this one of `SUPPORTS`."""
+        """Share of attempts that reach the target with this index of `SUPPORTS`; fly them if needed."""
         while self._tried[support, target] < self._repeats:
             self._hits[support, target] += self._tries(target, float(SUPPORTS[support]))
             self._tried[support, target] += 1
         return self._hits[support, target] / self._repeats
 
     def fly_near(self, target: int, low: int, high: int) -> None:
-        """A target from its own threshold up and down, until it is clear or at the window's end."""
+        """Fly a target from its own threshold up and down, until it is clear or the window ends."""
         share = rising_share(self._hits[:, [target]], self._tried[:, [target]])[:, 0]
         own = int(np.clip(np.searchsorted(share, 0.5), low, high))
         for way, clear in ((range(own, high + 1), 1.0), (range(own - 1, low - 1, -1), 0.0)):

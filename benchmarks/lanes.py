@@ -1,4 +1,4 @@
-"""What a batch of one state costs, by the number of lanes, beside a single call: the general tick of four joints.
+"""Cost of a batch of one state by the number of lanes, beside a single call: the general tick of four joints.
 
     python benchmarks/lanes.py
 
@@ -21,7 +21,7 @@ EFFORT = Effort(40, 0.005)
 
 
 def main() -> None:
-    """One line."""
+    """Time all variants and print one line."""
     asked = task("tick_general_4")
     single = Native().build(asked, None)
     calls = {"single call": Call(lambda state: single.load(unstacked(state)), single.run, single.read, (single,))}
@@ -34,7 +34,7 @@ def main() -> None:
 
 
 def unstacked(state: State) -> State:
-    """The one state of a batch."""
+    """Return the single state of a batch."""
     return {name: values if name in ("x", "mode") else values[..., 0] for name, values in state.items()}
 
 

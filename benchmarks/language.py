@@ -79,7 +79,7 @@ def long_test_names(paths: list[Path]) -> list[Place]:
 
 
 def print_statistics(paths: list[Path]) -> None:
-    """Print counts of docstrings by room, and the shares that a reader has to read twice."""
+    """Print counts of docstrings by room, and the shares of unclear ones."""
     total, forbidden, short, words = (Counter[str]() for _ in range(4))
     for path in paths:
         parts = path.relative_to(ROOT).parts

@@ -1,9 +1,9 @@
-"""What is left over at the held-out postures, over seeds, levels and methods: the table in the README.
+"""Torque left over at the held-out postures, over seeds, levels and methods.
 
     python benchmarks/left_over.py --level 2 --seeds 0-9 --methods recursive,gradient --processes 2 --save level2.json
     python benchmarks/left_over.py --load level2.json
 
-Each run is `exograv identify` with that seed: stage 0, then 60 s of motion on its own wearer and machine.
+Each run is `exograv arm identify` with that seed: stage 0, then 60 s of motion on its own wearer and machine.
 """
 
 import argparse
@@ -18,11 +18,11 @@ import numpy as np
 from exograv.errors import ExogravError
 from exograv.results import json_value
 
-COARSE = 2.5  # the coarse target is so many times the fine one: 0.5 and 0.25 N·m
+COARSE = 2.5  # ratio of the coarse target to the fine one: 0.5 and 0.25 N·m
 
 
 def run(rig: str, level: int, seed: int, method: str, seconds: float) -> dict[str, Any]:
-    """One identification; a run that broke off is a result too."""
+    """Run one identification; a run that broke off is a result too."""
     from exograv.laboratory.demo import DemoOptions, run_demo
 
     options = DemoOptions(rig=rig, level=level, seed=seed, method=method, seconds=seconds, only_identify=True)  # pyright: ignore[reportArgumentType] - checked by the sessions
@@ -34,7 +34,7 @@ def run(rig: str, level: int, seed: int, method: str, seconds: float) -> dict[st
 
 
 def show(results: list[dict[str, Any]]) -> None:
-    """One line a method and level: medians over the seeds, and how often and when the target was reached."""
+    """Print medians over the seeds per method and level, and how often and when the target was reached."""
     keys = sorted({(result["disturbance_level"], result["method"]) for result in results})
     for level, method in keys:
         runs = [r for r in results if (r["disturbance_level"], r["method"]) == (level, method)]
@@ -76,7 +76,7 @@ def _show_coverage(runs: list[dict[str, Any]]) -> None:
 
 
 def main() -> None:
-    """Run or load, then show."""
+    """Run or load, then print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rig", default="recupera_like")
     parser.add_argument("--level", type=int, default=2)

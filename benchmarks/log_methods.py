@@ -1,10 +1,10 @@
-r"""Every identification method on the same recorded logs of a robot with a known load.
+r"""Comparison of all identification methods on the same recorded logs of a robot with a known load.
 
     python benchmarks/log_methods.py LOADED.csv --unloaded UNLOADED.csv --urdf ur10e.urdf \
         --payload-frame wrist_3_link --gains 13.56,12.09,10.15,9.69,10.06,10.46 --true-kg 2.805
 
-Each row is `exograv identify-log --method`; what a method is tuned to is rehearsed on the unloaded log. Off-line
-methods are asked every 5 s, the others every 0.1 s.
+Each row is `exograv arm identify-log --method`. Settings of a method are tuned in a rehearsal on the unloaded log.
+Off-line methods give an estimate every 5 s, the others every 0.1 s.
 """
 
 import argparse
@@ -20,7 +20,7 @@ from exograv.results import json_value
 
 
 def main() -> None:
-    """One line a method."""
+    """Run each method and print one line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("log", type=Path)
     parser.add_argument("--unloaded", type=Path, required=True)

@@ -1,9 +1,9 @@
-"""Whether it helps the live loop to end its sleep early and watch the clock for the rest (docs/realtime.md).
+"""Effect of busy-waiting in the live loop: the sleep ends early, and the loop polls the clock for the rest.
 
     python benchmarks/loop_spin.py --rounds 7 --seconds 4
 
-Each round runs the general tick at 1 kHz with every stretch of watching in turn, without and with real-time rights, so
-that what else happens on the computer meets them alike. Medians over the rounds.
+Each round runs the general tick at 1 kHz with every length of busy-waiting in turn, without and with real-time
+scheduling. Other load on the computer thus affects all alike. Medians over the rounds (docs/explanation/realtime.md).
 """
 
 import argparse
@@ -24,13 +24,13 @@ HEADINGS = ("p50", "p99", "p99.9", "worst", "missed")
 
 
 def figures(timing: Timing) -> list[float]:
-    """Wake-up lateness [µs], and how many periods were missed."""
+    """Return percentiles of the wake-up lateness [µs], and the number of missed periods."""
     late = timing.lateness_ns
     return [*(1e-3 * np.percentile(late, [50, 99, 99.9])), 1e-3 * late.max(), timing.missed]
 
 
 def main() -> None:
-    """Print one line a case."""
+    """Print one line per case."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--seconds", type=float, default=4.0)

@@ -1,12 +1,12 @@
-"""Streams measured between processes (docs/lsl.md): what a stamp is wrong by, how late it comes, what is lost.
+"""Accuracy of LSL streams between processes (docs/howto/lsl.md): error of the stamps, delay, lost samples.
 
     python benchmarks/lsl_offsets.py --minutes 10
 
 A loop puts 1000 ticks a second into the rings of a recorder, which publishes and records them. A consumer in another
-process, plain pylsl, notes each sample's stamp, corrected by LSL, and when it came. Two devices in further processes
-send 250 samples a second, and with each the true time: one on a clock that is shifted and runs fast (its libc is told
-so), the other on the computer's own. The recorder records both; what `exograv sync` makes of them is held to the truth.
-All runs on one computer: what a network adds is not in these figures.
+process, plain pylsl, notes each sample's stamp, corrected by LSL, and its time of arrival. Two devices in further
+processes send 250 samples a second, each with the true time. One device has a clock that is shifted and runs fast
+(a library replaces its clock); the other uses the computer's clock. The recorder records both, and the result of
+`exograv data sync` is compared with the truth. All processes run on one computer: these figures contain no network.
 """
 
 import argparse
@@ -34,7 +34,7 @@ from exograv.study.sync import stream_figures
 JOINTS = ("rotation", "abduction", "flexion", "elbow")
 PERIOD_S = 0.001
 SHIFT_S, DRIFT = 1234.5, 50e-6
-"""Of the one device's clock: ahead at its start, and faster than the computer's."""
+"""Offset of the one device's clock at its start [s], and its rate error against the computer's clock."""
 
 DEVICE_HZ = 250.0
 PROGRAMS = Path(__file__).parent / "lsl_programs"
@@ -42,14 +42,14 @@ NETWORK = "[ports]\nIPv6 = disable\n[multicast]\nResolveScope = machine\n[lab]\n
 
 
 def percentiles_us(seconds: np.ndarray) -> dict[str, float]:
-    """Median, 99 %, 99.9 %, largest of the absolute values [µs]."""
+    """Return median, 99 %, 99.9 % and largest of the absolute values [µs]."""
     names, values = ("p50", "p99", "p999", "max"), np.percentile(np.abs(seconds), [50, 99, 99.9, 100])
     return {name: round(1e6 * float(value), 1) for name, value in zip(names, values, strict=True)}
 
 
 @contextlib.contextmanager
 def program(name: str, *words: str, environment: dict[str, str] | None = None) -> Iterator[subprocess.Popen[bytes]]:
-    """Another process; it has said that it is ready."""
+    """Run another process; it has printed that it is ready."""
     command = [sys.executable, str(PROGRAMS / f"{name}.py"), *words]
     with subprocess.Popen(command, stdout=subprocess.PIPE, env={**os.environ, **(environment or {})}) as process:
         assert process.stdout is not None
@@ -61,7 +61,7 @@ def program(name: str, *words: str, environment: dict[str, str] | None = None) -
 
 
 def other_clock(folder: Path) -> dict[str, str] | None:
-    """Environment of a process whose CLOCK_MONOTONIC is shifted and fast; None without a C compiler."""
+    """Environment of a process whose CLOCK_MONOTONIC is shifted and fast; None if there is no C compiler."""
     library = folder / "other_clock.so"
     source = str(PROGRAMS / "other_clock.c")
     try:
@@ -78,7 +78,7 @@ def other_clock(folder: Path) -> dict[str, str] | None:
 
 
 def put_ticks(recorder: Recorder, listening: Listening, seconds: float) -> int:
-    """A thousand a second, each measured when it is put in; returns how many."""
+    """Put a thousand ticks a second, each stamped when it is put in; return their number."""
     row = np.zeros((), tick_dtype(len(JOINTS)))
     row["cdr_header"] = (0, 1, 0, 0)
     ticks, count, begun = recorder.inlet.ticks(), 0, time.monotonic()
@@ -97,7 +97,7 @@ def put_ticks(recorder: Recorder, listening: Listening, seconds: float) -> int:
 
 
 def measure(seconds: float, folder: Path) -> dict[str, Any]:
-    """All processes together."""
+    """Run all processes together; return the figures."""
     outlets = OutletsJob("benchmark", JOINTS, PERIOD_S)
     path, noted = folder / "a.mcap", folder / "consumer.npy"
     faked = other_clock(folder)
@@ -129,7 +129,7 @@ def measure(seconds: float, folder: Path) -> dict[str, Any]:
 
 
 def consumer_figures(noted: np.ndarray, recording: Recording, count: int) -> dict[str, Any]:
-    """Of `noted` (sample, 4): sequence, stamp, LSL's correction, when it came [s]."""
+    """Figures of the consumer from `noted` (sample, 4): sequence, stamp, LSL's correction, time of arrival [s]."""
     true = dict(zip(recording.ticks["sequence"].tolist(), recording.ticks["monotonic"].tolist(), strict=True))
     sequence, stamp, correction, came = noted.T
     truth = np.array([true[int(number)] for number in sequence])
@@ -143,7 +143,7 @@ def consumer_figures(noted: np.ndarray, recording: Recording, count: int) -> dic
 
 
 def device_figures(recording: Recording, name: str) -> dict[str, Any]:
-    """Of a device, whose samples hold the true time and a count."""
+    """Figures of a device whose samples hold the true time and a count."""
     stream = next(one for one in recording.streams if one.name == name)
     figures, true = stream_figures(stream), stream.values[:, 0] - slept_s()
     (clock,) = figures["clocks"]
@@ -163,13 +163,13 @@ def device_figures(recording: Recording, name: str) -> dict[str, Any]:
 
 
 def slept_s() -> float:
-    """What a device's true clock is ahead of CLOCK_MONOTONIC: the time that the computer has slept [s]."""
+    """Offset of a device's true clock from CLOCK_MONOTONIC [s]: the time that the computer was suspended."""
     ahead = time.clock_gettime(time.CLOCK_BOOTTIME) - time.monotonic()
     return ahead if ahead > 0.01 else 0.0
 
 
 def main() -> None:
-    """Print the figures."""
+    """Measure, and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--minutes", type=float, default=10.0)
     parser.add_argument("--json", type=Path)

@@ -1,8 +1,8 @@
-"""What a tick and an update of the estimate cost on each machine: medians on one core.
+"""Cost of a tick and of an estimator update on each machine: medians on one core.
 
     python benchmarks/machines.py
 
-Times are those of the native kernels with their buffers, in the loop that a session runs; nothing else should run.
+Times are of the native kernels with their buffers, in the loop of a session. No other program should run.
 """
 
 import argparse
@@ -31,7 +31,7 @@ UPDATE_PERIOD_S, UPDATES_S = 0.08, 30.0
 
 
 def median_us(call: Callable[[], object], calls: int = CALLS) -> float:
-    """Of several rounds, per call [µs]."""
+    """Median over several rounds of the time per call [µs]."""
     times = []
     for _ in range(ROUNDS):
         start = time.perf_counter_ns()
@@ -42,7 +42,7 @@ def median_us(call: Callable[[], object], calls: int = CALLS) -> float:
 
 
 def tick_of(assembly: Assembly) -> tuple[int, float, float]:
-    """Instructions; kernel alone and whole step [µs]."""
+    """Return the number of instructions, and the times of the kernel alone and of the whole step [µs]."""
     machine = nominal_machine(assembly.description, assembly.exo.phi)
     tick, (x, _), still = Tick(assembly, machine), prior(assembly, machine), np.zeros(assembly.n)
     q = np.mean(assembly.description.workspace, axis=0)
@@ -52,7 +52,7 @@ def tick_of(assembly: Assembly) -> tuple[int, float, float]:
 
 
 def update_of(assembly: Assembly) -> float:
-    """Median update of `recursive`, those that linearise anew left out [ms]."""
+    """Median time of an update of `recursive` [ms]; updates that relinearise are rare and do not change it."""
     machine = nominal_machine(assembly.description, assembly.exo.phi)
     model, method = ArmModel(assembly, machine), build_method("recursive", assembly, machine)
     x, _ = prior(assembly, machine)
@@ -68,7 +68,7 @@ def update_of(assembly: Assembly) -> float:
 
 
 def main() -> None:
-    """One line a machine."""
+    """Print one line per machine."""
     argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     sizes = f"{'joints':>7}{'freedoms':>9}{'learned':>8}{'instr.':>8}"
     print(f"{'machine':24}{sizes}{'kernel µs':>10}{'step µs':>8}{'update ms':>10}")

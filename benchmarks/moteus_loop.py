@@ -1,7 +1,7 @@
-"""The loop over `exograv drive-sim moteus` in another process: what a tick costs us, and what the maker's asyncio does.
+"""Control loop over `exograv dev drive-sim moteus` in another process: cost of our tick, and of the maker's asyncio.
 
 python benchmarks/moteus_loop.py --seconds 20
-python benchmarks/moteus_loop.py --seconds 2 --lock-step   # on a busy computer: our own work alone means something
+python benchmarks/moteus_loop.py --seconds 2 --lock-step   # on a busy computer: only our own work is meaningful
 """
 
 import argparse
@@ -32,7 +32,7 @@ CURRENT, LIFE_S, DEADLINE_S = 0.2, 0.02, 0.2
 
 @contextlib.contextmanager
 def device(is_lock_step: bool) -> Iterator[Path]:
-    """One in another process, and its `drives.toml`."""
+    """Start a simulated device in another process; yield the path of its `drives.toml`."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "drives.toml"
         text = (ROOT / "examples" / "drives" / "moteus.toml").read_text(encoding="utf-8")
@@ -50,13 +50,13 @@ def device(is_lock_step: bool) -> Iterator[Path]:
 
 
 def percentiles(seconds: list[float]) -> dict[str, float]:
-    """In µs."""
+    """Return percentiles [µs]."""
     values = np.percentile(1e6 * np.array(seconds), [50.0, 99.0, 99.9, 100.0]).tolist()
     return {name: round(value, 1) for name, value in zip(("p50", "p99", "p999", "max"), values, strict=True)}
 
 
 def ours(rig: MoteusRig, seconds: float, is_lock_step: bool) -> dict[str, Any]:
-    """Read and write at absolute deadlines, for so long."""
+    """Read and write at absolute deadlines for `seconds`; return the figures of our driver."""
     n, reads, writes, cpu = len(rig.joints), [], [], []
     nothing, current = np.zeros(n), np.full(n, CURRENT)
     trips, due, ticks = 0, time.monotonic(), round(seconds / rig.period_s)
@@ -79,7 +79,7 @@ def ours(rig: MoteusRig, seconds: float, is_lock_step: bool) -> dict[str, Any]:
 
 
 async def makers(path: str, numbers: list[int], ticks: int) -> dict[str, Any]:
-    """The library's own cycle, torque and question of all drives in one transaction, as fast as it can."""
+    """Run the library's own cycle as fast as possible: torque and query of all drives in one transaction."""
     transport, spent, cpu, lost = moteus.Fdcanusb(path), [], [], 0
     controllers = [moteus.Controller(id=number, transport=transport) for number in numbers]
     try:
@@ -106,7 +106,7 @@ async def makers(path: str, numbers: list[int], ticks: int) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Print the figures."""
+    """Measure, and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--lock-step", action="store_true")

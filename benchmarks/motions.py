@@ -1,11 +1,11 @@
-"""The same wearers in the same machines, identified by `recursive` from different motions.
+"""Comparison of excitation motions: the same wearers in the same machines, identified by `recursive`.
 
     python benchmarks/motions.py --seeds 1000-1005 --motions designed,fourier,fixed,adaptive --save motions.json
-    python benchmarks/motions.py --seeds 1000-1005 --motions designed,new.json    # of `exograv design-motion --json`
+    python benchmarks/motions.py --seeds 1000-1005 --motions designed,new.json    # from `exograv rig motion --json`
     python benchmarks/motions.py --load motions.json
 
-A machine is calibrated once and has three wearers, as in `exograv benchmark-identification`; the controller learns
-nothing meanwhile. Tune on seeds from 1000 on; reported are 0 and after.
+A machine is calibrated once and has three wearers, as in `exograv dev benchmark-identification`. The controller's
+model stays fixed meanwhile. Tune on seeds from 1000 on; report seeds from 0 on.
 """
 
 import argparse
@@ -38,18 +38,18 @@ AT_S = (20, 60, 120)
 
 
 def silent(_text: str, _share: float) -> None:
-    """One line a run is enough."""
+    """Ignore progress: one line per run is enough."""
 
 
 class Listener:
-    """Feeds the method, and scores it once a second on the twin's truth, which it never sees."""
+    """Follower that feeds the method, and scores it once a second on the twin's truth, hidden from the method."""
 
     def __init__(self, method: Method, sample_filter: SampleFilter, examination: Examination):
         self._method, self._filter, self._examination = method, sample_filter, examination
         self.left_over: dict[int, list[float]] = {}
 
     def __call__(self, moment: TickSample) -> None:
-        """One tick."""
+        """Take one tick."""
         sample = self._filter.update(moment.state.q, moment.tau_measured)
         if not self._filter.settled:
             return
@@ -61,7 +61,7 @@ class Listener:
 
 
 def parts_of(name: str, subject: Any, method: Method, seconds: float, dt: float) -> Iterator[Trajectory]:
-    """Motion by its name, or by the file that `exograv design-motion --json` wrote."""
+    """Return the motion by its name, or from the file that `exograv rig motion --json` wrote."""
     assembly, machine = subject
     if not name.endswith(".json"):
         return motion_parts(name, assembly, machine, method, seconds, dt)  # pyright: ignore[reportArgumentType] - checked there
@@ -70,7 +70,7 @@ def parts_of(name: str, subject: Any, method: Method, seconds: float, dt: float)
 
 
 def run(case: Case, calibrated: Calibrated, name: str, seconds: float) -> dict[str, Any]:
-    """One wearer, one motion."""
+    """Identify one wearer with one motion."""
     worn = calibrated.worn(case, case.laboratory(), silent)
     assembly, machine = worn.known.assembly, worn.known.machine
     twin, pilot, controller = worn.twin, worn.pilot, worn.controller
@@ -84,7 +84,7 @@ def run(case: Case, calibrated: Calibrated, name: str, seconds: float) -> dict[s
     for part in chain([first], parts):
         pilot.run(controller, part, "Identifying", listener)
     places = worn.laboratory.description.places
-    # The motion's first filtered sample is some ticks late: the last whole second may be missing.
+    # The first filtered sample comes some ticks after the motion's start: the last whole second may be missing.
     last = max(listener.left_over)
     at = {str(t): listener.left_over[min(t, last)] for t in AT_S if t <= seconds}
     return {
@@ -97,7 +97,7 @@ def run(case: Case, calibrated: Calibrated, name: str, seconds: float) -> dict[s
 
 
 def reached(left_over: dict[int, list[float]], target: np.ndarray) -> int | None:
-    """Since when the left over stayed within the target [s]."""
+    """Time from which the torque left over stays within the target to the end [s]; None if never."""
     since = None
     for second, values in left_over.items():
         within = bool((np.array(values) <= target).all())
@@ -106,7 +106,7 @@ def reached(left_over: dict[int, list[float]], target: np.ndarray) -> int | None
 
 
 def show(results: list[dict[str, Any]]) -> None:
-    """A line a motion: medians over the wearers, of all joints and of the worst against its target."""
+    """Print one line per motion: medians over the wearers, of all joints and of the worst joint against its target."""
     motions = list(dict.fromkeys(result["motion"] for result in results))
     base = {r["seed"]: r for r in results if r["motion"] == motions[0]}
     for name in motions:
@@ -130,7 +130,7 @@ def _worst(result: dict[str, Any], t: str) -> float:
 
 
 def measure(cases: list[Case], names: list[str], seconds: float, save: Path | None) -> list[dict[str, Any]]:
-    """All wearers with all motions; saved after each, so that a long run may be broken off."""
+    """Run all wearers with all motions; save after each, so that a long run may be interrupted."""
     results: list[dict[str, Any]] = []
     for group in by_machine(cases):
         calibrated = calibrate(group[0], silent)
@@ -148,7 +148,7 @@ def measure(cases: list[Case], names: list[str], seconds: float, save: Path | No
 
 
 def main() -> None:
-    """Measure, or show what was measured."""
+    """Measure or load, and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="1000-1005")
     parser.add_argument("--level", type=int, default=2)

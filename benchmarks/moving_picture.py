@@ -1,4 +1,4 @@
-"""Draw docs/pictures/floating.gif: the arm of a simulated wearer is released with its weight, and without it.
+"""Draw docs/pictures/floating.gif: the arm of a simulated wearer is released with and without weight compensation.
 
     python benchmarks/moving_picture.py
 

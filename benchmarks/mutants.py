@@ -1,12 +1,11 @@
-"""Whether the tests of safety/ notice a wrong line: each is made wrong in turn, and the tests must fail.
+"""Mutation test of safety/: one line at a time is made wrong, and the tests must fail.
 
     nice -n 10 python benchmarks/mutants.py                          # all, one after the other, about an hour
     nice -n 10 python benchmarks/mutants.py --sample 100 --seed 1    # some
     python benchmarks/mutants.py --branches                          # conditions that no test has seen both ways
 
-The working tree is never touched: a process is forked for every mutant and imports it in place of the module. What was
-tried is noted in a file and not tried again: a killed mutant as long as its module says the same, a survivor as long as
-the tests do.
+The working tree is never touched: a process is forked for every mutant and imports it in place of the module. Results
+are noted in a file and not repeated: a killed mutant until its module changes, a survivor until the tests change.
 """
 
 import argparse
@@ -45,12 +44,12 @@ ROOT = Path(__file__).parents[1]
 ROOM, TESTS = ROOT / "src" / "exograv" / "safety", ROOT / "tests" / "safety"
 ALONE, FIGURES = "test_modes.py", "test_figures.py"
 LONGEST_S = 240
-"""After which tests that do not end are a mutant killed."""
+"""Time limit of the tests; tests that do not end count as a killed mutant."""
 
 
 @dataclass(frozen=True)
 class Mutant:
-    """One wrong module; made when it is needed."""
+    """Wrong module, described by its place; the tree is made on demand."""
 
     path: Path
     source: str
@@ -59,7 +58,7 @@ class Mutant:
     change: int
 
     def tree(self) -> ast.Module:
-        """The module, with one thing wrong."""
+        """Return the module with one thing wrong."""
         tree = ast.parse(self.source)
         place = next(islice(visited(tree), self.node, None))
         next(islice(changes(place), self.change, None))[1]()
@@ -67,7 +66,7 @@ class Mutant:
 
 
 def mutants() -> Iterator[Mutant]:
-    """Of the whole room."""
+    """Yield the mutants of the whole room."""
     for path in sorted(ROOM.glob("*.py")):
         source = path.read_text(encoding="utf-8")
         for i, node in enumerate(visited(ast.parse(source))):
@@ -77,13 +76,13 @@ def mutants() -> Iterator[Mutant]:
 
 
 class Instead(importlib.abc.MetaPathFinder):
-    """Imports trees in place of modules of the room."""
+    """Import hook that puts trees in place of modules of the room."""
 
     def __init__(self, trees: dict[str, ast.Module]):
         self.trees = trees
 
     def find_spec(self, name: str, path: Any = None, target: Any = None):
-        """Of a module that is replaced."""
+        """Return the specification of a module that is replaced, else None."""
         if name not in self.trees:
             return None
         file = str(ROOM / f"{name.rsplit('.', 1)[1]}.py")
@@ -91,19 +90,19 @@ class Instead(importlib.abc.MetaPathFinder):
 
 
 class Loader(importlib.machinery.SourceFileLoader):
-    """Of a tree."""
+    """Loader of a tree."""
 
     def __init__(self, name: str, file: str, tree: ast.Module):
         super().__init__(name, file)
         self.tree = tree
 
     def get_code(self, fullname: str) -> Any:
-        """Compiled, never cached."""
+        """Compile the tree; never cache it."""
         return compile(self.tree, self.path, "exec")
 
 
 def run_tests(trees: dict[str, ast.Module], first: str, at_end: Callable[[], None] = lambda: None) -> int:
-    """In a process of its own; pytest's exit code, or 9 if they do not end."""
+    """Run the tests in a process of their own; return pytest's exit code, or 9 if they do not end."""
     child = os.fork()
     if child == 0:
         code = 1
@@ -111,7 +110,7 @@ def run_tests(trees: dict[str, ast.Module], first: str, at_end: Callable[[], Non
             code = _tests_here(trees, first)
             at_end()
         finally:
-            # Nothing that the parent has opened is closed here.
+            # `_exit` closes nothing that the parent has opened.
             os._exit(code)
     status = os.waitpid(child, 0)[1]
     return os.waitstatus_to_exitcode(status) if os.WIFEXITED(status) else 9
@@ -125,7 +124,7 @@ def _tests_here(trees: dict[str, ast.Module], first: str) -> int:
         os.dup2(quiet, 2)
     sys.meta_path.insert(0, Instead(trees))
     files = list(TESTS.glob("test_*.py"))
-    # The modes are by themselves: nothing else imports them.
+    # The modes are tested alone: no other module imports them.
     if f"test_{first}" == ALONE:
         files = [TESTS / ALONE, TESTS / FIGURES]
     elif first:
@@ -137,15 +136,15 @@ def _tests_here(trees: dict[str, ast.Module], first: str) -> int:
 
 
 def prepare() -> None:
-    """For all children."""
+    """Set the folder and the Hypothesis profile for all children."""
     os.chdir(ROOT)
-    # No shrinking: that a test fails is enough to know.
+    # No shrinking: the fact that a test fails is enough.
     phases = (hypothesis.Phase.explicit, hypothesis.Phase.generate)
     hypothesis.settings.register_profile("mutants", deadline=None, derandomize=True, phases=phases, database=None)
 
 
 def digest(*texts: str) -> str:
-    """Of some text."""
+    """Return a short hash of some texts."""
     return hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
 
 
@@ -161,7 +160,7 @@ def hunt(options: argparse.Namespace) -> None:
     if options.sample:
         found = random.Random(options.seed).sample(found, min(options.sample, len(found)))
     if run_tests({}, "") != 0:
-        sys.exit("The tests fail as things are: nothing could be told from a mutant.")
+        sys.exit("The tests fail on the unchanged source. Correct them first: a mutant would prove nothing.")
     killed = 0
     for one in found:
         key = digest(one.name, one.source)
@@ -178,7 +177,7 @@ def hunt(options: argparse.Namespace) -> None:
 
 
 class Watched(ast.NodeTransformer):
-    """Notes the outcome of every condition, of every operand of and/or but the last, and that a function was called."""
+    """Transformer that notes outcomes of conditions, of each operand of and/or but the last, and function calls."""
 
     def __init__(self, file: str):
         self.file = file
@@ -190,7 +189,7 @@ class Watched(ast.NodeTransformer):
         return ast.Call(ast.Name("__noted__", ast.Load()), [ast.Constant(name), node], [])
 
     def visit_If(self, node: ast.If | ast.IfExp | ast.While) -> ast.AST:
-        """Of a statement or an expression."""
+        """Watch the condition of a statement or an expression."""
         whole = copy.deepcopy(node.test)
         self.generic_visit(node)
         node.test = self._note(node.test, name=ast.unparse(whole))
@@ -199,7 +198,7 @@ class Watched(ast.NodeTransformer):
     visit_IfExp = visit_While = visit_If
 
     def visit_BoolOp(self, node: ast.BoolOp) -> ast.AST:
-        """Each operand after which the others may not be asked."""
+        """Watch each operand but the last: it decides if the next ones are evaluated."""
         names = [ast.unparse(value) for value in node.values]
         self.generic_visit(node)
         *asked, last = node.values
@@ -207,13 +206,13 @@ class Watched(ast.NodeTransformer):
         return node
 
     def visit_comprehension(self, node: ast.comprehension) -> ast.AST:
-        """The filters."""
+        """Watch the filters."""
         self.generic_visit(node)
         node.ifs = [self._note(one) for one in node.ifs]
         return node
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
-        """That it was called."""
+        """Watch that the function is called."""
         self.generic_visit(node)
         called = self._note(ast.copy_location(ast.Constant(node.name), node), (True,))
         node.body.insert(0, ast.Expr(called))
@@ -252,14 +251,14 @@ def watch() -> None:
 
 
 def main() -> None:
-    """Hunt, or watch."""
+    """Run the mutants, or watch the branches."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--sample", type=int, default=0, help="how many, drawn; 0 for all")
+    parser.add_argument("--sample", type=int, default=0, help="number of mutants, drawn at random; 0 for all")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", default="", help="part of the name of a file")
     parser.add_argument("--log", type=Path, default=Path(tempfile.gettempdir()) / "exograv_mutants.jsonl")
     parser.add_argument("--branches", action="store_true")
-    parser.add_argument("--count", action="store_true", help="only say how many there are")
+    parser.add_argument("--count", action="store_true", help="only print the number of mutants")
     options = parser.parse_args()
     prepare()
     if options.count:

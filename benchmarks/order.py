@@ -1,8 +1,8 @@
-"""How the rate of multiplications and additions depends on the length of chains and of the program.
+"""Rate of multiplications and additions by the length of chains and of the program.
 
     python benchmarks/order.py
 
-Independent chains, one after the other in a straight program; ns an operation in one state, one core.
+Independent chains, one after the other in a straight program; ns per operation in one state, one core.
 """
 
 import casadi as ca
@@ -10,11 +10,11 @@ import casadi as ca
 from peers import peaks
 
 DEPTHS, WIDTHS = (2, 4, 8, 16), (64, 256, 512, 1024)
-"""Steps of a chain, each a multiplication and an addition; and number of chains."""
+"""Steps of a chain, each a multiplication and an addition; number of chains."""
 
 
 def main() -> None:
-    """One line a length of chain, the program growing along it."""
+    """Print one line per length of chain; the program grows along the line."""
     x = ca.SX.sym("x")
     call = peaks.single_ns(ca.Function("empty", [x], [-x]))
     for depth in DEPTHS:

@@ -17,12 +17,12 @@ COLOURS = {each.name: f"C{i}" if i < 10 else "black" for i, each in enumerate(OP
 BARS = ("rnea_7", "torque_gradient_7", "tick_aligned_7", "tick_general_4")
 BATCHES = ("rnea_7", "torque_gradient_7", "tick_aligned_7", "tick_general_4")
 SIZES = (1, 64, 1024, 16384)
-# The same file from the same run: no date, no random names.
+# Without a date and random names the same run gives the same file.
 plt.rcParams.update({"svg.hashsalt": "exograv", "font.size": 9})
 
 
 def draw_single(result: dict[str, Any], path: Path) -> None:
-    """Median time of a call, a panel a task."""
+    """Draw the median time of a call, one panel per task."""
     figure, panels = plt.subplots(2, 2, figsize=(10, 5.5), sharex=True)
     for panel, name in zip(panels.flat, BARS, strict=True):
         rows = sorted((row for row in result["rows"] if row["name"] == name), key=lambda row: -row["p50"])
@@ -39,7 +39,7 @@ def draw_single(result: dict[str, Any], path: Path) -> None:
 
 
 def draw_joints(result: dict[str, Any], path: Path) -> None:
-    """Time of inverse dynamics of a chain against its joints."""
+    """Draw the time of inverse dynamics of a chain against its number of joints."""
     figure, panel = plt.subplots(figsize=(6, 4))
     found: dict[str, list[tuple[int, float]]] = {}
     for row in result["rows"]:
@@ -55,7 +55,7 @@ def draw_joints(result: dict[str, Any], path: Path) -> None:
 
 
 def draw_batch(result: dict[str, Any], path: Path) -> None:
-    """Evaluations a second on one core against the size of the batch, a panel a task."""
+    """Draw evaluations a second on one core against the size of the batch, one panel per task."""
     figure, panels = plt.subplots(1, len(BATCHES), figsize=(11, 3.6), sharey=True)
     for panel, task in zip(panels, BATCHES, strict=True):
         found: dict[str, list[tuple[int, float]]] = {}

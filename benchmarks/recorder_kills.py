@@ -1,11 +1,11 @@
-"""What a killed recorder costs, and what forcing ticks to the disk does (docs/realtime.md).
+"""Cost of a killed recorder, and time of forcing ticks to the disk (docs/explanation/realtime.md).
 
     python benchmarks/recorder_kills.py --kills 100 --syncs 240
 
-The recorder is killed by SIGKILL at random moments while ticks come in, each fifth time just after it was started. Its
-file is then compared with what it had acknowledged, and in the end with all that was put in. Afterwards a quarter of a
-second of ticks is written and synced so often, and the time of each is taken. Nothing is paced: the disk is as busy as
-it can be.
+The recorder is killed by SIGKILL at random moments while ticks arrive, each fifth time just after its start. Its file
+is then compared with the ticks that the recorder had acknowledged, and at the end with all ticks put in. Afterwards a
+quarter of a second of ticks is written and synced `--syncs` times, and each sync is timed. Nothing is paced: the disk
+is as busy as it can be.
 """
 
 import argparse
@@ -27,41 +27,41 @@ from exograv.runtime.recorder.recorder import Recorder
 
 JOINTS = ("rotation", "abduction", "flexion", "elbow")
 SYNC_S = 0.02
-"""Ten times as often as in a run: a kill then meets a write or a sync ten times as often."""
+"""Sync period [s], a tenth of that of a run: a kill then meets a write or a sync ten times as often."""
 
 RUN_S = 600.0
 TICKS = 250
-"""A quarter of a second."""
+"""Ticks per block: a quarter of a second."""
 
 
 @dataclass
 class Kills:
-    """What was found."""
+    """Result of all kills."""
 
     kills: int
     restarts: int = 0
 
     put: int = 0
-    """Ticks."""
+    """Ticks put into the ring."""
 
     recorded: int = 0
-    """Ticks in the file, in their order and each once."""
+    """Ticks in the file if they are in order and each once, else -1."""
 
     acknowledged_and_missing: int = 0
-    """Ticks, over all kills."""
+    """Acknowledged ticks that the file lacks, over all kills."""
 
     lost: int = 0
     """Ticks that found the ring full."""
 
     back_s: tuple[float, float] = (0.0, 0.0)
-    """From the start of another recorder to its first acknowledgement: median and longest."""
+    """Time from the start of another recorder to its first acknowledgement [s]: median and longest."""
 
     put_us: tuple[float, ...] = ()
-    """Time of a put: median, 99 %, 99.9 %, longest."""
+    """Time of a put [µs]: median, 99 %, 99.9 %, longest."""
 
 
 def ticks(first: int, count: int) -> np.ndarray:
-    """Noise, which compresses least, counted."""
+    """Return numbered ticks of noise, which compresses worst."""
     rows = np.zeros(count, tick_dtype(len(JOINTS)))
     rows["sequence"] = np.arange(first, first + count)
     rows["t"] = 1e-3 * rows["sequence"]
@@ -72,7 +72,7 @@ def ticks(first: int, count: int) -> np.ndarray:
 
 
 def kill_at_random(path: Path, kills: int, seed: int) -> Kills:
-    """Kill so often; ticks come in fives, every five milliseconds."""
+    """Kill the recorder `kills` times; five ticks arrive every five milliseconds."""
     rng, found, put_us, back_s = np.random.default_rng(seed), Kills(kills), [], []
     with Recorder(path, JOINTS, {}, RUN_S, SYNC_S) as recorder, contextlib.closing(recorder.inlet.ticks()) as ring:
 
@@ -116,7 +116,7 @@ def sequence(path: Path) -> list[int]:
 
 
 def sync_times(path: Path, count: int) -> tuple[np.ndarray, float, float]:
-    """Of each sync [ms]; processor time of all [s]; bytes a tick."""
+    """Return the time of each sync [ms], the processor time of all [s], and bytes per tick."""
     found, blocks = [], [ticks(TICKS * k, TICKS) for k in range(count)]
     with RecordingWriter(path, JOINTS, {}) as recording:
         recording.sync()
@@ -130,12 +130,12 @@ def sync_times(path: Path, count: int) -> tuple[np.ndarray, float, float]:
 
 
 def main() -> None:
-    """Print the figures."""
+    """Measure, and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kills", type=int, default=100)
     parser.add_argument("--syncs", type=int, default=240)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--folder", type=Path, help="on the disk to be measured; else the system's temporary folder")
+    parser.add_argument("--folder", type=Path, help="folder on the disk to measure; default: temporary folder")
     parser.add_argument("--json", action="store_true", help="figures of the kills only, for a test")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(dir=options.folder) as folder:

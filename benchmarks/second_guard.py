@@ -1,9 +1,9 @@
-"""Whether the guard and a second one, written apart from it, decide the same on random ticks.
+"""Agreement of the guard with a second, independent guard on random ticks.
 
     python benchmarks/second_guard.py --ticks 1000000
 
-Half of the ticks go to whole guards, half to envelopes alone, which also see what an ingress would have kept out. One
-batch of machines after the other, until there are enough; a batch is repeated by its seed alone.
+Half of the ticks go to whole guards, half to envelopes alone, which also see input that an ingress check would reject.
+The script runs batches of machines until there are enough ticks. The seed of a batch reproduces it.
 """
 
 import argparse
@@ -28,11 +28,11 @@ from tests.safety.random_machines import (
 )
 
 MACHINES, TICKS = 25, 4000
-"""A batch: more than three seconds each, so that a descent ends."""
+"""Machines and ticks of a batch: more than three seconds each, so that a descent ends."""
 
 
 def batch(seed: int) -> list[Comparison]:
-    """Guards, then envelopes alone."""
+    """Compare guards, then envelopes alone."""
     rng = np.random.default_rng(seed)
     m, results = draw_machines(rng, MACHINES, (2, 4)[seed % 2]), []
     with np.errstate(all="ignore"):
@@ -44,7 +44,7 @@ def batch(seed: int) -> list[Comparison]:
 
 
 def main() -> None:
-    """Print a line a batch that differs, and the sums."""
+    """Print a line per batch that differs, and the sums."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--ticks", type=int, default=1_000_000)
     parser.add_argument("--seed", type=int, default=0)

@@ -1,11 +1,11 @@
-"""Test the start-up self-test: it must find what is wrong, and accept what is not (docs/explanation/safety.md).
+"""Test the start-up self-test: it must find faults, and accept healthy machines (docs/explanation/safety.md).
 
     python benchmarks/self_test.py --seeds 0-19 --faults 0-0 --calibrations calibrations --save self_test.json
     python benchmarks/self_test.py --load self_test.json
 
-Every machine is calibrated when all is well (kept in the folder of calibrations, and taken from there where it is), and
-tested as on another day: with other noise, cold. In --seeds nothing is wrong; in --faults each fault once a machine, at
-a joint that chance draws. Runs that are in the file of --save already are not repeated.
+Every machine is calibrated while healthy. Calibrations are kept in the folder of `--calibrations` and reused. The
+self-test then runs as on another day: with other noise, cold. The machines of --seeds are healthy; those of --faults
+have each fault once, at a randomly drawn joint. Runs that are already in the file of --save are not repeated.
 """
 
 import argparse
@@ -21,11 +21,11 @@ import numpy as np
 RIGS = "recupera_like,recupera_like_qdd"
 NOTHING = "nothing"
 RUN_SEED = 50_000
-"""Beyond the machine's own: the noise of the day of the test."""
+"""Offset from the machine's seed: the noise of the day of the test."""
 
 
 def calibrated(rig: str, level: int, seed: int, folder: Path) -> Path | None:
-    """The machine's calibration; None where stage 0 refuses the machine."""
+    """Return the machine's calibration; None if stage 0 refuses the machine."""
     from exograv.api.rig_factory import run_calibration
     from exograv.errors import ExogravError
     from exograv.procedures.calibration.options import CalibrateOptions
@@ -42,7 +42,7 @@ def calibrated(rig: str, level: int, seed: int, folder: Path) -> Path | None:
 
 
 def run(rig: str, level: int, seed: int, fault: str, file: Path) -> dict[str, Any]:
-    """One self-test."""
+    """Run one self-test; return its figures."""
     from dataclasses import replace
 
     from exograv.laboratory.twin_calibration import EmptyTwin
@@ -81,7 +81,7 @@ def run(rig: str, level: int, seed: int, fault: str, file: Path) -> dict[str, An
 
 
 def wanted(options: argparse.Namespace) -> Iterator[tuple[str, int, int, str]]:
-    """Machines in good order, and then each fault."""
+    """Yield the tasks: each fault, then healthy machines."""
     from self_test_faults import HIDDEN
 
     machines = [(rig, level) for level in _span(options.levels) for rig in options.rigs.split(",")]
@@ -95,7 +95,7 @@ def wanted(options: argparse.Namespace) -> Iterator[tuple[str, int, int, str]]:
 
 
 def show(results: dict[str, dict[str, Any]]) -> None:
-    """A row a fault; then those in good order, by drive and level."""
+    """Print one row per fault, then the healthy machines by drive and level."""
     rows: dict[str, list[tuple[str, dict[str, Any]]]] = {}
     for key, result in results.items():
         rows.setdefault(key.split("|")[3], []).append((key, result))
@@ -131,7 +131,7 @@ def _span(text: str) -> range:
 
 
 def main() -> None:
-    """Run or load, then show; each result is saved as soon as it is there."""
+    """Run or load, then print. Each result is saved as soon as it exists."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rigs", default=RIGS)
     parser.add_argument("--levels", default="0-4")

@@ -1,6 +1,6 @@
-"""What a self-test has to find: machines and drivers with something wrong that nobody was told of.
+"""Hidden faults that a self-test must find: machines and drivers with a fault that the software is not told of.
 
-The calibration is from the day before, when all was well. Nothing here is known to the test.
+The calibration is from the day before, when the machine was healthy. The test has no access to this module.
 """
 
 from collections import deque
@@ -21,11 +21,11 @@ LATE_TICKS = 6
 
 @dataclass
 class Driver:
-    """A `Rig` between the computer and the machine; in good order as it stands."""
+    """`Rig` between the computer and the machine, as yet without a fault."""
 
     rig: Rig
     joint: int
-    """Where something is wrong, if it is wrong with one joint."""
+    """Index of the faulty joint, if the fault is at one joint."""
 
     gain: np.ndarray
     """Torque per current (joint,) [N·m/A], to give a torque's error as a current."""
@@ -34,29 +34,29 @@ class Driver:
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Of the machine."""
+        """Names of the machine's joints."""
         return self.rig.joints
 
     @property
     def period_s(self) -> float:
-        """Of the machine [s]."""
+        """Period of the machine [s]."""
         return self.rig.period_s
 
     @property
     def t(self) -> float:
-        """The machine's clock [s]."""
+        """Time on the machine's clock [s]."""
         return self.rig.t
 
     def read(self) -> JointState:
-        """What the machine says."""
+        """Return the state of the machine."""
         return self.rig.read()
 
     def write(self, command: Command) -> None:
-        """What the machine does."""
+        """Pass the command to the machine."""
         self.rig.write(command)
 
     def press(self, guard: Guard) -> None:
-        """Somebody presses Stop."""
+        """Press Stop at the guard."""
         self.is_pressed = True
         guard.press_stop()
 
@@ -75,7 +75,7 @@ class Driver:
 
 @dataclass
 class Turned(Driver):
-    """Positions of a joint are changed, by its own encoder and, where `both`, by its motor's."""
+    """Driver that changes the positions of a joint: its own encoder's (`own`), its motor's (not `own`), or `both`."""
 
     sign: float = 1.0
     shift: float = 0.0
@@ -83,7 +83,7 @@ class Turned(Driver):
     both: bool = False
 
     def read(self) -> JointState:
-        """With the position changed."""
+        """Return the state with the position changed."""
         state = self.rig.read()
         q_motor = state.q_motor
         if q_motor is not None and (self.both or not self.own):
@@ -96,44 +96,44 @@ class Turned(Driver):
 
 @dataclass
 class Biased(Driver):
-    """A current sensor has a wrong zero; within the drive's own loop the motor gives less, and says nothing."""
+    """Driver with a wrong current zero. With `within_loop` the motor also gets less current, and the state hides it."""
 
     within_loop: bool = False
 
     def read(self) -> JointState:
-        """With the current changed."""
+        """Return the state with the current changed."""
         state, by = self.rig.read(), BIAS_NM / self.gain[self.joint]
         return replace(state, current=self._at(state.current, lambda current: current + by))
 
     def write(self, command: Command) -> None:
-        """With what the loop takes off."""
+        """Pass the command with the current that the drive's loop takes off."""
         by = BIAS_NM / self.gain[self.joint] if self.within_loop else 0.0
         self.rig.write(replace(command, current=self._at(command.current, lambda current: current - by)))
 
 
 class KeepsOn(Driver):
-    """Commands never expire: what was told last is given for ever."""
+    """Driver whose commands never expire: the last command stays in force."""
 
     def write(self, command: Command) -> None:
-        """As if it had just come."""
+        """Pass the command as if it had just arrived."""
         self.rig.write(replace(command, t=self.rig.t, valid_until=self.rig.t + 0.005))
 
 
 class DeafStop(Driver):
-    """The button's line is cut."""
+    """Driver with a cut line of the Stop button."""
 
     def press(self, guard: Guard) -> None:
-        """Nothing."""
+        """Ignore the button."""
 
 
 @dataclass
 class StopNotPassedOn(Driver):
-    """The guard hears of Stop, and the drives go on with what they were told before."""
+    """Driver that ignores Stop: the guard gets Stop, and the drives keep the command from before."""
 
     last: Command | None = None
 
     def write(self, command: Command) -> None:
-        """What was told before Stop."""
+        """Pass the last command from before Stop."""
         if self.last is None or not self.is_pressed:
             self.last = command
         self.rig.write(replace(self.last, t=command.t, valid_until=command.valid_until))
@@ -141,12 +141,12 @@ class StopNotPassedOn(Driver):
 
 @dataclass
 class Late(Driver):
-    """Measurements come some milliseconds late, and say so."""
+    """Driver whose measurements come some milliseconds late, with their true times."""
 
     line: deque[JointState] = field(default_factory=deque)
 
     def read(self) -> JointState:
-        """One of before."""
+        """Return an earlier state."""
         state = self.rig.read()
         if not self.line or self.line[-1].sequence != state.sequence:
             self.line.append(state)
@@ -157,12 +157,12 @@ class Late(Driver):
 
 @dataclass
 class Dead(Driver):
-    """An encoder says what it said when the machine was switched on."""
+    """Driver with a dead encoder: it keeps its value from when the machine was switched on."""
 
     kept: float | None = None
 
     def read(self) -> JointState:
-        """With the first position."""
+        """Return the state with the first position."""
         state = self.rig.read()
         kept = self.kept = float(state.q[self.joint]) if self.kept is None else self.kept
         return replace(state, q=self._at(state.q, lambda _: kept))
@@ -170,13 +170,13 @@ class Dead(Driver):
 
 @dataclass
 class Swapped(Driver):
-    """Two joints stand in each other's place: their encoders, their motors, or both."""
+    """Driver that swaps two joints: their encoders, their motors, or both."""
 
     encoders: bool = False
     motors: bool = False
 
     def read(self) -> JointState:
-        """In the other order."""
+        """Return the state in the other order."""
         state = self.rig.read()
         q_motor = state.q_motor
         if self.encoders:
@@ -185,7 +185,7 @@ class Swapped(Driver):
         return replace(state, current=self._other(state.current)) if self.motors else state
 
     def write(self, command: Command) -> None:
-        """In the other order."""
+        """Pass the command in the other order."""
         current = self._other(command.current) if self.motors else command.current
         self.rig.write(replace(command, current=current))
 
@@ -202,17 +202,17 @@ DriverOf = Callable[[Rig, int, np.ndarray], Driver]
 
 @dataclass(frozen=True)
 class Hidden:
-    """One kind of fault."""
+    """Kind of fault."""
 
     fault: str
-    """Its number in docs/safety.md."""
+    """Number of the fault in docs/explanation/safety.md."""
 
     machine: MachineOf = lambda machine, _joint: machine
     driver: DriverOf = Driver
 
 
 def gain(factor: float) -> Hidden:
-    """A motor gives another torque for the same current, and the current says nothing."""
+    """Fault: a motor gives another torque for the same current, and the measured current hides it."""
 
     def change(machine: Machine, joint: int) -> Machine:
         gains = machine.drives.gain.copy()
@@ -223,14 +223,14 @@ def gain(factor: float) -> Hidden:
 
 
 def does_not_brake(machine: Machine, joint: int) -> Machine:
-    """A drive's watchdog only lets go."""
+    """Machine with a drive whose watchdog only lets go and does not brake."""
     damping = machine.drives.watchdog_damping.copy()
     damping[joint] = 0.0
     return replace(machine, drives=replace(machine.drives, watchdog_damping=damping))
 
 
 def turned(fault: str, sign: float = 1.0, shift_deg: float = 0.0, own: bool = True, both: bool = False) -> Hidden:
-    """Positions are not what they were."""
+    """Fault: positions are reversed or shifted."""
     shift = float(np.deg2rad(shift_deg))
     return Hidden(fault, driver=lambda rig, joint, gains: Turned(rig, joint, gains, sign, shift, own, both))
 
@@ -260,4 +260,4 @@ HIDDEN: Mapping[str, Hidden] = MappingProxyType(
         "joints swapped": Hidden("–", driver=lambda *of: Swapped(*of, encoders=True, motors=True)),
     }
 )
-"""By a name for tables."""
+"""Faults by their name in tables."""

@@ -1,10 +1,10 @@
-"""What each condition of a virtual study leaves over, and which gravity level somebody feels in it who holds still.
+"""Torque left over in each condition of a virtual study, and gravity level that a wearer feels who holds still.
 
 Run: python benchmarks/simulate_study_conditions.py [--level 2] [--seeds 1000 1001 1002] [CONDITION …]
 
-The felt level is the share of the own weight that the muscles carry, on the mean of a slow to and fro about the posture
-in which the arm was put on: so friction, which would hold up to several N·m of an arm at rest, is not in it.
-Simulated: no evidence about people.
+The felt level is the share of the own weight that the muscles carry, as the mean of a slow movement to and fro about
+the donning posture. Friction would hold up to several N·m of an arm at rest; the mean removes its effect. These are
+results of simulation and no evidence about people.
 """
 
 import argparse
@@ -27,14 +27,14 @@ CONDITIONS = (
     "ideal+friction=2", "water",
 )  # fmt: skip
 STIFFNESS, DAMPING = 200.0, 10.0
-"""Of somebody who does not give way [N·m/rad, N·m·s/rad]."""
+"""Stiffness and damping of a wearer who does not give way [N·m/rad, N·m·s/rad]."""
 
 SWAY, SWAY_S = np.deg2rad(6.0), 4.0
-"""Of every freedom [rad], and how long to and fro takes [s]; the first time is not counted."""
+"""Amplitude of every freedom [rad] and period of the movement [s]; the first period is not counted."""
 
 
 def felt_level(stage: SessionSetup) -> float:
-    """Share of the own weight that holding the arm takes [-]."""
+    """Share of the own weight that the muscles need to hold the arm [-]."""
     twin, controller = stage.twin, stage.controller
     twin.put_surroundings(False)
     if isinstance(controller, ArmController):
@@ -81,7 +81,7 @@ def main() -> None:
 
 
 def row(name: str, stages: list[SessionSetup]) -> None:
-    """One line of it, a stage a seed."""
+    """Print one line of the table, with one value per seed."""
     columns = (
         [_told(stage.left_over_Nm) for stage in stages],
         [_told(stage.friction_Nm) for stage in stages],

@@ -1,9 +1,9 @@
-"""How soon Stop at a desk is a torque that comes down: from the call to the end of the tick that gives it.
+"""Latency of Stop in a steered session: from the call at the desk to the end of the tick that ramps the torque down.
 
     python benchmarks/stop_latency.py --calibration out/calibration.toml --presses 3000
 
-Guard, control and recorder run as in a steered session, on the twin, at 1 kHz; the machine is off, and Stop is pressed
-at random moments, which the guard hears every time. What lies between a page and the desk is not in it.
+Guard, control and recorder run as in a steered session, on the twin, at 1 kHz. The machine is off, and Stop is pressed
+at random moments; the guard hears every press. The path between a page and the desk is not included.
 """
 
 import argparse
@@ -25,7 +25,7 @@ START_MAX_S = 120.0
 
 
 def presses(desk: SessionController, count: int) -> np.ndarray:
-    """Press so often; when, on CLOCK_MONOTONIC [s]."""
+    """Press Stop `count` times; return the times on CLOCK_MONOTONIC [s]."""
     rng, pressed = np.random.default_rng(0), np.empty(count)
     for k in range(count):
         time.sleep(rng.uniform(*APART_S))
@@ -35,9 +35,9 @@ def presses(desk: SessionController, count: int) -> np.ndarray:
 
 
 def main() -> None:
-    """Fly, press, read what was recorded."""
+    """Run the session, press Stop, and evaluate the recording."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--calibration", type=Path, help="of the twin, level 2, seed 1001; calibrated first without")
+    parser.add_argument("--calibration", type=Path, help="of the twin, level 2, seed 1001; default: calibrate first")
     parser.add_argument("--presses", type=int, default=3000)
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -50,7 +50,7 @@ def main() -> None:
         time.sleep(1.0)
         desk.close()
         ticks = read_recording(Path(folder) / "steered-1.mcap").ticks
-    # The last one is that of the end. A word is heard in a tick's end, and gives the torque of the next one.
+    # The last press is that of the end. A press is heard at the end of a tick, and gives the torque of the next tick.
     heard = ticks[(ticks["acts"] & STOP_PRESSED) > 0]
     done = (heard["monotonic"] + 1e-6 * heard["tick_us"])[: len(pressed)]
     ms = 1e3 * (done - pressed[: len(done)])

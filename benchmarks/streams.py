@@ -1,10 +1,10 @@
-"""Streams of virtual wearers in files, to tune a method on them again and again without flying the twin anew.
+"""Streams of virtual wearers in files, to tune a method repeatedly without running the twin again.
 
     python benchmarks/streams.py --seeds 1000-1005 --level 2 --profile harmonic --folder out/streams
 
-Then `for recorded in load(Path("out/streams")): ...`. What a method may know is `recorded.stream`; the truth is
-`recorded.laboratory`, for `session.examine.Examination` alone. Tune on seeds from 1000 on; reported are 0 and after.
-The files are pickles of this version of exograv: for a temporary folder, not for an archive.
+Then `for recorded in load(Path("out/streams")): ...`. A method may use `recorded.stream`. The truth is
+`recorded.laboratory`; only `laboratory.truth_score.Examination` may use it. Tune on seeds from 1000 on; report seeds
+from 0 on. The files are pickles of this version of exograv: for a temporary folder, not for an archive.
 """
 
 import argparse
@@ -18,7 +18,7 @@ from exograv.errors import ExogravError
 
 
 def save(recorded: RecordedStream, folder: Path) -> Path:
-    """Write one stream; the file's name says whose it is."""
+    """Write one stream; the name of the file identifies the wearer."""
     case = recorded.case
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{case.profile}-level{case.level}-seed{case.wearer_seed}.pickle"
@@ -27,13 +27,13 @@ def save(recorded: RecordedStream, folder: Path) -> Path:
 
 
 def load(folder: Path, pattern: str = "*") -> Iterator[RecordedStream]:
-    """Streams of a folder, in the order of their names, one at a time: each takes 15 MB."""
+    """Yield the streams of a folder, sorted by name, one at a time: each takes 15 MB."""
     for path in sorted(folder.glob(f"{pattern}.pickle")):
         yield pickle.loads(path.read_bytes())
 
 
 def main() -> None:
-    """Record what is asked for; files that are there already are kept."""
+    """Record the streams; keep files that already exist."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="1000-1005")
     parser.add_argument("--level", type=int, default=2)
@@ -45,7 +45,7 @@ def main() -> None:
     cases = population(options.profile, options.level, int(last or first) - int(first) + 1, int(first))
 
     def silent(_text: str, _share: float) -> None:
-        """A line a stream is enough."""
+        """Ignore progress: one line per stream is enough."""
 
     for group in by_machine(cases):
         calibrated = calibrate(group[0], silent)

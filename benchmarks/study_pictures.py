@@ -3,7 +3,7 @@
     exograv study example --participants 3,3 --seed 1001 --out STUDY && exograv study report STUDY
     PYTHONPATH=. python benchmarks/study_pictures.py --study STUDY --out docs/pictures
 
-Needs Chromium as the browser tests do.
+Needs Chromium, as the browser tests do.
 """
 
 import argparse
@@ -20,11 +20,11 @@ PARTS = {
     "study_report_touches": (900, "#target", "#windows"),
     "study_report_phone": (400, "header", "#deviation"),
 }
-"""Width of the window [px], first and last part that is in the picture."""
+"""Width of the window [px], first and last part in the picture, by name of the picture."""
 
 
 def snap(browser: Browser, html: Path, name: str, folder: Path) -> None:
-    """One picture, in as few colours as keep it small."""
+    """Save one screenshot, with few colours to keep the file small."""
     width, first, last = PARTS[name]
     page = browser.new_page(viewport={"width": width, "height": 1000})
     page.goto(html.resolve().as_uri())
@@ -42,7 +42,7 @@ def snap(browser: Browser, html: Path, name: str, folder: Path) -> None:
 
 
 def main() -> None:
-    """Make them all anew."""
+    """Draw all pictures again."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--study", type=Path, required=True)
     parser.add_argument("--out", type=Path, default=Path("docs/pictures"))

@@ -1,11 +1,11 @@
-"""`exograv support-level` on weak virtual wearers against the known answer: the table of docs/support_level.md.
+"""Comparison of `exograv run support-level` on weak virtual wearers with the known answer: docs/howto/support_level.md.
 
     python benchmarks/support_level.py --seeds 1000-1009 --save support_level.json
     python benchmarks/support_level.py --load support_level.json
 
-Each seed is another body, strength and synergy. Known is what brute force finds: every target at all supports about the
-answer, on the same machine and person, with noise of its own. Results come from seeds and are the same on every
-computer; the times are not. Wearers that are in the file already are not flown again.
+Each seed is another body, strength and synergy. The known answer comes from brute force: every target at all supports
+near the answer, on the same machine and person, with other noise. Results depend only on the seeds, times also on
+the computer. Wearers that are already in the file are not flown again.
 """
 
 import argparse
@@ -17,18 +17,18 @@ from typing import Any
 import numpy as np
 
 STRENGTHS, SYNERGY_MAX = (0.04, 0.12), 0.4
-"""Between which a wearer's are drawn; every second wearer has no synergy."""
+"""Ranges of a wearer's drawn strength and synergy; every second wearer has no synergy."""
 
 KNOWN_SEED = 500_000
-"""Added to the wearer's: the known answer has noise of its own."""
+"""Offset to the wearer's seed: the known answer has its own noise."""
 
 
 def quiet(_text: str, _share: float) -> None:
-    """Nobody is told."""
+    """Ignore progress."""
 
 
 def run(rig: str, level: int, seed: int, repeats: int) -> dict[str, Any]:
-    """Of one wearer.
+    """Run the search and the brute force for one wearer; return the figures.
 
     Raises:
         ExogravError: The machine or the wearer was refused, or the guard stopped the run.
@@ -71,19 +71,19 @@ def run(rig: str, level: int, seed: int, repeats: int) -> dict[str, Any]:
 
 
 def covers(row: dict[str, Any]) -> bool:
-    """Whether the stated interval holds the known answer; where none is enough, whether it says so."""
+    """Return True if the stated interval holds the known answer, or reaches full support where none is enough."""
     if row["known"] is None:
         return row["high"] >= 1.0
     return row["low"] <= row["known"] <= row["high"]
 
 
 def percent(value: float | None) -> str:
-    """Of the weight."""
+    """Return a share of the weight in percent."""
     return "more than all" if value is None else f"{100 * value:.0f}"
 
 
 def show(rows: list[dict[str, Any]]) -> None:
-    """In Markdown."""
+    """Print the table in Markdown."""
     print(
         "| seed | strength | synergy | found % (95 %) | known % (95 %) | holds it | statics % | attempts | minutes | "
         "sank | limited ticks |"
@@ -109,12 +109,12 @@ def show(rows: list[dict[str, Any]]) -> None:
 
 
 def main() -> None:
-    """Run or load, then show; what is done is saved wearer by wearer."""
+    """Run or load, then print; results are saved wearer by wearer."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rig", default="recupera_like_qdd")
     parser.add_argument("--level", type=int, default=2)
     parser.add_argument("--seeds", default="1000-1009")
-    parser.add_argument("--repeats", type=int, default=1, help="of a target with one support, for the known answer")
+    parser.add_argument("--repeats", type=int, default=1, help="attempts per target and support, known answer")
     parser.add_argument("--save", type=Path)
     parser.add_argument("--load", type=Path)
     options = parser.parse_args()

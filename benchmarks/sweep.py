@@ -1,4 +1,4 @@
-"""Tasks a second of a sweep by the number of workers, and whether all tables are the same to the byte.
+"""Speed of a sweep by the number of workers, and a hash that shows if all tables are equal to the byte.
 
 python benchmarks/sweep.py --study examples/sweeps/table.toml --workers 1,2
 """
@@ -16,7 +16,7 @@ EXAMPLE = Path(__file__).parents[1] / "examples" / "sweeps" / "table.toml"
 
 
 def main() -> None:
-    """Run it once for each number of workers."""
+    """Run the sweep once for each number of workers."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--study", type=Path, default=EXAMPLE)
     parser.add_argument("--workers", default="1,2")
@@ -33,5 +33,5 @@ def main() -> None:
         )
 
 
-if __name__ == "__main__":  # processes of a sweep import this file
+if __name__ == "__main__":  # worker processes of a sweep import this file
     main()

@@ -1,11 +1,11 @@
-"""How often the intervals of transfer hold the truth: docs/simulate_study_figures.md.
+"""Coverage of the intervals of transfer: docs/results/simulate_study_figures.md.
 
     python benchmarks/transfer_coverage.py --studies 10000 --save transfer_coverage.json
 
-Made-up people: the first error after familiarisation is normal, 30 mm and so much between people; after training
-(1 − transfer) of it is left, and 5 mm of their own come and go. `alike`: a third of the error between people; `apart`:
-two thirds; `skewed`: a third, lognormal. Studies whose E₀ cannot be told from 0 have no transfer: their share is
-`untold`, and coverage is of the others, for the bootstrap too.
+The people are made up. Their first error after familiarisation is normal with mean 30 mm and a spread between people.
+After training (1 − transfer) of the error remains, and each error has 5 mm of noise. Spread as a share of the error:
+`alike`: a third; `apart`: two thirds; `skewed`: a third, lognormal. Studies whose E₀ cannot be told from 0 have no
+transfer: their share is `untold`, and the coverage of both methods is that of the other studies.
 """
 
 import argparse
@@ -24,7 +24,7 @@ RESAMPLES = 1000
 
 
 def people(case: str, n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Errors (person,) after training and after familiarisation [mm]."""
+    """Return errors (person,) after training and after familiarisation [mm]."""
     sd = SPREADS[case]
     if case == "skewed":
         width = np.sqrt(np.log1p(sd * sd))
@@ -36,7 +36,7 @@ def people(case: str, n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.
 
 
 def run(case: str, n: int, studies: int, seed: int) -> dict[str, Any]:
-    """One row of the table."""
+    """Return one row of the table."""
     rng = np.random.default_rng([seed, n, list(SPREADS).index(case)])
     held, drawn_held, untold, widths = 0, 0, 0, list[float]()
     for _ in range(studies):
@@ -58,7 +58,7 @@ def run(case: str, n: int, studies: int, seed: int) -> dict[str, Any]:
 
 
 def table(rows: list[dict[str, Any]]) -> str:
-    """Markdown."""
+    """Return the table in Markdown."""
     lines = ["| people | case | Fieller | bootstrap of pairs | untold | width, median |", "|---" * 6 + "|"]
     lines += [
         f"| {row['n']} | {row['case']} | {row['fieller']:.3f} | {row['bootstrap']:.3f} | {row['untold']:.3f} | "
@@ -69,7 +69,7 @@ def table(rows: list[dict[str, Any]]) -> str:
 
 
 def main() -> None:
-    """Run and print."""
+    """Run, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--studies", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=1000)

@@ -1,9 +1,9 @@
-"""Muscle effort of one movement in six conditions, over machines, both drives: the tables of docs/transparency.md.
+"""Muscle effort of one movement in six conditions, over machines of both drives: docs/explanation/transparency.md.
 
     python benchmarks/transparency.py --seeds 0-4 --processes 2 --save transparency.json
     python benchmarks/transparency.py --load transparency.json
 
-What `exograv transparency` does, with one process a machine. `--load` takes that command's `--json` too.
+The script does the work of `exograv dev transparency`, one process per machine. `--load` reads that command's JSON too.
 """
 
 import argparse
@@ -22,11 +22,11 @@ STEPS = {
     "gcm": "+ weight of the arm",
     "uncompensated": "+ weight of the machine",
 }
-"""What each condition adds to the one before."""
+"""Burden that each condition adds to the one before."""
 
 
 def run(rig: str, level: int, seed: int, movement: str) -> dict[str, Any]:
-    """Effort of one machine, by condition."""
+    """Return the effort of one machine, by condition."""
     from exograv.laboratory.transparency import movement_for
     from exograv.laboratory.transparency_trial import TransparencyTrial, run_trial
     from exograv.model.description import load_rig
@@ -37,7 +37,7 @@ def run(rig: str, level: int, seed: int, movement: str) -> dict[str, Any]:
 
 
 def merged(rig: str, level: int, seeds: list[int], movement: str, runs: list[dict[str, Any]]) -> dict[str, Any]:
-    """As `exograv transparency --json` has it for one kind of machine."""
+    """Return the result for one kind of machine, in the form of `exograv dev transparency --json`."""
     from exograv.laboratory.transparency import movement_for
     from exograv.laboratory.transparency_summary import rig_result
     from exograv.model.description import load_rig
@@ -50,7 +50,7 @@ def merged(rig: str, level: int, seeds: list[int], movement: str, runs: list[dic
 
 
 def show(result: dict[str, Any]) -> None:
-    """Tables in Markdown: conditions by joint, then what each burden adds."""
+    """Print tables in Markdown: conditions by joint, then the part of each burden."""
     print(f"\n{result['rig']}, {result['movement']}, level {result['disturbance_level']}, seeds {result['seeds']}\n")
     joints = " | ".join(result["joints"])
     print(f"| condition | effort N·m·s | {joints} | range over machines | squared | path error ° |")
@@ -76,7 +76,7 @@ def show(result: dict[str, Any]) -> None:
 
 
 def main() -> None:
-    """Run or load, then show."""
+    """Run or load, then print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rigs", default="recupera_like,recupera_like_qdd")
     parser.add_argument("--level", type=int, default=2)

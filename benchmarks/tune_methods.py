@@ -1,14 +1,14 @@
-"""What each identification method is tuned to, and on what: the same budget for all, on training wearers only.
+"""Tuning of the identification methods: the same budget for all, on training wearers only.
 
     python benchmarks/streams.py --seeds 1000-1005 --level 2 --folder out/streams
     python benchmarks/streams.py --seeds 1000-1001 --level 0 --folder out/streams
     python benchmarks/tune_methods.py --folder out/streams
 
-At most nine settings a method (`CANDIDATES` in its file), on the first 60 s of the six streams of level 2. Criterion:
-the larger of left over / target at shoulder (0.2 N·m, worst axis) and elbow (0.1 N·m), as the mean over 10, 20, 40 and
-60 s of motion (evenly spaced in log time, near enough) and the median over streams. Taken is the best setting that
-reaches the target on the streams of level 0 too; the best of all where none does. `recursive` and `oracle` have
-nothing to tune: their noise and their prior are not chosen by this criterion.
+Each method has at most nine settings (`CANDIDATES` in its file), tried on the first 60 s of the six streams of level 2.
+The criterion is the larger of torque left over / target at shoulder (0.2 N·m, worst axis) and elbow (0.1 N·m): the mean
+over 10, 20, 40 and 60 s of motion (nearly evenly spaced in log time), then the median over streams. The script chooses
+the best setting that also reaches the target on the streams of level 0, or the best of all if none does. `recursive`
+and `oracle` have no setting: their noise and their prior are not chosen by this criterion.
 """
 
 import argparse
@@ -38,12 +38,12 @@ CANDIDATES: Mapping[str, tuple[Mapping[str, float], ...]] = {
 }
 MARKS_S = (10.0, 20.0, 40.0, 60.0)
 TARGET_NM = np.array([0.2, 0.2, 0.2, 0.1])
-WORST = 20.0  # times the target: a method that diverged is no worse than that
+WORST = 20.0  # times the target: the score of a method that diverged
 SETTLES = 1e-3  # s, so that the last mark lies within the motion
 
 
 class Wearer:
-    """One training stream with its examiner."""
+    """Training stream with its examiner."""
 
     def __init__(self, recorded: RecordedStream):
         self._stream = recorded.stream
@@ -51,7 +51,7 @@ class Wearer:
         self._model = ArmModel(self._stream.assembly, self._stream.machine)
 
     def ratios(self, name: MethodName, tuning: Mapping[str, float]) -> list[float]:
-        """Left over / target at each mark."""
+        """Return torque left over / target at each mark."""
         method, left, found = self._built(name, tuning), list(MARKS_S), []
         for sample in self._stream.samples:
             method.update(sample)
@@ -79,7 +79,7 @@ class Wearer:
 
 
 def survived(wearer: Wearer, name: MethodName, tuning: Mapping[str, float]) -> list[float]:
-    """Ratios; the worst ones for a descent that left the numbers."""
+    """Return the ratios; the worst ones if a gradient descent diverged to non-finite values."""
     with np.errstate(all="ignore"):
         try:
             return wearer.ratios(name, tuning)
@@ -88,7 +88,7 @@ def survived(wearer: Wearer, name: MethodName, tuning: Mapping[str, float]) -> l
 
 
 def tune(name: MethodName, disturbed: list[Wearer], undisturbed: list[Wearer]) -> None:
-    """Print every candidate and the choice."""
+    """Print every candidate and the chosen one."""
     merits: list[tuple[float, Mapping[str, Any]]] = []
     for tuning in CANDIDATES[name]:
         ratios = np.array([survived(wearer, name, tuning) for wearer in disturbed])
@@ -110,12 +110,12 @@ def _words(tuning: Mapping[str, float]) -> str:
 
 
 def main() -> None:
-    """Load the streams once, then method by method."""
+    """Load the streams once, then tune method by method."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--folder", type=Path, required=True)
     parser.add_argument("--profile", choices=("harmonic", "qdd"), default="harmonic")
     parser.add_argument("--methods", default=",".join(CANDIDATES))
-    parser.add_argument("--streams", type=int, default=6, help="of level 2: so many of the folder")
+    parser.add_argument("--streams", type=int, default=6, help="number of streams of level 2 from the folder")
     options = parser.parse_args()
     disturbed, undisturbed = (
         [Wearer(recorded) for recorded in islice(load(options.folder, f"{options.profile}-level{level}-*"), count)]

@@ -1,10 +1,10 @@
-"""How much faster than real time the twin and the whole loop are on this computer.
+"""Real-time factor of the twin and of the whole loop on this computer.
 
     python benchmarks/twin_speed.py
 
-The twin alone: read, hold the start's current, write. The loop: the same with the control law of the empty machine, or
-with the general tick of a worn one, and with observer and envelope. The best of some rounds: other work on the computer
-only ever adds time.
+The twin alone: read, hold the current of the start, write. The loop: the same with the control law of the empty
+machine, or with the general tick of a worn one, and with observer and envelope. The best of some rounds counts: other
+load on the computer only adds time.
 """
 
 import argparse
@@ -25,14 +25,14 @@ from exograv.signals import Command
 
 
 def real_time_factor(run: Callable[[], None], seconds: float) -> float:
-    """Simulated seconds per second."""
+    """Return simulated seconds per second of computing."""
     start = time.perf_counter()
     run()
     return seconds / (time.perf_counter() - start)
 
 
 def main() -> None:
-    """Print one line a case."""
+    """Print one line per case."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=5.0)
     parser.add_argument("--rounds", type=int, default=5)
@@ -53,7 +53,7 @@ def main() -> None:
 
 
 def twin_alone(laboratory: VirtualLaboratory, wearer: Wearer | None, seconds: float) -> Callable[[], None]:
-    """A twin that is held at rest."""
+    """Return a run of the twin held at rest."""
     twin = Twin(laboratory.description, laboratory.machine, wearer, 0)
     current = twin.read().current.copy()
 
@@ -66,7 +66,7 @@ def twin_alone(laboratory: VirtualLaboratory, wearer: Wearer | None, seconds: fl
 
 
 def whole_loop(laboratory: VirtualLaboratory, wearer: Wearer | None, seconds: float) -> Callable[[], None]:
-    """A pilot who holds the start's posture."""
+    """Return a run of a pilot who holds the posture of the start."""
     assembly = laboratory.assembly()
     nominal = nominal_machine(laboratory.description, assembly.exo.phi)
     twin = Twin(laboratory.description, laboratory.machine, wearer, 0)

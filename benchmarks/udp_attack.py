@@ -1,4 +1,4 @@
-"""Packets of two ordinary hosts, and everything that can be made of them."""
+"""Packets of two ordinary hosts, and wrong packets made from them."""
 
 import math
 import random
@@ -9,23 +9,23 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 FRIEND, RIVAL, STRANGER = 1, 2, 3
-"""Addresses."""
+"""Addresses of the hosts."""
 
 LONGEST = 1500
 WORDS = (8, 12, 16, 20, 32, 36)
-"""Where session, grant, sequence, answers, age and life are."""
+"""Offsets of session, grant, sequence, answers, age and life."""
 
 ODD = (0, 1, 2, 31, 32, 33, 2**15, 2**31 - 1, 2**31, 2**31 + 1, 2**32 - 2, 2**32 - 1)
 
 
 def sealed(data: bytes) -> bytes:
-    """With a check sum that is right."""
+    """Return the data with a right check sum."""
     return data + zlib.crc32(data).to_bytes(4, "little")
 
 
 @dataclass
 class Host:
-    """One that keeps to the protocol: hello, then polls and commands; motors on for a while, and off."""
+    """Host that keeps to the protocol: hello, then polls and commands; motors on for a while, and off."""
 
     address: int
     dice: random.Random
@@ -39,7 +39,7 @@ class Host:
     acknowledges: bool = True
 
     def next(self, now: int) -> bytes:
-        """Its next packet."""
+        """Return the host's next packet."""
         if self.grant == 0:
             self.session, self.sequence = self.dice.randrange(1, 2**32), self.dice.choice((0, 2**32 - 5, 77))
             self.commands = 0
@@ -56,18 +56,18 @@ class Host:
         return self._command(now)
 
     def hear(self, answer: bytes) -> None:
-        """What came back."""
+        """Take the controller's answer."""
         kind = answer[5] if answer else 0
         if kind == 2:
             self.grant = int.from_bytes(answer[12:16], "little")
             self.is_polling = False
         elif kind == 4:
             self.state = int.from_bytes(answer[16:20], "little")
-        elif self.is_polling:  # forgotten: begin anew
+        elif self.is_polling:  # the controller has forgotten this host: begin anew
             self.grant = 0
 
     def _command(self, now: int) -> bytes:
-        # On for two thirds of the time; before that it most often acknowledges.
+        # Enabled for two thirds of the time; before that the host acknowledges in most cases.
         turn = self.commands % 60
         if turn == 1:
             self.acknowledges = self.dice.random() < 0.7
@@ -84,7 +84,7 @@ class Host:
 
 @dataclass
 class Attack:
-    """Draws packets from a seed; remembers some thousand that were sent, to send them again."""
+    """Generator of packets from a seed; it keeps some thousand sent packets, to send them again."""
 
     seed: int
     sent: deque[tuple[bytes, int]] = field(default_factory=lambda: deque(maxlen=4096))
@@ -104,7 +104,7 @@ class Attack:
         ]
 
     def next(self, now: int) -> tuple[bytes, int, Host | None]:
-        """A packet, from where, and who waits for an answer."""
+        """Return a packet, its address, and the host that waits for an answer."""
         chance = self.dice.random()
         if chance < 0.25 or not self.sent:
             return self._kept(self.friend, now)
@@ -112,7 +112,7 @@ class Attack:
             return self._kept(self.rival, now)
         data, address = self.dice.choice(self.sent)
         if chance < 0.4:
-            return data, address, None  # again, of this session or of one before
+            return data, address, None  # replayed, from this session or an earlier one
         if self.dice.random() < 0.7:
             data, address = self.sent[-1]
         if chance < 0.45:
@@ -145,7 +145,7 @@ class Attack:
         return data + more if self.dice.random() < 0.5 else sealed(data[:-4] + more)
 
     def _patched(self, data: bytes) -> bytes:
-        """One field is another, and the check sum right."""
+        """Change one field, with a right check sum."""
         changed = bytearray(data[:-4])
         at = self.dice.choice((*WORDS, 0, 4, 5, 6, 7, 7))
         if at < 8:
@@ -160,7 +160,7 @@ class Attack:
         return self._patched(self._patched(data))
 
     def _number(self, data: bytes) -> bytes:
-        """What is no number, or no damping, in a newer packet."""
+        """Put a non-finite number or a negative damping in a newer packet."""
         if data[5] != 5:
             return self._patched(data)
         changed = bytearray(data[:-4])

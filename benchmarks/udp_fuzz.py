@@ -1,11 +1,11 @@
-"""Wrong packets against every program that speaks docs/udp_protocol.md.
+"""Fuzz test of every program that speaks docs/reference/udp_protocol.md.
 
     python benchmarks/udp_fuzz.py --packets 1000000
 
-Seeded: noise, flipped bits, cut, grown, replayed and forged packets with right check sums, between those of two
-ordinary hosts, against both reference peers (C under the address and undefined-behaviour sanitizers) and the simulated
-controller; and forged states against our own driver. An oracle that shares no line with them (udp_oracle.py) says what
-may flow. Then an ordinary session has to work.
+Packets are seeded: noise, flipped bits, cut, grown, replayed and forged packets with right check sums, between those
+of two ordinary hosts. They go to both reference peers (C under the address and undefined-behaviour sanitizers) and to
+the simulated controller. Forged states go to our own driver. An oracle that shares no code with them (udp_oracle.py)
+says which currents are allowed. Afterwards an ordinary session must work.
 """
 
 import argparse
@@ -34,39 +34,39 @@ ROOT = HERE.parent
 PEERS = ROOT / "examples" / "udp_peer"
 STEP_US = 1000
 REMEMBERED = 64
-"""Polls that our driver still takes answers to."""
+"""Number of past polls whose answers our driver still accepts."""
 
 GROWTH_MB = 8.0
-"""That a run may take; a packet kept anywhere would be 300 MB."""
+"""Allowed growth of memory in a run; keeping all packets would take 300 MB."""
 
 
 class Device(Protocol):
-    """What is attacked."""
+    """Interface of a program under attack."""
 
     name: str
     exact: bool
 
     def packet(self, data: bytes, address: int, now: int) -> bytes:
-        """One comes; what is answered."""
+        """Take a packet; return the answer."""
         ...
 
     def step(self, now: int) -> tuple[float, ...]:
-        """A period passes; currents [A]."""
+        """Let a period pass; return the currents [A]."""
         ...
 
     def memory_mb(self) -> float:
-        """Of its process."""
+        """Resident memory of the device's process [MB]."""
         ...
 
 
 def memory_mb(process: int | str = "self") -> float:
-    """Resident [MB]."""
+    """Resident memory of a process [MB]."""
     pages = int(Path(f"/proc/{process}/statm").read_text().split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
 class PythonPeer:
-    """examples/udp_peer/peer.py in this process."""
+    """Device of examples/udp_peer/peer.py in this process."""
 
     name, exact = "peer.py", True
 
@@ -79,21 +79,21 @@ class PythonPeer:
         self._controller = peer.Controller()
 
     def packet(self, data: bytes, address: int, now: int) -> bytes:
-        """As `Device`."""
+        """Take a packet, as in `Device`."""
         return self._controller.receive(data, ("peer", address), 1e-6 * now) or b""
 
     def step(self, now: int) -> tuple[float, ...]:
-        """As `Device`."""
+        """Let a period pass, as in `Device`."""
         self._controller.step(1e-6 * now)
         return tuple(motor.current for motor in self._controller.motors)
 
     def memory_mb(self) -> float:
-        """As `Device`."""
+        """Resident memory, as in `Device` [MB]."""
         return memory_mb()
 
 
 class CPeer:
-    """examples/udp_peer/peer.c in a process of its own, told packets and times by a pipe."""
+    """Device of examples/udp_peer/peer.c in its own process; packets and times go through a pipe."""
 
     name, exact = "peer.c", True
 
@@ -105,33 +105,37 @@ class CPeer:
         if subprocess.run([*build, *checks], capture_output=True, check=False).returncode:
             self.name = "peer.c (no sanitizer here)"
             subprocess.run(build, check=True)
-        # Freed blocks are kept for a while to find their use: few here, so that growth of the peer's own is seen.
+        # The sanitizer keeps freed blocks to find their use. A small quarantine lets growth of the peer itself show.
         environment = os.environ | {"ASAN_OPTIONS": "quarantine_size_mb=1"}
         pipe = subprocess.PIPE
         self._process = subprocess.Popen([program], stdin=pipe, stdout=pipe, env=environment)
 
     def packet(self, data: bytes, address: int, now: int) -> bytes:
-        """As `Device`."""
+        """Take a packet, as in `Device`."""
         self._say(struct.pack("<qIHH", now, address, 1, len(data)) + data)
         return self._hear(int.from_bytes(self._hear(2), "little"))
 
     def step(self, now: int) -> tuple[float, ...]:
-        """As `Device`."""
+        """Let a period pass, as in `Device`."""
         self._say(struct.pack("<qIHH", now, 0, 0, 0xFFFF))
         return struct.unpack("<8f", self._hear(32))[:4]
 
     def memory_mb(self) -> float:
-        """As `Device`."""
+        """Resident memory, as in `Device` [MB]."""
         return memory_mb(self._process.pid)
 
     def end(self) -> None:
-        """No more packets; it must have had no fault of its own."""
+        """Close the pipe; the process must end without a fault.
+
+        Raises:
+            AssertionError: The process ended with a fault.
+        """
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.stdin.close()
         self._process.stdout.close()
         if self._process.wait() != 0:
-            raise AssertionError("the C peer ended with a fault of its own")
+            raise AssertionError("the C peer ended with an error")
 
     def _say(self, data: bytes) -> None:
         assert self._process.stdin is not None
@@ -147,7 +151,7 @@ class CPeer:
 
 
 def free_drives() -> Any:
-    """The example's drives at a free port."""
+    """Return the example's drives at a free port."""
     from exograv.model.description import load_rig
     from exograv.rig.drives.settings import UdpBus, load_drives
     from exograv.rig.drives.simulated.address import free_port
@@ -157,7 +161,7 @@ def free_drives() -> Any:
 
 
 class Simulated:
-    """The controller of `exograv drive-sim udp` in this process; behind its drives stands nothing that moves."""
+    """Controller of `exograv dev drive-sim udp` in this process; nothing moves behind its drives."""
 
     name, exact = "drive-sim", False
 
@@ -177,25 +181,25 @@ class Simulated:
         self._controller = UdpController(plant, drives, say=lambda line: None)
 
     def packet(self, data: bytes, address: int, now: int) -> bytes:
-        """As `Device`."""
+        """Take a packet, as in `Device`."""
         self._plant.now = 1e-6 * now
         return self._controller.receive(data, ("peer", address), 1e-6 * now) or b""
 
     def step(self, now: int) -> tuple[float, ...]:
-        """As `Device`."""
+        """Let a period pass, as in `Device`."""
         self._plant.now = 1e-6 * now
         return tuple(drive.step(1e-6 * STEP_US, 1e-6 * now).current for drive in self._plant.each)
 
     def memory_mb(self) -> float:
-        """As `Device`."""
+        """Resident memory, as in `Device` [MB]."""
         return memory_mb()
 
 
 def attack(device: Device, packets: int, seed: int) -> dict[str, Any]:
-    """So many packets at one device; the figures.
+    """Send `packets` packets to one device; return the figures.
 
     Raises:
-        ForbiddenError: It did what nobody validly asked for.
+        ForbiddenError: The device did something that no valid packet asked for.
     """
     attacker, oracle, now, begun = Attack(seed), Oracle(device.exact), STEP_US, time.perf_counter()
     stepped, before = now, 0.0
@@ -227,10 +231,10 @@ def attack(device: Device, packets: int, seed: int) -> dict[str, Any]:
 
 
 def work_as_ever(device: Device, oracle: Oracle, now: int) -> int:
-    """An ordinary session after the attack; in how many steps torque flowed until it began.
+    """Run an ordinary session after the attack; return the number of steps with torque before it.
 
     Raises:
-        AssertionError: It gives no torque.
+        AssertionError: The session gives no torque.
     """
     before, host = oracle.steps_with_torque, Host(FRIEND, random.Random(7))
     now = (now // STEP_US + 60) * STEP_US
@@ -248,10 +252,10 @@ def work_as_ever(device: Device, oracle: Oracle, now: int) -> int:
 
 
 def attack_driver(packets: int, seed: int) -> dict[str, Any]:
-    """Forged states against our own driver, between true ones; nothing but a true one may become a measurement.
+    """Send forged states to our own driver, between true ones; only a true state may become a measurement.
 
     Raises:
-        AssertionError: One did, or an ordinary measurement does not come any more.
+        AssertionError: A forged state became a measurement, or ordinary measurements stopped.
     """
     from exograv.rig.drives.udp import UdpRig
 
@@ -280,7 +284,7 @@ def attack_driver(packets: int, seed: int) -> dict[str, Any]:
 
 
 class _Forger:
-    """Stands where the controller should, and knows what our driver will ask next."""
+    """Forger in place of the controller; it knows the driver's next query."""
 
     AT_ONCE = 20
 
@@ -293,7 +297,7 @@ class _Forger:
         self._values = self._attack.dice
 
     def round(self) -> bool:
-        """Forged ones, most often a true one among them, and one `read`; whether that was believed."""
+        """Send forged states, in most rounds with a true one, then `read`; return True if the true one was accepted."""
         rig, dice = self._rig, self._values
         asked, forged = (self._link._sequence + 1) % 2**32, []
         self._sequence += dice.choice((1, 2, 3))
@@ -314,7 +318,7 @@ class _Forger:
         if state.sequence != before.sequence and abs(state.q[0] - position) > 1e-12:
             raise AssertionError("a forged state became a measurement")
         if state.sequence != before.sequence and not has_true:
-            raise AssertionError("a measurement that nobody sent")
+            raise AssertionError("a measurement without a true state")
         self._drain()
         return state.sequence != before.sequence
 
@@ -324,7 +328,7 @@ class _Forger:
         return sealed(b"EXGV" + header + struct.pack("<II", 0, 0) + 4 * joint)
 
     def _drain(self) -> None:
-        """What our driver sent, and what it left in its socket."""
+        """Empty both sockets: packets from our driver, and packets that the driver left unread."""
         for made in (self._controller, self._link._socket):
             made.setblocking(False)
             while True:
@@ -335,16 +339,16 @@ class _Forger:
 
 
 def _is_believable(data: bytes, asked: int) -> bool:
-    """Whether what was forged answers one of our last polls in our session, with a right check sum: it is true then."""
+    """Return True if forged data answer a recent poll of our session with a right check sum: such a state is true."""
     if len(data) != 172 or data[:7] != b"EXGV\x01\x04\x04" or word(data, 168) != zlib.crc32(data[:-4]):
         return False
     return (word(data, 8), word(data, 12)) == (4711, 815) and (asked - word(data, 20)) % 2**32 < REMEMBERED
 
 
 def main() -> None:
-    """All of them; figures as a table, and with --json into a file."""
+    """Attack all devices; print the figures, and write them as JSON with --json."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--packets", type=int, default=20_000, help="at each device")
+    parser.add_argument("--packets", type=int, default=20_000, help="packets for each device")
     parser.add_argument("--seed", type=int, default=1000)
     parser.add_argument("--only", nargs="+", choices=("python", "c", "drive-sim", "driver"), default=None)
     parser.add_argument("--json", type=Path)

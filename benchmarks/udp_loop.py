@@ -1,4 +1,4 @@
-"""The loop over UDP against `exograv drive-sim udp` in another process: rate, round trips, losses, reactions.
+"""Control loop over UDP against `exograv dev drive-sim udp` in another process: rate, round trips, losses, reactions.
 
 python benchmarks/udp_loop.py --seconds 60
 python benchmarks/udp_loop.py --seconds 60 --device "python examples/udp_peer/peer.py {port}"   # or a compiled peer.c
@@ -35,7 +35,7 @@ TOLD = re.compile(r"WATCHDOG; last command ([\d.]+) ms before")
 
 @contextlib.contextmanager
 def device(command: str | None, is_realtime: bool) -> Iterator[tuple[subprocess.Popen[str], Path]]:
-    """One in another process, and the `drives.toml` with its port."""
+    """Start a device in another process; yield the process and the `drives.toml` with its port."""
     with tempfile.TemporaryDirectory() as folder:
         port = free_port()
         path = Path(folder) / "drives.toml"
@@ -55,14 +55,14 @@ def device(command: str | None, is_realtime: bool) -> Iterator[tuple[subprocess.
 
 
 def percentiles(seconds: list[float]) -> dict[str, float]:
-    """In µs."""
+    """Return percentiles [µs]."""
     values = 1e6 * np.array(seconds)
     shares = np.percentile(values, [50.0, 99.0, 99.9, 100.0]).tolist()
     return {name: round(value, 1) for name, value in zip(("p50", "p99", "p999", "max"), shares, strict=True)}
 
 
 class Loop:
-    """Reads and writes at absolute deadlines."""
+    """Loop that reads and writes at absolute deadlines."""
 
     def __init__(self, rig: UdpRig):
         self._rig, self._nothing = rig, np.zeros(len(rig.joints))
@@ -73,7 +73,7 @@ class Loop:
         self.lost = 0
 
     def tick(self, due: float) -> Any:
-        """One period; its state."""
+        """Run one period; return its state."""
         rig = self._rig
         time.sleep(max(due - time.monotonic(), 0.0))
         woken = time.monotonic()
@@ -87,7 +87,7 @@ class Loop:
         return state
 
     def run(self, seconds: float) -> dict[str, Any]:
-        """For so long; the figures."""
+        """Run for `seconds`; return the figures."""
         rig, ticks = self._rig, round(seconds / self._rig.period_s)
         rig.enable()
         begun = due = time.monotonic()
@@ -115,14 +115,14 @@ class Loop:
 
 
 def reactions(rig: UdpRig, process: subprocess.Popen[str]) -> dict[str, Any]:
-    """Of the drives' watchdogs, by their own account; of our driver to a lost drive and to a lost controller [ms]."""
+    """Reaction times [ms]: the drives' watchdogs by their own report; our driver to a lost drive and controller."""
     assert process.stdin is not None
     assert process.stdout is not None
     figures: dict[str, list[float]] = {"watchdog_ms": [], "lost_drive_ms": [], "lost_controller_ms": []}
     for _ in range(REACTIONS):
         rig.enable()
         _until_heard(rig, 50)
-        line = process.stdout.readline()  # nobody commands meanwhile
+        line = process.stdout.readline()  # no commands are sent meanwhile
         while not (match := TOLD.search(line)):
             line = process.stdout.readline()
         figures["watchdog_ms"].append(float(match[1]))
@@ -149,7 +149,7 @@ def _until_heard(rig: UdpRig, ticks: int) -> None:
 
 
 def _until_faulty(rig: UdpRig) -> float:
-    """From the last poll of which the answer was good to knowing [s]."""
+    """Time from the last poll with a good answer to the reported fault [s]."""
     loop, due, good = Loop(rig), time.monotonic(), rig.t
     while True:
         due = max(due + rig.period_s, time.monotonic() - 0.01)
@@ -160,11 +160,11 @@ def _until_faulty(rig: UdpRig) -> float:
 
 
 def main() -> None:
-    """Run and print."""
+    """Run, and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=10.0)
-    parser.add_argument("--device", help="another command than drive-sim; {port} is filled in")
-    parser.add_argument("--realtime", action="store_true", help="with the rights of `exograv live`, on both sides")
+    parser.add_argument("--device", help="command in place of drive-sim; {port} is filled in")
+    parser.add_argument("--realtime", action="store_true", help="real-time scheduling on both sides, as in `run live`")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     gc.disable()

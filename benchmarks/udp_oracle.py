@@ -1,6 +1,7 @@
-"""What docs/udp_protocol.md allows a controller of four joints to do, written from the page and from no program.
+"""Oracle: the actions that docs/reference/udp_protocol.md allows a controller of four joints.
 
-Offsets are written out, times are whole microseconds. Where a clock of another kind may round, it allows either.
+The oracle is written from the page and from no program. Offsets are written out, times are whole microseconds. Where a
+clock of another kind may round, both results are allowed.
 """
 
 import math
@@ -9,28 +10,28 @@ import zlib
 from dataclasses import dataclass, field
 
 LENGTHS = {1: (0, 812), 3: (4, 172), 5: (4, 76), 6: (4, 36)}
-"""Of what a host may send, by type: joints in the header, bytes."""
+"""Packets that a host may send, by type: joints in the header, bytes."""
 
 LIMITS = (9.0, 9.0, 6.7, 6.7)
 WATCHDOG_US, STATES = 20_000, 32
 
 
 class ForbiddenError(AssertionError):
-    """The controller did what nobody validly asked for."""
+    """Action of the controller that no valid packet asked for."""
 
 
 def word(data: bytes, at: int) -> int:
-    """Of four bytes."""
+    """Return the little-endian number in the four bytes from `at`."""
     return int.from_bytes(data[at : at + 4], "little")
 
 
 def is_after(a: int, b: int) -> bool:
-    """Of sequences, across the wrap."""
+    """Return True if sequence number `a` comes after `b`, also across the wrap."""
     return a != b and (a - b) & 0xFFFFFFFF < 0x80000000
 
 
 def is_whole(data: bytes) -> bool:
-    """Length, magic, version, type, number of joints and check sum."""
+    """Return True if length, magic, version, type, number of joints and check sum are right."""
     if len(data) < 36 or data[:5] != b"EXGV\x01" or data[5] not in LENGTHS:
         return False
     return (data[6], len(data)) == LENGTHS[data[5]] and word(data, len(data) - 4) == zlib.crc32(data[:-4])
@@ -38,12 +39,12 @@ def is_whole(data: bytes) -> bool:
 
 @dataclass
 class Oracle:
-    """Follows every packet and every answer; `step` says whether what the motors do was asked for."""
+    """Model that follows every packet and every answer; `step` checks the motor currents against the commands."""
 
     exact: bool = True
-    """Whether the drives give exactly what they are told, and not less when they are warm."""
+    """True if the drives give exactly the commanded current, and not less when they are warm."""
     host: tuple[int, int, int] | None = None
-    """Session, grant and address."""
+    """Session, grant and address of the host."""
     newest: int = 0
     heard_us: int = 0
     states: dict[int, int] = field(default_factory=dict)
@@ -57,11 +58,11 @@ class Oracle:
     accepted: int = 0
 
     def packet(self, data: bytes, address: int, now: int, answer: bytes) -> None:
-        """One came; what was answered."""
+        """Take a packet and its answer."""
         if len(answer) > len(data):
             raise ForbiddenError(f"{len(answer)} bytes answer {len(data)}")
         if answer and not self._is_own(answer):
-            raise ForbiddenError("an answer that is no packet")
+            raise ForbiddenError("an answer that is no valid packet")
         kind = data[5] if is_whole(data) else 0
         if kind == 1:
             self._hello(data, address, now, answer)
@@ -74,7 +75,7 @@ class Oracle:
         if is_hosts and kind == 3:
             self._poll(data, now, answer)
         elif answer:
-            raise ForbiddenError(f"an answer to what asks for none, type {kind}")
+            raise ForbiddenError(f"an answer to a packet that asks for none, type {kind}")
         elif is_hosts and kind == 5:
             self._command(data, now)
         elif is_hosts:
@@ -82,7 +83,7 @@ class Oracle:
             self.host = None
 
     def step(self, now: int, currents: tuple[float, ...]) -> None:
-        """What flows in the motors for the next period [A]."""
+        """Check the motor currents of the next period [A]."""
         if self.is_on and now - self.told_us > WATCHDOG_US:
             self.is_on, self.has_tripped = False, True
         may = self.is_on and bool(self.asked) and now <= self.until_us + 1
@@ -90,7 +91,7 @@ class Oracle:
             if current == 0.0:
                 continue
             if not may:
-                raise ForbiddenError(f"joint {joint} has {current} A at {now} µs, which nobody asks for")
+                raise ForbiddenError(f"joint {joint} has {current} A at {now} µs, which no valid command asks for")
             wanted = min(max(self.asked[joint], -LIMITS[joint]), LIMITS[joint])
             is_less = not self.exact and 0.0 < current / wanted < 1.0
             if not (math.isclose(current, wanted, rel_tol=1e-6) or is_less):
@@ -119,7 +120,7 @@ class Oracle:
                     raise ForbiddenError("a second host was granted the machine")
                 return
         if not answer or not word(answer, 12):
-            raise ForbiddenError("a hello that may be granted is not")
+            raise ForbiddenError("a valid hello is not granted")
         self.host = session, word(answer, 12), address
         self.newest, self.heard_us = sequence, now
         self.accepted += 1
@@ -127,7 +128,7 @@ class Oracle:
 
     def _silent(self, answer: bytes) -> None:
         if answer:
-            raise ForbiddenError("an answer to a hello that is none")
+            raise ForbiddenError("an answer to an invalid hello")
 
     def _poll(self, data: bytes, now: int, answer: bytes) -> None:
         if not answer or answer[5] != 4 or answer[8:16] != data[8:16] or answer[20:24] != data[16:20]:

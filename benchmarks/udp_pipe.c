@@ -1,5 +1,5 @@
-/* The C peer's protocol and drives without sockets: packets and times come on standard input, so that a run can be
- * repeated and watched by the compiler's sanitizers. For benchmarks/udp_fuzz.py. */
+/* Protocol and drives of the C peer without sockets, for benchmarks/udp_fuzz.py. Packets and times come on standard input,
+ * so that a run can be repeated and checked by the compiler's sanitizers. */
 #define EXOGRAV_WITHOUT_SOCKETS
 #include "../examples/udp_peer/peer.c"
 
@@ -25,7 +25,7 @@ int main(void) {
             }
             fwrite(does, sizeof does, 1, stdout);
         } else {
-            /* A block of exactly that size, so that a byte read beyond it is found. */
+            /* The block has exactly the size of the packet, so that a sanitizer finds a byte read beyond it. */
             uint8_t *packet = malloc(next.length ? next.length : 1);
             const sender from = {next.address, next.port};
             if (packet == NULL || fread(data, 1, next.length, stdin) != next.length) return 1;

@@ -1,13 +1,13 @@
-"""Prove that a change of structure changed nothing else: run commands on fixed seeds, keep their files, compare them.
+"""Prove that a change of structure changed no result: run commands on fixed seeds, keep their files, compare them.
 
     python benchmarks/unchanged.py keep BEFORE [--tree PATH] [--only NAME ...] [--processes 2]
     python benchmarks/unchanged.py compare BEFORE AFTER
     python benchmarks/unchanged.py replay BEFORE [--tree PATH]
 
 `keep` runs every command below on the source tree at PATH and writes results, recordings and files into a folder.
-`compare` holds two such folders against each other: JSON value by value, recordings message by message and tick by
-tick, tables and settings files byte by byte. Times, dates, paths and hashes of the source are left out. `replay` has
-`exograv replay` decide once more on each recording of a folder; the decisions must agree to the last bit.
+`compare` compares two such folders: JSON value by value, recordings message by message and tick by tick, tables and
+settings files byte by byte. Times, dates, paths and hashes of the source are left out. `replay` runs `exograv data
+replay` on each recording of a folder: its decisions must agree to the last bit.
 Exit status 1 where anything differs.
 """
 
@@ -68,7 +68,7 @@ LATER: dict[str, str] = {
     "study_report": "study report {study_example}/study",
     "report": "report {demo_harmonic}/out/demo.mcap",
 }
-"""Commands that read what others left."""
+"""Commands that read the files of other commands."""
 
 FREE_KEYS = re.compile(
     r"(_us|_ms|wall_s|computing_s|cpu_s|elapsed_s|took_s|_took|seconds_of_work|speed|real_time_factor|times_real_time|"
@@ -83,11 +83,11 @@ FREE_TOPICS = ("/timing",)
 EXACT_FILES = (".csv", ".tsv", ".urdf", ".xml", ".toml")
 FREE_LINES = re.compile(r"sha256|created|date|written|version|path|_at = |_utc = ", re.IGNORECASE)
 OF_COMPUTER = re.compile(r"tick|recorder|clock|disk|timing|started|gap|period|loop")
-"""Steps of a self-test that measure the computer."""
+"""Names of self-test steps that measure the computer."""
 
 
 def keep(folder: Path, tree: Path, only: list[str], processes: int) -> int:
-    """Run the commands on the source at `tree`; returns how many failed."""
+    """Run the commands on the source at `tree`; return the number of failures."""
     folder.mkdir(parents=True, exist_ok=True)
     failures = 0
     for runs in (RUNS, LATER):
@@ -98,7 +98,7 @@ def keep(folder: Path, tree: Path, only: list[str], processes: int) -> int:
 
 
 def run(name: str, words: str, folder: Path, tree: Path) -> bool:
-    """Run one command in its own folder; True if it ended well or with a verdict of its own."""
+    """Run one command in its own folder; True if it ended well or with its own verdict."""
     own = folder / name
     own.mkdir(exist_ok=True)
     places = {"tree": tree, **{other: f"../{other}" for other in RUNS}}
@@ -117,11 +117,11 @@ def run(name: str, words: str, folder: Path, tree: Path) -> bool:
 
 
 def compare(before: Path, after: Path) -> int:
-    """Print what differs between two kept folders; returns the number of files that do."""
+    """Print the differences between two kept folders; return the number of files that differ."""
     names = sorted(path.name for path in after.iterdir() if path.is_dir())
     bad = 0
     for name in names:
-        # Parts of a sweep are named after the source; its tables hold the same rows.
+        # Names of a sweep's parts contain a hash of the source; its tables hold the same rows.
         files = sorted(path.relative_to(before / name) for path in (before / name).rglob("*") if path.is_file())
         files = [file for file in files if "sweep_parts" not in file.parts]
         checked = 0
@@ -138,7 +138,7 @@ def compare(before: Path, after: Path) -> int:
 
 
 def different(before: Path, after: Path) -> str | None:
-    """Say how two files differ, empty if they do not; None for a kind that is not compared."""
+    """Return the difference of two files, empty if there is none; None for a kind that is not compared."""
     kinds = {".json": _json, ".jsonl": _json_lines, ".mcap": _recording, ".parquet": _table}
     kinds |= dict.fromkeys(EXACT_FILES, _lines)
     kind = kinds.get(before.suffix)
@@ -197,7 +197,7 @@ def _recording(before: Path, after: Path) -> str:
 
 
 def differences(old: Any, new: Any, where: str = "") -> list[str]:
-    """List the places where two values of JSON differ, those left out that depend on time and place."""
+    """List the places where two JSON values differ, except those that depend on time and place."""
     if isinstance(old, dict) and isinstance(new, dict):
         if "measured" in old and OF_COMPUTER.search(str(old.get("name"))):
             return []
@@ -215,7 +215,7 @@ def differences(old: Any, new: Any, where: str = "") -> list[str]:
 
 
 def replay(folder: Path, tree: Path) -> int:
-    """Replay every recording of a kept folder with the source at `tree`; returns how many decided otherwise."""
+    """Replay every recording of a kept folder with the source at `tree`; return the number that decided otherwise."""
     bad = 0
     for path in sorted(folder.glob("*/out/*.mcap")):
         argv = [sys.executable, "-m", "exograv.cli", "replay", str(path), "--json", str(folder / "replay.json")]
@@ -227,7 +227,7 @@ def replay(folder: Path, tree: Path) -> int:
 
 
 def main() -> None:
-    """Read the command line."""
+    """Parse the command line and run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("act", choices=["keep", "compare", "replay"])
     parser.add_argument("folders", nargs="+", type=Path)

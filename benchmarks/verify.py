@@ -1,9 +1,9 @@
-"""Verifications over seeds, levels and machines: how often the intervals hold the truth, how wide they are.
+"""Coverage and width of verification intervals over seeds, levels and machines.
 
     nice -n 10 python benchmarks/verify.py --rigs recupera_like --levels 2 --seeds 0-19 --save verify.json
     python benchmarks/verify.py --load verify.json
 
-Each run is `exograv verify` with that seed; machine and wearer are drawn from it. Tune on seeds from 1000 on.
+Each run is `exograv arm verify` with that seed, which draws machine and wearer. Tune on seeds from 1000 on.
 """
 
 import argparse
@@ -19,7 +19,7 @@ from exograv.errors import ExogravError
 
 
 def run(rig: str, level: int, seed: int) -> dict[str, Any]:
-    """One `exograv verify`; a run that broke off is a result too."""
+    """Run one `exograv arm verify`; a run that broke off is a result too."""
     from exograv.laboratory.verification_command import run_verification
     from exograv.procedures.verification.options import VerifyOptions
     from exograv.results import json_value
@@ -33,7 +33,7 @@ def run(rig: str, level: int, seed: int) -> dict[str, Any]:
 
 
 def jobs(options: argparse.Namespace) -> Iterator[tuple[str, int, int]]:
-    """Every run that is asked for."""
+    """Yield every run of the command line."""
     first, _, last = options.seeds.partition("-")
     for rig in options.rigs.split(","):
         for level in map(int, options.levels.split(",")):
@@ -41,7 +41,7 @@ def jobs(options: argparse.Namespace) -> Iterator[tuple[str, int, int]]:
 
 
 def show(results: list[dict[str, Any]]) -> None:
-    """One line a joint, machine and level, and one for all joints together."""
+    """Print one line per joint, machine and level, and one for all joints together."""
     done = [r for r in results if "broke_off" not in r]
     print(f"{len(done)} of {len(results)} runs completed")
     for r in results:
@@ -76,7 +76,7 @@ def _show_runs(runs: list[dict[str, Any]]) -> None:
 
 
 def main() -> None:
-    """Run or load, then show."""
+    """Run or load, then print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rigs", default="recupera_like,recupera_like_qdd")
     parser.add_argument("--levels", default="2")

@@ -1,12 +1,12 @@
-"""Known weights and the first twenty seconds over seeds, levels and machines: errors, coverage, alarms true and false.
+"""Known weights and the first twenty seconds over seeds, levels and machines: errors, coverage, true and false alarms.
 
     python benchmarks/weigh.py --rigs recupera_like,recupera_like_qdd --levels 2 --seeds 0-19 --save weigh.json
     python benchmarks/weigh.py --check-only --levels 0,1,2,3,4 --seeds 0-29 --save check.json
     python benchmarks/weigh.py --load weigh.json check.json
 
-Each run is `exograv weigh` with that seed; machine and wearer are drawn from it. `--check-only` runs three forms: the
-right one, pounds typed for kilograms, and the other way about; a mass that the form itself refuses, implausible with
-this height, is counted apart.
+Each run is `exograv arm weigh` with that seed, which draws machine and wearer. `--check-only` runs three forms: the
+right one, pounds typed for kilograms, and the reverse. A mass that the form itself refuses, because it is implausible
+for this height, is counted separately.
 """
 
 import argparse
@@ -23,11 +23,11 @@ from exograv.results import json_value
 
 POUNDS_PER_KG = 2.2046
 PAIRS_KG = ((0.5, 1.0), (1.0, 0.5), (1.5, 0.0), (2.0, 0.0), (0.0, 2.0))
-"""In the hand and at the forearm; the second is weighed while the first is carried."""
+"""Weights in the hand and at the forearm; the second is weighed while the first is carried."""
 
 
 def run(rig: str, level: int, seed: int, hand: float, forearm: float, factor: float) -> dict[str, Any]:
-    """One `exograv weigh`; a run that broke off is a result too."""
+    """Run one `exograv arm weigh`; a run that broke off is a result too."""
     from exograv.laboratory.virtual_laboratory import draw_laboratory
     from exograv.laboratory.weighing_command import WeighOptions, run_weighing
 
@@ -41,7 +41,7 @@ def run(rig: str, level: int, seed: int, hand: float, forearm: float, factor: fl
 
 
 def jobs(options: argparse.Namespace) -> Iterator[tuple[str, int, int, float, float, float]]:
-    """Every run that is asked for."""
+    """Yield every run of the command line."""
     first, _, last = options.seeds.partition("-")
     for seed in range(int(first), int(last or first) + 1):
         for level in map(int, options.levels.split(",")):
@@ -53,7 +53,7 @@ def jobs(options: argparse.Namespace) -> Iterator[tuple[str, int, int, float, fl
 
 
 def show(results: list[dict[str, Any]]) -> None:
-    """One line a weight, machine and level; then one a form."""
+    """Print one line per weight, machine and level; then one per form."""
     done = [r for r in results if "broke_off" not in r]
     print(f"{len(done)} of {len(results)} runs completed")
     for rig, level in sorted({(r["rig"], r["level"]) for r in done}):
@@ -89,12 +89,12 @@ def _show_form(name: str, runs: list[dict[str, Any]]) -> None:
 
 
 def main() -> None:
-    """Run or load, then show."""
+    """Run or load, then print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rigs", default="recupera_like,recupera_like_qdd")
     parser.add_argument("--levels", default="2")
     parser.add_argument("--seeds", default="0-19")
-    parser.add_argument("--pairs", type=int, default=len(PAIRS_KG), help="how many pairs of weights")
+    parser.add_argument("--pairs", type=int, default=len(PAIRS_KG), help="number of pairs of weights")
     parser.add_argument("--check-only", action="store_true")
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--save", type=Path)

@@ -1,4 +1,4 @@
-"""How a line of Python can be made wrong, one small change at a time; `mutants.py` tries them all."""
+"""Small changes that make a line of Python wrong; `mutants.py` tries them all."""
 
 import ast
 from collections.abc import Callable, Iterator
@@ -32,11 +32,11 @@ DROPPED = (ast.Assign, ast.AugAssign, ast.AnnAssign, ast.Expr, ast.Return, ast.R
 UNTOUCHED = (ast.JoinedStr, ast.Import, ast.ImportFrom)
 
 Change = tuple[str, Callable[[], None]]
-"""What is made wrong, and how, in place."""
+"""Name of the change, and a function that applies it in place."""
 
 
 def visited(node: ast.AST) -> Iterator[ast.AST]:
-    """All nodes that do something: no annotations, decorators, errors' messages; no `strict` of equal lengths."""
+    """Yield all nodes with an effect: no annotations, decorators, error messages, and no `strict` of equal lengths."""
     yield node
     skipped = {"annotation", "returns", "decorator_list"}
     for name, value in ast.iter_fields(node):
@@ -47,7 +47,7 @@ def visited(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def changes(node: Any) -> Iterator[Change]:
-    """Ways to make a node wrong."""
+    """Yield the changes that make a node wrong."""
     yield from _operators(node)
     yield from _conditions(node)
     yield from _values(node)

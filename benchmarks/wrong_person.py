@@ -1,12 +1,12 @@
-"""Whose file is it? Each person's second donning against everybody's file: right ones kept, wrong ones refused.
+"""Check of the person: each person's second donning against every file; right files are kept, wrong ones refused.
 
     python benchmarks/wrong_person.py --seeds 0-9 --level 2
     python benchmarks/wrong_person.py --seeds 0-9 --level 2 --no-run
 
-Every person is identified and kept on a first day, and moves for 20 s on a second with the right file driving. Then
-that motion is asked for every file (`procedures/identification/person_check.py`). Body data are left out of that: by
-themselves they refuse most wrong files before any motion (`storage/participant_file.py`), and the last lines say how
-many, and what motion says of the rest. Nothing was tuned on the seeds that are reported.
+Every person is identified and kept on a first day, and moves for 20 s on a second day with the right file in use. The
+script then checks that motion against every file (`procedures/identification/person_check.py`). This check leaves body
+data out: body data alone refuse most wrong files before any motion (`storage/participant_file.py`). The last lines
+count those, and the verdict of the motion on the others. Nothing was tuned on the reported seeds.
 """
 
 import argparse
@@ -37,7 +37,7 @@ KEPT_EVERY_S = 0.004
 
 
 def record(rig: str, level: int, seed: int) -> dict[str, Any]:
-    """Both days of one person: what was learned on the first, the samples of the second."""
+    """Return both days of one person: the estimate of the first, the samples of the second."""
     first = draw_laboratory(rig, None, level, seed)
     calibration, t0 = Preparation(first, seed).calibrate()
     machine = calibration.machine
@@ -67,12 +67,12 @@ def record(rig: str, level: int, seed: int) -> dict[str, Any]:
 
 
 def today(whole: dict[str, Any], layout: ParameterLayout, table: Belief) -> Belief:
-    """A file, a day later."""
+    """Return the belief from a file, a day later."""
     return carried_over(layout, (whole["mean"], whole["covariance"]), table, 1.0)
 
 
 def asked(person: dict[str, Any], files: list[dict[str, Any]]) -> list[PersonCheck]:
-    """One person's second day, asked for each file."""
+    """Check one person's second day against each file."""
     machine: CalibratedMachine = person["machine"]
     assembly = draw_laboratory(person["rig"], None, person["level"], person["seed"], donning=1).assembly()
     model, table, layout = ArmModel(assembly, machine), prior(assembly, machine), ParameterLayout.of(assembly)
@@ -85,7 +85,7 @@ def asked(person: dict[str, Any], files: list[dict[str, Any]]) -> list[PersonChe
 
 
 def is_alike(person: dict[str, Any], file: dict[str, Any]) -> bool:
-    """Whether what is told of the person on the second day passes for what the file was given on the first."""
+    """Return True if the body data of the second day pass for those of the file, given on the first day."""
     stored, told = (
         draw_laboratory(one["rig"], None, one["level"], one["seed"], donning=day).body
         for one, day in ((file, 0), (person, 1))
@@ -94,13 +94,13 @@ def is_alike(person: dict[str, Any], file: dict[str, Any]) -> bool:
 
 
 def main() -> None:
-    """Run what is not there yet, then ask."""
+    """Run the missing seeds, then check all files."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rig", default="recupera_like")
     parser.add_argument("--level", type=int, default=2)
     parser.add_argument("--seeds", default="0-9")
     parser.add_argument("--save", type=Path, default=Path("out/persons"))
-    parser.add_argument("--no-run", action="store_true", help="ask those that are there")
+    parser.add_argument("--no-run", action="store_true", help="use only persons that are already in the folder")
     options = parser.parse_args()
     options.save.mkdir(parents=True, exist_ok=True)
     first, _, last = options.seeds.partition("-")
@@ -121,7 +121,7 @@ def main() -> None:
 
 
 def show(people: list[dict[str, Any]]) -> None:
-    """Refused files, right and wrong, and what the last judgement said."""
+    """Print refused files, right and wrong, and the last evidence."""
     refused, last = np.zeros((len(people),) * 2, dtype=bool), np.zeros((len(people),) * 2)
     for p, person in enumerate(people):
         checks = asked(person, people)

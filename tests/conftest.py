@@ -1,7 +1,7 @@
 """Settings of all tests, and fixtures that run a script beside a test.
 
-Property tests have no deadline, and draw the same examples every time on a server. A script runs in a process of its
-own, because shape checks do not slow it there; a module that uses one names it: `SCRIPT`.
+Property tests have no deadline, and on a server they draw the same examples every time. A script runs in its own
+process, because shape checks do not slow it there. A module that uses a script names it: `SCRIPT`.
 """
 
 import json
@@ -11,13 +11,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
-# As the command line does: threads of OpenBLAS wait for each other, and our matrices are small. Before NumPy comes.
+# As in the command line, before NumPy is imported: our matrices are small, and OpenBLAS threads wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 from hypothesis import settings
 
-# The first call compiles a kernel, which takes longer than any fair deadline for the second.
+# The first call compiles a kernel, which takes longer than a deadline for later calls would allow.
 settings.register_profile("desk", deadline=None)
 settings.register_profile("server", deadline=None, derandomize=True)
 settings.load_profile("server" if os.environ.get("CI") else "desk")
@@ -29,7 +29,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
-"""Its modules can be imported by tests and their scripts."""
+"""Folder of the benchmarks; tests and their scripts can import its modules."""
 
 Verdicts = dict[str, dict[str, Any]]
 
@@ -44,11 +44,11 @@ def verdicts(request: pytest.FixtureRequest, which: str) -> Verdicts:
 
 @pytest.fixture(scope="module")
 def quick(request: pytest.FixtureRequest) -> Verdicts:
-    """Cases that take a second or two each."""
+    """Run the cases that take a second or two each."""
     return verdicts(request, "quick")
 
 
 @pytest.fixture(scope="module")
 def slow(request: pytest.FixtureRequest) -> Verdicts:
-    """The others, for slow tests only."""
+    """Run the other cases, for slow tests only."""
     return verdicts(request, "slow")

@@ -1,4 +1,4 @@
-"""The command line answers fast, refuses with one readable line, and keeps its contract with scripts."""
+"""The command line answers fast, refuses in one readable line, and keeps its contract with scripts."""
 
 import json
 import os
@@ -38,7 +38,7 @@ RECORDING_STARTS_S = 60.0
 
 
 def exograv(*words: str, folder: Path, columns: int = 80) -> subprocess.CompletedProcess[str]:
-    """Run one command in a process of its own."""
+    """Run one command in its own process."""
     command = [sys.executable, "-m", "exograv.cli", *words]
     environment = {**os.environ, "COLUMNS": str(columns)}
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
@@ -58,7 +58,10 @@ REFUSED = {
     "a name for a code": (("identify", "--keep", "p.toml", "--code", "anna"), "--code is 'anna'; it must have 3 to 16"),
     "a file for a participant under a file": (("identify", "--keep", "file/p.toml"), "Give another path with --keep"),
     "a donning before the first": (("identify", "--donning", "-1"), "--donning is -1; allowed: 0"),
-    "an export of nobody": (("export-urdf", "--participant", "none.toml"), "none.toml cannot be read"),
+    "an export without a file": (
+        ("export-urdf", "--participant", "none.toml"),
+        "none.toml cannot be read",
+    ),
     "too short a motion": (("identify", "--seconds", "1"), "--seconds is 1.0; allowed: 5 to 600"),
     "a negative seed": (("demo", "--seed", "-1"), "--seed is -1"),
     "a folder that is a file": (
@@ -71,11 +74,14 @@ REFUSED = {
         ("benchmark-identification", "--methods", "magic"),
         "--methods has 'magic'; known: recursive",
     ),
-    "benchmark of nobody": (("benchmark-identification", "--wearers", "0", "--streams", "0"), "nothing would run"),
+    "a benchmark of no wearer": (
+        ("benchmark-identification", "--wearers", "0", "--streams", "0"),
+        "nothing would run",
+    ),
     "transparency of no machine": (("transparency", "--machines", "0"), "--machines is 0; allowed: 1 to 100"),
     "transparency without motors": (("transparency", "--rig", "recupera_like_passive"), "nothing can be compensated"),
     "transparency of two arms": (("transparency", "--rig", "recupera_like_dual"), "effort is measured on one"),
-    "a session of nobody": (("train", "--simulate"), "--participant is ''; it must have 3 to 16"),
+    "a session without a participant": (("train", "--simulate"), "--participant is ''; it must have 3 to 16"),
     "a session in a real machine": (("train", "--participant", "P-01"), "is run at the console"),
     "a session to go on with that never began": (
         ("train", "--simulate", "--participant", "P-01", "--resume"),
@@ -100,9 +106,9 @@ REFUSED = {
     "a gain of nothing": ((*LOG, "--gains", "1,2,0,4"), "--gains of joint 'shoulder_rotation' is 0.0"),
     "a machine's URDF that is missing": (("new-rig", "none.urdf"), "none.urdf cannot be read"),
     "a new machine over an old one": (("new-rig", str(URDF), "--out", "file"), "file exists already; nothing is over"),
-    "a check of nothing": (("check-rig", "nobody"), "No machine 'nobody'"),
+    "a check of an unknown machine": (("check-rig", "nobody"), "No machine 'nobody'"),
     "a giant in a machine": (("check-rig", "recupera_like", "--height-m", "175"), "height is 175.0 m; allowed: 1.2 to"),
-    "an aircraft that nobody can be": (
+    "a sender that is no IPv4 address": (
         ("aircraft", "listen", "--sender", "cabin"),
         "--sender is 'cabin'; give the IPv4",
     ),

@@ -1,4 +1,4 @@
-"""Every package of every extra is mapped to an extra that installs it, and a missing one is told in one sentence."""
+"""Every package of every extra is mapped to an extra that installs it, and one sentence reports a missing package."""
 
 import subprocess
 import sys
@@ -14,7 +14,7 @@ IMPORT_NAMES = {"mujoco-core": "mujoco", "python-can": "can", "eclipse-zenoh": "
 
 
 def packages(extra: str) -> set[str]:
-    """Packages of an extra by import name, those of extras inside it included."""
+    """Return the packages of an extra by import name, including those of extras inside it."""
     found = set[str]()
     for requirement in PROJECT["optional-dependencies"][extra]:
         name = requirement.split(">=")[0].split("[")[0]

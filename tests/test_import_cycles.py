@@ -1,4 +1,4 @@
-"""No two folders of the package import each other, directly or around; a package's `__init__` belongs to its folder."""
+"""No two folders of the package import each other, directly or indirectly; `__init__` belongs to its folder."""
 
 import ast
 from collections.abc import Iterator

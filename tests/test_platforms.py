@@ -15,13 +15,13 @@ from exograv.runtime.clock.host import read_host
 from exograv.runtime.clock.realtime import realtime
 
 MISSING = {"win32": ["fcntl", "termios", "tty", "pty", "resource", "grp", "pwd"], "darwin": []}
-"""Modules of the standard library that the system has not."""
+"""Modules of the standard library that the system lacks."""
 
 MISSING_NAMES = {
     "win32": ["getuid", "register_at_fork", "openpty", "ttyname", "sysconf", "getloadavg", "nice"],
     "darwin": [],
 }
-"""Functions of `os` that the system has not, besides those of Linux's scheduler."""
+"""Functions of `os` that the system lacks, besides those of Linux's scheduler."""
 
 ONLY_POSIX = ("exograv.rig.drives.moteus.serial_port",)
 

@@ -1,4 +1,4 @@
-"""The project keeps its word: what the lock, the README, the map and the extras say is so."""
+"""The statements of the project about itself hold: lock files, README, map and extras."""
 
 import re
 import subprocess
@@ -19,19 +19,19 @@ MAP = (ROOT / "docs" / "explanation" / "map.md").read_text(encoding="utf-8")
 
 
 def run_python(program: str) -> subprocess.CompletedProcess[str]:
-    """A fresh interpreter, so that nothing which other tests imported can hide a fault."""
+    """Run a program in a fresh interpreter, so that imports of other tests cannot hide a fault."""
     return subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
 
 
 def pinned(lock: str) -> dict[str, str]:
-    """What a lock pins: package (with its marker, where there is one) to version."""
+    """Return the versions that a lock pins, by package (with its marker, if any)."""
     text = (ROOT / lock).read_text(encoding="utf-8")
     found = re.findall(r"^([a-z0-9-]+)==(\S+)( ; [^\\]+)? \\$", text, flags=re.MULTILINE)
     return {name + marker: version for name, version, marker in found}
 
 
 def modules_after(statement: str) -> set[str]:
-    """Names of all modules that a fresh interpreter has imported after this, but for those it begins with."""
+    """Return the names of all modules that a fresh interpreter imports for this statement."""
     program = f"import sys\nbefore = set(sys.modules)\n{statement}\nprint(*(set(sys.modules) - before))"
     return set(run_python(program).stdout.split())
 
@@ -120,7 +120,7 @@ def test_every_link_of_the_documentation_leads_somewhere():
 
 
 def visible(page: Path) -> str:
-    """A page without its comments."""
+    """Return a page without its comments."""
     return re.sub(r"<!--.*?-->", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
 
 

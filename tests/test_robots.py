@@ -1,4 +1,4 @@
-"""The machines that come with exograv are whole, physical, the same on both sides, and hold the arm they are for."""
+"""The supplied machines are complete, physical, equal on both sides, and fit the arm they are for."""
 
 import re
 import xml.etree.ElementTree as ElementTree
@@ -21,12 +21,12 @@ RIGS = rig_names()
 MACHINES = [(rig, side) for rig in RIGS for side in load_rig(rig).settings.urdf.sides]
 PAIRS = [rig for rig in RIGS if load_rig(rig).settings.urdf.sides == ("right", "left")]
 MIRROR = np.diag([1.0, -1.0, 1.0])
-"""Reflection on the xz plane: what it does to positions; a pseudo-vector gets the opposite sign."""
+"""Reflection on the xz plane, applied to positions; a pseudo-vector gets the opposite sign."""
 
 PAGE = Path(__file__).parents[1] / "docs" / "reference" / "robots.md"
 WEARER = Body(1.75, 75.0, "male")
 ALIGNED_M = 1e-6
-"""The arm's angles at donning are written with four decimals: 0.25 m × 1e-4° is half a micrometre."""
+"""Tolerance of alignment [m]: arm angles at donning have four decimals, and 0.25 m × 1e-4° is half a micrometre."""
 
 
 def urdf(rig: str, side: Side) -> ElementTree.Element:
@@ -62,7 +62,7 @@ def inertia(inertial: ElementTree.Element) -> np.ndarray:
 
 
 def poses(tree, q: np.ndarray) -> list[Transform]:
-    """Of the bodies, in numbers."""
+    """Return the poses of the bodies as numbers."""
     return body_poses(tree, ca.SX(ca.DM(q)))
 
 
@@ -152,8 +152,8 @@ def test_a_nominal_length_is_that_of_the_urdf(rig: str, side: Side):
         assert abs(place["xyz".index(adjustment.axis)]) == adjustment.nominal_m
 
 
-# What is fastened without strain in one posture stays so in all of them only if the shoulder's axes meet in the
-# shoulder's centre and the axes of elbow and wrist are the arm's own: with equal lengths arm and machine are one.
+# An arm fastened without strain in one posture stays free of strain in all postures only if the shoulder axes meet in
+# the shoulder's centre and the axes of elbow and wrist are the arm's own: then arm and machine coincide.
 @pytest.mark.parametrize(("rig", "side"), MACHINES)
 def test_an_arm_of_the_right_length_follows_through_the_task_workspace_without_any_strain(rig: str, side: Side):
     assembly = put_in(rig, side)
@@ -183,7 +183,7 @@ def test_the_postures_that_the_rig_file_names_are_within_the_limits(rig: str, si
 
 
 KIN = {"recupera_like_passive": "", "recupera_like_7": "", "recupera_like_dual": "right_"}
-"""Machines that share the shoulder and elbow of recupera_like, with what stands before their names."""
+"""Machines that share the shoulder and elbow of recupera_like, with the prefix of their names."""
 
 
 @pytest.mark.parametrize("rig", KIN)
@@ -196,7 +196,7 @@ def test_what_is_made_from_recupera_like_has_its_shoulder_and_elbow(rig: str):
 
 
 def words(element: ElementTree.Element, without: str = "") -> list[str]:
-    """An element's text, spaces and a prefix apart."""
+    """Return an element's text without spaces and without a prefix."""
     return ElementTree.tostring(element).decode().replace(f'="{without}', '="').split()
 
 

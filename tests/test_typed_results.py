@@ -17,7 +17,7 @@ TREES = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in MOD
 UNTYPED = "dict[str, Any]"
 
 EXCEPTIONS = frozenset({"results.JsonObject"})
-"""Names with a reason of their own, each stated in the docstring of the function or field."""
+"""Names with their own reason, stated in the docstring of the function or field."""
 
 Symbol = tuple[str, str]
 """Module and name of a definition at its top."""

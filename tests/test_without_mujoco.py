@@ -1,4 +1,4 @@
-"""A real machine is used on a computer where MuJoCo is not installed; drives in another process stand for it here."""
+"""A real machine works on a computer without MuJoCo; here drives in another process take the machine's place."""
 
 import json
 import os
@@ -15,7 +15,7 @@ NEEDS_THE_TWIN = (
     "exograv.rig.twin", "exograv.laboratory", "exograv.campaigns", "exograv.experiment.train",
     "exograv.experiment.steered.live_session", "exograv.experiment.steered.prepared_machine", "exograv.api.twin",
 )  # fmt: skip
-"""Rooms and modules that fly the twin."""
+"""Rooms and modules that run the twin."""
 
 BLOCK = """
 import importlib.abc, sys
@@ -62,7 +62,7 @@ SEED, LEVEL = 3, 0
 
 @pytest.fixture(scope="module")
 def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """Every Python process that is started with it cannot import MuJoCo, but for that of simulated drives."""
+    """Environment in which no new Python process can import MuJoCo, except that of simulated drives."""
     folder = tmp_path_factory.mktemp("blocked")
     (folder / "sitecustomize.py").write_text(BLOCK)
     paths = [str(folder), str(Path(__file__).parents[1] / "src"), os.environ.get("PYTHONPATH", "")]
@@ -77,7 +77,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def exograv(
     environment: dict[str, str], folder: Path, command: str, *options: str, passes: bool = True
 ) -> dict[str, Any]:
-    """Figures of a command on simulated drives."""
+    """Run a command on simulated drives; return its figures."""
     out = folder / f"{command}.json"
     words = [
         command,

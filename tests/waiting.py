@@ -1,4 +1,4 @@
-"""Waiting for what another process or thread does: until a condition holds, not for a guessed time."""
+"""Waiting for another process or thread: until a condition holds, not for a guessed time."""
 
 import time
 from collections.abc import Callable
@@ -7,10 +7,10 @@ from typing import TypeVar
 T = TypeVar("T")
 
 POLL_S = 0.005
-"""Between two looks at the condition: most are system calls or small reads."""
+"""Time between two checks of the condition [s]: most checks are system calls or small reads."""
 
 SOON_S = 30.0
-"""Bound for a condition that holds within a second on a quiet computer."""
+"""Time limit for a condition that holds within a second on a quiet computer [s]."""
 
 
 def wait_until(
@@ -19,16 +19,16 @@ def wait_until(
     seconds: float = SOON_S,
     every_s: float = POLL_S,
 ) -> T:
-    """Look at a condition until it is true and return its value.
+    """Check a condition until it is true and return its value.
 
     Args:
         condition: It may also act, for example keep a lease.
         what: Text of the failure, or a function that describes the state at the end.
-        seconds: Bound [s].
-        every_s: Time between two looks [s].
+        seconds: Time limit [s].
+        every_s: Time between two checks [s].
 
     Raises:
-        AssertionError: The condition was false for so long.
+        AssertionError: The condition did not become true in time.
     """
     end = time.monotonic() + seconds
     while not (value := condition()):

@@ -1,6 +1,6 @@
-"""A consumer of its own, plain pylsl: `python consumer.py SOURCE_ID FILE`; at its end it saves what it has noted.
+"""Consumer in its own process, plain pylsl: `python consumer.py SOURCE_ID FILE`; it saves its notes when it ends.
 
-Rows of the file: number of the tick, stamp, LSL's correction, when it came, all but the first in seconds.
+Rows of the file: number of the tick, stamp, LSL's correction, time of arrival; all but the first in seconds.
 """
 
 import signal

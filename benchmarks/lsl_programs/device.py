@@ -1,4 +1,4 @@
-"""A device of its own, plain pylsl: `python device.py NAME RATE`. Each sample holds the true time and a count."""
+"""Device in its own process, plain pylsl: `python device.py NAME RATE`. Each sample holds the true time and a count."""
 
 import sys
 import time
@@ -7,9 +7,9 @@ import pylsl
 import pylsl.lib
 
 name, rate = sys.argv[1], float(sys.argv[2])
-# Nobody's libc lies about this one: CLOCK_MONOTONIC, and the time that the computer has slept.
+# The replaced libc does not change this clock: CLOCK_MONOTONIC plus the time that the computer was suspended.
 TRUE_CLOCK = time.CLOCK_BOOTTIME
-# Where the process was interrupted between the two clocks, nobody knows the truth: they are read again.
+# If the process was interrupted between the two readings, the truth is unknown: the clocks are read again.
 BRACKET_S = 20e-6
 outlet = pylsl.StreamOutlet(pylsl.StreamInfo(name, "EEG", 2, rate, pylsl.lib.cf_double64, f"{name}-1"))
 print("ready", flush=True)

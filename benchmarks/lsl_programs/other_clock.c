@@ -1,4 +1,4 @@
-/* A process whose CLOCK_MONOTONIC is another computer's: LD_PRELOAD this. Shifted, and faster or slower.
+/* Library for LD_PRELOAD that gives a process the CLOCK_MONOTONIC of another computer: shifted, and faster or slower.
  *
  * faked = true + CLOCK_SHIFT_NS + (true - CLOCK_START_NS) * CLOCK_DRIFT_PPB / 1e9
  *

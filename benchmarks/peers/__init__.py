@@ -1,1 +1,1 @@
-"""Our kernels beside every peer: one run, the same machines and states, agreement before time, and what is possible."""
+"""Our kernels beside all opponents: one run, the same machines and states, agreement before timing, physical limits."""

@@ -1,4 +1,4 @@
-"""Does an implementation compute the same? Asked before its time is taken."""
+"""Agreement of an implementation with the reference, checked before it is timed."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,15 +9,15 @@ from peers.tasks.arm_tasks import stacked
 from peers.tasks.interface import BatchShape, Call, Missing, Task
 
 TOLERANCE = {"float64": 1e-9, "float32": 1e-4}
-"""Of the largest result of its kind: rounding of some thousand operations in another order, amplified by the
-conditioning of the cuffs' Hessian, stays well below it."""
+"""Largest allowed difference relative to the largest result of its kind. Rounding of some thousand operations in
+another order, amplified by the conditioning of the cuffs' Hessian, stays well below it."""
 
 CHECKED = 32
-"""States that are compared at each end of a batch: it may end in the middle of a vector."""
+"""Number of states compared at each end of a batch: the end may lie in the middle of a vector."""
 
 
 class Reference:
-    """What CasADi's virtual machine says of a task's states."""
+    """Results of CasADi's virtual machine for a task's states."""
 
     def __init__(self, task: Task):
         self._task = task
@@ -29,7 +29,7 @@ class Reference:
             self._results.append({name: single()[name].copy() for name in task.compared})
 
     def error_of(self, call: Call, batch: BatchShape | None) -> float:
-        """Largest difference, relative to the largest result of its kind.
+        """Return the largest difference, relative to the largest result of its kind.
 
         Raises:
             Missing: The implementation disagrees; it must not be timed.
@@ -48,7 +48,7 @@ class Reference:
         return error
 
     def _singles(self, call: Call) -> tuple[Sequence[int], Sequence[Mapping[str, np.ndarray]]]:
-        """Which states, and what came out for each."""
+        """Return the indices of the states, and the results of each."""
         found = []
         for state in self._task.states:
             call.load(state)
@@ -58,7 +58,7 @@ class Reference:
         return range(len(found)), found
 
     def _batch(self, call: Call, batch: BatchShape) -> tuple[Sequence[int], Sequence[Mapping[str, np.ndarray]]]:
-        """The same of the batch's two ends."""
+        """Return indices and results for both ends of a batch."""
         call.load(stacked(self._task, batch.size, 0))
         call.run()
         results, different = call.read(), min(batch.size, len(self._task.states))

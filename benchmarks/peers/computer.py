@@ -1,4 +1,4 @@
-"""The computer that a run was made on, so that its figures mean something elsewhere."""
+"""Description of the computer of a run, to interpret its figures elsewhere."""
 
 import os
 import platform
@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 BUSY_LOAD = 0.3
-"""Load of a core before the run, above which other work is disturbing it."""
+"""Load per core before the run, above which other work disturbs it."""
 
 
 def describe_computer(root: Path = Path("/")) -> dict[str, Any]:
-    """Names and numbers as the operating system has them."""
+    """Return names and numbers from the operating system."""
     cores = os.cpu_count() or 1
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
     return {
@@ -31,7 +31,7 @@ def _cpu_name(root: Path) -> str:
 
 
 def _frequency_mhz(root: Path) -> float | None:
-    """As it is now, where the system tells; under load it may be another."""
+    """Present clock frequency [MHz], None if the system does not state it; it may differ under load."""
     found = re.search(r"^cpu MHz\s*:\s*([0-9.]+)", _text(root / "proc/cpuinfo"), flags=re.MULTILINE)
     return round(float(found[1])) if found else None
 

@@ -1,4 +1,4 @@
-"""Measurements of exograv itself: identification updates, and how near its kernels come to what a core can do."""
+"""Measurements of exograv itself: identification updates, and distance of its kernels from the limit of a core."""
 
 from dataclasses import asdict
 from typing import Any
@@ -17,14 +17,14 @@ LIMITED = (
     "tick_aligned_4", "tick_aligned_7", "tick_general_4", "tick_general_7",
 )  # fmt: skip
 SECONDS, SECONDS_QUICK = 60.0, 15.0
-"""Of motion that updates are timed on."""
+"""Motion that updates are timed on [s]."""
 
 
 def own_section(order: dict[str, Any], report: Report) -> None:
-    """Updates, then limits."""
+    """Time the updates, then compute the limits."""
     report({"share": 0.0, "text": "identification updates"})
     time_updates(SECONDS_QUICK if order["quick"] else SECONDS, report)
-    report({"share": 0.5, "text": "what this core can do"})
+    report({"share": 0.5, "text": "limits of this core"})
     report({"at": ["limits", None]})
     try:
         peaks = measure_peaks()

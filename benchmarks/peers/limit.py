@@ -1,4 +1,4 @@
-"""The physical limit: what each program asks of a core, and the shortest time that a core could do it in."""
+"""Physical limit of a core: operations of each program, and the shortest time that they can take."""
 
 from collections import Counter
 from typing import Any
@@ -17,18 +17,18 @@ KINDS = {
     ca.OP_SIN: "sincos", ca.OP_COS: "sincos", ca.OP_TANH: "tanh", ca.OP_EXP: "exp",
     ca.OP_POW: "pow", ca.OP_CONSTPOW: "pow", ca.OP_ATAN2: "atan2",
 }  # fmt: skip
-"""Others only move, compare or change signs: they count as free, so the limit errs on the side of the impossible."""
+"""Kind of each counted operation. Others move, compare or change signs: they count as free, so the limit is low."""
 
 LEAST_ARITHMETIC = {"sincos": 56, "tanh": 20, "exp": 15, "pow": 30, "atan2": 20}
-"""Additions and multiplications within a function: of sine and cosine as in `kernel.trigonometry`, of the C library's
-assumed, and low: a polynomial to double precision."""
+"""Additions and multiplications within a function: sine and cosine as in `kernel.trigonometry`. The others, of the C
+library, are assumed low: a polynomial to double precision."""
 
 DIVIDER = ("div", "sqrt")
-"""Operations of a unit of their own, beside which the others go on."""
+"""Operations of a separate unit, which runs in parallel with the others."""
 
 
 def limits_of(task: Task, peaks: Peaks) -> dict[str, Any]:
-    """Counts of a program, and the shortest times [µs] of a single call and of a state in a batch."""
+    """Return counts of a program, and the shortest times [µs] of a single call and of a state in a batch."""
     program = straight_line(task.function)
     counts = operation_counts(program)
     path = critical_path_ns(program, peaks)
@@ -46,7 +46,7 @@ def limits_of(task: Task, peaks: Peaks) -> dict[str, Any]:
 
 
 def operation_counts(program: Program) -> Counter[str]:
-    """How many of each kind; sine and cosine of one angle are one."""
+    """Count operations of each kind; sine and cosine of one angle count as one."""
     counts: Counter[str] = Counter()
     angles = set()
     for instruction in program.instructions:
@@ -60,7 +60,7 @@ def operation_counts(program: Program) -> Counter[str]:
 
 
 def critical_path_ns(program: Program, peaks: Peaks) -> float:
-    """The longest chain of operations that wait for each other."""
+    """Time of the longest chain of operations that wait for each other [ns]."""
     ready: list[float] = []
     for instruction in program.instructions:
         start = max((ready[operand] for operand in instruction.operands), default=0.0)
@@ -69,12 +69,12 @@ def critical_path_ns(program: Program, peaks: Peaks) -> float:
 
 
 def throughput_ns(counts: Counter[str], cost: dict[str, float]) -> float:
-    """Time of the busiest unit if no operation ever had to wait for another."""
+    """Time of the busiest unit [ns] if no operation ever had to wait for another."""
     return max(arithmetic_count(counts) * cost["muladd"], sum(counts[kind] * cost[kind] for kind in DIVIDER))
 
 
 def arithmetic_count(counts: Counter[str]) -> int:
-    """Additions and multiplications, those within functions too."""
+    """Return the number of additions and multiplications, including those within functions."""
     within = sum(counts[kind] * least for kind, least in LEAST_ARITHMETIC.items())
     return counts["add"] + counts["mul"] + within
 

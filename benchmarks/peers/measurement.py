@@ -1,4 +1,4 @@
-"""One task among all who can do it: build, agree, then take turns; rows come out, and who is missing and why."""
+"""Measurement of one task by all implementations: build, check agreement, then time in turns; reports rows and gaps."""
 
 import contextlib
 from collections.abc import Callable, Mapping
@@ -14,26 +14,26 @@ from .rounds import Effort, timed
 from .statistics import percentiles_per_s, percentiles_us
 
 Report = Callable[[dict[str, Any]], None]
-"""Takes what is to be told: `{"row": …}`, `{"missing": …}`, or `{"at": …}` before something that may fail badly."""
+"""Receiver of reports: `{"row": …}`, `{"missing": …}`, or `{"at": …}` before a step that may crash the process."""
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """One row's name, and what it takes."""
+    """Name and task of one row, and the effort spent on it."""
 
     task: Callable[[], Task]
-    """Drawn when its turn has come."""
+    """Function that draws the task when the row is measured."""
 
     name: str
-    """Of the row."""
+    """Name of the row."""
 
     batch: BatchShape | None
     effort: Effort
     left_out: Mapping[str, str]
-    """Who is not asked, and why."""
+    """Reason by implementation that is left out."""
 
     asked: tuple[str, ...] = ()
-    """Who is; nobody named: all."""
+    """Names of the implementations that are asked; empty for all."""
 
 
 def hold(measurement: Measurement, report: Report) -> None:
@@ -48,7 +48,7 @@ def hold(measurement: Measurement, report: Report) -> None:
 
 
 def versions(report: Report) -> dict[str, str]:
-    """Of everyone who is here."""
+    """Return the version of every installed implementation."""
     found = {}
     for opponent in OPPONENTS:
         report({"at": ["versions", opponent.name]})
@@ -60,7 +60,7 @@ def versions(report: Report) -> dict[str, str]:
 def row(
     name: str, implementation: str, is_single: bool, figures: Mapping[str, float], n: int, error: float
 ) -> dict[str, Any]:
-    """As the contract has it: µs a call of a single state, evaluations a second of a batch."""
+    """Return a row of the result file: µs per call of a single state, or evaluations per second of a batch."""
     return {
         "name": name,
         "implementation": implementation,
@@ -93,7 +93,7 @@ def _built(opponent: Opponent, task: Task, batch: BatchShape | None, reference: 
         return call, reference.error_of(call, batch)
     except Missing:
         raise
-    except Exception as error:  # whatever an opponent trips over must not end the run
+    except Exception as error:  # no error of an opponent may end the run
         first = (str(error).strip().splitlines() or [""])[0]
         raise Missing(f"failed: {type(error).__name__}: {first}"[:200]) from error
 

@@ -1,4 +1,4 @@
-"""What this core can do, measured: short native programs of one kind of operation, in chains or side by side."""
+"""Peak rates of this core, measured with short native programs of one operation, in chains or side by side."""
 
 import time
 from collections.abc import Callable, Iterable
@@ -13,13 +13,13 @@ from exograv.kernel.operations import PLACED
 from exograv.kernel.program import straight_line
 
 CHAIN = 256
-"""Operations of one dependent chain: long against the call."""
+"""Operations of one dependent chain: long compared with the call."""
 
 SINGLE_SHAPES = ((128, 2), (256, 2), (128, 4))
-"""Number and length of independent short chains: many operations at once, as the core can hold; the best counts."""
+"""Number and length of independent short chains, to fill all units of the core; the best shape counts."""
 
 BATCH_SHAPES, BATCH_STATES = ((16, 4), (32, 4), (16, 8)), 128
-"""The same of a batch that stays in the nearest cache."""
+"""Shapes and number of states of a batch that stays in the nearest cache."""
 
 CALLS, TRIALS = 100, 9
 
@@ -34,7 +34,7 @@ STEPS: dict[str, Callable[[ca.SX, ca.SX], ca.SX]] = {
     "pow": lambda x, c: x**c,
     "atan2": ca.atan2,
 }
-"""One operation of each kind, so written that CasADi finds nothing to simplify."""
+"""Operation of each kind, written so that CasADi finds nothing to simplify."""
 
 SIDE_BY_SIDE: dict[str, Callable[[ca.SX, ca.SX], ca.SX]] = {
     "muladd": lambda x, c: x * c + c,
@@ -45,23 +45,23 @@ SIDE_BY_SIDE: dict[str, Callable[[ca.SX, ca.SX], ca.SX]] = {
 
 @dataclass(frozen=True)
 class Peaks:
-    """Of one core, double precision."""
+    """Peak rates of one core in double precision."""
 
     call_ns: float
-    """An empty kernel from Python."""
+    """Time of an empty kernel, called from Python."""
 
     latency_ns: dict[str, float]
-    """Of an operation whose operand is the result of the one before."""
+    """Latency of an operation whose operand is the result of the one before."""
 
     single_ns: dict[str, float]
-    """Of an operation among independent ones, one state; `muladd` is of multiplications and additions in turns."""
+    """Time per independent operation, one state; `muladd` alternates multiplications and additions."""
 
     batch_ns: dict[str, float]
-    """The same, a state of a batch."""
+    """Time per independent operation and state in a batch."""
 
 
 def measure_peaks() -> Peaks:
-    """In a few seconds."""
+    """Measure all rates; takes a few seconds."""
     x = ca.SX.sym("x")
     empty = ca.Function("empty", [x], [-x])
     call, batch_call = single_ns(empty), _batch_ns(empty)
@@ -85,7 +85,7 @@ def _chain(step: Callable[[ca.SX, ca.SX], ca.SX]) -> ca.Function:
 
 
 def wide(step: Callable[[ca.SX, ca.SX], ca.SX], width: int, depth: int) -> ca.Function:
-    """Independent chains of as many steps, one after the other."""
+    """Return a function of `width` independent chains with `depth` steps each, one chain after the other."""
     x, c = ca.SX.sym("x", width), ca.SX.sym("c")
     y = x
     for _ in range(depth):
@@ -94,12 +94,12 @@ def wide(step: Callable[[ca.SX, ca.SX], ca.SX], width: int, depth: int) -> ca.Fu
 
 
 def operations(function: ca.Function) -> int:
-    """Those that are left after CasADi's simplifications."""
+    """Return the number of operations that remain after CasADi's simplifications."""
     return sum(instruction.operation not in PLACED for instruction in straight_line(function).instructions)
 
 
 def single_ns(function: ca.Function) -> float:
-    """Time of a call, one state."""
+    """Time of a call with one state [ns]."""
     compiled = native.compile(function)
     _fill(compiled.inputs.values())
     return _best_ns(compiled.evaluate)
@@ -114,11 +114,11 @@ def _batch_ns(function: ca.Function) -> float:
 
 def _fill(buffers: Iterable[np.ndarray]) -> None:
     for buffer in buffers:
-        buffer[...] = 1.0000001  # away from 1, where a clever divider would be done at once
+        buffer[...] = 1.0000001  # not 1: a divider may end early on simple numbers
 
 
 def _best_ns(run: Callable[[], object]) -> float:
-    """Of several trials the quickest: the core undisturbed."""
+    """Return the shortest time of several trials [ns]: that of the undisturbed core."""
     times = []
     for _ in range(TRIALS):
         start = time.perf_counter_ns()

@@ -1,4 +1,4 @@
-"""What a run measures, in full and in a minute."""
+"""Plan of a run, in full and in a minute (`--quick`)."""
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache, partial
@@ -23,13 +23,13 @@ from .measurement import Measurement
 from .rounds import Effort
 
 Section = Literal["single", "batch"]
-"""Single states; batches on one core. Each has a process of its own."""
+"""Group of rows: single states, or batches on one core. Each group runs in its own process."""
 
 SIZES = (1, 64, 1024, 16384)
 CHAIN = (4, 8, 12, 16, 20, 24, 28)
 CHAIN_QUICK = (4, 12, 20)
 IN_CHAIN = (Native.name, VirtualMachine.name, GeneratedC.name, Pinocchio.name, Mujoco.name)
-"""Who is in the plot of cost against joints."""
+"""Implementations in the plot of cost against joints."""
 
 SINGLE_FULL, SINGLE_QUICK = Effort(40, 0.03), Effort(10, 0.005)
 BATCH_FULL, BATCH_QUICK = Effort(12, 0.03), Effort(4, 0.01)
@@ -42,7 +42,7 @@ ONCE = "JAX compiles it for half a minute, so only at 1024 states in double prec
 
 @cache
 def task(name: str) -> Task:
-    """A task by the name of its row."""
+    """Return a task by the name of its row."""
     quantity, n = name.rsplit("_", 1)
     if quantity == "rnea_chain":
         return arm_tasks.tree_task(machines.chain(int(n)), name, "rnea")
@@ -57,7 +57,7 @@ def task(name: str) -> Task:
 
 
 def measurements(section: Section, quick: bool) -> list[Measurement]:
-    """Of one section, in order."""
+    """Return the measurements of one section, in order."""
     return list(_single(quick) if section == "single" else _batches(quick))
 
 

@@ -1,4 +1,4 @@
-"""How many times faster exograv is, by the medians of rows that both have."""
+"""Speed ratios of exograv to opponents, from the medians of rows that both have."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -13,23 +13,23 @@ RATIOS: dict[str, tuple[str, tuple[str, ...]]] = {
     "batch_rnea_vs_jax_vmap": (BATCH, JAX),
     "batch_rnea_vs_pinocchio": (BATCH, (Pinocchio.name,)),
 }
-"""Row and opponents; of several the fastest counts. The tick is the aligned one, which JAX by hand can do."""
+"""Row and opponents by ratio; the fastest opponent counts. The tick is the aligned one, which JAX by hand can do."""
 
 
 def ratios(rows: list[dict[str, Any]]) -> dict[str, float | None]:
-    """Of the contract; None where we or all of them are missing."""
+    """Return the ratios of the result file; None if we or all opponents are missing."""
     return {name: ratio(rows, row, who) for name, (row, who) in RATIOS.items()}
 
 
 def ratio(rows: list[dict[str, Any]], name: str, opponents: Sequence[str]) -> float | None:
-    """How many times faster we are than the fastest of these in one row."""
+    """Return the speed ratio of exograv to the fastest of these opponents in one row."""
     here = {row["implementation"]: row for row in rows if row["name"] == name}
     found = [advantage(here[Native.name], here[who]) for who in opponents if who in here and Native.name in here]
     return float(f"{min(found):.3g}") if found else None
 
 
 def advantage(ours: dict[str, Any], theirs: dict[str, Any]) -> float:
-    """How many times faster the first is, above 1, or slower, below."""
+    """Return the speed ratio of the first to the second: above 1 if the first is faster."""
     if ours["unit"] == "us":
         return theirs["p50"] / ours["p50"]
     return ours["p50"] / theirs["p50"]

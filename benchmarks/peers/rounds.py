@@ -1,4 +1,4 @@
-"""Calls are timed in turns, so that whatever else this computer does hits every implementation alike."""
+"""Timing of calls in turns, so that other load on the computer affects every implementation alike."""
 
 import gc
 import time
@@ -12,18 +12,18 @@ from jaxtyping import Float
 from peers.tasks.interface import Call, State
 
 CALLS_MAX = 400
-"""A turn, however fast the implementation is."""
+"""Largest number of calls per turn."""
 
 WARM_UP = 2
-"""Calls of each turn that are not counted: the one before has left its own data in the caches. Where a single call
-fills a turn it outlasts that, and is counted."""
+"""Calls of each turn that are not counted: the implementation before has left its own data in the caches. A single call
+that fills a turn outlasts this effect, and is counted."""
 
 CLOCK_READINGS = 2000
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How long is measured."""
+    """Number of rounds and time per turn."""
 
     rounds: int
     seconds_per_turn: float
@@ -31,7 +31,7 @@ class Effort:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Without Python's garbage collector."""
+    """Switch Python's garbage collector off."""
     gc.collect()
     gc.freeze()
     gc.disable()
@@ -45,7 +45,7 @@ def quiet() -> Iterator[None]:
 def timed(
     calls: Mapping[str, Call], state_of_round: Callable[[int], State], effort: Effort
 ) -> dict[str, Float[np.ndarray, " call"]]:
-    """Time of each call [ns] by implementation, the clock's own taken off."""
+    """Return the time of each call [ns] by implementation, without the time of reading the clock."""
     names = list(calls)
     counts = {name: _calls_a_turn(calls[name], state_of_round(0), effort) for name in names}
     times: dict[str, list[int]] = {name: [] for name in names}
@@ -53,7 +53,7 @@ def timed(
         own = clock_ns()
         for turn in range(effort.rounds):
             state = state_of_round(turn)
-            # Another one begins each time: who follows whom must not matter.
+            # Another implementation begins each round, so that the order does not matter.
             for k in range(len(names)):
                 name = names[(turn + k) % len(names)]
                 call = calls[name]
@@ -65,7 +65,7 @@ def timed(
 
 
 def clock_ns() -> float:
-    """Time that reading the clock around nothing shows, in the middle [ns]."""
+    """Median time [ns] between two readings of the clock with nothing between them."""
     clock, readings = time.perf_counter_ns, [0] * CLOCK_READINGS
     for i in range(CLOCK_READINGS):
         start = clock()

@@ -1,8 +1,8 @@
-"""A section of a run in a process of its own: an engine that crashes ends this process and not the run.
+"""Section of a run in its own process: an engine that crashes ends this process and not the run.
 
     python -m peers.section_process '{"section": "single", "quick": true, "done": [], "without": []}'
 
-One line of JSON a report on standard output; whatever an engine prints goes to standard error.
+Reports go to standard output, one line of JSON each; prints of an engine go to standard error.
 """
 
 import json
@@ -13,10 +13,10 @@ from dataclasses import replace
 from typing import Any, TextIO
 
 SINGLE_THREAD = "--xla_cpu_multi_thread_eigen=false --xla_cpu_scheduler_type=CPU_SCHEDULER_TYPE_MEMORY_OPTIMIZED"
-"""For JAX on single states and on one core, as frax's authors recommend it."""
+"""XLA flags for single states and for one core, as frax's authors recommend them."""
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Set to 1 they hold an engine to one thread, also where the caller has set them for itself."""
+"""Variables that hold an engine to one thread when they are 1; they overwrite the caller's values."""
 
 
 def main() -> None:
@@ -31,14 +31,14 @@ def main() -> None:
 
 
 def _own_output() -> TextIO:
-    """The real standard output; the usual one leads to standard error from here on."""
+    """Return the real standard output; standard output of the process goes to standard error from now on."""
     output = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     return output
 
 
 def _prepare(section: str) -> None:
-    """Before any engine is imported: each asks for the number of cores when it starts."""
+    """Set cores and environment before any engine is imported: each engine reads the number of cores when it starts."""
     if section == "batch" and hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} {SINGLE_THREAD}".strip()

@@ -1,4 +1,4 @@
-"""Processes that do the measuring, one a section: started, listened to, and started again without who crashed."""
+"""Supervisor of the measuring processes, one per section: start, listen, and restart without an engine that crashed."""
 
 import json
 import os
@@ -13,13 +13,13 @@ from pathlib import Path
 from typing import IO, Any
 
 FOLDER = Path(__file__).parents[1]
-"""The folder that `peers` is imported from."""
+"""Folder that `peers` is imported from."""
 
 STALLED_S = 300.0
-"""Without a word for so long a process hangs; XLA compiles the longest program in a tenth of it."""
+"""Silence after which a process counts as hung [s]; XLA compiles the longest program in a tenth of it."""
 
 CRASHES_MAX = 2
-"""In one section, after which an implementation is left out of the rest of it."""
+"""Crashes in one section after which an implementation is left out of the rest of the section."""
 
 EVERY_ROW = "*"
 
@@ -28,7 +28,7 @@ Progress = Callable[[str, float], None]
 
 @dataclass
 class Findings:
-    """What all sections have said."""
+    """Reports of all sections."""
 
     rows: list[dict[str, Any]] = field(default_factory=list)
     missing: list[dict[str, str]] = field(default_factory=list)
@@ -39,7 +39,7 @@ class Findings:
 
 
 def run_section(order: dict[str, Any], findings: Findings, progress: Progress) -> None:
-    """Run a section to its end, whatever becomes of the engines in it."""
+    """Run a section to its end, even if engines in it crash."""
     order, crashes = {"done": [], "without": [], **order}, Counter()
     while True:
         listener = _Listener(findings, progress)
@@ -49,7 +49,7 @@ def run_section(order: dict[str, Any], findings: Findings, progress: Progress) -
         row, who = listener.at
         crashes[who] += 1
         if row is None or (who is None and row in order["done"]) or crashes[who] > CRASHES_MAX:
-            # Dead with nothing in hand, or of what it was told to leave out: it would die again.
+            # The process died without a task in hand, or at an entry that was already left out: it would die again.
             findings.missing.append({"implementation": who or "all", "row": row or order["section"], "reason": reason})
             return
         order["done"] += listener.done
@@ -62,17 +62,17 @@ def run_section(order: dict[str, Any], findings: Findings, progress: Progress) -
 
 @dataclass
 class _Listener:
-    """Takes a process's words."""
+    """Listener that sorts a process's reports into the findings."""
 
     findings: Findings
     progress: Progress
     at: tuple[str | None, str | None] = (None, None)
-    """Row and implementation in hand; no implementation while all take turns."""
+    """Row and implementation in hand; the implementation is None while all take turns."""
 
     done: list[str] = field(default_factory=list)
 
     def hear(self, words: dict[str, Any]) -> None:
-        """One report."""
+        """Take one report."""
         match words:
             case {"row": row}:
                 self.findings.rows.append(row)
@@ -96,7 +96,7 @@ class _Listener:
 
 
 def _run_process(order: dict[str, Any], listener: _Listener) -> str | None:
-    """Listen to one process to its end; what it died of, if it did."""
+    """Listen to one process to its end; return the cause of its failure, None if it ended well."""
     command = [sys.executable, "-m", "peers.section_process", json.dumps(order)]
     paths = [str(FOLDER), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
@@ -112,7 +112,7 @@ def _run_process(order: dict[str, Any], listener: _Listener) -> str | None:
 
 
 def _next_line(process: subprocess.Popen[str]) -> str:
-    """Empty at the end; a process that is silent for too long is ended."""
+    """Return the next line, empty at the end; kill a process that is silent for too long."""
     watchdog = threading.Timer(STALLED_S, process.kill)
     watchdog.start()
     try:
@@ -123,5 +123,5 @@ def _next_line(process: subprocess.Popen[str]) -> str:
 
 def _ended(code: int, errors: IO[str]) -> str:
     errors.seek(0)
-    last = (errors.read().strip().splitlines() or ["without a word"])[-1]
+    last = (errors.read().strip().splitlines() or ["without a message"])[-1]
     return f"its process was ended by signal {-code}" if code < 0 else f"its process failed: {last}"[:200]

@@ -1,4 +1,4 @@
-"""How long an engine takes from a task to its first answer, and the memory it adds: a process for each."""
+"""Time of an engine from a task to its first answer, and the memory that it adds: one process each."""
 
 import os
 import time
@@ -16,20 +16,20 @@ ASKED = {
     "tick_aligned_7": (Native.name, VirtualMachine.name, GeneratedC.name, JaxByHand.name),
     "tick_general_4": (Native.name, VirtualMachine.name, GeneratedC.name, JaxTranslated.name),
 }
-"""Who starts which task."""
+"""Implementations that start each task."""
 
 KEEPERS = (Native.name, JaxByHand.name, JaxTranslated.name)
-"""Who keeps compiled code on disk for the next start."""
+"""Implementations that keep compiled code on disk for the next start."""
 
 
 def start_section(order: dict[str, Any], report: Report) -> None:
-    """One start: `order` names task, implementation, row and the folder for what is kept on disk."""
+    """Measure one start; `order` names task, implementation, row and the folder of the files kept on disk."""
     folder = Path(order["folder"])
     os.environ["XDG_CACHE_HOME"] = str(folder)
     os.environ["JAX_COMPILATION_CACHE_DIR"] = str(folder / "jax")
     os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0"
     os.environ["JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES"] = "-1"
-    # The states are drawn without the compiler: it belongs to what is measured.
+    # The states are drawn without the compiler, because its start belongs to the measurement.
     os.environ["EXOGRAV_KERNEL"] = "virtual-machine"
     from peers.opponents import OPPONENTS
     from peers.tasks.interface import Missing

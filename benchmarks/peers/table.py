@@ -1,4 +1,4 @@
-"""What a person at a terminal sees of a run: one line a row, then the limits, the ratios and who was missing."""
+"""Terminal output of a run: one line per row, then limits, ratios and missing implementations."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -20,7 +20,7 @@ RATIO_WORDS = {
 
 
 def show_bench(result: dict[str, Any]) -> None:
-    """The whole result."""
+    """Print the whole result."""
     console = Console()
     for line in machine_lines(result["machine"]):
         console.print(line, highlight=False)
@@ -37,12 +37,12 @@ def show_bench(result: dict[str, Any]) -> None:
         rows = entry["rows"][0] if len(entry["rows"]) == 1 else f"{len(entry['rows'])} rows"
         console.print(f"missing: {entry['implementation']}, {rows}: {entry['reason']}", highlight=False, soft_wrap=True)
     for name, value in result["ratios"].items():
-        said = "not known: one of the two is missing" if value is None else f"{value:g} times faster"
+        said = "unknown: one of the two is missing" if value is None else f"{value:g} times faster"
         console.print(f"{RATIO_WORDS[name]}: {said}", highlight=False)
 
 
 def machine_lines(machine: dict[str, Any]) -> list[str]:
-    """The computer, the versions, and a warning if it had other work."""
+    """Return lines about the computer, the versions, and a warning if the computer had other work."""
     frequency = "" if machine["frequency_MHz"] is None else f" at {machine['frequency_MHz']} MHz"
     lines = [
         f"{machine['cpu']}{frequency}, {machine['cores']} cores, {machine['os']}, Python {machine['python']}",
@@ -50,8 +50,8 @@ def machine_lines(machine: dict[str, Any]) -> list[str]:
     ]
     if machine["busy"]:
         lines.append(
-            f"This computer was busy before the run (load {machine['load_before']:.2f}): figures are of a disturbed "
-            "machine; ratios hold better than times. Close other programs and repeat."
+            f"This computer was busy before the run (load {machine['load_before']:.2f}): the figures are "
+            "disturbed; ratios are more reliable than times. Close other programs and repeat."
         )
     return lines
 
@@ -67,7 +67,7 @@ def _rows_table(rows: list[dict[str, Any]]) -> Table:
 
 
 def names_of(rows: Iterable[dict[str, Any]]) -> list[str]:
-    """Of all rows, each once, in order."""
+    """Return the names of all rows, each once, in order."""
     return list(dict.fromkeys(row["name"] for row in rows))
 
 
@@ -82,12 +82,12 @@ def _cells(name: str, rows: list[dict[str, Any]]) -> list[str]:
 
 
 def fastest(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Of rows of one name, by median."""
+    """Return the fastest of rows with one name, by median."""
     return min(rows, key=lambda row: row["p50"] if row["unit"] == "us" else -row["p50"])
 
 
 def figure(row: dict[str, Any] | None, key: str) -> str:
-    """With its unit, three digits."""
+    """Return a value with its unit and three digits."""
     if row is None:
         return "–"
     value = row[key]
@@ -110,7 +110,7 @@ LIMIT_HEADINGS = ("program", "instruc-\ntions", "chain", "units", "meas-\nured",
 
 
 def limit_cells(limit: dict[str, Any], rows: list[dict[str, Any]]) -> list[str]:
-    """Shortest time by the longest chain of dependent operations and by the busiest unit, the measured time [µs]."""
+    """Return the cells of a program: shortest times by longest chain and by busiest unit, and measured time [µs]."""
     single = _ours(rows, limit["name"])
     batch = _ours(rows, f"batch_{limit['name']}_1024_f64_one_core")
     own = None if single is None else max(single["p50"] - limit["call_us"], 1e-3)

@@ -1,4 +1,4 @@
-"""What one identification update costs, native and on the virtual machine: the whole method, NumPy and all."""
+"""Cost of one identification update, native and on the virtual machine: the whole method, including NumPy."""
 
 import os
 import time
@@ -27,14 +27,14 @@ from .statistics import percentiles_us
 
 METHODS: tuple[MethodName, ...] = ("recursive", "gradient")
 RESIDUAL_SD, CORRELATION_S = 0.1, 0.1
-"""Of a calibrated machine on the twin, about [N·m] and [s]."""
+"""Residual torque SD [N·m] and correlation time [s], about those of a calibrated machine on the twin."""
 
 HEAVIER, OFFSET = 1.15, np.array([0.01, -0.008, 0.012, 0.0, 0.0, 0.0, 0.0])
-"""The arm that is learned: by how much it differs from the table, and how it sits [m]."""
+"""Truth of the learned arm: factor on the table's inertial parameters, and offset of its fit in the machine [m]."""
 
 
 def time_updates(seconds: float, report: Report) -> None:
-    """Rows `update_<method>` from `seconds` of motion; native and virtual machine take turns at every sample."""
+    """Report rows `update_<method>` from `seconds` of motion; both engines take turns at every sample."""
     for name in METHODS:
         report({"at": [f"update_{name}", None]})
         methods = {VirtualMachine.name: _method(name, "virtual-machine")}
@@ -62,7 +62,7 @@ def _method(name: MethodName, engine: str | None) -> Method:
 
 
 def _samples(seconds: float) -> list[Sample]:
-    """Of the machine's own excitation, as far apart as the filter uses them, with noise."""
+    """Return samples of the machine's own excitation at the filter's period, with noise."""
     machine, assembly = machine_and_assembly(4)
     layout, (x, _) = ParameterLayout.of(assembly), prior(assembly, machine)
     x[layout.phi] *= HEAVIER
@@ -92,7 +92,7 @@ def _taken_in_turns(methods: Mapping[str, Method], samples: list[Sample]) -> dic
 
 @contextmanager
 def _engine(engine: str | None) -> Iterator[None]:
-    """Kernels that are compiled within run on this engine, as the environment variable would have it."""
+    """Run kernels that are compiled within on this engine, as the environment variable would."""
     before = os.environ.get(compilation.ENGINE_VARIABLE)
     os.environ.pop(compilation.ENGINE_VARIABLE, None)
     if engine is not None:

@@ -1,4 +1,4 @@
-"""A whole run: sections one after the other, and what they found as the contract has it."""
+"""Whole run: sections one after the other, and their findings in the form of the result file."""
 
 import tempfile
 from collections import defaultdict
@@ -10,7 +10,7 @@ from .section_supervisor import Findings, Progress, run_section
 from .start_section import ASKED, KEEPERS
 
 SHARES = {"single": 0.4, "batch": 0.35, "own": 0.12, "start": 0.13}
-"""Of the time of a run, about."""
+"""Share of each section in the time of a run, approximate."""
 
 
 def run_bench(quick: bool, progress: Progress) -> dict[str, Any]:
@@ -28,7 +28,7 @@ def run_bench(quick: bool, progress: Progress) -> dict[str, Any]:
 
 
 def result_of(findings: Findings, computer: dict[str, Any], quick: bool) -> dict[str, Any]:
-    """What is written, shown and compared."""
+    """Return the result that is written, shown and compared."""
     return {
         "machine": {**computer, "versions": findings.versions},
         "quick": quick,
@@ -42,7 +42,7 @@ def result_of(findings: Findings, computer: dict[str, Any], quick: bool) -> dict
 
 
 def gathered(missing: list[dict[str, str]]) -> list[dict[str, Any]]:
-    """One entry for each implementation and reason, with the rows it holds for."""
+    """Merge entries: one for each implementation and reason, with all rows of that reason."""
     rows: defaultdict[tuple[str, str], list[str]] = defaultdict(list)
     for entry in missing:
         found = rows[entry["implementation"], entry["reason"]]
@@ -52,7 +52,7 @@ def gathered(missing: list[dict[str, str]]) -> list[dict[str, Any]]:
 
 
 def _starts(order: dict[str, Any], findings: Findings, progress: Progress) -> None:
-    """Each engine starts with nothing kept on disk, then with what its first start has left there."""
+    """Start each engine with nothing kept on disk, then with the files that its first start has left."""
     tasks = [task for task in ASKED if not (order["quick"] and task == "tick_general_4")]
     starts = [(task, who) for task in tasks for who in ASKED[task]]
     for i, (task, who) in enumerate(starts):

@@ -1,5 +1,5 @@
-/* Every byte of docs/reference/udp_protocol.md, as C99 structs without padding. For little-endian processors, which nearly all
- * are; the check below fails on others. Tested equal to src/exograv/rig/drives/udp/layout.py. */
+/* Layout of docs/reference/udp_protocol.md as C99 structs without padding, for little-endian processors.
+ * The check below fails on others. A test compares it with src/exograv/rig/drives/udp/layout.py. */
 #ifndef EXOGRAV_UDP_H
 #define EXOGRAV_UDP_H
 
@@ -49,7 +49,7 @@ typedef struct {
     float current, damping; /* [A], [N m s/rad] */
 } exograv_command_joint;
 
-/* The check sum follows the last joint that is there, wherever that is; so it is no member. */
+/* The check sum follows the last joint in the packet. Its place depends on the number of joints, so it is no member. */
 typedef struct {
     exograv_header header;
     uint32_t watchdog_us, period_us;
@@ -74,7 +74,7 @@ typedef struct {
     (offsetof(exograv_command, joint) + (n) * sizeof(exograv_command_joint) + EXOGRAV_CRC_BYTES)
 #define EXOGRAV_BYE_BYTES (sizeof(exograv_header) + EXOGRAV_CRC_BYTES)
 
-/* C99 has no _Static_assert: an array of negative length does not compile. */
+/* C99 has no _Static_assert: instead, an array of negative length does not compile. */
 typedef char exograv_no_padding[sizeof(exograv_header) == 32 && sizeof(exograv_nameplate_joint) == 48 &&
                                         sizeof(exograv_state_joint) == 32 && sizeof(exograv_command_joint) == 8
                                     ? 1

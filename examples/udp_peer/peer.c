@@ -1,9 +1,9 @@
-/* A controller that speaks docs/reference/udp_protocol.md: C99, no dependency, no allocation. To copy.
+/* Controller that speaks docs/reference/udp_protocol.md, as a template: C99, no dependency, no allocation.
  *
  *     cc -std=c99 -O2 -Wall -Wextra -pedantic peer.c -lm -o peer && ./peer 47100
  *
- * On a microcontroller, replace `serve` by what your network gives you, `motor_step` by your drives, and the random
- * grant by the hardware's random numbers; `controller_receive` and `controller_step` stay as they are.
+ * On a microcontroller, replace `serve` by your network code, `motor_step` by your drives, and the random grant
+ * by hardware random numbers. `controller_receive` and `controller_step` stay as they are.
  */
 #define _POSIX_C_SOURCE 200809L
 #include "exograv_udp.h"
@@ -15,12 +15,12 @@
 #include <string.h>
 
 #define JOINTS 4
-#define STATES 32 /* of which a command may still answer one */
+#define STATES 32 /* number of recent states that a command may answer */
 #define PACKET_BYTES 1024
 #define PERIOD_US 1000u
 #define WATCHDOG_US 20000u
 
-/* The same as in drives.toml: name, rated and greatest current [A], brake [N m s/rad]. */
+/* These values must equal those of drives.toml: name, rated and greatest current [A], brake [N m s/rad]. */
 static const exograv_nameplate_joint PLATES[JOINTS] = {
     {"shoulder_flexion", 3.0f, 9.0f, 10.0f, 0},
     {"shoulder_abduction", 3.0f, 9.0f, 10.0f, 0},
@@ -30,9 +30,9 @@ static const exograv_nameplate_joint PLATES[JOINTS] = {
 
 typedef struct {
     double q, v, temperature;
-    float current;         /* that flows [A] */
-    float asked, damping;  /* by the last command */
-    int64_t told, until;   /* when it came, and when its life ends [us] */
+    float current;         /* current in the motor [A] */
+    float asked, damping;  /* from the last command */
+    int64_t told, until;   /* arrival of the last command, and end of its life [us] */
     uint16_t fault;
     bool enabled;
 } motor;
@@ -66,7 +66,7 @@ static void motor_off(motor *m, uint16_t fault) {
     m->asked = 0.0f;
 }
 
-/* What the drive does by itself comes first: watchdog, heat, the end of a command's life, its limit. */
+/* Apply the drive's own reactions first: watchdog, heat, the end of a command's life, its limit. */
 static void motor_step(motor *m, const exograv_nameplate_joint *plate, int64_t now, double dt) {
     if (m->enabled && now - m->told > (int64_t)WATCHDOG_US) motor_off(m, EXOGRAV_FAULT_WATCHDOG);
     if (m->temperature > 110.0) motor_off(m, EXOGRAV_FAULT_TEMPERATURE);
@@ -76,7 +76,7 @@ static void motor_step(motor *m, const exograv_nameplate_joint *plate, int64_t n
     const double damping = is_driven ? m->damping : plate->brake_Nms_per_rad;
     const double share = m->current / plate->current_rated_A;
     m->temperature += (25.0 + 60.0 * share * share - m->temperature) * dt / WARM_S;
-    /* The damping of the step to come, not of the last: stable however large it is. */
+    /* The damping is that of the coming step (implicit Euler), so the step is stable for any damping. */
     const double push = PER_AMPERE * m->current - WEIGHT * sin(m->q);
     m->v = (m->v + dt / INERTIA * push) / (1.0 + dt / INERTIA * (damping + FRICTION));
     m->q += dt * m->v;
@@ -84,7 +84,7 @@ static void motor_step(motor *m, const exograv_nameplate_joint *plate, int64_t n
 
 /* ---- the protocol ---- */
 
-/* CRC-32 as in zlib, by half bytes: a table of 256 entries would be faster, and 64 bytes of it are enough here. */
+/* CRC-32 as in zlib, by half bytes: a table of 256 entries would be faster, but these 64 bytes are enough here. */
 static uint32_t crc32_of(const uint8_t *data, size_t length) {
     static const uint32_t table[16] = {0x00000000, 0x1db71064, 0x3b6e20c8, 0x26d930ac, 0x76dc4190, 0x6b6b51f4,
                                        0x4db26158, 0x5005713c, 0xedb88320, 0xf00f9344, 0xd6d6a3e8, 0xcb61b38c,
@@ -109,7 +109,8 @@ static void all_off(controller *c) {
     for (int k = 0; k < JOINTS; ++k) motor_off(&c->motors[k], 0);
 }
 
-/* Not the same after every start, and not 0: what an earlier session has sent is refused. xorshift64*, seeded at start. */
+/* Random grant, different after every start and never 0, so that packets of an earlier session are refused.
+ * Generator: xorshift64*, seeded at the start. */
 static uint32_t next_grant(controller *c) {
     c->random ^= c->random >> 12;
     c->random ^= c->random << 25;
@@ -186,9 +187,9 @@ static void obey_one(controller *c, motor *m, const exograv_command_joint *told,
                      int64_t until) {
     if (!(flags & EXOGRAV_ENABLE)) {
         motor_off(m, 0);
-        if (flags & EXOGRAV_ACKNOWLEDGE) /* forget what is over */
+        if (flags & EXOGRAV_ACKNOWLEDGE) /* clear the faults that are over */
             m->fault &= (uint16_t)(m->temperature > 95.0 ? EXOGRAV_FAULT_TEMPERATURE : 0);
-    } else if (!c->was_enabled) { /* goes on with the first such command only, and at no torque */
+    } else if (!c->was_enabled) { /* the first such command only enables, at zero torque */
         if (m->fault || m->enabled) return;
         m->enabled = true;
         m->asked = m->damping = 0.0f;
@@ -201,7 +202,7 @@ static void obey_one(controller *c, motor *m, const exograv_command_joint *told,
     }
 }
 
-/* Whether it is a command: switching off is never too late, all else may be. */
+/* Return true if the command is valid. Switching off is never too late; every other command may be. */
 static bool obey(controller *c, const exograv_command *told, int64_t now) {
     for (int k = 0; k < JOINTS; ++k) {
         const exograv_command_joint *joint = &told->joint[k];
@@ -262,8 +263,8 @@ static bool believe(controller *c, const uint8_t *data, size_t length, sender fr
     return true;
 }
 
-/* One packet; how many bytes of `answer` (PACKET_BYTES) are to go back, never more than came. Whatever is not exactly
- * right only counts. `now` [us] is any clock that never goes back. */
+/* Take one packet; return the number of bytes of `answer` (PACKET_BYTES) to send, never more than received. An invalid
+ * packet is only counted. `now` [us] is any clock that never goes back. */
 static size_t controller_receive(controller *c, const uint8_t *data, size_t length, sender from, int64_t now,
                                  uint8_t *answer) {
     size_t answered = 0;
@@ -271,7 +272,7 @@ static size_t controller_receive(controller *c, const uint8_t *data, size_t leng
     return answered;
 }
 
-/* Once in each period, whoever talks or not. */
+/* Advance one period; call this also when no packet arrives. */
 static void controller_step(controller *c, int64_t now) {
     for (int k = 0; k < JOINTS; ++k) motor_step(&c->motors[k], &PLATES[k], now, 1e-6 * PERIOD_US);
 }
@@ -283,7 +284,7 @@ static void controller_begin(controller *c, uint64_t seed) {
 }
 
 #ifndef EXOGRAV_WITHOUT_SOCKETS
-/* ---- everything that knows POSIX ---- */
+/* ---- all code that depends on POSIX ---- */
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -305,9 +306,9 @@ static int serve(controller *c, uint16_t port) {
     const int fd = socket(AF_INET, SOCK_DGRAM, 0);
     own.sin_family = AF_INET;
     own.sin_port = htons(port);
-    own.sin_addr.s_addr = htonl(INADDR_LOOPBACK); /* the address of the cable to the host, never all of them */
+    own.sin_addr.s_addr = htonl(INADDR_LOOPBACK); /* use the address of the cable to the host, never all addresses */
     if (fd < 0 || bind(fd, (struct sockaddr *)&own, sizeof own) != 0) {
-        perror("peer: the port cannot be listened at");
+        perror("peer: cannot listen on the port");
         return 1;
     }
     getsockname(fd, (struct sockaddr *)&own, &size);
@@ -323,7 +324,7 @@ static int serve(controller *c, uint16_t port) {
             FD_SET(fd, &waiting);
             if (select(fd + 1, &waiting, NULL, NULL, &wait) <= 0) continue;
             size = sizeof from;
-            /* What is longer than any packet is cut, and then of a wrong length. */
+            /* A datagram longer than any packet is cut, and then has a wrong length. */
             const ssize_t length = recvfrom(fd, data, sizeof data, 0, (struct sockaddr *)&from, &size);
             if (length < 0) continue;
             const sender who = {from.sin_addr.s_addr, from.sin_port};

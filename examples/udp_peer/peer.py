@@ -1,6 +1,6 @@
-"""A controller that speaks docs/reference/udp_protocol.md, to copy: plain Python, nothing to install.
+"""Controller that speaks docs/reference/udp_protocol.md, as a template: plain Python, no packages to install.
 
-`python peer.py [PORT]`. Put your own drives into `Motor`; the rest is what keeps them from doing what nobody asks for.
+`python peer.py [PORT]`. Put your own drives into `Motor`. The rest lets them obey valid commands only.
 """
 
 import contextlib
@@ -21,10 +21,10 @@ ENABLED, PRESENT, WATCHDOG, TEMPERATURE = 1, 2, 1, 2  # bits of status, bits of 
 HEADER, OWN = struct.Struct("<IBBBBIIIIQ"), struct.Struct("<II")
 NAMEPLATE_JOINT, STATE_JOINT, COMMAND_JOINT = map(struct.Struct, ("<32sfffI", "<ddffHHHH", "<ff"))
 HELLO_BYTES = HEADER.size + OWN.size + JOINTS_MAX * NAMEPLATE_JOINT.size + 4
-STATES = 32  # of which a command may still answer one
+STATES = 32  # number of recent states that a command may answer
 
 WATCHDOG_S, PERIOD_S = 0.020, 0.001
-PLATES = (  # joint, rated and greatest current [A], brake [N·m·s/rad]: the same as in drives.toml
+PLATES = (  # joint, rated and greatest current [A], brake [N·m·s/rad]: the values must equal those of drives.toml
     ("shoulder_flexion", 3.0, 9.0, 10.0),
     ("shoulder_abduction", 3.0, 9.0, 10.0),
     ("shoulder_rotation", 2.2, 6.7, 10.0),
@@ -40,7 +40,7 @@ LENGTHS = {  # by type: joints in the header, bytes; a poll is as long as the st
 
 
 class Motor:
-    """A pendulum with a motor, in place of a real one."""
+    """Pendulum with a motor, in place of a real drive."""
 
     INERTIA, WEIGHT, FRICTION, PER_AMPERE, WARM_S = 0.5, 5.0, 0.5, 4.0, 60.0
 
@@ -51,7 +51,7 @@ class Motor:
         self.asked, self.damping, self.told_at, self.until = 0.0, 0.0, 0.0, 0.0
 
     def off(self, fault=0):
-        """Braking, from now on."""
+        """Switch the motor off; the drive brakes from now on."""
         self.fault |= fault
         self.enabled, self.asked = False, 0.0
 
@@ -70,7 +70,7 @@ class Motor:
         damping = self.damping if is_driven else self.brake
         self.temperature += (25.0 + 60.0 * (self.current / self.rated) ** 2 - self.temperature) * dt / self.WARM_S
         push = self.PER_AMPERE * self.current - self.WEIGHT * math.sin(self.q)
-        # The damping of the step to come, not of the last: stable however large it is.
+        # The damping is that of the coming step (implicit Euler), so the step is stable for any damping.
         self.v = (self.v + dt / self.INERTIA * push) / (1.0 + dt / self.INERTIA * (damping + self.FRICTION))
         self.q += dt * self.v
 
@@ -85,7 +85,7 @@ class Controller:
         self.states = [(-1, 0.0)] * STATES
 
     def receive(self, data, sender, now):
-        """Return the answer to a packet, or None. A malformed packet is only counted."""
+        """Return the answer to a packet, or None. An invalid packet is only counted."""
         answer = self._believe(data, sender, now)
         self.refused = (self.refused + (answer is False)) % 2**32
         return answer or None
@@ -113,7 +113,7 @@ class Controller:
         return self._state(sequence, now) if kind == POLL else None
 
     def _greet(self, session, grant, sequence, is_newer, sender, now):
-        """The first host keeps the controller until it says goodbye, or is silent for a watchdog's time."""
+        """Answer a hello. The first host keeps the controller until BYE, or a silence of the watchdog's time."""
         is_holder = (session, sender) == (self.session, self.address)
         if session == 0 or grant != 0 or (is_holder and not is_newer):
             return False
@@ -144,9 +144,9 @@ class Controller:
         for motor, (current, damping) in zip(self.motors, told, strict=True):
             if not flags & ENABLE:
                 motor.off()
-                if flags & ACKNOWLEDGE:  # forget what is over
+                if flags & ACKNOWLEDGE:  # clear the faults that are over
                     motor.fault &= TEMPERATURE if motor.temperature > 95.0 else 0
-            elif not self.was_enabled:  # goes on with the first such command only, and at no torque
+            elif not self.was_enabled:  # the first such command only enables, at zero torque
                 motor.enabled = not motor.fault
                 motor.tell(0.0, 0.0, now, now)
             elif motor.enabled:
@@ -176,7 +176,7 @@ class Controller:
         return data + zlib.crc32(data).to_bytes(4, "little")
 
     def step(self, now, dt=PERIOD_S):
-        """A period has passed, whoever talks or not."""
+        """Advance one period; call this also when no packet arrives."""
         for motor in self.motors:
             motor.step(now, dt)
 
@@ -186,7 +186,7 @@ def main():
     controller = Controller()
     port = int(sys.argv[1]) if len(sys.argv) > 1 else 47100
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
-        link.bind(("127.0.0.1", port))  # the address of the cable to the host, never all of them
+        link.bind(("127.0.0.1", port))  # use the address of the cable to the host, never all addresses
         print("listening on port", link.getsockname()[1], flush=True)
         due = time.monotonic()
         while True:

@@ -7,7 +7,7 @@ import exograv
 
 POSTURE = np.deg2rad([40.0, 20.0, 0.0, 70.0])
 LIGHT, HEAVY = (exograv.Person(1.75, mass, "female") for mass in (60.0, 85.0))
-SAG_NM = 0.05  # the arm sags in its cuffs under its load, so the torque is not exactly linear in the level
+SAG_NM = 0.05  # the loaded arm sags in its cuffs, so the torque is not exactly linear in the level
 
 
 @pytest.fixture(scope="module")

@@ -68,7 +68,7 @@ def test_a_measured_velocity_is_used(rig, arrays, calibration, estimate):
     q, tau = arrays
     still = exograv.identify(rig, PERSON, q, tau, DT, v=np.zeros_like(q), calibration=calibration)
     damping = estimate.to_pandas().index.get_loc("elbow.damping")
-    assert still.sd[damping] > 1.2 * estimate.sd[damping]  # at rest no damping can be seen
+    assert still.sd[damping] > 1.2 * estimate.sd[damping]  # motion at rest contains no information about damping
 
 
 def test_a_measured_velocity_that_is_the_derivative_of_the_position_gives_the_same_arm(

@@ -1,4 +1,4 @@
-"""A twin and a machine on drives are flown by the same lines; wrong arguments are refused before anything moves."""
+"""A twin and a machine on drives run with the same lines; wrong arguments are refused before any motion."""
 
 import numpy as np
 import pytest

@@ -20,7 +20,7 @@ ARGUMENTS = ["--no-sandbox", "--disable-gpu"]
 Visit = Callable[..., Visitor]
 
 
-# Not for the whole run: while the browser lives this thread has a loop, and later tests could not start their own.
+# Module scope: while the browser lives, this thread has an event loop, and later tests could not start their own.
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
     if not CHROMIUM.exists() and os.environ.get("EXOGRAV_BROWSER_TESTS") != "required":
@@ -42,7 +42,7 @@ def house(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Served]:
 
 @pytest.fixture
 def visit(browser: Browser, house: Served) -> Iterator[Visit]:
-    """Function that logs in a visitor. At the end all visitors close, and the console must not have failed."""
+    """Log visitors in. At the end all visitors close, and the console must not have failed."""
     visitors = list[Visitor]()
 
     def come(role: Role, language: str = "en", **size: int) -> Visitor:

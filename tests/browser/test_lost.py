@@ -1,4 +1,4 @@
-"""A lost line, a reload, a closed browser and two hands lose and spoil nothing."""
+"""A lost connection, a reload, a closed browser and two hands lose no touch and corrupt no record."""
 
 import time
 

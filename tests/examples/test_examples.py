@@ -1,4 +1,4 @@
-"""Every numbered example runs to its end, alone, and prints what it promises."""
+"""Every numbered example runs to its end, alone, and prints the expected line."""
 
 import os
 import subprocess

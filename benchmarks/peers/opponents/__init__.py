@@ -1,4 +1,4 @@
-"""Every implementation that takes part; each module is one engine, imported only when it is asked to build."""
+"""Implementations that take part; each module is one engine, imported only when a task is built."""
 
 from peers.tasks.interface import Opponent
 

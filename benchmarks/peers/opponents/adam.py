@@ -1,4 +1,4 @@
-"""adam: rigid-body dynamics of a floating base on several array packages; held to a base that stands."""
+"""adam: rigid-body dynamics of a floating base on several array packages; here the base is fixed."""
 
 import warnings
 from functools import partial
@@ -16,21 +16,21 @@ from peers.tasks.urdf_text import urdf_text
 from .jax_engine import jax_module, jitted, refuse_single_precision
 
 BASE = 6
-"""Freedoms of the floating base, which stand first."""
+"""Freedoms of the floating base, which come first."""
 
 
 class AdamCasadi:
-    """Its CasADi backend on CasADi's virtual machine. It has no inverse dynamics: mass matrix times a, plus bias."""
+    """CasADi backend on CasADi's virtual machine. It has no inverse dynamics: mass matrix times a, plus bias."""
 
     name = "adam (CasADi)"
 
     def version(self) -> str:
-        """Of the package."""
+        """Return the version of the package."""
         imported("adam")
         return version("adam-robotics")
 
     def build(self, task: Task, batch: BatchShape | None) -> Call:
-        """The model is read from URDF text."""
+        """Build a call; the model is read from URDF text."""
         only(task, "rnea")
         only_single(batch)
         model = _model(imported("adam.casadi"), task)
@@ -44,17 +44,17 @@ class AdamCasadi:
 
 
 class AdamJax:
-    """Its JAX backend, jitted, and vmapped for batches."""
+    """JAX backend, jitted, and vmapped for batches."""
 
     name = "adam (JAX)"
 
     def version(self) -> str:
-        """Of the package."""
+        """Return the version of the package."""
         imported("adam")
         return version("adam-robotics")
 
     def build(self, task: Task, batch: BatchShape | None) -> Call:
-        """The model is read from URDF text."""
+        """Build a call; the model is read from URDF text."""
         only(task, "rnea")
         refuse_single_precision(batch)
         jax_module()

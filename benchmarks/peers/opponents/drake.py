@@ -9,16 +9,16 @@ from peers.tasks.urdf_text import urdf_text
 
 
 class Drake:
-    """`CalcInverseDynamics`; position and velocity are set within the call, or Drake would serve them from memory."""
+    """`CalcInverseDynamics`; position and velocity are set within the call, or Drake would reuse cached results."""
 
     name = "Drake"
 
     def version(self) -> str:
-        """Of the package."""
+        """Return the version of the package."""
         return version("drake")
 
     def build(self, task: Task, batch: BatchShape | None) -> Call:
-        """The model is read from URDF text."""
+        """Build a call; the model is read from URDF text."""
         only(task, "rnea")
         only_single(batch)
         drake_plant, drake_parsing = imported("pydrake.multibody.plant"), imported("pydrake.multibody.parsing")

@@ -21,12 +21,12 @@ class Frax:
     name = "frax"
 
     def version(self) -> str:
-        """Of the package."""
+        """Return the version of the package."""
         _frax()
         return version("frax")
 
     def build(self, task: Task, batch: BatchShape | None) -> Call:
-        """The model is read from a URDF file."""
+        """Build a call; the model is read from a URDF file."""
         only(task, "rnea")
         refuse_single_precision(batch)
         jax_module()
@@ -40,6 +40,6 @@ class Frax:
 
 
 def _frax() -> Any:
-    # It warns of settings of JAX that `process` makes where they belong.
+    # frax warns of JAX settings that `section_process` makes in the right place.
     with warnings.catch_warnings(action="ignore"):
         return imported("frax")

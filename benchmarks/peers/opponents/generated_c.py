@@ -1,4 +1,4 @@
-"""CasADi's generated C, compiled by the C compiler of this computer with everything it has."""
+"""CasADi's generated C, compiled for this processor by the C compiler of this computer."""
 
 import ctypes
 import shutil
@@ -27,19 +27,19 @@ class GeneratedC:
         self._libraries: dict[tuple[str, str], ctypes.CDLL] = {}
 
     def version(self) -> str:
-        """Of CasADi and of the compiler."""
+        """Return the versions of CasADi and of the compiler."""
         return f"{version('casadi')}, {_compiler_version()} {' '.join(FLAGS[:2])}"
 
     def build(self, task: Task, batch: BatchShape | None) -> Call:
-        """A call on fixed memory."""
+        """Build a call on fixed memory."""
         function = straight_line(task.function).function
         if batch is not None:
             return _batch_call(self._library(task, function, batch), task, function, batch)
-        with tempfile.TemporaryDirectory() as folder:  # what is loaded stays mapped
+        with tempfile.TemporaryDirectory() as folder:  # a loaded library stays mapped after the folder is gone
             return single_call(function, shared_library(function, Path(folder)))
 
     def _library(self, task: Task, function: ca.Function, batch: BatchShape) -> ctypes.CDLL:
-        """One compilation serves all sizes."""
+        """Compile the batch loop; one compilation serves all sizes."""
         key = (task.name, batch.dtype)
         if key not in self._libraries:
             element = "double" if batch.dtype == "float64" else "float"
@@ -51,7 +51,7 @@ class GeneratedC:
 
 
 def single_call(function: ca.Function, library: Path) -> Call:
-    """The function of a compiled library, on fixed memory."""
+    """Return the function of a compiled library, on fixed memory."""
     external = ca.external(function.name(), str(library))
     inputs = {function.name_in(i): single_memory(function.size_in(i)) for i in range(function.n_in())}
     outputs = {function.name_out(i): single_memory(function.size_out(i)) for i in range(function.n_out())}
@@ -94,10 +94,10 @@ void exograv_batch(const {element} **in, {element} **out, long long count) {{
 
 
 def shared_library(function: ca.Function, folder: Path, element: str = "double", more: str = "", *flags: str) -> Path:
-    """Compile the function's C, and more of it.
+    """Compile the function's C, with `more` code added.
 
     Raises:
-        Missing: There is no compiler, or it refused.
+        Missing: There is no compiler, or the compiler rejected the code.
     """
     compiler = _compiler()
     generator = ca.CodeGenerator("generated.c", {"casadi_real": element})
@@ -107,7 +107,7 @@ def shared_library(function: ca.Function, folder: Path, element: str = "double",
     command = [compiler, *FLAGS, *flags, "-o", str(library), str(source), "-lm"]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     if result.returncode != 0:
-        raise Missing(f"{compiler} refused the code: {result.stderr.strip().splitlines()[-1]}")
+        raise Missing(f"{compiler} rejected the code: {result.stderr.strip().splitlines()[-1]}")
     return library
 
 

@@ -1,4 +1,4 @@
-"""JAX as one writes it: the recursion on jax.numpy's small matrices, derivatives by JAX."""
+"""JAX in its usual style: the recursion on jax.numpy's small matrices, derivatives by JAX."""
 
 from collections.abc import Callable
 from typing import Any
@@ -17,11 +17,11 @@ class JaxByHand:
     name = "JAX"
 
     def version(self) -> str:
-        """Of JAX."""
+        """Return the version of JAX."""
         return jax_version()
 
     def build(self, task: Task, batch: BatchShape | None) -> Call:
-        """All but the general tick: by hand it would be another model."""
+        """Build any task but the general tick: written by hand, that would be another model."""
         return jitted(_function(jax_module(), task), task.compared, task, batch, axis=0)
 
 

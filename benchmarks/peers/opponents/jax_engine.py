@@ -1,4 +1,4 @@
-"""JAX: what its opponents share. Arguments wait on the device, and the result is waited for but not converted."""
+"""JAX parts that its opponents share. Arguments wait on the device; the result is awaited but not converted."""
 
 from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import version
@@ -10,23 +10,23 @@ from peers.tasks.interface import BatchShape, Call, Missing, State, Task, import
 
 
 def jax_module() -> Any:
-    """JAX in double precision.
+    """Return JAX in double precision.
 
     Raises:
-        Missing: It is not installed.
+        Missing: JAX is not installed.
     """
     jax = imported("jax")
     jax.config.update("jax_enable_x64", True)
-    # Handing a small program to another thread costs twice its own time here.
+    # To hand a small program to another thread takes twice the program's own time here.
     jax.config.update("jax_cpu_enable_async_dispatch", False)
     return jax
 
 
 def jax_version() -> str:
-    """Of JAX.
+    """Return the version of JAX.
 
     Raises:
-        Missing: It is not installed.
+        Missing: JAX is not installed.
     """
     imported("jax")
     return version("jax")
@@ -35,12 +35,12 @@ def jax_version() -> str:
 def jitted(
     function: Callable[..., Sequence[Any]], names: Sequence[str], task: Task, batch: BatchShape | None, axis: int
 ) -> Call:
-    """A call of `jax.jit(function)`, in a batch of `jax.vmap` of it with the states along `axis`.
+    """Return a call of `jax.jit(function)`; for a batch, of its `jax.vmap` with the states along `axis`.
 
     Args:
         function: Takes the task's arguments in their order, gives its results in the order of `names`.
-        names: Of the results.
-        task: Whose arguments are taken.
+        names: Names of the results.
+        task: Task whose arguments are taken.
         batch: None for single states.
         axis: 0 is the custom of JAX; −1 keeps each number's states side by side, as our batches do.
     """
@@ -76,7 +76,7 @@ def _with_axis(values: np.ndarray, axis: int, dtype: np.dtype, batched: bool) ->
 
 
 def refuse_single_precision(batch: BatchShape | None) -> None:
-    """For packages whose models are in double precision.
+    """Refuse single precision, for packages whose models are in double precision.
 
     Raises:
         Missing: Single precision is asked for.

@@ -1,4 +1,4 @@
-"""Newton and Euler in jax.numpy, as one writes it there: small matrices, unrolled over the joints."""
+"""Newton–Euler recursion in jax.numpy, in its usual style: small matrices, unrolled over the joints."""
 
 from typing import Any
 
@@ -8,17 +8,17 @@ from exograv.dynamics.loop_torque import GRAVITY
 from exograv.model.tree import Tree
 
 MOMENTS = np.array([[4, 5, 7], [5, 6, 8], [7, 8, 9]])
-"""Where the entries of a body's inertia stand among its ten parameters."""
+"""Indices of the entries of a body's inertia among its ten parameters."""
 
 
 class Recursion:
-    """Inverse dynamics of one tree, as `dynamics.rnea` has it."""
+    """Inverse dynamics of one tree, as in `dynamics.rnea`."""
 
     def __init__(self, jnp: Any, tree: Tree):
         self._jnp, self._tree = jnp, tree
 
     def __call__(self, q: Any, v: Any, a: Any, phi: Any, gravity: Any = GRAVITY) -> Any:
-        """Torque (joint,); inertial parameters (joint, 10)."""
+        """Return the torque (joint,) from inertial parameters (joint, 10)."""
         jnp = self._jnp
         rotations, forces, moments, motions = [], [], [], []
         zero = jnp.zeros(3, q.dtype)

@@ -14,7 +14,7 @@ from .jax_recursion import Recursion
 
 
 def aligned_tick(jnp: Any, tick: AlignedTick) -> Callable[..., list[Any]]:
-    """Arguments and results as of `programs.aligned_tick_function`."""
+    """Return the tick with arguments and results of `programs.aligned_tick_function`."""
     arm, exo, heavy = Recursion(jnp, tick.arm), Recursion(jnp, tick.assembly.exo), tick.heavy
     n, machine = len(tick.arm.joints), tick.machine
     kp, kd = tick.feedback

@@ -12,22 +12,22 @@ from .jax_engine import jax_module, jax_version, jitted
 
 
 class JaxTranslated:
-    """`jax.jit`, and `jax.vmap` with the states of each number side by side: nothing left to simplify."""
+    """`jax.jit`, and `jax.vmap` with the states of each number side by side: XLA has nothing left to simplify."""
 
     name = "JAX, our program"
 
     def version(self) -> str:
-        """Of JAX."""
+        """Return the version of JAX."""
         return jax_version()
 
     def build(self, task: Task, batch: BatchShape | None) -> Call:
-        """Every task can be translated."""
+        """Build any task: every task can be translated."""
         jax, program = jax_module(), straight_line(task.function)
         return jitted(translated(jax.numpy, program), list(program.results), task, batch, axis=-1)
 
 
 def translated(jnp: Any, program: Program) -> Callable[..., list[Any]]:
-    """The program as a function of arrays, with a list of arrays as its result.
+    """Return the program as a function of arrays, with a list of arrays as its result.
 
     Raises:
         Missing: JAX has no such operation.

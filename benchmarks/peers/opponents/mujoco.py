@@ -7,16 +7,16 @@ from peers.tasks.urdf_text import urdf_text
 
 
 class Mujoco:
-    """`mj_inverse`, with constraints switched off: there is nothing to touch and no limit to reach."""
+    """`mj_inverse`, with constraints switched off: the model has no contacts and no limits."""
 
     name = "MuJoCo"
 
     def version(self) -> str:
-        """Of the engine."""
+        """Return the version of the engine."""
         return imported("mujoco").__version__
 
     def build(self, task: Task, batch: BatchShape | None) -> Call:
-        """The model is read from URDF text."""
+        """Build a call; the model is read from URDF text."""
         only(task, "rnea")
         if batch is not None:
             raise Missing("mujoco.batch steps and has no inverse dynamics")

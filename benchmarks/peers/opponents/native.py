@@ -1,4 +1,4 @@
-"""Ours: the CasADi function as machine code."""
+"""exograv: the CasADi function as machine code."""
 
 from functools import partial
 
@@ -9,7 +9,7 @@ from peers.tasks.interface import BatchShape, Call, Missing, Task, copy_into
 
 
 class Native:
-    """`kernel.compile` where native code is possible."""
+    """`kernel.compile` on computers with native code."""
 
     name = "exograv native"
 
@@ -17,11 +17,11 @@ class Native:
         self._batches: dict[tuple[str, str], kernel.Batch] = {}
 
     def version(self) -> str:
-        """Of the package."""
+        """Return the version of the package."""
         return __version__
 
     def build(self, task: Task, batch: BatchShape | None) -> Call:
-        """A call on fixed memory."""
+        """Build a call on fixed memory."""
         try:
             if batch is None:
                 single = native.compile(task.function)
@@ -36,7 +36,7 @@ class Native:
         return Call(partial(copy_into, bound.inputs), bound.evaluate, lambda: bound.outputs, (many, bound))
 
     def _many(self, task: Task, batch: BatchShape) -> kernel.Batch:
-        """One compilation serves all sizes."""
+        """Compile the batch; one compilation serves all sizes."""
         key = (task.name, batch.dtype)
         if key not in self._batches:
             self._batches[key] = kernel.compile(task.function, lanes=0, shared=task.shared, dtype=batch.dtype)

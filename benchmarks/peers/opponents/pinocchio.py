@@ -1,4 +1,4 @@
-"""Pinocchio: hand-written C++ for any tree, from Python; the nearest thing to a standard."""
+"""Pinocchio: hand-written C++ for any tree, from Python; the most common standard."""
 
 from collections.abc import Callable
 from functools import partial
@@ -18,11 +18,11 @@ class Pinocchio:
     name = "Pinocchio"
 
     def version(self) -> str:
-        """Of the package `pin`."""
+        """Return the version of the package `pin`."""
         return version("pin")
 
     def build(self, task: Task, batch: BatchShape | None) -> Call:
-        """The model is read from URDF text."""
+        """Build a call; the model is read from URDF text."""
         only(task, "rnea", "regressor", "rnea_derivatives", "torque_gradient")
         pinocchio = imported("pinocchio")
         model = pinocchio.buildModelFromXML(urdf_text(task.tree))
@@ -60,7 +60,7 @@ def _derivatives(pinocchio: Any, model: Any) -> Call:
 
 
 def _torque_gradient(pinocchio: Any, model: Any) -> Call:
-    """Torque is linear in the parameters, so the gradient is Yᵀ times the error; friction and rotors in NumPy."""
+    """Return the gradient Yᵀ · error, as torque is linear in the parameters; friction and rotors in NumPy."""
     n, data = model.nv, model.createData()
     inputs = _motion(n) | {"x": np.zeros(13 * n), "tau_measured": np.zeros(n)}
     q, v, a, x, tau_measured = inputs.values()

@@ -1,4 +1,4 @@
-"""CasADi's virtual machine: what runs where there is no native code."""
+"""CasADi's virtual machine: the engine where native code is not available."""
 
 from functools import partial
 from importlib.metadata import version
@@ -15,11 +15,11 @@ class VirtualMachine:
     name = "CasADi virtual machine"
 
     def version(self) -> str:
-        """Of CasADi."""
+        """Return the version of CasADi."""
         return version("casadi")
 
     def build(self, task: Task, batch: BatchShape | None) -> Call:
-        """A call on fixed memory."""
+        """Build a call on fixed memory."""
         if batch is not None:
             return _mapped(task, batch)
         single = virtual_machine.compile(task.function)
@@ -30,7 +30,7 @@ def _mapped(task: Task, batch: BatchShape) -> Call:
     if batch.dtype != "float64":
         raise Missing("computes in double precision")
     function = straight_line(task.function).function
-    # Repeating shared arguments costs the map nothing that one could measure.
+    # The cost of repeating shared arguments in the map is too small to measure.
     memory = StateAfterState(task, function, batch, repeat_shared=True)
     mapped = function.map(batch.size)
     buffer, run = mapped.buffer()

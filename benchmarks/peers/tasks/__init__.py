@@ -1,1 +1,1 @@
-"""Computations that every implementation is given: machines, states, programs and what an implementation offers."""
+"""Computations that every implementation gets: machines, states, programs, and the interface of an implementation."""

@@ -1,4 +1,4 @@
-"""The tasks of a run and their states, drawn from one seed."""
+"""Tasks of a run and their states, drawn from one seed."""
 
 from collections.abc import Callable, Sequence
 from functools import cache
@@ -21,26 +21,26 @@ from .interface import State, Task
 
 SEED = 0
 STATES = 64
-"""Different ones; larger batches repeat them."""
+"""Number of different states; larger batches repeat them."""
 
 TICK_S = 1e-3
 TICK_RESULTS = ("tau_desired", "tau_feedforward", "tau_arm")
 CLOSING_STEPS = 8
 FIT_SD = np.array([0.012, 0.012, 0.012, 0.01, 0.005, 0.1, 0.1])
-"""Spread of how the arm sits in the machine, as `model.loops.FIT`: misaligned by about 2 cm."""
+"""Spread of the arm's fit in the machine, in the order of `model.loops.FIT`: misaligned by about 2 cm."""
 
 Generator = np.random.Generator
 
 
 @cache
 def machine_and_assembly(n: int) -> tuple[CalibratedMachine, Assembly]:
-    """Of 4 or 7 joints."""
+    """Return machine and assembly of 4 or 7 joints."""
     assembly = machines.machine_of_4() if n == 4 else machines.machine_of_7()
     return nominal_machine(assembly.description, assembly.exo.phi), assembly
 
 
 def tree_task(tree: Tree, name: str, quantity: str) -> Task:
-    """Torque of a bare tree, its regressor or its derivatives."""
+    """Return the task of a bare tree: torque, its regressor or its derivatives."""
     make = {
         "rnea": programs.rnea_function,
         "regressor": programs.regressor_function,
@@ -52,7 +52,7 @@ def tree_task(tree: Tree, name: str, quantity: str) -> Task:
 
 
 def torque_gradient_task(n: int) -> Task:
-    """Of 13 parameters a joint."""
+    """Return the task of the torque gradient, with 13 parameters per joint."""
     machine, assembly = machine_and_assembly(n)
     friction = machine.friction
     known = np.concatenate([assembly.exo.phi.ravel(), machine.rotor_inertia, friction.coulomb, friction.viscous])
@@ -67,7 +67,7 @@ def torque_gradient_task(n: int) -> Task:
 
 
 def aligned_tick_task(n: int) -> Task:
-    """The tick where nothing has to be solved."""
+    """Return the task of the aligned tick, in which nothing is solved."""
     machine, assembly = machine_and_assembly(n)
     tick = programs.AlignedTick(assembly, machines.aligned_arm(n), machine)
     x, function = tick.x, programs.aligned_tick_function(tick)
@@ -76,13 +76,13 @@ def aligned_tick_task(n: int) -> Task:
 
 
 def general_tick_task(n: int) -> Task:
-    """`control.tick` itself: soft cuffs, shoulder centres apart."""
+    """Return the task of `control.tick` itself: soft cuffs, shoulder centres apart."""
     machine, assembly = machine_and_assembly(n)
     function = tick_function(assembly, machine)
     x = table_guess(assembly, machine)
     x[ParameterLayout.of(assembly).fit] = FIT_SD * np.random.default_rng(SEED).choice([-1.0, 1.0], len(FIT_SD))
     closing = _Closing(kernel.compile(function), LoopSolver(assembly))
-    # Empty hands, cuffs that hold the arm, and nothing that it leads; the same program carries a weight.
+    # The hands are empty, the cuffs hold the arm, and the machine leads nothing; the same program can carry a weight.
     one, payload = np.ones(1), np.zeros(ParameterLayout.of(assembly).phi.stop)
     constants = {"x": x, "payload": payload, "held_before": one, "led": one}
     states = _draw(lambda generator: closing.closed({**_moment(generator, assembly), **constants}, generator))
@@ -92,13 +92,13 @@ def general_tick_task(n: int) -> Task:
 
 
 class _Closing:
-    """Gives each state the closed posture of the tick before, as the loop would have it."""
+    """Generator that gives each state the closed posture of the tick before, as in the loop."""
 
     def __init__(self, tick: kernel.Kernel, solver: LoopSolver):
         self._tick, self._solver = tick, solver
 
     def closed(self, state: dict[str, np.ndarray], generator: Generator) -> State:
-        """The state one tick after a closed one; another posture where Newton's steps found none."""
+        """Return the state one tick after a closed one; draw another posture if Newton's steps found none."""
         inputs, outputs = self._tick.inputs, self._tick.outputs
         for name, value in state.items():
             inputs[name][...] = value
@@ -120,7 +120,7 @@ def _motion(generator: Generator, n: int) -> dict[str, np.ndarray]:
 
 
 def _moment(generator: Generator, assembly: Assembly) -> dict[str, np.ndarray]:
-    """Somewhere in the task workspace, driven."""
+    """Draw a moment in the task workspace, with the machine driven."""
     lower, upper = assembly.description.workspace
     q, n = generator.uniform(lower, upper), assembly.n
     v, a = generator.normal(0.0, 0.6, n), generator.normal(0.0, 2.0, n)
@@ -142,7 +142,7 @@ def _draw(state: Callable[[Generator], State]) -> tuple[State, ...]:
 
 
 def stacked(task: Task, size: int, first: int) -> State:
-    """As many states side by side, from the `first` on."""
+    """Return `size` states side by side, starting with state `first`."""
     chosen: Sequence[State] = [task.states[(first + i) % len(task.states)] for i in range(min(size, len(task.states)))]
     columns = np.arange(size) % len(chosen)
     return {

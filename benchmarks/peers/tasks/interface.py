@@ -1,4 +1,4 @@
-"""What is timed, and what an opponent is: it makes one call out of a task, or says why it cannot."""
+"""Interfaces of a task and of an opponent, which makes one call out of a task or states why it cannot."""
 
 import importlib
 from collections.abc import Callable, Mapping
@@ -13,65 +13,65 @@ from exograv.model.tree import Tree
 from .programs import AlignedTick
 
 State = Mapping[str, np.ndarray]
-"""Values by argument name. In a batch the states lie along the last axis; what they share has no such axis."""
+"""Values by argument name. In a batch the states lie along the last axis; shared values have no such axis."""
 
 Quantity = Literal["rnea", "regressor", "rnea_derivatives", "torque_gradient", "tick_aligned", "tick_general"]
 
 
 @dataclass(frozen=True)
 class Task:
-    """One thing to compute, the same in every implementation."""
+    """Computation that is the same in every implementation."""
 
     name: str
     quantity: Quantity
     function: ca.Function
-    """Its definition."""
+    """Definition of the computation."""
 
     tree: Tree
-    """The machine it is about."""
+    """Machine of the computation."""
 
     states: tuple[State, ...]
     shared: tuple[str, ...]
     """Arguments that are the same for all states of a batch."""
 
     compared: tuple[str, ...]
-    """Results that every implementation has to agree in."""
+    """Results in which every implementation must agree."""
 
     aligned: AlignedTick | None = None
-    """Of the aligned tick: what it is made of, for those who write it by hand."""
+    """Parts of the aligned tick, for implementations that are written by hand."""
 
 
 @dataclass(frozen=True)
 class BatchShape:
-    """How many states at once, in which precision; one core computes them."""
+    """Number of states of a batch and its precision; one core computes them."""
 
     size: int
     dtype: Literal["float64", "float32"]
 
     @property
     def suffix(self) -> str:
-        """Of the row's name."""
+        """Suffix of the row's name."""
         return f"{self.size}_{self.dtype.replace('float', 'f')}_one_core"
 
 
 @dataclass(frozen=True)
 class Call:
-    """One implementation of one task, ready to run."""
+    """Implementation of one task, ready to run."""
 
     load: Callable[[State], None]
-    """Put a state where `run` finds it; not timed."""
+    """Function that puts a state where `run` finds it; not timed."""
 
     run: Callable[[], object]
-    """Compute; this is what is timed."""
+    """Function that computes; this is timed."""
 
     read: Callable[[], Mapping[str, np.ndarray]]
-    """Results of the last run by name, in NumPy's shapes; not timed."""
+    """Function that returns the results of the last run by name, in NumPy's shapes; not timed."""
 
     keep: tuple[object, ...] = field(default=())
-    """What must outlive the call."""
+    """Objects that must outlive the call."""
 
     code_bytes: int | None = None
-    """Size of its machine code, where that is known."""
+    """Size of the machine code, if known."""
 
 
 class Missing(Exception):  # noqa: N818 - not an error: an opponent that cannot take part
@@ -80,28 +80,28 @@ class Missing(Exception):  # noqa: N818 - not an error: an opponent that cannot 
 
 @runtime_checkable
 class Opponent(Protocol):
-    """An implementation."""
+    """Implementation that takes part."""
 
     name: str
 
     def version(self) -> str:
-        """Of what does the work."""
+        """Return the version of the engine that computes."""
         ...
 
     def build(self, task: Task, batch: BatchShape | None) -> Call:
         """Make the task ready, for single states or for a batch.
 
         Raises:
-            Missing: It cannot.
+            Missing: The implementation cannot do this task.
         """
         ...
 
 
 def imported(module: str) -> Any:
-    """A package that may be absent.
+    """Import a package that may be absent.
 
     Raises:
-        Missing: It is absent, or broken.
+        Missing: The package is absent or broken.
     """
     try:
         return importlib.import_module(module)
@@ -125,13 +125,13 @@ def only_single(batch: BatchShape | None) -> None:
     """Refuse batches.
 
     Raises:
-        Missing: It is one.
+        Missing: A batch is asked for.
     """
     if batch is not None:
         raise Missing("computes one state a call from Python")
 
 
 def copy_into(buffers: Mapping[str, np.ndarray], state: State) -> None:
-    """Fill buffers of the same names."""
+    """Copy the values of a state into buffers of the same names."""
     for name, buffer in buffers.items():
         buffer[...] = state[name]

@@ -1,4 +1,4 @@
-"""What is computed on: the machine that comes with exograv, the same with roll and wrist, and chains of any length."""
+"""Machines of the tasks: the one that comes with exograv, the same with roll and wrist, and chains of any length."""
 
 from dataclasses import replace
 
@@ -18,18 +18,18 @@ BODY = Body(1.75, 75.0, "male")
 WRIST = ("forearm_roll", "wrist_flexion", "wrist_deviation")
 ROLL_BELOW_ELBOW, WRIST_BELOW_ROLL = 0.08, 0.18  # m
 ROLL = 4
-"""Index of the first joint that the larger machine has more."""
+"""Index of the first additional joint of the larger machine."""
 
 
 def machine_of_4() -> Assembly:
-    """The machine that comes with exograv, around an arm of the table."""
+    """Return the machine that comes with exograv, around an arm of the table."""
     return assemble(load_rig(RIG), BODY)
 
 
 def machine_of_7() -> Assembly:
-    """The same with a forearm roll and a wrist; its forearm cuff sits behind the roll.
+    """Return the same machine with a forearm roll and a wrist; its forearm cuff sits behind the roll.
 
-    For comparisons only, and kept as it is so that they stay comparable: the arm in it has four freedoms, where
+    For comparisons only. It is kept unchanged so that results stay comparable: its arm has four freedoms, where
     `recupera_like_7` has an arm of seven.
     """
     small = machine_of_4()
@@ -74,7 +74,7 @@ def _with_wrist(tree: Tree) -> Tree:
 
 
 def aligned_arm(n: int) -> Tree:
-    """An arm with the same joints as the machine of `n`, 4 or 7, and its segments' masses where they belong.
+    """Return an arm with the same joints as the machine of `n`, 4 or 7, and with its segments' masses.
 
     With 4 joints forearm and hand are one body, with 7 they are two.
     """
@@ -97,7 +97,7 @@ def aligned_arm(n: int) -> Tree:
 
 
 def chain(n: int) -> Tree:
-    """A chain of `n` joints with general rotations between them: no zero that a code generator could leave out."""
+    """Return a chain of `n` joints with general rotations: a code generator finds no zero to leave out."""
     axes = np.eye(3)
     joints = tuple(
         Joint(
@@ -113,7 +113,7 @@ def chain(n: int) -> Tree:
 
 
 def _turned(angle: float) -> Float[np.ndarray, "3 3"]:
-    """By the same angle about x, y, then z."""
+    """Return the rotation by the same angle about x, y, then z."""
     c, s = np.cos(angle), np.sin(angle)
     x = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
     y = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])

@@ -1,4 +1,4 @@
-"""States one after the other in memory, as CasADi's own batches have them; ours lie side by side."""
+"""Batch memory with one state after the other, as CasADi's own batches have it; ours lie side by side."""
 
 import casadi as ca
 import numpy as np
@@ -9,7 +9,7 @@ Memory = dict[str, np.ndarray]
 
 
 class StateAfterState:
-    """Memory of all arguments and results of a batch, and the same memory as the tasks' states have it."""
+    """Memory of all arguments and results of a batch, and views of it in the layout of the tasks' states."""
 
     def __init__(self, task: Task, function: ca.Function, batch: BatchShape, *, repeat_shared: bool = False):
         self._shared = task.shared
@@ -27,18 +27,18 @@ class StateAfterState:
             self.outputs[name], self.results[name] = _memory(function.size_out(i), batch.size, batch.dtype)
 
     def load(self, state: State) -> None:
-        """Put a batch's states where they are read."""
+        """Copy a batch's states into the arguments."""
         for name, view in self._views.items():
             view[...] = state[name][..., None] if name in self._shared else state[name]
 
 
 def single_memory(size: tuple[int, int]) -> np.ndarray:
-    """Of one argument or result, column by column."""
+    """Return memory for one argument or result, column by column."""
     return np.zeros(size[0]) if size[1] == 1 else np.zeros(size, order="F")
 
 
 def _memory(size: tuple[int, int], count: int, dtype: str) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers as they lie, and the same with the states along the last axis."""
+    """Return the memory, and a view of it with the states along the last axis."""
     rows, columns = size
     flat = np.zeros(rows * columns * count, dtype)
     view = flat.reshape(count, columns, rows).transpose(2, 1, 0)

@@ -1,4 +1,4 @@
-"""The definition of each thing that is timed, as one CasADi function: the truth that every opponent is held to."""
+"""Definition of each timed computation as one CasADi function: the reference for every opponent."""
 
 from dataclasses import dataclass, replace
 
@@ -17,17 +17,17 @@ from exograv.model.assembly import Assembly
 from exograv.model.tree import Tree
 
 ROTOR, COULOMB, VISCOUS = 0, 1, 2
-"""Order of what is known of each joint, behind the bodies' inertial parameters."""
+"""Order of each joint's other parameters, after the bodies' inertial parameters."""
 
 
 def rnea_function(tree: Tree) -> ca.Function:
-    """Torque of the bare tree; masses are constants, as every opponent has them."""
+    """Return the torque of the bare tree; masses are constants, as in every opponent."""
     q, v, a = _motion(tree)
     return ca.Function("rnea", [q, v, a], [rnea(tree, q, v, a, ca.SX(ca.DM(tree.phi.T)), _gravity())], *_names("tau"))
 
 
 def derivatives_function(tree: Tree) -> ca.Function:
-    """Derivatives of that torque with respect to position, velocity and acceleration."""
+    """Return the derivatives of that torque with respect to position, velocity and acceleration."""
     q, v, a = _motion(tree)
     tau = rnea(tree, q, v, a, ca.SX(ca.DM(tree.phi.T)), _gravity())
     outputs = [ca.jacobian(tau, x) for x in (q, v, a)]
@@ -35,15 +35,16 @@ def derivatives_function(tree: Tree) -> ca.Function:
 
 
 def regressor_function(tree: Tree) -> ca.Function:
-    """Matrix (joint, 10 · joint) of the torque's dependence on all inertial parameters."""
+    """Return the matrix (joint, 10 · joint) of the torque's dependence on all inertial parameters."""
     q, v, a = _motion(tree)
     return ca.Function("regressor", [q, v, a], [tree_regressor(tree, q, v, a, _gravity())], *_names("Y"))
 
 
 def torque_gradient_function(tree: Tree, friction: Friction) -> ca.Function:
-    """Torque with rotors and friction, and the gradient of half its squared error with respect to all parameters.
+    """Return torque with rotors and friction, and the gradient of half its squared error by all parameters.
 
-    13 a joint, 91 for seven: ten inertial ones of each body, then rotor inertia, Coulomb and viscous friction of all.
+    Parameters are 13 per joint, 91 for seven: ten inertial ones of each body, then rotor inertia, Coulomb and viscous
+    friction of all joints.
     """
     n = len(tree.joints)
     q, v, a = _motion(tree)
@@ -66,34 +67,34 @@ class AlignedTick:
 
     assembly: Assembly
     arm: Tree
-    """With as many joints as the machine."""
+    """Tree of the arm, with as many joints as the machine."""
 
     machine: CalibratedMachine
 
     @property
     def heavy(self) -> list[int]:
-        """The arm's bodies that have mass."""
+        """Indices of the arm's bodies that have mass."""
         return [i for i, phi in enumerate(self.arm.phi) if phi[0] > 0.0]
 
     @property
     def x(self) -> Float[np.ndarray, " parameter"]:
-        """The table's arm with some elasticity, in the machine, in the order of `aligned_tick_function`."""
+        """Parameters of the table's arm in the machine, with some elasticity, ordered as in `aligned_tick_function`."""
         n, friction = len(self.arm.joints), self.machine.friction
-        passive = [np.full(n, 1.5), np.full(n, 0.4), np.full(n, 0.3)]  # N·m/rad, N·m, N·m·s/rad; size as in docs/arm.md
+        passive = [np.full(n, 1.5), np.full(n, 0.4), np.full(n, 0.3)]  # N·m/rad, N·m, N·m·s/rad (docs: arm.md)
         joints = [self.machine.rotor_inertia, np.asarray(friction.coulomb), np.asarray(friction.viscous)]
         return np.concatenate([*self.arm.phi[self.heavy], *passive, *joints])
 
     @property
     def feedback(self) -> tuple[Float[np.ndarray, " joint"], Float[np.ndarray, " joint"]]:
-        """Weak PD [N·m/rad], [N·m·s/rad]."""
+        """Gains of a weak PD controller [N·m/rad], [N·m·s/rad]."""
         description = self.assembly.description
         return description.per_actuator("weak_kp_Nm_per_rad"), description.per_actuator("weak_kd_Nms_per_rad")
 
 
 def aligned_tick_function(tick: AlignedTick) -> ca.Function:
-    """The control law of `control.tick` for it.
+    """Return the control law of `control.tick` for an aligned machine.
 
-    The parameters: ten of each of the arm's bodies with mass, then stiffness, spring offset, damping, rotor inertia,
+    Parameters: ten of each of the arm's bodies with mass, then stiffness, spring offset, damping, rotor inertia,
     Coulomb and viscous friction of every joint.
     """
     arm, machine, heavy = tick.arm, tick.machine, tick.heavy

@@ -1,4 +1,4 @@
-"""A tree as URDF: what opponents read, so that all compute the same machine."""
+"""URDF text of a tree, which the opponents read, so that all compute the same machine."""
 
 import numpy as np
 from jaxtyping import Float
@@ -7,9 +7,9 @@ from exograv.model.tree import Tree, inertia_about_origin, inertial_parameters
 
 
 def urdf_text(tree: Tree) -> str:
-    """Joints and masses; frames are left out, and joint limits wide open."""
+    """Return joints and masses as URDF; frames are left out, and joint limits are wide open."""
     links = [f"link_of_{joint.name}" for joint in tree.joints]
-    # The base stands; frax reads no base without mass.
+    # The base does not move; frax reads no base without mass.
     base = inertial_parameters(1.0, np.zeros(3), np.eye(3))
     lines = ['<robot name="machine">', f'<link name="base">{_inertial(base)}</link>']
     for joint, link, phi in zip(tree.joints, links, tree.phi, strict=True):
@@ -32,7 +32,7 @@ def _inertial(phi: Float[np.ndarray, " 10"]) -> str:
 
 
 def _roll_pitch_yaw(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, " 3"]:
-    """Angles about fixed x, y, z [rad], away from a pitch of 90°."""
+    """Return the angles about fixed x, y, z [rad]; not valid near a pitch of 90°."""
     pitch = np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0]))
     return np.array([np.arctan2(R[2, 1], R[2, 2]), pitch, np.arctan2(R[1, 0], R[0, 0])])
 

@@ -74,8 +74,8 @@ class Compensator:
     def interval(self, q: Joints, gravity_level: float = 0.0) -> Float[np.ndarray, "2 joint"]:
         """Compute the 95 % interval of `torque`: lower and upper bound [N·m].
 
-        Arms are drawn from the covariance of the parameters, always the same ones, because the strain of the cuffs is
-        not linear in the position of the shoulder.
+        Arms are drawn from the covariance of the parameters, with a fixed seed, because the strain of the
+        cuffs is not linear in the position of the shoulder.
 
         Raises:
             ConfigError: `q` or `gravity_level` is not allowed, or the estimate states no uncertainty.

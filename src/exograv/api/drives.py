@@ -32,7 +32,7 @@ def quiet(_text: str, _share: float) -> None:
 
 
 class Drives:
-    """Machine whose drives are described in drives.toml. Guard, control and recorder run in processes of their own."""
+    """Machine whose drives are described in drives.toml. Guard, control and recorder run in separate processes."""
 
     def __init__(
         self,
@@ -56,7 +56,7 @@ class Drives:
             simulate: True for simulated drives in another process, with a simulated wearer.
             level: Level of the disturbances of simulated drives.
             seed: Seed of simulated drives.
-            progress: Called with a text and the share that is done, now and then.
+            progress: Called from time to time with a text and the share done.
 
         Raises:
             ConfigError: Neither `drives` nor `simulate` is given.
@@ -84,9 +84,9 @@ class Drives:
         return self._wearer.form.body
 
     def prepare(self) -> Calibration:
-        """Calibrate the empty machine, if that was not done yet, and test it, if that was not done today.
+        """Calibrate the empty machine if no calibration exists, and test it if it was not tested today.
 
-        On a real machine both ask for hands at the keyboard; the bring-up (`exograv rig test`) has to have passed.
+        On a real machine both steps ask the operator for input; the bring-up (`exograv rig test`) must have passed.
 
         Raises:
             ConfigError: A file cannot be used.
@@ -120,7 +120,7 @@ class Drives:
         stops = tuple(latch.cause for latch in run.flown.report.latches)
         learned = run.flown.learned
         if learned is None:
-            raise RigError(f"The arm was not identified: {'; '.join(stops) or 'the run ended before'}. Test the "
+            raise RigError(f"The arm was not identified: {'; '.join(stops) or 'the run ended before that'}. Test the "
                            "machine again, then repeat.")  # fmt: skip
         found = learned.estimate
         figures = run.figures.identified

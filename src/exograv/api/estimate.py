@@ -36,11 +36,11 @@ PERIOD_S = (0.0002, 0.01)
 """Range of sampling periods, at least and at most [s]."""
 
 FILTER_PERIOD_S = 0.001
-"""Longest period of the estimator's filter [s]: it holds its input over a period. The error of its acceleration
+"""Longest period of the estimator's filter [s], which holds its input over a period. The error of its acceleration
 grows with the square of the period; it is 0.03 1/s times the velocity at 1 ms."""
 
 SHORTEST_S = 2.0
-"""Shortest motion of which `identify` makes an estimate [s]."""
+"""Shortest motion from which `identify` makes an estimate [s]."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Estimate:
     def left_over(self) -> Float[np.ndarray, " joint"]:
         """Predict the left over: RMS residual gravity torque over the task workspace, per joint [N·m].
 
-        The prediction comes from the covariance; it holds where the model's form is right. `Flight.left_over_true` of
+        The prediction comes from the covariance; it is valid if the model's form is right. `Flight.left_over_true` of
         a simulated flight is the true value.
         """
         if self.covariance is None:

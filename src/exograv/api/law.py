@@ -36,7 +36,7 @@ class CompensationWithLaw:
         return self._arm.clearance
 
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
-        """Desired torque (joint,) [N·m].
+        """Return the desired torque (joint,) [N·m].
 
         Raises:
             ConfigError: The law returned an array of another shape.

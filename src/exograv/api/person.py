@@ -1,4 +1,4 @@
-"""A person as scale, tape and form describe them."""
+"""Body data of a person, as measured with scale and tape and stated in a form."""
 
 from exograv.model.anthropometry import Body as Person
 

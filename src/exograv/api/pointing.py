@@ -1,4 +1,4 @@
-"""The pointing task without a machine or a screen: times and touches in, judged touches out."""
+"""Pointing task without a machine or a screen: it takes times and touches, and returns judged touches."""
 
 from typing import TYPE_CHECKING
 
@@ -51,7 +51,7 @@ class PointingSession:
         self._feed(t, Start(t=t))
 
     def advance(self, t: float) -> tuple[Record, ...]:
-        """Advance the clock to `t` [s] and return what happened until then: windows that opened or closed, the pace."""
+        """Advance the clock to `t` [s] and return the records until then: windows that opened or closed, the pace."""
         return self._feed(t, Tick(t=t))
 
     def touch(self, t: float, dx_px: float, dy_px: float) -> TouchRecord:

@@ -1,4 +1,4 @@
-"""A recording of a session, as arrays, tables and a figure."""
+"""Recording of a session as arrays, tables and a figure."""
 
 from functools import cached_property
 from pathlib import Path
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PLOT_POINTS = 2000
-"""Points of a curve in `Recording.plot`; more would not be seen."""
+"""Largest number of points of a curve in `Recording.plot`; more would not be visible."""
 
 
 class Recording:
@@ -41,7 +41,7 @@ class Recording:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """Settings of the run as the recording holds them."""
+        """Settings of the run, stored in the recording."""
         return dict(self._read.settings)
 
     @property
@@ -87,7 +87,7 @@ class Recording:
         return pd.DataFrame(columns)
 
     def plot(self, path: str | Path | None = None) -> "Figure":
-        """Draw position and torque of each joint against time, phases shaded; save it where a `path` is given."""
+        """Draw position and torque of each joint over time, phases shaded; save it if `path` is given."""
         from matplotlib.figure import Figure
 
         ticks = self.ticks[:: max(1, len(self.ticks) // PLOT_POINTS)]

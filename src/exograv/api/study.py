@@ -1,4 +1,4 @@
-"""A study's folder: its tables and its report."""
+"""Folder of a study: its tables and its report."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -55,7 +55,7 @@ class Study:
         return pd.read_parquet(path)
 
     def columns(self, name: str) -> dict[str, str]:
-        """Description of each column of a table.
+        """Return the description of each column of a table.
 
         Raises:
             ConfigError: The study has no such table.

@@ -39,7 +39,7 @@ Joints = Float[np.ndarray, " joint"]
 LEVELS = range(5)
 
 BEFORE_LAW_S = 1.0
-"""Flight without a law before it begins [s]."""
+"""Flight before the law is switched on [s]."""
 
 
 class Twin:
@@ -55,7 +55,7 @@ class Twin:
             rig: Machine, by `load_rig`.
             level: Level of all disturbances: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one.
             seed: Seed of machine, wearer and run; the same seed gives the same figures.
-            progress: Called with a text and the share that is done, now and then.
+            progress: Called from time to time with a text and the share done.
 
         Raises:
             ConfigError: The level is not 0 to 4, the seed is negative, or the machine has joints without a motor.
@@ -115,7 +115,7 @@ class Twin:
 
     @cached_property
     def _stepped(self) -> TwinRig:
-        """Machine with its wearer that `read` and `step` refer to."""
+        """Machine and wearer that `read` and `step` use."""
         return self._laboratory.twin(self.seed, self._rig_time_s)
 
     @property
@@ -154,7 +154,7 @@ class Twin:
         return rig.read()
 
     def reset(self) -> None:
-        """Put the wearer into the machine anew, at rest in the donning posture."""
+        """Start again with the wearer at rest in the donning posture."""
         self.__dict__.pop("_stepped", None)
 
     def left_over_true(self, estimate: Estimate) -> Joints:

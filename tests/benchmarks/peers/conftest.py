@@ -1,4 +1,4 @@
-"""Rows as a run would have them, without the run."""
+"""Rows in the form of a run, made without a run."""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,4 +1,4 @@
-"""An implementation is timed only if it computes the same, and every one that is installed does."""
+"""An implementation is timed only if it agrees with the reference, and every installed one agrees."""
 
 from dataclasses import replace
 

@@ -10,7 +10,7 @@ import pytest
 SCRIPT = Path(__file__).parents[3] / "benchmarks" / "kernels.py"
 ROWS = ("rnea_4", "rnea_7", "torque_gradient_7", "tick_aligned_7", "tick_general_4", "tick_general_7")
 RATIOS = {"rnea_vs_pinocchio", "tick_vs_jax", "batch_rnea_vs_jax_vmap", "batch_rnea_vs_pinocchio"}
-FASTER_THAN = 1.0  # a median that loses to Pinocchio would be a broken compiler, however busy the computer
+FASTER_THAN = 1.0  # a median slower than Pinocchio's means a broken compiler, even on a busy computer
 
 
 def kernels(*words: str, folder: Path) -> subprocess.CompletedProcess[str]:

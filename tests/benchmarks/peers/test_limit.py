@@ -1,4 +1,4 @@
-"""Operations are counted as they stand, chains as they wait, and no program beats its limit."""
+"""Operations and dependent chains are counted correctly, and no program is faster than its limit."""
 
 import casadi as ca
 import pytest

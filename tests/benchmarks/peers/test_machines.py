@@ -1,4 +1,4 @@
-"""The machines that are computed on are what their rows say."""
+"""The machines of the tasks are those that their rows name."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from peers import plan
 from peers.tasks import machines
 from peers.tasks.arm_tasks import machine_and_assembly
 
-MISALIGNED = 1e-3  # rad: a thousand times what the closure leaves open
+MISALIGNED = 1e-3  # rad: a thousand times the residual of the closure
 
 
 @pytest.mark.parametrize("n", [4, 7])

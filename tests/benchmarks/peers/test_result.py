@@ -1,4 +1,4 @@
-"""What a run writes has the contract's form, and says who was missing and why."""
+"""A run's result has the fields of the contract, and states each missing implementation with its reason."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Calls take turns, the clock's own time is taken off, and a state is loaded before each turn."""
+"""Calls take turns, the clock's own time is subtracted, and a state is loaded before each turn."""
 
 import time
 
@@ -17,7 +17,7 @@ def test_calls_take_turns_and_each_begins_a_round_once():
     calls = {name: Call(lambda _: None, lambda name=name: order.append(name), dict) for name in ("a", "b")}
     timed(calls, lambda _: {}, EFFORT)
     turns = [name for i, name in enumerate(order) if i == 0 or order[i - 1] != name]
-    # The first two are the trial of how long a call takes.
+    # The first two turns measure how long a call takes.
     assert "".join(turns).startswith("abab")
     assert {"ab", "ba"} <= {"".join(turns)[i : i + 2] for i in range(len(turns) - 1)}
 
