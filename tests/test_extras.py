@@ -22,7 +22,7 @@ def packages(extra: str) -> set[str]:
             inner = requirement.partition("[")[2].rstrip("]").split(",")
             found |= {package for one in inner for package in packages(one)}
         else:
-            found.add(IMPORT_NAMES.get(name, name))
+            found.add(str(IMPORT_NAMES.get(name, name)))
     return found
 
 

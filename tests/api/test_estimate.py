@@ -34,7 +34,8 @@ def calibration(rig):
 
 @pytest.fixture(scope="module")
 def estimate(rig, arrays, calibration) -> exograv.Estimate:
-    return exograv.identify(rig, PERSON, *arrays, DT, calibration=calibration)
+    q, tau = arrays
+    return exograv.identify(rig, PERSON, q, tau, DT, calibration=calibration)
 
 
 def test_twenty_seconds_of_motion_leave_less_than_half_of_what_the_table_leaves(rig, estimate):
@@ -60,7 +61,9 @@ def test_a_measured_velocity_of_the_same_motion_gives_a_filtered_sample_like_the
     q, v = np.sin(3.0 * t)[:, None], 3.0 * np.cos(3.0 * t)[:, None]
     by_position, by_velocity = SampleFilter(1, dt), SampleFilter(1, dt)
     for k in range(len(t)):
-        one, other = by_position.update(q[k], q[k]), by_velocity.update(q[k], q[k], None, v[k])
+        by_position.update(q[k], q[k])
+        by_velocity.update(q[k], q[k], None, v[k])
+    one, other = by_position.sample, by_velocity.sample
     np.testing.assert_allclose([one.q, one.v, one.a], [other.q, other.v, other.a], atol=0.1)  # of 9 rad/s²
 
 

@@ -2,7 +2,6 @@
 
 import pytest
 
-from exograv.console import keys as keys_module
 from exograv.console.keys import (
     FAILURE_S,
     FAILURES_MAX,
@@ -106,7 +105,7 @@ def test_nobody_fills_the_memory_with_secrets_or_addresses():
 
 
 def test_the_server_keeps_no_secret_as_it_is(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(keys_module.secrets, "token_urlsafe", lambda _: "a-known-secret")
+    monkeypatch.setattr("secrets.token_urlsafe", lambda _: "a-known-secret")
     keys = AccessKeys(SetClock())
     assert keys.token(Role.VIEWER) == "a-known-secret"
     assert "a-known-secret" not in repr(vars(keys._tokens))

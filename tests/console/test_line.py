@@ -9,7 +9,7 @@ from starlette.websockets import WebSocketDisconnect
 from exograv.console import line as line_module
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
-from exograv.console.limits import CLIENTS_MAX, MESSAGES_PER_S, Close
+from exograv.console.limits import CLIENTS_MAX, HELLO_S, MESSAGES_PER_S, Close
 
 from .client import HOST, OURS, TestClient, closed_with, enter, hello
 
@@ -32,7 +32,7 @@ def test_a_line_whose_first_words_hold_no_ticket_is_closed_with_4401(client: Tes
 
 
 def test_a_line_that_says_nothing_is_closed_with_4401(client: TestClient, hub: Hub, monkeypatch: pytest.MonkeyPatch):
-    assert line_module.HELLO_S == 2.0
+    assert HELLO_S == 2.0
     monkeypatch.setattr(line_module, "HELLO_S", 0.05)
     enter(client, hub, Role.OPERATOR)
     with client.websocket_connect(f"ws://{HOST}/operator/line", headers=OURS) as socket:

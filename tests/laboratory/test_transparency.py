@@ -13,7 +13,8 @@ from exograv.laboratory.conditions import ScaledController
 from exograv.laboratory.effort import Effort
 from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.movements import pointing
-from exograv.laboratory.transparency import TransparencyOptions, movement_for
+from exograv.laboratory.options import TransparencyOptions
+from exograv.laboratory.transparency import movement_for
 from exograv.laboratory.transparency_summary import profile, rig_result
 from exograv.laboratory.transparency_trial import CONDITIONS, TransparencyTrial, _effort
 from exograv.loop.output_feedback import NoTorque

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from exograv.live import footprint
 from exograv.live.footprint import EVERY_S, LEAST_S, MB, SETTLED_S, Footprint
 
 
@@ -13,7 +12,7 @@ class Computer:
 
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch):
         self.folder, self.now, self.pid = folder, 1000.0, 7
-        monkeypatch.setattr(footprint.time, "monotonic", lambda: self.now)
+        monkeypatch.setattr("time.monotonic", lambda: self.now)
         self.footprint = Footprint({"guard": lambda: self.pid}, folder)
 
     def run(self, seconds: float, first_mb: float, per_s_mb: float, files: int = 3) -> None:

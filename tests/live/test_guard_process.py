@@ -21,10 +21,12 @@ from exograv.runtime.control_loop.exchange import (
 )
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.recorder.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
-from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard, SafeState
-from exograv.safety.person import GuardedPerson, PersonLimits
+from exograv.safety.limits import Limits, PersonLimits
+from exograv.safety.person import GuardedPerson
 from exograv.safety.plausible import LimbTable, PlausibleTable
+from exograv.safety.stops import StopReason
 from exograv.signals import Command, JointState, TorqueSource
 
 PERIOD_S = 0.001

@@ -8,20 +8,12 @@ import pytest
 from exograv.laboratory.cooperative_wearer import cooperative_machine
 from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.virtual_laboratory import draw_laboratory
-from exograv.live.live_control import (
-    OPERATOR,
-    REST_BEFORE_RAMP_S,
-    SKIPPED_TEXT,
-    LiveControl,
-    LivePlan,
-    guarded_rig,
-    notes,
-)
+from exograv.live.live_control import OPERATOR, SKIPPED_TEXT, LiveControl, LivePlan, guarded_rig, notes
 from exograv.loop.person_limits import person_limits
 from exograv.rig.twin import Twin
 from exograv.runtime.control_loop.exchange import answer_dtype, state_dtype
 from exograv.safety.guard import COMMAND_LIFE_S, ControlRequest, SafeState
-from exograv.safety.modes import RAMP_IN_S, Mode, ModeMachine
+from exograv.safety.modes import RAMP_IN_S, REST_BEFORE_RAMP_S, Mode, ModeMachine
 from exograv.signals import Command
 
 SEED, LEVEL = 1001, 1

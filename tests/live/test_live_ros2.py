@@ -19,9 +19,10 @@ from exograv.runtime.ros2.bridge import WANTED
 from exograv.runtime.ros2.bridging import Bridging, Ros2
 from exograv.runtime.ros2.keys import topic_key
 from exograv.runtime.ros2.messages import FLOAT64, float64
-from exograv.safety.envelope import Envelope, Limits
+from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard
-from exograv.safety.person import GuardedPerson, PersonLimits
+from exograv.safety.limits import Limits, PersonLimits
+from exograv.safety.person import GuardedPerson
 from exograv.safety.plausible import LimbTable, PlausibleTable
 from exograv.signals import Command, JointState, TorqueSource
 

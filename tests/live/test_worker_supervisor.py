@@ -11,7 +11,7 @@ from exograv.identification.core.interface import Estimate, Outcome
 from exograv.live.arm_worker import LearnedArm, PassesResult
 from exograv.live.worker_supervisor import WorkerKeeper
 from exograv.runtime.control_loop.worker import WorkerJob, WorkerMemory
-from exograv.safety.person import PersonLimits
+from exograv.safety.limits import PersonLimits
 from exograv.safety.plausible import LimbTable, PlausibleTable
 
 NOTHING, WIDE, FREE = np.zeros((1, 3)), np.full(1, 30.0), np.full(1, 3.0)

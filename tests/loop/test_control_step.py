@@ -9,8 +9,10 @@ import pytest
 import exograv
 from exograv.loop.control_step import CLOSURE_SLOPE_MAX, NO_MEASUREMENT, ControlStep
 from exograv.loop.output_feedback import NoTorque, OutputFeedback
-from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.safety.envelope import Envelope
 from exograv.safety.guard import COMMAND_LIFE_S, Guard, SafeState
+from exograv.safety.limits import Limits
+from exograv.safety.stops import StopReason
 from exograv.signals import JointState, Reference, TorqueSource
 
 SOURCE = Path(exograv.__file__).parent

@@ -11,7 +11,9 @@ from exograv import motion
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.loop.interrupt import HeldInterrupt
 from exograv.loop.pilot import Pilot
-from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.safety.envelope import Envelope
+from exograv.safety.limits import Limits
+from exograv.safety.stops import StopReason
 from exograv.signals import Command, JointState, Reference, TorqueSource
 
 DT, PRESSED_TICK = 0.001, 300

@@ -10,11 +10,12 @@ from exograv.identification.core.prior import prior
 from exograv.loop import plausible_table
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.machine_limits import limits
-from exograv.loop.person_limits_manager import HEAVIEST_KG, V_MORE_RAD_S, PersonLimitsManager
+from exograv.loop.person_limits_manager import V_MORE_RAD_S, PersonLimitsManager
 from exograv.model.anthropometry import Body
 from exograv.model.arm import held_weight
 from exograv.model.description import load_rig
 from exograv.model.support import assemble, sample_postures
+from exograv.options import HEAVIEST_KG
 from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.safety.envelope import Envelope
 from exograv.signals import Reference

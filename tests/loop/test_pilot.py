@@ -11,8 +11,9 @@ from exograv import motion
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.loop.pilot import Pilot, TickSample
 from exograv.recording import RecordingWriter, read_recording
-from exograv.safety.envelope import Envelope, Limits
+from exograv.safety.envelope import Envelope
 from exograv.safety.guard import SafeState
+from exograv.safety.limits import Limits
 from exograv.signals import Command, JointState, Reference, TorqueSource
 
 DT, BAD_TICK = 0.001, 50

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from exograv.loop.replay_log import read_person, written_person
-from exograv.safety.person import PersonLimits
+from exograv.safety.limits import PersonLimits
 from exograv.safety.plausible import Features, LimbTable, PlausibleTable
 
 

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from exograv.loop.stop_message import stopped_text
-from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.safety.envelope import Envelope
+from exograv.safety.limits import Limits
+from exograv.safety.stops import StopReason
 
 JOINTS = ("shoulder", "elbow")
 PATH = Path("out/identify.mcap")

@@ -6,11 +6,13 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.safety.envelope import Envelope
 from exograv.safety.guard import ControlRequest, Guard, SafeState
 from exograv.safety.ingress import Ingress
-from exograv.safety.person import GuardedPerson, PersonLimits
+from exograv.safety.limits import Limits, PersonLimits
+from exograv.safety.person import GuardedPerson
 from exograv.safety.plausible import LimbTable, PlausibleTable
+from exograv.safety.stops import StopReason
 from exograv.signals import JointState, TorqueSource
 
 from .second_envelope import RAN_WELL, Machines, SecondEnvelope, SecondGuard, Tick

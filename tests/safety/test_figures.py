@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from exograv.safety import envelope, guard, ingress, modes, monitors, person, plausible
+from exograv.safety.limits import Limits, PersonLimits
 
 
 @pytest.mark.parametrize(
@@ -42,7 +43,7 @@ def test_a_figure_is_the_published_one(figure, published):
 
 
 def test_the_default_limits_of_a_machine_are_the_published_ones():
-    limits = envelope.Limits(np.ones(1), np.ones(1))
+    limits = Limits(np.ones(1), np.ones(1))
     of_all = (limits.torque_rate_max_Nm_per_s, limits.v_damping_rad_s, limits.v_trip_rad_s, limits.descent_s)
     assert of_all == (150.0, 4.0, 5.0, 3.0)
 
@@ -50,7 +51,7 @@ def test_the_default_limits_of_a_machine_are_the_published_ones():
 def test_the_limits_of_a_person_are_the_published_ones():
     one = np.zeros(1)
     table = plausible.PlausibleTable((plausible.LimbTable((0,), 1, np.zeros((1, 3)), np.zeros((1, 3))),), one, one, one)
-    limits = person.PersonLimits(table, one + 8.0, one - 2.0, one + 2.0)
+    limits = PersonLimits(table, one + 8.0, one - 2.0, one + 2.0)
     assert np.rad2deg([limits.wall_rad, limits.trip_rad]) == pytest.approx([10.0, 2.0])
     assert (limits.tank_start_J, limits.tank_max_J) == (0.5, 1.0)
     assert (limits.path_W, limits.driven_W, limits.driven_J) == (0.0, 0.0, 0.0)
@@ -60,5 +61,5 @@ def test_the_limits_of_a_person_are_the_published_ones():
 def test_the_limits_of_a_person_may_be_small():
     one = np.zeros(1)
     table = plausible.PlausibleTable((plausible.LimbTable((0,), 1, np.zeros((1, 3)), np.zeros((1, 3))),), one, one, one)
-    limits = person.PersonLimits(table, one + 0.1, one - 2.0, one + 2.0, v_trip_rad_s=0.1, trip_rad=0.0)
+    limits = PersonLimits(table, one + 0.1, one - 2.0, one + 2.0, v_trip_rad_s=0.1, trip_rad=0.0)
     assert limits.v_trip_rad_s == 0.1

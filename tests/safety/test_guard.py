@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.safety.envelope import Envelope
 from exograv.safety.guard import (
     GRAVITY_LEVEL_S,
     IN_SECOND_MAX,
@@ -16,8 +16,10 @@ from exograv.safety.guard import (
     SafeState,
 )
 from exograv.safety.ingress import FROZEN_MS, Ingress
-from exograv.safety.person import GuardedPerson, PersonLimits
+from exograv.safety.limits import Limits, PersonLimits
+from exograv.safety.person import GuardedPerson
 from exograv.safety.plausible import LimbTable, PlausibleTable
+from exograv.safety.stops import StopReason
 from exograv.signals import JointState, TorqueSource
 
 DT = 1e-3

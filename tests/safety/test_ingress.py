@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exograv.errors import ConfigError
-from exograv.safety.envelope import StopReason
 from exograv.safety.ingress import AGE_MAX_S, FROZEN_MS, JUMPS_MAX, Ingress, IngressResult
+from exograv.safety.stops import StopReason
 from exograv.signals import JointState, TorqueSource
 
 DT = 1e-3

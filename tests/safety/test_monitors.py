@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.safety.envelope import Envelope
 from exograv.safety.guard import ControlRequest, Guard, SafeState
 from exograv.safety.ingress import Ingress
+from exograv.safety.limits import Limits
 from exograv.safety.monitors import (
     AGREE_RAD,
     IN_A_ROW_MS,
@@ -18,6 +19,7 @@ from exograv.safety.monitors import (
     TORQUE_OFF_NM,
     Monitors,
 )
+from exograv.safety.stops import StopReason
 from exograv.signals import JointState, TorqueSource
 
 DT = 0.001

@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exograv.safety.envelope import Envelope, Limits
+from exograv.safety.envelope import Envelope
 from exograv.safety.guard import COMMAND_LIFE_S, ControlRequest, Guard, SafeState
+from exograv.safety.limits import Limits
 from exograv.safety.period import ticks_of
 from exograv.safety.stops import StopReason
 from exograv.signals import JointState, TorqueSource

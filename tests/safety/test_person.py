@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from exograv.errors import ConfigError
-from exograv.safety.envelope import V_CREDIBLE_RAD_S, Envelope, Limits, StopReason
-from exograv.safety.person import MARGIN_NM, SHARE_MAX, WALL_AHEAD_S, GuardedPerson, PersonLimits
+from exograv.safety.envelope import V_CREDIBLE_RAD_S, Envelope
+from exograv.safety.limits import Limits, PersonLimits
+from exograv.safety.person import MARGIN_NM, SHARE_MAX, WALL_AHEAD_S, GuardedPerson
 from exograv.safety.plausible import LimbTable, PlausibleTable
+from exograv.safety.stops import StopReason
 
 DT = 1e-3
 MACHINE = Limits(np.array([60.0, 60.0]), np.array([10.0, 4.0]))

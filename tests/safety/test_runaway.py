@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.safety.envelope import Envelope
+from exograv.safety.limits import Limits
+from exograv.safety.stops import StopReason
 
 DT = 1e-3
 LIMITS = Limits(np.array([60.0, 30.0]), np.array([10.0, 4.0]))

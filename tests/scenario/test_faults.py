@@ -6,7 +6,7 @@ import pytest
 from exograv import motion
 from exograv.errors import RigError
 from exograv.loop.arm_controller import ArmController
-from exograv.safety.envelope import StopReason
+from exograv.safety.stops import StopReason
 from exograv.signals import Reference
 
 SWING_RAD_S = 0.5  # Remaining swing after the torque has faded: the arm hangs and settles.

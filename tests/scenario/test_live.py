@@ -15,7 +15,7 @@ from exograv.live.live_processes import Running
 from exograv.live.options import LiveOptions
 from exograv.recording import read_recording
 from exograv.runtime.clock.timing import LoopOutcome, Timing
-from exograv.safety.envelope import StopReason
+from exograv.safety.stops import StopReason
 
 SECONDS = 8.0
 

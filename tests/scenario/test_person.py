@@ -9,7 +9,7 @@ from exograv.identification.core.prior import prior
 from exograv.loop.mode_ramp import fade
 from exograv.loop.person_limits_manager import PersonLimitsManager
 from exograv.procedures.identification.identify import V_MOTION
-from exograv.safety.envelope import StopReason
+from exograv.safety.stops import StopReason
 
 HAND_MAX_M_S = {False: 1.6, True: 1.0}
 """Largest speed of the hand, by knowledge of the arm. The goal is 1.0; a healthy motion alone has 1.2 before the arm is

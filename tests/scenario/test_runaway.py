@@ -10,7 +10,7 @@ import pytest
 
 from exograv import motion
 from exograv.errors import RigError
-from exograv.safety.envelope import StopReason
+from exograv.safety.stops import StopReason
 
 SHOULDER = 0
 

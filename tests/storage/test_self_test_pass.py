@@ -18,7 +18,9 @@ from exograv.motion import hold
 from exograv.procedures.calibration.breakaway_test import BreakawayPush
 from exograv.procedures.self_test.self_test_command import keep
 from exograv.rig import may_be_worn
-from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.safety.envelope import Envelope
+from exograv.safety.limits import Limits
+from exograv.safety.stops import StopReason
 from exograv.signals import Command, JointState, TorqueSource
 from exograv.storage.self_test_pass import NOT_NEEDED, MachineKey, unlock, withdraw_pass, write_pass
 from exograv.storage.self_test_step import Step

@@ -14,7 +14,7 @@ from exograv.procedures.identification.estimator_session import Belief, Estimato
 from exograv.procedures.identification.person_check import PersonCheck
 from exograv.procedures.verification.postures import NONE
 from exograv.procedures.verification.slow_passes import PassListener, PassSample
-from exograv.safety.person import PersonLimits
+from exograv.safety.limits import PersonLimits
 
 BRIDGED_TICKS = 20
 """Largest number of missing samples that the next sample replaces. A longer gap interrupts the motion."""

@@ -19,8 +19,9 @@ from exograv.runtime.clock.timing import PERIOD_NS
 from exograv.runtime.control_loop.steering import ASKABLE
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard, SafeState
+from exograv.safety.limits import PersonLimits
 from exograv.safety.modes import REST_BEFORE_RAMP_S, WORN, Event, Mode, ModeMachine
-from exograv.safety.person import GuardedPerson, PersonLimits
+from exograv.safety.person import GuardedPerson
 from exograv.signals import Reference
 from exograv.storage.self_test_pass import MachineKey, unlock
 

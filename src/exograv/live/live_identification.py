@@ -18,7 +18,7 @@ from exograv.procedures.identification.identify import V_MOTION, identification_
 from exograv.procedures.verification.postures import NONE, Verification, VerificationPasses, all_passes
 from exograv.runtime.control_loop.exchange import sample_dtype
 from exograv.runtime.control_loop.worker import WorkerMemory
-from exograv.safety.person import PersonLimits
+from exograv.safety.limits import PersonLimits
 from exograv.signals import Reference
 
 from .arm_worker import ArmWorker

@@ -4,7 +4,7 @@ import numpy as np
 
 from exograv.errors import ConfigError
 from exograv.model.description import RigDescription
-from exograv.safety.envelope import Limits
+from exograv.safety.limits import Limits
 
 DAMPING = {"shoulder": 10.0, "elbow": 4.0, "wrist": 0.4}
 """Damping of the soft descent [N·m·s/rad] (docs/explanation/safety.md, SS1). The wrist's value is assumed: the elbow's,

@@ -5,7 +5,7 @@ import numpy as np
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Parameters
 from exograv.model.assembly import Assembly
-from exograv.safety.person import PersonLimits
+from exograv.safety.limits import PersonLimits
 from exograv.safety.plausible import PlausibleTable
 
 from .plausible_table import TableMaker

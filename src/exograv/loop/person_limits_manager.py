@@ -12,7 +12,8 @@ from exograv.model.assembly import Assembly
 from exograv.model.support import sample_postures
 from exograv.options import HEAVIEST_KG
 from exograv.safety.envelope import Envelope
-from exograv.safety.person import GuardedPerson, PersonLimits
+from exograv.safety.limits import PersonLimits
+from exograv.safety.person import GuardedPerson
 
 from .person_limits import limits_of_table
 from .plausible_table import TableMaker

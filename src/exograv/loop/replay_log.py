@@ -22,7 +22,8 @@ from exograv.model.description import RigDescription
 from exograv.recording import RecordingWriter
 from exograv.recording.code import code_sha256
 from exograv.results import JsonObject, json_value
-from exograv.safety.person import GuardedPerson, PersonLimits
+from exograv.safety.limits import PersonLimits
+from exograv.safety.person import GuardedPerson
 from exograv.safety.plausible import LimbTable, PlausibleTable
 
 PACKAGES = ("casadi", "mujoco-core", "numpy", "scipy")

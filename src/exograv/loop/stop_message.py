@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from exograv.safety.envelope import Envelope, StopReason
+from exograv.safety.envelope import Envelope
+from exograv.safety.stops import StopReason
 
 TEST_AGAIN = "Run `exograv rig self-test` before the machine is worn again."
 

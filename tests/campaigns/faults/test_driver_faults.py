@@ -2,6 +2,7 @@
 
 import pickle
 from collections.abc import Iterator
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +24,8 @@ from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.loop.person_limits import person_limits
 from exograv.rig.drives.opening import DRIVERS
-from exograv.safety.envelope import StopReason
 from exograv.safety.guard import SafeState
+from exograv.safety.stops import StopReason
 
 SEED = 1000
 WARM_S = 900.0
@@ -96,7 +97,7 @@ def test_drives_that_brake_count_from_the_moment_after_the_onset():
 
 
 def test_a_process_that_has_ended_is_an_error_in_one_line():
-    ours, theirs = driven.get_context("spawn").Pipe()
+    ours, theirs = get_context("spawn").Pipe()
     theirs.close()
     line = driven.DriverLine(ours)
     with pytest.raises(RigError, match="has ended"):

@@ -12,9 +12,8 @@ from exograv.campaigns.faults.fault_table import FAULTS
 from exograv.campaigns.faults.oracle import EnvelopeOracle, carrying
 from exograv.campaigns.faults.scenario import Scenario
 from exograv.errors import ConfigError
-from exograv.safety.envelope import Limits
 from exograv.safety.guard import SafeState
-from exograv.safety.person import PersonLimits
+from exograv.safety.limits import Limits, PersonLimits
 from exograv.safety.plausible import Features, LimbTable, PlausibleTable
 from exograv.signals import Command, JointState, TorqueSource
 

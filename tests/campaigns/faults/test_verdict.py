@@ -10,8 +10,8 @@ from exograv.campaigns.faults.oracle import Judgement
 from exograv.campaigns.faults.person_faults import PersonPush
 from exograv.campaigns.faults.scenario import Scenario, _begin, _verdict
 from exograv.campaigns.faults.scenario_log import RELEASE_MS, ScenarioLog, TruthWatch
-from exograv.safety.envelope import StopReason
 from exograv.safety.guard import SafeState
+from exograv.safety.stops import StopReason
 
 ONSET = 100
 NOISE_NM = np.full(2, 0.4)

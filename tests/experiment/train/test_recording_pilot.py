@@ -14,7 +14,8 @@ from exograv.experiment.train.recording_pilot import RecordingPilot
 from exograv.loop.machine_limits import WITHOUT_MOTOR_NM
 from exograv.loop.pilot import Pilot
 from exograv.recording import RecordingWriter, read_recording
-from exograv.safety.envelope import Envelope, Limits
+from exograv.safety.envelope import Envelope
+from exograv.safety.limits import Limits
 from exograv.signals import Command, JointState, Reference, TorqueSource
 
 DT, FAST_FROM, FAST_UNTIL, V_FAST = 0.001, 300, 500, 7.0

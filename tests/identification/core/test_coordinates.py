@@ -7,7 +7,7 @@ from hypothesis.extra.numpy import arrays
 
 from exograv.identification.core.coordinates import THETA_SD_MAX, Coordinates
 from exograv.identification.core.sample_pace import SamplePace
-from exograv.identification.core.whitened_model import square_root
+from exograv.identification.core.square_root import square_root
 from exograv.model.tree import inertial_parameters, is_physical
 
 BODY = inertial_parameters(2.0, np.array([0.02, 0.0, -0.15]), 0.05 * np.eye(3))

@@ -25,7 +25,8 @@ from exograv.procedures.identification.estimator_session import table_guess
 from exograv.recording import RecordingWriter
 from exograv.results import json_value
 from exograv.rig.twin import Twin
-from exograv.safety.envelope import Envelope, StopReason
+from exograv.safety.envelope import Envelope
+from exograv.safety.stops import StopReason
 
 SEED, LEVEL = 1012, 2
 

@@ -28,7 +28,7 @@ from exograv.runtime.control_loop.exchange import Channels, FeltLevel, answer_dt
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.recorder.recorder_process import EVENT, PHASE, RING_EVENTS, RING_TICKS, Inlet
 from exograv.safety.guard import COMMAND_LIFE_S, GRAVITY_LEVEL_S
-from exograv.safety.person import PersonLimits
+from exograv.safety.limits import PersonLimits
 from exograv.safety.plausible import Features, LimbTable, PlausibleTable
 from exograv.signals import JointState
 

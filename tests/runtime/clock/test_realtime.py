@@ -3,6 +3,7 @@
 import errno
 import gc
 import os
+import resource
 import subprocess
 import sys
 from collections.abc import Callable
@@ -59,8 +60,8 @@ class System:
     def put_under(self, patch: pytest.MonkeyPatch) -> None:
         """Redirect all calls beyond this interpreter to the mock."""
         for name in ("sched_setscheduler", "sched_setaffinity"):
-            patch.setattr(module.os, name, self.call(name))
-        patch.setattr(module.resource, "setrlimit", self.call("setrlimit"))
+            patch.setattr(os, name, self.call(name))
+        patch.setattr(resource, "setrlimit", self.call("setrlimit"))
         patch.setattr(module, "_libc", self.call)
 
 

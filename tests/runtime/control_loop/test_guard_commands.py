@@ -13,11 +13,13 @@ from exograv.runtime.control_loop.exchange import EVENT_SHIFT, RESET, STOP_PRESS
 from exograv.runtime.control_loop.guard_commands import ASK_PARENT_EVERY, BELL, ENDS, GuardCommands, GuardLine
 from exograv.runtime.control_loop.steering import ASKABLE, DescentCommand, GuardReply, GuardRequest, LeaseCommand
 from exograv.runtime.processes.shared_memory import Mailbox
-from exograv.safety.envelope import Envelope, Limits, StopReason
+from exograv.safety.envelope import Envelope
 from exograv.safety.guard import ControlRequest, Guard, SafeState
+from exograv.safety.limits import Limits, PersonLimits
 from exograv.safety.modes import Event, Mode
-from exograv.safety.person import GuardedPerson, PersonLimits
+from exograv.safety.person import GuardedPerson
 from exograv.safety.plausible import LimbTable, PlausibleTable
+from exograv.safety.stops import StopReason
 from exograv.signals import JointState, TorqueSource
 
 PERIOD_S, FAR = 0.001, 10**18

@@ -13,8 +13,7 @@ from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.loop.arm_controller import ArmController
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin import Twin
-from exograv.safety.envelope import Limits
-from exograv.safety.person import PersonLimits
+from exograv.safety.limits import Limits, PersonLimits
 from exograv.signals import Command, JointState
 
 Joints = Float[np.ndarray, " joint"]

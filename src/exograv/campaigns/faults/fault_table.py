@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from exograv.safety.envelope import StopReason
 from exograv.safety.guard import SafeState
+from exograv.safety.stops import StopReason
 
 from . import control_faults as of_control
 from . import machine_faults as of_machine

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from exograv.safety.envelope import Limits
-from exograv.safety.person import MARGIN_NM, SHARE_MAX, PersonLimits
+from exograv.safety.limits import Limits, PersonLimits
+from exograv.safety.person import MARGIN_NM, SHARE_MAX
 from exograv.safety.plausible import LimbTable, PlausibleTable
 
 Joints = Float[np.ndarray, " joint"]

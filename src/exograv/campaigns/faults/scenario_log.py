@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Bool, Float
 
-from exograv.safety.envelope import StopReason
 from exograv.safety.guard import SafeState
+from exograv.safety.stops import StopReason
 
 from .fault_plant import TruthSample
 from .oracle import Judgement

@@ -7,7 +7,8 @@ from typing import Annotated
 from pydantic import Field
 
 from exograv.errors import ConfigError
-from exograv.laboratory.transparency import MovementName, movement_for
+from exograv.laboratory.options import MovementName
+from exograv.laboratory.transparency import movement_for
 from exograv.laboratory.transparency_trial import CONDITIONS, TransparencyTrial, run_trial
 from exograv.model.description import load_rig
 

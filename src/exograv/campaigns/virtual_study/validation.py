@@ -10,8 +10,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from exograv.errors import ConfigError
-from exograv.laboratory.participant.habits import Constant, Habits, register
+from exograv.laboratory.participant.habits import Habits, register
 from exograv.loop.pilot import Progress
+from exograv.rig.twin.disturbances.constant import Constant
 
 from .validation_reaches import Landing, Reaching
 

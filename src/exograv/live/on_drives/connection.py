@@ -17,7 +17,8 @@ from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.rig.drives.opening import DrivenRig, open_drives
 from exograv.rig.drives.settings import Drives, load_drives
 from exograv.runtime.clock.pace import RealTimePace
-from exograv.safety.envelope import Envelope, Limits
+from exograv.safety.envelope import Envelope
+from exograv.safety.limits import Limits
 
 from .simulated_drives import simulated_drives
 

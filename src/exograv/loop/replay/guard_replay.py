@@ -11,9 +11,11 @@ from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import GAIN_SD_KNOWN
 from exograv.model.description import RigDescription
 from exograv.runtime.control_loop.exchange import ASTRAY, RESET, STOP_PRESSED, TOLD_LEVEL
-from exograv.safety.envelope import Envelope, StopReason
+from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard, SafeState
-from exograv.safety.person import GuardedPerson, PersonLimits
+from exograv.safety.limits import PersonLimits
+from exograv.safety.person import GuardedPerson
+from exograv.safety.stops import StopReason
 from exograv.signals import JointState
 
 from .columns import Columns, ReplayedDecisions

@@ -16,7 +16,7 @@ from exograv.loop.pilot import Pilot, TickSample
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
 from exograv.motion import Trajectory, hold
-from exograv.safety.envelope import StopReason
+from exograv.safety.stops import StopReason
 
 from .operator import ComputedOperator, Operator
 

@@ -19,8 +19,9 @@ from exograv.procedures.calibration.empty_run import EmptyRun
 from exograv.rig import Rig
 from exograv.rig.drives.opening import DrivenRig
 from exograv.runtime.clock.pace import RealTimePace
-from exograv.safety.envelope import Envelope, StopReason
+from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard
+from exograv.safety.stops import StopReason
 
 from .recording_rig import PoweredRecordingRig, RecordedTicks, RecordingRig
 

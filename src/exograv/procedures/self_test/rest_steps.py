@@ -5,7 +5,7 @@ import numpy as np
 from exograv.errors import RigError
 from exograv.motion import hold
 from exograv.procedures.calibration.breakaway_test import BreakawayPush, held_torque
-from exograv.safety.envelope import StopReason
+from exograv.safety.stops import StopReason
 from exograv.storage.self_test_step import Step, within, worst
 
 from .bench import SelfTestRun

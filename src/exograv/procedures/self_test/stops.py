@@ -6,7 +6,7 @@ from jaxtyping import Float
 from exograv.loop.pilot import TickSample
 from exograv.motion import Trajectory, go_to, hold, joined, sweep
 from exograv.procedures.calibration.breakaway_test import starting_posture
-from exograv.safety.envelope import StopReason
+from exograv.safety.stops import StopReason
 from exograv.storage.self_test_step import Step, within, worst
 
 from .bench import SelfTestRun

@@ -12,12 +12,12 @@ from exograv.identification.core.interface import Estimate, Sample
 from exograv.identification.core.prior import prior
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
-from exograv.loop.person_limits_manager import HEAVIEST_KG
 from exograv.loop.phases import WEIGHING
 from exograv.loop.pilot import Pilot
 from exograv.model.arm import WeightPlace, held_weight
 from exograv.model.support import sample_postures
 from exograv.motion import Trajectory
+from exograv.options import HEAVIEST_KG
 
 from .motion_samples import MotionListener
 from .weighing_path import WeighingPath, informative_path

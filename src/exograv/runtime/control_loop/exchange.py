@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from exograv.runtime.recorder.recorder_process import Inlet
-from exograv.safety.person import PersonLimits
+from exograv.safety.limits import PersonLimits
 
 RESET, STOP_PRESSED, ASTRAY, TOLD_PERSON, TOLD_LEVEL = 1, 2, 4, 8, 16
 """Bits of `acts` in a recorded tick, in the order in which the acts come between two ticks."""

@@ -9,8 +9,9 @@ import numpy as np
 
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.safety.guard import Guard, SafeState
+from exograv.safety.limits import PersonLimits
 from exograv.safety.modes import Event, Mode
-from exograv.safety.person import GuardedPerson, PersonLimits
+from exograv.safety.person import GuardedPerson
 from exograv.sentence import say
 
 from .exchange import EVENT_SHIFT, RESET, STOP_PRESSED, TOLD_LEVEL, TOLD_PERSON, FeltLevel, PersonUpdate

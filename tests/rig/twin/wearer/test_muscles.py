@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from exograv.rig.twin import Disturbances, draw_wearer
-from exograv.rig.twin.wearer.muscles import BLOCK, Muscles
+from exograv.rig.twin.disturbances.ornstein_uhlenbeck import BLOCK
+from exograv.rig.twin.wearer.muscles import Muscles
 
 PERIOD = 0.001
 
