@@ -36,7 +36,7 @@ def imported(module: Name) -> Iterator[Name]:
 
 
 def import_graph() -> dict[Name, set[Name]]:
-    """For each folder the others that it imports from."""
+    """Return the folders that each folder imports from."""
     graph: dict[Name, set[Name]] = {}
     for module in MODULES:
         folder = module[:-1]
