@@ -1,4 +1,4 @@
-"""Everything but the live loop imports and runs on Windows and macOS; `exograv run live` refuses with a sentence."""
+"""All modules but the live loop import and run on Windows and macOS; `exograv run live` refuses with a sentence."""
 
 import os
 import subprocess
