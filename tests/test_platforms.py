@@ -82,7 +82,7 @@ def test_a_loop_without_linux_gets_no_rights_and_says_so(platform: str, monkeypa
 
 def test_windows_refuses_a_moteus_adapter_with_a_sentence(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(sys, "platform", "win32")
-    with pytest.raises(RigError, match="this is Windows"):
+    with pytest.raises(RigError, match="not on Windows"):
         Fdcanusb("COM3")
 
 
