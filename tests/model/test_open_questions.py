@@ -42,4 +42,4 @@ def test_a_machine_that_still_asks_is_refused_with_the_first_question(tmp_path: 
         ConfigError, match=r"asks 2 questions; line \d+, actuators.gear_ratio: turns. Answer each"
     ) as caught:
         load_rig(str(machine))
-    assert f"check-rig {machine}" in str(caught.value)
+    assert f"exograv rig check {machine}" in str(caught.value)

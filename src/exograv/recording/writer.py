@@ -18,6 +18,7 @@ from exograv.errors import RecordingError
 from .container import INDEX_ENTRY, MESSAGE_HEAD, RECORD_HEAD, ChunkedFile
 from .contents import crc_of, examine
 from .encoding import json_schema, misfits, stored, tick_definition
+from .interrupt import uninterrupted
 from .reader import read_content, settings_of
 from .schema import CHANNELS, SCHEMA_VERSION, TICK
 from .stream_block import StreamFormat
@@ -180,7 +181,7 @@ class RecordingWriter:
         if self._stream.closed:
             return
         self._flush()
-        with self._writing():
+        with uninterrupted(), self._writing():
             self._file.finish()
             os.fdatasync(self._stream.fileno())
             self._stream.close()
@@ -215,6 +216,11 @@ class RecordingWriter:
 
     def _flush(self) -> None:
         """Write all messages and ticks so far as one chunk, messages first; a viewer sorts by time."""
+        # An interrupt between chunk and index would leave a chunk that the file's index does not name.
+        with uninterrupted():
+            self._write_chunk()
+
+    def _write_chunk(self) -> None:
         index = {channel: np.array(entries, INDEX_ENTRY) for channel, entries in self._entries.items()}
         ticks, entries = self._ticks.take(len(self._messages))
         if len(entries):

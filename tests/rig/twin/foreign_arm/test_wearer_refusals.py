@@ -119,5 +119,5 @@ def test_files_that_are_too_large_or_no_text_or_not_there_are_refused(tmp_path: 
 @pytest.mark.parametrize(("model", "told"), [("arm26.xml", None), (None, "arm26.toml")])
 def test_model_and_map_go_together(model: str | None, told: str | None):
     model, told = (str(EXAMPLES / name) if name else None for name in (model, told))
-    with pytest.raises(ConfigError, match="go together"):
+    with pytest.raises(ConfigError, match="needs its map, and a map needs its model"):
         draw_laboratory("recupera_like", None, 2, 0, model, told)
