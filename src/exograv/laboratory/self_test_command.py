@@ -12,8 +12,9 @@ from exograv.storage.calibration_file import twin_identity
 from exograv.storage.calibration_schema import StoredCalibration
 from exograv.storage.self_test_step import Step, tried
 
+from .options import WeighOptions
 from .twin_calibration import EmptyTwin
-from .weighing_command import WeighOptions, run_weighing
+from .weighing_command import run_weighing
 
 WORN = "arm weighing"
 

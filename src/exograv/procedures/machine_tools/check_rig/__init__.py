@@ -15,9 +15,10 @@ from exograv.model.support import Support, put_together, support
 from exograv.model.tree import Tree
 from exograv.options import Side
 from exograv.procedures.machine_tools.options import CheckOptions
+from exograv.report.figures.machine_data import TorqueRow
 
 from .agreement import examine_agreement
-from .check_result import CheckResult, ConditioningFigures, ReachedVolume, SoftestFreedom, TorqueRow
+from .check_result import CheckResult, ConditioningFigures, ReachedVolume, SoftestFreedom
 from .findings import CheckFindings
 from .fit import Donned, examine_donning, examine_loops
 from .folder import locate, read_settings, read_trees
