@@ -86,7 +86,8 @@ def float_arm(
 
     Args:
         machine: `Twin` or `Drives`.
-        estimate: Arm, as identified before; on drives the arm is always identified.
+        estimate: Estimate of an earlier identification, on the twin only. On drives it must be None, because each
+            flight identifies the arm.
         identify_s: Length of the motion in which the arm is identified, 10 to 600 [s].
         gravity_level: Share of its own weight that the arm feels: 0 weightless, 1 Earth.
         seconds: Length of the flight after that [s].

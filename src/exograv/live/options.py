@@ -155,7 +155,7 @@ class RigTestOptions(MachineOptions):
     """Joints whose simulated motor turns in the wrong direction; with --simulate."""
 
     wrong_scale: JointFactors = ()
-    """Joints whose simulated motor gives the torque times this factor; with --simulate."""
+    """Joints with a wrong torque constant: the simulated motor gives FACTOR times the torque; with --simulate."""
 
     wrong_encoder: JointNames = ()
     """Joints whose simulated encoder counts in the wrong direction; with --simulate."""

@@ -207,11 +207,12 @@ class LoopSolver:
     def solve(
         self, y: Posture, z_start: Freedoms | None = None, fit: Float[np.ndarray, " fit"] | None = None
     ) -> tuple[Freedoms, float]:
-        """Solve for the freedoms z [rad] of least cuff energy at y [rad]; also return the remaining gradient [N·m].
+        """Return the arm angles z [rad] of least cuff energy at posture y [rad], and the remaining gradient [N·m].
 
-        The energy has other minima, with the arm twisted in its cuffs, and a posture has several sets of angles. The
-        result is the one that the arm reaches when the machine moves from the donning posture to y. A search from
-        `z_start`, or from a guess, that ends in another minimum is repeated along this way; it takes 5 ms, not 0.5 ms.
+        The energy also has false minima, in which the arm is twisted in its cuffs, and several sets of angles describe
+        the same posture. The result is the solution that the arm reaches when the machine moves from the donning
+        posture to y. A search starts at `z_start`, or at a guess (0.5 ms). If it ends with a twisted arm or beyond its
+        reach, it is repeated in steps from the donning posture (5 ms).
         """
         fit = self._nominal_fit if fit is None else fit
         z, slope = self._descend(y, self._guess(y) if z_start is None else z_start, fit)

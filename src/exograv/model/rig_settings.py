@@ -53,9 +53,10 @@ class WearerSettings(Settings):
 
 
 class Adjustment(Settings):
-    """Adjustable length of the machine: the joint's origin moves along an axis of its parent to the measured length.
+    """Adjustable length of the machine, set to the wearer's measured segment.
 
-    The origin stays on the side of the parent's origin where the URDF has it.
+    The origin of `joint` moves along an axis of its parent's frame. Its coordinate gets the measured length and keeps
+    the sign that it has in the URDF.
     """
 
     joint: str

@@ -224,7 +224,10 @@ def _equal_messages(content: bytes, start: int, size: int) -> np.ndarray:
 
 
 def _finish(content: Content, start: int, summary: int) -> FileEnding:
-    """Check all before `start` by the record there, and the summary behind it by the footer."""
+    """Check the data before `start` by the checksum in the data-end record, and the summary by that in the footer.
+
+    A checksum of 0 was not computed and is accepted. Return CUT if the file ends before its last bytes.
+    """
     body = content[start + RECORD_HEAD.size : summary]
     if body not in (crc_of(content, start).to_bytes(4, "little"), bytes(4)):  # zeros: not computed, as in version 1
         raise DamageError

@@ -1,6 +1,7 @@
-"""Guard between control and the machine: checks both, bridges short gaps and lets the arm down in longer ones.
+"""Guard between control and the machine: checks measurements and torques.
 
-The guard needs no model and no control. Its inputs are a measurement and a submitted torque, and both may be missing.
+If they are missing for a short time, the guard holds the last valid torque. If they are missing for longer, it lets
+the arm down softly. It needs no model and no control.
 """
 
 import enum

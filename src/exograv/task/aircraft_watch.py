@@ -10,9 +10,9 @@ RESTARTED_AFTER = 20
 """Number of consecutive older samples with rising times that mean a reset of the sender's clock (two seconds)."""
 
 GAP_MS = 500
-"""Longest gap between samples within a dwell [ms].
+"""Longest gap between two samples that does not restart the dwell [ms].
 
-The level inside a longer gap is unknown, so the dwell starts again.
+The dwell is the time for which g must keep the new level before a window opens or closes.
 """
 
 AircraftEvent = OpenWindow | CloseWindow | FeedLost | FeedBack

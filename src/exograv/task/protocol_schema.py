@@ -154,7 +154,7 @@ class Protocol(Settings):
     name: Annotated[str, AfterValidator(_name)]
     title: Annotated[str, Field(min_length=1, max_length=200)]
     kind: Literal["training", "familiarisation", "flight"]
-    """Kind of session in the paper that the protocol follows. Deviations must be listed in `unpublished`."""
+    """Kind of session, as in the paper. Values that differ from that kind in the paper must be in `unpublished`."""
 
     sessions: PositiveInt
     """Number of sessions of one person."""

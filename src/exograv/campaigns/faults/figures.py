@@ -39,7 +39,11 @@ class FaultFigures:
     injected_by: str
     runs: int
     alone: int
-    """Runs without another fault and without an earlier false trip. All fields below except `missed` refer to these."""
+    """Number of runs with this fault only, in which the guard did not stop before the fault.
+
+    The measured fields below refer to these runs, except `missed`. `budget_ms` and `safe_state` are requirements of the
+    fault table.
+    """
 
     detected: int
     reaction_ms: ReactionTimes

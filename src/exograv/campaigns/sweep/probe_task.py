@@ -12,7 +12,10 @@ from pydantic import Field
 from .task import Grid, SweepTask, TaskKind, each
 
 Does = Literal["work", "fail", "die"]
-"""Behaviour: compute; raise an error; or end its own process, as a worker without memory does."""
+"""Behaviour of a probe: `work` uses processor time, `fail` raises an error, `die` ends the worker's process at once.
+
+`die` imitates a worker that is killed because the computer has no memory left.
+"""
 
 
 @dataclass(frozen=True)

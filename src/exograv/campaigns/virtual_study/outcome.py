@@ -95,7 +95,7 @@ class DeviationComparison(PairsNearer, Verdict):
     sentence: str
     limits: list[str]
     reason: str | None
-    """Reason for a missing interval."""
+    """Reason why `ci95` is None; None if there is an interval."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class ErrorComparison(PairsNearer, Verdict):
     p_text: str
     sentence: str
     reason: str | None
-    """Reason for a missing interval."""
+    """Reason why `ci95` is None; None if there is an interval."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,7 @@
-"""Offline least squares in stages: stage 0 gives the machine; arm and elasticity are fitted to the whole motion."""
+"""Offline least squares in stages.
+
+Stage 0 (calibration) identifies the machine. Then arm and elasticity are fitted to the whole motion.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -18,7 +18,7 @@ GainOf = Callable[[Float[np.ndarray, "row phi"]], Gain]
 
 
 def gravity_spread(statics: RestStatics) -> Float[np.ndarray, "phi phi"]:
-    """Covariance of masses and first moments in the table; zero for parameters that gravity does not show."""
+    """Return the table's covariance of masses and first moments; zero for inertias, which gravity does not show."""
     covariance = statics.assembly.arm.phi_covariance.copy()
     unseen = np.arange(len(covariance)) % 10 > 3
     covariance[unseen] = 0.0

@@ -14,7 +14,7 @@ from .basis import Coefficients
 from .problem import MotionProblem
 
 ARM_EVERY = 2
-"""Stride of the samples at which comfort and torque are constrained; both change slowly."""
+"""Stride of the samples at which arm angles (comfort range) and joint torques are constrained; both change slowly."""
 
 SHARES = (1.0, 0.7, 0.4, 0.2)
 """Shares of the way from the start to the solution that are tried as results [-]."""

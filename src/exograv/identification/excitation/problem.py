@@ -50,7 +50,10 @@ class MotionProblem:
         return self.basis.period_s / self.samples
 
     def grid(self) -> tuple[list[Float[np.ndarray, "point shape"]], float]:
-        """Shapes with two derivatives at the points of the limits, and the factor of overshoot between them."""
+        """Return the shapes and their two time derivatives at the grid points of the limits, and the overshoot factor.
+
+        Between two grid points the motion is at most this factor larger than at the points.
+        """
         points = GRID_PER_HARMONIC * self.basis.harmonics
         tables = self.basis.tables(np.arange(points) * self.basis.period_s / points)
         return list(tables), self.basis.overshoot(points)

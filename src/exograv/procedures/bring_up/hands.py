@@ -67,7 +67,7 @@ class BenchHands:
     lowers_s = 1.0
 
     def __init__(self, tell: Callable[[str], None]):
-        """Keep the function that writes a line to the bench."""
+        """Prepare to command the bench; `tell` sends it one line of text."""
         self._tell = tell
 
     @property

@@ -30,7 +30,7 @@ class StatedSession:
 
     @property
     def missing(self) -> list[str]:
-        """Names of the missing statements."""
+        """Names of the fields that are None."""
         return [name for name, value in vars(self).items() if value is None]
 
 

@@ -27,7 +27,7 @@ Joints = Float[np.ndarray, " joint"]
 
 @dataclass(frozen=True)
 class DriveStrength:
-    """Peak torques of the drives, and the torques that they need."""
+    """Peak torque of each drive, and the torques by machine, arm, 1 kg in the hand and friction that it must hold."""
 
     largest_arm_kg: float
     limited_by: str

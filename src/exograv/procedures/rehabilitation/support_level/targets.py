@@ -50,8 +50,11 @@ TARGETS = tuple(
     [Target(outward, up, FAR) for up in (-40.0, -15.0, 10.0) for outward in (-10.0, 15.0, 40.0)]
     + [Target(15.0, up, NEAR) for up in (-25.0, -10.0, 10.0)]
 )
-"""Targets: nine with the arm nearly straight and three nearer, at hip, chest and head height, across, ahead and to the
-side."""
+"""Twelve targets of the test.
+
+Nine with the arm nearly straight: at hip, chest and head height, each across the body, ahead and to the side. Three
+nearer ones ahead, one above the other.
+"""
 
 
 @dataclass
