@@ -75,7 +75,7 @@ def test_a_wrong_posture_or_level_is_refused_with_what_is_allowed(light, q, leve
         light.torque(q, level)
 
 
-def test_an_estimate_of_another_machine_is_refused(light):
-    estimate = exograv.Estimate(LIGHT, light.assembly, None, light.x, light.covariance, "")  # pyright: ignore[reportArgumentType]
+def test_an_estimate_of_another_machine_is_refused(rig, light):
+    estimate = exograv.Estimate(LIGHT, light.assembly, _machine(rig), light.x, light.covariance, "")
     with pytest.raises(exograv.ExogravError, match="belongs to 'recupera_like'"):
         exograv.Compensator(exograv.load_rig("recupera_like_qdd"), estimate)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
+from numpy.typing import ArrayLike
 
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import ParameterLayout, names_and_units
@@ -162,11 +163,11 @@ class Estimate:
 def identify(
     rig: RigDescription,
     person: Body,
-    q: Float[np.ndarray, "sample joint"],
-    tau: Float[np.ndarray, "sample joint"],
+    q: ArrayLike,
+    tau: ArrayLike,
     dt: float,
     *,
-    v: Float[np.ndarray, "sample joint"] | None = None,
+    v: ArrayLike | None = None,
     calibration: Calibration | None = None,
     method: MethodName = "recursive",
 ) -> Estimate:
@@ -178,10 +179,10 @@ def identify(
     Args:
         rig: Machine, by `load_rig`.
         person: Body data of the person in the machine.
-        q: Joint positions, joints in the order of `rig.joints` [rad].
-        tau: Joint torques of the motors, friction included, positive along the joint axis [N·m].
+        q: Joint positions (sample, joint), joints in the order of `rig.joints` [rad].
+        tau: Joint torques of the motors (sample, joint), friction included, positive along the joint axis [N·m].
         dt: Sampling period, constant [s].
-        v: Measured joint velocities, without delay against `q` [rad/s]; differentiated from `q` if None.
+        v: Joint velocities (sample, joint), without delay against `q` [rad/s]; differentiated from `q` if None.
         calibration: Calibration of the machine; the values of its data sheets if None.
         method: Name of the identification method.
 
@@ -189,18 +190,18 @@ def identify(
         ConfigError: An array has another shape than (sample, joint), a value that is not finite, or is too short.
         ModelError: The machine does not fit the person.
     """
-    q, tau = _checked("q", q, rig, dt), _checked("tau", tau, rig, dt)
+    position, torque = _checked("q", q, rig, dt), _checked("tau", tau, rig, dt)
     velocity = None if v is None else _checked("v", v, rig, dt)
-    for name, other in (("tau", tau), ("v", velocity)):
-        if other is not None and len(other) != len(q):
-            raise ConfigError(f"{name} has {len(other)} samples and q has {len(q)}; give arrays of one length.")
+    for name, other in (("tau", torque), ("v", velocity)):
+        if other is not None and len(other) != len(position):
+            raise ConfigError(f"{name} has {len(other)} samples and q has {len(position)}; give arrays of one length.")
     assembly, machine = arm_in_machine(rig, person, calibration)
     steps = max(1, round(dt / FILTER_PERIOD_S))
-    q, tau = _between(q, steps), _between(tau, steps)
+    position, torque = _between(position, steps), _between(torque, steps)
     velocity = None if velocity is None else _between(velocity, steps)
     session = EstimatorSession(assembly, machine, method, dt / steps)
-    for k in range(len(q)):
-        estimate = session.take(q[k], tau[k], None, None if velocity is None else velocity[k])
+    for k in range(len(position)):
+        estimate = session.take(position[k], torque[k], None, None if velocity is None else velocity[k])
         if estimate is not None and session.is_to_note:
             session.judge(estimate)
     session.judge(session.last())
@@ -216,9 +217,7 @@ def _between(values: Float[np.ndarray, "sample joint"], steps: int) -> Float[np.
     return np.column_stack([np.interp(at, np.arange(len(values)), column) for column in values.T])
 
 
-def _checked(
-    name: str, values: Float[np.ndarray, "sample joint"], rig: RigDescription, dt: float
-) -> Float[np.ndarray, "sample joint"]:
+def _checked(name: str, values: ArrayLike, rig: RigDescription, dt: float) -> Float[np.ndarray, "sample joint"]:
     array = np.asarray(values, dtype=float)
     least, most = PERIOD_S
     if not least <= dt <= most:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -61,6 +61,7 @@ class Flight:
         return Recording(self.path)
 
 
+@runtime_checkable
 class Machine(Protocol):
     """Machine that `float_arm` accepts: `Twin` or `Drives`."""
 

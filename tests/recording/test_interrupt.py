@@ -1,0 +1,35 @@
+"""Ctrl-C at any point of a write leaves a complete recording, and is not lost."""
+
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from exograv.recording import RecordingWriter, read_recording
+from exograv.recording.container import ChunkedFile
+
+
+@pytest.mark.parametrize("number", range(1, 5))
+def test_an_interrupt_during_a_write_comes_after_it_and_the_file_stays_complete(
+    number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    path, written = tmp_path / "run.mcap", [0]
+    write = ChunkedFile._write
+
+    def interrupted(file: ChunkedFile, data: bytes) -> int:
+        size = write(file, data)
+        written[0] += 1
+        if written[0] == number:
+            os.kill(os.getpid(), signal.SIGINT)
+        return size
+
+    with pytest.raises(KeyboardInterrupt), RecordingWriter(path, ("elbow",), {}) as recording:
+        monkeypatch.setattr(ChunkedFile, "_write", interrupted)
+        recording.phase(0.0, "move")
+        recording.sync()
+        recording.phase(1.0, "float")
+        recording.sync()
+    read = read_recording(path)
+    assert read.remark is None
+    assert read.messages("/phase")[0]["name"] == "move"
