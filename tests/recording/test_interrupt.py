@@ -24,12 +24,15 @@ def test_an_interrupt_during_a_write_comes_after_it_and_the_file_stays_complete(
             os.kill(os.getpid(), signal.SIGINT)
         return size
 
-    with pytest.raises(KeyboardInterrupt), RecordingWriter(path, ("elbow",), {}) as recording:
-        monkeypatch.setattr(ChunkedFile, "_write", interrupted)
-        recording.phase(0.0, "move")
-        recording.sync()
-        recording.phase(1.0, "float")
-        recording.sync()
+    def record() -> None:
+        with RecordingWriter(path, ("elbow",), {}) as recording:
+            monkeypatch.setattr(ChunkedFile, "_write", interrupted)
+            for t, name in ((0.0, "move"), (1.0, "float")):
+                recording.phase(t, name)
+                recording.sync()
+
+    with pytest.raises(KeyboardInterrupt):
+        record()
     read = read_recording(path)
     assert read.remark is None
     assert read.messages("/phase")[0]["name"] == "move"
