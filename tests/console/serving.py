@@ -16,7 +16,7 @@ from exograv.console.keys import Role
 from exograv.console.limits import Close
 from exograv.console.options import Address
 from exograv.console.page_clocks import PageClocks
-from exograv.console.serve import bound, settings_of
+from exograv.console.serve import PageServer, bound, settings_of
 from exograv.console.trial import ProtocolTrial
 from exograv.task.plan import TaskPlan
 
@@ -68,7 +68,7 @@ def served(
     """Run a server in a thread, and end it at the end."""
     desk, address = desk or FakeDesk(), address or Address(port=0)
     with bound(address) as (listening, host), hub_on(desk, folder, plan, f"{address.scheme}://{host}") as hub:
-        server = uvicorn.Server(settings_of(hub, address, host))
+        server = PageServer(settings_of(hub, address, host))
         loop = asyncio.new_event_loop()
         thread = threading.Thread(target=lambda: loop.run_until_complete(server.serve(sockets=[listening])))
         thread.start()

@@ -1,5 +1,6 @@
 """A real server refuses what uvicorn must refuse, needs a certificate in a network, and ends."""
 
+import asyncio
 import json
 import socket
 import ssl
@@ -11,14 +12,15 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import pytest
-from websockets.exceptions import ConnectionClosed, InvalidStatus
+import uvicorn
+from websockets.exceptions import ConnectionClosed, InvalidState, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from exograv.console.keys import Role, TokenUse
 from exograv.console.limits import MESSAGE_MAX_BYTES, Close
 from exograv.console.options import Address
-from exograv.console.serve import bound, settings_of
+from exograv.console.serve import PageServer, bound, settings_of
 from exograv.errors import ConfigError
 
 from .fake_desk import FakeDesk
@@ -165,3 +167,16 @@ def test_in_a_network_pages_come_over_tls_under_one_name(tmp_path: Path):
         assert config.is_ssl
         assert isinstance(config.ssl, ssl.SSLContext)
         assert listening.getsockname()[0] == "127.0.0.2"
+
+
+def test_a_page_that_closes_its_line_during_the_shutdown_is_no_error(monkeypatch: pytest.MonkeyPatch):
+    attempts = list[int]()
+
+    async def closing_twice(_server: uvicorn.Server, _sockets: list[socket.socket] | None = None) -> None:
+        attempts.append(1)
+        if len(attempts) < 3:
+            raise InvalidState("connection is closing")
+
+    monkeypatch.setattr(uvicorn.Server, "shutdown", closing_twice)
+    asyncio.run(PageServer(uvicorn.Config(lambda: None)).shutdown())
+    assert len(attempts) == 3

@@ -1,5 +1,6 @@
 """Server of the pages: on this computer only, or in the laboratory's network with a certificate."""
 
+import asyncio
 import contextlib
 import os
 import socket
@@ -9,6 +10,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import uvicorn
+from websockets.exceptions import InvalidState
 
 from exograv.errors import ConfigError, ExogravError
 
@@ -24,6 +26,9 @@ WAITING = 64
 
 END_S = 3
 """Time in which the pages must close their connections when the server ends [s]."""
+
+LINE_CLOSES_S = 0.1
+"""Time between two attempts to close the lines [s]."""
 
 Say = Callable[[str], None]
 """Function that shows a line to the operator."""
@@ -80,13 +85,28 @@ def settings_of(hub: Hub, address: Address, host: str) -> uvicorn.Config:
     )
 
 
+class PageServer(uvicorn.Server):
+    """Server that also shuts down while a page closes its line.
+
+    uvicorn sends a close frame on every line, and websockets refuses one on a line that closes already.
+    """
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Close all lines and end the server; lines that close by themselves are awaited for up to `END_S`."""
+        for _ in range(round(END_S / LINE_CLOSES_S)):
+            with contextlib.suppress(InvalidState):
+                await super().shutdown(sockets)
+                return
+            await asyncio.sleep(LINE_CLOSES_S)
+
+
 def serve(hub: Hub, address: Address, listening: socket.socket, host: str, say: Say) -> None:
     """Serve the pages until Ctrl-C. The link is shown once; the first person who opens it is the operator.
 
     Raises:
         ExogravError: The console failed. The guard of the machine lowers the arm.
     """
-    server = uvicorn.Server(settings_of(hub, address, host))
+    server = PageServer(settings_of(hub, address, host))
     hub.on_failure = lambda: setattr(server, "should_exit", True)
     link = f"{hub.origin}/#{hub.keys.token(Role.OPERATOR, SESSION_S)}"
     say(f"Open this link once, as the operator: {link}")
