@@ -1,14 +1,19 @@
 """Check the language of docstrings and test names, and print statistics of it.
 
-    python benchmarks/language.py [FOLDER ...] [--check]
+    python benchmarks/language.py [FOLDER ...] [--check | --sample N --seed S]
 
 A docstring starts with a verb in the imperative, or with a noun. The script finds docstrings of modules, classes,
 functions and fields that start with a word of `FORBIDDEN`, and names of tests over 100 characters. Ruff's rule D401
 finds other moods of verbs. With `--check` it prints each place and exits with status 1 if there is any.
+
+With `--sample N` it prints N random docstrings, each with file, line and name. A reader who does not know the code
+judges each of them at first reading. docs/results/language.md has the earlier results.
 """
 
 import argparse
 import ast
+import inspect
+import random
 import re
 import sys
 from collections import Counter
@@ -32,8 +37,8 @@ FUNCTIONS = ast.FunctionDef | ast.AsyncFunctionDef
 Place = tuple[Path, int, str]
 
 
-def docstrings(path: Path) -> Iterator[tuple[int, str]]:
-    """Yield line and text of each docstring of a file, those of fields included."""
+def docstrings(path: Path) -> Iterator[tuple[int, str, str]]:
+    """Yield line, name and text of each docstring of a file, those of fields included."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         body = getattr(node, "body", None)
         if not isinstance(body, list) or not isinstance(node, ast.Module | ast.ClassDef | FUNCTIONS):
@@ -41,10 +46,20 @@ def docstrings(path: Path) -> Iterator[tuple[int, str]]:
         is_first = [True, *(isinstance(before, ast.Assign | ast.AnnAssign) for before in body[:-1])]
         if isinstance(node, FUNCTIONS):
             is_first[1:] = [False] * (len(body) - 1)
-        for statement, may_document in zip(body, is_first, strict=True):
+        for before, statement, may_document in zip([node, *body[:-1]], body, is_first, strict=True):
             match statement:
                 case ast.Expr(value=ast.Constant(value=str(text))) if may_document and text.strip():
-                    yield statement.lineno, text
+                    yield statement.lineno, name_of(node, before), text
+
+
+def name_of(node: ast.Module | ast.ClassDef | FUNCTIONS, documented: ast.AST) -> str:
+    """Name of the class, function or field that a docstring documents; "module" for that of a file."""
+    owner = "module" if isinstance(node, ast.Module) else node.name
+    match documented:
+        case ast.AnnAssign(target=target) | ast.Assign(targets=[target]):
+            return ast.unparse(target) if owner == "module" else f"{owner}.{ast.unparse(target)}"
+        case _:
+            return owner
 
 
 def first_word(text: str) -> str:
@@ -62,7 +77,7 @@ def forbidden_beginnings(paths: list[Path]) -> list[Place]:
     return [
         (path, line, f"'{text.splitlines()[0]}' starts with '{first_word(text)}'. Start with a verb or a noun.")
         for path in paths
-        for line, text in docstrings(path)
+        for line, _, text in docstrings(path)
         if first_word(text) in FORBIDDEN
     ]
 
@@ -84,7 +99,7 @@ def print_statistics(paths: list[Path]) -> None:
     for path in paths:
         parts = path.relative_to(ROOT).parts
         room = "/".join(parts[1:3] if parts[0] == "src" else parts[:1])
-        for _, text in docstrings(path):
+        for _, _, text in docstrings(path):
             total[room] += 1
             forbidden[room] += first_word(text) in FORBIDDEN
             short[room] += len(text.split()) <= FEW_WORDS
@@ -96,13 +111,25 @@ def print_statistics(paths: list[Path]) -> None:
         print(f"{name}: {counter.total()} of {total.total()}, {counter.total() / max(total.total(), 1):.1%}")
 
 
+def print_sample(paths: list[Path], size: int, seed: int) -> None:
+    """Print random docstrings, each with file, line and name."""
+    every = [(path, *found) for path in paths for found in docstrings(path)]
+    for number, (path, line, name, text) in enumerate(random.Random(seed).sample(every, min(size, len(every))), 1):
+        print(f"{number}. {path.relative_to(ROOT)}:{line} {name}\n{inspect.cleandoc(text)}\n")
+
+
 def main() -> int:
     """Parse the command line, print, and return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folders", nargs="*", default=FOLDERS)
     parser.add_argument("--check", action="store_true", help="print each place; exit status 1 if there is any")
+    parser.add_argument("--sample", type=int, metavar="N", help="print N random docstrings")
+    parser.add_argument("--seed", type=int, default=0, metavar="S", help="seed of the sample; default 0")
     options = parser.parse_args()
     paths = sources(options.folders)
+    if options.sample:
+        print_sample(paths, options.sample, options.seed)
+        return 0
     if not options.check:
         print_statistics(paths)
         return 0
