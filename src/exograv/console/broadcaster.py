@@ -1,4 +1,7 @@
-"""Broadcast to the pages: state, plots, skeletons, alarms; and gravity levels that the protocol asks of the machine."""
+"""Broadcast to the pages: state, plots, skeletons and alarms.
+
+It also passes the protocol's gravity levels to the machine.
+"""
 
 import asyncio
 import secrets

@@ -95,7 +95,7 @@ class Hub:
         self._looks = ThreadPoolExecutor(3, "look")
 
     def open(self, session: PageSession, page: str) -> PageLine:
-        """Open a line. An operator or therapist gets the lease if no page holds it."""
+        """Open the connection of a page. An operator or therapist gets the lease if no page holds it."""
         self._opened += 1
         line = PageLine(self._opened, session, page)
         self.lines[line.number] = line
@@ -128,7 +128,7 @@ class Hub:
         return self.lease.held_by(self.desk.now()) == line.number
 
     async def act(self, act: Act, line: PageLine) -> Answer:
-        """Let the desk decide about an act. Acts run one after the other; Stop runs at once."""
+        """Let the session controller decide about a request. Requests run one after the other; Stop runs at once."""
         loop = asyncio.get_running_loop()
         if act.kind == "stop":
             return await loop.run_in_executor(self._stops, self.desk.act, act, line.role.value)
@@ -152,7 +152,7 @@ class Hub:
         return await asyncio.get_running_loop().run_in_executor(self._looks, question, *values)
 
     def show(self, roles: Collection[Role], kind: str, fields: dict[str, Any]) -> None:
-        """Send news to all pages of these roles."""
+        """Send a message to all pages of these roles."""
         lines = [line for line in self.lines.values() if line.role in roles]
         if lines:
             text = as_text(kind, **fields)

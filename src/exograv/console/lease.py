@@ -29,7 +29,7 @@ class Lease:
         return True
 
     def beat(self, line: int, t: float) -> bool:
-        """Renew the lease; return False if the line does not hold it (any more)."""
+        """Renew the lease; return False if the line no longer holds it."""
         if self.held_by(t) != line:
             return False
         self._beaten = t

@@ -1,4 +1,4 @@
-"""Messages that wait for one page: words that must arrive in order, and news of which only the latest matter."""
+"""Messages that wait for one page: some must all arrive in order, of others only the latest are sent."""
 
 import asyncio
 from collections import deque
@@ -7,7 +7,7 @@ WORDS_MAX = 256
 """Largest number of waiting words (answers, acknowledgements). A page with more does not read any more."""
 
 NEWS_MAX = 4
-"""Largest number of waiting news of one topic. A slow page loses the oldest."""
+"""Largest number of waiting messages of one topic, of which only the latest matter. A slow page loses the oldest."""
 
 
 class Outbox:
@@ -33,7 +33,7 @@ class Outbox:
         self._filled.set()
 
     def show(self, topic: str, text: str) -> None:
-        """Add news; the oldest of the topic is dropped if there is no room."""
+        """Add a message of which only the latest matter. If the topic is full, its oldest message is dropped."""
         waiting = self._news.setdefault(topic, deque(maxlen=NEWS_MAX))
         self.dropped += len(waiting) == NEWS_MAX
         waiting.append(text)

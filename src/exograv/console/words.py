@@ -1,4 +1,4 @@
-"""Sentences of the server in other languages. The pages' tables have them under `said.` and the code."""
+"""Translations of the server's sentences. The pages' tables have each one under `said.` and its code."""
 
 import json
 from collections.abc import Mapping

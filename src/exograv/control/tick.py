@@ -45,7 +45,7 @@ class ControlMode:
     """Mode of the control law; changed between ticks."""
 
     drive: float = 0.0
-    """Drive [-]: 1 follows the reference with inertial feed-forward and weak PD; 0 only carries."""
+    """Drive factor [-]: 1 follows the reference with inertial feed-forward and weak PD; 0 carries the weight only."""
 
     gravity_level: float = 0.0
     """Fraction of the arm's own weight that the wearer feels [-]: 0 weightless, 1 Earth."""
@@ -258,7 +258,7 @@ def tick_function(assembly: Assembly, machine: CalibratedMachine) -> ca.Function
 
 
 def _drive(assembly: Assembly, of_arm: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Drive of each joint (joint,) and of each arm freedom (freedom,), from the drive of its arm (limb,).
+    """Return the drive factor of each joint (joint,) and of each arm freedom (freedom,), from that of each arm (limb,).
 
     The drive of a joint that moves both arms, as in a torso, is the product of both.
     """

@@ -99,7 +99,10 @@ class _MethodDefinition(ctypes.Structure):
 
 @dataclass(frozen=True, eq=False)
 class _Alive:
-    """Hashable container of references; `inspect` expects the object in place of a module to be hashable."""
+    """Container of references that a compiled function keeps alive.
+
+    It takes the place of the function's module, which `inspect` expects to be hashable.
+    """
 
     parts: tuple[object, ...]
 

@@ -1,4 +1,4 @@
-"""Virtual wearer who holds the own arm until the machine carries it, and then lets go."""
+"""Virtual wearer who holds up the own arm until the machine carries it, and then relaxes."""
 
 import math
 from collections.abc import Callable
@@ -101,7 +101,7 @@ class TwinProxy:
 
 
 class CooperativeWearer(TwinProxy):
-    """`Rig` around the twin: the wearer carries the arm until the machine does.
+    """`Rig` around the twin, with a wearer who holds up the arm until the machine carries it.
 
     The wearer knows when the machine begins and how long it takes, and hands the weight over along the same curve.
     """

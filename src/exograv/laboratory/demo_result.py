@@ -22,7 +22,10 @@ class MeasuredCalibration:
 
 @dataclass(frozen=True)
 class ControllerLeftOver:
-    """Residual torque by what the controller carries, RMS per joint [N·m]."""
+    """Residual torque for three controllers, RMS per joint [N·m].
+
+    The first carries the machine only, the second also the arm of the body table, the third also the identified arm.
+    """
 
     exo_only: list[float] | None = field(metadata=OPTIONAL)
     table: list[float]

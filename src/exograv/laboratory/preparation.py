@@ -43,7 +43,7 @@ def no_progress(_text: str, _share: float) -> None:
 
 @dataclass(frozen=True)
 class WornTwin:
-    """The machine with its wearer in it, flown by what the controller knows of both."""
+    """Simulated machine with its wearer; its pilot uses the controller's knowledge of both."""
 
     laboratory: VirtualLaboratory
     known: ControllerKnowledge
@@ -138,7 +138,7 @@ class Preparation:
         return EmptyTwin(laboratory.description, laboratory.machine, self.seed, laboratory.wearer.lengths_given)
 
     def known(self, calibration: Calibration, t: float, assembly: Assembly | None = None) -> ControllerKnowledge:
-        """Know the machine by this calibration at rig time `t` [s], and of the arm what the table says."""
+        """Knowledge of the machine from this calibration at rig time `t` [s], and of the arm from the table."""
         assembly, machine = assembly or self.laboratory.assembly(), calibration.machine
         return ControllerKnowledge(assembly, machine, table_guess(assembly, machine), t, calibration)
 

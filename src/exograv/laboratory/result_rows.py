@@ -143,7 +143,7 @@ def _interval(value: float, sd: float) -> Interval:
 def identifiability_rows(
     assembly: Assembly, prior: Float[np.ndarray, "parameter parameter"], estimate: Estimate
 ) -> IdentifiabilityResult | None:
-    """Say what the motion determined and what the prior decided; None where the method states no uncertainty."""
+    """List how far data and prior determined each parameter; None if the method states no uncertainty."""
     if estimate.covariance is None:
         return None
     units = dict(parameters.names_and_units(assembly))
@@ -169,7 +169,7 @@ def identifiability_rows(
 def calibration_rows(
     machine: CalibratedMachine, truth: Machine, t: float, joints: tuple[str, ...]
 ) -> list[CalibrationRow]:
-    """List what the calibration found, beside the twin's truth at time `t` on its clock [s]."""
+    """List the calibrated values beside the true ones of the twin at time `t` of its clock [s]."""
     friction, sd, still = machine.friction, machine.friction_sd, still_to_rub(truth, t)
     gains, rub = machine.actuators, truth.friction
     columns = (

@@ -25,7 +25,7 @@ class ControlKeeper:
     """Control process, replaced when it has died or hangs. No control process can release the latch of the guard."""
 
     def __init__(self, first: Build, again: Build, channels: Channels, states: Mailbox, answers: Mailbox):
-        """Start the first control process; `again` builds its replacements."""
+        """Start the first control process. `again` is the function that builds a replacement."""
         self._again, self._channels, self._states, self._answers = again, channels, states, answers
         self._seen = self._asked = 0
         self._child = Supervisor("control", control_process, ControlJob(first, channels), FRUITLESS_MAX)

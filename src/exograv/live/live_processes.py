@@ -41,7 +41,10 @@ class ProcessParts:
     control: Callable[[], ControlInterface]
 
     control_again: Callable[[], ControlInterface]
-    """Replacement of a control that died. It carries nothing until the operator resets the latch and takes the arm."""
+    """Function that builds a new control after a crash.
+
+    It carries nothing until the operator resets the guard and takes the arm.
+    """
 
     mode_names: tuple[str, ...]
 

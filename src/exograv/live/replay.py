@@ -145,7 +145,7 @@ class LiveReplay:
         return self._instead.parameters(np.array(message["x"]), self._machine, self._recorded.assembly)
 
     def _catch_up(self, k: int) -> None:
-        """Let control answer every measurement that it answered since its last answer; the present one is the last."""
+        """Give control each measurement that it answered in the run since its last answer, up to the present one."""
         seen, newest, self._found = self._columns.seen[k], self._columns.sequence[k], self._columns.control[k]
         for state in self._waiting:
             back = newest - int(state["sequence"])

@@ -128,7 +128,7 @@ class ArmController:
 
     @property
     def weights(self) -> Mapping[WeightPlace, float]:
-        """Known weights carried beside the arm [kg]. The arm's parameters do not contain them."""
+        """Known weights that are carried in addition to the arm [kg]. The arm's parameters do not contain them."""
         return dict(self._weights)
 
     def carry(self, place: WeightPlace, mass: float, q: Joints) -> bool:

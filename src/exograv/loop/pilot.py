@@ -136,7 +136,10 @@ class Pilot:
             rig.enable()
 
     def leave_stop(self, controller: Controller, within_s: float) -> bool:
-        """Wait until the machine stands and reset the stop. True if it succeeded. Only an operator may ask for this."""
+        """Wait until the machine stands still, and reset the stop.
+
+        True if this succeeded. Only an operator may request it.
+        """
         still = np.zeros(len(self.q))
         for _ in range(round(within_s / self.rig.period_s)):
             if self.guard.reset():

@@ -1,4 +1,4 @@
-"""Contents of a recording that allow `exograv data replay` to fly the run again without the machine."""
+"""Contents of a recording that allow `exograv data replay` to repeat the run without the machine."""
 
 import math
 import os

@@ -56,7 +56,10 @@ class Support:
     """Support of the arm by the cuffs, in the postures of `sample_postures`."""
 
     rank: int
-    """Smallest number of held freedoms in any posture; if the arm has more, part of its weight cannot be carried."""
+    """Smallest number of arm freedoms that the cuffs hold in any posture.
+
+    If the arm has more freedoms, its weight is only partly carried.
+    """
 
     unsupported: dict[str, int]
     """Freedoms that no cuff holds, with the number of such postures."""

@@ -117,7 +117,10 @@ def _cuffs(tree: Tree, side: ArmSide | None, joints: tuple[int, ...]) -> tuple[s
 
 
 def _upper_arm(tree: Tree, joints: tuple[int, ...]) -> Length | None:
-    """Distance from the shoulder axes to the elbow axis, if the first offset between joints is along one axis."""
+    """Distance from the shoulder axes to the elbow axis.
+
+    None if the first offset between joints is not along one axis.
+    """
     for i in joints[1:]:
         p = tree.joints[i].p_parent_joint
         along = np.flatnonzero(np.abs(p) > SAME_M)

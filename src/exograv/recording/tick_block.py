@@ -15,7 +15,7 @@ T_MAX_S = 1e9
 
 
 def sound_times(t: np.ndarray) -> np.ndarray:
-    """Return times [s] that fit a log time; a value of a failed clock becomes 0 there, and stays as it is in `t`."""
+    """Return times [s] that the file format can represent. An invalid time of a failed clock becomes 0."""
     return np.where((t >= 0.0) & (t < T_MAX_S), t, 0.0)
 
 

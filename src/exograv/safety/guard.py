@@ -39,7 +39,7 @@ The weight of a heavy arm, 11 N·m, then comes and goes at 2.2 N·m/s (docs/expl
 """
 
 STANDING_RAD_S = 0.05
-"""Speed below which a joint stands still."""
+"""Speed below which a joint counts as being at rest."""
 
 SPEED_FILTER_S = 0.008
 """Time constant of the guard's own velocity [s].
@@ -49,7 +49,10 @@ One count of a coarse encoder then changes the velocity by a tenth of a radian p
 
 
 class SafeState(enum.IntEnum):
-    """Reaction that protects the person now; the greatest is in force (docs/explanation/safety.md, SS0 to SS3)."""
+    """Reaction that protects the person.
+
+    If several are required, the strongest one acts (docs/explanation/safety.md, SS0 to SS3).
+    """
 
     NONE = -1
     """Limited torque of control."""
@@ -251,7 +254,7 @@ class Guard:
             person.gravity_level += math.copysign(step, left)
 
     def _bridges(self, submitted: ControlRequest | None, now: float) -> bool:
-        """Take control's torque if it arrived in time; return True if the last one is held in its place."""
+        """Use control's torque if it arrived in time. Return True if the last valid torque is held instead."""
         state, broken = self._seen.state, self._seen.broken
         if self._measured.add(state is None):
             reason = StopReason.NO_MEASUREMENT if broken else StopReason.MACHINE_SILENT

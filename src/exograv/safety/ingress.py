@@ -137,7 +137,7 @@ class Ingress:
         return IngressResult(state, self._dead(q))
 
     def _are_far(self, q: list[float], ticks: int) -> bool:
-        """Return True if any joint is farther from its place so many ticks ago than it can move."""
+        """Return True if a joint moved farther in so many ticks than it can."""
         jumped, before, reaches, are_far = self._jumped, self._used[-1], self._reach, False
         for j in self._joints:
             # After a first jump only the speed extends the reach, without the encoder count. Otherwise a small jump
@@ -159,7 +159,7 @@ class Ingress:
         return found
 
     def _forget(self, joints: Collection[int]) -> None:
-        """Forget the positions of these joints: their way is not known when they are trusted again."""
+        """Forget the earlier positions of these joints: their motion is unknown when their values are trusted again."""
         self._ignored = joints
         for q in self._used:
             for j in joints:

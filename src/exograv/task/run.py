@@ -48,7 +48,7 @@ class TaskRun:
         return closed is not None and t >= closed + self.plan.protocol.after_last_s
 
     def made_level(self, t: float) -> float:
-        """Gravity level that the machine is asked for at `t`, not before the last event [-]."""
+        """Gravity level that the task requests from the machine at `t`, which is not before the last event [-]."""
         return made_level(self.plan, self.state, t)
 
     def totals(self) -> Totals:

@@ -87,7 +87,7 @@ class Timeline:
         return self.phase_at(s).level_at(s)
 
     def made_level_at(self, s: float, exo: ExoMode) -> float:
-        """Gravity level that the machine is asked for [-]; 1 if it carries nothing."""
+        """Gravity level that the task requests from the machine [-]; 1 if the machine carries nothing."""
         return self.level_at(s) if exo == "active" else EARTH
 
     def approach_s(self, window: int) -> float:

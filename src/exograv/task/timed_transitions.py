@@ -166,7 +166,7 @@ def end(plan: TaskPlan, state: RunState, t: float, why: str) -> Step:
 
 
 def made_level(plan: TaskPlan, state: RunState, t: float) -> float:
-    """Gravity level that the machine is asked for [-]. The level never jumps."""
+    """Gravity level that the task requests from the machine at time `t` [-]. It changes without steps."""
     if state.status == "running" and plan.is_clocked and t >= state.approach:
         return plan.timeline.made_level_at(t - state.origin, plan.exo)
     return slewed(state.left_level, EARTH, t - state.left_at)

@@ -93,7 +93,7 @@ class Campaign(FaultOptions):
 
 
 def run_campaign(campaign: Campaign, progress: Progress) -> CampaignFigures:
-    """Fly all scenarios.
+    """Simulate all scenarios, and reduce the first failed ones to small scenarios that still fail.
 
     Raises:
         ConfigError: An option cannot be used.

@@ -25,7 +25,7 @@ class KeptVerdicts:
 
         Args:
             folder: Folder of the file.
-            campaign: Settings that determine the flight of a number, besides the code.
+            campaign: Settings that, with the code, determine the scenario of each number.
             resume: True to continue with the rows in the file; else the old file is renamed and kept.
 
         Raises:

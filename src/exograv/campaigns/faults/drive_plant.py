@@ -153,7 +153,7 @@ class DrivePlants:
 
     @contextlib.contextmanager
     def stand(self, participant: FaultParticipant, start: FlightStart) -> Iterator[FaultPlant]:
-        """Enable the drives with the torque that carries the arm, then place the person into the machine."""
+        """Enable the drives with the torque that carries the arm, then attach the person to the machine."""
         self._line.ask(ResetBench(start))
         prepared = participant.prepared
         tau = participant.controller.again(prepared.x).torque_at_rest(start.posture, prepared.x)

@@ -13,7 +13,10 @@ from .injector import Injector
 BUSES = ("udp", "canopen")
 
 LOST_MS = 10.0
-"""Budget to detect a lost drive [ms]: half of the drive's own watchdog, so that the others descend before it brakes."""
+"""Longest allowed time to detect a lost drive [ms].
+
+It is half of the drive's own watchdog time. The other drives must begin the descent before the lost one brakes.
+"""
 
 _LOST = (StopReason.DRIVE_FAULT,)
 _ONLY = (

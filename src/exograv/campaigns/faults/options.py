@@ -31,7 +31,7 @@ class FaultOptions(Options):
     """Number of times that each process of a live run is killed, stopped and starved afterwards; 0 for none."""
 
     replay: Annotated[str | None, tyro.conf.arg(metavar="NUMBER:FAULT")] = None
-    """Scenario to fly again, as printed by a campaign."""
+    """Scenario to simulate again, as printed by a campaign."""
 
     through: Literal["udp", "canopen"] | None = None
     """Bus of a driver with simulated drives in another process, in place of the twin; ten times

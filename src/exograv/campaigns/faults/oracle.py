@@ -37,7 +37,10 @@ class Judgement:
 
 
 class EnvelopeOracle:
-    """Oracle for one run. It knows the posture that the guard accepted, and none of the guard's state."""
+    """Independent judge of one run.
+
+    It knows the posture that the guard accepted, but no internal state of the guard.
+    """
 
     def __init__(self, limits: Limits, person: PersonLimits, period_s: float, rounding_Nm: float = ROUNDING_NM):
         """Begin before the first command.

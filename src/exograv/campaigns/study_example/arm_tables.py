@@ -36,7 +36,7 @@ class ArmTables:
     """Derivative of the finger's position in the base frame by the freedoms [m/rad]."""
 
     weights: Float[np.ndarray, "node arm"]
-    """Torque of the arm's whole weight along the way [N·m]."""
+    """Torque that carries the arm's whole weight, along the path from lap to screen [N·m]."""
 
     exo: Float[np.ndarray, "node corner 3"]
     arm: Float[np.ndarray, "node point 3"]

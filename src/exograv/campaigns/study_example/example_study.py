@@ -124,7 +124,7 @@ def _people(options: ExampleOptions) -> list[ExampleParticipant]:
 
 
 def _sessions_of(somebody: ExampleParticipant, _tell: Tell, folder: Path) -> Iterator[list[Path]]:
-    """Write all recordings of one person; learning carries over from each to the next."""
+    """Write all recordings of one person. The person keeps what was learned in earlier recordings."""
     paths = list[Path]()
     room, protocols = SimulatedRoom(), {name: load_protocol(name) for name in (*GROUPS.values(), "flight")}
     laboratories = {rig: draw_laboratory(rig, None, LEVEL, somebody.seed) for rig in (ACTIVE_RIG, PASSIVE_RIG)}

@@ -205,7 +205,7 @@ def _along(reaches: list[ScreenReach], t: np.ndarray, n: int) -> tuple[np.ndarra
 
 
 def _between(nodes: np.ndarray, share: float) -> np.ndarray:
-    """Interpolate between even nodes (node, …) at a share of the way."""
+    """Interpolate between evenly spaced nodes (node, …) at a share of the path."""
     place = share * (len(nodes) - 1)
     first = min(int(place), len(nodes) - 2)
     return nodes[first] + (place - first) * (nodes[first + 1] - nodes[first])

@@ -20,7 +20,7 @@ class FinishedBatch:
 
 @dataclass(frozen=True)
 class LostBatch:
-    """Tasks whose worker was lost; they have to run again."""
+    """Tasks that must run again because their worker ended without a result."""
 
     batch: TaskBatch
 

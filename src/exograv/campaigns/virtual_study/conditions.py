@@ -52,7 +52,7 @@ class Condition:
 
     @property
     def has_motors(self) -> bool:
-        """True if a machine carries anything."""
+        """True if the condition has a machine with motors."""
         return self.training not in MOTORLESS
 
 

@@ -50,7 +50,7 @@ class VirtualFlight:
     """Flight of one person."""
 
     person: int
-    """Number of the person. It stands for the same body, habits and noise seed in every condition."""
+    """Number of the person. A number means the same body, habits and noise seed in every condition."""
 
     condition: str
     """Name of the training, or `FAMILIARISED`."""

@@ -1,4 +1,4 @@
-"""Sessions and flights of one virtual person in order; learning carries over from each to the next."""
+"""Sessions and flights of one virtual person in order. The person keeps what was learned in earlier sessions."""
 
 import time
 from dataclasses import dataclass, field

@@ -41,7 +41,7 @@ class SessionSetup:
     """Twin with screen and arm support, in the donning posture."""
 
     controller: Controller
-    """Controller of the machine; at gravity level 1 where it carries an arm."""
+    """Controller of the machine. If it carries an arm, the gravity level is 1."""
 
     actuators: ActuatorGain
     own: ArmInverseDynamics
@@ -66,7 +66,7 @@ class TrainingKnowledge:
     seed: int
     level: int
     known: ControllerKnowledge | None
-    """None in a condition without motors."""
+    """Controller's knowledge of machine and arm; None if the condition has no motors."""
 
     left_over_Nm: float | None
     friction_Nm: float | None
@@ -144,7 +144,7 @@ def familiarisation_setup(seed: int, level: int, day: int) -> SessionSetup:
 
 
 def flight_setup(seed: int, level: int, day: int) -> SessionSetup:
-    """Set up the flight in the passive machine. It begins on the ground; the caller changes gravity by `Twin.fly`."""
+    """Set up a flight in the passive machine. It begins at normal gravity; the caller changes gravity by `Twin.fly`."""
     return familiarisation_setup(seed, level, day)
 
 

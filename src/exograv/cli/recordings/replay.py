@@ -29,7 +29,7 @@ class Recording:
 
 
 def run_replay_command(recording: Recording, options: InsteadOptions, common: OutFolder) -> "ReplayResult":
-    """Let control and guard decide again on the measurements of a recording; exit status 1 if they decide differently.
+    """Compute the decisions of control and guard again from recorded measurements; exit status 1 if they differ.
 
     With another person, calibration, gravity level or machine, the result shows how the torque would have differed.
     """

@@ -16,7 +16,7 @@ PASSPHRASE = "EXOGRAV_IDENTITIES_PASSPHRASE"
 """Environment variable with the passphrase."""
 
 FIELDS = ("name", "contact", "note")
-"""Fields that a person at the terminal is asked for."""
+"""Fields that the command asks for at the terminal."""
 
 
 @dataclass(frozen=True)

@@ -109,5 +109,5 @@ class FlightMemoryView:
 
 
 def _cause(text: str) -> str:
-    """Sentence of the stop that the guard's process has reported by its text."""
+    """Sentence for the text by which the guard's process reports a stop. An unknown text stays as it is."""
     return next((reason.sentence for reason in StopReason if reason.value == text), text)

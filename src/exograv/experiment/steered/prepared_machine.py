@@ -1,4 +1,4 @@
-"""Machine for one side with its person and files. It is calibrated when a person is first in it."""
+"""Machine of one side with its person and files. It is calibrated when the first person is prepared."""
 
 from functools import cached_property, partial
 

@@ -72,13 +72,16 @@ class DonRequest(_Seen):
 
 
 class MakeReady(_Seen):
-    """Step one of two: self-test, then the machine carries itself, but no weight of the arm."""
+    """Request for step one of two: a self-test, after which the machine carries itself but not the arm."""
 
     kind: Literal["make_ready"] = "make_ready"
 
 
 class TakeArm(_Seen):
-    """Step two for a known arm: the machine takes over its weight by a ramp. Only allowed soon after step one."""
+    """Request for step two with a known arm: a ramp after which the machine carries the arm.
+
+    Only allowed soon after step one.
+    """
 
     kind: Literal["take_arm"] = "take_arm"
 
@@ -90,7 +93,7 @@ class Identify(_Seen):
 
 
 class GiveBack(_Asked):
-    """Return of the arm's weight to the wearer by a ramp. The machine still carries itself."""
+    """Request to return the arm's weight to the wearer by a ramp. The machine still carries itself."""
 
     kind: Literal["give_back"] = "give_back"
 
@@ -109,7 +112,7 @@ class Reset(_Seen):
 
 
 class SwitchOff(_Asked):
-    """End of the machine's own support. Not allowed while the machine carries an arm."""
+    """Request to end the machine's own support. Not allowed while the machine carries an arm."""
 
     kind: Literal["switch_off"] = "switch_off"
 

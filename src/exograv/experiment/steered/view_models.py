@@ -98,7 +98,7 @@ class MachineSnapshot(Settings):
     title: str
     side: Side
     sides: tuple[Side, ...]
-    """Sides that this machine can be made for: one arm or the other, or both at once."""
+    """Arm sides that this machine supports: right, left, or both at once."""
     is_twin: bool
     participant: str | None
     """Code of the person whose file is in force; absent without a file."""

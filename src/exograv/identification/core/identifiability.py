@@ -12,7 +12,7 @@ from .interface import Covariance, Parameters
 from .square_root import square_root
 
 TOLD = 0.5
-"""Share of the prior's standard deviation [-]; below it, the data determined the parameter."""
+"""Largest posterior standard deviation of a parameter that the data determined, as a share of the prior's [-]."""
 
 CONFUSED = 0.9
 """Correlation above which the data cannot separate two parameters [-]."""

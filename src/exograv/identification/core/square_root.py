@@ -67,7 +67,7 @@ class FilterBank:
         noise_sd: Joints,
         errors: Float[np.ndarray, "joint considered"] | None = None,
     ) -> None:
-        """Let `dt` seconds pass, then take one measurement.
+        """Predict the estimate `dt` seconds ahead, then update it with one measurement.
 
         Args:
             dt: Time since the last measurement [s].

@@ -40,7 +40,10 @@ class Design:
     basis: Basis
     coefficients: Coefficients
     merit: float
-    """Mean over `HORIZONS_S` of the predicted left over, worst joint over its target [-]."""
+    """Residual torque that the filter predicts for the worst joint, divided by the joint's target [-].
+
+    Mean over `HORIZONS_S`.
+    """
 
 
 class Designer:

@@ -13,7 +13,10 @@ from exograv.model.loops import NEAR_SINGULAR
 V_MAX, A_MAX = 1.2, 4.0  # rad/s, rad/s²: gentle for a relaxed arm
 TORQUE_SHARE = 0.7  # of the rated torque: a person may be 25 % heavier than the table says
 MARGIN_DEG = {"shoulder": 12.0, "elbow": 12.0, "wrist": 6.0}
-"""Margin outside the task workspace that separates elasticity from weight, by place of the joint [°]."""
+"""Angle by which the motion goes beyond the task workspace [°], by place of the joint.
+
+The larger motion lets the estimator separate elasticity from weight.
+"""
 OFF_STOPS_RAD = np.deg2rad(
     8.0
 )  # distance from the machine's own limits: the soft position control allows tracking errors

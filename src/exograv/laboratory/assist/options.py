@@ -38,7 +38,7 @@ class AssistOptions(Options):
     """Support that `exograv run support-level` has found. Without it the first session starts with full support."""
 
     new_session: bool = False
-    """Leave an interrupted session as it is, and start another one."""
+    """Start a new session. An interrupted session stays unfinished."""
 
     def __post_init__(self):
         super().__post_init__()

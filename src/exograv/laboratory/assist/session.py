@@ -14,7 +14,7 @@ class Attempts(Protocol):
     """Source of a person's attempts, such as a `SupportFlight`."""
 
     def attempt(self, target: int, support: float) -> Attempt:
-        """Let the person try this target, with this share of the weight carried."""
+        """Simulate one attempt at this target; the machine carries this share of the arm's weight."""
         ...
 
 

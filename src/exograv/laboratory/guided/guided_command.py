@@ -71,7 +71,7 @@ class GuidedResult(Generic[Found]):
 
     found: Found = field(metadata=MERGED)
     lead: ArmSide | None = field(metadata=OPTIONAL)
-    """Arm that the other one followed."""
+    """Side of the leading arm."""
     rig: str
     joints: tuple[str, ...]
     disturbance_level: int

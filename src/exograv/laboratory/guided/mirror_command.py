@@ -54,7 +54,7 @@ class FollowedFigures:
 def run_mirror(
     options: MirrorOptions, folder: Path, progress: Progress, preparing: Preparing = prepare
 ) -> GuidedResult[FollowedFigures]:
-    """Let one arm lead, turned as by its owner's muscles, while the other one follows.
+    """Let one arm lead by simulated muscles, while the other arm follows its mirror image.
 
     Raises:
         ConfigError: The machine does not have two mirrored arms, or an option is not valid.

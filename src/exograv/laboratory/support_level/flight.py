@@ -159,7 +159,7 @@ class SupportFlight:
                 break
 
     def _look(self, moment: TickSample, dt: float) -> None:
-        """Compute the fingertip by the controller's model. An arm that sinks is carried again."""
+        """Compute the fingertip position by the controller's model. If the arm sinks, support it fully."""
         exo, arm = self._controller.skeleton(moment.q)
         before, self._tip = self._tip, np.array(arm[-1])
         if self._pilot.recording is not None:

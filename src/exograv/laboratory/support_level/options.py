@@ -10,7 +10,7 @@ from exograv.errors import ConfigError
 from exograv.options import Level, OneSideOption, Options, RigOption, Seed, Within
 
 STRENGTH = 0.1
-"""Default strength of the person [-]. About half of the arm's weight then has to be carried."""
+"""Default strength of the person [-]. With it, the machine must carry about half of the arm's weight."""
 
 Synergy = Annotated[
     float | None,

@@ -64,9 +64,9 @@ class ReplayedDecisions:
     is_rebuilt: np.ndarray
     """True where control's torque was computed again (tick,); elsewhere it is the recorded torque."""
     knows_control: np.ndarray
-    """True where control's memory equals that of the run (tick,); false shortly after a gap."""
+    """True for ticks in which control's internal state equals that of the run (tick,); false shortly after a gap."""
     knows_guard: np.ndarray
-    """True where the guard's memory equals that of the run (tick,)."""
+    """True for ticks in which the guard's internal state equals that of the run (tick,)."""
     stops: list[tuple[float, str]] = field(default_factory=list)
     """Times [s] and reasons of the stops by the guard."""
     gaps: list[tuple[float, int]] = field(default_factory=list)

@@ -60,7 +60,7 @@ class Difference:
     """True if every compared tick is equal to the last bit."""
 
     differs: Bool[np.ndarray, " tick"]
-    """True where the difference exceeds the resolution, or where only one of the two has a decision."""
+    """True if the difference exceeds the resolution, or if only one of recording and replay has a decision."""
 
     def of(self, ticks: Bool[np.ndarray, " tick"]) -> TorqueDifference:
         """Largest and RMS difference of these ticks, one value per joint [N·m]."""
@@ -73,7 +73,10 @@ class Difference:
 
 
 def differences(columns: Columns, again: ReplayedDecisions) -> Mapping[str, Difference]:
-    """Differences of desired and of commanded torque, in ticks where the memory behind them equals that of the run."""
+    """Differences between replayed and recorded torque, for the desired and the commanded torque.
+
+    Only ticks count in which the internal states of control and guard equal those of the run.
+    """
     comparable = {
         "tau_desired": again.is_rebuilt & again.knows_control,
         # The guard's rate limit carries a wrong torque on for some time, so the commanded torque needs both memories.

@@ -46,7 +46,7 @@ FALLS_MAX_RAD_S = 1.5
 time watched."""
 
 LOADED_RAD = 0.6
-"""Angle by which the machine is raised, so that its motors carry a load [rad]."""
+"""Angle by which the machine is raised from the hanging posture, so that its motors carry a load [rad]."""
 
 AFTER_S = 1.0
 SCALE_MAX = 0.15  # docs/explanation/safety.md, F09
@@ -130,7 +130,7 @@ class PoweredSteps:
         ]
 
     def leads(self, joint: int) -> list[Step]:
-        """Move one joint slowly there and back by feedback, with the other joints held."""
+        """Move one joint slowly forth and back by feedback, with the other joints held."""
         self.begin()
         farthest = 0.0
 
@@ -148,7 +148,7 @@ class PoweredSteps:
         return [within(f"{name}: follows a slow motion within", float(np.rad2deg(farthest)), limit, "°", what)]
 
     def stops(self) -> list[Step]:
-        """Have the hardware stop pressed while the motors carry the machine."""
+        """Ask for a press of the hardware stop while the motors carry the machine."""
         pressed = [np.inf]
 
         def press(t: float) -> None:

@@ -51,7 +51,7 @@ def wiring(drives: Drives, torque_max: np.ndarray, gain: np.ndarray) -> list[Ste
 
 
 def turns(line: BenchMachine, hands: Hands, joint: int) -> list[Step]:
-    """Have one joint turned by hand with its motor off: its encoder must count up, and no other."""
+    """Ask for one joint to be turned by hand, with its motor off. Only its encoder may move, and must count up."""
     name = line.rig.joints[joint]
     start = line.rig.read().q.copy()
     hands.turn(name, 1)
@@ -122,7 +122,7 @@ def stop_is_heard(line: BenchMachine, hands: Hands) -> list[Step]:
 
 
 def is_released(line: BenchMachine, hands: Hands) -> tuple[bool, bool]:
-    """Have the hardware stop released.
+    """Ask for the release of the hardware stop, and watch the drives.
 
     Return True if all motors stay off then, and True if they can be switched on.
     """

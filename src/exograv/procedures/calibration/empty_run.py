@@ -107,7 +107,7 @@ class EmptyRun:
                 ) from error
 
     def load(self, mount: str, weight: int | None) -> None:
-        """Have a known weight, by its number, lowered onto an empty mount, or the present weight taken off."""
+        """Ask the operator to hang a known weight (by its number) on a mount, or to take the present weight off."""
         k = self.description.mounts.index(mount)
         weights = np.array(self.description.calibration.weights_kg)
         before = float(self._hung[k] @ weights)

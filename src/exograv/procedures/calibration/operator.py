@@ -20,7 +20,7 @@ class Operator(Protocol):
         ...
 
     def lower(self, mount: str, mass_kg: float) -> None:
-        """Report or set the mass that hangs on the mount now [kg]."""
+        """Record that a mass [kg] hangs on the mount from now on. A simulated bench hangs the mass."""
         ...
 
 

@@ -12,7 +12,7 @@ from exograv.report.style.figure_style import joint_label, legend, note
 from exograv.study.targets import targets
 
 Scores = Mapping[str, Sequence[float | int]]
-"""Left over by name of a stage, one entry per joint [N·m]."""
+"""Residual torque per joint [N·m], by the name of the stage in `STAGES`."""
 
 STAGES = {
     "exo_only": ("machine carried, arm not", GREY),

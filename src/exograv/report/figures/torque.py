@@ -9,7 +9,7 @@ from exograv.report.style.figure_style import averaged, blank, joint_label, lege
 
 STRETCH_S = 12.0
 BINS = 500
-"""Points of a curve. Without averaging, the noise of single ticks would hide the curves."""
+"""Number of points of a curve, each the average of many ticks. Without averaging, noise would hide the curves."""
 
 
 def draw(recording: Recording) -> Figure | None:

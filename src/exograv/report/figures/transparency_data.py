@@ -43,7 +43,7 @@ class EffortRatios:
 
 @dataclass(frozen=True)
 class OffPath:
-    """Performance that left the path."""
+    """Measured performance in which the arm left the prescribed path."""
 
     condition: str
     seed: int

@@ -144,7 +144,7 @@ class Twin:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Do nothing: a twin that is not stepped stands still and owns no hardware."""
+        """Do nothing: without steps the twin does not move, and it owns no hardware."""
 
     def read(self) -> JointState:
         """Return the measurement of this period; two calls in one period return the same one."""

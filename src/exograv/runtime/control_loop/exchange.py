@@ -46,7 +46,7 @@ class FeltLevel:
     ramp_s: float = 0.0
     """Shortest duration of the ramp [s]."""
     number: int | None = None
-    """Number for the reply to a person who steers; None for a message that came another way."""
+    """Number for the reply to the page that sent the request; None if the request came from elsewhere."""
 
 
 @dataclass(frozen=True)

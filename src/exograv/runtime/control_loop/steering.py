@@ -94,7 +94,7 @@ class CommandDecisions:
         return say(SENTENCES, "guard.nobody") if now_ns > self._lease_until_ns else ""
 
     def ask(self, event: Event, mode: Mode, *, is_latched: bool, now_ns: int) -> str:
-        """Return the reason why an event is refused; empty if control will be told.
+        """Pass an event to control, or return the reason for its refusal; empty if it was passed on.
 
         Args:
             event: Requested event.

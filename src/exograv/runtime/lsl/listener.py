@@ -30,7 +30,7 @@ class ListenerJob:
     """Time to find the streams [s]."""
 
     found: tuple[FoundStream, ...] = ()
-    """Streams that the previous listener found before it died; they need not be there then."""
+    """Streams that the previous listener found before its process ended. They may have disappeared since then."""
 
     connections: tuple[int, ...] = ()
     """Number of connections so far, by stream."""

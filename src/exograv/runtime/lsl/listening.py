@@ -80,7 +80,7 @@ class Listening:
         return self._child.restarts
 
     def begin(self, record: Record) -> None:
-        """Record from now on; `record` takes the messages of `/stream`."""
+        """Record from now on; the function `record` receives the messages of `/stream`."""
         self._record = record
         self._child.send("begin")  # if the listener has died, `check` starts another
 

@@ -45,7 +45,7 @@ PUBLISH_EVERY_S = 0.01
 """Largest delay of published ticks, without the network [s]."""
 
 GAVE_UP = 3
-"""Exit code of a recorder that cannot write its file; the next one would meet the same disk."""
+"""Exit code of a recorder that cannot write its file. A replacement would fail at the same disk."""
 
 STATUS = np.dtype([("start", "<u4"), ("sync_us_max", "<f4"), ("why", "S480"), ("unpublished", "S480")])
 """Status of a recorder: its number, its longest sync, and why it cannot write or publish any more."""

@@ -56,7 +56,7 @@ class Receipt:
     """True if the search found nothing."""
 
     sentence: str = field(init=False)
-    """Description of the erasure for the person who asked for it."""
+    """Description of the erasure for the participant who requested it."""
 
     def __post_init__(self):
         object.__setattr__(self, "is_proved", not self.left)

@@ -45,7 +45,7 @@ class StudySettings(Settings):
     """Licence under which the data may be shared; empty while it is not decided."""
 
     is_simulated: bool = False
-    """True if no person took part; every page then says so."""
+    """True if all participants are simulated; every page then states it."""
 
     expected: list[ExpectedSessions] = Field(default=[])
 

@@ -24,7 +24,7 @@ class StatedSession:
     session: int | None = None
 
     def over(self, other: "StatedSession") -> "StatedSession":
-        """Return these statements, completed by those of `other`."""
+        """Return the fields of this session; a field that is None gets its value from `other`."""
         mine = {name: value for name, value in vars(self).items() if value is not None}
         return replace(other, **mine)
 

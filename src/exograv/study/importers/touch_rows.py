@@ -16,7 +16,7 @@ WHO = ("participant", "protocol", "session")
 NEEDED = ("window", "t_s", "x_px", "y_px")
 TARGET = ("target_x_px", "target_y_px")
 DEVIATION = ("deviation_x_px", "deviation_y_px")
-"""Columns of the deviation. A file needs this pair or `TARGET`; if it has both, they have to agree."""
+"""Columns of the deviation. A file needs this pair or `TARGET`; if it has both, they must be consistent."""
 
 COMPUTED = ("deviation_px", "deviation_mm")
 OPTIONAL = tuple(c.name for c in TOUCHES if c.name not in (*WHO, *NEEDED, *DEVIATION, *COMPUTED))

@@ -23,7 +23,7 @@ class Relabellings:
 
     in_first: Bool[np.ndarray, "labelling person"]
     is_complete: bool
-    """True if each way is there once; otherwise row 0 is followed by ways drawn at random."""
+    """True if every relabelling occurs exactly once. Otherwise row 0 is followed by relabellings drawn at random."""
 
     @property
     def n_first(self) -> int:

@@ -33,7 +33,7 @@ class GuardRecord:
 
 @dataclass
 class FloatingArm(Generic[AnyRig]):
-    """Floating arm: a person in a machine, with the controller's knowledge of both."""
+    """Machine with the arm of a person, its pilot, and the controller that carries machine and arm."""
 
     rig: AnyRig
     pilot: Pilot

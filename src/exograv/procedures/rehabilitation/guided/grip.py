@@ -41,7 +41,7 @@ def pace(strain: float) -> float:
 
 
 def next_grip(grip: float, state: GripOutcome, strain: float, dt: float) -> tuple[float, GripOutcome]:
-    """Return the grip, a share, and the state after a tick of `dt` [s]."""
+    """Return grip and state after a tick of `dt` [s]. The grip is the share of the pull that acts, from 0 to 1."""
     if state not in (GripOutcome.LED, GripOutcome.ARRIVED):
         return max(grip - dt / DROP_S, 0.0), state
     if strain >= AWAY:

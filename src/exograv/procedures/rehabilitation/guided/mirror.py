@@ -1,4 +1,4 @@
-"""Mirror therapy in one machine: the sound arm leads, floating, and the other arm is led along its mirror image."""
+"""Mirror therapy in one machine: the sound arm leads and floats freely. The other arm is led along its mirror image."""
 
 import itertools
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Mirror guide: one arm leads, floating; the other follows its mirror image with limited speed and torque."""
+"""Mirror guide: one arm floats and leads; the other one follows its mirror image with limited speed and torque."""
 
 import numpy as np
 from jaxtyping import Float

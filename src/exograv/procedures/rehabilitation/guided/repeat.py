@@ -144,7 +144,7 @@ class _Session:
         return PathGuide(motion.hold(anchor.target, 2.0 * dt, dt), strength, 1.0, anchor.grip)
 
     def _along(self, way: Trajectory, speed: float, grip: float, counts: bool) -> PathGuide:
-        """Lead the arm along one way until its end or a release. Errors are collected if `counts` is set."""
+        """Lead the arm along one path until its end or a release. Errors are collected if `counts` is set."""
         guide, done = PathGuide(way, self._strength, speed, grip), self._done
         guide.lead()
         if self._wants_out:

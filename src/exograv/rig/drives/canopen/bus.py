@@ -10,7 +10,7 @@ from exograv.errors import ConfigError, RigError
 from exograv.rig.drives.settings import CanopenBus
 
 ECHOING = ("udp_multicast",)
-"""Adapters that return our own frames as received ones. Our frames carry a mark there."""
+"""Adapters that also receive the frames that this host sends. There, sent frames carry a mark."""
 
 
 def require_can() -> None:

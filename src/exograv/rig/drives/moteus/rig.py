@@ -47,7 +47,7 @@ class MoteusRig(NodesDriver[MoteusNode, Fdcanusb]):
         self._was_on = False
 
     def disable(self) -> None:
-        """Switch all motors off; the drives brake. A drive that was never on stays as it was found."""
+        """Switch all motors off; their drives brake. A drive that was never enabled gets no command."""
         for _ in range(3 if self._was_on else 0):  # an order may be lost; the watchdog acts if all are
             super().disable()
 

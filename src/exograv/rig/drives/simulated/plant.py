@@ -96,7 +96,7 @@ class Plant:
         self.twin.turn_motor(joint, factor)
 
     def step(self) -> None:
-        """Step the twin by one period; the present outputs of the drives hold for all of it."""
+        """Advance the twin by one period. The present torques of the drives act for all of it."""
         twin, now = self.twin, self.twin.t
         self.before_step()
         self.outputs = outputs = tuple(drive.step(twin.period_s, self.now) for drive in self.each)

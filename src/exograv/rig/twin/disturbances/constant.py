@@ -20,7 +20,7 @@ class Constant:
     """Source of the value, or reason for the choice."""
 
     low: float
-    """Lower end of the range over which results are swept; `high` is the upper end."""
+    """Lower end of the value's plausible range; `high` is the upper end. Sweeps compute results over this range."""
 
     high: float
 

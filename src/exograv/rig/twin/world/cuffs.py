@@ -28,7 +28,7 @@ class Kinematics:
     """Axes of the bodies (9, body), row by row."""
 
     xipos: ca.SX
-    """Centres of mass (3, body) [m]; `xfrc_applied` acts there."""
+    """Centres of mass (3, body) [m], at which `xfrc_applied` acts."""
 
     subtree_com: ca.SX
     """Centres of mass of subtrees (3, body) [m], the reference points of `cvel`."""

@@ -69,7 +69,7 @@ class Scene:
 
     @cached_property
     def arm(self) -> Int[np.ndarray, " arm"]:
-        """Degrees of freedom of all arms' joints; empty without a wearer."""
+        """MuJoCo indices of the degrees of freedom of all arms' joints; empty without a wearer."""
         return np.array([i for arm in self.arms for i in arm.freedoms], dtype=int)
 
     @cached_property

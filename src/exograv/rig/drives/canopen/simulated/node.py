@@ -71,7 +71,7 @@ class _NoTask:
 
 
 class MappedFrame:
-    """Frame with the mapping that the host has written."""
+    """Number and layout of a PDO frame, from the mapping that the host has written into the drive."""
 
     def __init__(self, node: LocalNode, index: int):
         number = _value(node, index, 1)
