@@ -2,6 +2,7 @@
 
 import os
 import signal
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,15 @@ from exograv.recording import RecordingWriter, read_recording
 from exograv.recording.container import ChunkedFile
 
 
+@pytest.fixture
+def _listening() -> Iterator[None]:
+    """Python's own handler of Ctrl-C: a shell in the background lets its children ignore the signal."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("_listening")
 @pytest.mark.parametrize("number", range(1, 5))
 def test_an_interrupt_during_a_write_comes_after_it_and_the_file_stays_complete(
     number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
