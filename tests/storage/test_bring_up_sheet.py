@@ -12,11 +12,12 @@ from exograv.model.description import load_rig
 from exograv.procedures.bring_up.simulated_drives_file import drives_of, written
 from exograv.procedures.bring_up.unpowered_steps import wiring
 from exograv.rig.drives.settings import Drives, load_drives
-from exograv.storage.bring_up_sheet import BringUpSheet, write_sheet
+from exograv.storage.bring_up_sheet import BringUpSheet, refuse_not_brought_up, write_sheet
 from exograv.storage.sealed_file import read_sealed
 from exograv.storage.self_test_step import Step
 
 RIG = load_rig("recupera_like")
+OLD_SHEET = Path(__file__).parent / "data" / "rig_test_version_1.toml"
 NOW = datetime(2026, 11, 22, 12, 0, tzinfo=UTC)
 
 
@@ -43,6 +44,29 @@ def test_a_changed_sheet_is_refused(tmp_path: Path, drives: Drives):
     path.write_text(path.read_text(encoding="utf-8").replace("31", "29"), encoding="utf-8")
     with pytest.raises(ConfigError, match="sheet"):
         read_sealed(path, BringUpSheet, "Repeat it.", "Repeat it.")
+
+
+def test_an_interrupted_bring_up_has_not_passed_and_names_its_step(tmp_path: Path, drives: Drives):
+    path = tmp_path / "sheet.toml"
+    write_sheet(path, RIG, drives, [Step("a", True, 1.0, 2.0)], "ab", NOW, simulated=False, interrupted_at="nudges")
+    read = read_sealed(path, BringUpSheet, "", "").done
+    assert read.interrupted_at == "nudges"
+    assert not read.passed
+    with pytest.raises(ConfigError, match="interrupted at the step “nudges”"):
+        refuse_not_brought_up(path, RIG, drives)
+
+
+def test_a_sheet_of_version_1_is_still_read_and_its_seal_holds():
+    read = read_sealed(OLD_SHEET, BringUpSheet, "", "")
+    assert read.schema_version == 1
+    assert read.done.interrupted_at == ""
+
+
+def test_an_edited_sheet_of_version_1_is_refused(tmp_path: Path):
+    path = tmp_path / "sheet.toml"
+    path.write_text(OLD_SHEET.read_text(encoding="utf-8").replace('by = "ab"', 'by = "cd"'), encoding="utf-8")
+    with pytest.raises(ConfigError, match="damaged or edited"):
+        read_sealed(path, BringUpSheet, "", "")
 
 
 def test_every_machine_with_motors_gets_simulated_drives_that_fit_it(tmp_path: Path):

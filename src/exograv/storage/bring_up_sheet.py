@@ -2,7 +2,7 @@
 
 from datetime import datetime
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import AwareDatetime
 
@@ -40,22 +40,38 @@ class BringUpRecord(Settings):
     drives_sha256: str
     passed: bool
     is_simulated: bool
+    interrupted_at: str = ""
+    """Step at which the operator interrupted the bring-up; empty if it came to its end. New in version 2."""
 
 
 class BringUpSheet(Sealed):
     """Content of the file `rig_test.toml`."""
 
-    VERSION: ClassVar[int] = 1
-    schema_version: Literal[1]
+    VERSION: ClassVar[int] = 2
+    OLDER: ClassVar[tuple[int, ...]] = (1,)
+    schema_version: Literal[1, 2]
     identity: Identity
     done: BringUpRecord
     steps: list[SheetLine]
 
+    def _sealed_values(self) -> dict[str, Any]:
+        content = super()._sealed_values()
+        if self.schema_version == 1:
+            del content["done"]["interrupted_at"]
+        return content
+
 
 def write_sheet(
-    path: Path, description: RigDescription, drives: Drives, steps: list[Step], by: str, at: datetime, simulated: bool
+    path: Path,
+    description: RigDescription,
+    drives: Drives,
+    steps: list[Step],
+    by: str,
+    at: datetime,
+    simulated: bool,
+    interrupted_at: str = "",
 ) -> BringUpSheet:
-    """Write the sheet of a bring-up, passed or not.
+    """Write the sheet of a bring-up, passed, failed, or interrupted at a step.
 
     Raises:
         ConfigError: The file cannot be written.
@@ -67,13 +83,18 @@ def write_sheet(
         )
         for one in tried
     ]
-    passed = len(tried) == len(steps) and all(step.passed or step.locks_only for step in steps)
+    passed = not interrupted_at and len(tried) == len(steps) and all(step.passed or step.locks_only for step in steps)
     done = BringUpRecord(
-        at=at.replace(microsecond=0), by=by, drives_sha256=drives.sha256, passed=passed, is_simulated=simulated
+        at=at.replace(microsecond=0),
+        by=by,
+        drives_sha256=drives.sha256,
+        passed=passed,
+        is_simulated=simulated,
+        interrupted_at=interrupted_at,
     )
     whole = sealed(
         BringUpSheet(
-            schema_version=1, identity=identity_of(description, drives.settings.serial), done=done, steps=lines
+            schema_version=2, identity=identity_of(description, drives.settings.serial), done=done, steps=lines
         )
     )
     write_sealed(path, whole, HEAD, "--out")
@@ -94,6 +115,8 @@ def refuse_not_brought_up(path: Path, description: RigDescription, drives: Drive
     why = ""
     if whole.done.is_simulated:
         why = "was made with simulated drives"
+    elif whole.done.interrupted_at:
+        why = f"was interrupted at the step “{whole.done.interrupted_at}”"
     elif not whole.done.passed:
         why = "has steps that failed"
     elif whole.done.drives_sha256 != drives.sha256:

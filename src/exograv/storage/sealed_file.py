@@ -21,14 +21,19 @@ class Sealed(Settings):
     """Content of a sealed file; each kind adds its tables and its version."""
 
     VERSION: ClassVar[int]
-    """Required value of `schema_version`."""
+    """Value of `schema_version` that is written."""
+    OLDER: ClassVar[tuple[int, ...]] = ()
+    """Earlier values that are still read."""
     content_sha256: str = ""
 
     @property
     def hash(self) -> str:
         """SHA-256 of all values except the hash itself."""
-        content = self.model_dump(mode="json", exclude={"content_sha256"})
-        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+        return hashlib.sha256(json.dumps(self._sealed_values(), sort_keys=True).encode()).hexdigest()
+
+    def _sealed_values(self) -> dict[str, Any]:
+        """Return the values that the hash covers; a kind with an older version leaves out what that version lacks."""
+        return self.model_dump(mode="json", exclude={"content_sha256"})
 
 
 Kind = TypeVar("Kind", bound=Sealed)
@@ -66,8 +71,9 @@ def read_sealed(path: Path, kind: type[Kind], give: str, again: str) -> Kind:
     """
     content = _content(path, give, again)
     version = content.get("schema_version")
-    if version != kind.VERSION:
-        raise ConfigError(f"{path} has schema_version {version}; this exograv reads version {kind.VERSION}. {again}")
+    if version not in (kind.VERSION, *kind.OLDER):
+        read = " and ".join(map(str, (*kind.OLDER, kind.VERSION)))
+        raise ConfigError(f"{path} has schema_version {version}; this exograv reads version {read}. {again}")
     try:
         whole = kind.model_validate(content)
     except ValidationError as error:

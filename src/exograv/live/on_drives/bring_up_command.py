@@ -18,7 +18,7 @@ from exograv.procedures.bring_up.unpowered_steps import stop_is_heard, turns, wa
 from exograv.procedures.calibration.breakaway_checks import refuse_joints_without_motor
 from exograv.rig.drives.opening import DrivenRig, open_drives
 from exograv.rig.drives.settings import Drives
-from exograv.storage.bring_up_sheet import FILE, write_sheet
+from exograv.storage.bring_up_sheet import FILE, BringUpSheet, write_sheet
 from exograv.storage.self_test_step import Step, tried
 
 from .connection import Say, drives_with_hands
@@ -68,11 +68,23 @@ def run_rig_test(options: RigTestOptions, folder: Path, progress: Progress, say:
     """
     description = load_rig(options.rig, options.side)
     refuse_joints_without_motor(description)
+    walk = BringUpWalk()
     with drives_with_hands(options, description, say, "A bring-up", options.simulation) as (drives, hands):
-        steps = _walk(description, drives, hands, progress, options.simulate)
-    sheet = write_sheet(
-        folder / FILE, description, drives, steps, options.by, datetime.now().astimezone(), options.simulate
-    )
+
+        def seal(interrupted_at: str = "") -> BringUpSheet:
+            now = datetime.now().astimezone()
+            return write_sheet(
+                folder / FILE, description, drives, walk.steps, options.by, now, options.simulate, interrupted_at
+            )
+
+        try:
+            walk.run(description, drives, hands, progress, options.simulate)
+        except KeyboardInterrupt:
+            seal(walk.at)
+            say(f"The bring-up was interrupted at the step “{walk.at}”, and {folder / FILE} says so. No step failed.")
+            raise
+        sheet = seal()
+    steps = walk.steps
     return BringUpResult(
         rig=description.name,
         serial=drives.settings.serial,
@@ -87,31 +99,46 @@ def run_rig_test(options: RigTestOptions, folder: Path, progress: Progress, say:
     )
 
 
-def _walk(description: RigDescription, drives: Drives, hands: Hands, progress: Progress, lock_step: bool) -> list[Step]:
-    """Run all steps. Steps after a failed step are listed but not tried."""
-    limits = description.per_actuator("torque_max_Nm")
-    steps = wiring(drives, limits, description.nominal_gain)
-    if _failed(steps):
-        return [*steps, Step("everything after that", None)]
-    with contextlib.ExitStack() as stack:
-        opened: list[DrivenRig] = []
+class BringUpWalk:
+    """Walk through all steps of a bring-up. It keeps its results when it is interrupted."""
 
-        def connect() -> list[Step]:
-            opened.append(stack.enter_context(open_drives(drives, lock_step)))
-            n = str(len(drives.joints))
-            return [Step("every drive answers, and is the one in drives.toml", True, n, n, "drives")]
+    def __init__(self) -> None:
+        self.steps: list[Step] = []
+        """Results so far."""
+        self.at = "files"
+        """Name of the present step."""
 
-        steps += tried("every drive answers, and is the one in drives.toml", connect)
-        acts = _acts(description, drives, opened[0], hands, progress, lock_step) if opened else []
-        for number, (name, act) in enumerate(acts):
-            progress(name, number / len(acts))
-            if _failed(steps):
-                steps.append(Step(name, None))
-            else:
-                steps += tried(name, act)
-        if not opened:
-            steps.append(Step("everything after that", None))
-    return steps
+    def run(
+        self, description: RigDescription, drives: Drives, hands: Hands, progress: Progress, lock_step: bool
+    ) -> None:
+        """Run all steps. Steps after a failed step are listed but not tried."""
+        limits = description.per_actuator("torque_max_Nm")
+        self.steps += wiring(drives, limits, description.nominal_gain)
+        if _failed(self.steps):
+            self.steps.append(Step("everything after that", None))
+            return
+        with contextlib.ExitStack() as stack:
+            opened: list[DrivenRig] = []
+
+            def connect() -> list[Step]:
+                opened.append(stack.enter_context(open_drives(drives, lock_step)))
+                n = str(len(drives.joints))
+                return [Step(self.at, True, n, n, "drives")]
+
+            self._try("every drive answers, and is the one in drives.toml", connect)
+            acts = _acts(description, drives, opened[0], hands, progress, lock_step) if opened else []
+            for number, (name, act) in enumerate(acts):
+                progress(name, number / len(acts))
+                if _failed(self.steps):
+                    self.steps.append(Step(name, None))
+                else:
+                    self._try(name, act)
+            if not opened:
+                self.steps.append(Step("everything after that", None))
+
+    def _try(self, name: str, act: Act) -> None:
+        self.at = name
+        self.steps += tried(name, act)
 
 
 def _failed(steps: list[Step]) -> bool:

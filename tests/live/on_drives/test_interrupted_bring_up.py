@@ -1,0 +1,41 @@
+"""Ctrl-C during a bring-up writes a sealed sheet that names the step; no step is called failed."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from exograv.storage.bring_up_sheet import FILE, BringUpSheet
+from exograv.storage.sealed_file import read_sealed
+
+BRING_UP = """\
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell in the background lets its children ignore it
+from exograv.cli import main
+sys.argv = ["exograv", "rig", "test", "recupera_like", "--simulate", "--by", "ab", "--out", sys.argv[1]]
+main()
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a terminal's Ctrl-C reaches all processes of a group only on POSIX")
+def test_an_interrupted_bring_up_leaves_a_sealed_sheet_with_its_step(tmp_path: Path):
+    words = [sys.executable, "-c", BRING_UP, str(tmp_path)]
+    pipe = subprocess.PIPE
+    said = ""
+    with subprocess.Popen(words, stdout=pipe, stderr=subprocess.STDOUT, text=True, start_new_session=True) as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            said += line
+            if "Pushing" in line and said.count("Pushing") == 1:
+                os.killpg(process.pid, signal.SIGINT)
+    assert process.returncode == 130, said
+    assert "was interrupted at the step “nudges”" in " ".join(said.split())
+    assert "Traceback" not in said
+    sheet = read_sealed(tmp_path / FILE, BringUpSheet, "", "")
+    assert sheet.done.interrupted_at == "nudges"
+    assert not sheet.done.passed
+    assert sheet.steps
+    assert all(step.passed for step in sheet.steps)
