@@ -16,7 +16,7 @@ test test-slow: export PYTHONDONTWRITEBYTECODE :=
 # A worker that has nothing left takes from the others; at first each has a run of neighbours, which share fixtures.
 ON_ALL_CORES := --numprocesses auto --dist worksteal
 
-.PHONY: help docs demo setup setup-dev test test-slow check format bench bench-setup lock clean
+.PHONY: help docs dist demo setup setup-dev test test-slow check format bench bench-setup lock clean
 .DELETE_ON_ERROR:
 
 help:
@@ -24,6 +24,7 @@ help:
 	@echo "make test       tests, without the slow ones (make test-slow: all of them)"
 	@echo "make check      style, types, the direction of imports, and the language"
 	@echo "make docs       the documentation as a site, in docs/_build/html"
+	@echo "make dist       wheel and source archive in dist, checked, installed into an empty environment and started"
 	@echo "make format     put the code into the common form"
 	@echo "make bench      time our kernels beside every opponent, write benchmarks/README.md (a quarter of an hour)"
 	@echo "make bench-setup  install the opponents of make bench"
@@ -73,6 +74,16 @@ docs: $(VENV)/installed-docs
 	$(BIN)/python docs/generate.py
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet -b html docs docs/_build/html
 	@echo "The site: docs/_build/html/index.html"
+
+# The files of a release. The wheel is installed into an empty environment, with the core's packages only, and started.
+dist: $(VENV)/installed-docs
+	rm -rf dist
+	$(BIN)/python -m build --no-isolation --outdir dist
+	$(BIN)/twine check --strict dist/*
+	$(BIN)/python -m venv dist/empty
+	dist/empty/bin/python -m pip install --quiet --disable-pip-version-check dist/*.whl
+	cd dist && empty/bin/exograv --version && empty/bin/exograv rigs > /dev/null && empty/bin/exograv doctor
+	rm -rf dist/empty
 
 setup: $(VENV)/installed
 

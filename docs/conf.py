@@ -7,7 +7,7 @@ author = "exograv contributors"
 version = release = exograv.__version__
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
@@ -16,6 +16,11 @@ extensions = [
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 4
 exclude_patterns = ["_build"]
+# An error in a notebook is an error of the site.
+nb_execution_mode = "force"
+nb_execution_timeout = 300
+nb_execution_raise_on_error = True
+nb_execution_show_tb = True
 
 html_theme = "furo"
 html_title = f"exograv {version}"

@@ -1,4 +1,4 @@
-"""Write the pages of the documentation that come from the code: the commands with their options, and the public API.
+"""Write the pages that come from elsewhere: commands with their options, public API, notebooks, release notes.
 
 python docs/generate.py
 """
@@ -8,6 +8,7 @@ import inspect
 import io
 import os
 import re
+import shutil
 from pathlib import Path
 
 import tyro
@@ -16,16 +17,20 @@ import exograv
 from exograv.cli import ACTIONS, GROUPS, group_help
 from exograv.cli.shell.command import Action, command_class
 
-FOLDER = Path(__file__).parent / "reference" / "generated"
+ROOT = Path(__file__).parents[1]
+FOLDER = ROOT / "docs" / "reference" / "generated"
 COLUMNS = "100"
 
 
 def main() -> None:
-    """Write both pages."""
+    """Write the pages."""
     os.environ["COLUMNS"] = COLUMNS
     FOLDER.mkdir(parents=True, exist_ok=True)
     (FOLDER / "commands.md").write_text(commands(), encoding="utf-8")
     (FOLDER / "api.md").write_text(api(), encoding="utf-8")
+    (FOLDER / "release_notes.md").write_text((ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), encoding="utf-8")
+    for notebook in (ROOT / "examples" / "notebooks").glob("*.ipynb"):
+        shutil.copy(notebook, FOLDER / f"notebook_{notebook.name}")
 
 
 def commands() -> str:

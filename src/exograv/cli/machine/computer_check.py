@@ -1,5 +1,6 @@
 """Checks of this computer: requirements of exograv, and the time of a control tick."""
 
+import importlib.util
 import os
 import platform
 import sys
@@ -15,7 +16,9 @@ from exograv.errors import KernelError
 from exograv.extras import missing_by_extra
 from exograv.model.description import rig_names
 
-PACKAGES = ("casadi", "mcap", "mujoco-core", "numpy", "pydantic", "scipy")
+CORE, OPTIONAL = ("numpy", "pydantic"), ("casadi", "mcap", "mujoco-core", "scipy")
+"""Packages without which nothing runs, and packages of extras whose version matters in a report of a fault."""
+
 TICKS = 2000
 """Number of ticks that are timed."""
 
@@ -50,15 +53,18 @@ class ComputerCheck:
 
 
 def examine_computer(folder: Path) -> ComputerCheck:
-    """Check versions, a writable folder, and the time of a control tick.
+    """Check versions, a writable folder, and the time of a control tick. An extra that is not installed is no fault.
 
     `ok` is True if exograv runs on this computer. It does not say if the computer may drive a worn machine: `loop_test`
     tests that, because most computers run the twin, the study and the report only.
     """
-    checks = [_python(), *(_package(name) for name in PACKAGES), _writable(folder)]
-    checks.append(_kernels())
+    optional = (_package(name) for name in OPTIONAL)
+    checks = [_python(), *(_package(name) for name in CORE), *(one for one in optional if one.ok), _writable(folder)]
+    has_kernels = importlib.util.find_spec("casadi") is not None
+    if has_kernels:
+        checks.append(_kernels())
     checks.append(Check("machines", bool(rig_names()), ", ".join(rig_names()) or "none found"))
-    tick = _tick_percentiles() if all(check.ok for check in checks[1:]) else None
+    tick = _tick_percentiles() if has_kernels and all(check.ok for check in checks[1:]) else None
     if tick is not None:
         ok = tick["p99"] < PERIOD_US / 2
         text = f"median {tick['p50']} µs, p99 {tick['p99']} µs of a period of 1000 µs"
@@ -84,8 +90,8 @@ def _kernels() -> Check:
         from exograv.kernel import object_code
 
         return Check("kernels", True, f"native code for {object_code.processor().name}")
-    except ImportError:
-        return Check("kernels", False, "no CasADi: pip install 'exograv[all]'")
+    except ImportError as error:
+        return Check("kernels", False, f"{error}: pip install 'exograv[control]'")
     except KernelError as error:
         return Check("kernels", True, f"virtual machine. {error}")
 
