@@ -6,6 +6,7 @@ python docs/generate.py
 import contextlib
 import inspect
 import io
+import math
 import os
 import re
 import shutil
@@ -16,6 +17,8 @@ import tyro
 import exograv
 from exograv.cli import ACTIONS, GROUPS, group_help
 from exograv.cli.shell.command import Action, command_class
+from exograv.laboratory.participant.habits import register
+from exograv.rig.twin.disturbances.levels import MACHINE, WEARER, LevelRow, Value
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "docs" / "reference" / "generated"
@@ -28,6 +31,8 @@ def main() -> None:
     FOLDER.mkdir(parents=True, exist_ok=True)
     (FOLDER / "commands.md").write_text(commands(), encoding="utf-8")
     (FOLDER / "api.md").write_text(api(), encoding="utf-8")
+    (FOLDER / "disturbances.md").write_text(disturbances(), encoding="utf-8")
+    (FOLDER / "virtual_participant.md").write_text(participant_constants(), encoding="utf-8")
     (FOLDER / "release_notes.md").write_text((ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), encoding="utf-8")
     for notebook in (ROOT / "examples" / "notebooks").glob("*.ipynb"):
         shutil.copy(notebook, FOLDER / f"notebook_{notebook.name}")
@@ -68,6 +73,61 @@ def api() -> str:
         )
         parts += [f"## {name}", f"```{{eval-rst}}\n.. {kind}:: exograv.{module}.{name}\n```"]
     return "\n\n".join(parts) + "\n"
+
+
+def disturbances() -> str:
+    """One table of the wearer's and one of the machine's disturbances, with the size at every level."""
+    parts = [
+        "# Sizes of the disturbances",
+        "A range is uniform, a dash means no limit. Sources: [disturbances](../../explanation/disturbances.md).",
+    ]
+    for title, rows in (("The wearer", WEARER), ("The machine", MACHINE)):
+        lines = [line for name, row in rows.items() for line in disturbance_lines(name, row)]
+        parts += [f"## {title}", table(("switch", "size", "column", *"01234"), lines)]
+    return "\n\n".join(parts) + "\n"
+
+
+def disturbance_lines(name: str, row: LevelRow) -> list[tuple[str, ...]]:
+    """One line per column of a disturbance; name and meaning stand in the first line only."""
+    heads = [(f"`{name}`", row.meaning)] + [("", "")] * (len(row.columns) - 1)
+    return [
+        (*head, f"`{column}`", *(size(value) for value in values))
+        for head, (column, values) in zip(heads, row.columns.items(), strict=True)
+    ]
+
+
+def size(value: Value) -> str:
+    """Size of a disturbance as text."""
+    if isinstance(value, tuple):
+        return f"{value[0]:g}–{value[1]:g}"
+    return "–" if math.isinf(value) else f"{value:g}"
+
+
+def participant_constants() -> str:
+    """One line per constant of a virtual participant."""
+    lines = [
+        (
+            f"`{one.name}`",
+            f"{one.value:.4g} {one.unit}".removesuffix(" -"),
+            f"{one.low:.4g}–{one.high:.4g}",
+            one.standing,
+            one.source,
+        )
+        for one in register()
+    ]
+    return (
+        "# Constants of a virtual participant\n\n"
+        "Results are swept over the range. A `fitted` value was chosen with one published figure in view; that figure "
+        "confirms nothing. Model: [virtual participant](../../explanation/virtual_participant.md).\n\n"
+        + table(("constant", "value", "swept", "standing", "source or reason"), lines)
+        + "\n"
+    )
+
+
+def table(head: tuple[str, ...], lines: list[tuple[str, ...]]) -> str:
+    """Markdown table."""
+    rows = [head, ("---",) * len(head), *lines]
+    return "\n".join("| " + " | ".join(row) + " |" for row in rows)
 
 
 if __name__ == "__main__":

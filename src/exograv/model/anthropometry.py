@@ -1,6 +1,6 @@
 """Anthropometric table of an arm from height, mass and sex, with its uncertainty: the estimator's prior.
 
-Source: de Leva 1996, doi 10.1016/0021-9290(95)00178-6, as tabulated in docs/explanation/arm.md.
+Source: de Leva 1996, doi 10.1016/0021-9290(95)00178-6. Reasons for the prior: docs/explanation/arm.md.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Every row of docs/explanation/disturbances.md exists, with its size and its switch."""
+"""Every row of the table of disturbances exists, with its size and its switch."""
 
 import numpy as np
 import pytest

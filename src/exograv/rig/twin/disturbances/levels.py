@@ -1,4 +1,4 @@
-"""Disturbances of the twin at levels 0 (none) to 4 (a bad day), as in docs/explanation/disturbances.md.
+"""Disturbances of the twin at levels 0 (none) to 4 (a bad day); docs/explanation/disturbances.md has their sources.
 
 A pair (a, b) is a uniform range. Each row can also be switched off. The numbers may be widened with a reason. They are
 never narrowed to reach a figure.
