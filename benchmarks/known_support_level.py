@@ -97,8 +97,7 @@ def resting(one: WeakParticipant, place: Place, support: float) -> PerFreedom:
     """Resting posture [rad] of an arm that aims at a place [m], after it sinks or its elasticity moves it.
 
     Muscles pull with the torque of an average attempt, and the machine's dry friction helps; they give way beyond that.
-    A criterion that asks the muscles to hold the exact posture asks for more than a reach needs
-    (docs/howto/support_level.md).
+    A criterion that asks the muscles to hold the exact posture asks for more than a reach needs.
     """
     weakness, own = one.weakness, one.body.own
     most, stiffness = weak_physiology(weakness).torque_max, usual_physiology(len(weakness.strength)).stiffness
