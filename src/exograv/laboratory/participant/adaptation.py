@@ -1,8 +1,7 @@
 """Adaptation of a person to a weight of the own arm: one fast state, and slow states per context.
 
-Two rates after Smith, Ghazizadeh and Shadmehr (2006), PLoS Biology 4:e179. Each context has its own slow state,
-    because
-wash-out alone does not explain savings (docs/howto/study.md). The context is inferred from the felt torque.
+Two rates after Smith, Ghazizadeh and Shadmehr (2006), PLoS Biology 4:e179. Each context has its own slow state, because
+wash-out alone does not explain savings (docs/howto/simulate_study.md). The context is inferred from the felt torque.
 """
 
 from collections.abc import Sequence
