@@ -13,6 +13,7 @@ from pathlib import Path
 
 import tyro
 from settings_pages import SettingsFile, settings_page
+from udp_tables import udp_tables
 
 import exograv
 from exograv.campaigns.sweep.study_file import StudyFile
@@ -61,6 +62,7 @@ def main() -> None:
     (FOLDER / "commands.md").write_text(commands(), encoding="utf-8")
     (FOLDER / "api.md").write_text(api(), encoding="utf-8")
     (FOLDER / "settings.md").write_text(settings_page(SETTINGS_FILES), encoding="utf-8")
+    (FOLDER / "udp_tables.inc").write_text(udp_tables(), encoding="utf-8")
     (FOLDER / "channels.md").write_text(format_document(), encoding="utf-8")
     (FOLDER / "release_notes.md").write_text((ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), encoding="utf-8")
     for notebook in (ROOT / "examples" / "notebooks").glob("*.ipynb"):
