@@ -70,7 +70,7 @@ def main() -> None:
 
 
 def commands() -> str:
-    """One section per group and command, with the text of `--help`."""
+    """Sections of groups and commands, with the text of `--help`."""
     parts = ["# Commands", "The text of `exograv COMMAND --help`, for every command."]
     parts += ["## Without a group"]
     for name, action in ACTIONS.items():
@@ -92,7 +92,7 @@ CONFIG = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.SuppressFixed)
 
 
 def api() -> str:
-    """One section per public name."""
+    """Sections of the public names."""
     parts = [
         "# Python API",
         "Every name below is an attribute of `exograv`. Names that are not listed here may change.",

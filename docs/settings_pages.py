@@ -31,11 +31,11 @@ class SettingsFile:
     """Path "" of the class of the whole file, and paths of classes that its types do not name."""
 
     purpose: str
-    """One sentence with a link to the page that explains the file."""
+    """Sentence with a link to the page that explains the file."""
 
 
 def settings_page(files: tuple[SettingsFile, ...]) -> str:
-    """One section per file, with a table for each of its tables."""
+    """Sections of the files, with a table of keys for each of their tables."""
     parts = [
         "# Settings files",
         "Keys of every file that a person writes, made from the classes that check them. Unknown keys are refused. A "

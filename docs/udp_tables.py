@@ -1,8 +1,8 @@
 """Tables of every byte of the UDP protocol, from the layout that the driver uses."""
 
-import enum
+from collections.abc import Mapping
 
-from exograv.rig.drive_status import SENTENCES
+from exograv.rig.drive_status import SENTENCES, DriveFault
 from exograv.rig.drives.udp.layout import (
     COMMAND,
     COMMAND_JOINT,
@@ -34,8 +34,7 @@ def udp_tables() -> str:
         begin, size = LAYOUTS[kind].joints_at, packed(joint).size
         text = f"{kind.name}; the joints' blocks begin at byte {begin} and have {size} bytes each:"
         parts += [text, fields_table(own, HEADER_BYTES), f"Block of a joint in {kind.name}:", fields_table(joint, 0)]
-    faults: dict[enum.IntFlag, str] = dict(SENTENCES)
-    parts += ["`fault`; a drive with a fault gives no torque and brakes:", bits_table(faults)]
+    parts += ["`fault`; a drive with a fault gives no torque and brakes:", bits_table(SENTENCES)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -48,7 +47,7 @@ def fields_table(fields: tuple[PacketField, ...], begin: int) -> str:
     return "\n".join(lines)
 
 
-def bits_table(bits: dict[enum.IntFlag, str]) -> str:
+def bits_table(bits: Mapping[DriveFault, str]) -> str:
     """Table of bits with their meanings."""
     return "\n".join(
         ["| bit | name | |", "|---|---|---|"]
