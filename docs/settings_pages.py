@@ -82,7 +82,8 @@ def table_of(kind: type) -> str:
     meanings = meanings_of(kind)
     rows = ["| key | type | default | meaning |", "|---|---|---|---|"]
     for name, annotation in annotations_of(kind).items():
-        cells = (f"`{name}`", type_name(annotation), default_of(kind, name), meanings.get(name, ""))
+        meaning = meanings.get(name) or " ".join(first_line(inner) for inner in settings_in(annotation))
+        cells = (f"`{name}`", type_name(annotation), default_of(kind, name), meaning)
         rows.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     return "\n".join(rows)
 
@@ -139,6 +140,11 @@ def meanings_of(kind: type) -> dict[str, str]:
             case _:
                 pass
     return found
+
+
+def first_line(kind: type) -> str:
+    """First line of the docstring of a class."""
+    return documentation(kind).partition("\n")[0]
 
 
 def documentation(kind: type) -> str:

@@ -60,3 +60,7 @@ def test_a_required_key_has_no_default_and_one_that_may_be_absent_has_a_dash(pag
 
 def test_a_plain_dataclass_has_its_defaults_and_meanings(pages: ModuleType):
     assert row_of(pages.table_of(AssistSettings), "block") == ["integer", "`12`", "Attempts before a decision."]
+
+
+def test_a_table_without_a_meaning_of_its_own_has_that_of_its_class(pages: ModuleType):
+    assert row_of(pages.table_of(RigSettings), "donning")[2] == "Posture in which the cuffs are fastened."

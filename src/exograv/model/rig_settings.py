@@ -182,7 +182,7 @@ class JointSweep(Settings):
     posture_deg: Degrees
     """Posture of all joints [°]; the entry of the moving joint is not used."""
     mount: str | None = None
-    """Mount of the weights in this sweep; the calibration's main mount if None."""
+    """Mount of the weights in this sweep; if absent, the calibration's main mount."""
 
 
 class CalibrationSettings(Settings):
@@ -223,9 +223,9 @@ class RigSettings(Settings):
     actuators: Annotated[list[Actuator], Field(min_length=1)]
     task_workspace: TaskWorkspace
     calibration: CalibrationSettings | None = None
-    """Settings of the calibration; None in a machine without motors, which has no drives to calibrate."""
+    """Weights and sweeps of the calibration; absent in a machine without motors."""
     excitation: Excitation | None = None
-    """Excitation motion; None in a machine without motors."""
+    """Motion that identifies the arm; absent in a machine without motors."""
 
     @model_validator(mode="after")
     def _one_entry_per_actuator(self) -> "RigSettings":
