@@ -8,7 +8,7 @@ from .stream_block import DEFINITION, TOPICS
 INTRODUCTION = f"""\
 # Channels of a recording
 
-Version {SCHEMA_VERSION}, from `src/exograv/recording/schema.py`. Conventions: [recording format](../recording_format.md).
+Version {SCHEMA_VERSION}, of `src/exograv/recording/schema.py`. Conventions: [recording format](../recording_format.md).
 """
 
 
