@@ -1,4 +1,4 @@
-"""Coverage of the intervals of transfer: docs/results/simulate_study_figures.md.
+"""Coverage of the intervals of transfer: docs/results/simulate_study_results.md.
 
     python benchmarks/transfer_coverage.py --studies 10000 --save transfer_coverage.json
 

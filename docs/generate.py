@@ -13,16 +13,49 @@ import shutil
 from pathlib import Path
 
 import tyro
+from settings_pages import SettingsFile, settings_page
+from udp_tables import udp_tables
 
 import exograv
+from exograv.campaigns.sweep.study_file import StudyFile
 from exograv.cli import ACTIONS, GROUPS, group_help
 from exograv.cli.shell.command import Action, command_class
 from exograv.laboratory.participant.habits import register
+from exograv.laboratory.support_level.person_file import PersonFile
+from exograv.model.rig_settings import RigSettings
+from exograv.recording.document import format_document
+from exograv.rig.drives.settings import DrivesSettings
 from exograv.rig.twin.disturbances.levels import MACHINE, WEARER, LevelRow, Value
+from exograv.rig.twin.foreign_arm.wearer_map import WearerMap
+from exograv.study.folder.settings import StudySettings
+from exograv.study.importers.xdf_mapping import XdfMapping
+from exograv.task.assist_as_needed import AssistSettings
+from exograv.task.assist_protocol import AssistProtocol
+from exograv.task.protocol_schema import Protocol
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "docs" / "reference" / "generated"
 COLUMNS = "100"
+SETTINGS_FILES = (
+    SettingsFile("rig.toml", {RigSettings: ""}, "A machine, beside its URDF ([machines](../robots.md))."),
+    SettingsFile(
+        "drives.toml", {DrivesSettings: ""}, "Bus and drives of a machine ([bring-up](../../howto/rig_test.md))."
+    ),
+    SettingsFile("Protocol", {Protocol: ""}, "Sessions of the pointing task ([task](../../explanation/task.md))."),
+    SettingsFile(
+        "Assist protocol",
+        {AssistProtocol: "", AssistSettings: "support"},
+        "Adaptive support ([assist](../../howto/assist.md)).",
+    ),
+    SettingsFile("study.toml", {StudySettings: ""}, "A study and its groups ([studies](../../howto/study.md))."),
+    SettingsFile("Sweep", {StudyFile: ""}, "Grid of simulated runs ([sweeps](../../howto/sweep.md))."),
+    SettingsFile("Wearer map", {WearerMap: ""}, "A third party's arm ([arm models](../../howto/wearer_models.md))."),
+    SettingsFile(
+        "Person of little strength", {PersonFile: ""}, "A virtual person ([support](../../howto/support_level.md))."
+    ),
+    SettingsFile("XDF mapping", {XdfMapping: ""}, "Touches in a recording of LSL ([studies](../../howto/study.md))."),
+)
+"""Files that a person writes."""
 
 
 def main() -> None:
@@ -33,13 +66,16 @@ def main() -> None:
     (FOLDER / "api.md").write_text(api(), encoding="utf-8")
     (FOLDER / "disturbances.md").write_text(disturbances(), encoding="utf-8")
     (FOLDER / "virtual_participant.md").write_text(participant_constants(), encoding="utf-8")
+    (FOLDER / "settings.md").write_text(settings_page(SETTINGS_FILES), encoding="utf-8")
+    (FOLDER / "udp_tables.inc").write_text(udp_tables(), encoding="utf-8")
+    (FOLDER / "channels.md").write_text(format_document(), encoding="utf-8")
     (FOLDER / "release_notes.md").write_text((ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), encoding="utf-8")
     for notebook in (ROOT / "examples" / "notebooks").glob("*.ipynb"):
         shutil.copy(notebook, FOLDER / f"notebook_{notebook.name}")
 
 
 def commands() -> str:
-    """One section per group and command, with the text of `--help`."""
+    """Sections of groups and commands, with the text of `--help`."""
     parts = ["# Commands", "The text of `exograv COMMAND --help`, for every command."]
     parts += ["## Without a group"]
     for name, action in ACTIONS.items():
@@ -61,7 +97,7 @@ CONFIG = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.SuppressFixed)
 
 
 def api() -> str:
-    """One section per public name."""
+    """Sections of the public names."""
     parts = [
         "# Python API",
         "Every name below is an attribute of `exograv`. Names that are not listed here may change.",

@@ -1,6 +1,7 @@
-"""The document of the format and the schemas in a file agree with the table."""
+"""The pages of the format and the schemas in a file agree with the table of channels."""
 
 import json
+import re
 from pathlib import Path
 
 from mcap.reader import make_reader
@@ -8,15 +9,35 @@ from mcap.reader import make_reader
 from exograv.recording import RecordingWriter
 from exograv.recording.document import format_document
 from exograv.recording.encoding import tick_definition
-from exograv.recording.schema import CHANNELS, RESULT
+from exograv.recording.schema import CHANNELS, RESULT, SCHEMA_VERSION
+from exograv.recording.stream_block import TOPICS
+from exograv.recording.writer import SYNC_EVERY_S
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "reference" / "recording_format.md"
+PAGE = Path(__file__).parents[2] / "docs" / "reference" / "recording_format.md"
 
 
-def test_the_document_agrees_with_the_table():
-    assert DOCUMENT.read_text(encoding="utf-8") == format_document(), (
-        "Renew it: python -m exograv.recording.document > docs/reference/recording_format.md"
-    )
+def topics_in_the_table(page: str) -> set[str]:
+    """Topics in the first column of the page's table of channels."""
+    first_cells = re.findall(r"^\| (`/[^|]+) \|", page, flags=re.MULTILINE)
+    return {topic for cell in first_cells for topic in re.findall(r"`([^`]+)`", cell)}
+
+
+def test_the_page_lists_every_channel_and_no_other():
+    assert topics_in_the_table(PAGE.read_text(encoding="utf-8")) == {*CHANNELS, f"{TOPICS}…"}
+
+
+def test_the_page_states_the_version_and_the_interval_of_syncing():
+    page = PAGE.read_text(encoding="utf-8")
+    assert f"version {SCHEMA_VERSION} of this format" in page
+    assert f"every {1e3 * SYNC_EVERY_S:.0f} ms" in page
+
+
+def test_the_generated_page_has_every_field_of_every_channel_with_its_unit():
+    document = format_document()
+    for channel in CHANNELS.values():
+        section = document.split(f"## `{channel.topic}`\n")[1].split("\n## ")[0]
+        for field in channel.fields:
+            assert re.search(rf"^\| `{field.name}` \| [^|]+ \| {re.escape(field.unit)} \|", section, flags=re.MULTILINE)
 
 
 def test_every_field_states_its_unit():

@@ -56,7 +56,7 @@ class Recording:
 
     @property
     def ticks(self) -> np.ndarray:
-        """Structured array with one record per tick; docs/reference/recording_format.md lists its fields and units."""
+        """Structured array with one record per tick; fields: docs/reference/recording_format.md."""
         return self._read.ticks
 
     @cached_property

@@ -62,8 +62,10 @@ class Adjustment(Settings):
     joint: str
     segment: Literal["upper_arm", "forearm"]
     nominal_m: PositiveFloat
+    """Length in the URDF."""
     min_m: PositiveFloat
     max_m: PositiveFloat
+    """Adjustable range."""
     axis: Literal["x", "y", "z"] = "z"
     """Axis of the parent's frame."""
 
@@ -81,13 +83,18 @@ class Cuff(Settings):
 
     name: str
     exo_frame: str
+    """Link of the URDF at the cuff, with z along the limb."""
     segment: Segment
     side: ArmSide | None = None
     """Side of the arm, in a machine for both arms."""
     along_N_per_mm: NonNegativeFloat
+    """Stiffness along the limb."""
     across_N_per_mm: NonNegativeFloat
+    """Stiffness across the limb, in both directions."""
     about_limb_Nm_per_deg: NonNegativeFloat
+    """Stiffness about the limb."""
     about_others_Nm_per_deg: NonNegativeFloat
+    """Stiffness about the two axes across the limb."""
     free: list[Literal["x", "y", "z", "about_x", "about_y", "about_z"]] = []
     """Free axes of the cuff's frame, regardless of its stiffness; z is along the limb."""
 
@@ -126,14 +133,20 @@ class Actuator(Settings):
 
     joint: str
     place: Place
+    """Place of the joint along the arm."""
     drive: Literal["harmonic", "quasi_direct", "passive"]
     torque_constant_Nm_per_A: PositiveFloat | None = None
+    """Motor torque per current, before the gear."""
     gear_ratio: PositiveFloat | None = None
     efficiency: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
+    """Share of the motor's torque that passes the gear."""
     torque_max_Nm: PositiveFloat | None = None
+    """Largest torque at the joint; the guard allows no more."""
     rotor_inertia_kgm2: Annotated[float, Field(ge=0.0)] | None = None
+    """Inertia of the rotor as the joint feels it."""
     weak_kp_Nm_per_rad: PositiveFloat | None = None
     weak_kd_Nms_per_rad: PositiveFloat | None = None
+    """Gains of the weak PD that follows a reference while the machine drives the arm."""
 
     @model_validator(mode="after")
     def _motor_or_none(self) -> "Actuator":
@@ -157,6 +170,7 @@ class TaskWorkspace(Settings):
 
     lower_deg: Degrees
     upper_deg: Degrees
+    """Limits of each joint."""
 
 
 class JointSweep(Settings):
@@ -168,13 +182,14 @@ class JointSweep(Settings):
     posture_deg: Degrees
     """Posture of all joints [°]; the entry of the moving joint is not used."""
     mount: str | None = None
-    """Mount of the weights in this sweep; the calibration's main mount if None."""
+    """Mount of the weights in this sweep; if absent, the calibration's main mount."""
 
 
 class CalibrationSettings(Settings):
     """Known weights, their mounts and the sweeps of the calibration of the empty machine."""
 
     mount: str
+    """Frame where known weights hang, unless a sweep names another."""
     weights_kg: Annotated[list[PositiveFloat], Field(min_length=2)]
     sweeps: Annotated[list[JointSweep], Field(min_length=1)]
 
@@ -189,8 +204,10 @@ class Excitation(Settings):
 
     period_s: PositiveFloat
     centre_deg: Degrees
+    """Posture around which the machine moves."""
     sine_deg: Annotated[list[Degrees], Field(min_length=1)]
     cosine_deg: Annotated[list[Degrees], Field(min_length=1)]
+    """Amplitudes of the cosines, a row per harmonic with an entry per joint."""
 
 
 class RigSettings(Settings):
@@ -206,9 +223,9 @@ class RigSettings(Settings):
     actuators: Annotated[list[Actuator], Field(min_length=1)]
     task_workspace: TaskWorkspace
     calibration: CalibrationSettings | None = None
-    """Settings of the calibration; None in a machine without motors, which has no drives to calibrate."""
+    """Weights and sweeps of the calibration; absent in a machine without motors."""
     excitation: Excitation | None = None
-    """Excitation motion; None in a machine without motors."""
+    """Motion that identifies the arm; absent in a machine without motors."""
 
     @model_validator(mode="after")
     def _one_entry_per_actuator(self) -> "RigSettings":

@@ -1,59 +1,21 @@
-"""Generator of docs/reference/recording_format.md. `python -m exograv.recording.document` prints the page."""
+"""Generator of the page of channels: every field of a recording with its type and unit, from the schema."""
 
 from .encoding import tick_definition
 from .fields import POINTS, Channel, Field
 from .schema import CHANNELS, SCHEMA_VERSION
 from .stream_block import DEFINITION, TOPICS
-from .writer import SYNC_EVERY_S
 
 INTRODUCTION = f"""\
-# Recording format
+# Channels of a recording
 
-This page is made from the table in `src/exograv/recording/schema.py`; a test fails if the two differ. To renew it:
-`python -m exograv.recording.document > docs/reference/recording_format.md`
-
-A recording is one [MCAP](https://mcap.dev) file, version {SCHEMA_VERSION} of this format (`schema_version` in
-`/settings`); older versions are still read. The file is written during the run, in chunks of at most about 1 MB (zstd).
-A writer that is killed loses at most its last chunk, and the reader reports the loss. A live recording is synced to the
-disk every {1e3 * SYNC_EVERY_S:.0f} ms. If its recorder is killed, another one continues the same file
-([realtime.md](../explanation/realtime.md)). The file holds no wall-clock time. Log times are the rig's clock in
-nanoseconds. So the same seed gives the same messages, except for `tick_us`, `lateness_us` and `monotonic`.
-
-Each chunk has a checksum and an index that must agree with it. A complete file has a checksum over all that was
-written, and one over its summary. The reader leaves out a part that does not agree and all that follows, and reports
-it.
-
-Values are SI unless the unit beside them is another. `[joint]` is one entry per actuated joint, in the order of
-`joints` in `/settings`. Torque is positive along the joint's axis, and is the torque that the motor adds. Each channel
-has its own schema in the file, so that a viewer without knowledge of exograv can open it: Foxglove and Lichtblick,
-PlotJuggler, and every reader of MCAP with `ros2msg` and JSON Schema.
-
-## Replay
-
-    exograv data replay FILE [--json P] [--out DIR] [--person FILE] [--calibration FILE] [--gravity-level G] [--rig R]
-
-lets control and guard decide once more on the measurements in a recording of `exograv demo`, `identify` or `live`. The
-machine is made from the files in `/settings`, and controllers and observer from `/control`. For a live run, they are
-made from `settings.live`, and from `/control` the result of the worker. The guard gets the recorded limits of the
-person. Then the ticks are fed one by one. Numbers are stored without rounding, so the same code on the same computer
-decides the same to the last bit. The answer says so, or names the first tick, torque and joint that differ by more than
-1e-6 N·m. It also lists other safe states and stops, and all that has changed: versions, hash of the code, files of the
-machine, missing ticks. The exit status is then 1. The figure shows torque and difference, by joint, with the phases.
-
-The torque of the first pushes of a calibration, a script without feedback, cannot be replayed; there the recorded
-torque goes through the guard. Where ticks are missing, filters start again, and half a second is not compared. A file
-that was cut or damaged is replayed up to its last good record.
-
-With an option, the same ticks are decided as with another person (a file of `exograv arm identify --keep`, from the
-first tick on), calibration, felt weight or machine. The arm's different response is not simulated, and its motors are
-assumed to follow their commands of this replay. Recordings before version 3 do not hold the inputs of control.
+Version {SCHEMA_VERSION}, of `src/exograv/recording/schema.py`. Conventions: [recording format](../recording_format.md).
 """
 
 
 STREAMS = f"""\
 ## `{TOPICS}…`: streams of other devices
 
-Each stream of Lab Streaming Layer has one channel ([lsl.md](../howto/lsl.md)), named after it. The number of streams is
+Each stream of Lab Streaming Layer has one channel ([LSL](../../howto/lsl.md)), named after it. The number of streams is
 fixed when the file begins. A message holds the samples of about a tenth of a second. The encoding is `cdr` with
 sequences: a length of four bytes, then the entries, each value aligned to its own size, counted from the end of the
 four bytes at the beginning. `values` has the stream's own type, `float32`, `float64` (LSL's `double64`), `int8`,
@@ -69,7 +31,7 @@ of `/stream` and of `/correction` are their times of arrival on the rig's clock;
 
 
 def format_document() -> str:
-    """Text of the whole document, as Markdown."""
+    """Text of the page, as Markdown."""
     binary = f"""\
 ## How a tick is packed
 
@@ -105,7 +67,3 @@ def _rows(fields: tuple[Field, ...], prefix: str = "") -> list[str]:
         rows.append(f"| `{prefix}{field.name}` | {field.type}{size} | {field.unit} | {meaning} |")
         rows += _rows(field.fields, f"{prefix}{field.name}{size}.")
     return rows
-
-
-if __name__ == "__main__":
-    print(format_document(), end="")

@@ -1,4 +1,4 @@
-"""Table of the recording format; writer, reader and docs/reference/recording_format.md are made from it."""
+"""Table of the recording format; writer, reader and the page of channels in the documentation are made from it."""
 
 from .fields import JOINT, LIST, POINTS, Channel, Field, T, fields_of
 from .messages import ClockCorrection, StreamNote, TimingMessage

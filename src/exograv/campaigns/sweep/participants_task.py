@@ -75,7 +75,7 @@ class ParticipantsGrid(Grid):
     """Number of people for each combination of the other settings."""
 
     conditions: Annotated[list[str], Several] = Field(default=[FAMILIARISED, "dam"])
-    """Conditions of docs/results/simulate_study_conditions.md, and "familiarised", the reference of transfer."""
+    """Conditions of docs/results/simulate_study_results.md, and "familiarised", the reference of transfer."""
 
     sessions: Annotated[list[Sessions], Several] = Field(default=[4])
     """Sessions before the flight, each of 31 windows unless `windows` asks for fewer."""

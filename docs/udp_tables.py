@@ -1,0 +1,55 @@
+"""Tables of every byte of the UDP protocol, from the layout that the driver uses."""
+
+from collections.abc import Mapping
+
+from exograv.rig.drive_status import SENTENCES, DriveFault
+from exograv.rig.drives.udp.layout import (
+    COMMAND,
+    COMMAND_JOINT,
+    HEADER,
+    HEADER_BYTES,
+    LAYOUTS,
+    NAMEPLATE,
+    NAMEPLATE_JOINT,
+    STATE,
+    STATE_JOINT,
+    PacketField,
+    Type,
+    offsets,
+    packed,
+)
+
+PACKETS = {
+    Type.NAMEPLATE: (NAMEPLATE, NAMEPLATE_JOINT),
+    Type.STATE: (STATE, STATE_JOINT),
+    Type.COMMAND: (COMMAND, COMMAND_JOINT),
+}
+"""Packets with fields of their own: fields of the packet, and of each joint."""
+
+
+def udp_tables() -> str:
+    """Tables of header, packets and faults, as Markdown."""
+    parts = ["Header:", fields_table(HEADER, 0)]
+    for kind, (own, joint) in PACKETS.items():
+        begin, size = LAYOUTS[kind].joints_at, packed(joint).size
+        text = f"{kind.name}; the joints' blocks begin at byte {begin} and have {size} bytes each:"
+        parts += [text, fields_table(own, HEADER_BYTES), f"Block of a joint in {kind.name}:", fields_table(joint, 0)]
+    parts += ["`fault`; a drive with a fault gives no torque and brakes:", bits_table(SENTENCES)]
+    return "\n\n".join(parts) + "\n"
+
+
+def fields_table(fields: tuple[PacketField, ...], begin: int) -> str:
+    """Table of fields, the first of which lies at byte `begin`."""
+    lines = ["| byte | field | type | unit | |", "|---|---|---|---|---|"]
+    for field, at in zip(fields, offsets(fields, begin).values(), strict=True):
+        kind = f"char[{packed((field,)).size}]" if field.kind == "char" else field.kind
+        lines.append(f"| {at} | `{field.name}` | {kind} | {field.unit} | {field.meaning} |")
+    return "\n".join(lines)
+
+
+def bits_table(bits: Mapping[DriveFault, str]) -> str:
+    """Table of bits with their meanings."""
+    return "\n".join(
+        ["| bit | name | |", "|---|---|---|"]
+        + [f"| {bit.value} | {bit.name} | {meaning} |" for bit, meaning in bits.items()]
+    )
