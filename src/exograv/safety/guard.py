@@ -36,6 +36,7 @@ GRAVITY_LEVEL_S = 5.0
 The weight of a heavy arm, 11 N·m, then comes and goes at 2.2 N·m/s (docs/explanation/safety.md).
 """
 
+
 class SafeState(enum.IntEnum):
     """Reaction that protects the person.
 

@@ -35,7 +35,11 @@ class GuardedPerson:
         r = record.numbers
         r[core.WORN], r[core.WALL], r[core.PAST_STOP] = 1.0, limits.wall_rad, limits.trip_rad
         r[core.V_TRIP_PERSON] = limits.v_trip_rad_s
-        r[core.TANK_START], r[core.TANK_MAX], r[core.ENERGY] = limits.tank_start_J, limits.tank_max_J, limits.tank_start_J
+        r[core.TANK_START], r[core.TANK_MAX], r[core.ENERGY] = (
+            limits.tank_start_J,
+            limits.tank_max_J,
+            limits.tank_start_J,
+        )
         r[core.PATH_W], r[core.DRIVEN_W], r[core.DRIVEN_J] = limits.path_W, limits.driven_W, limits.driven_J
         record.put(core.ACTIVE, limits.active_max_Nm)
         record.put(core.LEAST_ACTIVE, np.minimum(core.MARGIN_NM, limits.active_max_Nm))

@@ -1,5 +1,5 @@
-/* Made from core.py by to_c.py; do not edit. Compile without -ffast-math and with -ffp-contract=off, because its results
-   must equal those of core.py to the last bit. */
+/* Made from core.py by to_c.py; do not edit. Compile without -ffast-math and with -ffp-contract=off: its results must
+   equal those of core.py to the last bit. */
 #include <math.h>
 
 static inline long modulo(long a, long b) { long rest = a % b; return rest < 0 ? rest + b : rest; }
@@ -114,7 +114,7 @@ const long guard_size = 6410;
 #define FRICTION 602
 #define LOW 618
 #define HIGH 634
-#define BRAKE 650
+#define LAST_TAU 650
 #define WANTED 666
 #define OVER 682
 #define IGNORED 698
@@ -200,8 +200,12 @@ void guard_believe(double *restrict r);
 void guard_watch(double *restrict r, double fastest);
 void guard_descend(double *restrict r);
 double guard_brake(double *restrict r, long j);
+void guard_bound_and_brake(double *restrict r, int brakes);
+int guard_limit_rate(double *restrict r);
 void guard_limit(double *restrict r, double *restrict w);
 void guard_take_in(double *restrict r);
+void guard_ignore_isolated(double *restrict r, long slots);
+int guard_is_broken(double *restrict r);
 int guard_has_jumped(double *restrict r);
 int guard_is_dead(double *restrict r, long j, long at, long slots);
 void guard_compare(double *restrict r);
@@ -216,6 +220,7 @@ void guard_begin(double *restrict r);
 void guard_approach_level(double *restrict r);
 void guard_filter_speeds(double *restrict r);
 void guard_see(double *restrict r);
+void guard_act_on_comparison(double *restrict r);
 void guard_decide(double *restrict r, double *restrict w);
 double guard_safe_state(double *restrict r);
 int guard_reset(double *restrict r);
@@ -655,19 +660,56 @@ double guard_brake(double *restrict r, long j)
     return copysign((r[(DAMPING + j)] * speed), v);
 }
 
+void guard_bound_and_brake(double *restrict r, int brakes)
+{
+    int worn;
+    long j;
+    double tau;
+    double braking;
+    worn = (r[WORN] != 0.0);
+    const long t1 = (long)(r[N]);
+    for (j = 0; j < t1; j += 1) {
+        r[(LAST_TAU + j)] = r[(TAU + j)];
+        tau = (worn ? guard_bounded(r, j, r[(WANTED + j)]) : r[(WANTED + j)]);
+        if (brakes) {
+            braking = guard_brake(r, j);
+            r[(WANTED + j)] -= braking;
+            tau = (worn ? guard_within((tau - braking), r[(LOW + j)], r[(HIGH + j)]) : r[(WANTED + j)]);
+        }
+        r[(TAU + j)] = tau;
+    }
+}
+
+int guard_limit_rate(double *restrict r)
+{
+    int is_clipped;
+    double step;
+    long j;
+    double last;
+    double bound;
+    const int t1 = 0;
+    const double t2 = (r[RATE] * r[DT]);
+    is_clipped = t1;
+    step = t2;
+    const long t3 = (long)(r[N]);
+    for (j = 0; j < t3; j += 1) {
+        const double t4 = r[(LAST_TAU + j)];
+        const double t5 = r[(TORQUE_MAX + j)];
+        last = t4;
+        bound = t5;
+        r[(TAU + j)] = guard_within(guard_within(r[(TAU + j)], (-bound), bound), (last - step), (last + step));
+        is_clipped = (is_clipped || (r[(TAU + j)] != r[(WANTED + j)]));
+    }
+    return is_clipped;
+}
+
 void guard_limit(double *restrict r, double *restrict w)
 {
     long n;
     int worn;
     double fastest;
     long j;
-    int brakes;
-    double tau;
-    double braking;
     int is_clipped;
-    double step;
-    double last;
-    double bound;
     guard_believe(r);
     const long t1 = (long)(r[N]);
     const int t2 = (r[WORN] != 0.0);
@@ -695,34 +737,11 @@ void guard_limit(double *restrict r, double *restrict w)
             r[(WANTED + j)] = r[(DESIRED + j)];
         }
     }
-    brakes = ((r[STOP] != 0.0) || (fastest > r[V_DAMPING]) || (worn && (r[IN_WALL] != 0.0)));
-    const long t7 = n;
-    for (j = 0; j < t7; j += 1) {
-        r[(BRAKE + j)] = r[(TAU + j)];
-        tau = (worn ? guard_bounded(r, j, r[(WANTED + j)]) : r[(WANTED + j)]);
-        if (brakes) {
-            braking = guard_brake(r, j);
-            r[(WANTED + j)] -= braking;
-            tau = (worn ? guard_within((tau - braking), r[(LOW + j)], r[(HIGH + j)]) : r[(WANTED + j)]);
-        }
-        r[(TAU + j)] = tau;
-    }
+    guard_bound_and_brake(r, ((r[STOP] != 0.0) || (fastest > r[V_DAMPING]) || (worn && (r[IN_WALL] != 0.0))));
     if (worn) {
         guard_afford(r);
     }
-    const int t8 = 0;
-    const double t9 = (r[RATE] * r[DT]);
-    is_clipped = t8;
-    step = t9;
-    const long t10 = n;
-    for (j = 0; j < t10; j += 1) {
-        const double t11 = r[(BRAKE + j)];
-        const double t12 = r[(TORQUE_MAX + j)];
-        last = t11;
-        bound = t12;
-        r[(TAU + j)] = guard_within(guard_within(r[(TAU + j)], (-bound), bound), (last - step), (last + step));
-        is_clipped = (is_clipped || (r[(TAU + j)] != r[(WANTED + j)]));
-    }
+    is_clipped = guard_limit_rate(r);
     if (worn) {
         guard_pay(r);
     }
@@ -733,31 +752,12 @@ void guard_limit(double *restrict r, double *restrict w)
 
 void guard_take_in(double *restrict r)
 {
-    long n;
     long slots;
-    long j;
-    long k;
-    int is_broken;
-    double torque;
     long at;
-    const long t1 = (long)(r[N]);
-    const long t2 = (long)(r[USED_SLOTS]);
-    n = t1;
-    slots = t2;
+    long j;
+    slots = (long)(r[USED_SLOTS]);
+    guard_ignore_isolated(r, slots);
     r[USABLE] = 0.0;
-    const long t3 = n;
-    for (j = 0; j < t3; j += 1) {
-        r[(JUMPED + j)] = 0.0;
-        r[(DEAD + j)] = 0.0;
-        r[(BROKEN + j)] = 0.0;
-        if (((r[(ISOLATED + j)] != 0.0) && (r[(IGNORED + j)] == 0.0))) {
-            const long t4 = slots;
-            for (k = 0; k < t4; k += 1) {
-                r[((USED + (k * JOINTS)) + j)] = NAN;
-            }
-        }
-        r[(IGNORED + j)] = r[(ISOLATED + j)];
-    }
     if ((r[CAME] == 0.0)) {
         return;
     }
@@ -769,30 +769,57 @@ void guard_take_in(double *restrict r)
     if ((!(fabs((r[NOW] - r[T_IN])) <= AGE_MAX_S))) {
         return;
     }
-    is_broken = 0;
-    const long t5 = n;
-    for (j = 0; j < t5; j += 1) {
-        torque = ((r[IN_CURRENT] != 0.0) ? r[(CURRENT_IN + j)] : r[(TAU_IN + j)]);
-        if (((r[(IGNORED + j)] == 0.0) && (!(isfinite(r[(Q_IN + j)]) && isfinite(torque))))) {
-            r[(BROKEN + j)] = 1.0;
-            is_broken = 1;
-        }
-    }
-    if ((is_broken || guard_has_jumped(r))) {
+    if ((guard_is_broken(r) || guard_has_jumped(r))) {
         return;
     }
     at = modulo(((long)(r[USED_AT]) + 1), slots);
-    const long t6 = at;
-    const double t7 = r[T_IN];
-    const double t8 = 1.0;
-    r[USED_AT] = t6;
-    r[T_USED] = t7;
-    r[USABLE] = t8;
-    const long t9 = n;
-    for (j = 0; j < t9; j += 1) {
+    const long t1 = at;
+    const double t2 = r[T_IN];
+    const double t3 = 1.0;
+    r[USED_AT] = t1;
+    r[T_USED] = t2;
+    r[USABLE] = t3;
+    const long t4 = (long)(r[N]);
+    for (j = 0; j < t4; j += 1) {
         r[((USED + (at * JOINTS)) + j)] = ((r[(IGNORED + j)] != 0.0) ? NAN : r[(Q_IN + j)]);
         r[(DEAD + j)] = (guard_is_dead(r, j, at, slots) ? 1.0 : 0.0);
     }
+}
+
+void guard_ignore_isolated(double *restrict r, long slots)
+{
+    long j;
+    long k;
+    const long t1 = (long)(r[N]);
+    for (j = 0; j < t1; j += 1) {
+        r[(JUMPED + j)] = 0.0;
+        r[(DEAD + j)] = 0.0;
+        r[(BROKEN + j)] = 0.0;
+        if (((r[(ISOLATED + j)] != 0.0) && (r[(IGNORED + j)] == 0.0))) {
+            const long t2 = slots;
+            for (k = 0; k < t2; k += 1) {
+                r[((USED + (k * JOINTS)) + j)] = NAN;
+            }
+        }
+        r[(IGNORED + j)] = r[(ISOLATED + j)];
+    }
+}
+
+int guard_is_broken(double *restrict r)
+{
+    int is_any;
+    long j;
+    double torque;
+    is_any = 0;
+    const long t1 = (long)(r[N]);
+    for (j = 0; j < t1; j += 1) {
+        torque = ((r[IN_CURRENT] != 0.0) ? r[(CURRENT_IN + j)] : r[(TAU_IN + j)]);
+        if (((r[(IGNORED + j)] == 0.0) && (!(isfinite(r[(Q_IN + j)]) && isfinite(torque))))) {
+            r[(BROKEN + j)] = 1.0;
+            is_any = 1;
+        }
+    }
+    return is_any;
 }
 
 int guard_has_jumped(double *restrict r)
@@ -1108,12 +1135,10 @@ void guard_filter_speeds(double *restrict r)
 
 void guard_see(double *restrict r)
 {
-    long n;
     long j;
-    n = (long)(r[N]);
     guard_approach_level(r);
     guard_take_in(r);
-    const long t1 = n;
+    const long t1 = (long)(r[N]);
     for (j = 0; j < t1; j += 1) {
         if (((r[(JUMPED + j)] != 0.0) || (r[(DEAD + j)] != 0.0))) {
             guard_trip(r, ((r[(JUMPED + j)] != 0.0) ? ENCODER_JUMPED : ENCODER_DEAD), 0);
@@ -1121,30 +1146,36 @@ void guard_see(double *restrict r)
             guard_forget_misses(r, MACHINE_MISSES);
         }
     }
-    if ((r[USABLE] == 0.0)) {
-        return;
+    if ((r[USABLE] != 0.0)) {
+        guard_filter_speeds(r);
+        if ((r[COMPARES] != 0.0)) {
+            guard_compare(r);
+            guard_act_on_comparison(r);
+        }
     }
-    guard_filter_speeds(r);
-    if ((r[COMPARES] == 0.0)) {
-        return;
-    }
-    guard_compare(r);
-    const long t2 = n;
-    for (j = 0; j < t2; j += 1) {
+}
+
+void guard_act_on_comparison(double *restrict r)
+{
+    long n;
+    long j;
+    n = (long)(r[N]);
+    const long t1 = n;
+    for (j = 0; j < t1; j += 1) {
         if ((r[(FAULTY + j)] != 0.0)) {
             guard_trip(r, DRIVE_FAULT, 0);
             guard_isolate(r, j, 0);
         }
     }
-    const long t3 = n;
-    for (j = 0; j < t3; j += 1) {
+    const long t2 = n;
+    for (j = 0; j < t2; j += 1) {
         if ((r[(PARTED + j)] != 0.0)) {
             guard_trip(r, ENCODERS_PART, 0);
             guard_isolate(r, j, 0);
         }
     }
-    const long t4 = n;
-    for (j = 0; j < t4; j += 1) {
+    const long t3 = n;
+    for (j = 0; j < t3; j += 1) {
         if ((r[(WRONG + j)] != 0.0)) {
             guard_trip(r, TORQUE_WRONG, 1);
             guard_isolate(r, j, 1);
@@ -1155,22 +1186,22 @@ void guard_see(double *restrict r)
 void guard_decide(double *restrict r, double *restrict w)
 {
     long n;
-    int is_broken;
+    int is_any_broken;
     long j;
     int is_new;
     const long t1 = (long)(r[N]);
     const int t2 = 0;
     n = t1;
-    is_broken = t2;
+    is_any_broken = t2;
     const long t3 = n;
     for (j = 0; j < t3; j += 1) {
-        is_broken = (is_broken || (r[(BROKEN + j)] != 0.0));
+        is_any_broken = (is_any_broken || (r[(BROKEN + j)] != 0.0));
     }
     if (guard_misses_too_many(r, MACHINE_MISSES, (r[USABLE] == 0.0))) {
-        guard_trip(r, (is_broken ? NO_MEASUREMENT : MACHINE_SILENT), 0);
+        guard_trip(r, (is_any_broken ? NO_MEASUREMENT : MACHINE_SILENT), 0);
         const long t4 = n;
         for (j = 0; j < t4; j += 1) {
-            if (((r[(BROKEN + j)] != 0.0) || (!is_broken))) {
+            if (((r[(BROKEN + j)] != 0.0) || (!is_any_broken))) {
                 guard_isolate(r, j, 0);
             }
         }

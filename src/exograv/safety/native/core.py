@@ -5,13 +5,14 @@ need the person's torques also take `w`, the table of plausible torques (`plausi
 writes places of `r`; it allocates nothing and raises nothing. Flags are 0.0 or 1.0. Each joint field has `JOINTS`
 places; a machine uses the first `r[N]` of them.
 
-The file imports nothing but `math`, and its text is the whole guard, so that a person can read it to the end.
+The file imports nothing but `math` and a type. Its text is the whole guard, so that a person can read it to the end.
 Sources of all figures: docs/explanation/safety.md.
 """
 
 import math
+from collections.abc import MutableSequence
 
-Record = list[float]
+Record = MutableSequence[float]
 """Record of a machine, or table of a person: anything that gives and takes 64-bit numbers by place."""
 
 JOINTS = 16
@@ -50,7 +51,7 @@ _FIELDS = CONTROL_MISSES + 2 + MISSES
     TORQUE_MAX, DAMPING, ACTIVE, LEAST_ACTIVE, LOWER, UPPER, FREE_LOWER, FREE_UPPER, DRY, VISCOUS, ERROR, REACH, SLACK,
     LEAST_WAY, GAIN,
     Q_IN, CURRENT_IN, TAU_IN, Q_MOTOR_IN, FAULTY_IN, ANSWER_IN, DESIRED, Q_GIVEN, V_GIVEN,
-    TAU, TAU_AT_STOP, ISOLATED, POWERLESS, Q, V, KNOWN, CARRIED, FRICTION, LOW, HIGH, BRAKE, WANTED, OVER,
+    TAU, TAU_AT_STOP, ISOLATED, POWERLESS, Q, V, KNOWN, CARRIED, FRICTION, LOW, HIGH, LAST_TAU, WANTED, OVER,
     IGNORED, JUMPS, JUMPED, DEAD, BROKEN, PARTED, WRONG, FIRST, PARTED_TICKS, LAST, STILL, MOTOR_THEN, OFF_TICKS, BIAS,
     REFUSED_TICKS, HELD, Q_SEEN, V_SEEN, V_FILTER, Q_FILTER, FAULTY,
 ) = range(_FIELDS, _FIELDS + 59 * JOINTS, JOINTS)  # fmt: skip
@@ -218,7 +219,7 @@ def drive(r: Record, is_driven: bool) -> None:
 
 def is_past_a_stop(r: Record) -> bool:
     """Return True if a joint is past its stop by more than the person's limit."""
-    for j in range(int(r[N])):
+    for j in range(int(r[N])):  # noqa: SIM110 - a generator has no translation to C
         if not (r[LOWER + j] - r[PAST_STOP] <= r[Q + j] <= r[UPPER + j] + r[PAST_STOP]):
             return True
     return False
@@ -389,6 +390,30 @@ def brake(r: Record, j: int) -> float:
     return math.copysign(r[DAMPING + j] * speed, v)
 
 
+def bound_and_brake(r: Record, brakes: bool) -> None:
+    """Write to `TAU` the wanted torque within the person's bounds, minus braking; `LAST_TAU` keeps the last one."""
+    worn = r[WORN] != 0.0
+    for j in range(int(r[N])):
+        r[LAST_TAU + j] = r[TAU + j]
+        tau = bounded(r, j, r[WANTED + j]) if worn else r[WANTED + j]
+        if brakes:
+            # Braking follows the bounds. Before them, a demand of control beyond the bounds would cancel the brake.
+            braking = brake(r, j)
+            r[WANTED + j] -= braking
+            tau = within(tau - braking, r[LOW + j], r[HIGH + j]) if worn else r[WANTED + j]
+        r[TAU + j] = tau
+
+
+def limit_rate(r: Record) -> bool:
+    """Limit `TAU` to the drives' torque and to the torque rate; return True if it is not the wanted torque."""
+    is_clipped, step = False, r[RATE] * r[DT]
+    for j in range(int(r[N])):
+        last, bound = r[LAST_TAU + j], r[TORQUE_MAX + j]
+        r[TAU + j] = within(within(r[TAU + j], -bound, bound), last - step, last + step)
+        is_clipped = is_clipped or r[TAU + j] != r[WANTED + j]
+    return is_clipped
+
+
 def limit(r: Record, w: Record) -> None:
     """Write to `TAU` the torque that may go out [N·m], for `DESIRED`, `Q_GIVEN` and `V_GIVEN`."""
     believe(r)
@@ -406,24 +431,10 @@ def limit(r: Record, w: Record) -> None:
     else:
         for j in range(n):
             r[WANTED + j] = r[DESIRED + j]
-    brakes = r[STOP] != 0.0 or fastest > r[V_DAMPING] or (worn and r[IN_WALL] != 0.0)
-    for j in range(n):
-        # Kept for the rate limit; `TAU` holds the torque of this tick from here on.
-        r[BRAKE + j] = r[TAU + j]
-        tau = bounded(r, j, r[WANTED + j]) if worn else r[WANTED + j]
-        if brakes:
-            # Braking follows the bounds. Before them, a demand of control beyond the bounds would cancel the brake.
-            braking = brake(r, j)
-            r[WANTED + j] -= braking
-            tau = within(tau - braking, r[LOW + j], r[HIGH + j]) if worn else r[WANTED + j]
-        r[TAU + j] = tau
+    bound_and_brake(r, r[STOP] != 0.0 or fastest > r[V_DAMPING] or (worn and r[IN_WALL] != 0.0))
     if worn:
         afford(r)
-    is_clipped, step = False, r[RATE] * r[DT]
-    for j in range(n):
-        last, bound = r[BRAKE + j], r[TORQUE_MAX + j]
-        r[TAU + j] = within(within(r[TAU + j], -bound, bound), last - step, last + step)
-        is_clipped = is_clipped or r[TAU + j] != r[WANTED + j]
+    is_clipped = limit_rate(r)
     if worn:
         pay(r)
     if r[STOP] == 0.0 and is_clipped:
@@ -435,15 +446,9 @@ def limit(r: Record, w: Record) -> None:
 
 def take_in(r: Record) -> None:
     """Check the measurement of one tick, and set `USABLE`, `JUMPED`, `DEAD` and `BROKEN`."""
-    n, slots = int(r[N]), int(r[USED_SLOTS])
+    slots = int(r[USED_SLOTS])
+    ignore_isolated(r, slots)
     r[USABLE] = 0.0
-    for j in range(n):
-        r[JUMPED + j] = r[DEAD + j] = r[BROKEN + j] = 0.0
-        if r[ISOLATED + j] != 0.0 and r[IGNORED + j] == 0.0:
-            # Its motion is unknown when its values are trusted again.
-            for k in range(slots):
-                r[USED + k * JOINTS + j] = math.nan
-        r[IGNORED + j] = r[ISOLATED + j]
     if r[CAME] == 0.0:
         return
     if r[SEQUENCE_IN] <= r[SEQUENCE]:
@@ -453,19 +458,34 @@ def take_in(r: Record) -> None:
     # A time in the future is not of this clock, and would excuse any jump.
     if not abs(r[NOW] - r[T_IN]) <= AGE_MAX_S:
         return
-    is_broken = False
-    for j in range(n):
-        torque = r[CURRENT_IN + j] if r[IN_CURRENT] != 0.0 else r[TAU_IN + j]
-        if r[IGNORED + j] == 0.0 and not (math.isfinite(r[Q_IN + j]) and math.isfinite(torque)):
-            r[BROKEN + j] = 1.0
-            is_broken = True
-    if is_broken or has_jumped(r):
+    if is_broken(r) or has_jumped(r):
         return
     at = (int(r[USED_AT]) + 1) % slots
     r[USED_AT], r[T_USED], r[USABLE] = at, r[T_IN], 1.0
-    for j in range(n):
+    for j in range(int(r[N])):
         r[USED + at * JOINTS + j] = math.nan if r[IGNORED + j] != 0.0 else r[Q_IN + j]
         r[DEAD + j] = 1.0 if is_dead(r, j, at, slots) else 0.0
+
+
+def ignore_isolated(r: Record, slots: int) -> None:
+    """Forget the positions of newly isolated joints: their motion is unknown when their values are trusted again."""
+    for j in range(int(r[N])):
+        r[JUMPED + j] = r[DEAD + j] = r[BROKEN + j] = 0.0
+        if r[ISOLATED + j] != 0.0 and r[IGNORED + j] == 0.0:
+            for k in range(slots):
+                r[USED + k * JOINTS + j] = math.nan
+        r[IGNORED + j] = r[ISOLATED + j]
+
+
+def is_broken(r: Record) -> bool:
+    """Return True if a trusted joint has a non-finite position or torque; `BROKEN` names the joints."""
+    is_any = False
+    for j in range(int(r[N])):
+        torque = r[CURRENT_IN + j] if r[IN_CURRENT] != 0.0 else r[TAU_IN + j]
+        if r[IGNORED + j] == 0.0 and not (math.isfinite(r[Q_IN + j]) and math.isfinite(torque)):
+            r[BROKEN + j] = 1.0
+            is_any = True
+    return is_any
 
 
 def has_jumped(r: Record) -> bool:
@@ -494,7 +514,7 @@ def is_dead(r: Record, j: int, at: int, slots: int) -> bool:
     still = r[USED + (oldest + int(r[MOVING])) % slots * JOINTS + j]
     if not (q == still and abs(q - r[USED + oldest % slots * JOINTS + j]) >= r[LEAST_WAY + j]):
         return False
-    for k in range(int(r[MOVING]), slots):
+    for k in range(int(r[MOVING]), slots):  # noqa: SIM110 - a generator has no translation to C
         if r[USED + (oldest + k) % slots * JOINTS + j] != q:
             return False
     return True
@@ -649,20 +669,23 @@ def filter_speeds(r: Record) -> None:
 
 def see(r: Record) -> None:
     """Run the first half of a tick: check the measurement; `USABLE` says if control may use it."""
-    n = int(r[N])
     approach_level(r)
     take_in(r)
-    for j in range(n):
+    for j in range(int(r[N])):
         if r[JUMPED + j] != 0.0 or r[DEAD + j] != 0.0:
             trip(r, ENCODER_JUMPED if r[JUMPED + j] != 0.0 else ENCODER_DEAD, False)
             isolate(r, j, False)
             forget_misses(r, MACHINE_MISSES)  # the next measurement is good again without this joint
-    if r[USABLE] == 0.0:
-        return
-    filter_speeds(r)
-    if r[COMPARES] == 0.0:
-        return
-    compare(r)
+    if r[USABLE] != 0.0:
+        filter_speeds(r)
+        if r[COMPARES] != 0.0:
+            compare(r)
+            act_on_comparison(r)
+
+
+def act_on_comparison(r: Record) -> None:
+    """Start the descent for what the comparison found, and isolate the joints."""
+    n = int(r[N])
     for j in range(n):
         if r[FAULTY + j] != 0.0:
             trip(r, DRIVE_FAULT, False)
@@ -681,13 +704,13 @@ def see(r: Record) -> None:
 
 def decide(r: Record, w: Record) -> None:
     """Run the second half of a tick: decide what goes out, with or without an answer of control."""
-    n, is_broken = int(r[N]), False
+    n, is_any_broken = int(r[N]), False
     for j in range(n):
-        is_broken = is_broken or r[BROKEN + j] != 0.0
+        is_any_broken = is_any_broken or r[BROKEN + j] != 0.0
     if misses_too_many(r, MACHINE_MISSES, r[USABLE] == 0.0):
-        trip(r, NO_MEASUREMENT if is_broken else MACHINE_SILENT, False)
+        trip(r, NO_MEASUREMENT if is_any_broken else MACHINE_SILENT, False)
         for j in range(n):
-            if r[BROKEN + j] != 0.0 or not is_broken:
+            if r[BROKEN + j] != 0.0 or not is_any_broken:
                 isolate(r, j, False)
     is_new = r[SPOKE] != 0.0 and r[ANSWERS] == r[SEQUENCE_IN] and r[NOW] <= r[VALID_UNTIL]
     r[BRIDGES] = 0.0 if r[USABLE] != 0.0 and is_new else 1.0
@@ -707,7 +730,7 @@ def decide(r: Record, w: Record) -> None:
 
 
 def safe_state(r: Record) -> float:
-    """Number of the safe state in force, as in `guard.SafeState`."""
+    """Return the number of the safe state in force, as in `guard.SafeState`."""
     for j in range(int(r[N])):
         if r[ISOLATED + j] != 0.0:
             return 3.0

@@ -1,15 +1,14 @@
 """Compiled guard. `LIBRARY` is None where the package was installed without it; then the Python source runs."""
 
 import ctypes
-import sys
 from pathlib import Path
 
 from . import core
+from .build import COMPILED_NAME
 
 Library = ctypes.CDLL
 
-SUFFIX = ".dll" if sys.platform == "win32" else ".so"
-COMPILED = Path(__file__).with_name(f"_guard{SUFFIX}")
+COMPILED = Path(__file__).with_name(COMPILED_NAME)
 
 
 def load(path: Path = COMPILED) -> Library | None:

@@ -17,8 +17,8 @@ SOURCE = Path(__file__).with_name("core.py")
 TARGET = Path(__file__).with_name("core.c")
 
 HEADER = """\
-/* Made from core.py by to_c.py; do not edit. Compile without -ffast-math and with -ffp-contract=off, because its results
-   must equal those of core.py to the last bit. */
+/* Made from core.py by to_c.py; do not edit. Compile without -ffast-math and with -ffp-contract=off: its results must
+   equal those of core.py to the last bit. */
 #include <math.h>
 
 static inline long modulo(long a, long b) { long rest = a % b; return rest < 0 ? rest + b : rest; }
@@ -57,7 +57,16 @@ def translated(source: str) -> str:
     parts = [_Function(one, returns) for one in functions]
     defines = [f"#define {name} {_number(value)}" for name, value in CONSTANTS.items()]
     prototypes = [f"{one.signature};" for one in parts]
-    return "\n".join([HEADER.replace("SIZE_OF_RECORD", str(core.SIZE)), *defines, "", *prototypes, "", *(one.text() for one in parts)])
+    return "\n".join(
+        [
+            HEADER.replace("SIZE_OF_RECORD", str(core.SIZE)),
+            *defines,
+            "",
+            *prototypes,
+            "",
+            *(one.text() for one in parts),
+        ]
+    )
 
 
 def _number(value: float) -> str:
@@ -158,6 +167,9 @@ class _Function:
         return self._typed(node)[0]
 
     def _typed(self, node: ast.expr) -> Typed:
+        return self._value(node) or self._operation(node)
+
+    def _value(self, node: ast.expr) -> Typed | None:
         match node:
             case ast.Constant(value=bool(value)):
                 return str(int(value)), "int"
@@ -173,6 +185,10 @@ class _Function:
                 return {"nan": "NAN", "inf": "INFINITY"}[name], "double"
             case ast.Subscript(value=ast.Name(id=name), slice=index):
                 return f"{name}[{self._of(index)}]", "double"
+        return None
+
+    def _operation(self, node: ast.expr) -> Typed:
+        match node:
             case ast.UnaryOp(op=ast.USub(), operand=operand):
                 text, kind = self._typed(operand)
                 return f"(-{text})", kind
@@ -180,12 +196,16 @@ class _Function:
                 return f"(!{self._of(operand)})", "int"
             case ast.BinOp(left=left, op=ast.Mod(), right=right):
                 return f"modulo({self._of(left)}, {self._of(right)})", "long"
-            case ast.BinOp(left=left, op=operator, right=right):
+            case ast.BinOp(left=left, op=operator, right=right) if type(operator) in OPERATORS:
                 (one, kind), (other, other_kind) = self._typed(left), self._typed(right)
                 both = "double" if "double" in (kind, other_kind) or isinstance(operator, ast.Div) else "long"
                 return f"({one} {OPERATORS[type(operator)]} {other})", both
             case ast.BoolOp(op=operator, values=values):
-                return "(" + f" {OPERATORS[type(operator)]} ".join(map(self._of, values)) + ")", "int"
+                terms = [self._typed(one) for one in values]
+                # In Python `and` and `or` give one of their values; only of truth values does C give the same.
+                if {kind for _, kind in terms} != {"int"}:
+                    raise UntranslatableError(node)
+                return "(" + f" {OPERATORS[type(operator)]} ".join(text for text, _ in terms) + ")", "int"
             case ast.Compare(left=left, ops=operators, comparators=rights):
                 terms = [self._of(one) for one in (left, *rights)]
                 pairs = zip(terms, operators, terms[1:], strict=False)
