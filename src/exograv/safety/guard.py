@@ -116,7 +116,6 @@ class Guard:
         r = record.numbers
         r[core.WINDOW], r[core.SECOND] = ticks_of(WINDOW_MS, period_s), ticks_of(SECOND_MS, period_s)
         r[core.IN_WINDOW] = ticks_of(IN_WINDOW_MAX_MS, period_s)
-        self._tau = record.of(core.TAU)
 
     @classmethod
     def of_machine(
@@ -165,9 +164,9 @@ class Guard:
             r[core.SPOKE] = 0.0
         else:
             r[core.SPOKE], r[core.ANSWERS], r[core.VALID_UNTIL] = 1.0, submitted.sequence, submitted.valid_until
-            record.put(core.ANSWER_IN, submitted.tau)
+            record.answer_in[:] = submitted.tau
         record.tick.decide()
-        return Guarded(self._tau.copy(), self.envelope.drive_damping, SAFE_STATES[int(r[core.SAFE_STATE])])
+        return Guarded(record.tau.copy(), self.envelope.drive_damping, SAFE_STATES[int(r[core.SAFE_STATE])])
 
     def lose_model(self) -> None:
         """Start a soft descent because control's model no longer fits the machine.

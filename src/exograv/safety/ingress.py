@@ -127,22 +127,19 @@ _BY_CURRENT = TorqueSource.CURRENT  # the look-up of an enum member takes as lon
 
 def put_measurement(record: GuardRecord, state: JointState | None, now: float) -> None:
     """Write the measurement of a tick into the record."""
-    r, view, n = record.numbers, record.view, record.joints
+    r = record.numbers
     r[core.NOW] = now
     if state is None:
         r[core.CAME] = 0.0
         return
     r[core.CAME], r[core.SEQUENCE_IN], r[core.T_IN] = 1.0, state.sequence, state.t
     r[core.IN_CURRENT] = 1.0 if state.torque_source is _BY_CURRENT else 0.0
-    view[core.Q_IN : core.Q_IN + n] = state.q
-    view[core.CURRENT_IN : core.CURRENT_IN + n] = state.current
-    view[core.TAU_IN : core.TAU_IN + n] = state.tau
+    record.q_in[:] = state.q
+    record.current_in[:] = state.current
+    record.tau_in[:] = state.tau
     if state.q_motor is None:
         r[core.HAS_MOTOR] = 0.0
     else:
         r[core.HAS_MOTOR] = 1.0
-        view[core.Q_MOTOR_IN : core.Q_MOTOR_IN + n] = state.q_motor
-    for j in range(n):
-        r[core.FAULTY_IN + j] = 0.0
-    for j in state.faulty:
-        r[core.FAULTY_IN + j] = 1.0
+        record.q_motor_in[:] = state.q_motor
+    record.put_faulty(state.faulty)

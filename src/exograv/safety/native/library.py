@@ -1,6 +1,7 @@
-"""Compiled guard. `LIBRARY` is None where the package was installed without it; then the Python source runs."""
+"""Loader of the compiled guard. Without it the Python source of the guard runs."""
 
 import ctypes
+import os
 from pathlib import Path
 
 from . import core
@@ -24,4 +25,11 @@ def load(path: Path = COMPILED) -> Library | None:
     return library if ctypes.c_long.in_dll(library, "guard_size").value == core.SIZE else None
 
 
-LIBRARY = load()
+LIBRARY = None if os.environ.get("EXOGRAV_GUARD") == "source" else load()
+"""Compiled guard of this process; None if it is missing, or if EXOGRAV_GUARD=source asks for the Python source."""
+
+NOT_COMPILED = (
+    "the guard is not compiled on this computer. It runs as Python, for simulations only. Install a C compiler, then "
+    "exograv again."
+)
+"""Sentence for an operator or a visitor, after a colon."""
