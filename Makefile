@@ -97,7 +97,7 @@ $(BIN)/python:
 	@"$(PYTHON)" -m venv $(VENV) || { rm -rf $(VENV); \
 	  echo "'$(PYTHON)' could not make a virtual environment. On Debian and Ubuntu: apt install python3-venv"; exit 1; }
 
-$(VENV)/installed: requirements.lock pyproject.toml | $(BIN)/python
+$(VENV)/installed: requirements.lock pyproject.toml hatch_build.py src/exograv/safety/native/core.c | $(BIN)/python
 	@echo "Installing into $(VENV); this takes a minute, once."
 	@$(PIP) $(LOCKED) --requirement requirements.lock
 	@$(PIP) $(EDITABLE)

@@ -26,10 +26,10 @@ def person(package: str, rng: np.random.Generator) -> Any:
     """Return a person with a table of 81 products of sines and cosines."""
     plausible, persons = (importlib.import_module(f"{package}.{name}") for name in ("plausible", "person"))
     tables = [rng.normal(0.0, 0.3, (JOINTS, 81)) for _ in range(2)]
-    chain = plausible.Chain(tuple(range(JOINTS)), JOINTS, *tables)
+    chain = plausible.LimbTable(tuple(range(JOINTS)), JOINTS, *tables)
     table = plausible.PlausibleTable((chain,), *(np.full(JOINTS, each) for each in (0.1, 1.0, 0.3)))
     stops = np.full(JOINTS, 2.0)
-    return persons.Person(persons.PersonLimits(table, np.full(JOINTS, 8.0), -stops, stops))
+    return persons.GuardedPerson(persons.PersonLimits(table, np.full(JOINTS, 8.0), -stops, stops))
 
 
 def guard(package: str, worn: bool) -> Any:
@@ -73,7 +73,7 @@ def main() -> None:
     kinds = {"no wearer": False, "a wearer": True}
     names = [(label + kind, package, worn) for kind, worn in kinds.items() for label, package in packages.items()]
     guards = {name: guard(package, worn) for name, package, worn in names}
-    submitted = {name: importlib.import_module(f"{package}.guard").Submitted for name, package, _ in names}
+    submitted = {name: importlib.import_module(f"{package}.guard").ControlRequest for name, package, _ in names}
     taken = swinging(guards, submitted, options.ticks)
     for name, one in taken.items():
         p50, p99, p999 = np.percentile(one, [50, 99, 99.9])

@@ -10,6 +10,7 @@ from exograv.safety.envelope import Envelope
 from exograv.safety.guard import ControlRequest, Guard, SafeState
 from exograv.safety.ingress import Ingress
 from exograv.safety.limits import Limits, PersonLimits
+from exograv.safety.native.library import LIBRARY, Library
 from exograv.safety.person import GuardedPerson
 from exograv.safety.plausible import LimbTable, PlausibleTable
 from exograv.safety.stops import StopReason
@@ -194,7 +195,7 @@ def _extreme(rng: np.random.Generator, values: np.ndarray, where: np.ndarray) ->
     return np.where(chosen, rng.choice(EXTREMES, values.shape), values)
 
 
-def first_envelope(m: Machines, k: int) -> Envelope:
+def first_envelope(m: Machines, k: int, library: Library | None = LIBRARY) -> Envelope:
     """Return the envelope of `exograv.safety` for machine k."""
     limits = Limits(
         torque_max_Nm=m.torque_max[k],
@@ -204,7 +205,7 @@ def first_envelope(m: Machines, k: int) -> Envelope:
         v_trip_rad_s=float(m.v_trip[k]),
         descent_s=float(m.descent[k]),
     )
-    envelope = Envelope(limits, float(m.period[k]))
+    envelope = Envelope(limits, float(m.period[k]), library)
     if m.worn[k]:
         chains = tuple(LimbTable(tuple(joints), most, exo[k], arm[k]) for joints, most, exo, arm in m.chains)
         table = PlausibleTable(chains, m.error[k], m.dry[k], m.viscous[k])
@@ -215,13 +216,20 @@ def first_envelope(m: Machines, k: int) -> Envelope:
     return envelope
 
 
-def first_guards(m: Machines, history: History) -> Trace:
-    """Run the guards of `exograv.safety`, one machine after the other."""
+def first_guards(
+    m: Machines, history: History, library: Library | None = LIBRARY, hashes: np.ndarray | None = None
+) -> Trace:
+    """Run the guards of `exograv.safety`, one machine after the other.
+
+    `hashes` (machine, place) takes a hash of the bits of each place of the guard's record over all ticks. Every NaN
+    counts alike.
+    """
     machines, joints = m.torque_max.shape
     trace = Trace.empty(len(history.ticks), machines, joints)
     none = np.full(joints, np.nan)
     for b in range(machines):
-        envelope = first_envelope(m, b)
+        envelope = first_envelope(m, b, library)
+        record = envelope.record.view
         ingress = Ingress(m.count[b].tolist(), float(m.period[b]), float(m.v_trip[b]))
         guard = Guard(envelope, ingress, float(m.period[b]))
         for k, tick in enumerate(history.ticks):
@@ -238,6 +246,8 @@ def first_guards(m: Machines, history: History) -> Trace:
             trace.tau[k, b], trace.drive_damping[k, b] = out.tau, out.drive_damping
             trace.safe_state[k, b], trace.dropped[k, b] = out.safe_state, ingress.dropped
             _note(trace, envelope, k, b)
+            if hashes is not None:
+                hashes[b] = 3 * hashes[b] + np.where(np.isnan(record), -1, record.view(np.int64))
     return trace
 
 

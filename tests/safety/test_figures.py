@@ -5,36 +5,37 @@ import math
 import numpy as np
 import pytest
 
-from exograv.safety import envelope, guard, ingress, modes, monitors, person, plausible
+from exograv.safety import guard, ingress, modes, monitors, plausible
 from exograv.safety.limits import Limits, PersonLimits
+from exograv.safety.native import core
 
 
 @pytest.mark.parametrize(
     ("figure", "published"),
     [
-        (envelope.WITHOUT_MODEL, 20.0 / 10.0),
-        (envelope.V_CREDIBLE_RAD_S, 1000.0),
+        (core.WITHOUT_MODEL_SHARE, 20.0 / 10.0),
+        (core.V_CREDIBLE_RAD_S, 1000.0),
         (guard.GRAVITY_LEVEL_S, 5.0),
         (guard.COMMAND_LIFE_S, 0.005),
         ((guard.WINDOW_MS, guard.IN_WINDOW_MAX_MS), (20, 3)),
         ((guard.SECOND_MS, guard.IN_SECOND_MAX), (1000, 10)),
-        (guard.STANDING_RAD_S, 0.05),
-        (ingress.AGE_MAX_S, 0.003),
-        ((ingress.JUMP_SHARE, ingress.JUMPS_MAX), (1.5, 3)),
+        (core.STANDING_RAD_S, 0.05),
+        (core.AGE_MAX_S, 0.003),
+        ((ingress.JUMP_SHARE, core.JUMPS_MAX), (1.5, 3)),
         ((ingress.FROZEN_MS, ingress.FROZEN_FROM_RAD_S), (20, 0.2)),
         ((ingress.MOVING_MS, ingress.MOVING_COUNTS), (5, 4)),
         (ingress.COARSEST_COUNT_RAD, math.tau / 8192),
         ((modes.RAMP_IN_S, modes.RAMP_OUT_S), (5.0, 3.0)),
         (modes.DRIFT_MAX_RAD, np.deg2rad(5.0)),
         (modes.SPEED_MAX_RAD_S, 0.5),
-        (monitors.AGREE_RAD, 0.035),
-        (monitors.TORQUE_OFF_NM, 3.0),
+        (core.AGREE_RAD, 0.035),
+        (core.TORQUE_OFF_NM, 3.0),
         (monitors.IN_A_ROW_MS, 10),
-        ((monitors.SLOWEST_MS, monitors.STILL_MS, monitors.STILL_WAY_RAD), (30, 20, 0.003)),
-        ((monitors.TORQUE_BIAS_NM, monitors.BIAS_S), (2.0, 0.1)),
-        ((monitors.REFUSED_NM, monitors.REFUSED_S, monitors.SLOW_RAD_S), (3.0, 0.3, 0.1)),
+        ((monitors.SLOWEST_MS, monitors.STILL_MS, core.STILL_WAY_RAD), (30, 20, 0.003)),
+        ((core.TORQUE_BIAS_NM, monitors.BIAS_S), (2.0, 0.1)),
+        ((core.REFUSED_NM, monitors.REFUSED_S, core.SLOW_RAD_S), (3.0, 0.3, 0.1)),
         ((monitors.OPPOSITE_RAD_S, monitors.SPEED_MS, monitors.LATELY_MS), (0.15, 8, 12)),
-        ((person.SHARE_MAX, person.MARGIN_NM), (1.3, 3.0)),
+        ((core.SHARE_MAX, core.MARGIN_NM), (1.3, 3.0)),
         (plausible.GRAVITY_LEVEL_MAX, 1.8),
     ],
 )

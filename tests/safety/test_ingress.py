@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exograv.errors import ConfigError
-from exograv.safety.ingress import AGE_MAX_S, FROZEN_MS, JUMPS_MAX, Ingress, IngressResult
+from exograv.safety.ingress import FROZEN_MS, Ingress, IngressResult
+from exograv.safety.native.core import AGE_MAX_S, JUMPS_MAX
 from exograv.safety.stops import StopReason
 from exograv.signals import JointState, TorqueSource
 
@@ -67,7 +68,7 @@ def test_one_spike_is_passed_over_and_three_in_a_row_are_a_fault_of_their_joint(
     ingress.see(state(0, [0.0, 0.0]), 0.0)
     assert ingress.see(state(1, [0.0, 0.5]), DT) == IngressResult(None)
     assert ingress.see(state(2, [0.0, 0.0]), 2 * DT).state is not None
-    found = [ingress.see(state(k, [0.0, 0.5]), k * DT) for k in range(3, 3 + JUMPS_MAX)]
+    found = [ingress.see(state(k, [0.0, 0.5]), k * DT) for k in range(3, 3 + int(JUMPS_MAX))]
     assert found[-2] == IngressResult(None)
     assert found[-1] == IngressResult(None, ((StopReason.ENCODER_JUMPED, 1),))
 

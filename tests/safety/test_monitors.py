@@ -7,20 +7,12 @@ from exograv.safety.envelope import Envelope
 from exograv.safety.guard import ControlRequest, Guard, SafeState
 from exograv.safety.ingress import Ingress
 from exograv.safety.limits import Limits
-from exograv.safety.monitors import (
-    AGREE_RAD,
-    IN_A_ROW_MS,
-    LATELY_MS,
-    REFUSED_NM,
-    REFUSED_S,
-    SLOW_RAD_S,
-    STILL_MS,
-    STILL_WAY_RAD,
-    TORQUE_OFF_NM,
-    Monitors,
-)
+from exograv.safety.monitors import IN_A_ROW_MS, LATELY_MS, REFUSED_S, STILL_MS
+from exograv.safety.native.core import AGREE_RAD, REFUSED_NM, SLOW_RAD_S, STILL_WAY_RAD, TORQUE_OFF_NM
 from exograv.safety.stops import StopReason
 from exograv.signals import JointState, TorqueSource
+
+from .monitors_alone import Monitors
 
 DT = 0.001
 GAIN = [2.0, 0.5]

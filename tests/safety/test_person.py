@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from exograv.errors import ConfigError
-from exograv.safety.envelope import V_CREDIBLE_RAD_S, Envelope
+from exograv.safety.envelope import Envelope
 from exograv.safety.limits import Limits, PersonLimits
-from exograv.safety.person import MARGIN_NM, SHARE_MAX, WALL_AHEAD_S, GuardedPerson
+from exograv.safety.native.core import MARGIN_NM, SHARE_MAX, V_CREDIBLE_RAD_S, WALL_AHEAD_S
+from exograv.safety.person import GuardedPerson
 from exograv.safety.plausible import LimbTable, PlausibleTable
 from exograv.safety.stops import StopReason
 

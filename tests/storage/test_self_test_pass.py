@@ -73,6 +73,14 @@ def test_a_machine_that_does_not_state_that_it_is_virtual_may_be_worn():
     assert not may_be_worn(Computed())
 
 
+def test_a_real_machine_whose_guard_is_not_compiled_stays_locked(key: MachineKey, monkeypatch: pytest.MonkeyPatch):
+    write_pass(key, NOON)
+    monkeypatch.setattr("exograv.safety.native.library.LIBRARY", None)
+    with pytest.raises(RigError, match="The machine is locked: the guard is not compiled"):
+        unlock(Metal(), key, NOON)
+    assert unlock(Computed(), None) == NOT_NEEDED
+
+
 def test_a_twin_needs_no_self_test():
     assert unlock(Computed(), None) == NOT_NEEDED
 

@@ -1,28 +1,25 @@
 """Checks of each measurement before it is used: finite values, order, age, jumps and dead encoders.
 
+`native/core.py` has the checks; this file has their times and what a caller gives and gets.
 Sources of all figures: docs/explanation/safety.md.
 """
 
 import math
-from collections import deque
 from collections.abc import Collection, Sequence
-from itertools import islice
 from typing import NamedTuple
+
+import numpy as np
 
 from exograv.errors import ConfigError
 from exograv.signals import JointState, TorqueSource
 
+from .native import core
 from .period import ticks_of
+from .record import GuardRecord, places
 from .stops import Finding, StopReason
-
-AGE_MAX_S = 0.003
-"""Largest age of a measurement that is used [s]."""
 
 JUMP_SHARE = 1.5
 """Limit of a position jump, as a multiple of the way of the fastest joint in one tick [-]."""
-
-JUMPS_MAX = 3
-"""Jumps in a row that are a fault; fewer are a spike."""
 
 FROZEN_MS = 20
 """Time without a change of any bit, after a motion, by which an encoder is dead [ms].
@@ -40,12 +37,17 @@ From such a motion a joint cannot come to rest within one count. That would take
 no motor brakes an arm so hard.
 """
 
-
 COARSEST_COUNT_RAD = 2.0 * math.pi / 2**13
 """Encoder count of a machine that does not state its own [rad].
 
 It is the coarsest of the machines that we know.
 """
+
+_SCALARS = [core.WAY, core.MOVING, core.USED_SLOTS, core.SEQUENCE, core.T_USED, core.DROPPED, core.USABLE, core.USED_AT]
+_FIELDS = [core.REACH, core.SLACK, core.LEAST_WAY, core.IGNORED, core.JUMPS]
+_RING = range(core.USED, core.TOLD)
+PLACES = np.array([*_SCALARS, *places(_FIELDS), *_RING])
+"""Places of the record that belong to the ingress."""
 
 
 class IngressResult(NamedTuple):
@@ -61,10 +63,6 @@ class IngressResult(NamedTuple):
     """Joints with a non-finite value."""
 
 
-NOTHING = IngressResult(None)
-_BY_CURRENT = TorqueSource.CURRENT  # the look-up of an enum member takes as long as the check of a joint
-
-
 class Ingress:
     """Check of one machine's measurements, with the past values that it needs."""
 
@@ -77,7 +75,7 @@ class Ingress:
             v_trip_rad_s: Largest allowed joint speed, as in the envelope [rad/s].
 
         Raises:
-            ConfigError: A count is negative or NaN.
+            ConfigError: A count is negative or NaN, or the period is too short.
         """
         for j, count in enumerate(counts_rad):
             if not count >= 0.0:
@@ -85,82 +83,63 @@ class Ingress:
                     f"The encoder of joint {j} has a count of {count} rad; allowed: 0 and above, infinite where it is "
                     "not watched. Correct it in the rig file."
                 )
-        way, self._joints = v_trip_rad_s * period_s, range(len(counts_rad))
-        self._period_s, self._way = period_s, way
-        self._reach = [JUMP_SHARE * way + count for count in counts_rad]
-        self._slack = [(JUMP_SHARE - 1.0) * way + count for count in counts_rad]
+        way, counts = v_trip_rad_s * period_s, np.array(counts_rad, dtype=float)
         moving, frozen = ticks_of(MOVING_MS, period_s), ticks_of(FROZEN_MS, period_s)
+        if moving + frozen + 1 > core.SLOTS:
+            least_s = (MOVING_MS + FROZEN_MS) / (1e3 * (core.SLOTS - 1))
+            raise ConfigError(f"The period is {period_s} s; the guard needs at least {least_s:.6f} s.")
+        self.record = record = GuardRecord(len(counts), period_s)
+        r = record.numbers
+        r[core.WAY], r[core.MOVING], r[core.USED_SLOTS] = way, moving, moving + frozen + 1
+        record.put(core.REACH, JUMP_SHARE * way + counts)
+        record.put(core.SLACK, (JUMP_SHARE - 1.0) * way + counts)
         clear = FROZEN_FROM_RAD_S * moving * period_s
-        self._least_way = [max(clear, MOVING_COUNTS * count) for count in counts_rad]
+        record.put(core.LEAST_WAY, np.maximum(clear, MOVING_COUNTS * counts))
         # Comparisons with NaN are false, so values that were not seen yet raise no finding.
-        looked_at, self._moving = moving + frozen + 1, moving
-        self._used = deque([[math.nan] * len(counts_rad)] * looked_at, maxlen=looked_at)
-        self._jumped = [0] * len(counts_rad)
-        self._ignored: Collection[int] = ()
-        self._sequence, self._t = -1, 0.0
-        self.dropped = 0
+        record.view[_RING] = np.nan
+
+    @property
+    def dropped(self) -> int:
         """Count of measurements that came twice or after a newer one; they are never used."""
+        return int(self.record.numbers[core.DROPPED])
 
     def see(self, state: JointState | None, now: float, ignored: Collection[int] = ()) -> IngressResult:
-        """Check the measurement of one tick.
+        """Check the measurement of one tick, alone.
 
         Args:
             state: Measurement that came; None if nothing came.
             now: Time on the rig's clock [s].
             ignored: Isolated joints; their values do not spoil a measurement.
         """
-        if ignored != self._ignored:
-            self._forget(ignored)
-        if state is None:
-            return NOTHING
-        if state.sequence <= self._sequence:
-            self.dropped += 1
-            return NOTHING
-        self._sequence = state.sequence
-        # A time in the future is not of this clock, and would excuse any jump.
-        if not abs(now - state.t) <= AGE_MAX_S:
-            return NOTHING
-        torque = state.current if state.torque_source is _BY_CURRENT else state.tau
-        q, other = state.q.tolist(), torque.tolist()
-        if not math.isfinite(sum(q) + sum(other)):  # a sum is finite only if all its terms are
-            believed = [j for j in self._joints if j not in ignored]
-            broken = frozenset(j for j in believed if not (math.isfinite(q[j]) and math.isfinite(other[j])))
-            if broken:
-                return IngressResult(None, broken=broken)
-        if ignored:
-            q = [math.nan if j in ignored else at for j, at in enumerate(q)]
-        if self._are_far(q, max(round((state.t - self._t) / self._period_s), 1)):
-            jumped = [j for j, ticks in enumerate(self._jumped) if ticks >= JUMPS_MAX]
-            return IngressResult(None, tuple((StopReason.ENCODER_JUMPED, j) for j in jumped))
-        self._used.append(q)
-        self._t = state.t
-        return IngressResult(state, self._dead(q))
+        record = self.record
+        for j in range(record.joints):
+            record.numbers[core.ISOLATED + j] = float(j in ignored)
+        put_measurement(record, state, now)
+        core.take_in(record.numbers)
+        found = [(StopReason.ENCODER_JUMPED, j) for j in sorted(record.joints_at(core.JUMPED))]
+        found += [(StopReason.ENCODER_DEAD, j) for j in sorted(record.joints_at(core.DEAD))]
+        is_usable = record.numbers[core.USABLE] != 0.0
+        return IngressResult(state if is_usable else None, tuple(found), record.joints_at(core.BROKEN))
 
-    def _are_far(self, q: list[float], ticks: int) -> bool:
-        """Return True if a joint moved farther in so many ticks than it can."""
-        jumped, before, reaches, are_far = self._jumped, self._used[-1], self._reach, False
-        for j in self._joints:
-            # After a first jump only the speed extends the reach, without the encoder count. Otherwise a small jump
-            # would come within reach before the third tick.
-            reach = ticks * self._way + self._slack[j] if jumped[j] else ticks * reaches[j]
-            if abs(q[j] - before[j]) > reach:
-                jumped[j], are_far = jumped[j] + 1, True
-            else:
-                jumped[j] = 0
-        return are_far
 
-    def _dead(self, q: list[float]) -> tuple[Finding, ...]:
-        """Joints whose encoder has frozen after a clear motion."""
-        moving, still, found = self._used[0], self._used[self._moving], ()
-        for j in self._joints:
-            if q[j] == still[j] and abs(q[j] - moving[j]) >= self._least_way[j]:
-                is_dead = all(one[j] == q[j] for one in islice(self._used, self._moving, None))
-                found += ((StopReason.ENCODER_DEAD, j),) if is_dead else ()
-        return found
+_BY_CURRENT = TorqueSource.CURRENT  # the look-up of an enum member takes as long as the check of a joint
 
-    def _forget(self, joints: Collection[int]) -> None:
-        """Forget the earlier positions of these joints: their motion is unknown when their values are trusted again."""
-        self._ignored = joints
-        for q in self._used:
-            for j in joints:
-                q[j] = math.nan
+
+def put_measurement(record: GuardRecord, state: JointState | None, now: float) -> None:
+    """Write the measurement of a tick into the record."""
+    r = record.numbers
+    r[core.NOW] = now
+    if state is None:
+        r[core.CAME] = 0.0
+        return
+    r[core.CAME], r[core.SEQUENCE_IN], r[core.T_IN] = 1.0, state.sequence, state.t
+    r[core.IN_CURRENT] = 1.0 if state.torque_source is _BY_CURRENT else 0.0
+    record.q_in[:] = state.q
+    record.current_in[:] = state.current
+    record.tau_in[:] = state.tau
+    if state.q_motor is None:
+        r[core.HAS_MOTOR] = 0.0
+    else:
+        r[core.HAS_MOTOR] = 1.0
+        record.q_motor_in[:] = state.q_motor
+    record.put_faulty(state.faulty)

@@ -1,6 +1,7 @@
 """Table of plausible torques: products of sines and cosines, in place of the model that the guard must not know."""
 
 import math
+from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,8 +12,10 @@ from jaxtyping import Float
 from exograv.errors import ConfigError
 from exograv.signals import Joints
 
-GRAVITY_LEVEL_MAX = 1.8
-"""Gravity level in the pull-up of a parabolic flight [-]; the arm is then pushed down with 0.8 of its weight."""
+from .native import core
+from .record import GuardRecord
+
+GRAVITY_LEVEL_MAX = core.GRAVITY_LEVEL_MAX
 
 
 class Features:
@@ -90,9 +93,14 @@ class PlausibleTable:
         if not all(np.isfinite(part).all() for chain in self.chains for part in (chain.exo, chain.arm)):
             raise ConfigError("The plausible table has entries that are not finite. Compute it again.")
 
+    def packed(self) -> "array[float]":
+        """Table as the flat numbers that `core.carried` reads, with places for what it computes."""
+        parts = [_packed(chain) for chain in self.chains]
+        return array("d", [float(len(parts)), math.nan, *np.concatenate(parts)])
+
     @cached_property
-    def _ready(self) -> list["_Ready"]:
-        return [_Ready(chain) for chain in self.chains]
+    def _alone(self) -> tuple["GuardRecord", "array[float]"]:
+        return GuardRecord(len(self.error), 0.0), self.packed()
 
     def torque(self, q: Joints | Sequence[float], gravity_level: float) -> list[float]:
         """Torque that carries machine and arm at rest, where the arm feels `gravity_level` of its weight.
@@ -104,25 +112,26 @@ class PlausibleTable:
         Returns:
             Torque of each joint [N·m].
         """
-        tau = [0.0] * len(q)
-        for chain in self._ready:
-            found = chain.torque(np.array([q[joint] for joint in chain.joints]), gravity_level)
-            for joint, one in zip(chain.joints, found, strict=True):
-                tau[joint] = one
-        return tau
+        record, table = self._alone
+        record.put(core.Q, np.asarray(q))
+        record.carried(table, gravity_level)
+        return record.of(core.CARRIED).tolist()
 
 
-class _Ready:
-    """Table of one chain, with zeros for the products that it does not use."""
-
-    def __init__(self, chain: LimbTable):
-        self.joints, self._features = chain.joints, Features(len(chain.joints), chain.most_factors)
-        self._exo, self._arm = np.zeros((2, len(chain.joints), 3 ** len(chain.joints)))
-        self._exo[:, self._features.kept], self._arm[:, self._features.kept] = chain.exo, chain.arm
-        self._level, self._at_level = math.nan, self._exo
-
-    def torque(self, q: Joints, gravity_level: float) -> list[float]:
-        """Torques of the chain's joints [N·m] at their positions [rad]."""
-        if gravity_level != self._level:
-            self._level, self._at_level = gravity_level, self._exo + (1.0 - gravity_level) * self._arm
-        return self._at_level.dot(self._features.of(q)).tolist()
+def _packed(chain: LimbTable) -> Float[np.ndarray, " number"]:
+    """Numbers of one limb: sizes, joints, products as parent and factor, tables, and places for what is computed."""
+    joints = len(chain.joints)
+    kept = Features(joints, chain.most_factors).kept.tolist()
+    place, padded = {index: at for at, index in enumerate(kept)}, -len(kept) % 8
+    parents, factors = list[int](), list[int]()
+    for index in kept:
+        # The last joint with a factor beside 1; the rest of the product is its parent.
+        last = max((j for j in range(joints) if index // 3**j % 3), default=0)
+        digit = index // 3**last % 3
+        parents.append(place[index - digit * 3**last])
+        factors.append(2 * last + max(digit - 1, 0))
+    unused, empty = [0] * padded, np.zeros((joints, padded))
+    tables = [np.hstack([part, empty]).ravel() for part in (chain.exo, chain.arm)]
+    places = np.zeros(joints * (len(kept) + padded) + 2 * joints + len(kept) + padded)
+    sizes = [joints, len(kept) + padded, *chain.joints]
+    return np.concatenate([sizes, parents, unused, factors, unused, *tables, places])

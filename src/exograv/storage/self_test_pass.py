@@ -12,6 +12,7 @@ from exograv.errors import RigError
 from exograv.model.description import RigDescription
 from exograv.model.rig_settings import Settings
 from exograv.rig import Rig, may_be_worn
+from exograv.safety.native import library
 
 from .calibration_file import identity_of, refuse_other_machine
 from .calibration_schema import Identity
@@ -113,6 +114,8 @@ def unlock(rig: Rig, key: MachineKey | None, now: datetime | None = None) -> str
     """
     if not may_be_worn(rig):
         return NOT_NEEDED
+    if library.LIBRARY is None:
+        raise RigError(f"The machine is locked: {library.NOT_COMPILED}")
     if key is None or not key.file.is_file():
         raise RigError(f"The machine is locked: no self-test has passed here. {AGAIN}")
     whole = read_sealed(key.file, SelfTestPass, AGAIN, AGAIN)

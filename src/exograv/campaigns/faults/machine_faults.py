@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from exograv.loop.arm_controller import ArmController
-from exograv.safety.monitors import TORQUE_OFF_NM
+from exograv.safety.native.core import TORQUE_OFF_NM
 from exograv.signals import Command, JointState
 
 from .fault_plant import World

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from exograv.safety.limits import Limits, PersonLimits
-from exograv.safety.person import MARGIN_NM, SHARE_MAX
+from exograv.safety.native.core import MARGIN_NM, SHARE_MAX
 from exograv.safety.plausible import LimbTable, PlausibleTable
 
 Joints = Float[np.ndarray, " joint"]

@@ -15,6 +15,7 @@ import numpy as np
 from exograv.errors import KernelError
 from exograv.extras import missing_by_extra
 from exograv.model.description import rig_names
+from exograv.safety.native.library import LIBRARY, NOT_COMPILED
 
 CORE, OPTIONAL = ("numpy", "pydantic"), ("casadi", "mcap", "mujoco-core", "scipy")
 """Packages without which nothing runs, and packages of extras whose version matters in a report of a fault."""
@@ -63,6 +64,7 @@ def examine_computer(folder: Path) -> ComputerCheck:
     has_kernels = importlib.util.find_spec("casadi") is not None
     if has_kernels:
         checks.append(_kernels())
+    checks.append(_guard())
     checks.append(Check("machines", bool(rig_names()), ", ".join(rig_names()) or "none found"))
     tick = _tick_percentiles() if has_kernels and all(check.ok for check in checks[1:]) else None
     if tick is not None:
@@ -94,6 +96,11 @@ def _kernels() -> Check:
         return Check("kernels", False, f"{error}: pip install 'exograv[control]'")
     except KernelError as error:
         return Check("kernels", True, f"virtual machine. {error}")
+
+
+def _guard() -> Check:
+    """Check the guard. As Python it gives the same torques, too slowly for a worn machine."""
+    return Check("guard", True, NOT_COMPILED if LIBRARY is None else "compiled")
 
 
 def _writable(folder: Path) -> Check:

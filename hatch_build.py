@@ -1,0 +1,36 @@
+"""Compile the guard when the package is built or installed, and give the wheel the tag of its platform."""
+
+import importlib.util
+import sys
+import sysconfig
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+NATIVE = Path("src/exograv/safety/native")
+
+
+class GuardBuildHook(BuildHookInterface):
+    """Build hook of the compiled guard. Without a C compiler the guard runs as Python, in simulation only."""
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        """Compile the guard, before the files of the wheel are collected."""
+        if self.target_name != "wheel":
+            return
+        folder = Path(self.root) / NATIVE
+        # The package itself cannot be imported here: its dependencies are not installed yet.
+        spec = importlib.util.spec_from_file_location("guard_build", folder / "build.py")
+        assert spec is not None
+        assert spec.loader is not None
+        build = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(build)
+        compiled = folder / build.COMPILED_NAME
+        if not build.build(compiled):
+            print(
+                "exograv: no C compiler was found; the guard will run as Python, in simulation only.", file=sys.stderr
+            )
+            return
+        platform = sysconfig.get_platform().replace("-", "_").replace(".", "_")
+        build_data["artifacts"].append(str(NATIVE / compiled.name))
+        build_data["pure_python"], build_data["tag"] = False, f"py3-none-{platform}"

@@ -1,0 +1,36 @@
+"""Compile the guard with the C compiler of this computer."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+SOURCE = Path(__file__).with_name("core.c")
+
+COMPILED_NAME = "_guard.dll" if sys.platform == "win32" else "_guard.so"
+"""File of the compiled guard, beside its source."""
+
+FLAGS = ("-O2", "-std=c11", "-ffp-contract=off", "-fno-fast-math", "-fPIC", "-shared")
+"""Contraction and fast mathematics would change the last bit of a torque, and could remove a test for NaN."""
+
+
+def compiler() -> str | None:
+    """Path of the C compiler: `CC`, or the first of cc, gcc and clang; None without any."""
+    names = (os.environ.get("CC", ""), "cc", "gcc", "clang")
+    return next((path for name in names if name and (path := shutil.which(name))), None)
+
+
+def build(target: Path) -> bool:
+    """Compile the guard into `target`. False if this computer has no C compiler.
+
+    Raises:
+        subprocess.CalledProcessError: The compiler refused the source.
+    """
+    found = compiler()
+    if found is None:
+        return False
+    made = target.with_suffix(f".{os.getpid()}.new")
+    subprocess.run([found, *FLAGS, str(SOURCE), "-o", str(made), "-lm"], check=True)
+    made.replace(target)
+    return True

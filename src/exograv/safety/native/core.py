@@ -1,0 +1,760 @@
+"""Guard's tick as scalar functions on one flat record: compiled in a real session, run as plain Python to check it.
+
+All functions take the record `r` of a machine: 64-bit numbers, with the places that are named below. Functions that
+need the person's torques also take `w`, the table of plausible torques (`plausible.py` writes it). A function reads and
+writes places of `r`; it allocates nothing and raises nothing. Flags are 0.0 or 1.0. Each joint field has `JOINTS`
+places; a machine uses the first `r[N]` of them.
+
+The file imports nothing but `math` and a type. Its text is the whole guard, so that a person can read it to the end.
+Sources of all figures: docs/explanation/safety.md.
+"""
+
+import math
+from collections.abc import MutableSequence
+
+Record = MutableSequence[float]
+"""Record of a machine, or table of a person: anything that gives and takes 64-bit numbers by place."""
+
+JOINTS = 16
+"""Largest number of joints of a machine."""
+
+SLOTS = 128
+"""Largest number of ticks that a ring holds; 30 ms at a period of 0.25 ms."""
+
+SPEED_SLOTS = 40
+"""Largest number of ticks in the ring of positions from which the two speeds of a joint are computed."""
+
+MISSES = 11
+"""Number of missed ticks whose time is kept: the eleventh in a second ends every bridge."""
+
+# Settings of the machine, of the person, and times as numbers of ticks.
+(
+    N, DT, RATE, V_DAMPING, V_TRIP, DESCENT_S, WORN, WALL, PAST_STOP, V_TRIP_PERSON, TANK_START, TANK_MAX, PATH_W,
+    DRIVEN_W, DRIVEN_J, WAY, MOVING, USED_SLOTS, COMPARES, BY_GAIN, LATELY, SLOWEST, IN_A_ROW, SPEED, STILL_MOST,
+    BIAS_SHARE, REFUSED_MOST, LEAST_OPPOSITE, WINDOW, IN_WINDOW, SECOND,
+) = range(31)  # fmt: skip
+
+# Input of a tick: from the machine, then from control.
+CAME, SEQUENCE_IN, T_IN, NOW, IN_CURRENT, HAS_MOTOR, SPOKE, ANSWERS, VALID_UNTIL = range(31, 40)
+
+# State of the guard.
+(
+    STOP, SINCE_STOP, WITHOUT_MODEL, CLIPPED, LEVEL, LEVEL_WANTED, LEVEL_STEP, LEVEL_MOVES, DRIVEN, ENERGY, IN_WALL,
+    SEQUENCE, T_USED, DROPPED, USABLE, USED_AT, TOLD_AT, TOLD_COUNT, BEFORE_AT, BEFORE_COUNT, SPEED_T,
+    HAS_SPEED, BRIDGES, SAFE_STATE,
+) = range(40, 64)  # fmt: skip
+MACHINE_MISSES, CONTROL_MISSES = 64, 64 + 2 + MISSES
+"""Missed ticks: number of the tick, place of the newest miss, and the ticks of the last misses."""
+
+_FIELDS = CONTROL_MISSES + 2 + MISSES
+(
+    TORQUE_MAX, DAMPING, ACTIVE, LEAST_ACTIVE, LOWER, UPPER, FREE_LOWER, FREE_UPPER, DRY, VISCOUS, ERROR, REACH, SLACK,
+    LEAST_WAY, GAIN,
+    Q_IN, CURRENT_IN, TAU_IN, Q_MOTOR_IN, FAULTY_IN, ANSWER_IN, DESIRED, Q_GIVEN, V_GIVEN,
+    TAU, TAU_AT_STOP, ISOLATED, POWERLESS, Q, V, KNOWN, CARRIED, FRICTION, LOW, HIGH, LAST_TAU, WANTED, OVER,
+    IGNORED, JUMPS, JUMPED, DEAD, BROKEN, PARTED, WRONG, FIRST, PARTED_TICKS, LAST, STILL, MOTOR_THEN, OFF_TICKS, BIAS,
+    REFUSED_TICKS, HELD, Q_SEEN, V_SEEN, V_FILTER, Q_FILTER, FAULTY,
+) = range(_FIELDS, _FIELDS + 59 * JOINTS, JOINTS)  # fmt: skip
+USED = _FIELDS + 59 * JOINTS
+"""Ring of the last used positions [rad]."""
+TOLD = USED + SLOTS * JOINTS
+"""Ring of the last commanded torques [N·m]."""
+BEFORE, MOTOR_BEFORE = TOLD + SLOTS * JOINTS, TOLD + (SLOTS + SPEED_SLOTS) * JOINTS
+"""Rings of the last positions by both encoders [rad]."""
+SIZE = MOTOR_BEFORE + SPEED_SLOTS * JOINTS
+"""Number of places of a record."""
+
+# Reasons of a stop, in the order of `stops.StopReason`; 0 is no stop.
+(
+    NOT_FINITE, TOO_FAST, NO_MEASUREMENT, MODEL_LOST, PAST_A_STOP, ASTRAY, NOT_THIS_ARM, CONTROL_SILENT, MACHINE_SILENT,
+    ENCODER_JUMPED, ENCODER_DEAD, TORQUE_WRONG, ENCODERS_PART, DRIVE_FAULT, STOP_PRESSED,
+) = range(1, 16)  # fmt: skip
+
+V_CREDIBLE_RAD_S = 1e3
+"""Speed that no joint reaches; a velocity above it is a broken signal."""
+WITHOUT_MODEL_SHARE = 2.0
+"""Damping without a model, as a multiple of the soft descent's: a falling hand stays below 0.74 m/s."""
+GRAVITY_LEVEL_MAX = 1.8
+"""Gravity level in the pull-up of a parabolic flight [-]; the arm is then pushed down with 0.8 of its weight."""
+SHARE_MAX, MARGIN_NM = 1.3, 3.0
+"""Largest torque as a multiple of the plausible one [-], and torque beyond that and friction [N·m]."""
+WALL_AHEAD_S = 0.1
+"""Time ahead for which a wall acts on the predicted joint position [s]. Torque needs this time to turn into braking."""
+AGE_MAX_S = 0.003
+"""Largest age of a measurement that is used [s]."""
+JUMPS_MAX = 3.0
+"""Jumps in a row that are a fault; fewer are a spike."""
+AGREE_RAD = 0.035
+"""Largest difference between the two encoders of a joint [rad]: 2°, far more than the compliance of a gear."""
+TORQUE_OFF_NM, TORQUE_BIAS_NM = 3.0, 2.0
+"""Largest difference of a motor's torque from its recent commands, and largest average difference [N·m]."""
+STILL_WAY_RAD = 0.003
+"""Way of the motor, while the encoder of its joint stands still, by which the encoder is dead [rad]."""
+REFUSED_NM, SLOW_RAD_S = 3.0, 0.1
+"""Refused torque [N·m] at a slow joint [rad/s], by which the arm in the machine is another one."""
+STANDING_RAD_S = 0.05
+"""Speed below which a joint counts as being at rest."""
+SPEED_FILTER_S = 0.008
+"""Time constant of the guard's own velocity [s]."""
+IN_SECOND_MAX = 10
+"""Number of missed ticks in a second that is bridged, whatever the period is."""
+LONG_AGO = -1e18
+"""Number of a tick before all ticks."""
+TICKS_MOST = 1e9
+"""Largest number of ticks between two measurements that is told apart: two weeks at 1 kHz."""
+
+
+# --- numbers ----------------------------------------------------------------------------------------------------------
+
+
+def least(a: float, b: float) -> float:
+    """Return the smaller of two numbers; the first if either is NaN."""
+    return b if b < a else a
+
+
+def most(a: float, b: float) -> float:
+    """Return the larger of two numbers; the first if either is NaN."""
+    return b if b > a else a
+
+
+def within(value: float, low: float, high: float) -> float:
+    """Return the value, clipped to its bounds; the upper bound for NaN."""
+    if low <= value <= high:
+        return value
+    return low if value < low else high
+
+
+def whole(value: float) -> float:
+    """Return the nearest whole number from 1 to `TICKS_MOST`, the even one of two; 1 for NaN."""
+    value = most(1.0, least(value, TICKS_MOST))
+    below = float(math.floor(value))
+    part = value - below
+    is_up = part > 0.5 or (part == 0.5 and below != 2.0 * float(math.floor(0.5 * below)))
+    return below + 1.0 if is_up else below
+
+
+# --- table of plausible torques ---------------------------------------------------------------------------------------
+
+
+def carried(r: Record, w: Record, level: float) -> None:
+    """Write the torque that carries machine and arm at the positions `Q`, where the arm feels `level` of its weight.
+
+    `w` holds for each limb: number of joints and of products, joints, parent and factor of each product, then three
+    tables (machine, arm, their sum at the level in force), and places for factors and products. A product is its parent
+    times the cosine or the sine of one joint; the first is 1. The number of products is a multiple of 8.
+    """
+    at = 2
+    for _ in range(int(w[0])):
+        joints, products = int(w[at]), int(w[at + 1])
+        index = at + 2
+        parent = index + joints
+        factor = parent + products
+        exo = factor + products
+        size = joints * products
+        now = exo + 2 * size
+        factors = now + size
+        value = factors + 2 * joints
+        if level != w[1]:
+            for k in range(size):
+                w[now + k] = w[exo + k] + (1.0 - level) * w[exo + size + k]
+        for j in range(joints):
+            q = r[Q + int(w[index + j])]
+            w[factors + 2 * j] = math.cos(q)
+            w[factors + 2 * j + 1] = math.sin(q)
+        w[value] = 1.0
+        for k in range(1, products):
+            w[value + k] = w[value + int(w[parent + k])] * w[factors + int(w[factor + k])]
+        for j in range(joints):
+            row = now + j * products
+            # Eight sums, which a processor computes at the same time.
+            a = b = c = d = e = f = g = h = 0.0
+            for k in range(0, products, 8):
+                a += w[row + k] * w[value + k]
+                b += w[row + k + 1] * w[value + k + 1]
+                c += w[row + k + 2] * w[value + k + 2]
+                d += w[row + k + 3] * w[value + k + 3]
+                e += w[row + k + 4] * w[value + k + 4]
+                f += w[row + k + 5] * w[value + k + 5]
+                g += w[row + k + 6] * w[value + k + 6]
+                h += w[row + k + 7] * w[value + k + 7]
+            r[CARRIED + int(w[index + j])] = ((a + e) + (c + g)) + ((b + f) + (d + h))
+        at = value + products
+    w[1] = level
+
+
+# --- person -----------------------------------------------------------------------------------------------------------
+
+
+def look(r: Record, w: Record) -> None:
+    """Set the bounds of each joint for this person at the positions `Q` and the speeds `KNOWN`.
+
+    Two rows bound a joint. The first is 1.3 times the plausible torque and 3 N·m. The second is the plausible torque
+    and the torque that a weak adult can resist.
+    """
+    # In this order a NaN level counts as 0. In the other order it would lift every bound.
+    carried(r, w, least(most(0.0, r[LEVEL]), GRAVITY_LEVEL_MAX))
+    r[IN_WALL] = 0.0
+    for j in range(int(r[N])):
+        at, speed, p = r[Q + j], r[KNOWN + j], r[CARRIED + j]
+        low, high = r[FREE_LOWER + j], r[FREE_UPPER + j]
+        if not (low <= at <= high and low <= at + WALL_AHEAD_S * speed <= high):
+            r[IN_WALL] = 1.0
+        friction = r[DRY + j] + r[VISCOUS + j] * abs(speed)
+        size, beyond = abs(p), friction + r[ERROR + j]
+        along = least(SHARE_MAX * size + MARGIN_NM, size + r[ACTIVE + j]) + beyond
+        against = r[LEAST_ACTIVE + j] + beyond
+        r[FRICTION + j] = friction
+        r[LOW + j] = -against if p > 0.0 else -along
+        r[HIGH + j] = along if p > 0.0 else against
+
+
+def drive(r: Record, is_driven: bool) -> None:
+    """Begin or end a motion in which control moves the arm along a path, against the person's own motion."""
+    if is_driven and r[DRIVEN] == 0.0:
+        r[ENERGY] = most(r[ENERGY], r[DRIVEN_J])
+    elif not is_driven:
+        r[ENERGY] = least(r[ENERGY], r[TANK_START])
+    r[DRIVEN] = 1.0 if is_driven else 0.0
+
+
+def is_past_a_stop(r: Record) -> bool:
+    """Return True if a joint is past its stop by more than the person's limit."""
+    for j in range(int(r[N])):  # noqa: SIM110 - a generator has no translation to C
+        if not (r[LOWER + j] - r[PAST_STOP] <= r[Q + j] <= r[UPPER + j] + r[PAST_STOP]):
+            return True
+    return False
+
+
+def into_upper(r: Record, j: int) -> float:
+    """Depth in the wall before the upper stop, from 0 at the edge to 1 at the stop [-]."""
+    ahead = most(r[Q + j], r[Q + j] + WALL_AHEAD_S * r[KNOWN + j])
+    return within((ahead - r[UPPER + j]) / r[WALL] + 1.0, 0.0, 1.0)
+
+
+def into_lower(r: Record, j: int) -> float:
+    """Depth in the wall before the lower stop, from 0 at the edge to 1 at the stop [-]."""
+    ahead = least(r[Q + j], r[Q + j] + WALL_AHEAD_S * r[KNOWN + j])
+    return within((r[LOWER + j] - ahead) / r[WALL] + 1.0, 0.0, 1.0)
+
+
+def bounded(r: Record, j: int, tau: float) -> float:
+    """Torque [N·m] within the bounds of a joint; in a wall, torque towards the stop fades to carrying."""
+    low, high = r[LOW + j], r[HIGH + j]
+    if r[IN_WALL] != 0.0:
+        p = r[CARRIED + j]
+        high -= into_upper(r, j) * (high - most(p, low))
+        low += into_lower(r, j) * (least(p, high) - low)
+    return within(tau, low, high)
+
+
+def price(r: Record) -> None:
+    """Write the torque of `TAU` beyond the plausible weight, and beyond friction in the direction of motion [N·m]."""
+    for j in range(int(r[N])):
+        over = r[TAU + j] - r[CARRIED + j]
+        if over * r[KNOWN + j] > 0.0:
+            friction = r[FRICTION + j]
+            if over > friction:
+                over = over - friction
+            elif over < -friction:
+                over = over + friction
+            else:
+                over = 0.0
+        r[OVER + j] = over
+
+
+def afford(r: Record) -> None:
+    """Reduce the power into the person to what the energy tank can pay for.
+
+    The excess a_j over carrying, at the speed v_j, can be taken back no faster than torque may change. Until it is gone
+    it spends a_j² |v_j| / (2 rate). That much energy must be in the tank, so that the tank is empty only when no excess
+    is left.
+    """
+    price(r)
+    needed = 0.0
+    for j in range(int(r[N])):
+        if r[OVER + j] * r[KNOWN + j] > 0.0:
+            needed += r[OVER + j] * r[OVER + j] * abs(r[KNOWN + j])
+    needed /= 2.0 * r[RATE]
+    has = most(r[ENERGY], 0.0)
+    if needed <= has:
+        return
+    lost = 1.0 - math.sqrt(has / needed)
+    for j in range(int(r[N])):
+        if r[OVER + j] * r[KNOWN + j] > 0.0:
+            r[TAU + j] = r[TAU + j] - lost * r[OVER + j]
+
+
+def pay(r: Record) -> None:
+    """Take the energy of the outgoing torque from the tank, or add the energy of braking."""
+    refill, fullest = r[PATH_W], r[TANK_MAX]
+    if r[DRIVEN] != 0.0:
+        refill, fullest = most(refill, r[DRIVEN_W]), most(fullest, r[DRIVEN_J])
+    price(r)
+    power = -refill
+    for j in range(int(r[N])):
+        power += r[OVER + j] * r[KNOWN + j]
+    r[ENERGY] = least(r[ENERGY] - r[DT] * power, fullest)
+
+
+# --- envelope ---------------------------------------------------------------------------------------------------------
+
+
+def trip(r: Record, reason: int, without_model: bool) -> None:
+    """Start the soft descent. The first reason stays; a later call can only remove the model."""
+    if r[STOP] == 0.0:
+        r[STOP] = reason
+        for j in range(int(r[N])):
+            r[TAU_AT_STOP + j] = r[TAU + j]
+    if without_model:
+        r[WITHOUT_MODEL] = 1.0
+
+
+def isolate(r: Record, j: int, is_powerless: bool) -> None:
+    """Trust the encoder of a joint no more: its drive brakes it. A powerless joint gets no torque either."""
+    r[ISOLATED + j] = 1.0
+    if is_powerless:
+        r[POWERLESS + j] = 1.0
+
+
+def leave_stop(r: Record) -> None:
+    """Leave the latched stop. Torque goes on from the value that the descent has reached."""
+    r[STOP] = r[SINCE_STOP] = r[WITHOUT_MODEL] = 0.0
+    for j in range(int(r[N])):
+        r[ISOLATED + j] = r[POWERLESS + j] = 0.0
+
+
+def begin_torque(r: Record) -> None:
+    """Start the rate limit from the torque `DESIRED` that the machine already gives."""
+    # A machine that does not report its torque gives NaN. Every limit and the descent would let NaN through.
+    for j in range(int(r[N])):
+        tau = r[DESIRED + j]
+        r[TAU + j] = within(tau, -r[TORQUE_MAX + j], r[TORQUE_MAX + j]) if math.isfinite(tau) else 0.0
+
+
+def believe(r: Record) -> None:
+    """Take the given positions and velocities if they are finite; an isolated joint stands still."""
+    n = int(r[N])
+    is_q, is_v = True, True
+    for j in range(n):
+        if r[ISOLATED + j] != 0.0:
+            r[Q_GIVEN + j], r[V_GIVEN + j] = r[Q + j], 0.0
+        # Minimum and maximum would hide a NaN, so every value is tested.
+        is_q = is_q and math.isfinite(r[Q_GIVEN + j])
+        is_v = is_v and math.isfinite(r[V_GIVEN + j])
+    if not (is_q and is_v):
+        trip(r, NO_MEASUREMENT, False)
+    for j in range(n):
+        if is_q:  # non-finite positions leave the last ones in force
+            r[Q + j] = r[Q_GIVEN + j]
+        r[V + j] = r[V_GIVEN + j] if is_v else 0.0
+
+
+def watch(r: Record, fastest: float) -> None:
+    """Stop on a non-finite request, beyond a stop, and at too high a speed."""
+    worn, is_finite = r[WORN] != 0.0, True
+    for j in range(int(r[N])):
+        is_finite = is_finite and math.isfinite(r[DESIRED + j])
+    if not is_finite:
+        trip(r, NOT_FINITE, False)
+    elif worn and r[IN_WALL] != 0.0 and is_past_a_stop(r):
+        trip(r, PAST_A_STOP, False)
+    v_trip = least(r[V_TRIP], r[V_TRIP_PERSON]) if worn else r[V_TRIP]
+    if fastest > v_trip:
+        trip(r, TOO_FAST, False)
+        # Such a joint is left to its drive: no command has held it, and its motor or its encoder may be wrong.
+        for j in range(int(r[N])):
+            if abs(r[V + j]) > v_trip:
+                isolate(r, j, True)
+
+
+def descend(r: Record) -> None:
+    """Write the torque of the soft descent to `WANTED`: the torque at the stop fades to zero."""
+    r[SINCE_STOP] += r[DT]
+    share = most(0.0, 1.0 - r[SINCE_STOP] / r[DESCENT_S])
+    for j in range(int(r[N])):
+        is_dropped = r[WITHOUT_MODEL] != 0.0 or r[POWERLESS + j] != 0.0
+        r[WANTED + j] = 0.0 if is_dropped else r[TAU_AT_STOP + j] * share
+
+
+def brake(r: Record, j: int) -> float:
+    """Damping torque of one joint [N·m].
+
+    In a descent it damps all motion. Otherwise it damps speed beyond the limit, and motion into the wall before a stop.
+    """
+    v = r[V + j]
+    if r[STOP] != 0.0:
+        return (WITHOUT_MODEL_SHARE if r[WITHOUT_MODEL] != 0.0 else 1.0) * r[DAMPING + j] * v
+    speed = most(abs(v) - r[V_DAMPING], 0.0)
+    if r[WORN] != 0.0:
+        speed = most(speed, (into_upper(r, j) if v > 0.0 else into_lower(r, j)) * abs(v))
+    return math.copysign(r[DAMPING + j] * speed, v)
+
+
+def bound_and_brake(r: Record, brakes: bool) -> None:
+    """Write to `TAU` the wanted torque within the person's bounds, minus braking; `LAST_TAU` keeps the last one."""
+    worn = r[WORN] != 0.0
+    for j in range(int(r[N])):
+        r[LAST_TAU + j] = r[TAU + j]
+        tau = bounded(r, j, r[WANTED + j]) if worn else r[WANTED + j]
+        if brakes:
+            # Braking follows the bounds. Before them, a demand of control beyond the bounds would cancel the brake.
+            braking = brake(r, j)
+            r[WANTED + j] -= braking
+            tau = within(tau - braking, r[LOW + j], r[HIGH + j]) if worn else r[WANTED + j]
+        r[TAU + j] = tau
+
+
+def limit_rate(r: Record) -> bool:
+    """Limit `TAU` to the drives' torque and to the torque rate; return True if it is not the wanted torque."""
+    is_clipped, step = False, r[RATE] * r[DT]
+    for j in range(int(r[N])):
+        last, bound = r[LAST_TAU + j], r[TORQUE_MAX + j]
+        r[TAU + j] = within(within(r[TAU + j], -bound, bound), last - step, last + step)
+        is_clipped = is_clipped or r[TAU + j] != r[WANTED + j]
+    return is_clipped
+
+
+def limit(r: Record, w: Record) -> None:
+    """Write to `TAU` the torque that may go out [N·m], for `DESIRED`, `Q_GIVEN` and `V_GIVEN`."""
+    believe(r)
+    n, worn, fastest = int(r[N]), r[WORN] != 0.0, 0.0
+    for j in range(n):
+        fastest = most(fastest, abs(r[V + j]))
+    for j in range(n):
+        # Friction at an incredible speed would lift every bound, and its power would empty the tank for good.
+        r[KNOWN + j] = r[V + j] if fastest <= V_CREDIBLE_RAD_S else 0.0
+    if worn:
+        look(r, w)
+    watch(r, fastest)
+    if r[STOP] != 0.0:
+        descend(r)
+    else:
+        for j in range(n):
+            r[WANTED + j] = r[DESIRED + j]
+    bound_and_brake(r, r[STOP] != 0.0 or fastest > r[V_DAMPING] or (worn and r[IN_WALL] != 0.0))
+    if worn:
+        afford(r)
+    is_clipped = limit_rate(r)
+    if worn:
+        pay(r)
+    if r[STOP] == 0.0 and is_clipped:
+        r[CLIPPED] += 1.0
+
+
+# --- ingress ----------------------------------------------------------------------------------------------------------
+
+
+def take_in(r: Record) -> None:
+    """Check the measurement of one tick, and set `USABLE`, `JUMPED`, `DEAD` and `BROKEN`."""
+    slots = int(r[USED_SLOTS])
+    ignore_isolated(r, slots)
+    r[USABLE] = 0.0
+    if r[CAME] == 0.0:
+        return
+    if r[SEQUENCE_IN] <= r[SEQUENCE]:
+        r[DROPPED] += 1.0
+        return
+    r[SEQUENCE] = r[SEQUENCE_IN]
+    # A time in the future is not of this clock, and would excuse any jump.
+    if not abs(r[NOW] - r[T_IN]) <= AGE_MAX_S:
+        return
+    if is_broken(r) or has_jumped(r):
+        return
+    at = (int(r[USED_AT]) + 1) % slots
+    r[USED_AT], r[T_USED], r[USABLE] = at, r[T_IN], 1.0
+    for j in range(int(r[N])):
+        r[USED + at * JOINTS + j] = math.nan if r[IGNORED + j] != 0.0 else r[Q_IN + j]
+        r[DEAD + j] = 1.0 if is_dead(r, j, at, slots) else 0.0
+
+
+def ignore_isolated(r: Record, slots: int) -> None:
+    """Forget the positions of newly isolated joints: their motion is unknown when their values are trusted again."""
+    for j in range(int(r[N])):
+        r[JUMPED + j] = r[DEAD + j] = r[BROKEN + j] = 0.0
+        if r[ISOLATED + j] != 0.0 and r[IGNORED + j] == 0.0:
+            for k in range(slots):
+                r[USED + k * JOINTS + j] = math.nan
+        r[IGNORED + j] = r[ISOLATED + j]
+
+
+def is_broken(r: Record) -> bool:
+    """Return True if a trusted joint has a non-finite position or torque; `BROKEN` names the joints."""
+    is_any = False
+    for j in range(int(r[N])):
+        torque = r[CURRENT_IN + j] if r[IN_CURRENT] != 0.0 else r[TAU_IN + j]
+        if r[IGNORED + j] == 0.0 and not (math.isfinite(r[Q_IN + j]) and math.isfinite(torque)):
+            r[BROKEN + j] = 1.0
+            is_any = True
+    return is_any
+
+
+def has_jumped(r: Record) -> bool:
+    """Return True if a joint moved farther since the last use than it can; the third time in a row is a fault."""
+    last, is_far = USED + int(r[USED_AT]) * JOINTS, False
+    ticks = whole((r[T_IN] - r[T_USED]) / r[DT])
+    for j in range(int(r[N])):
+        # After a first jump only the speed extends the reach, without the encoder count. Otherwise a small jump would
+        # come within reach before the third tick.
+        reach = ticks * r[WAY] + r[SLACK + j] if r[JUMPS + j] != 0.0 else ticks * r[REACH + j]
+        # A comparison with NaN is false: a joint that is ignored, or was not seen yet, has not jumped.
+        if r[IGNORED + j] == 0.0 and abs(r[Q_IN + j] - r[last + j]) > reach:
+            r[JUMPS + j] += 1.0
+            is_far = True
+        else:
+            r[JUMPS + j] = 0.0
+    if is_far:
+        for j in range(int(r[N])):
+            r[JUMPED + j] = 1.0 if r[JUMPS + j] >= JUMPS_MAX else 0.0
+    return is_far
+
+
+def is_dead(r: Record, j: int, at: int, slots: int) -> bool:
+    """Return True if the encoder of a joint has frozen after a clear motion."""
+    q, oldest = r[USED + at * JOINTS + j], at + 1
+    still = r[USED + (oldest + int(r[MOVING])) % slots * JOINTS + j]
+    if not (q == still and abs(q - r[USED + oldest % slots * JOINTS + j]) >= r[LEAST_WAY + j]):
+        return False
+    for k in range(int(r[MOVING]), slots):  # noqa: SIM110 - a generator has no translation to C
+        if r[USED + (oldest + k) % slots * JOINTS + j] != q:
+            return False
+    return True
+
+
+# --- monitors ---------------------------------------------------------------------------------------------------------
+
+
+def compare(r: Record) -> None:
+    """Compare redundant signals of a used measurement, and set `FAULTY`, `PARTED` and `WRONG`."""
+    for j in range(int(r[N])):
+        r[FAULTY + j], r[PARTED + j], r[WRONG + j] = r[FAULTY_IN + j], 0.0, 0.0
+    if r[HAS_MOTOR] != 0.0:
+        compare_encoders(r)
+    if r[TOLD_COUNT] >= r[LATELY]:
+        compare_torques(r)
+    for j in range(int(r[N])):
+        if r[ISOLATED + j] != 0.0:
+            r[FAULTY + j] = r[PARTED + j] = r[WRONG + j] = 0.0
+
+
+def compare_encoders(r: Record) -> None:
+    """Find joints whose two encoders have disagreed for some time: in distance or direction, or one stands still."""
+    slots, at = int(r[SPEED]) + 1, (int(r[BEFORE_AT]) + 1) % (int(r[SPEED]) + 1)
+    r[BEFORE_AT], r[BEFORE_COUNT] = at, least(r[BEFORE_COUNT] + 1.0, slots)
+    oldest = (at + 1) % slots if r[BEFORE_COUNT] == slots else 0
+    for j in range(int(r[N])):
+        q, motor = r[Q_IN + j], r[Q_MOTOR_IN + j]
+        r[BEFORE + at * JOINTS + j], r[MOTOR_BEFORE + at * JOINTS + j] = q, motor
+        if math.isnan(r[FIRST + j]):
+            r[FIRST + j] = q - motor
+        way, motor_way = q - r[BEFORE + oldest * JOINTS + j], motor - r[MOTOR_BEFORE + oldest * JOINTS + j]
+        is_opposite = way * motor_way < 0.0 and least(abs(way), abs(motor_way)) > r[LEAST_OPPOSITE]
+        is_apart = is_opposite or abs(q - motor - r[FIRST + j]) > AGREE_RAD
+        r[PARTED_TICKS + j] = r[PARTED_TICKS + j] + 1.0 if is_apart else 0.0
+        r[STILL + j] = r[STILL + j] + 1.0 if q == r[LAST + j] else 0.0
+        if r[STILL + j] == 0.0:
+            r[MOTOR_THEN + j] = motor
+        stands = r[STILL + j] >= r[STILL_MOST] and abs(motor - r[MOTOR_THEN + j]) > STILL_WAY_RAD
+        r[PARTED + j] = 1.0 if stands or r[PARTED_TICKS + j] >= r[IN_A_ROW] else 0.0
+        r[LAST + j] = q
+
+
+def compare_torques(r: Record) -> None:
+    """Find joints whose measured torque differs from the commanded one, for some ticks or on average."""
+    newest = TOLD + int(r[TOLD_AT]) * JOINTS
+    for j in range(int(r[N])):
+        tau = r[GAIN + j] * (r[CURRENT_IN + j] if r[BY_GAIN] != 0.0 else r[TAU_IN + j])
+        off = tau - r[newest + j]
+        size = abs(off)  # this test is quicker than the one over all recent commands
+        is_off = size > TORQUE_OFF_NM and abs(off_lately(r, j, tau, int(r[LATELY]))) > TORQUE_OFF_NM
+        r[OFF_TICKS + j] = r[OFF_TICKS + j] + 1.0 if is_off else 0.0
+        if size > 0.5 * TORQUE_BIAS_NM:
+            off = off_lately(r, j, tau, int(r[SLOWEST]))
+        # A non-finite torque is a matter of the ingress. An ignored joint must be watched again later, so its average
+        # must stay finite.
+        if size < math.inf:
+            r[BIAS + j] += r[BIAS_SHARE] * (off - r[BIAS + j])
+        is_wrong = r[OFF_TICKS + j] >= r[IN_A_ROW] or abs(r[BIAS + j]) > TORQUE_BIAS_NM
+        r[WRONG + j] = 1.0 if is_wrong else 0.0
+
+
+def off_lately(r: Record, j: int, tau: float, ticks: int) -> float:
+    """Distance of a torque from the range of the last commands to the joint, not only from the newest [N·m]."""
+    slots, at = int(r[SLOWEST]), int(r[TOLD_AT])
+    low = high = r[TOLD + at * JOINTS + j]
+    for k in range(1, min(ticks, int(r[TOLD_COUNT]))):
+        told = r[TOLD + (at - k) % slots * JOINTS + j]
+        low, high = least(low, told), most(high, told)
+    return most(tau - high, 0.0) + least(tau - low, 0.0)
+
+
+def tell(r: Record) -> None:
+    """Record the torque that goes out."""
+    slots = int(r[SLOWEST])
+    at = (int(r[TOLD_AT]) + 1) % slots
+    r[TOLD_AT], r[TOLD_COUNT] = at, least(r[TOLD_COUNT] + 1.0, slots)
+    for j in range(int(r[N])):
+        r[TOLD + at * JOINTS + j] = r[TAU + j]
+
+
+def is_refused(r: Record) -> bool:
+    """Return True if a slow joint was asked for much more torque than went out, for long."""
+    is_long = False
+    for j in range(int(r[N])):
+        # Control's request does not count in a descent.
+        refused = abs(r[HELD + j] - r[TAU + j]) if r[STOP] == 0.0 else 0.0
+        is_much = refused > REFUSED_NM and abs(r[V_SEEN + j]) < SLOW_RAD_S
+        r[REFUSED_TICKS + j] = r[REFUSED_TICKS + j] + 1.0 if is_much else 0.0
+        is_long = is_long or r[REFUSED_TICKS + j] > r[REFUSED_MOST]
+    return is_long
+
+
+# --- guard ------------------------------------------------------------------------------------------------------------
+
+
+def forget_misses(r: Record, at: int) -> None:
+    """Forget all missed ticks."""
+    r[at] = r[at + 1] = 0.0
+    for k in range(MISSES):
+        r[at + 2 + k] = LONG_AGO
+
+
+def misses_too_many(r: Record, at: int, is_missed: bool) -> bool:
+    """Add one tick; return True if it is missed and the bridge ends with it."""
+    r[at] += 1.0
+    if not is_missed:
+        return False
+    newest = (int(r[at + 1]) + 1) % MISSES
+    r[at + 1] = newest
+    r[at + 2 + newest] = r[at]
+    in_window = in_second = 0
+    for k in range(MISSES):
+        ago = r[at] - r[at + 2 + k]
+        in_window += 1 if ago < r[WINDOW] else 0
+        in_second += 1 if ago < r[SECOND] else 0
+    return in_window > r[IN_WINDOW] or in_second > IN_SECOND_MAX
+
+
+def begin(r: Record) -> None:
+    """Forget the ticks before. The speed in force stays until the next measurement."""
+    r[HAS_SPEED] = r[SPEED_T] = 0.0
+    forget_misses(r, MACHINE_MISSES)
+    forget_misses(r, CONTROL_MISSES)
+    for j in range(int(r[N])):
+        r[HELD + j] = r[V_FILTER + j] = 0.0
+
+
+def approach_level(r: Record) -> None:
+    """Move the gravity level one tick towards the requested one; a stop ends the ramp where it is."""
+    if r[LEVEL_MOVES] == 0.0 or r[WORN] == 0.0 or r[STOP] != 0.0:
+        r[LEVEL_MOVES] = 0.0
+        return
+    left = r[LEVEL_WANTED] - r[LEVEL]
+    if abs(left) <= r[LEVEL_STEP]:
+        r[LEVEL], r[LEVEL_MOVES] = r[LEVEL_WANTED], 0.0
+    else:
+        r[LEVEL] += math.copysign(r[LEVEL_STEP], left)
+
+
+def filter_speeds(r: Record) -> None:
+    """Update the guard's velocities: filtered differences of positions, independent of control's observer."""
+    passed = most(r[T_IN] - r[SPEED_T], 0.5 * r[DT])
+    share = passed / (SPEED_FILTER_S + passed)
+    for j in range(int(r[N])):
+        before = r[Q_FILTER + j] if r[HAS_SPEED] != 0.0 else r[Q_IN + j]  # the first tick has no speed
+        r[V_FILTER + j] += share * ((r[Q_IN + j] - before) / passed - r[V_FILTER + j])
+        r[Q_FILTER + j] = r[Q_SEEN + j] = r[Q_IN + j]
+        r[V_SEEN + j] = r[V_FILTER + j]
+    r[SPEED_T], r[HAS_SPEED] = r[T_IN], 1.0
+
+
+def see(r: Record) -> None:
+    """Run the first half of a tick: check the measurement; `USABLE` says if control may use it."""
+    approach_level(r)
+    take_in(r)
+    for j in range(int(r[N])):
+        if r[JUMPED + j] != 0.0 or r[DEAD + j] != 0.0:
+            trip(r, ENCODER_JUMPED if r[JUMPED + j] != 0.0 else ENCODER_DEAD, False)
+            isolate(r, j, False)
+            forget_misses(r, MACHINE_MISSES)  # the next measurement is good again without this joint
+    if r[USABLE] != 0.0:
+        filter_speeds(r)
+        if r[COMPARES] != 0.0:
+            compare(r)
+            act_on_comparison(r)
+
+
+def act_on_comparison(r: Record) -> None:
+    """Start the descent for what the comparison found, and isolate the joints."""
+    n = int(r[N])
+    for j in range(n):
+        if r[FAULTY + j] != 0.0:
+            trip(r, DRIVE_FAULT, False)
+            isolate(r, j, False)
+    for j in range(n):
+        if r[PARTED + j] != 0.0:
+            trip(r, ENCODERS_PART, False)
+            isolate(r, j, False)
+    for j in range(n):
+        if r[WRONG + j] != 0.0:
+            # A torque that differs from the command may have any cause, so torques of the model are not used then. The
+            # motor of that joint gets no torque: it might turn the other way, and drive where damping is commanded.
+            trip(r, TORQUE_WRONG, True)
+            isolate(r, j, True)
+
+
+def decide(r: Record, w: Record) -> None:
+    """Run the second half of a tick: decide what goes out, with or without an answer of control."""
+    n, is_any_broken = int(r[N]), False
+    for j in range(n):
+        is_any_broken = is_any_broken or r[BROKEN + j] != 0.0
+    if misses_too_many(r, MACHINE_MISSES, r[USABLE] == 0.0):
+        trip(r, NO_MEASUREMENT if is_any_broken else MACHINE_SILENT, False)
+        for j in range(n):
+            if r[BROKEN + j] != 0.0 or not is_any_broken:
+                isolate(r, j, False)
+    is_new = r[SPOKE] != 0.0 and r[ANSWERS] == r[SEQUENCE_IN] and r[NOW] <= r[VALID_UNTIL]
+    r[BRIDGES] = 0.0 if r[USABLE] != 0.0 and is_new else 1.0
+    # A missing measurement counts too. Otherwise control and machine could fail in turns, each within its bounds, and a
+    # torque would be held on.
+    if misses_too_many(r, CONTROL_MISSES, r[BRIDGES] != 0.0):
+        trip(r, CONTROL_SILENT, False)
+    for j in range(n):
+        if r[BRIDGES] == 0.0:
+            r[HELD + j] = r[ANSWER_IN + j]
+        r[DESIRED + j], r[Q_GIVEN + j], r[V_GIVEN + j] = r[HELD + j], r[Q_SEEN + j], r[V_SEEN + j]
+    limit(r, w)
+    tell(r)
+    if r[COMPARES] != 0.0 and is_refused(r):
+        trip(r, NOT_THIS_ARM, False)
+    r[SAFE_STATE] = safe_state(r)
+
+
+def safe_state(r: Record) -> float:
+    """Return the number of the safe state in force, as in `guard.SafeState`."""
+    for j in range(int(r[N])):
+        if r[ISOLATED + j] != 0.0:
+            return 3.0
+    if r[WITHOUT_MODEL] != 0.0:
+        return 2.0
+    if r[STOP] != 0.0:
+        return 1.0
+    return -1.0 if r[BRIDGES] == 0.0 else 0.0
+
+
+def reset(r: Record) -> bool:
+    """Leave the latched stop, and return True if that was possible.
+
+    It is not possible while the arm comes down, while a joint moves, or while the machine sends no measurement.
+    """
+    n, is_some, stands, all_stand = int(r[N]), False, True, True
+    for j in range(n):
+        is_slow = abs(r[V_SEEN + j]) < STANDING_RAD_S
+        all_stand = all_stand and is_slow
+        if r[ISOLATED + j] == 0.0:
+            is_some, stands = True, stands and is_slow
+    # After a silence all joints are isolated. Then all must stand still by the measurements that arrive again.
+    if r[USABLE] == 0.0 or r[SINCE_STOP] < r[DESCENT_S] or not (stands if is_some else all_stand):
+        return False
+    leave_stop(r)
+    begin(r)
+    return True
