@@ -7,7 +7,8 @@ from starlette.websockets import WebSocketDisconnect
 
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
-from exograv.console.server import PAGES, application
+from exograv.console.page_files import PAGES
+from exograv.console.server import application
 
 from .client import HOST, ORIGIN, OURS, TestClient, enter
 

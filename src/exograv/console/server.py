@@ -21,16 +21,9 @@ from .hub import Hub
 from .keys import SESSION_S, PageSession, Role, TokenUse
 from .limits import BODY_MAX_BYTES
 from .line import serve_line
+from .page_files import TYPES, page_files
 from .sentences import say
 
-PAGES = Path(__file__).parent / "pages"
-TYPES = {
-    ".html": "text/html; charset=utf-8",
-    ".css": "text/css; charset=utf-8",
-    ".js": "text/javascript; charset=utf-8",
-    ".json": "application/json",
-    ".svg": "image/svg+xml",
-}
 PAGE_OF = {
     Role.OPERATOR: "console.html",
     Role.VIEWER: "console.html",
@@ -76,9 +69,7 @@ class _House:
 
     def __init__(self, hub: Hub, is_tls: bool, port: str):
         self._hub, self._is_tls, self._port = hub, is_tls, port
-        # All files are read once, by listing: a path from a request is never opened.
-        paths = [path for path in PAGES.rglob("*") if path.suffix in TYPES]
-        self.files = {path.relative_to(PAGES).as_posix(): path.read_bytes() for path in paths}
+        self.files = page_files()
 
     @contextlib.asynccontextmanager
     async def lifespan(self, _: Starlette) -> AsyncIterator[None]:
