@@ -57,9 +57,10 @@ def application(hub: Hub, scheme: str, hosts: list[str]) -> ASGIApp:
             Route(f"/{role.value}/", house.page, methods=["GET"], name=role.value),
             Route(f"/{role.value}/ticket", house.ticket, methods=["POST"], name=role.value),
         ]
+    scenes = [Route(f"/{role.value}/scene", house.scene, methods=["GET"]) for role in (Role.OPERATOR, Role.VIEWER)]
     more = [Route(f"/participant/{name}", house.page, methods=["GET"]) for name in MORE_OF_PARTICIPANT]
     lines = [WebSocketRoute(f"/{role.value}/line", house.line) for role in Role]
-    app = Starlette(routes=[*routes, *more, *lines], lifespan=house.lifespan)
+    app = Starlette(routes=[*routes, *scenes, *more, *lines], lifespan=house.lifespan)
     app.router.redirect_slashes = False
     return HttpGuard(app, scheme, hosts)
 
@@ -132,6 +133,13 @@ class _House:
         if session is None:
             return JSONResponse({"why": TokenUse.REFUSED.value}, 403)
         return JSONResponse({"ticket": self._hub.keys.ticket(session)})
+
+    async def scene(self, request: Request) -> Response:
+        """Send the picture of machine and person to pages that show the machine."""
+        if self._session(request, Role(request.url.path.split("/")[1])) is None:
+            return JSONResponse({"why": TokenUse.REFUSED.value}, 403)
+        scene = await self._hub.ask_desk(self._hub.desk.scene)
+        return Response("null" if scene is None else scene.text, media_type=TYPES[".json"])
 
     async def line(self, socket: WebSocket) -> None:
         role = Role(socket.url.path.split("/")[1])

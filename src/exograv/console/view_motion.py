@@ -11,7 +11,7 @@ from exograv.recording import Recording
 
 FRAMES_HZ = 25.0
 FRAMES_MAX = 6000
-"""Largest number of frames: four minutes at full rate, and a page of about 2 MB. A longer recording has a lower rate."""
+"""Largest number of frames: four minutes at full rate, a page of about 2 MB. A longer recording has a lower rate."""
 
 ARM_GAP_S = 0.3
 """Largest time from a frame to a recorded pose of the arm [s]; farther away, the arm moves with its cuffs."""

@@ -44,7 +44,7 @@ def page_server(page: str, port: int) -> Iterator[ThreadingHTTPServer]:
             self.end_headers()
             self.wfile.write(data)
 
-        def log_message(self, format: str, *args: object) -> None:
+        def log_message(self, *args: object) -> None:
             """Print nothing: the terminal shows the address only."""
 
     try:

@@ -19,14 +19,16 @@ const named = (name) => name.replaceAll("_", " ");
 const unitOf = (joint) => (joint.kind === "revolute" ? [DEGREES, "°"] : [1000, "mm"]);
 const shown = (joint, value) => {
   const [factor, unit] = unitOf(joint);
-  return `${(factor * value).toFixed(0)} ${unit}`;
+  return `${Math.round(factor * value) + 0} ${unit}`; // + 0 makes -0 a 0.
 };
+
+const pose = (q, arms) => view.pose(new Map(scene.joints.map((joint, i) => [joint.name, q[i]])), arms);
 
 // A machine: one slider per joint, within its limits.
 function sliders() {
   at("joints-title").textContent = "Joints";
   const q = scene.joints.map((joint) => joint.rest);
-  const move = () => view.pose(q, null);
+  const move = () => pose(q, null);
   const rows = scene.joints.map((joint, i) => {
     const [factor] = unitOf(joint);
     const output = element("output", { className: "figure", textContent: shown(joint, q[i]) });
@@ -76,7 +78,7 @@ function player() {
     at("clock").textContent = `${now.toFixed(2)} of ${end.toFixed(2)} s`;
     const { number, share } = between(t, now);
     const q = motion.q[number].map((value, i) => value + share * (motion.q[Math.min(number + 1, t.length - 1)][i] - value));
-    view.pose(q, armsAt(now));
+    pose(q, armsAt(now));
     view.gravity(motion.felt[number]);
     at("phase").textContent = named(motion.phases.findLast((phase) => phase.t <= now)?.name ?? "");
     rows.forEach(({ position, torque, bars }, i) => {

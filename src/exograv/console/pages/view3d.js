@@ -8,10 +8,11 @@ import { Figure } from "./figure3d.js";
 const KEYS = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] };
 const RADIUS_M = 0.7; // Head, arms, machine and seat fit into a ball of this radius around the trunk.
 const PIXELS_MAX = 2; // A finer picture costs time, and shows no more.
+const QUICK_MS = 20; // A frame of a page that has nothing else to do takes 17 ms.
 
 export class View3d {
   constructor(box, without) {
-    Object.assign(this, { box, figure: null, isChanged: false, isSeen: true, drawn: 0 });
+    Object.assign(this, { box, figure: null, isChanged: false, isSeen: true, drawn: 0, drawnAt: null, waitUntil: 0 });
     this.level = document.createElement("p");
     this.level.className = "scene-level figure";
     try {
@@ -100,7 +101,7 @@ export class View3d {
     this.grid.visible = true;
     this.away = scene.side === "left" ? -1 : 1;
     this.arrow.position.set(scene.centre[0] + 0.3, scene.centre[1] + 0.42 * this.away, scene.centre[2] + 0.42);
-    this.pose(scene.joints.map((joint) => joint.rest), null);
+    this.pose(new Map(), null);
     if (before === scene.side) return;
     this.controls.target.set(scene.centre[0] + 0.1, scene.centre[1] - 0.04 * this.away, scene.centre[2] - 0.02);
     this.resize();
@@ -109,8 +110,10 @@ export class View3d {
     this.place(-0.85 * this.away, 0.2, RADIUS_M / Math.sin(narrow));
   }
 
-  pose(q, arms) {
+  // positions: position of each joint by name; a joint without a position stays at rest.
+  pose(positions, arms) {
     if (!this.figure) return;
+    const q = this.figure.scene.joints.map((joint) => positions.get(joint.name) ?? joint.rest);
     this.figure.pose(q, arms);
     this.isChanged = true;
   }
@@ -137,12 +140,17 @@ export class View3d {
     this.camera.updateProjectionMatrix();
   }
 
-  // Nothing is drawn while nothing changes, or while nobody can see it.
+  // Call once per frame of the page. Nothing is drawn while nothing changes, or while nobody can see it.
   draw() {
-    if (!this.isChanged || !this.isSeen || document.hidden || !this.figure) return;
+    const now = performance.now();
+    // Without a graphics card a picture delays the next frame. The picture then takes a quarter of the time at most.
+    if (this.drawnAt !== null) this.waitUntil = now + 3 * Math.max(now - this.drawnAt - QUICK_MS, 0);
+    this.drawnAt = null;
+    if (!this.isChanged || !this.isSeen || document.hidden || !this.figure || now < this.waitUntil) return;
     this.isChanged = false;
     this.drawn += 1;
     this.resize();
     this.renderer.render(this.world, this.camera);
+    this.drawnAt = now;
   }
 }
