@@ -1,26 +1,26 @@
 // Person and machine as rounded bodies, built once from a scene description and then moved. x forward, y left, z up [m].
 import {
-  BoxGeometry, BufferAttribute, BufferGeometry, CylinderGeometry, DoubleSide, Group, LatheGeometry, Matrix4, Mesh,
-  MeshStandardMaterial, Quaternion, SphereGeometry, TorusGeometry, Vector2, Vector3,
+  BoxGeometry, BufferAttribute, BufferGeometry, CylinderGeometry, Group, LatheGeometry, Matrix4, Mesh,
+  MeshLambertMaterial, Quaternion, SphereGeometry, TorusGeometry, Vector2, Vector3,
 } from "./vendor/three/three.min.js";
 
 const COLOURS = {
   machine: "#8fbfdd", drive: "#2f6d99", cuff: "#d1495b", stand: "#46525f",
   skin: "#dca384", shirt: "#e8e4da", trousers: "#5b6675", hair: "#3a2f2a",
 };
-const ROUND = 20;
+const ROUND = 18;
 const Z = new Vector3(0, 0, 1);
 const vector = (point) => new Vector3(...point);
 
 // Lathe turns about y: the profile runs from the first end to the second, and is then laid along z.
 function roundCone(first, second, length) {
   const profile = [];
-  for (let i = 0; i <= 8; i += 1) {
-    const angle = (Math.PI / 2) * (i / 8 - 1);
+  for (let i = 0; i <= 6; i += 1) {
+    const angle = (Math.PI / 2) * (i / 6 - 1);
     profile.push(new Vector2(Math.max(first * Math.cos(angle), 1e-5), first * Math.sin(angle)));
   }
-  for (let i = 0; i <= 8; i += 1) {
-    const angle = (Math.PI / 2) * (i / 8);
+  for (let i = 0; i <= 6; i += 1) {
+    const angle = (Math.PI / 2) * (i / 6);
     profile.push(new Vector2(Math.max(second * Math.cos(angle), 1e-5), length + second * Math.sin(angle)));
   }
   return new LatheGeometry(profile, ROUND).rotateX(Math.PI / 2);
@@ -59,8 +59,7 @@ export class Figure {
   }
 
   material(role) {
-    const rough = ["machine", "drive", "stand"].includes(role) ? { roughness: 0.45, metalness: 0.25 } : { roughness: 0.85 };
-    this.materials[role] ??= new MeshStandardMaterial({ color: COLOURS[role], side: DoubleSide, ...rough });
+    this.materials[role] ??= new MeshLambertMaterial({ color: COLOURS[role] });
     return this.materials[role];
   }
 
@@ -70,7 +69,7 @@ export class Figure {
     const [radius, other] = shape.radius;
     if (shape.kind === "mesh") return new Mesh(mesh3(shape.triangles), material);
     if (shape.kind === "box" || shape.kind === "ball") {
-      const form = shape.kind === "box" ? new BoxGeometry(...shape.size) : new SphereGeometry(radius, 48, 32);
+      const form = shape.kind === "box" ? new BoxGeometry(...shape.size) : new SphereGeometry(radius, 36, 24);
       const solid = new Mesh(form, material);
       solid.position.copy(first);
       if (shape.kind === "ball" && shape.size) solid.scale.set(...shape.size);
