@@ -86,9 +86,12 @@ def mesh_file(name: str, folder: Path) -> Path:
         inside = Path(*Path(name.removeprefix("package://")).parts[1:])
     if inside.suffix.lower() != ".stl":
         raise ModelError(f"{name} is not an STL file. Convert it.")
-    for place in (folder, *list(folder.resolve().parents)[:2]):
-        if (place / inside).is_file():
-            return place / inside
+    places = [folder.resolve(), *list(folder.resolve().parents)[:2]]
+    for place in places:
+        found = (place / inside).resolve()
+        # A machine file may come from somebody else: it must not draw any file of this computer into a page.
+        if found.is_relative_to(places[-1]) and found.is_file():
+            return found
     raise ModelError(f"there is no file {name} in {folder.name} or the two folders above it.")
 
 
