@@ -74,11 +74,12 @@ def test_a_mesh_takes_the_place_of_the_simple_shapes_of_its_link(tmp_path: Path)
 
 
 def test_boxes_cylinders_and_spheres_are_drawn_where_the_file_has_them(tmp_path: Path):
-    visual = (
-        '<visual><origin xyz="0.1 0 0" rpy="0 1.5707963267948966 0"/>'
-        '<geometry><cylinder radius="0.02" length="0.4"/></geometry></visual><visual><geometry><box size="0.1 0.2 0.3"/></geometry></visual>'
-        '<visual><origin xyz="0 0 1"/><geometry><sphere radius="0.05"/></geometry></visual>'
+    forms = (
+        ('<origin xyz="0.1 0 0" rpy="0 1.5707963267948966 0"/>', '<cylinder radius="0.02" length="0.4"/>'),
+        ("", '<box size="0.1 0.2 0.3"/>'),
+        ('<origin xyz="0 0 1"/>', '<sphere radius="0.05"/>'),
     )
+    visual = "".join(f"<visual>{origin}<geometry>{form}</geometry></visual>" for origin, form in forms)
     cylinder, box, ball = [
         shape for shape in scene_with(tmp_path, visual).shapes if shape.body == 3 and shape.role == "machine"
     ]

@@ -8,11 +8,13 @@ import { Figure } from "./figure3d.js";
 const KEYS = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] };
 const RADIUS_M = 0.7; // Head, arms, machine and seat fit into a ball of this radius around the trunk.
 const PIXELS_MAX = 2; // A finer picture costs time, and shows no more.
-const QUICK_MS = 5; // A graphics card draws a picture in less.
+const FRAME_MS = 20; // A frame that nothing delays takes 17 ms.
+const SLOWEST_MS = 400; // A page that stood still for another reason must not stop the picture for long.
+const PAUSE = 6;
 
 export class View3d {
   constructor(box, without) {
-    Object.assign(this, { box, figure: null, isChanged: false, isSeen: true, drawn: 0, waitUntil: 0 });
+    Object.assign(this, { box, figure: null, isChanged: false, isSeen: true, drawn: 0, frameAt: 0, debt: 0, delayed: 0 });
     this.level = document.createElement("p");
     this.level.className = "scene-level figure";
     try {
@@ -141,16 +143,19 @@ export class View3d {
   }
 
   // Call once per frame of the page. Nothing is drawn while nothing changes, or while nobody can see it. Without a
-  // graphics card a picture delays the page, so pictures take a quarter of the time at most.
+  // graphics card a picture delays the frames after it. Each delay is followed by a pause of `PAUSE` times its length.
   draw() {
     const now = performance.now();
-    if (!this.isChanged || !this.isSeen || document.hidden || !this.figure || now < this.waitUntil) return;
+    const gap = Math.min(now - this.frameAt, SLOWEST_MS);
+    this.frameAt = now;
+    this.debt = Math.max(this.debt - gap, 0);
+    if (this.delayed > 0) this.debt += PAUSE * Math.max(gap - FRAME_MS, 0);
+    this.delayed -= 1;
+    if (!this.isChanged || !this.isSeen || document.hidden || !this.figure || this.debt > 0) return;
     this.isChanged = false;
     this.drawn += 1;
+    this.delayed = 2;
     this.resize();
     this.renderer.render(this.world, this.camera);
-    this.renderer.getContext().finish();
-    const cost = performance.now() - now;
-    this.waitUntil = now + cost + 3 * Math.max(cost - QUICK_MS, 0);
   }
 }
