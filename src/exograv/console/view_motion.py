@@ -53,7 +53,9 @@ def motion_of(recording: Recording) -> dict[str, Any]:
 def _numbers(values: Float[np.ndarray, "..."], decimals: int) -> list[Any]:
     """Round numbers; a number that is not finite becomes None."""
     rounded = np.round(values.astype(float), decimals)
-    return np.where(np.isfinite(rounded), rounded, None).tolist()
+    known = rounded.astype(object)
+    known[~np.isfinite(rounded)] = None
+    return known.tolist()
 
 
 def _arm(recording: Recording, start: float, end: float) -> dict[str, Any]:

@@ -25,6 +25,8 @@ def page_server(page: str, port: int) -> Iterator[ThreadingHTTPServer]:
     answers = {f"/files/{name}": (TYPES[PurePosixPath(name).suffix], data) for name, data in page_files().items()}
     answers["/"] = (TYPES[".html"], page.encode())
 
+    hosts = set[str]()
+
     class Handler(BaseHTTPRequestHandler):
         """Handler that answers from memory: a path from a request is never opened."""
 
@@ -33,8 +35,7 @@ def page_server(page: str, port: int) -> Iterator[ThreadingHTTPServer]:
         def do_GET(self) -> None:
             """Answer one request."""
             # A foreign name that points to this computer is refused, as in the console.
-            bound = self.server.server_address[1]
-            is_ours = self.headers.get("Host") in (f"{LOOPBACK}:{bound}", f"localhost:{bound}")
+            is_ours = self.headers.get("Host") in hosts
             kind, data = answers.get(self.path, (None, b"")) if is_ours else (None, b"")
             self.send_response(200 if kind else 404 if is_ours else 403)
             for name, value in (SAID_WITH_EVERYTHING | {"Content-Length": str(len(data))}).items():
@@ -44,7 +45,7 @@ def page_server(page: str, port: int) -> Iterator[ThreadingHTTPServer]:
             self.end_headers()
             self.wfile.write(data)
 
-        def log_message(self, *args: object) -> None:
+        def log_message(self, format: str, *args: object) -> None:  # noqa: A002 - name of the base class
             """Print nothing: the terminal shows the address only."""
 
     try:
@@ -54,6 +55,8 @@ def page_server(page: str, port: int) -> Iterator[ThreadingHTTPServer]:
             f"Port {port} of {LOOPBACK} cannot be used: {error.strerror}. Give another --port, or end the program "
             "that uses it."
         ) from error
+    bound = server.server_address[1]
+    hosts |= {f"{LOOPBACK}:{bound}", f"localhost:{bound}"}
     with server:
         yield server
 

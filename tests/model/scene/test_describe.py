@@ -30,7 +30,7 @@ def described(name: str, side: str, person: Body = PERSON) -> tuple[RigDescripti
 
 def posture(scene: SceneDescription, seed: int = SEED) -> np.ndarray:
     generator = np.random.default_rng(seed)
-    return np.array([generator.uniform(joint.lower, joint.upper) for joint in scene.joints])
+    return np.array([generator.uniform(joint.lower or 0.0, joint.upper or 0.0) for joint in scene.joints])
 
 
 def drawn_poses(scene: SceneDescription, q: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -46,7 +46,7 @@ def describe_assembly(assembly: Assembly, body: Body) -> SceneDescription:
     """Describe an assembled machine and arm; `body` gives girths and the rest of the person."""
     description, tree, arm = assembly.description, assembly.exo, assembly.arm
     poses = body_poses(tree, description.donning_posture)
-    shoulders = {side: _shoulder(assembly, poses, side) for side in description.arm_sides}
+    shoulders: dict[ArmSide, Vector] = {side: _shoulder(assembly, poses, side) for side in description.arm_sides}
     lines = {limb.side: _arm_line(assembly, limb, shoulders[limb.side]) for limb in arm.limbs}
     seat = seat_of(body, shoulders)
     radii = [1.05 * limb_radius(body, "upper_arm"), limb_radius(body, "forearm"), 0.04]

@@ -28,7 +28,9 @@ def read_visuals(path: Path, tree: Tree) -> tuple[list[Shape], str]:
     shapes, why, left = list[Shape](), "", TRIANGLES_MAX
     for link in robot_of(path).findall("link"):
         frame = tree.frames.get(link.get("name", ""))
-        for visual in link.findall("visual") if frame is not None else ():
+        if frame is None:
+            continue
+        for visual in link.findall("visual"):
             try:
                 shape, triangles = _shape(visual, frame, path, left)
             except (ModelError, OSError, ValueError) as error:
