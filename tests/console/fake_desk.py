@@ -18,6 +18,9 @@ from exograv.experiment.steered.view_models import (
     SessionSnapshot,
     SkeletonLines,
 )
+from exograv.model.anthropometry import Body
+from exograv.model.description import load_rig
+from exograv.model.scene import SceneDescription, describe_scene
 from exograv.options import Side
 from exograv.safety.modes import WORN, Event, Mode, ModeMachine
 from exograv.safety.stops import StopReason
@@ -51,6 +54,7 @@ class FakeDesk:
         self.participant = "T01" if is_known else None
         self.side: Side = "right"
         self._learning_since: float | None = None
+        self._scene: SceneDescription | None = None
         self._stepped = self.began
         self._numbers = itertools.count(1)
 
@@ -112,13 +116,12 @@ class FakeDesk:
         )
 
     def skeleton(self) -> SkeletonLines:
-        q = self._q(self.now())
-        shoulder = (0.0, -0.2, 0.4)
-        up = (0.28 * math.sin(q[2]), -0.2 - 0.05 * math.cos(q[0]), 0.4 - 0.28 * math.cos(q[2]))
-        hand = (up[0] + 0.3 * math.sin(q[2] + q[3]), up[1], up[2] - 0.3 * math.cos(q[2] + q[3]))
-        beside = tuple((x, y - 0.06, z) for x, y, z in (shoulder, up, hand))
-        base = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.5), (0.0, -0.26, 0.4))
-        return SkeletonLines(exo=(base, beside), arm=((shoulder, up, hand),))
+        return SkeletonLines(q_rad=self._q(self.now()), exo=(), arm=())
+
+    def scene(self) -> SceneDescription:
+        if self._scene is None or self._scene.side != self.side:
+            self._scene = describe_scene(load_rig("recupera_like", self.side), Body(1.75, 75.0, "male"))
+        return self._scene
 
     def act(self, act: Act, by: Who) -> Answer:
         if act.id in self.answers:

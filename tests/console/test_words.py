@@ -7,8 +7,8 @@ from typing import get_args
 
 import pytest
 
+from exograv.console.page_files import PAGES
 from exograv.console.sentences import SENTENCES
-from exograv.console.server import PAGES
 from exograv.dynamics.parameters import names_and_units
 from exograv.experiment.steered.process_state import SHOWN_UNITS
 from exograv.experiment.steered.view_models import ModeName, SafeStateName

@@ -35,6 +35,7 @@ from exograv.cli.recordings.replay import run_replay_command
 from exograv.cli.recordings.report import run_report
 from exograv.cli.recordings.streams import run_streams
 from exograv.cli.recordings.sync import run_sync
+from exograv.cli.recordings.view import run_view_command
 from exograv.cli.shell.base_options import Common, refuse_unwritable, write_json
 from exograv.cli.shell.command import Action, act, command_class, estimate
 from exograv.cli.simulation.benchmark_identification import run_benchmark_identification
@@ -105,8 +106,9 @@ GROUPS: dict[str, Group] = {
         "A study: from recordings of sessions to findings.", {**STUDY_COMMANDS, "simulate": run_simulate_study}
     ),
     "data": Group(
-        "Recordings and streams: replay, record, and synchronise.",
+        "Recordings and streams: view, replay, record, and synchronise.",
         {
+            "view": run_view_command,
             "replay": run_replay_command,
             "streams": run_streams,
             "sync": run_sync,

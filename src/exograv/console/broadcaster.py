@@ -1,4 +1,4 @@
-"""Broadcast to the pages: state, plots, skeletons and alarms.
+"""Broadcast to the pages: state, plots, poses and alarms.
 
 It also passes the protocol's gravity levels to the machine.
 """
@@ -10,6 +10,7 @@ from typing import Any
 
 from exograv.experiment.steered.requests import SetLevel
 from exograv.experiment.steered.view_models import MachineAlarm
+from exograv.model.scene.arm_lines import arms_of_line
 from exograv.task.state import RunAlarm
 
 from .alarms import ConsoleAlarm
@@ -25,8 +26,8 @@ TICK_S = 0.015
 PLOTS_EVERY = 2
 """Ticks between messages with samples to plot: 33 a second."""
 
-LINES_EVERY = 4
-"""Ticks between messages with a skeleton. Each skeleton needs the solution of a closure."""
+POSES_EVERY = 4
+"""Ticks between messages with a pose. Each pose needs the solution of a closure."""
 
 SHOWN_EVERY = 7
 """Ticks between messages with the state."""
@@ -144,9 +145,15 @@ class Broadcaster:
         self._since = trace.next
         if trace.t:
             hub.show(MACHINE, "trace", {"trace": trace.model_dump(mode="json")})
-        if self._count % LINES_EVERY == 0:
-            skeleton = await hub.ask_desk(hub.desk.skeleton)
-            hub.show(MACHINE, "skeleton", {"skeleton": skeleton.model_dump(mode="json")})
+        if self._count % POSES_EVERY == 0:
+            hub.show(MACHINE, "pose", await self._pose())
+
+    async def _pose(self) -> dict[str, Any]:
+        """Position of machine and arms, and the key of the scene that the page fetches when it changes."""
+        hub = self._hub
+        skeleton, scene = await hub.ask_desk(hub.desk.skeleton), await hub.ask_desk(hub.desk.scene)
+        arms = arms_of_line(skeleton.arm[0]) if skeleton.arm else []
+        return {"q_rad": skeleton.q_rad, "arms": arms, "scene": None if scene is None else scene.key}
 
     def _show_state(self, t: float) -> None:
         hub = self._hub

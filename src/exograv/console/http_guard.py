@@ -7,23 +7,10 @@ from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from .limits import Close
+from .page_files import SAID_WITH_EVERYTHING
 
 CSRF_HEADER = "x-exograv"
 """Header of every POST. A form of another site cannot set it."""
-
-SAID_WITH_EVERYTHING = {
-    "Content-Security-Policy": "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'; "
-    "object-src 'none'",
-    # The next two headers give timestamps of touches in steps of 5 µs instead of 100 µs.
-    "Cross-Origin-Opener-Policy": "same-origin",
-    "Cross-Origin-Embedder-Policy": "require-corp",
-    "Cross-Origin-Resource-Policy": "same-origin",
-    "X-Frame-Options": "DENY",
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
-    "Permissions-Policy": "camera=(), microphone=(), geolocation=(), usb=(), serial=()",
-    "Cache-Control": "no-store",
-}
 
 
 class HttpGuard:

@@ -21,16 +21,9 @@ from .hub import Hub
 from .keys import SESSION_S, PageSession, Role, TokenUse
 from .limits import BODY_MAX_BYTES
 from .line import serve_line
+from .page_files import TYPES, page_files
 from .sentences import say
 
-PAGES = Path(__file__).parent / "pages"
-TYPES = {
-    ".html": "text/html; charset=utf-8",
-    ".css": "text/css; charset=utf-8",
-    ".js": "text/javascript; charset=utf-8",
-    ".json": "application/json",
-    ".svg": "image/svg+xml",
-}
 PAGE_OF = {
     Role.OPERATOR: "console.html",
     Role.VIEWER: "console.html",
@@ -64,9 +57,10 @@ def application(hub: Hub, scheme: str, hosts: list[str]) -> ASGIApp:
             Route(f"/{role.value}/", house.page, methods=["GET"], name=role.value),
             Route(f"/{role.value}/ticket", house.ticket, methods=["POST"], name=role.value),
         ]
+    scenes = [Route(f"/{role.value}/scene", house.scene, methods=["GET"]) for role in (Role.OPERATOR, Role.VIEWER)]
     more = [Route(f"/participant/{name}", house.page, methods=["GET"]) for name in MORE_OF_PARTICIPANT]
     lines = [WebSocketRoute(f"/{role.value}/line", house.line) for role in Role]
-    app = Starlette(routes=[*routes, *more, *lines], lifespan=house.lifespan)
+    app = Starlette(routes=[*routes, *scenes, *more, *lines], lifespan=house.lifespan)
     app.router.redirect_slashes = False
     return HttpGuard(app, scheme, hosts)
 
@@ -76,9 +70,7 @@ class _House:
 
     def __init__(self, hub: Hub, is_tls: bool, port: str):
         self._hub, self._is_tls, self._port = hub, is_tls, port
-        # All files are read once, by listing: a path from a request is never opened.
-        paths = [path for path in PAGES.rglob("*") if path.suffix in TYPES]
-        self.files = {path.relative_to(PAGES).as_posix(): path.read_bytes() for path in paths}
+        self.files = page_files()
 
     @contextlib.asynccontextmanager
     async def lifespan(self, _: Starlette) -> AsyncIterator[None]:
@@ -141,6 +133,13 @@ class _House:
         if session is None:
             return JSONResponse({"why": TokenUse.REFUSED.value}, 403)
         return JSONResponse({"ticket": self._hub.keys.ticket(session)})
+
+    async def scene(self, request: Request) -> Response:
+        """Send the picture of machine and person to pages that show the machine."""
+        if self._session(request, Role(request.url.path.split("/")[1])) is None:
+            return JSONResponse({"why": TokenUse.REFUSED.value}, 403)
+        scene = await self._hub.ask_desk(self._hub.desk.scene)
+        return Response("null" if scene is None else scene.text, media_type=TYPES[".json"])
 
     async def line(self, socket: WebSocket) -> None:
         role = Role(socket.url.path.split("/")[1])

@@ -28,7 +28,7 @@ def read_urdf(path: Path) -> Tree:
     Raises:
         ModelError: The file cannot be used; the message says what, where, what is allowed and what to do next.
     """
-    robot = _robot(path)
+    robot = robot_of(path)
     where = path.name
     links = {_name(link, where): link for link in robot.findall("link")}
     joints = {_name(joint, where): joint for joint in robot.findall("joint")}
@@ -41,7 +41,12 @@ def read_urdf(path: Path) -> Tree:
     return _Builder(where, links, joints).tree(robot.get("name", path.stem), root)
 
 
-def _robot(path: Path) -> ElementTree.Element:
+def robot_of(path: Path) -> ElementTree.Element:
+    """Read the root element of a URDF file.
+
+    Raises:
+        ModelError: The file cannot be used.
+    """
     try:
         with path.open("rb") as file:
             data = file.read(SIZE_MAX_BYTES + 1)
@@ -121,7 +126,7 @@ class _Builder:
     def _child(self, name: str, joint: ElementTree.Element, parent: Frame) -> tuple[str, Frame]:
         body, R, p = parent.body, parent.R_body_frame, parent.p_body_frame
         child = _end(joint, "child", name, self.where)
-        R_link_joint, p_link_joint = _origin(joint, f"joint '{name}'", self.where)
+        R_link_joint, p_link_joint = origin_of(joint, f"joint '{name}'", self.where)
         R_body_joint, p_body_joint = R @ R_link_joint, p + R @ p_link_joint
         kind = joint.get("type", "")
         if kind == "fixed":
@@ -189,7 +194,7 @@ def _inertial_parameters(inertial: ElementTree.Element, link: str, where: str) -
         _number(inertia_element, key, f"inertia of link '{link}'", where)
         for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
     )
-    R, com = _origin(inertial, f"<inertial> of link '{link}'", where)
+    R, com = origin_of(inertial, f"<inertial> of link '{link}'", where)
     inertia = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
     phi = inertial_parameters(mass, com, inertia)
     if not is_physical(phi):
@@ -231,19 +236,24 @@ def _limits(joint: ElementTree.Element, name: str, kind: str, where: str) -> tup
 
 def _axis(joint: ElementTree.Element, name: str, where: str) -> Vector:
     element = joint.find("axis")
-    axis = np.array([1.0, 0.0, 0.0]) if element is None else _vector(element, "xyz", f"axis of joint '{name}'", where)
+    axis = np.array([1.0, 0.0, 0.0]) if element is None else vector_of(element, "xyz", f"axis of joint '{name}'", where)
     length = float(np.linalg.norm(axis))
     if not 0.99 < length < 1.01:
         raise ModelError(f"{where}: axis of joint '{name}' has length {length:.4g}; it must be 1. Normalise it.")
     return axis / length
 
 
-def _origin(element: ElementTree.Element, label: str, where: str) -> tuple[Matrix, Vector]:
+def origin_of(element: ElementTree.Element, label: str, where: str) -> tuple[Matrix, Vector]:
+    """Rotation and position [m] of the `<origin>` of an element, in its parent.
+
+    Raises:
+        ModelError: A number is not valid.
+    """
     origin = element.find("origin")
     if origin is None:
         return np.eye(3), np.zeros(3)
-    p = _vector(origin, "xyz", f"origin of {label}", where) if "xyz" in origin.attrib else np.zeros(3)
-    rpy = _vector(origin, "rpy", f"origin of {label}", where) if "rpy" in origin.attrib else np.zeros(3)
+    p = vector_of(origin, "xyz", f"origin of {label}", where) if "xyz" in origin.attrib else np.zeros(3)
+    rpy = vector_of(origin, "rpy", f"origin of {label}", where) if "rpy" in origin.attrib else np.zeros(3)
     return _rotation_rpy(rpy), p
 
 
@@ -283,7 +293,12 @@ def _number(element: ElementTree.Element, key: str, label: str, where: str) -> f
     return value
 
 
-def _vector(element: ElementTree.Element, key: str, label: str, where: str) -> Vector:
+def vector_of(element: ElementTree.Element, key: str, label: str, where: str) -> Vector:
+    """Three numbers of an attribute.
+
+    Raises:
+        ModelError: The attribute does not hold three numbers.
+    """
     text = element.get(key, "")
     values = np.array([_plain_number(part) for part in text.split()])
     if values.shape != (3,) or np.isnan(values).any():

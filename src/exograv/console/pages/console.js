@@ -3,7 +3,7 @@ import { drawWindows, Hits } from "./hits.js";
 import { Line, now } from "./line.js";
 import { choose, clockText, learning, listAlarms } from "./parts.js";
 import { COLOURS, Plot } from "./plot.js";
-import { Scene } from "./scene.js";
+import { View3d } from "./view3d.js";
 import { language, loadWords, nameOf, number, say, sentence } from "./words.js";
 
 const BEAT_MS = 200;
@@ -13,14 +13,14 @@ const degrees = (rows) => rows.map((row) => row.map((value) => (180 / Math.PI) *
 
 let state = null;
 let isLevelHeld = false;
-const line = new Line(role, { state: takeState, trace: takeTrace, skeleton: takeSkeleton, record: takeRecord }, changed);
+const line = new Line(role, { state: takeState, trace: takeTrace, pose: takePose, record: takeRecord }, changed);
 const position = new Plot(at("position"), { q: {} });
 const torque = new Plot(at("torque"), {
   measured: { dash: [1, 4], alpha: 0.8 },
   desired: { dash: [6, 5], alpha: 0.6, width: 1.5 },
   commanded: {},
 });
-const scene = new Scene(at("scene"));
+let [view, described] = [null, null];
 const hits = new Hits(at("hits"));
 
 function changed(where) {
@@ -165,8 +165,21 @@ function takeTrace({ trace }) {
   });
 }
 
-function takeSkeleton({ skeleton }) {
-  scene.show(skeleton);
+// The picture of machine and person is fetched when its key changes; a message holds the positions only.
+async function takePose(pose) {
+  if (view === null || state === null || pose.scene === null) return;
+  if (pose.scene !== described) {
+    described = pose.scene;
+    try {
+      view.describe(await (await fetch(`/${role}/scene`)).json());
+    } catch {
+      described = null; // The next message tries again.
+    }
+  }
+  const { joints, gravity_level: level, arm_share: share } = state.shown;
+  const position = new Map(joints.map((joint, i) => [joint, pose.q_rad[i]]));
+  view.pose(position, pose.arms.length ? pose.arms : null);
+  view.gravity(1 - share * (1 - level)); // A machine that does not carry the arm leaves it all of its weight.
 }
 
 function takeRecord({ record }) {
@@ -207,9 +220,9 @@ function draw() {
   torque.title = say("console.torque");
   position.draw(latest);
   torque.draw(latest);
+  view.draw();
   // Slow content is drawn every fourth time, to save time on a computer without a graphics card.
   if (position.drawn % 4 !== 0) return;
-  scene.draw();
   if (state.run !== null) {
     const { target, screen } = state.protocol;
     hits.draw(screen ? target.diameter_mm / screen.pitch_x_mm : target.diameter_px);
@@ -298,6 +311,7 @@ function links() {
 async function main() {
   await loadWords();
   document.body.dataset.role = role;
+  view = new View3d(at("scene"), say("console.no_webgl"));
   wire();
   links();
   at("copy").onclick = () => navigator.clipboard?.writeText(at("link").querySelector("code").textContent);
@@ -308,6 +322,7 @@ async function main() {
   changed(line.state);
   // Counter of drawn plots, for tests and measurements.
   window.drawnPlots = () => position.drawn;
+  window.drawnPictures = () => view.drawn;
   draw();
 }
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, Protocol, runtime_checkable
 
+from exograv.model.scene import SceneDescription
 from exograv.safety.modes import Event, Mode
 from exograv.sentence import SentenceText
 
@@ -45,6 +46,10 @@ class SteeredFlight(Protocol):
 
     def skeleton(self) -> SkeletonLines:
         """Machine and arm as lines. Returns immediately."""
+        ...
+
+    def scene(self) -> SceneDescription | None:
+        """Describe the picture of machine and person; None before there is one. The page draws it at each position."""
         ...
 
     def ask(self, event: Event) -> str:

@@ -15,6 +15,7 @@ from exograv.errors import ExogravError
 from exograv.live.live_flight import parts_of, settings_of
 from exograv.live.live_processes import Running, fly
 from exograv.loop.arm_controller import ArmController
+from exograv.model.scene import SceneDescription
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.runtime.control_loop.exchange import FeltLevel
@@ -125,7 +126,11 @@ class LiveFlight:
             q, still = row["q_measured"].copy(), np.zeros(len(row["q_measured"]))
             controller.step(q, still, Reference(q, still, still))
             exo, arm = controller.skeleton(q)
-        return SkeletonLines(exo=(points(exo),), arm=(points(arm),))
+        return SkeletonLines(q_rad=tuple(q.tolist()), exo=(points(exo),), arm=(points(arm),))
+
+    def scene(self) -> SceneDescription | None:
+        """Describe the picture of this machine, set to this person."""
+        return self._state.scene
 
     def ask(self, event: Event) -> str:
         """Send a request to the guard, and return its answer."""

@@ -11,6 +11,8 @@ from exograv.identification.core.interface import Outcome
 from exograv.live.arm_worker import EstimateReport
 from exograv.live.live_control import LivePlan
 from exograv.live.live_processes import Running
+from exograv.model.scene import SceneDescription, describe_scene
+from exograv.model.wearer_form import WearerForm
 from exograv.runtime.recorder.recorder import RecorderReport as RecorderReport
 
 from .memory_view import FlightMemoryView
@@ -46,6 +48,15 @@ class ProcessState:
     level_asked: float = 0.0
     failure: str = ""
     warnings: tuple[str, ...] = ()
+    _scene: tuple[WearerForm, SceneDescription] | None = None
+
+    @property
+    def scene(self) -> SceneDescription:
+        """Picture of the machine, set to the person of the plan, or to the next person before there is a plan."""
+        who = self.place.laboratory.form if self.plan is None else self.plan.told
+        if self._scene is None or self._scene[0] is not who:
+            self._scene = who, describe_scene(self.place.description, who.body, who.lengths)
+        return self._scene[1]
 
     @property
     def is_known(self) -> bool:

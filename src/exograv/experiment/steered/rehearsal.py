@@ -8,6 +8,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from exograv.identification.core.interface import Outcome
+from exograv.model.anthropometry import Body
+from exograv.model.description import load_rig
+from exograv.model.scene import SceneDescription, describe_scene
 from exograv.options import Side
 from exograv.runtime.control_loop.steering import CommandDecisions, LeaseCommand
 from exograv.safety.guard import GRAVITY_LEVEL_S
@@ -17,7 +20,7 @@ from exograv.safety.stops import StopReason
 from .interface import FlightMoment
 from .requests import DonRequest
 from .sentences import say
-from .view_models import LearnedParameter, Learning, PlotTrace, Point, SkeletonLines
+from .view_models import LearnedParameter, Learning, PlotTrace, SkeletonLines
 
 JOINTS = ("shoulder_abduction", "shoulder_rotation", "shoulder_flexion", "elbow_flexion")
 PLOT_HZ, PLOTTED_S = 50, 10.0
@@ -26,7 +29,9 @@ DESCENT_S = 3.0
 WRITTEN_MAX = 10_000
 """Upper limit of stored messages. A rehearsal may run for a day, and has no recording."""
 
-UPPER_ARM_M, FOREARM_M = 0.3, 0.26
+PICTURED = "recupera_like"
+"""Machine in the picture of a rehearsal."""
+
 PARAMETERS = (("upper_arm.mass", "kg", 2.0, 0.4), ("forearm.mass", "kg", 1.6, 0.3))
 """Name, unit, mean and half width of the parameters that a rehearsal pretends to identify."""
 
@@ -50,6 +55,7 @@ class RehearsedFlight:
         self._latch: StopReason | None = None
         self._latched_at = 0.0
         self._level = self._level_asked = 0.0
+        self._scene: SceneDescription | None = None
         self.written = deque[tuple[str, float, dict[str, Any]]](maxlen=WRITTEN_MAX)
         """Newest messages that a flight would have recorded."""
 
@@ -100,16 +106,14 @@ class RehearsedFlight:
                          tau_commanded_Nm=tau, tau_measured_Nm=tau)  # fmt: skip
 
     def skeleton(self) -> SkeletonLines:
-        """Lines of an arm that swings in a plane."""
-        flexion, elbow = self._q(self.now())[2:]
-        points: list[Point] = [(0.0, -0.2, 1.2)]
-        for length, angle in ((UPPER_ARM_M, flexion), (FOREARM_M, flexion + elbow)):
-            x, y, z = points[-1]
-            points.append((x + length * math.sin(angle), y, z - length * math.cos(angle)))
-        arm = tuple(points)
-        return SkeletonLines(
-            exo=(((0.0, -0.3, 0.0), (0.0, -0.3, 1.2), *((x, -0.25, z) for x, _, z in arm)),), arm=(arm,)
-        )
+        """Return joint positions without lines: the arm in the picture moves with its cuffs."""
+        return SkeletonLines(q_rad=self._q(self.now()), exo=(), arm=())
+
+    def scene(self) -> SceneDescription:
+        """Describe a nominal person in a machine whose joints have the names of the rehearsal."""
+        if self._scene is None or self._scene.side != self._side:
+            self._scene = describe_scene(load_rig(PICTURED, self._side), Body(1.75, 75.0, "male"))
+        return self._scene
 
     def ask(self, event: Event) -> str:
         """Decide on an event as the guard does."""

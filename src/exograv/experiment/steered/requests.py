@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, Protocol, runtime_checkable
 from pydantic import Field, TypeAdapter
 
 from exograv.model.rig_settings import Settings
+from exograv.model.scene import SceneDescription
 from exograv.options import Side
 from exograv.sentence import SentenceText
 
@@ -181,6 +182,10 @@ class Desk(Protocol):
 
     def skeleton(self) -> SkeletonLines:
         """Machine and arm as lines, at their present position."""
+        ...
+
+    def scene(self) -> SceneDescription | None:
+        """Describe the picture of machine and person; None before there is one. The page draws it at each position."""
         ...
 
     def act(self, act: Act, by: Who) -> Answer:

@@ -4,6 +4,7 @@ import threading
 from collections.abc import Mapping
 from typing import Any
 
+from exograv.model.scene import SceneDescription
 from exograv.safety.modes import Mode
 
 from .alarms import AlarmBook, Priority
@@ -57,6 +58,10 @@ class SessionController:
     def skeleton(self) -> SkeletonLines:
         """Lines of machine and arm, from the flight."""
         return self._flight.skeleton()
+
+    def scene(self) -> SceneDescription | None:
+        """Picture of machine and person, from the flight."""
+        return self._flight.scene()
 
     def act(self, act: Act, by: Who) -> Answer:
         """Decide on an act, execute it, and answer."""

@@ -172,7 +172,10 @@ Point = tuple[float, float, float]
 
 
 class SkeletonLines(Settings):
-    """Lines through points."""
+    """Lines through points, with the positions of the joints to which they belong."""
+
+    q_rad: tuple[float, ...] = ()
+    """Positions of the joints, in the order of `SessionSnapshot.joints`; empty before they are known."""
 
     exo: tuple[tuple[Point, ...], ...]
     arm: tuple[tuple[Point, ...], ...]

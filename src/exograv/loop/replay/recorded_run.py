@@ -5,7 +5,7 @@ import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from exograv.model.support import put_together
 from exograv.model.tree import Tree
 from exograv.recording import Recording, read_recording
 from exograv.recording.fields import Message
+from exograv.recording.machine_files import unpacked_machine
 
 SINCE = 3
 """First version of the recording format that holds the inputs of control."""
@@ -84,7 +85,7 @@ def recorded(path: Path, rig: str | None = None) -> Iterator[RecordedRun]:
     refuse_silent(recording)
     with tempfile.TemporaryDirectory(prefix="exograv-replay-") as folder:
         with readable(path):
-            machine = _unpack(path, recording.settings["settings"]["rig_files"], Path(folder))
+            machine = unpacked_machine(path, recording.settings["settings"]["rig_files"], Path(folder))
             side = recording.settings["side"]
         description = load_rig(str(machine) if rig is None else rig, side)
         if description.joints != recording.joints:
@@ -133,22 +134,6 @@ def readable(path: Path) -> Iterator[None]:
             f"{path} holds content that this version of exograv does not write ({type(error).__name__}: {error}). "
             "Replay it with the version that recorded it."
         ) from error
-
-
-def _unpack(path: Path, files: Mapping[str, str], folder: Path) -> Path:
-    """Write the machine's files. Its folder lies so deep in `folder` that neighbouring folders are inside too."""
-    names = {name: PurePosixPath(name) for name in files}
-    ups = {name: sum(part == ".." for part in parts.parts) for name, parts in names.items()}
-    for name, inside in names.items():
-        if inside.is_absolute() or ".." in inside.parts[ups[name] :]:
-            raise RecordingError(f"{path} holds a machine file outside of its folder: '{name}'. Do not use the file.")
-    machine = folder.joinpath(*["machine"] * (max(ups.values(), default=0) + 1))
-    machine.mkdir(parents=True)
-    for name, text in files.items():
-        place = machine / names[name]
-        place.parent.mkdir(parents=True, exist_ok=True)
-        place.write_text(text, encoding="utf-8")
-    return machine
 
 
 def gaps(sequence: np.ndarray, timing: Sequence[Mapping[str, Any]]) -> np.ndarray:

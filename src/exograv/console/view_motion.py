@@ -1,0 +1,78 @@
+"""Motion of a recording for the page of `exograv view`: positions, torques, arm and left over, thinned for a page."""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.errors import RecordingError
+from exograv.model.scene.arm_lines import arms_of_line
+from exograv.recording import Recording
+
+FRAMES_HZ = 25.0
+FRAMES_MAX = 6000
+"""Largest number of frames: four minutes at full rate, a page of about 2 MB. A longer recording has a lower rate."""
+
+ARM_GAP_S = 0.3
+"""Largest time from a frame to a recorded pose of the arm [s]; farther away, the arm moves with its cuffs."""
+
+TRUE = "True residual torque at the held-out postures, measured by the twin's examiner (RMS)."
+PREDICTED = (
+    "Residual torque that the estimator itself expects (one standard deviation). An examiner did not measure it."
+)
+
+
+def motion_of(recording: Recording) -> dict[str, Any]:
+    """Return the motion, with times from the first tick on.
+
+    Raises:
+        RecordingError: The recording has no usable tick.
+    """
+    ticks = recording.ticks
+    ticks = ticks[np.isfinite(ticks["t"]) & np.isfinite(ticks["q_measured"]).all(axis=1)]
+    if len(ticks) < 2:
+        raise RecordingError(
+            f"{recording.path} holds no motion: it has fewer than two ticks with joint positions. Record a longer run."
+        )
+    start, end = float(ticks["t"][0]), float(ticks["t"][-1])
+    count = min(max(int((end - start) * FRAMES_HZ) + 1, 2), FRAMES_MAX)
+    ticks = ticks[np.unique(np.searchsorted(ticks["t"], np.linspace(start, end, count)))]
+    felt = 1.0 - np.nan_to_num(ticks["arm_share"]) * (1.0 - np.nan_to_num(ticks["gravity_level"], nan=1.0))
+    return {
+        "t": _numbers(ticks["t"] - start, 3),
+        "q": _numbers(ticks["q_measured"], 4),
+        "tau_measured": _numbers(ticks["tau_measured"], 2),
+        "tau_commanded": _numbers(ticks["tau_commanded"], 2),
+        "felt": _numbers(felt, 3),
+        "arm": _arm(recording, start, end),
+        "left_over": _left_over(recording, start),
+        "phases": [{"t": phase["t"] - start, "name": phase["name"]} for phase in recording.messages("/phase")],
+    }
+
+
+def _numbers(values: Float[np.ndarray, "..."], decimals: int) -> list[Any]:
+    """Round numbers; a number that is not finite becomes None."""
+    rounded = np.round(values.astype(float), decimals)
+    known = rounded.astype(object)
+    known[~np.isfinite(rounded)] = None
+    return known.tolist()
+
+
+def _arm(recording: Recording, start: float, end: float) -> dict[str, Any]:
+    messages = [m for m in recording.messages("/skeleton") if start <= m["t"] <= end and arms_of_line(m["arm"])]
+    messages = messages[:: max(1, -(-len(messages) // FRAMES_MAX))]
+    arms = [_numbers(np.array(arms_of_line(message["arm"])), 4) for message in messages]
+    return {"t": [round(message["t"] - start, 3) for message in messages], "arms": arms, "gap_s": ARM_GAP_S}
+
+
+def _left_over(recording: Recording, start: float) -> list[dict[str, Any]]:
+    """Left over by time: the true one where an examiner measured it, otherwise the estimator's expectation."""
+    true = [(m["t"], m["total"], TRUE) for m in recording.messages("/left_over")]
+    predicted = [(m["t"], m.get("predicted_left_over_Nm"), PREDICTED) for m in recording.messages("/estimate")]
+    n = len(recording.joints)
+    rows = [
+        (t, Nm, about)
+        for t, Nm, about in true or predicted
+        if Nm is not None and len(Nm) == n and all(value is not None for value in Nm)
+    ]
+    return [{"t": t - start, "Nm": Nm, "about": about} for t, Nm, about in rows]
