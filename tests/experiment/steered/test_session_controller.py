@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from exograv.experiment.steered.rehearsal import DESCENT_S, WRITTEN_MAX, RehearsedFlight
+from exograv.experiment.steered.rehearsal import CALIBRATED_S, DESCENT_S, WRITTEN_MAX, RehearsedFlight
 from exograv.experiment.steered.requests import ACT, LATE_S, LEASE_S, READY_S, Act, Answer, Desk
 from exograv.experiment.steered.session_controller import SessionController
 from exograv.runtime.control_loop.steering import LEASE_MAX_NS
@@ -160,6 +160,7 @@ def test_the_side_is_chosen_while_the_machine_is_off_and_never_while_it_holds_an
     seen = hand.desk.shown().version
     assert hand.act("don", side="left").taken
     assert (hand.desk.shown().side, hand.desk.shown().version > seen) == ("left", True)
+    hand.wait(CALIBRATED_S)  # another side is another machine, which is calibrated first
     refused = hand.act("don", side="both")
     assert "right, left" in refused.why
     hand.float()

@@ -1,7 +1,7 @@
 // Texts in the reader's language: each element with data-word shows one; data-label gives one to screen readers.
 const LANGUAGES = ["en", "de"];
 // Placeholders whose value is a name that has a text of its own.
-const KNOWN = { role: "role", side: "side", begun: "side" };
+const KNOWN = { joint: "joint", role: "role", side: "side", begun: "side" };
 let words = {};
 let fallback = {};
 export let language = "en";
@@ -47,6 +47,7 @@ export function sentence(spoken) {
 
 function own(name, gap) {
   const family = KNOWN[name];
+  if (family === "joint") return nameOf(family, gap.text);
   return family ? say(`${family}.${gap.text}`, {}, gap.text) : sentence(gap);
 }
 
