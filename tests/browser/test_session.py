@@ -106,5 +106,5 @@ def test_a_note_and_a_level_reach_the_desk(house: Served, visit: Visit):
     operator.press("[data-support='62']")
     operator.page.fill("#note-text", "calm")
     operator.press("#note button")
-    operator.page.locator("#support-asked", has_text="Requested: support 62 % (felt weight 38 %)").wait_for()
+    operator.page.locator("#support-asked", has_text="Requested: support 62\xa0% (felt weight 38\xa0%)").wait_for()
     assert [act.text for act in house.desk.taken if act.kind == "note"] == ["calm"]

@@ -21,7 +21,7 @@ WORDS = {name: json.loads((PAGES / "words" / f"{name}.json").read_text(encoding=
 
 def shown(visitor: Visitor, language: str, name: str) -> tuple[int, int]:
     """Read support and felt weight [%] from a page, by the words of its language."""
-    text = visitor.page.locator(f"#support-{name}").inner_text()
+    text = visitor.page.locator(f"#support-{name}").inner_text().replace("\xa0", " ")
     wording = re.escape(WORDS[language][f"support.{name}"].replace("{value}", WORDS[language]["support.value"]))
     found = re.fullmatch(wording.replace(r"\{support\}", r"(\d+)").replace(r"\{felt\}", r"(\d+)"), text)
     assert found is not None, (text, wording)

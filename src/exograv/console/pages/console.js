@@ -141,7 +141,7 @@ function showWanted() {
 
 function showRun({ run, protocol }) {
   at("protocol").textContent = protocol?.title ?? "";
-  at("words").hidden = run === null;
+  for (const id of ["words", "progress", "touches", "window-deviations"]) at(id).hidden = run === null;
   if (run === null) {
     at("run").textContent = say("console.no_protocol");
     return;
@@ -284,7 +284,7 @@ function wire() {
   at("stop").addEventListener("pointerdown", () => tell(line.stop()));
   at("stop").addEventListener("keydown", (event) => ["Enter", " "].includes(event.key) && tell(line.stop()));
   addEventListener("keydown", (event) => event.key === "Escape" && tell(line.stop()));
-  new Heart(line, () => steers === line.number && line.state === "open");
+  if (role !== "viewer") new Heart(line, () => steers === line.number && line.state === "open");
 }
 
 function versionFor(kind) {

@@ -95,6 +95,8 @@ export class Line {
   }
 
   take(message) {
+    // After its farewell the server may still send values, which would pose as present ones.
+    if (this.state === "ended" && message.kind !== "welcome") return;
     this.heardAt = now();
     if (this.isQuiet) {
       this.isQuiet = false;

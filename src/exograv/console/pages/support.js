@@ -9,7 +9,8 @@ export function gravityLevelOf(support) {
 
 export function supportText(share) {
   const support = Math.round(100 * share);
-  return say("support.value", { support: number(support), felt: number(100 - support) });
+  // A number and its per cent sign stay on one line.
+  return say("support.value", { support: number(support), felt: number(100 - support) }).replaceAll(" %", "\u00a0%");
 }
 
 // An arm that the machine does not carry has no support, whatever level was requested.
