@@ -14,6 +14,9 @@ const at = (id) => document.getElementById(id);
 const role = location.pathname.split("/")[1];
 const degrees = (rows) => rows.map((row) => row.map((value) => (180 / Math.PI) * value));
 
+// Texts about the present state. They are cleared when the state is unknown.
+const TOLD = ["latch", "lost", "said", "steering", "support-now", "support-asked", "run", "late", "recorded", "g", "feed"];
+
 let state = null;
 let isSupportHeld = false;
 let steers = null;
@@ -33,8 +36,8 @@ function changed(where) {
   // The state is unknown from now on. Only Stop stays, and it is sent again when the line is back.
   state = null;
   at("mode").textContent = say("line.unknown");
-  for (const id of ["latch", "lost", "said", "steering"]) at(id).textContent = "";
-  at("lost").hidden = true;
+  for (const id of TOLD) at(id).textContent = "";
+  at("lost").hidden = at("work").hidden = true;
   document.body.dataset.mode = "unknown";
   document.body.dataset.steers = "false";
 }

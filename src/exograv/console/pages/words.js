@@ -42,7 +42,10 @@ export function say(name, values = {}, otherwise = name) {
 export function sentence(spoken) {
   if (!spoken) return "";
   const gaps = Object.entries(spoken.gaps).map(([name, gap]) => [name, own(name, gap)]);
-  return say(`said.${spoken.code}`, Object.fromEntries(gaps), spoken.text);
+  // English text comes with the machine's own names of joints.
+  const named = (text, [name, gap]) => (KNOWN[name] === "joint" ? text.replaceAll(gap.text, own(name, gap)) : text);
+  const english = Object.entries(spoken.gaps).reduce(named, spoken.text);
+  return say(`said.${spoken.code}`, Object.fromEntries(gaps), english);
 }
 
 function own(name, gap) {
