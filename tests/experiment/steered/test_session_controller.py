@@ -160,7 +160,7 @@ def test_the_side_is_chosen_while_the_machine_is_off_and_never_while_it_holds_an
     seen = hand.desk.shown().version
     assert hand.act("don", side="left").taken
     assert (hand.desk.shown().side, hand.desk.shown().version > seen) == ("left", True)
-    hand.wait(CALIBRATED_S)  # another side is another machine, which is calibrated first
+    hand.wait(CALIBRATED_S + 0.4)  # another side is another machine, which is calibrated first
     refused = hand.act("don", side="both")
     assert "right, left" in refused.why
     hand.float()
@@ -276,3 +276,10 @@ def test_in_no_history_is_an_arm_carried_that_nobody_made_ready_and_took():
 
 def test_the_guard_and_the_desk_mean_the_same_lease():
     assert round(1e9 * LEASE_S) == LEASE_MAX_NS
+
+
+def test_a_level_is_recorded_as_the_support_that_the_pages_show(hand: Hand):
+    hand.float()
+    assert hand.act("set_level", gravity_level=0.2).taken
+    (said,) = [message for topic, _, message in hand.flight.written if topic == "/act" and message["kind"] == "set_level"]
+    assert (said["gravity_level"], said["support"]) == (0.2, "support 80 % (felt weight 20 %)")

@@ -32,6 +32,7 @@ function changed(where) {
   state = null;
   at("mode").textContent = say("line.unknown");
   for (const id of ["why", "support-now", "support-asked", "knob-value"]) at(id).textContent = "";
+  at("next").textContent = say("therapist.wait");
   at("lost").hidden = at("work").hidden = true;
   document.body.dataset.mode = "unknown";
   document.body.dataset.steers = "false";
