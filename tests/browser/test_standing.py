@@ -1,4 +1,4 @@
-"""Pages say at once what they do not know: a simulated machine, long work, a lost lease, a lost line, an ended session."""
+"""Pages say at once what is uncertain: a simulated machine, long work, a lost lease, a lost line, an ended session."""
 
 import json
 

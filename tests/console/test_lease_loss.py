@@ -1,7 +1,7 @@
 """A page that loses the right to steer, and the person in the machine, are told the cause and what to do next."""
 
 import json
-from typing import get_args
+from typing import Any, get_args
 
 import pytest
 
@@ -24,7 +24,7 @@ LANGUAGES = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in
 SILENT_S = LEASE_S + 0.3
 
 
-def beat(hidden: bool = False, **gap: object) -> dict[str, object]:
+def beat(hidden: bool = False, **gap: Any) -> dict[str, Any]:
     return {"kind": "beat", "hidden": hidden} | ({"gap": gap} if gap else {})
 
 
@@ -114,9 +114,7 @@ def test_a_delay_of_the_server_before_the_last_heartbeat_explains_nothing(
 
 
 @pytest.mark.parametrize(("end", "cause"), [(None, "closed"), (Close.POLICY, "refused")])
-def test_a_closed_line_is_told_at_once(
-    house: Hub, operator: PageLine, clock: SetClock, end: Close | None, cause: str
-):
+def test_a_closed_line_is_told_at_once(house: Hub, operator: PageLine, clock: SetClock, end: Close | None, cause: str):
     operator.end = end
     house.close(operator)
     rounds(house, clock, 0.15)
