@@ -4,6 +4,12 @@ from collections.abc import Callable, Mapping
 from enum import Enum
 from typing import Annotated, Any
 
+SUPPORT_TEXT = "support {support} % (felt weight {felt} %)"
+"""Weight support, the one quantity of all pages and messages in per cent: 100 % carries the whole arm.
+
+The pages have the text of each language under `support.value`.
+"""
+
 
 class Sentence(str):
     """English text with the code and the fields that render it in another language."""
@@ -49,6 +55,12 @@ def say(texts: Mapping[str, str], code: str, **fields: object) -> Sentence:
     """Sentence of an English table, with its placeholders filled."""
     filled = {name: field if isinstance(field, Sentence) else str(field) for name, field in fields.items()}
     return Sentence(texts[code].format(**filled), code, filled)
+
+
+def support_text(gravity_level: float) -> str:
+    """Weight support at a gravity level, as the pages show it: support first, then the felt weight."""
+    support = int(100.0 * (1.0 - gravity_level) + 0.5)
+    return SUPPORT_TEXT.format(support=support, felt=100 - support)
 
 
 def render(texts: Mapping[str, str], code: str, fields: Mapping[str, object]) -> str:

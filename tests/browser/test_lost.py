@@ -90,7 +90,7 @@ def test_an_operator_who_is_cut_off_comes_back_and_steers(house: Served, visit: 
     house.cut_off(Role.OPERATOR)
     wait_until(lambda: house.hub.lease.holder not in (None, first))
     operator.sees("body[data-line=open]")
-    operator.page.locator("#alarms li", has_text="The steering page was closed.").wait_for()
+    operator.page.locator("#alarms li", has_text="it was closed or reloaded, or its connection broke.").wait_for()
 
 
 def test_the_page_neither_zooms_nor_scrolls_nor_selects(house: Served, visit: Visit):

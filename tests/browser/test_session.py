@@ -1,7 +1,6 @@
 """A whole session in the browser: login, two steps, eight touches, the arrow, Stop."""
 
 import itertools
-import re
 import time
 
 from tests.console.serving import Served
@@ -104,8 +103,8 @@ def test_an_arm_that_is_not_known_is_identified_and_its_intervals_close(house: S
 def test_a_note_and_a_level_reach_the_desk(house: Served, visit: Visit):
     operator = visit(Role.OPERATOR)
     take_arm(operator)
-    operator.press("[data-level='38']")
+    operator.press("[data-support='62']")
     operator.page.fill("#note-text", "calm")
     operator.press("#note button")
-    operator.page.locator("#level-now", has_text=re.compile("requested 38 %")).wait_for()
+    operator.page.locator("#support-asked", has_text="Requested: support 62\xa0% (felt weight 38\xa0%)").wait_for()
     assert [act.text for act in house.desk.taken if act.kind == "note"] == ["calm"]

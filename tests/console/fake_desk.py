@@ -17,6 +17,7 @@ from exograv.experiment.steered.view_models import (
     RecordingStatus,
     SessionSnapshot,
     SkeletonLines,
+    WorkProgress,
 )
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
@@ -40,6 +41,9 @@ class FakeDesk:
         self.began = clock()
         self.machine = ModeMachine()
         self.is_known = is_known
+        self.is_twin = True
+        self.age_s = 0.0
+        self.work: WorkProgress | None = None
         self.asked = list[tuple[Act, Who]]()
         """Events that reached the desk."""
 
@@ -69,7 +73,9 @@ class FakeDesk:
             title="Recupera-like, right arm",
             side=self.side,
             sides=("right", "left"),
-            is_twin=True,
+            is_twin=self.is_twin,
+            age_s=self.age_s,
+            work=self.work,
             participant=self.participant,
             participants=("T01", "T02"),
             is_known=self.is_known,

@@ -68,7 +68,7 @@ def served(
     """Run a server in a thread, and end it at the end."""
     desk, address = desk or FakeDesk(), address or Address(port=0)
     with bound(address) as (listening, host), hub_on(desk, folder, plan, f"{address.scheme}://{host}") as hub:
-        server = PageServer(settings_of(hub, address, host))
+        server = PageServer(settings_of(hub, address, host), hub)
         loop = asyncio.new_event_loop()
         thread = threading.Thread(target=lambda: loop.run_until_complete(server.serve(sockets=[listening])))
         thread.start()

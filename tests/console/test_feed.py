@@ -55,11 +55,11 @@ def test_nothing_heard_when_the_run_begins_is_an_alarm_once(flown: tuple[Hub, Ai
     hub, _ = flown
     operator = page(hub, Role.OPERATOR, clock)
     news = Broadcaster(hub)
-    news._show_trial(clock.t)
+    news._run_trial(clock.t, trial_of(hub))
     assert hub.alarms.open == ()
     assert answer(told(hub, operator, word(clock, "start")))["taken"]
     for _ in range(3):
-        news._show_trial(clock.t)
+        news._run_trial(clock.t, trial_of(hub))
     assert [(alarm.text, alarm.times) for alarm in hub.alarms.open] == [(say("aircraft.not_heard"), 1)]
 
 

@@ -17,6 +17,7 @@ from websockets.exceptions import ConnectionClosed, InvalidState, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
+from exograv.console.hub import Hub
 from exograv.console.keys import Role, TokenUse
 from exograv.console.limits import MESSAGE_MAX_BYTES, Close
 from exograv.console.options import Address
@@ -169,7 +170,7 @@ def test_in_a_network_pages_come_over_tls_under_one_name(tmp_path: Path):
         assert listening.getsockname()[0] == "127.0.0.2"
 
 
-def test_a_page_that_closes_its_line_during_the_shutdown_is_no_error(monkeypatch: pytest.MonkeyPatch):
+def test_a_page_that_closes_its_line_during_the_shutdown_is_no_error(hub: Hub, monkeypatch: pytest.MonkeyPatch):
     attempts = list[int]()
 
     async def closing_twice(_server: uvicorn.Server, _sockets: list[socket.socket] | None = None) -> None:
@@ -178,5 +179,5 @@ def test_a_page_that_closes_its_line_during_the_shutdown_is_no_error(monkeypatch
             raise InvalidState("connection is closing")
 
     monkeypatch.setattr(uvicorn.Server, "shutdown", closing_twice)
-    asyncio.run(PageServer(uvicorn.Config(lambda: None)).shutdown())
+    asyncio.run(PageServer(uvicorn.Config(lambda: None), hub).shutdown())
     assert len(attempts) == 3

@@ -19,7 +19,8 @@ from exograv.model.support import assemble
 LANGUAGES = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in (PAGES / "words").glob("*.json")}
 TEXT = "\n".join(path.read_text(encoding="utf-8") for path in PAGES.glob("*") if path.suffix in (".html", ".js"))
 FAMILIES = (
-    "mode", "status", "phase", "role", "arrow", "participant", "side", "feed", "joint", "parameter", "of", "safe",
+    "mode", "status", "phase", "role", "arrow", "participant", "side", "feed", "line", "work", "joint",
+    "parameter", "of", "safe",
 )  # fmt: skip
 """Families of texts whose names end with a state."""
 

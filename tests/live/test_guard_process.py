@@ -232,7 +232,7 @@ def test_a_gravity_level_is_recorded_sent_to_control_and_refused_after_a_stop_ev
     table.tick(answers=True)
     acts, note = told(table, 0.25)
     assert acts & TOLD_LEVEL
-    assert note.startswith("0.25 of the arm's weight")
+    assert note == "From here on, by a ramp: support 75 % (felt weight 25 %)."
     for _ in range(5):
         table.tick(answers=True)
     assert 0.0 < table.guarding._state["gravity_level"] == table.guard.envelope.person.gravity_level

@@ -107,6 +107,6 @@ def test_a_run_is_told_to_ros_2_to_its_end_and_the_guard_answers_what_was_asked_
     assert [message["gravity_level"] for message in recording.messages("/control")] == [0.5]
     notes = [message["text"] for message in recording.messages("/event") if message["kind"] == "note"]
     taken = [note for note in notes if note.startswith("0.5 of the arm's weight")]
-    assert taken or any("0.5 was refused: the run was stopped" in note for note in notes)
+    assert taken or any("felt weight 50 %) was refused: the run was stopped" in note for note in notes)
     levels = recording.ticks["gravity_level"]
     assert bool(taken) == bool(np.nanmax(levels) > 0.0)

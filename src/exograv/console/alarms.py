@@ -48,6 +48,13 @@ class Alarms:
             del self._open[next(iter(self._open))]
         return alarm
 
+    def explain(self, before: str, text: str) -> bool:
+        """Replace the text of an open alarm by a better one; return True if there was one."""
+        known = self._open.pop(before, None)
+        if known is not None:
+            self._open[text] = known.model_copy(update={"text": text})
+        return known is not None
+
     def acknowledge(self, number: int) -> bool:
         """Acknowledge an alarm; return True if it was open."""
         for text, alarm in self._open.items():

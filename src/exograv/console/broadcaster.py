@@ -17,6 +17,7 @@ from .alarms import ConsoleAlarm
 from .hub import UNMANNED, Hub
 from .keys import Role
 from .lease import ALARM_AFTER_S
+from .lease_loss import LeaseLoss, cause_of_silence
 from .sentences import say, spoken
 from .trial import ProtocolTrial
 
@@ -66,7 +67,7 @@ class Broadcaster:
         self._hub, self._count, self._since = hub, 0, 0
         self._picture: dict[str, Any] = {}
         self._level: float | None = None
-        self._is_silent = False
+        self._is_silent, self._stepped, self._late_s = False, hub.desk.now(), 0.0
         self._asking, self._looking, self._drawing = _Errand(), _Errand(), _Errand()
 
     async def go_round(self) -> None:
@@ -85,7 +86,8 @@ class Broadcaster:
         self._count += 1
         self._watch_lease(t)
         if hub.trial is not None:
-            self._show_trial(t)
+            self._run_trial(t, hub.trial)
+        self._show_participant(t)
         if self._count % PLOTS_EVERY == 0 and self._drawing.is_over():
             self._drawing.begin(self._show_plots())
         if self._count % SHOWN_EVERY == 0:
@@ -100,27 +102,37 @@ class Broadcaster:
         was_silent, self._is_silent = self._is_silent, silent_s > ALARM_AFTER_S
         if self._is_silent and not was_silent and hub.shown.mode not in UNMANNED:
             hub.alarms.sound(say("alarm.silent", line=holder), t, "high")
+        # The longest delay of this loop since the last heartbeat: a late server reads heartbeats late.
+        self._late_s = max(self._late_s if silent_s > TICK_S else 0.0, t - self._stepped)
+        self._stepped = t
         hub.lease.held_by(t)
+        if (line := hub.lines.get(hub.lease.expired or 0)) is not None:
+            cause = cause_of_silence(hub.lease.is_hidden, self._late_s)
+            hub.lose(LeaseLoss(line.number, line.page, cause, silent_s), t)
+        hub.lease.expired = None
 
-    def _show_trial(self, t: float) -> None:
-        hub, trial = self._hub, self._hub.trial
-        if trial is None:
-            return
+    def _run_trial(self, t: float, trial: ProtocolTrial) -> None:
+        hub = self._hub
         if hub.feed is not None and (why := hub.feed.step(t)):
             hub.alarms.sound(why, t, "high")
         if why := trial.tick(t, hub.shown):
             hub.alarms.sound(why, t, "high")
-        picture = trial.participant(t).model_dump(mode="json")
-        steady = {key: value for key, value in picture.items() if key != "countdown_s"}
-        if steady != self._picture or self._count % PARTICIPANT_EVERY == 0:
-            self._picture = steady
-            hub.show({Role.PARTICIPANT}, "picture", {"picture": picture, "screen": _screen(hub)})
         for record in trial.news:
             for line in hub.lines.values():
                 if line.role in MACHINE:
                     line.say("record", record=record.model_dump(mode="json"))
         trial.news.clear()
         self._ask_level(trial.level(t))
+
+    def _show_participant(self, t: float) -> None:
+        """Send the picture of the task, and the reason why no page steers. Nothing else of the machine is sent."""
+        hub = self._hub
+        picture = None if hub.trial is None else hub.trial.participant(t).model_dump(mode="json")
+        notice = hub.loss.cause if hub.loss is not None and hub.lease.held_by(t) is None else None
+        steady = {key: value for key, value in (picture or {}).items() if key != "countdown_s"} | {"notice": notice}
+        if steady != self._picture or self._count % PARTICIPANT_EVERY == 0:
+            self._picture = steady
+            hub.show({Role.PARTICIPANT}, "picture", {"picture": picture, "screen": _screen(hub), "notice": notice})
 
     def _ask_level(self, level: float | None) -> None:
         """Ask the machine for a gravity level, one request at a time. The guard applies its own ramp."""
@@ -162,6 +174,9 @@ class Broadcaster:
         fields: dict[str, Any] = {
             "shown": _shown(hub),
             "steers": hub.lease.held_by(t),
+            "lost": None if hub.loss is None else {"cause": hub.loss.cause, "text": spoken(hub.loss.text)},
+            # Age of the values: of the snapshot that an act may delay, and of the machine's report in it.
+            "age_s": max(t - hub.shown.t, 0.0) + hub.shown.age_s,
             "lines": [{"line": line.number, "role": line.role.value} for line in hub.lines.values()],
             "alarms": [_alarm(alarm) for alarm in hub.alarms.open],
             "run": None,
@@ -187,10 +202,14 @@ def _shown(hub: Hub) -> dict[str, Any]:
     learning = None
     if shown.learning is not None:
         learning = shown.learning.model_dump(mode="json") | {"outcome": spoken(shown.learning.outcome)}
+    work = shown.work
+    if work is not None:
+        work = work.model_dump(mode="json") | {"phase": spoken(work.phase), "why": spoken(work.why)}
     return shown.model_dump(mode="json") | {
         "mode_text": spoken(shown.mode_text),
         "latch": None if shown.latch is None else spoken(shown.latch),
         "learning": learning,
+        "work": work,
         "alarms": [_alarm(alarm) for alarm in shown.alarms],
     }
 

@@ -73,7 +73,9 @@ async def _ping(hub: Hub, line: PageLine, ping: Ping, t: float) -> None:
 
 
 async def _beat(hub: Hub, line: PageLine, beat: Heartbeat, t: float) -> None:
-    if hub.lease.beat(line.number, t):
+    if beat.gap is not None:
+        hub.explain_loss(line, beat.gap.cause, beat.gap.seconds, t)
+    if hub.lease.beat(line.number, t, beat.hidden):
         window = None if hub.trial is None or hub.trial.run.state.window is None else hub.trial.operator(t)
         hub.desk.keep(None if window is None else window.countdown_s)
 

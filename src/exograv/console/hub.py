@@ -14,10 +14,11 @@ from .event_log import EventLog
 from .feed import Feed
 from .keys import AccessKeys, PageSession, Role
 from .lease import Lease
+from .lease_loss import Cause, LeaseLoss
 from .limits import Close, Rate
 from .outbox import Outbox
 from .page_clocks import PageClocks
-from .sentences import say
+from .sentences import say, spoken
 from .trial import ProtocolTrial
 
 Result = TypeVar("Result")
@@ -73,6 +74,9 @@ class Hub:
         """Latest snapshot of the desk. A new one may have to wait for an act that the desk decides about."""
 
         self.keys, self.lease, self.alarms = AccessKeys(desk.now), Lease(), Alarms()
+        self.loss: LeaseLoss | None = None
+        """Last loss of the lease, for the pages."""
+
         self.lines = dict[int, PageLine]()
         self.counts = dict[str, int]()
         """Number of ended lines by reason."""
@@ -109,10 +113,35 @@ class Hub:
         del self.lines[line.number]
         if line.end is not None:
             self.count(line.end)
-        if self.lease.holder == line.number and self.shown.mode not in UNMANNED:
-            self.alarms.sound(say("alarm.closed"), self.desk.now(), "high")
+        t = self.desk.now()
+        if line.number in (self.lease.holder, self.lease.expired):
+            self.lease.expired = None
+            cause = "refused" if line.end in (Close.POLICY, Close.PROTOCOL, Close.TOO_BIG) else "closed"
+            self.lose(LeaseLoss(line.number, line.page, cause, self.lease.silent_s(t)), t)
         self.lease.give_up(line.number)
         self.note("line closed", line)
+
+    def lose(self, loss: LeaseLoss, t: float) -> None:
+        """Keep the reason of a lost lease, and raise an alarm if the machine needs a steering page."""
+        self.loss = loss
+        if self.shown.mode not in UNMANNED and not self.alarms.explain(say("alarm.silent", line=loss.line), loss.text):
+            self.alarms.sound(loss.text, t, "high")
+        what = {"what": "lease lost", "line": loss.line, "cause": loss.cause, "seconds": round(loss.seconds, 3)}
+        self.diary.write("/console/event", t, what)
+
+    def explain_loss(self, line: PageLine, cause: Cause, seconds: float, t: float) -> None:
+        """Take the reason that a page gives for its own silence, once it is back."""
+        if self.loss is None or self.loss.page != line.page or self.loss.cause in (cause, "closed", "refused"):
+            return
+        before, self.loss = self.loss, LeaseLoss(self.loss.line, line.page, cause, seconds)
+        self.alarms.explain(before.text, self.loss.text)
+        self.note("lease loss explained", line, cause=cause, seconds=round(seconds, 3))
+
+    def farewell(self) -> None:
+        """Tell all pages that the session ends, before the server closes their lines."""
+        why = spoken(say("console.failed" if self.failure is not None else "console.ended"))
+        for line in self.lines.values():
+            line.say("ended", why=why, failed=self.failure is not None)
 
     def note(self, what: str, line: PageLine, **fields: Any) -> None:
         """Write an event of a line to the diary."""

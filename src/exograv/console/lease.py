@@ -19,26 +19,32 @@ class Lease:
     holder: int | None = None
     """Number of the line that holds the lease; None without a holder."""
 
+    expired: int | None = None
+    """Number of the line that lost the lease by silence; the broadcaster takes it from here."""
+
+    is_hidden: bool = False
+    """True if the last heartbeat said that the page was in the background."""
+
     _beaten: float = -1e9
 
     def ask(self, line: int, t: float) -> bool:
         """Ask for the lease; return True if this line has it now. A live holder keeps the lease."""
         if self.held_by(t) not in (None, line):
             return False
-        self.holder, self._beaten = line, t
+        self.holder, self._beaten, self.is_hidden = line, t, False
         return True
 
-    def beat(self, line: int, t: float) -> bool:
+    def beat(self, line: int, t: float, is_hidden: bool = False) -> bool:
         """Renew the lease; return False if the line no longer holds it."""
         if self.held_by(t) != line:
             return False
-        self._beaten = t
+        self._beaten, self.is_hidden = t, is_hidden
         return True
 
     def held_by(self, t: float) -> int | None:
         """Return the holder at `t` [s]. An expired lease stays lost."""
         if self.holder is not None and t - self._beaten > LEASE_S:
-            self.holder = None
+            self.expired, self.holder = self.holder, None
         return self.holder
 
     def silent_s(self, t: float) -> float:

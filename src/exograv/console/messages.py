@@ -47,10 +47,22 @@ class Ping(Settings):
     previous: Pinged | None = None
 
 
+class BeatGap(Settings):
+    """Gap between two heartbeats, which the page noticed itself."""
+
+    cause: Literal["hidden", "slow", "asleep"]
+    seconds: Annotated[float, Field(ge=0.0, le=1e7)]
+
+
 class Heartbeat(Settings):
-    """Heartbeat of the steering page while it is in view."""
+    """Heartbeat of the steering page."""
 
     kind: Literal["beat"] = "beat"
+    hidden: bool = False
+    """True if the page is in the background, where a browser slows it down."""
+
+    gap: BeatGap | None = None
+    """Late heartbeat before this one."""
 
 
 class LeaseRequest(Settings):

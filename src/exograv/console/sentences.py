@@ -17,7 +17,7 @@ OWN: Mapping[str, str] = MappingProxyType(
         "console.not_steering": "Another page steers, or this page was silent for too long. Press Steer.",
         "console.other_steers": "Another page steers. Close it first.",
         "console.not_allowed": "This page is not allowed to do that.",
-        "console.level_is_set": "The protocol sets the gravity level now. Pause or end the protocol first.",
+        "console.level_is_set": "The protocol sets the weight support now. Pause or end the protocol first.",
         "console.runs": "The protocol runs with this person and this arm. Pause or end the protocol first.",
         "console.in_flight": "In flight the machine only records: its model assumes a constant gravity.",
         "console.no_protocol": "No protocol was given. Start the console with --protocol.",
@@ -30,7 +30,38 @@ OWN: Mapping[str, str] = MappingProxyType(
         "trial.paused": "The run is paused: the machine does not carry the arm any more.",
         "trial.not_kept": "The state of the run is not saved. {why}",
         "alarm.role": "A {role} page asked for '{word}', and was refused.",
-        "alarm.closed": "The steering page was closed.",
+        "console.ended": "The session has ended: the server was closed. The machine lets the arm down.",
+        "console.failed": (
+            "The console failed, and the session has ended. The machine lets the arm down. Read the terminal's message."
+        ),
+        "lease.closed": (
+            "Page {line} no longer steers: it was closed or reloaded, or its connection broke. Open it again; if it "
+            "does not steer by itself, press Steer."
+        ),
+        "lease.refused": (
+            "Page {line} no longer steers: the server closed its line after a message that is not allowed. Reload the "
+            "page, then press Steer."
+        ),
+        "lease.silent": (
+            "Page {line} no longer steers: it was silent for {seconds} s (network, or a browser that was too slow). "
+            "Check both, then press Steer."
+        ),
+        "lease.hidden": (
+            "Page {line} no longer steers: it was in the background, where the browser slows it down ({seconds} s "
+            "silent). Keep the page in view, then press Steer."
+        ),
+        "lease.slow": (
+            "Page {line} no longer steers: its browser was too slow ({seconds} s without a sign). Close other programs "
+            "and tabs, then press Steer."
+        ),
+        "lease.asleep": (
+            "Page {line} no longer steers: its computer slept for {seconds} s. Switch off its power saving, then press "
+            "Steer."
+        ),
+        "lease.server_slow": (
+            "Page {line} no longer steers: the computer of this server was too slow ({seconds} s). End other programs "
+            "there, then press Steer."
+        ),
         "alarm.silent": "The steering page (line {line}) is silent.",
         "alarm.wrong_link": "A wrong link was used to log in.",
         "alarm.diary": "{path} cannot be written: {why}. Free space on the disk.",

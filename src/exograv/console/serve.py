@@ -27,6 +27,9 @@ WAITING = 64
 END_S = 3
 """Time in which the pages must close their connections when the server ends [s]."""
 
+FAREWELL_S = 0.1
+"""Time in which the lines send the last message, so that every page says at once that the session has ended [s]."""
+
 LINE_CLOSES_S = 0.1
 """Time between two attempts to close the lines [s]."""
 
@@ -91,8 +94,15 @@ class PageServer(uvicorn.Server):
     uvicorn sends a close frame on every line, and websockets refuses one on a line that closes already.
     """
 
+    def __init__(self, config: uvicorn.Config, hub: Hub):
+        """Serve the pages of this hub."""
+        super().__init__(config)
+        self._hub = hub
+
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Close all lines and end the server; lines that close by themselves are awaited for up to `END_S`."""
+        """Say goodbye, close all lines and end the server; lines that close are awaited for up to `END_S`."""
+        self._hub.farewell()
+        await asyncio.sleep(FAREWELL_S)
         for _ in range(round(END_S / LINE_CLOSES_S)):
             with contextlib.suppress(InvalidState):
                 await super().shutdown(sockets)
@@ -106,7 +116,7 @@ def serve(hub: Hub, address: Address, listening: socket.socket, host: str, say: 
     Raises:
         ExogravError: The console failed. The guard of the machine lowers the arm.
     """
-    server = PageServer(settings_of(hub, address, host))
+    server = PageServer(settings_of(hub, address, host), hub)
     hub.on_failure = lambda: setattr(server, "should_exit", True)
     link = f"{hub.origin}/#{hub.keys.token(Role.OPERATOR, SESSION_S)}"
     say(f"Open this link once, as the operator: {link}")

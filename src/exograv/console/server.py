@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import re
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -30,6 +31,12 @@ PAGE_OF = {
     Role.THERAPIST: "therapist.html",
     Role.PARTICIPANT: "participant.html",
 }
+BANNER = "simulated.html"
+"""Banner of every page of a simulated machine."""
+
+BODY = re.compile(rb"<body[^>]*>\s*")
+"""Begin of a page's content."""
+
 MORE_OF_PARTICIPANT = ("screen", "latency")
 """Further pages for the participant's screen."""
 
@@ -89,7 +96,11 @@ class _House:
             self._hub.fail(error)
 
     def _send(self, name: str) -> Response:
-        return Response(self.files[name], media_type=TYPES[Path(name).suffix])
+        body = self.files[name]
+        if name.endswith(".html") and self._hub.shown.is_twin:
+            # The server adds the banner, so that no page can lack it, also before a login.
+            body = BODY.sub(lambda begin: begin[0] + self.files[BANNER], body, count=1)
+        return Response(body, media_type=TYPES[Path(name).suffix])
 
     async def front(self, _: Request) -> Response:
         return self._send("enter.html")

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from exograv.experiment.steered.rehearsal import DESCENT_S, WRITTEN_MAX, RehearsedFlight
+from exograv.experiment.steered.rehearsal import CALIBRATED_S, DESCENT_S, WRITTEN_MAX, RehearsedFlight
 from exograv.experiment.steered.requests import ACT, LATE_S, LEASE_S, READY_S, Act, Answer, Desk
 from exograv.experiment.steered.session_controller import SessionController
 from exograv.runtime.control_loop.steering import LEASE_MAX_NS
@@ -160,6 +160,7 @@ def test_the_side_is_chosen_while_the_machine_is_off_and_never_while_it_holds_an
     seen = hand.desk.shown().version
     assert hand.act("don", side="left").taken
     assert (hand.desk.shown().side, hand.desk.shown().version > seen) == ("left", True)
+    hand.wait(CALIBRATED_S + 0.4)  # another side is another machine, which is calibrated first
     refused = hand.act("don", side="both")
     assert "right, left" in refused.why
     hand.float()
@@ -275,3 +276,11 @@ def test_in_no_history_is_an_arm_carried_that_nobody_made_ready_and_took():
 
 def test_the_guard_and_the_desk_mean_the_same_lease():
     assert round(1e9 * LEASE_S) == LEASE_MAX_NS
+
+
+def test_a_level_is_recorded_as_the_support_that_the_pages_show(hand: Hand):
+    hand.float()
+    assert hand.act("set_level", gravity_level=0.2).taken
+    acts = [message for topic, _, message in hand.flight.written if topic == "/act"]
+    (said,) = [act for act in acts if act["kind"] == "set_level"]
+    assert (said["gravity_level"], said["support"]) == (0.2, "support 80 % (felt weight 20 %)")

@@ -1,18 +1,26 @@
 // Page of the operator and of viewers: state and requests of the machine, progress of the protocol, open pages.
 import { drawWindows, Hits } from "./hits.js";
+import { Heart } from "./heart.js";
 import { Line, now } from "./line.js";
 import { choose, clockText, learning, listAlarms } from "./parts.js";
 import { COLOURS, Plot } from "./plot.js";
 import { View3d } from "./view3d.js";
+import { gravityLevelOf, showSupport, supportText } from "./support.js";
+import { ageText, Loss, showLine } from "./standing.js";
+import { showWork } from "./work.js";
 import { language, loadWords, nameOf, number, say, sentence } from "./words.js";
 
-const BEAT_MS = 200;
 const at = (id) => document.getElementById(id);
 const role = location.pathname.split("/")[1];
 const degrees = (rows) => rows.map((row) => row.map((value) => (180 / Math.PI) * value));
 
+// Texts about the present state. They are cleared when the state is unknown.
+const TOLD = ["latch", "lost", "said", "steering", "support-now", "support-asked", "run", "late", "recorded", "g", "feed"];
+
 let state = null;
-let isLevelHeld = false;
+let isSupportHeld = false;
+let steers = null;
+const loss = new Loss();
 const line = new Line(role, { state: takeState, trace: takeTrace, pose: takePose, record: takeRecord }, changed);
 const position = new Plot(at("position"), { q: {} });
 const torque = new Plot(at("torque"), {
@@ -24,9 +32,14 @@ let [view, described] = [null, null];
 const hits = new Hits(at("hits"));
 
 function changed(where) {
-  at("away").hidden = where === "open";
-  at("away").textContent = say(where === "shut" ? "line.shut" : "line.away");
-  document.body.dataset.line = where;
+  if (showLine(where, line)) return;
+  // The state is unknown from now on. Only Stop stays, and it is sent again when the line is back.
+  state = null;
+  at("mode").textContent = say("line.unknown");
+  for (const id of TOLD) at(id).textContent = "";
+  at("lost").hidden = at("work").hidden = true;
+  document.body.dataset.mode = "unknown";
+  document.body.dataset.steers = "false";
 }
 
 function isSteering() {
@@ -35,19 +48,22 @@ function isSteering() {
 
 function takeState(message) {
   state = message;
+  steers = message.steers;
   const { shown, run } = message;
   at("rig").textContent = shown.title;
-  at("twin").hidden = !shown.is_twin;
   at("arm").textContent = say(`side.${shown.side}`);
   at("person").textContent = shown.participant ?? say("console.nobody");
   at("mode").textContent = say(`mode.${shown.mode}`);
   at("mode").title = sentence(shown.mode_text);
   document.body.dataset.mode = shown.mode;
-  at("latch").textContent = why(shown);
+  at("latch").textContent = ageText(message) || why(shown);
+  at("lost").textContent = loss.text(message, line.number);
+  at("lost").hidden = at("lost").textContent === "";
   showSteering(message);
   showButtons(shown, run);
-  showLevel(shown);
+  showKnob(shown);
   learning(shown);
+  showWork(shown);
   at("late").textContent = shown.lateness
     ? say("console.late", mapped(shown.lateness, { p50: "p50_us", p99: "p99_us", max: "max_us" }))
     : "";
@@ -60,7 +76,8 @@ function takeState(message) {
 }
 
 function why({ mode, mode_text: modeText, latch, safe_state: safeState }) {
-  if (mode === "starting") return sentence(modeText);
+  // A machine that is off says why: it starts, or a fault ended it.
+  if (mode === "starting" || (mode === "off" && modeText.code !== "mode.off")) return sentence(modeText);
   return latch ? sentence(latch) : say(`safe.${safeState}`);
 }
 
@@ -71,7 +88,7 @@ function mapped(values, names) {
 function showSteering({ steers, lines }) {
   const text = steers === line.number ? "console.steering" : steers === null ? "console.nobody_steers" : "console.other_steers";
   at("steering").textContent = role === "viewer" ? say("console.viewer") : say(text, { line: steers });
-  at("steer").hidden = role === "viewer" || steers !== null;
+  at("steer").hidden = at("steer").disabled = role === "viewer" || steers !== null;
   document.body.dataset.steers = String(isSteering());
   const items = lines.map((each) => {
     const item = document.createElement("li");
@@ -92,8 +109,8 @@ function showButtons(shown, run) {
   at("don").disabled = !isSteering() || !shown.possible.includes("don");
   // While a protocol sets the level, no other level is accepted.
   const isSet = state.run_sets_level || !shown.possible.includes("set_level");
-  at("set-level").disabled = at("level").disabled = !isSteering() || isSet;
-  for (const button of document.querySelectorAll("[data-level]")) button.disabled = at("set-level").disabled;
+  at("set-support").disabled = at("support").disabled = !isSteering() || isSet;
+  for (const button of document.querySelectorAll("[data-support]")) button.disabled = at("set-support").disabled;
   const status = run?.status;
   const clocked = state.protocol?.opening === "clock";
   const may = {
@@ -114,19 +131,20 @@ function showButtons(shown, run) {
   choose(at("participants"), ["", ...shown.participants], shown.participant ?? "", (code) => code || say("console.nobody"));
 }
 
-function showLevel(shown) {
-  const percent = (share) => number(100 * share);
-  at("level-now").textContent = say("console.level_now", {
-    now: percent(shown.gravity_level),
-    asked: percent(shown.gravity_level_asked),
-  });
-  if (!isLevelHeld) at("level").value = 100 * shown.gravity_level_asked;
-  at("level-wanted").textContent = `${at("level").value} %`;
+function showKnob(shown) {
+  showSupport(shown);
+  if (!isSupportHeld) at("support").value = 100 * (1 - shown.gravity_level_asked);
+  showWanted();
+}
+
+function showWanted() {
+  at("support-wanted").textContent = `${at("support").value} %`;
+  at("support").setAttribute("aria-valuetext", supportText(at("support").value / 100));
 }
 
 function showRun({ run, protocol }) {
   at("protocol").textContent = protocol?.title ?? "";
-  at("words").hidden = run === null;
+  for (const id of ["words", "progress", "touches", "window-deviations"]) at(id).hidden = run === null;
   if (run === null) {
     at("run").textContent = say("console.no_protocol");
     return;
@@ -244,9 +262,9 @@ function seen(of, alarm) {
   return tell(of === "machine" ? line.act("acknowledge", { alarm }) : line.ask({ kind: "seen", of, alarm }));
 }
 
-function setLevel(percent) {
-  isLevelHeld = false;
-  return tell(line.act("set_level", { gravity_level: percent / 100 }));
+function setSupport(support) {
+  isSupportHeld = false;
+  return tell(line.act("set_level", { gravity_level: gravityLevelOf(support) }));
 }
 
 function wire() {
@@ -259,14 +277,14 @@ function wire() {
   for (const button of document.querySelectorAll("[data-run]")) {
     button.onclick = () => tell(line.ask({ kind: "run", made: now(), word: button.dataset.run }));
   }
-  for (const button of document.querySelectorAll("[data-level]")) {
-    button.onclick = () => setLevel(Number(button.dataset.level));
+  for (const button of document.querySelectorAll("[data-support]")) {
+    button.onclick = () => setSupport(Number(button.dataset.support));
   }
-  at("level").oninput = () => {
-    isLevelHeld = true;
-    at("level-wanted").textContent = `${at("level").value} %`;
+  at("support").oninput = () => {
+    isSupportHeld = true;
+    showWanted();
   };
-  at("set-level").onclick = () => setLevel(Number(at("level").value));
+  at("set-support").onclick = () => setSupport(Number(at("support").value));
   at("don").onclick = () => {
     const [code, side] = [at("participants").value, at("side").value];
     // A participant's file belongs to one side.
@@ -282,7 +300,7 @@ function wire() {
   at("stop").addEventListener("pointerdown", () => tell(line.stop()));
   at("stop").addEventListener("keydown", (event) => ["Enter", " "].includes(event.key) && tell(line.stop()));
   addEventListener("keydown", (event) => event.key === "Escape" && tell(line.stop()));
-  setInterval(() => isSteering() && line.send({ kind: "beat" }), BEAT_MS);
+  if (role !== "viewer") new Heart(line, () => steers === line.number && line.state === "open");
 }
 
 function versionFor(kind) {
@@ -318,6 +336,7 @@ async function main() {
   addEventListener("languagechange", () => {
     links();
     if (state) takeState(state);
+    else changed(line.state);
   });
   changed(line.state);
   // Counter of drawn plots, for tests and measurements.

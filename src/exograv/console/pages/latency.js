@@ -1,6 +1,7 @@
 // Delay of the panel: touches compared with flashes in a steady rhythm. The person's own timing error is included.
 import { Line } from "./line.js";
 import { lockPage } from "./lock.js";
+import { showLine } from "./standing.js";
 import { loadWords, number, say, sentence } from "./words.js";
 
 const EVERY_MS = 1000;
@@ -9,7 +10,7 @@ const PRACTICE = 4;
 const LIT_MS = 120;
 const LEAST = 5;
 const at = (id) => document.getElementById(id);
-const line = new Line("participant", {}, (state) => (document.body.dataset.line = state));
+const line = new Line("participant", {}, (state) => showLine(state, line));
 
 function run() {
   return new Promise((settle) => {

@@ -1,6 +1,9 @@
 // Line to the server: it reconnects by itself, measures the clock offset, and settles every request.
 const PING_S = 1.0;
 const SILENT_S = 3.5;
+// Silence of the server after which the page marks its values as old.
+const QUIET_S = 1.5;
+const WATCH_MS = 250;
 const BACK_AFTER_MS = [200, 400, 800, 1500];
 const ANSWER_MS = 4000;
 
@@ -15,7 +18,9 @@ export function now() {
 }
 
 export class Line {
-  // hear: handlers by kind of message; changed: called with "open", "away", or "shut" (logged out, no reconnection).
+  // hear: handlers by kind of message; changed: called with the state of the line:
+  // "open"; "quiet" (open, but nothing comes); "away" (lost, being opened again); "gone" (the server does not answer);
+  // "ended" (the server said goodbye); "shut" (logged out, no reconnection).
   constructor(role, hear, changed) {
     this.role = role;
     this.hear = hear;
@@ -30,6 +35,8 @@ export class Line {
     this.best = Infinity;
     addEventListener("online", () => this.connect());
     setInterval(() => this.ping(), 1000 * PING_S);
+    this.watched = now();
+    setInterval(() => this.watch(), WATCH_MS);
     this.connect();
   }
 
@@ -42,6 +49,7 @@ export class Line {
       this.open((await response.json()).ticket);
     } catch {
       this.socket = null;
+      if (this.state === "away") this.become("gone");
       this.later();
     }
   }
@@ -60,7 +68,7 @@ export class Line {
     this.closeCode = event.code;
     for (const settle of this.waiting.values()) settle({ taken: false, why: "", lost: true });
     this.waiting.clear();
-    this.become("away");
+    if (this.state !== "ended") this.become("away");
     this.later();
   }
 
@@ -72,14 +80,32 @@ export class Line {
 
   become(state) {
     this.state = state;
+    this.isQuiet = false;
     this.changed(state);
   }
 
+  // A page that was busy itself cannot judge the server: its messages wait until the page reads them.
+  watch() {
+    const late = now() - this.watched > (2 * WATCH_MS) / 1000;
+    this.watched = now();
+    if (!late && this.state === "open" && !this.isQuiet && now() - this.heardAt > QUIET_S) {
+      this.isQuiet = true;
+      this.changed("quiet");
+    }
+  }
+
   take(message) {
+    // After its farewell the server may still send values, which would pose as present ones.
+    if (this.state === "ended" && message.kind !== "welcome") return;
     this.heardAt = now();
+    if (this.isQuiet) {
+      this.isQuiet = false;
+      this.changed(this.state);
+    }
     if (message.kind === "welcome") {
       this.tries = 0;
       this.number = message.line;
+      this.ended = null;
       this.become("open");
       for (let i = 0; i < 4; i += 1) setTimeout(() => this.ping(), 60 * i);
       if (this.stopWanted) this.stop(this.stopWanted);
@@ -92,6 +118,9 @@ export class Line {
       }
       if (this.pongs === undefined) this.pongs = 0;
       this.pongs += 1;
+    } else if (message.kind === "ended") {
+      this.ended = message;
+      this.become("ended");
     } else if (message.kind === "answer") {
       this.waiting.get(message.answer.id)?.({ ...message, ...message.answer });
       this.waiting.delete(message.answer.id);

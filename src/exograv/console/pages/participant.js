@@ -1,6 +1,7 @@
 // Page of the participant: target, arrow, countdown, and every touch with its own time. It never shows the arm.
 import { Line, now } from "./line.js";
 import { lockPage } from "./lock.js";
+import { showLine } from "./standing.js";
 import { Touches } from "./touches.js";
 import { Trails } from "./trails.js";
 import { language, loadWords, number, say } from "./words.js";
@@ -21,10 +22,13 @@ const HALVES = {
 };
 const PLACE = { x_fraction: 0.5, y_fraction: 0.5, visible: "upper" };
 const RESEND_MS = 700;
+// Picture without a protocol.
+const IDLE = { screen: "idle", target: null, diameter_px: null, arrow: null, countdown_s: null, window: null, windows: null };
 
 const touches = new Touches();
 let sequence = 0;
 let picture = null;
+let notice = null;
 let pictureAt = 0;
 let target = PLACE;
 
@@ -32,7 +36,8 @@ const line = new Line("participant", { picture: take, touched }, changed);
 const trails = new Trails(line);
 
 function take(message) {
-  picture = message.picture;
+  notice = message.notice;
+  picture = message.picture ?? IDLE;
   pictureAt = now();
   target = picture.target ?? target;
   at("calibration").textContent = message.screen
@@ -46,9 +51,13 @@ function touched(message) {
 }
 
 function changed(state) {
-  at("away").hidden = state === "open";
-  at("away").textContent = say(state === "shut" ? "line.shut" : "line.away");
-  document.body.dataset.line = state;
+  showLine(state, line);
+  // A lost line ends the picture: an old countdown or arrow would mislead. Touches are still taken and kept.
+  if (state === "ended" || state === "shut" || state === "gone") {
+    picture = { ...IDLE, screen: "lost" };
+    notice = null;
+    draw();
+  }
 }
 
 // Touches wait until the page's clock is fitted: without the fit their time on the server's clock is unknown.
@@ -60,6 +69,8 @@ function resend() {
 setInterval(resend, RESEND_MS);
 
 function draw() {
+  at("notice").hidden = notice === null;
+  if (notice !== null) at("notice").textContent = `${say(`participant.lost.${notice}`)} ${say("participant.lost.then")}`;
   if (picture === null) return;
   const isTask = picture.screen === "task";
   document.body.dataset.screen = picture.screen;

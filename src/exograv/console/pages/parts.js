@@ -53,7 +53,8 @@ function alarmItem(alarm, t, acknowledge, mayAcknowledge) {
 export function learning(shown) {
   const { learning: learned } = shown;
   at("learned").value = learned?.share_done ?? 0;
-  at("outcome").textContent = sentence(learned?.outcome);
+  at("learned").hidden = at("left-over-title").hidden = !learned;
+  at("outcome").textContent = learned ? sentence(learned.outcome) : say("console.not_identified");
   at("parameters").replaceChildren(...(learned?.parameters ?? []).map(parameterRow));
   const worst = Math.max(0.3, ...(learned?.left_over_prior_Nm ?? []), ...(learned?.left_over_Nm ?? []));
   const rows = (learned?.left_over_Nm ?? []).map((value, i) => {

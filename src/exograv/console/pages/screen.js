@@ -1,12 +1,12 @@
 // Size of the panel's pixels, measured with a bank card or a ruler. The size that the device reports is not used.
 import { Line } from "./line.js";
+import { showLine } from "./standing.js";
 import { loadWords, number, say, sentence } from "./words.js";
 
 const at = (id) => document.getElementById(id);
 const CARD_RATIO = 53.98 / 85.6;
 const line = new Line("participant", {}, (state) => {
-  document.body.dataset.line = state;
-  if (state !== "open") at("found").textContent = say(state === "shut" ? "line.shut" : "line.away");
+  showLine(state, line);
 });
 
 function show() {

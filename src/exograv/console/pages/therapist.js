@@ -1,10 +1,13 @@
 // Page of the therapist: one knob for the weight support, one button for the next step, and Stop.
+import { Heart } from "./heart.js";
 import { Line } from "./line.js";
 import { lockPage } from "./lock.js";
 import { choose } from "./parts.js";
-import { loadWords, number, say, sentence } from "./words.js";
+import { ageText, Loss, showLine } from "./standing.js";
+import { gravityLevelOf, showSupport, supportText } from "./support.js";
+import { showWork } from "./work.js";
+import { loadWords, say, sentence } from "./words.js";
 
-const BEAT_MS = 200;
 // While the knob moves, the page requests its level a few times a second; the guard applies its ramp.
 const ASK_EVERY_MS = 150;
 // Acts of the button, by priority: the first possible act is the next step.
@@ -19,12 +22,20 @@ const at = (id) => document.getElementById(id);
 let state = null;
 let isTurned = false;
 let asked = null;
+let steering = null;
+let lastMode = null;
+const loss = new Loss();
 const line = new Line("therapist", { state: take }, changed);
 
 function changed(where) {
-  at("away").hidden = where === "open";
-  at("away").textContent = say(where === "shut" ? "line.shut" : "line.away");
-  document.body.dataset.line = where;
+  if (showLine(where, line)) return;
+  state = null;
+  at("mode").textContent = say("line.unknown");
+  for (const id of ["why", "support-now", "support-asked", "knob-value"]) at(id).textContent = "";
+  at("next").textContent = say("therapist.wait");
+  at("lost").hidden = at("work").hidden = true;
+  document.body.dataset.mode = "unknown";
+  document.body.dataset.steers = "false";
 }
 
 function isSteering() {
@@ -38,13 +49,17 @@ function next() {
 function take(message) {
   state = message;
   const { shown, steers } = message;
+  steering = steers;
+  at("lost").textContent = loss.text(message, line.number);
+  at("lost").hidden = at("lost").textContent === "";
+  showWork(shown);
   document.body.dataset.mode = shown.mode;
   document.body.dataset.steers = String(isSteering());
   at("mode").textContent = say(`mode.${shown.mode}`);
-  at("steer").hidden = steers !== null;
-  at("now").textContent = say("therapist.now", { now: number(100 * (1 - shown.gravity_level)) });
+  at("steer").hidden = at("steer").disabled = steers !== null;
+  showSupport(shown);
   if (!isTurned) at("knob").value = 100 * (1 - shown.gravity_level_asked);
-  at("knob-value").textContent = `${at("knob").value} %`;
+  showWanted();
   at("knob").disabled = !isSteering() || message.run_sets_level || !shown.possible.includes("set_level");
   persons(shown);
   const step = next();
@@ -52,6 +67,9 @@ function take(message) {
   at("next").disabled = !isSteering() || step === undefined;
   if (shown.mode === "exo_only" && !shown.is_known) at("why").textContent = say("therapist.unknown");
   else if (shown.latch) at("why").textContent = sentence(shown.latch);
+  if (shown.mode === "starting" || ageText(message)) at("why").textContent = ageText(message) || sentence(shown.mode_text);
+  else if (shown.mode !== lastMode && !shown.latch) at("why").textContent = "";
+  lastMode = shown.mode;
 }
 
 // Choice of side and person. A change takes effect at once, while the machine is off.
@@ -84,11 +102,16 @@ async function begin() {
   if (act !== undefined) await tell(line.act(act, {}, act === "give_back" ? undefined : state.shown.version));
 }
 
+function showWanted() {
+  at("knob-value").textContent = `${at("knob").value} %`;
+  at("knob").setAttribute("aria-valuetext", supportText(at("knob").value / 100));
+}
+
 function turn() {
   const wanted = Number(at("knob").value);
   if (!isTurned || wanted === asked || !isSteering()) return;
   asked = wanted;
-  tell(line.act("set_level", { gravity_level: 1 - wanted / 100 }));
+  tell(line.act("set_level", { gravity_level: gravityLevelOf(wanted) }));
 }
 
 async function main() {
@@ -97,7 +120,7 @@ async function main() {
   at("knob").addEventListener("pointerdown", () => (isTurned = true));
   at("knob").addEventListener("input", () => {
     isTurned = true;
-    at("knob-value").textContent = `${at("knob").value} %`;
+    showWanted();
   });
   at("knob").addEventListener("change", () => {
     turn();
@@ -114,7 +137,7 @@ async function main() {
   at("stop").addEventListener("pointerdown", () => tell(line.stop()));
   at("stop").addEventListener("keydown", (event) => ["Enter", " "].includes(event.key) && tell(line.stop()));
   addEventListener("keydown", (event) => event.key === "Escape" && tell(line.stop()));
-  setInterval(() => isSteering() && line.send({ kind: "beat" }), BEAT_MS);
+  new Heart(line, () => steering === line.number && line.state === "open");
   changed(line.state);
 }
 

@@ -1,7 +1,7 @@
 // Texts in the reader's language: each element with data-word shows one; data-label gives one to screen readers.
 const LANGUAGES = ["en", "de"];
 // Placeholders whose value is a name that has a text of its own.
-const KNOWN = { role: "role", side: "side", begun: "side" };
+const KNOWN = { joint: "joint", role: "role", side: "side", begun: "side" };
 let words = {};
 let fallback = {};
 export let language = "en";
@@ -42,11 +42,15 @@ export function say(name, values = {}, otherwise = name) {
 export function sentence(spoken) {
   if (!spoken) return "";
   const gaps = Object.entries(spoken.gaps).map(([name, gap]) => [name, own(name, gap)]);
-  return say(`said.${spoken.code}`, Object.fromEntries(gaps), spoken.text);
+  // English text comes with the machine's own names of joints.
+  const named = (text, [name, gap]) => (KNOWN[name] === "joint" ? text.replaceAll(gap.text, own(name, gap)) : text);
+  const english = Object.entries(spoken.gaps).reduce(named, spoken.text);
+  return say(`said.${spoken.code}`, Object.fromEntries(gaps), english);
 }
 
 function own(name, gap) {
   const family = KNOWN[name];
+  if (family === "joint") return nameOf(family, gap.text);
   return family ? say(`${family}.${gap.text}`, {}, gap.text) : sentence(gap);
 }
 

@@ -82,6 +82,7 @@ class LiveFlight:
         watching = None if self._is_ending or state.running is None else state.watching
         row = None if watching is None else watching.newest
         mode = None if watching is None or row is None else watching.mode
+        values = told(row, len(description.joints))
         return FlightMoment(
             mode=Mode.OFF if state.failure else mode,
             latch=None if watching is None else watching.latch,
@@ -98,7 +99,9 @@ class LiveFlight:
             joints=tuple(description.joints),
             tau_limit_Nm=state.place.torque_max_Nm,
             gravity_level_asked=state.level_asked,
-            **told(row, len(description.joints)),
+            **values,
+            work=state.work(values, mode is Mode.MOVING),
+            age_s=0.0 if row is None else max(self.now() - float(row["monotonic"]), 0.0),
             lateness=None if watching is None else watching.lateness(),
             recorded=state.recorded(),
             learning=state.learning(),

@@ -1,5 +1,6 @@
 """Machine of one side with its person and files. It is calibrated when the first person is prepared."""
 
+import time
 from functools import cached_property, partial
 
 import numpy as np
@@ -15,6 +16,7 @@ from exograv.rig.twin.twin import PERIOD
 
 from .options import SteeredOptions
 from .participants import ParticipantFiles
+from .work_progress import CalibrationProgress
 
 
 class PreparedMachine:
@@ -37,6 +39,8 @@ class PreparedMachine:
         """Codes of the persons with a file."""
         self.torque_max_Nm = tuple(limits(self.description).torque_max_Nm.tolist())
         """Torque limits of the drives [N·m]."""
+        self.calibrating: CalibrationProgress | None = None
+        """Progress of the calibration; absent before it, after it, and with a stored calibration."""
 
     @property
     def side(self) -> Side:
@@ -51,7 +55,13 @@ class PreparedMachine:
             ExogravError: The file is of another machine or side, or the calibration was refused.
         """
         options = self._options
-        return Preparation(self.laboratory, options.seed).calibrated(options.calibration)
+        if options.calibration is not None:
+            return Preparation(self.laboratory, options.seed).calibrated(options.calibration)
+        self.calibrating = CalibrationProgress(time.monotonic)
+        try:
+            return Preparation(self.laboratory, options.seed, self.calibrating).calibrated()
+        finally:
+            self.calibrating = None
 
     def keep(
         self, prepared: ControllerKnowledge, code: str | None, learned: LearnedArm, predicted: np.ndarray

@@ -1,5 +1,6 @@
 """State of one set of processes, as their parent's thread reports it, in the form of the pages."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +20,8 @@ from .memory_view import FlightMemoryView
 from .participant_keeping import EstimateKeeper
 from .participants import RequestedParticipant
 from .sentences import say
-from .view_models import LearnedParameter, Learning, Point, RecordingStatus
+from .view_models import LearnedParameter, Learning, Point, RecordingStatus, WorkProgress
+from .work_progress import identification_progress
 
 if TYPE_CHECKING:
     from .prepared_machine import PreparedMachine
@@ -80,6 +82,13 @@ class ProcessState:
             path=str(self.path), samples=report.acknowledged, lost=report.lost, is_ok=report.recording_ok,
             why=report.why
         )  # fmt: skip
+
+    def work(self, shown: Mapping[str, Any], is_moving: bool) -> WorkProgress | None:
+        """Calibration or identification in progress; `shown` has the values of the newest tick."""
+        if (calibrating := self.place.calibrating) is not None:
+            return calibrating.work
+        joints = self.place.description.joints
+        return identification_progress(self.learning(), is_moving, self.who.identify_s, joints, shown["v_rad_s"])
 
     def learning(self) -> Learning | None:
         """Progress of an identification."""

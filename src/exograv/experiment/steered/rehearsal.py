@@ -12,6 +12,7 @@ from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.scene import SceneDescription, describe_scene
 from exograv.options import Side
+from exograv.procedures.calibration.phase_texts import say as calibration
 from exograv.runtime.control_loop.steering import CommandDecisions, LeaseCommand
 from exograv.safety.guard import GRAVITY_LEVEL_S
 from exograv.safety.modes import WORN, Event, Mode, ModeMachine
@@ -20,12 +21,16 @@ from exograv.safety.stops import StopReason
 from .interface import FlightMoment
 from .requests import DonRequest
 from .sentences import say
-from .view_models import LearnedParameter, Learning, PlotTrace, SkeletonLines
+from .view_models import LearnedParameter, Learning, PlotTrace, SkeletonLines, WorkProgress
+from .work_progress import CalibrationProgress, identification_progress
 
 JOINTS = ("shoulder_abduction", "shoulder_rotation", "shoulder_flexion", "elbow_flexion")
 PLOT_HZ, PLOTTED_S = 50, 10.0
 STEP_S = 0.05
 DESCENT_S = 3.0
+CALIBRATED_S = 8.0
+"""Duration of a rehearsed calibration [s]. Another side is another machine, which a real session calibrates first."""
+
 WRITTEN_MAX = 10_000
 """Upper limit of stored messages. A rehearsal may run for a day, and has no recording."""
 
@@ -51,6 +56,7 @@ class RehearsedFlight:
         self._modes, self._steering = ModeMachine(), CommandDecisions()
         self._participant: str | None = None
         self._side: Side = side
+        self._calibrated_at, self._calibrating = -math.inf, CalibrationProgress(self.now)
         self._is_known, self._identify_s, self._moved_s = False, 60.0, 0.0
         self._latch: StopReason | None = None
         self._latched_at = 0.0
@@ -70,7 +76,9 @@ class RehearsedFlight:
             share, n, t = self._modes.arm_share, len(JOINTS), self._t
             tau = tuple(share * (2.0 + joint) for joint in range(n))
             return FlightMoment(
-                mode=self._modes.mode,
+                mode=None if self._is_calibrating else self._modes.mode,
+                doing=say("flight.rehearses") if self._is_calibrating else "",
+                work=self._work(),
                 latch=None if self._latch is None else self._latch.sentence,
                 safe_state="none" if self._latch is None else "descent",
                 rig="rehearsal",
@@ -146,6 +154,8 @@ class RehearsedFlight:
     def don(self, who: DonRequest) -> str:
         """Change the person immediately."""
         with self._lock:
+            if who.side not in (None, self._side):
+                self._calibrated_at, self._calibrating = self._t + CALIBRATED_S, CalibrationProgress(self.now)
             self._participant, self._is_known = who.participant, who.participant is not None
             self._identify_s, self._moved_s, self._side = who.identify_s, 0.0, who.side or self._side
             return ""
@@ -191,6 +201,20 @@ class RehearsedFlight:
 
     def _q(self, t: float) -> tuple[float, ...]:
         return tuple(0.4 + 0.1 * math.sin(t + joint) for joint in range(len(JOINTS)))
+
+    @property
+    def _is_calibrating(self) -> bool:
+        return self._t < self._calibrated_at
+
+    def _work(self) -> WorkProgress | None:
+        if self._is_calibrating:
+            done = 1.0 - (self._calibrated_at - self._t) / CALIBRATED_S
+            joint = min(int(done * len(JOINTS)), len(JOINTS) - 1)
+            text = calibration("calibration.sweep", joint=JOINTS[joint], number=joint + 1, of=len(JOINTS))
+            self._calibrating(text, done * len(JOINTS) - joint)
+            return self._calibrating.work
+        is_moving, v = self._modes.mode is Mode.MOVING, [math.cos(self._t + joint) for joint in range(len(JOINTS))]
+        return identification_progress(self._learning(), is_moving, self._identify_s, JOINTS, v)
 
     def _learning(self) -> Learning | None:
         if not self._moved_s:

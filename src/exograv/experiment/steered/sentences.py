@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 from exograv import sentence
 from exograv.identification.core.interface import Outcome
+from exograv.procedures.calibration import phase_texts
 from exograv.runtime.control_loop import steering
 from exograv.safety.modes import Mode
 from exograv.safety.stops import StopReason
@@ -14,6 +15,7 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
     {
         **{said.sentence.code: said.value for said in (*Mode, *StopReason, *Outcome)},
         **steering.SENTENCES,
+        **phase_texts.SENTENCES,
         "guard.absent": "There is no guard. Wait until the machine is off.",
         "guard.ended": "The guard's process has ended.",
         "guard.silent": "The guard did not answer in time. Check the display before you ask again.",
@@ -23,7 +25,7 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         "desk.stopped": "{latch} Reset it first.",
         "desk.let_down": "{latch} " + Mode.SAFE.value,
         "desk.unknown_arm": "This arm is not known yet. Identify it first.",
-        "desk.unchecked": "This arm is checked when the machine takes it. Its weight can be set after that.",
+        "desk.unchecked": "This arm is checked when the machine takes it. Its support can be set after that.",
         "desk.known_arm": "This arm is known. To identify it again, switch off and put the person in again.",
         "desk.same_id": "Another request had this identifier.",
         "desk.late": "The request arrived {seconds} s after it was made; allowed: {allowed} s. Ask again.",
@@ -37,6 +39,18 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         "flight.recording_ends": "The recording ends in less than five minutes; then the arm is let down.",
         "flight.control_again": "The controller failed or did not answer, and was restarted.",
         "flight.other_person": "The file of {person} does not fit this arm: another person's file, or a large change.",
+        "flight.rehearses": "The rehearsal shows a calibration. Nothing is measured.",
+        "work.calibration": (
+            "Every joint moves slowly and fast, without and with known weights: only so can friction, the machine's "
+            "own weight and the motor's torque constant be told apart. A stored calibration (--calibration) saves this."
+        ),
+        "work.identification": (
+            "The machine moves the arm for {seconds} s through many postures: a share of the weight shows only in some "
+            "of them, and slow and fast motion tells weight from stiffness and friction. Relax the arm."
+        ),
+        "work.begins": "The machine begins to move the arm.",
+        "work.moves": "The machine moves the arm and weighs it on the way.",
+        "work.over": "The motion ends; the arm then floats.",
         "rehearsal.still_down": "The arm is still coming down.",
         "rehearsal.identified": "The arm is identified.",
     }

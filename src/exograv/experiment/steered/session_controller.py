@@ -6,6 +6,7 @@ from typing import Any
 
 from exograv.model.scene import SceneDescription
 from exograv.safety.modes import Mode
+from exograv.sentence import support_text
 
 from .alarms import AlarmBook, Priority
 from .interface import FlightMoment, SteeredFlight
@@ -75,6 +76,8 @@ class SessionController:
             why = self._reception.refusal(act, now, s) or self._done(act, by, now)
             answer = self._reception.remember(act, Answer(id=act.id, taken=not why, why=why))
             said = act.model_dump(mode="json") | {"by": by, "taken": answer.taken, "why": why}
+            if isinstance(act, SetLevel):
+                said["support"] = support_text(act.gravity_level)
             self._flight.write(RECORD_TOPIC, now, said)
             return answer
 

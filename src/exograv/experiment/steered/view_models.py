@@ -71,6 +71,21 @@ class Learning(Settings):
     is_over: bool
 
 
+class WorkProgress(Settings):
+    """Progress of a calibration or an identification, which take longer than a person waits without a reason."""
+
+    kind: Literal["calibration", "identification"]
+    phase: SentenceText
+    """Sentence about the present phase."""
+    joint: str | None
+    """Joint that moves; the fastest one if several move; absent while none moves."""
+    share_done: Share
+    left_s: float | None
+    """Estimated remaining time [s]; absent while too little is done for an estimate."""
+    why: SentenceText
+    """Reason for the duration."""
+
+
 class Lateness(Settings):
     """Lateness of the ticks' start in the last second [µs]."""
 
@@ -127,6 +142,10 @@ class MachineSnapshot(Settings):
     lateness: Lateness | None = None
     recorded: RecordingStatus | None = None
     learning: Learning | None = None
+    work: WorkProgress | None = None
+    """Calibration or identification in progress."""
+    age_s: float = 0.0
+    """Age of the machine's newest report [s]. Old values must not pose as the present state."""
 
 
 class SessionSnapshot(MachineSnapshot):

@@ -27,6 +27,7 @@ from .breakaway_checks import (
     refuse_too_light,
 )
 from .empty_run import EmptyRun
+from .phase_texts import say
 
 MARGIN = np.deg2rad(4.0)  # of the first posture from the joints' limits, so that a joint can be pushed both ways
 PUSHES = 3  # in each direction; each ends some tenths of a degree farther, at another ripple of the gear
@@ -108,11 +109,12 @@ class BreakawayTester:
         Raises:
             IdentificationError: A joint, its encoder or its motor is not what `rig.toml` says.
         """
-        self._wait("Checking that the machine hangs still")
+        self._wait(say("calibration.still"))
         friction = np.zeros(len(self._joints))
         for joint, name in enumerate(self._joints):
             self._stayed = {}
-            both_ways = [self._starts(joint, *way, f"Pushing {name}") for way in self._ways(joint, pushes)]
+            text = say("calibration.push", joint=name, number=joint + 1, of=len(self._joints))
+            both_ways = [self._starts(joint, *way, text) for way in self._ways(joint, pushes)]
             refuse_spring(self._run.description, joint, self._stayed)
             refuse_too_light(self._run.description, joint, *both_ways)
             friction[joint] = np.mean([np.mean(one_way) for one_way in both_ways])

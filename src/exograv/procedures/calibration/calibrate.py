@@ -14,11 +14,13 @@ from .breakaway_checks import refuse_before_motion
 from .breakaway_test import BreakawayTester, starting_posture
 from .empty_run import EmptyRun
 from .operator import Operator
+from .phase_texts import say
 
 SLOW, FAST = 0.3, 0.9  # rad/s: two speeds separate Coulomb from viscous friction
 # Creep passes through all low speeds, to show how friction falls from rest (Stribeck effect).
 CREEP, CREEP_WAY = 0.16, 0.35  # largest speed [rad/s] and length [rad]
 CHECK_WAY = 0.6  # rad: length of the slow pass of a re-check
+SWEEP_PARTS = 2  # duration of the sweeps without a weight, in units of the pass with one weight
 TRAVEL = 0.8  # rad/s between sweeps
 
 
@@ -35,12 +37,16 @@ def calibrate_machine(description: RigDescription, tree: Tree, pilot: Pilot, ope
     BreakawayTester(run).nudge()
     plans = description.calibration.sweeps
     for i, plan in enumerate(plans):
-        text = f"Calibrating the empty machine: {plan.joint} ({i + 1}/{len(plans)})"
-        run.follow(to_and_fro(run, plan, SLOW, FAST, CREEP), text)
+        weights = description.calibration.weights_kg
+        which = {"joint": plan.joint, "number": i + 1, "of": len(plans), "parts": SWEEP_PARTS + len(weights)}
+        run.follow(to_and_fro(run, plan, SLOW, FAST, CREEP), say("calibration.sweep", **which, span=SWEEP_PARTS))
         mount = plan.mount or description.calibration.mount
-        for weight, mass in enumerate(description.calibration.weights_kg):
+        for weight, mass in enumerate(weights):
             run.load(mount, weight)
-            run.follow(to_and_fro(run, plan, SLOW), f"{text}, {mass:g} kg")
+            run.follow(
+                to_and_fro(run, plan, SLOW),
+                say("calibration.weight", **which, weight=f"{mass:g}", part=SWEEP_PARTS + weight),
+            )
         run.load(mount, None)
     check_passes(run)
     lead_home(run)
@@ -66,7 +72,7 @@ def lead_home(run: EmptyRun) -> None:
     rig = run.pilot.rig
     if isinstance(rig, Powered):
         home = go_to(run.pilot.q.copy(), starting_posture(run.tree), TRAVEL, rig.period_s)
-        run.follow(home, "Moving the machine to its hanging posture")
+        run.follow(home, say("calibration.home"))
         rig.disable()
 
 
@@ -74,7 +80,7 @@ def check_passes(run: EmptyRun) -> None:
     """Move every joint slowly and fast, both ways, without weights, to measure its friction."""
     plans = run.description.calibration.sweeps
     for i, plan in enumerate(plans):
-        text = f"Friction as it is now: {plan.joint} ({i + 1}/{len(plans)})"
+        text = say("calibration.friction", joint=plan.joint, number=i + 1, of=len(plans))
         run.follow(to_and_fro(run, plan, SLOW, FAST, way=CHECK_WAY), text)
 
 

@@ -19,6 +19,7 @@ from exograv.motion import Trajectory, hold
 from exograv.safety.stops import StopReason
 
 from .operator import ComputedOperator, Operator
+from .phase_texts import say
 
 ASTRAY_RAD = np.deg2rad(8.0)
 """Tracking error that is always allowed [rad]. Friction, a wrong gain and a weight make the PD deviate by 5° at most.
@@ -128,7 +129,7 @@ class EmptyRun:
             wait(moment)
 
         if after != before:
-            q, text = self.pilot.q.copy(), f"Hanging {after:g} kg"
+            q, text = self.pilot.q.copy(), say("calibration.hang", weight=f"{after:g}")
             while not self.operator.is_ready(mount, after):
                 self.pilot.run(self.controller, hold(q, WAIT_S, dt), text, wait)
             self.pilot.run(self.controller, hold(q, lowers_s, dt), text, lower)

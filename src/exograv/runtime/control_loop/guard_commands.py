@@ -12,7 +12,7 @@ from exograv.safety.guard import Guard, SafeState
 from exograv.safety.limits import PersonLimits
 from exograv.safety.modes import Event, Mode
 from exograv.safety.person import GuardedPerson
-from exograv.sentence import say
+from exograv.sentence import say, support_text
 
 from .exchange import EVENT_SHIFT, RESET, STOP_PRESSED, TOLD_LEVEL, TOLD_PERSON, FeltLevel, PersonUpdate
 from .steering import ASKABLE, SENTENCES, CommandDecisions, DescentCommand, GuardReply, GuardRequest, LeaseCommand
@@ -181,11 +181,11 @@ class GuardCommands:
             why = ""
         if not why and not self._guard.feel(word.gravity_level, word.ramp_s):
             why = "the run was stopped before, or the arm is being moved."
-        level = f"{word.gravity_level:g}"
+        support = support_text(word.gravity_level)
         if not why:
             self.acts |= TOLD_LEVEL
-            self._note(now, f"{level} of the arm's weight is to be felt from here on, by a ramp.")
+            self._note(now, f"From here on, by a ramp: {support}.")
         else:
-            self._note(now, f"A gravity level of {level} was refused: {why}")
+            self._note(now, f"A request for {support} was refused: {why}")
         if word.number is not None:
             self._parent.send(GuardReply(word.number, why))
