@@ -12,7 +12,7 @@ from exograv.console.keys import Role
 from exograv.console.lease import LEASE_S
 from exograv.console.lease_loss import SERVER_SLOW_S, Cause
 from exograv.console.limits import Close
-from exograv.console.server import PAGES
+from exograv.console.page_files import PAGES
 
 from .fake_desk import FakeDesk
 from .of_clock import SetClock

@@ -6,7 +6,8 @@ import pytest
 
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
-from exograv.console.server import BANNER, MORE_OF_PARTICIPANT, PAGES
+from exograv.console.page_files import PAGES
+from exograv.console.server import BANNER, MORE_OF_PARTICIPANT
 
 from .client import TestClient, enter
 from .fake_desk import FakeDesk
@@ -39,7 +40,8 @@ def test_no_page_of_a_real_machine_has_the_banner(client: TestClient, hub: Hub):
 
 
 def test_all_html_files_are_served_as_pages():
-    served = {"enter", "console", "participant", "therapist", *MORE_OF_PARTICIPANT}
+    # `view.html` belongs to `exograv view`, which marks a simulated recording by itself.
+    served = {"enter", "console", "participant", "therapist", "view", *MORE_OF_PARTICIPANT}
     assert {path.stem for path in PAGES.glob("*.html") if path.name != BANNER} == served
 
 
