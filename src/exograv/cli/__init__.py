@@ -3,6 +3,7 @@
 import difflib
 import os
 import shutil
+import signal
 import sys
 import textwrap
 from typing import NamedTuple
@@ -37,6 +38,7 @@ from exograv.cli.recordings.streams import run_streams
 from exograv.cli.recordings.sync import run_sync
 from exograv.cli.shell.base_options import Common, refuse_unwritable, write_json
 from exograv.cli.shell.command import Action, act, command_class, estimate
+from exograv.cli.shell.end_signals import EndSignals
 from exograv.cli.simulation.benchmark_identification import run_benchmark_identification
 from exograv.cli.simulation.faults import run_faults_command
 from exograv.cli.simulation.simulate_study import run_simulate_study
@@ -149,6 +151,12 @@ def main() -> None:
     # Our matrices are small: on a busy computer the threads of OpenBLAS wait milliseconds for each other, and a demo
     # takes twice as long. NumPy reads the variable at its import, so it must be set here.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    with EndSignals() as signals:
+        _run_and_report(signals)
+
+
+def _run_and_report(signals: EndSignals) -> None:
+    """Run the command; turn its errors into a sentence and an exit status."""
     try:
         _run_as_asked()
         sys.stdout.flush()
@@ -165,8 +173,9 @@ def main() -> None:
             sys.exit(1)
         if not was_keyboard(error):
             raise
-        print("\nexograv: stopped by the keyboard; the recording until now is kept.", file=sys.stderr)
-        sys.exit(130)
+        by = "the keyboard" if signals.came is None else f"the signal {signals.came.name}"
+        print(f"\nexograv: stopped by {by}; the recording until now is kept.", file=sys.stderr)
+        sys.exit(128 + (signals.came or signal.SIGINT))
 
 
 def _run_as_asked() -> None:
