@@ -18,7 +18,8 @@ from exograv.recording.interrupt import uninterrupted
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="Windows has no SIGHUP, and its SIGTERM calls no handler")
 BOTH = pytest.mark.parametrize("strike", [signal.SIGTERM, signal.SIGHUP])
 IN_TERMINAL = """\
-import sys, time
+import fcntl, sys, termios, time
+fcntl.ioctl(0, termios.TIOCSCTTY, 0)  # the end of this terminal then sends SIGHUP to this process
 from exograv.cli.shell.end_signals import EndSignals
 with EndSignals() as signals:
     try:
@@ -56,19 +57,25 @@ def test_a_signal_waits_until_the_arm_is_down(strike: signal.Signals):
 
 @BOTH
 def test_a_signal_waits_until_a_write_is_complete(strike: signal.Signals):
-    written = False
-    with EndSignals(), pytest.raises(KeyboardInterrupt), uninterrupted():
-        signal.raise_signal(strike)
-        written = True
-    assert written
+    written = list[str]()
+
+    def write() -> None:
+        with uninterrupted():
+            signal.raise_signal(strike)
+            written.append("whole")
+
+    with EndSignals(), pytest.raises(KeyboardInterrupt):
+        write()
+    assert written == ["whole"]
 
 
 @BOTH
 def test_a_command_in_the_background_ignores_ctrl_c_but_not_this_signal(strike: signal.Signals):
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    with EndSignals(), pytest.raises(KeyboardInterrupt), uninterrupted():
+    with EndSignals():
         signal.raise_signal(signal.SIGINT)
-        signal.raise_signal(strike)
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(strike)
 
 
 def test_a_signal_that_is_ignored_at_the_start_stays_ignored():
@@ -101,18 +108,8 @@ def test_handlers_are_restored():
 def test_a_command_whose_terminal_is_closed_can_still_print():
     ours, theirs = pty.openpty()
     command = [sys.executable, "-c", IN_TERMINAL]
-    with subprocess.Popen(
-        command, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True, preexec_fn=_take_terminal
-    ) as process:
+    with subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True) as process:
         os.close(theirs)
         assert b"begun" in os.read(ours, 100)
         os.close(ours)
         assert process.wait(SOON_S) == 128 + signal.SIGHUP
-
-
-def _take_terminal() -> None:
-    """Make standard input the terminal of the session, so that its end sends SIGHUP."""
-    import fcntl
-    import termios
-
-    fcntl.ioctl(0, termios.TIOCSCTTY, 0)

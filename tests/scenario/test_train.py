@@ -117,7 +117,7 @@ def test_the_report_draws_the_touches(passive: tuple[dict[str, Any], Recording])
 @pytest.mark.parametrize("ends", [signal.SIGINT, signal.SIGKILL])
 def test_a_run_that_is_broken_off_in_a_window_is_gone_on_with_and_loses_no_touch(tmp_path: Path, ends: signal.Signals):
     words = "--protocol", str(short(tmp_path)), "--rig", "recupera_like_passive"
-    kept = tmp_path / "P-07_short_01.run.json"
+    kept = tmp_path / "P-07_short_01.simulated.run.json"
     process = subprocess.Popen(command(tmp_path, *words), stderr=subprocess.PIPE, text=True)
     told = _touches_in_the_second_window(kept, process)
     process.send_signal(ends)

@@ -1,7 +1,7 @@
 """Signals that end a command: SIGTERM and SIGHUP act like Ctrl-C.
 
-A real machine then comes down softly, a write is completed, and a bring-up seals its sheet: the code that handles Ctrl-C
-handles all three signals.
+A real machine then comes down softly, a write is completed, and a bring-up seals its sheet: the same code handles all
+three signals.
 """
 
 import contextlib

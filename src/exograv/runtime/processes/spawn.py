@@ -1,7 +1,7 @@
 """Start of processes with a connection to their parent.
 
-Only the parent reacts to Ctrl-C, to a closed terminal (SIGHUP) and to SIGTERM, even during the start of a process. These
-signals reach all processes of a terminal or of a service at once, and the guard must outlive its parent's decision.
+Only the parent reacts to Ctrl-C, to a closed terminal (SIGHUP) and to SIGTERM, even during the start of a process.
+These signals reach all processes of a terminal or of a service at once, and the guard must lower the arm meanwhile.
 """
 
 import contextlib
