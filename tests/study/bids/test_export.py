@@ -206,7 +206,7 @@ def test_authors_and_licence_are_the_studys(exported: Path):
 
 
 def test_a_study_is_added_to_and_exported_by_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    folder = begin_study(tmp_path / "study", AS_PUBLISHED)
+    folder = begin_study(tmp_path / "study", AS_PUBLISHED.model_copy(update={"is_simulated": True}))
     people = [new_participant(folder, group).code for group in ("trained", "untrained")]
     paths = [write_recording(tmp_path / f"{k}.mcap", with_devices=k == 0, seed=k) for k in range(2)]
     for code, path in zip(people, paths, strict=True):
