@@ -61,7 +61,7 @@ def spans(said: list) -> list[tuple[float, float]]:
 def assert_windows_are_found(profile: FlightProfile, flight: Watched) -> None:
     """Each window is found once, and opens and closes at its time.
 
-    The level crosses a limit on a ramp, at `limit / slope` from its corner; noise moves the crossing by `noise / slope`.
+    The level crosses a limit on a ramp, at `limit / slope` from its corner. Noise moves this by `noise / slope`.
     The dwell is counted between samples: it begins at the latest with the first accepted sample after the crossing, and
     ends with the first one after the dwell. Each is late by at most the longest gap between accepted samples, and the
     last one arrives after its delay:
