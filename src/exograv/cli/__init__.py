@@ -5,6 +5,7 @@ import os
 import shutil
 import signal
 import sys
+import tempfile
 import textwrap
 from typing import NamedTuple
 
@@ -47,6 +48,7 @@ from exograv.cli.simulation.transparency import run_transparency_command
 from exograv.cli.simulation.validate_participant import run_validate_participant
 from exograv.errors import ConfigError, ExogravError
 from exograv.extras import missing_package
+from exograv.files import NO_ROOM
 
 from .study import COMMANDS as STUDY_COMMANDS
 
@@ -166,6 +168,15 @@ def _run_and_report(signals: EndSignals) -> None:
         sys.exit(141)
     except ExogravError as error:
         print(f"exograv: {error}", file=sys.stderr)
+        sys.exit(1)
+    except OSError as error:
+        if error.errno not in NO_ROOM:
+            raise
+        print(
+            f"exograv: {error.filename or 'A file'} cannot be written: {error.strerror}. Free space there (temporary "
+            f"files are in {tempfile.gettempdir()}), then run the same command again. Complete files are unchanged.",
+            file=sys.stderr,
+        )
         sys.exit(1)
     except (KeyboardInterrupt, ImportError) as error:
         if isinstance(error, ModuleNotFoundError) and (missing := missing_package(error)) is not None:
