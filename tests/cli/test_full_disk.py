@@ -1,4 +1,4 @@
-"""On a full disk a command ends with one sentence, and what was there before is unchanged."""
+"""A command that finds no room ends with one sentence, and what was there before is unchanged."""
 
 import errno
 import os

@@ -17,6 +17,7 @@ from exograv.campaigns.study_example.options import ExampleOptions
 from exograv.cli.study.showing import show_status
 from exograv.errors import ConfigError
 from exograv.report.study_report.chapters import Content, notices
+from exograv.study.dataset.adding import add_files
 from exograv.study.dataset.status import study_status
 from exograv.study.folder.study_folder import UNFINISHED, StudyFolder
 
@@ -102,10 +103,9 @@ def test_a_participant_whose_sessions_are_only_partly_added_is_completed(
     make_example(OPTIONS, tmp_path / "whole", told, workers=1)
 
     def add_one(folder: StudyFolder, paths: list[Path], options: Any) -> list[Any]:
-        add(folder, paths[:1], options)
+        add_files(folder, paths[:1], options)
         raise KeyboardInterrupt
 
-    add = example_study.add_files
     with monkeypatch.context() as patched:
         patched.setattr(example_study, "add_files", add_one)
         with pytest.raises(KeyboardInterrupt):

@@ -33,7 +33,8 @@ class EndSignals:
         self._before = {}
         if threading.current_thread() is not threading.main_thread():
             return self
-        self._terminals = [stream.fileno() for stream in (sys.__stdout__, sys.__stderr__) if _is_terminal(stream)]
+        streams = (sys.__stdout__, sys.__stderr__)
+        self._terminals = [stream.fileno() for stream in streams if stream is not None and stream.isatty()]
         heeded = [number for number in ENDING if signal.getsignal(number) is not signal.SIG_IGN]
         for number in heeded:
             self._before[number] = signal.signal(number, self._act)
@@ -80,7 +81,3 @@ def terminal_may_close() -> Iterator[None]:
         if error.errno != errno.EIO or SIGHUP is None:
             raise
         signal.raise_signal(SIGHUP)
-
-
-def _is_terminal(stream: object) -> bool:
-    return bool(getattr(stream, "isatty", lambda: False)())
