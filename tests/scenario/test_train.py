@@ -142,15 +142,16 @@ def test_a_run_that_is_killed_after_its_last_window_ends_when_it_is_resumed(tmp_
     protocol.write_text(protocol.read_text(encoding="utf-8").replace("after_last_s = 6.0", "after_last_s = 120.0"))
     words = "--protocol", str(protocol), "--rig", "recupera_like_passive"
     kept = tmp_path / "P-07_short_01.simulated.run.json"
-    process = subprocess.Popen(command(tmp_path, *words), stderr=subprocess.DEVNULL, text=True)
+    with subprocess.Popen(command(tmp_path, *words), stderr=subprocess.DEVNULL, text=True) as process:
 
-    def all_complete() -> bool:
-        windows = _state(kept, process)["windows"]
-        return len(windows) == 2 and windows[1]["is_complete"]
+        def all_complete() -> bool:
+            windows = _state(kept, process)["windows"]
+            return len(windows) == 2 and windows[1]["is_complete"]
 
-    wait_until(all_complete, "the end of the last window", WAIT_S)
-    process.kill()
-    process.wait()
+        try:
+            wait_until(all_complete, "the end of the last window", WAIT_S)
+        finally:
+            process.kill()
     result = trained(tmp_path, *words, "--resume")
     assert result["is_complete"]
     assert (result["windows"], result["attempts"]) == (2, 2)

@@ -1,6 +1,5 @@
 """An interrupted example is marked as unfinished, and the same command completes it without doing anything twice."""
 
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -140,10 +139,11 @@ def test_a_killed_example_is_continued_by_the_same_command(tmp_path: Path):
     command = [sys.executable, "-m", "exograv.cli", "study", "example", "--seed", str(SEED)]
     command += ["--participants", "2,1", "--sessions", "0,0", "--out"]
     folder = StudyFolder(tmp_path / "again")
-    process = subprocess.Popen([*command, str(folder.path)], stderr=subprocess.DEVNULL, start_new_session=True)
-    wait_until(lambda: list(folder.sources.glob("*/*/source.json")), "the first session", WAIT_S)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
+    with subprocess.Popen([*command, str(folder.path)], stderr=subprocess.DEVNULL) as process:
+        try:
+            wait_until(lambda: list(folder.sources.glob("*/*/source.json")), "the first session", WAIT_S)
+        finally:
+            process.kill()
     before = {path: path.stat().st_mtime_ns for path in folder.sources.glob("*/*/source.json")}
     assert folder.is_unfinished
     for path in (folder.path, tmp_path / "whole"):
