@@ -11,6 +11,7 @@ from typing import Any
 from exograv import __version__
 from exograv.errors import ConfigError, RecordingError
 from exograv.files import PARTIAL
+from exograv.recording.code import code_sha256
 from exograv.results import json_value
 from exograv.storage.checkpoint import Advice, StateFile
 from exograv.study.folder.journal import locked
@@ -27,8 +28,8 @@ CHECKPOINT = StateFile[dict[str, Any]](
     advice=Advice(
         damaged="{path} is damaged: {why} Make the example in another folder.",
         too_large="{path} has more than {most} bytes; it is not the checkpoint of an example.",
-        other="{path} belongs to an example with {name} {found}, and this command has {value}. Give the same options, "
-        "or another --out.",
+        other="{path} belongs to an example with {name} {found}, and this command has {value}. Give the same options "
+        "to the same version of exograv, or another --out.",
     ),
 )
 
@@ -67,8 +68,8 @@ def example_folder(
 
 
 def _wanted(options: ExampleOptions) -> dict[str, Any]:
-    """Options and version that a continued example must match."""
-    return json_value({"version": __version__, **asdict(options)})
+    """Options and code that a continued example must match, because recordings name the code that made them."""
+    return json_value({"version": __version__, "code": code_sha256(), **asdict(options)})
 
 
 def _begin(folder: StudyFolder, wanted: dict[str, Any], begin: Callable[[Path], None]) -> None:
