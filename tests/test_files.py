@@ -33,6 +33,20 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path: Path):
     assert os.listdir(tmp_path) == ["kept.toml"]
 
 
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), ValueError("no figure")])
+def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(tmp_path: Path, error: BaseException):
+    path = tmp_path / "file.txt"
+    path.write_text("old")
+
+    def half(partial: Path) -> None:
+        partial.write_text("ha")
+        raise error
+
+    with pytest.raises(type(error)):
+        replace_file(path, half)
+    assert {one.name: one.read_text() for one in tmp_path.iterdir()} == {"file.txt": "old"}
+
+
 def test_a_private_file_is_read_by_its_owner_only(tmp_path: Path):
     replace_file(tmp_path / "private", b"x", is_private=True)
     assert (tmp_path / "private").stat().st_mode & 0o077 == 0

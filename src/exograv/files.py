@@ -1,5 +1,6 @@
 """Atomic writes of files, appended rows of JSON, and values as TOML."""
 
+import errno
 import json
 import os
 import secrets
@@ -11,6 +12,9 @@ from .errors import RecordingError
 
 PARTIAL = ".partial-"
 """Start of an unfinished file's name. A process that is killed leaves such a file behind; no reader opens it."""
+
+NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+"""Errors of a full disk, a used-up quota, and a size limit."""
 
 Content = str | bytes | Callable[[Path], None]
 """Text, bytes, or a function that fills the file at a path."""
@@ -37,9 +41,8 @@ def replace_file(path: Path, content: Content, *, is_private: bool = False) -> N
         sync(partial)
         partial.replace(path)
         sync(path.parent)
-    except OSError:
-        partial.unlink(missing_ok=True)
-        raise
+    finally:
+        partial.unlink(missing_ok=True)  # after an error or Ctrl-C
 
 
 def write_whole(path: Path, content: Content, *, is_private: bool = False) -> None:

@@ -10,11 +10,17 @@ from pathlib import Path
 import pytest
 from tests.task.of_run import SCREEN, short_plan, touch
 
+from exograv.cli.person.console import TrialOptions, run_console_command
+from exograv.cli.shell.base_options import OutFolder
 from exograv.console.event_log import EventLog
+from exograv.console.options import Address
 from exograv.console.page_clocks import PageClocks
-from exograv.console.run_checkpoint import kept_run
+from exograv.console.run import ConsoleResult
+from exograv.console.run_checkpoint import RunCheckpoint, kept_run
 from exograv.console.trial import ProtocolTrial
 from exograv.errors import ConfigError
+from exograv.experiment.steered.options import SteeredOptions
+from exograv.storage.session_checkpoint import checkpoint_path
 from exograv.task.events import Start, Stop, Tick
 
 from .of_process import Page, console, short_file
@@ -58,6 +64,29 @@ def test_what_was_kept_comes_back_with_its_touches_side_and_screen(tmp_path: Pat
     assert again.run.state == first.run.state
     assert again.run.state.touches == 1
     assert (again.side, again.plan.screen) == ("left", SCREEN)
+
+
+def test_a_simulated_session_or_rehearsal_of_the_same_name_does_not_block_a_session(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    checkpoint_path(tmp_path, "P-07_training_01", is_simulated=True).write_text("{}")
+    begun = list[tuple[Path, RunCheckpoint]]()
+
+    def noted(
+        _address: Address, folder: Path, _desk: object, _plan: object, _say: object, kept: RunCheckpoint, _: object
+    ):
+        kept.path.write_text("{}")
+        begun.append((folder, kept))
+        return ConsoleResult(folder / "diary", {}, None)
+
+    monkeypatch.setattr("exograv.console.run.run_console", noted)
+    trial = TrialOptions(protocol="training", rehearse=True)
+    run_console_command(SteeredOptions(participant="P-07"), trial, Address(), OutFolder(out=tmp_path))
+    assert begun[0][0] == tmp_path / "rehearsal"
+    session = kept(tmp_path)
+    assert session is not None
+    for one in (begun[0][1], session):
+        one.close()
 
 
 def test_a_run_that_has_not_begun_leaves_no_file_and_one_that_has_is_not_written_over(tmp_path: Path, trial: Begun):

@@ -117,7 +117,7 @@ def test_the_report_draws_the_touches(passive: tuple[dict[str, Any], Recording])
 @pytest.mark.parametrize("ends", [signal.SIGINT, signal.SIGKILL])
 def test_a_run_that_is_broken_off_in_a_window_is_gone_on_with_and_loses_no_touch(tmp_path: Path, ends: signal.Signals):
     words = "--protocol", str(short(tmp_path)), "--rig", "recupera_like_passive"
-    kept = tmp_path / "P-07_short_01.run.json"
+    kept = tmp_path / "P-07_short_01.simulated.run.json"
     process = subprocess.Popen(command(tmp_path, *words), stderr=subprocess.PIPE, text=True)
     told = _touches_in_the_second_window(kept, process)
     process.send_signal(ends)
@@ -136,14 +136,40 @@ def test_a_run_that_is_broken_off_in_a_window_is_gone_on_with_and_loses_no_touch
     assert "is over" in again.stderr
 
 
+@pytest.mark.slow
+def test_a_run_that_is_killed_after_its_last_window_ends_when_it_is_resumed(tmp_path: Path):
+    protocol = short(tmp_path)
+    protocol.write_text(protocol.read_text(encoding="utf-8").replace("after_last_s = 6.0", "after_last_s = 120.0"))
+    words = "--protocol", str(protocol), "--rig", "recupera_like_passive"
+    kept = tmp_path / "P-07_short_01.simulated.run.json"
+    with subprocess.Popen(command(tmp_path, *words), stderr=subprocess.DEVNULL, text=True) as process:
+
+        def all_complete() -> bool:
+            windows = _state(kept, process)["windows"]
+            return len(windows) == 2 and windows[1]["is_complete"]
+
+        try:
+            wait_until(all_complete, "the end of the last window", WAIT_S)
+        finally:
+            process.kill()
+    result = trained(tmp_path, *words, "--resume")
+    assert result["is_complete"]
+    assert (result["windows"], result["attempts"]) == (2, 2)
+    ended = records(read_recording(Path(result["recording"])), "run_ended")
+    assert [record["is_complete"] for record in ended] == [True]
+
+
+def _state(kept: Path, process: subprocess.Popen[str]) -> dict[str, Any]:
+    """Return the kept state of a run that has not ended yet."""
+    assert process.poll() is None, "the run ended before it could be broken off"
+    return json.loads(json.loads(kept.read_text())["run"]) if kept.exists() else {"windows": []}
+
+
 def _touches_in_the_second_window(kept: Path, process: subprocess.Popen[str]) -> int:
     """Wait for a touch in the second window; return the touches of the whole run."""
 
     def touches() -> int:
-        assert process.poll() is None, "the run ended before it could be broken off"
-        state: dict[str, Any] = {"windows": []}
-        if kept.exists():
-            state = json.loads(json.loads(kept.read_text())["run"])
+        state = _state(kept, process)
         return state["touches"] if len(state["windows"]) == 2 and state["windows"][1]["touches"] else 0
 
     return wait_until(touches, "a touch in the second window", WAIT_S)

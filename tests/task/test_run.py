@@ -177,6 +177,17 @@ def test_a_run_whose_program_was_away_goes_on_at_the_window_with_another_clock()
     assert again.totals().accepted == 1
 
 
+@pytest.mark.parametrize("away", [Pause(t=END_S - 5.0), Interrupted(t=END_S + 100.0)])
+def test_a_run_that_is_resumed_after_its_last_window_is_finished_at_once(away: Pause | Interrupted):
+    run = TaskRun(PLAN)
+    fed(run, [Start(t=0.0), Tick(t=END_S - 5.0)])
+    again = TaskRun.from_kept(PLAN, run.kept())
+    records = fed(again, [away, Resume(t=away.t + 1.0)])
+    assert again.state.status == "finished"
+    assert [record.is_complete for record in of_kind(records, RunEnded)] == [True]
+    assert not of_kind(records, RefusedEvent)
+
+
 def test_after_a_stop_nothing_opens_and_the_level_goes_home():
     run = TaskRun(PLAN)
     records = fed(run, [Start(t=0.0), Stop(t=40.0, why="tired"), Tick(t=500.0)])

@@ -3,7 +3,9 @@
 import difflib
 import os
 import shutil
+import signal
 import sys
+import tempfile
 import textwrap
 from typing import NamedTuple
 
@@ -38,6 +40,7 @@ from exograv.cli.recordings.sync import run_sync
 from exograv.cli.recordings.view import run_view_command
 from exograv.cli.shell.base_options import Common, refuse_unwritable, write_json
 from exograv.cli.shell.command import Action, act, command_class, estimate
+from exograv.cli.shell.end_signals import EndSignals
 from exograv.cli.simulation.benchmark_identification import run_benchmark_identification
 from exograv.cli.simulation.faults import run_faults_command
 from exograv.cli.simulation.simulate_study import run_simulate_study
@@ -46,6 +49,7 @@ from exograv.cli.simulation.transparency import run_transparency_command
 from exograv.cli.simulation.validate_participant import run_validate_participant
 from exograv.errors import ConfigError, ExogravError
 from exograv.extras import missing_package
+from exograv.files import NO_ROOM
 
 from .study import COMMANDS as STUDY_COMMANDS
 
@@ -151,6 +155,12 @@ def main() -> None:
     # Our matrices are small: on a busy computer the threads of OpenBLAS wait milliseconds for each other, and a demo
     # takes twice as long. NumPy reads the variable at its import, so it must be set here.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    with EndSignals() as signals:
+        _run_and_report(signals)
+
+
+def _run_and_report(signals: EndSignals) -> None:
+    """Run the command; turn its errors into a sentence and an exit status."""
     try:
         _run_as_asked()
         sys.stdout.flush()
@@ -161,14 +171,24 @@ def main() -> None:
     except ExogravError as error:
         print(f"exograv: {error}", file=sys.stderr)
         sys.exit(1)
+    except OSError as error:
+        if error.errno not in NO_ROOM:
+            raise
+        print(
+            f"exograv: {error.filename or 'A file'} cannot be written: {error.strerror}. Free space there (temporary "
+            f"files are in {tempfile.gettempdir()}), then run the same command again. Complete files are unchanged.",
+            file=sys.stderr,
+        )
+        sys.exit(1)
     except (KeyboardInterrupt, ImportError) as error:
         if isinstance(error, ModuleNotFoundError) and (missing := missing_package(error)) is not None:
             print(f"exograv: {missing}", file=sys.stderr)
             sys.exit(1)
         if not was_keyboard(error):
             raise
-        print("\nexograv: stopped by the keyboard; the recording until now is kept.", file=sys.stderr)
-        sys.exit(130)
+        by = "the keyboard" if signals.came is None else f"the signal {signals.came.name}"
+        print(f"\nexograv: stopped by {by}; the recording until now is kept.", file=sys.stderr)
+        sys.exit(128 + (signals.came or signal.SIGINT))
 
 
 def _run_as_asked() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from exograv.errors import ConfigError, ExogravError
 from exograv.model.rig_settings import Settings
 from exograv.options import SESSIONS_MAX, OptionRecord, Side
-from exograv.storage.session_checkpoint import SESSION_FILE, KeptSession, read_kept, refuse_kept
+from exograv.storage.session_checkpoint import SESSION_FILE, KeptSession, checkpoint_path, read_kept, refuse_kept
 from exograv.task.screen import ScreenCalibration
 
 
@@ -99,6 +99,8 @@ def kept_run(
     if not 1 <= session <= SESSIONS_MAX:
         raise ConfigError(f"--session is {session}; allowed: 1 to {SESSIONS_MAX}.")
     folder.mkdir(parents=True, exist_ok=True)
-    name = f"{participant or 'console'}_{Path(protocol).stem}_{session:02d}.run.json"
+    path = checkpoint_path(
+        folder, f"{participant or 'console'}_{Path(protocol).stem}_{session:02d}", is_simulated=False
+    )
     options: OptionRecord = {"protocol": protocol, "participant": participant, "session": session, "rig": rig}
-    return RunCheckpoint(folder / name, options, resumes)
+    return RunCheckpoint(path, options, resumes)

@@ -15,6 +15,7 @@ from exograv.runtime.ros2.bridging import Ros2Figures
 from exograv.runtime.ros2.streaming import Streaming
 
 from .footprint import ProcessFootprint
+from .guard_process import GuardReport
 from .live_processes import LiveResult
 
 STALL_BEFORE_S = 0.05
@@ -59,6 +60,8 @@ class LiveFigures:
     rig: str
     seconds: float
     outcome: str
+    """Causes of stops, then the end of the loop."""
+
     rate_Hz: float
     late_us: Percentiles
     overruns: int
@@ -103,7 +106,7 @@ def live_figures(
     return LiveFigures(
         rig=rig,
         seconds=round(timing.seconds, 3),
-        outcome=timing.outcome.value,
+        outcome=outcome_of(report),
         rate_Hz=round(timing.effective_rate_Hz, 3),
         late_us=percentiles_us(timing.lateness_ns),
         overruns=timing.missed,
@@ -148,6 +151,12 @@ def _learned(flown: LiveResult, wearer: SimulatedWearer | None, prepared: Contro
         not_relaxed_s=learned.restless_s,
         left_over_Nm=None if wearer is None else wearer.left_over_Nm(prepared, learned.estimate.x),
     )
+
+
+def outcome_of(report: GuardReport) -> str:
+    """Sentences on the end of a run: first the cause and the time of each stop, then the end of the loop."""
+    stops = [f"{latch.cause} The guard stopped the machine after {latch.at_s:.3f} s." for latch in report.latches]
+    return " ".join([*stops, report.timing.outcome.value])
 
 
 def stall_ms(timing: Timing, period: int) -> float:

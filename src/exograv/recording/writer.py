@@ -14,6 +14,7 @@ from mcap.opcode import Opcode
 from mcap.records import Schema
 
 from exograv.errors import RecordingError
+from exograv.files import NO_ROOM
 
 from .container import INDEX_ENTRY, MESSAGE_HEAD, RECORD_HEAD, ChunkedFile
 from .contents import crc_of, examine
@@ -35,9 +36,6 @@ A power failure may cost 250 ms (docs/explanation/safety.md, F20), and the sync 
 
 AT_ONCE = frozenset({"/settings", "/event", "/result", "/timing"})
 """Topics whose messages are with the operating system when `write` returns: they matter most after a crash."""
-
-NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
-"""Errors that free space on the disk would solve."""
 
 
 class RecordingWriter:

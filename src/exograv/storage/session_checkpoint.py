@@ -79,6 +79,11 @@ SESSION_FILE = StateFile[KeptSession](
 )
 
 
+def checkpoint_path(folder: Path, session: str, *, is_simulated: bool) -> Path:
+    """Return the checkpoint of a session by its name. A simulation has another file, so that it blocks no session."""
+    return folder / f"{session}{'.simulated' if is_simulated else ''}.run.json"
+
+
 def read_kept(path: Path, options: OptionRecord) -> KeptSession:
     """Return the state of a run with these options.
 

@@ -125,11 +125,17 @@ def interrupt(plan: TaskPlan, state: RunState, event: Interrupted) -> Outcome:
 
 
 def resume(plan: TaskPlan, state: RunState, event: Resume) -> Outcome:
-    """Continue with a window after a notice, and not before the level has reached 1."""
+    """Continue with a window after a notice, and not before the level has reached 1.
+
+    A run whose windows are all complete ends instead.
+    """
     if state.status != "paused":
         return f"the run is {state.status}; only a paused run can be resumed"
     window = state.next_window(plan.protocol.windows.numbers) if event.window is None else event.window
-    if window is None or window not in plan.protocol.windows.numbers:
+    if window is None:
+        # The run was paused or interrupted after its last window. Nothing is left to wait for.
+        return end(plan, state, event.t, "")
+    if window not in plan.protocol.windows.numbers:
         numbers = plan.protocol.windows.numbers
         return f"there is no window {window} to resume at; windows are {numbers[0]} to {numbers[-1]}"
     arrives = state.left_at + slewing_s(state.left_level, EARTH)

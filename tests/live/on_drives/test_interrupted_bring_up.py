@@ -1,4 +1,4 @@
-"""Ctrl-C during a bring-up writes a sealed sheet that names the step; no step is called failed."""
+"""Ctrl-C, SIGTERM and SIGHUP during a bring-up write a sealed sheet that names the step; no step is called failed."""
 
 import os
 import signal
@@ -14,6 +14,7 @@ from exograv.storage.sealed_file import read_sealed
 BRING_UP = """\
 import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell in the background lets its children ignore it
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # as does nohup
 from exograv.cli import main
 sys.argv = ["exograv", "rig", "test", "recupera_like", "--simulate", "--by", "ab", "--out", sys.argv[1]]
 main()
@@ -21,7 +22,9 @@ main()
 
 
 @pytest.mark.skipif(os.name != "posix", reason="a terminal's Ctrl-C reaches all processes of a group only on POSIX")
-def test_an_interrupted_bring_up_leaves_a_sealed_sheet_with_its_step(tmp_path: Path):
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_an_interrupted_bring_up_leaves_a_sealed_sheet_with_its_step(name: str, tmp_path: Path):
+    strike = signal.Signals[name]
     words = [sys.executable, "-c", BRING_UP, str(tmp_path)]
     pipe = subprocess.PIPE
     said = ""
@@ -30,8 +33,8 @@ def test_an_interrupted_bring_up_leaves_a_sealed_sheet_with_its_step(tmp_path: P
         for line in process.stdout:
             said += line
             if "Pushing" in line and said.count("Pushing") == 1:
-                os.killpg(process.pid, signal.SIGINT)
-    assert process.returncode == 130, said
+                os.killpg(process.pid, strike)  # as a terminal or a service does
+    assert process.returncode == 128 + strike, said
     assert "was interrupted at the step “nudges”" in " ".join(said.split())
     assert "Traceback" not in said
     sheet = read_sealed(tmp_path / FILE, BringUpSheet, "", "")

@@ -1,5 +1,6 @@
 """New rig: a user's URDF becomes a folder with questions, which is a valid machine once they are answered."""
 
+import errno
 import re
 from pathlib import Path
 
@@ -146,3 +147,22 @@ def test_a_urdf_that_cannot_be_read_leaves_no_folder(tmp_path: Path):
     with pytest.raises(ModelError, match="not valid XML"):
         new_rig(NewRigOptions(tmp_path / "broken.urdf", tmp_path / "mine"))
     assert not (tmp_path / "mine").exists()
+
+
+def test_a_full_disk_leaves_no_half_folder_so_that_the_command_can_be_repeated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    options = NewRigOptions(urdf=load_rig("recupera_like").urdf_path, out=tmp_path / "mine")
+    write = Path.write_text
+
+    def full(path: Path, text: str, **how: str) -> int:
+        if path.name == "rig.toml":
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(path, text, **how)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "write_text", full)
+        with pytest.raises(ConfigError, match="No space left"):
+            new_rig(options)
+    assert list(tmp_path.iterdir()) == []
+    assert new_rig(options).folder == tmp_path / "mine"

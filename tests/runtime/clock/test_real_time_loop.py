@@ -109,7 +109,7 @@ def test_an_error_of_a_tick_is_not_hidden(clock: Clock):
         clock.run(5, break_off)
 
 
-def test_a_tick_that_returns_true_ends_the_loop_as_complete(clock: Clock):
+def test_a_tick_that_returns_true_ends_the_loop_early(clock: Clock):
     def work(period: int) -> bool:
         clock.periods.append(period)
         return period == 4
@@ -117,4 +117,4 @@ def test_a_tick_that_returns_true_ends_the_loop_as_complete(clock: Clock):
     timing = run_loop(work, 100, PERIOD_NS, clock.now_ns, clock.sleep)
     assert clock.periods == [0, 1, 2, 3, 4]
     assert timing.periods == 5
-    assert timing.outcome is LoopOutcome.COMPLETE
+    assert timing.outcome is LoopOutcome.ENDED_EARLY

@@ -13,8 +13,9 @@ import pytest
 
 from exograv.cli.study.export import Export, run_export
 from exograv.errors import ConfigError, RecordingError
+from exograv.files import PARTIAL
 from exograv.study.bids.checking import problems_of
-from exograv.study.bids.export import export_bids
+from exograv.study.bids.export import _in_place_of, export_bids
 from exograv.study.bids.manifest import MANIFEST, files_of, read_manifest
 from exograv.study.dataset.adding import add_files
 from exograv.study.dataset.beginning import begin_study
@@ -206,7 +207,7 @@ def test_authors_and_licence_are_the_studys(exported: Path):
 
 
 def test_a_study_is_added_to_and_exported_by_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    folder = begin_study(tmp_path / "study", AS_PUBLISHED)
+    folder = begin_study(tmp_path / "study", AS_PUBLISHED.model_copy(update={"is_simulated": True}))
     people = [new_participant(folder, group).code for group in ("trained", "untrained")]
     paths = [write_recording(tmp_path / f"{k}.mcap", with_devices=k == 0, seed=k) for k in range(2)]
     for code, path in zip(people, paths, strict=True):
@@ -219,6 +220,23 @@ def test_a_study_is_added_to_and_exported_by_commands(tmp_path: Path, capsys: py
     assert {path.name for path in (tmp_path / "bids").glob("sub-*")} == {f"sub-{code}" for code in people}
     with pytest.raises(ConfigError, match="--rate"):
         run_export(Export(study=folder.path, bids=tmp_path / "bids", rate=0.0))
+
+
+@pytest.mark.parametrize("is_swapped", [False, True], ids=["while writing", "while swapping"])
+def test_what_a_killed_export_left_is_removed_and_the_previous_content_is_there(
+    small_study: StudyFolder, tmp_path: Path, is_swapped: bool
+):
+    study, out = copied(small_study, tmp_path / "study"), tmp_path / "bids"
+    export(study, out)
+    (tmp_path / f"{PARTIAL}12345678-bids").mkdir()
+    if is_swapped:
+        out.rename(tmp_path / f"{PARTIAL}12345678-bids-old")
+    with pytest.raises(ConfigError, match="--rate"):
+        export_bids(study.path, out, rate_Hz=-1.0)
+    with pytest.raises(RecordingError), _in_place_of(out, study):
+        raise OSError(errno.ENOSPC, "No space left on device")
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["bids", "study"]
+    assert (out / "dataset_description.json").is_file()
 
 
 def test_a_study_that_somebody_changes_is_not_exported(small_study: StudyFolder, tmp_path: Path):

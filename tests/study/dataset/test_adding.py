@@ -159,11 +159,16 @@ def test_a_full_disk_is_one_line_and_leaves_what_was_there(tmp_path: Path, monke
     assert whats(add(folder, tmp_path / "two.mcap")) == ["added"]
 
 
-def test_a_simulated_session_in_a_study_of_people_is_remarked(tmp_path: Path):
+@pytest.mark.parametrize(
+    "mark", [{"disturbance_level": 2}, {"command": "exograv run train --simulate"}], ids=["twin", "simulate"]
+)
+def test_a_rehearsal_is_never_a_session_of_a_study_of_people(tmp_path: Path, mark: dict):
     folder, (code,) = study_with(tmp_path / "study", "trained")
-    path = write_session(tmp_path / "run.mcap", settings(code, disturbance_level=2))
-    (outcome,) = add(folder, path)
-    assert "simulated" in str(outcome.remark)
+    (outcome,) = add(folder, write_session(tmp_path / "rehearsal.mcap", settings(code, **mark)))
+    assert outcome.what == "refused"
+    assert "a rehearsal is no session" in outcome.sentence
+    assert len(current_tables(folder).sessions) == 0
+    assert whats(add(folder, write_session(tmp_path / "run.mcap", settings(code)))) == ["added"]
 
 
 def test_a_file_that_is_still_being_written_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

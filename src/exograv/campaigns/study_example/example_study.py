@@ -2,8 +2,7 @@
 
 import os
 import random
-import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -19,14 +18,17 @@ from exograv.runtime.processes.process_pool import Tell, in_order, results_of
 from exograv.study.dataset.adding import add_files, worst
 from exograv.study.dataset.beginning import begin_study
 from exograv.study.dataset.options import AddOptions
+from exograv.study.dataset.sources import placed_sources
 from exograv.study.folder.settings import AS_PUBLISHED, StudySettings
 from exograv.study.folder.study_folder import StudyFolder
+from exograv.study.importers.imported_session import SessionKey
 from exograv.study.participants.codes import draw_code
 from exograv.study.participants.register import new_participant
 from exograv.task.plan import TaskPlan
 from exograv.task.protocol import LoadedProtocol, load_protocol
 
 from .arm_tables import arm_tables
+from .example_folder import example_folder
 from .options import ExampleOptions
 from .pointer import Pointer
 from .session_file import ExampleSession
@@ -37,7 +39,8 @@ GROUPS = {"trained": "training", "untrained": "familiarisation"}
 """Protocol of each group before the flight."""
 
 LOST = (
-    "Another program ended a process that simulates sessions, perhaps because memory ran out. Begin in another folder."
+    "Another program ended a process that simulates sessions, perhaps because memory ran out. Run the same command "
+    "again; it continues with the missing sessions."
 )
 
 
@@ -56,29 +59,36 @@ class ExampleParticipant:
         """Protocol and number of each session, in order."""
         return (*((GROUPS[self.group], k) for k in range(1, self.sessions + 1)), ("flight", 1))
 
+    @property
+    def keys(self) -> list[SessionKey]:
+        """Keys of the sessions in the study."""
+        return [SessionKey(self.code, protocol, number) for protocol, number in self.files]
+
 
 def make_example(options: ExampleOptions, path: Path, progress: Progress, workers: int | None = None) -> StudyFolder:
     """Begin a study, simulate the sessions of all participants and add them, as a laboratory would.
 
+    A study that was interrupted is continued with the participants whose sessions are not all there.
+
     Args:
         options: Options of the example.
-        path: Folder of the study; it must not exist.
+        path: Folder of the study; it must not exist, or must hold an interrupted example with the same options.
         progress: Receives a sentence and the finished share.
         workers: Number of processes; one per processor if absent. The files do not depend on it.
 
     Raises:
-        ConfigError: The folder is not empty.
-        RecordingError: The disk is full. Added recordings stay.
+        ConfigError: The folder is not empty, or another command uses it.
+        RecordingError: The disk is full. Added recordings stay, and the same command continues.
     """
-    folder = begin_study(path, _settings_of_study(options))
     everybody = _people(options)
-    for somebody in everybody:
-        new_participant(folder, somebody.group, somebody.code)
-    total, done = sum(len(somebody.files) for somebody in everybody), 0
-    with tempfile.TemporaryDirectory(prefix=".simulated-", dir=path) as place:
-        work = partial(_sessions_of, folder=Path(place))
+    with example_folder(path, options, partial(_begin, options=options, everybody=everybody)) as (folder, place):
+        there = {source.note.key for source in placed_sources(folder)}
+        left = [one for one in everybody if not there.issuperset(one.keys)]
+        total = sum(len(one.files) for one in everybody)
+        done = total - sum(len(one.files) for one in left)
+        work = partial(_sessions_of, folder=place)
         # The study's files are added in the order of participants.
-        arriving = results_of(work, everybody, workers or os.cpu_count() or 1, lambda _: None, LOST)
+        arriving = results_of(work, left, workers or os.cpu_count() or 1, lambda _: None, LOST)
         for paths in in_order(arriving):
             progress("Simulating and adding sessions", done / total)
             outcomes = add_files(folder, paths, AddOptions())
@@ -89,6 +99,12 @@ def make_example(options: ExampleOptions, path: Path, progress: Progress, worker
                 one.unlink()
     progress("Simulating and adding sessions", 1.0)
     return folder
+
+
+def _begin(path: Path, options: ExampleOptions, everybody: Sequence[ExampleParticipant]) -> None:
+    folder = begin_study(path, _settings_of_study(options))
+    for somebody in everybody:
+        new_participant(folder, somebody.group, somebody.code)
 
 
 def _settings_of_study(options: ExampleOptions) -> StudySettings:

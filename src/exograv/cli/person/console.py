@@ -37,7 +37,7 @@ class TrialOptions:
     """Resume an interrupted run at its next window."""
 
     rehearse: bool = False
-    """Use no machine, not even the twin, to show and try the pages."""
+    """Use no machine, not even the twin, to show and try the pages. Files go to the folder `rehearsal` in --out."""
 
 
 def _flight(options: SteeredOptions, is_rehearsed: bool, folder: "Path") -> "SteeredFlight":
@@ -72,10 +72,12 @@ def run_console_command(
     plan = plan_of(trial.protocol)
     receiver = None if trial.aircraft is None else receiver_of(plan, _port(trial.aircraft), trial.aircraft_sender)
     rig = "rehearsal" if trial.rehearse else options.rig
-    kept = kept_run(common.out, trial.protocol, options.participant, trial.session, rig, trial.resume)
+    # A rehearsal must not block or change a session, and nobody must take its files for a session's.
+    folder = common.out / "rehearsal" if trial.rehearse else common.out
+    kept = kept_run(folder, trial.protocol, options.participant, trial.session, rig, trial.resume)
     if kept is not None and options.side is None:
         options = replace(options, side=kept.circumstances.side)
-    desk = SessionController(_flight(options, trial.rehearse, common.out))
-    result = run_console(address, common.out, desk, plan, say, kept, receiver)
+    desk = SessionController(_flight(options, trial.rehearse, folder))
+    result = run_console(address, folder, desk, plan, say, kept, receiver)
     say(f"Ended. Diary of the pages: {result.diary}")
     return result

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from exograv.errors import RecordingError
+from exograv.files import replace_file
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,9 @@ def write_json(path: Path, result: dict[str, Any], option: str = "--json") -> No
             f"{path} is not written: a figure is infinite or not a number ({error}). The method diverged; "
             "the recording shows when."
         ) from error
-    _with_file(path, lambda: path.write_text(text, encoding="utf-8"), option)
+    # A pipe or a device such as /dev/stdout cannot be replaced.
+    is_file = path.is_file() or not path.exists()
+    _with_file(path, lambda: replace_file(path, text) if is_file else path.write_text(text, encoding="utf-8"), option)
 
 
 def _with_file(path: Path, act: Callable[[], object], option: str) -> None:

@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from .command import estimate
+from .end_signals import terminal_may_close
 
 if TYPE_CHECKING:
     from exograv.laboratory.demo_result import DemoFindings, DemoResult, FloatedArm, ParticipantFigures
@@ -39,6 +40,10 @@ def bars() -> Iterator[Callable[[str, float], None]]:
         task = progress.add_task("Starting", total=1.0)
 
         def show(text: str, share: float) -> None:
+            with terminal_may_close():
+                write(text, share)
+
+        def write(text: str, share: float) -> None:
             nonlocal current, said
             if not current and (sentence := estimate.get()):
                 progress.console.print(sentence, highlight=False, markup=False)
@@ -56,7 +61,8 @@ def bars() -> Iterator[Callable[[str, float], None]]:
 
 def say(text: str) -> None:
     """Print a line for the operator."""
-    Console().print(text, highlight=False, markup=False)
+    with terminal_may_close():
+        Console().print(text, highlight=False, markup=False)
 
 
 def say_unbroken(text: str) -> None:

@@ -39,6 +39,8 @@ def run_benchmark_identification(options: BenchmarkOptions, drawn: SeedOption, c
     )
     with bars() as progress:
         result = run_benchmark(options, common.out, progress)
+    if result.interrupted and not result.summary.results:
+        raise KeyboardInterrupt  # the page of an earlier benchmark stays
     files = write_benchmark_page(result.summary, common.out)
     result = replace(result, files=files)
     show_benchmark(result.summary, files)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from exograv.campaigns.faults.options import FaultOptions
-from exograv.cli.shell.base_options import OutFolder
+from exograv.cli.shell.base_options import OutFolder, write_json
 from exograv.results import json_value
 
 if TYPE_CHECKING:
@@ -22,9 +22,15 @@ def run_faults_command(options: FaultOptions, common: OutFolder) -> "CampaignFig
     from exograv.campaigns.faults.campaign import Campaign, run_campaign
     from exograv.cli.shell.terminal import bars
 
+    campaign = Campaign(**vars(options), out=common.out)
     with bars() as progress:
-        result = run_campaign(Campaign(**vars(options), out=common.out), progress)
+        result = run_campaign(campaign, progress)
     show_faults(result)
+    if campaign.replay is None and result.scenarios < len(campaign.numbers):
+        print(f"{result.scenarios} of {len(campaign.numbers)} scenarios were flown. Continue with --resume.")
+        if common.json is not None:
+            write_json(common.json, json_value(result))
+        raise KeyboardInterrupt
     return result
 
 

@@ -21,12 +21,15 @@ class StudyReport:
 def run_study_report(command: StudyReport) -> "StudyReportResult":
     """Measure and compare a study, and write a page, a PDF and figures to report/ in its folder."""
     from exograv.report.study_report.report import write_study_report
+    from exograv.study.folder.study_folder import UNFINISHED, StudyFolder
 
     result = write_study_report(command.study, tell=lambda source: print(f"Reading {source}"))
     if result.compared.primary is None:
         print(result.compared.not_compared)
     else:
         print(f"{result.compared.primary.test}: {result.compared.primary.p_text}")
+    if StudyFolder(command.study).is_unfinished:
+        print(UNFINISHED)
     print(f"Report: {result.report}")
     print(result.remark or f"For print: {result.pdf}")
     return result

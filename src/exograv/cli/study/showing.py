@@ -4,6 +4,7 @@ from rich.console import Console
 from rich.table import Table
 
 from exograv.study.dataset.status import StudyStatus, in_words
+from exograv.study.folder.study_folder import UNFINISHED
 
 
 def show_status(status: StudyStatus) -> None:
@@ -18,6 +19,8 @@ def show_status(status: StudyStatus) -> None:
         table.add_row(person.participant, person.group, *cells, "; ".join(missing), str(person.touches))
     console = Console()
     console.print(table)
+    if status.is_unfinished:
+        console.print(UNFINISHED, highlight=False)
     for what, remark in status.remarks.items():
         console.print(f"{what}: {remark}", highlight=False, markup=False)
     for sha256, reason in status.quarantined.items():

@@ -23,7 +23,7 @@ from exograv.results import MERGED, json_value
 from exograv.rig.twin import Twin, day_seed
 from exograv.rig.twin.twin import PERIOD
 from exograv.safety.envelope import Envelope
-from exograv.storage.session_checkpoint import SESSION_FILE, KeptSession, read_kept, refuse_kept
+from exograv.storage.session_checkpoint import SESSION_FILE, KeptSession, checkpoint_path, read_kept, refuse_kept
 from exograv.task.events import Interrupted, Resume, Start
 from exograv.task.plan import TaskPlan
 from exograv.task.record_sinks import aircraft_sink, checkpoint_sink, marker_sink, recording_sink
@@ -88,8 +88,8 @@ class _Training:
         self._begun = time.perf_counter()
         self._options, self._progress = options, progress
         self._asked: TrainingRequest = asked_for(options)
-        self._folder, name = folder, options.name
-        self._recording_path, self._kept_path = folder / f"{name}.mcap", folder / f"{name}.run.json"
+        self._folder = folder
+        self._recording_path, self._kept_path = folder / f"{options.name}.mcap", _kept_path(options, folder)
         self._before: KeptSession | None = None
         if options.resume:
             self._before = read_kept(self._kept_path, options.kept)
@@ -292,9 +292,11 @@ class _Training:
 
 def how_to_go_on(options: TrainOptions, folder: Path) -> str | None:
     """Return the advice for a continuation after an interruption; None if there is no checkpoint yet."""
-    if not (folder / f"{options.name}.run.json").exists():
+    path = _kept_path(options, folder)
+    if not path.exists():
         return None
-    return (
-        "No complete window is lost. Continue with the same command and --resume: the checkpoint is "
-        f"{folder / (options.name + '.run.json')}."
-    )
+    return f"No complete window is lost. Continue with the same command and --resume: the checkpoint is {path}."
+
+
+def _kept_path(options: TrainOptions, folder: Path) -> Path:
+    return checkpoint_path(folder, options.name, is_simulated=True)

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 
 from exograv.errors import RigError
-from exograv.runtime.processes.spawn import keyboard_ignored
+from exograv.runtime.processes.spawn import end_signals_ignored
 
 READY_MAX_S = 120.0
 """Time-out for the start of the simulated drives [s]."""
@@ -28,8 +28,8 @@ def simulated_drives(bus: str, options: Sequence[str]) -> Iterator[Callable[[str
         RigError: The process does not start, or does not perform an action; the message has its output.
     """
     command = [sys.executable, "-m", "exograv.cli", "drive-sim", bus, *options]
-    # Ctrl-C reaches every process of the terminal: the machine must still answer while the arm comes down.
-    with keyboard_ignored():
+    # Ctrl-C and SIGHUP reach every process of the terminal: the machine must still answer while the arm comes down.
+    with end_signals_ignored():
         process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
         )

@@ -11,6 +11,7 @@ from jaxtyping import Float
 from exograv.dynamics.loop_torque import GRAVITY
 from exograv.dynamics.parameters import ParameterLayout
 from exograv.errors import ConfigError, ModelError
+from exograv.files import replace_file
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
@@ -185,6 +186,6 @@ def _write(folder: Path, files: Mapping[str, str]) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in files.items():
-            (folder / name).write_text(text, encoding="utf-8")
+            replace_file(folder / name, text)
     except OSError as error:
         raise ConfigError(f"{folder} cannot be written: {error.strerror}. Give another folder with --out.") from error

@@ -1,10 +1,13 @@
 """`exograv rig new`: folder of a user's machine, filled from its URDF, with a question for each other value."""
 
 import re
+import shutil
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from exograv.errors import ConfigError
+from exograv.files import PARTIAL
 from exograv.model.open_questions import Question, open_questions
 from exograv.model.tree import Tree
 from exograv.model.urdf import read_urdf
@@ -40,13 +43,24 @@ def new_rig(options: NewRigOptions) -> NewRig:
     text = rig_text(tree, folder.name, options.urdf.name, options.side)
     urdf = PICTURES.sub("", options.urdf.read_text(encoding="utf-8"))
     try:
-        folder.mkdir(parents=True)
-        (folder / options.urdf.name).write_text(urdf, encoding="utf-8")
-        (folder / "rig.toml").write_text(text, encoding="utf-8")
+        _write(folder, {options.urdf.name: urdf, "rig.toml": text})
     except OSError as error:
         raise ConfigError(f"{folder} cannot be written: {error.strerror}. Give another folder with --out.") from error
     read_urdf(folder / options.urdf.name)
     return NewRig(folder, tree.joint_names, open_questions(text))
+
+
+def _write(folder: Path, files: Mapping[str, str]) -> None:
+    """Write a new folder completely or not at all: half a folder would refuse the repetition."""
+    partial = folder.with_name(f"{PARTIAL}{folder.name}")
+    shutil.rmtree(partial, ignore_errors=True)
+    try:
+        partial.mkdir(parents=True)
+        for name, text in files.items():
+            (partial / name).write_text(text, encoding="utf-8")
+        partial.rename(folder)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
 
 
 def _name(tree: Tree) -> str:

@@ -7,6 +7,7 @@ from markupsafe import Markup
 
 from exograv.report.study_figures import deviation, effects, gravity, learning, power, quality, target, windows
 from exograv.report.style.page import Block, Bullets, Chapter, Table, Text, drawn
+from exograv.study.folder.study_folder import UNFINISHED
 from exograv.study.measures.study_data import StudyData
 from exograv.study.power.curve import PowerResult
 from exograv.study.statistics.findings import StudyFindings
@@ -57,6 +58,9 @@ class Content:
     planned: PowerResult | None = None
     """Power of a next study; None if the variation between people cannot be estimated."""
 
+    is_unfinished: bool = False
+    """True if the command that makes this study has not come to its end."""
+
 
 def figures(content: Content) -> Iterator[Chapter]:
     """Yield the chapters with a figure: effects after the first, power last. Call this function in house style."""
@@ -79,6 +83,8 @@ def findings(content: Content) -> Iterator[Chapter]:
 
 def notices(content: Content) -> Iterator[Block]:
     """Yield the warnings before the first chapter."""
+    if content.is_unfinished:
+        yield Text(UNFINISHED, "notice")
     if content.why_not:
         yield Text(content.why_not, "notice")
     if n := len(content.issues):

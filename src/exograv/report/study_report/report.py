@@ -57,7 +57,8 @@ def write_study_report(path: Path, tell: Callable[[str], object] = lambda text: 
         found = None if why_not else compared(data)
         flaws = issues(data, QualityStatement(quarantined(folder), read_journal(folder), measured.remarks))
         planned = None if found is None else next_study(data, found.groups)
-        written = write_study_page(folder.report, Content(data, found, why_not, flaws, measured.unpublished, planned))
+        content = Content(data, found, why_not, flaws, measured.unpublished, planned, folder.is_unfinished)
+        written = write_study_page(folder.report, content)
         if found is not None:
             text = json.dumps(json_value(found), indent=1, ensure_ascii=False)
             write_whole(folder.derivatives / "statistics.json", text + "\n")

@@ -51,6 +51,7 @@ def run_loop(
     period_of, lateness, compute = (np.full(periods, -1, dtype=np.int64) for _ in range(3))
     start = now_ns() + LEAD_NS
     tick = period = restless = 0
+    is_last = False
     while period < periods and restless < REST_AT_LEAST_EVERY:
         deadline = start + period * period_ns
         restless += 1
@@ -61,12 +62,15 @@ def run_loop(
             restless = 0
         while woken < deadline:
             woken = now_ns()
-        is_last = work(period)
+        is_last = bool(work(period))
         done = now_ns()
         period_of[tick], lateness[tick], compute[tick] = period, woken - deadline, done - woken
         tick += 1
         period = max(period + 1, (done - start) // period_ns)
         if is_last:
-            periods = period
-    outcome = LoopOutcome.COMPLETE if period >= periods else LoopOutcome.NO_REST
+            break
+    if period >= periods:
+        outcome = LoopOutcome.COMPLETE
+    else:
+        outcome = LoopOutcome.ENDED_EARLY if is_last else LoopOutcome.NO_REST
     return Timing(period_of[:tick], lateness[:tick], compute[:tick], period, period_ns, outcome)

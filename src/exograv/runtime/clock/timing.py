@@ -37,6 +37,7 @@ class LoopOutcome(enum.Enum):
     """End of a loop; the value is a sentence for the operator."""
 
     COMPLETE = "The loop ran its full time."
+    ENDED_EARLY = "The loop ended before its full time."
     NO_REST = "The loop was stopped: the ticks left no time to sleep, and would have blocked the processor."
 
 

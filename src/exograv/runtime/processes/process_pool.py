@@ -140,7 +140,7 @@ class ProcessPool:
 
     def _started(self) -> _Worker:
         # A task may start processes of its own, and a daemon process must not.
-        worker = _Worker(*spawned("pool worker", _serve, None, is_daemon=False))
+        worker = _Worker(*spawned("pool worker", _serve, None, is_daemon=False, heeds_terminate=True))
         self._workers.append(worker)
         return worker
 

@@ -1,45 +1,65 @@
-"""Start of processes with a connection to their parent; only the parent reacts to Ctrl-C, even during their start."""
+"""Start of processes with a connection to their parent.
+
+Only the parent reacts to Ctrl-C, to a closed terminal (SIGHUP) and to SIGTERM, even during the start of a process.
+These signals reach all processes of a terminal or of a service at once, and the guard must lower the arm meanwhile.
+"""
 
 import contextlib
 import multiprocessing
 import signal
 import threading
 from collections.abc import Callable, Iterator
+from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any
 
+END_SIGNALS = (signal.SIGINT, signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else []))
+"""Signals by which a person or a service ends a command."""
+
 
 def spawned(
-    name: str, target: Callable[[Any, Connection], object], job: object, *, is_daemon: bool = True
+    name: str,
+    target: Callable[[Any, Connection], object],
+    job: object,
+    *,
+    is_daemon: bool = True,
+    heeds_terminate: bool = False,
 ) -> tuple[BaseProcess, Connection]:
     """Start a fresh interpreter that runs `target(job, line)`; return the process and the parent's end of the line.
 
     Do not take real-time rights before: the process inherits them. A daemon ends when its parent exits, and cannot
-    start processes.
+    start processes. With `heeds_terminate` SIGTERM ends the process; otherwise only its line or SIGKILL does.
     """
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
-    process = context.Process(target=_begin, args=(target, job, theirs), name=name, daemon=is_daemon)
-    with keyboard_ignored():
+    begin = partial(_begin, heeds_terminate=heeds_terminate)
+    process = context.Process(target=begin, args=(target, job, theirs), name=name, daemon=is_daemon)
+    with end_signals_ignored():
         process.start()
     theirs.close()
     return process, ours
 
 
-def _begin(target: Callable[[Any, Connection], object], job: object, parent: Connection) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # another thread than the main one may have started it
+def _begin(
+    target: Callable[[Any, Connection], object], job: object, parent: Connection, *, heeds_terminate: bool
+) -> None:
+    for number in END_SIGNALS:
+        signal.signal(number, signal.SIG_IGN)  # another thread than the main one may have started it
+    if heeds_terminate:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
     target(job, parent)
 
 
 @contextlib.contextmanager
-def keyboard_ignored() -> Iterator[None]:
-    """Ignore Ctrl-C in processes that start within the block; their parent ends them, without a second traceback."""
+def end_signals_ignored() -> Iterator[None]:
+    """Ignore these signals in processes that start within the block; their parent ends them, without a traceback."""
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread may set a signal handler
         return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in END_SIGNALS}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,5 +1,7 @@
 """Export of a study's folder as a BIDS data set: completely or not at all, with the same bytes each time."""
 
+import contextlib
+import glob
 import os
 import secrets
 import shutil
@@ -179,6 +181,7 @@ def _give_along(source: Path, to: Path) -> None:
 @contextmanager
 def _in_place_of(out: Path, folder: StudyFolder) -> Iterator[Path]:
     """Provide a folder that replaces `out` when it is complete, and is removed after a failure."""
+    _tidy_after_kill(out)
     _refuse_taken(out, folder)
     root = out.with_name(f"{PARTIAL}{secrets.token_hex(4)}-{out.name}")
     old = out.with_name(f"{PARTIAL}{secrets.token_hex(4)}-{out.name}-old")
@@ -195,6 +198,17 @@ def _in_place_of(out: Path, folder: StudyFolder) -> Iterator[Path]:
     finally:
         shutil.rmtree(root, ignore_errors=True)
         shutil.rmtree(old, ignore_errors=True)
+
+
+def _tidy_after_kill(out: Path) -> None:
+    """Remove what a killed export left beside `out`. If it was killed in the swap, put the previous content back."""
+    with contextlib.suppress(OSError):
+        for old in out.parent.glob(f"{PARTIAL}*-{glob.escape(out.name)}-old"):
+            if not out.exists():
+                old.rename(out)
+        for name in (out.name, f"{out.name}-old"):
+            for left in out.parent.glob(f"{PARTIAL}*-{glob.escape(name)}"):
+                shutil.rmtree(left, ignore_errors=True)
 
 
 def _swap(root: Path, out: Path, old: Path) -> None:

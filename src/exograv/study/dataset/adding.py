@@ -163,6 +163,7 @@ class _Adding:
 
     def _session(self, one: Incoming, shown: str) -> AddingOutcome:
         try:
+            self._refuse_rehearsal(one)
             key, remark = self._key(one.imported.said)
             taken = self._sources.get(key)
             if taken is not None and not self._options.replace:
@@ -205,7 +206,7 @@ class _Adding:
             gravity_level=self._options.gravity_level,
             mapping=self._mapping if one.kind == "xdf" else None,
             body=one.body,
-            remark=sentences(remark, doubt, _refused_lines(one), self._doubt_reality(one)),
+            remark=sentences(remark, doubt, _refused_lines(one)),
         )
         write = copied(one.content, one.sha256) if isinstance(one.content, Path) else one.write
 
@@ -217,9 +218,12 @@ class _Adding:
         self._sources[key], self.fresh[key] = source, one.imported
         return source
 
-    def _doubt_reality(self, one: Incoming) -> str | None:
-        simulated = one.imported.session["is_simulated"] and not self._settings.is_simulated
-        return "The recording is simulated, but the study is not (study.toml)." if simulated else None
+    def _refuse_rehearsal(self, one: Incoming) -> None:
+        if one.imported.session["is_simulated"] and not self._settings.is_simulated:
+            raise ConfigError(
+                "The recording is simulated, and the study is not: a rehearsal is no session. The file was not added. "
+                "For a study of simulated sessions, set is_simulated = true in study.toml before the first file."
+            )
 
     def _key(self, recorded: StatedSession) -> tuple[SessionKey, str | None]:
         """Return the session's key, and a remark where the options differ from the file."""

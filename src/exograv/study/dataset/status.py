@@ -39,6 +39,9 @@ class StudyStatus:
 
     name: str
     is_simulated: bool
+    is_unfinished: bool
+    """True if the command that makes this study was interrupted, or still runs."""
+
     participants: tuple[PersonStatus, ...]
     sessions: int
     missing: int
@@ -73,6 +76,7 @@ def study_status(folder: StudyFolder, everything: bool = False) -> StudyStatus:
     return StudyStatus(
         settings.name,
         settings.is_simulated,
+        folder.is_unfinished,
         people,
         sum(len(numbers) for person in people for numbers in person.sessions.values()),
         sum(len(numbers) for person in people for numbers in person.missing.values()),

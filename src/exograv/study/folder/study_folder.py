@@ -3,12 +3,27 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+UNFINISHED = (
+    "This study is unfinished: the command that makes it was interrupted, or it still runs. Run the same command "
+    "again; it continues with the missing sessions."
+)
+
 
 @dataclass(frozen=True)
 class StudyFolder:
     """Paths in a study's folder."""
 
     path: Path
+
+    @property
+    def unfinished(self) -> Path:
+        """Path of the checkpoint of a command that makes a whole study. The file exists until the study is complete."""
+        return self.path / "unfinished.json"
+
+    @property
+    def is_unfinished(self) -> bool:
+        """True if the command that makes this study has not come to its end."""
+        return self.unfinished.exists()
 
     @property
     def settings(self) -> Path:
