@@ -52,6 +52,7 @@ from .demo_result import (
 from .options import DemoOptions as DemoOptions
 from .preparation import Preparation, WornTwin
 from .provenance import provenance
+from .reference_wearers import compare
 from .result_rows import (
     CalibrationRow,
     WeightRow,
@@ -202,6 +203,12 @@ def _phases(run: _Run) -> _Phases:
         joints=description.joints,
         calibration_used=MeasuredCalibration() if run.taken is None else run.taken.used,
         calibration=calibration,
+        comparison=compare(
+            options,
+            run.taken is None and person.returning is None,
+            description.joints,
+            arm.left_over_rms_Nm.total.identified,
+        ),
         arm=arm,
         floated=None if is_short else _float_and_weigh(run, worn, identifier.model, found, examination),
     )

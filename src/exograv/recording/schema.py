@@ -152,6 +152,13 @@ RESULT = Channel(
             nullable=True,
         ),
         Field("parameters", "object", "-", "name, unit, truth, prior, estimate, ci95", LIST, optional=True),
+        Field(
+            "comparison",
+            "object",
+            "-",
+            "place among other simulated wearers by true left over: text, others_Nm, lower, reached, date",
+            optional=True,
+        ),
         Field("known_weight", "object", "kg", "true_kg, estimated_kg, ci95_kg", optional=True),
         Field("float", "object", "-", "gravity_level, drift_deg per joint, window_s", optional=True),
         Field("calibration", "object", "-", "empty machine", LIST, optional=True, fields=CALIBRATION_FIELDS),

@@ -9,6 +9,7 @@ from exograv.recording import Recording, read_recording
 from exograv.report.figures import (
     floating,
     left_over,
+    others,
     parameters,
     postures,
     progress,
@@ -28,6 +29,7 @@ FIGURES = (
     ("touches", "Where the finger landed", touches),
     ("postures", "The arm in the machine", postures),
     ("left_over", "How much weight is left over", left_over),
+    ("others", "This run among other wearers", others),
     ("progress", "How quickly the arm was identified", progress),
     ("floating", "The released arm", floating),
     ("weight", "A weight in the hand", weight),
@@ -98,3 +100,5 @@ def _lead(recording: Recording) -> Iterator[Block]:
     if outcome := (recording.last("/result").get("identification") or {}).get("outcome"):
         yield Markup("<strong>The estimator says:</strong> {}").format(outcome)
     yield LEFT_OVER
+    if text := (recording.last("/result").get("comparison") or {}).get("text"):
+        yield text
