@@ -34,7 +34,7 @@ def test_a_run_is_placed_among_the_others_joint_by_joint():
     found = compare(DemoOptions(), True, JOINTS, [0.3, 0.06])
     assert (found.lower, found.reached, len(found.others_Nm or [])) == ([2, 1], 2, 3)
     assert "against 3 other simulated wearers at level 2" in found.text
-    assert "elbow flexion 0.06 N·m (1 were lower)" in found.text
+    assert "elbow flexion 0.06 N·m (1 was lower)" in found.text
 
 
 @pytest.mark.usefixtures("folder")

@@ -81,7 +81,7 @@ def compare(options: DemoOptions, is_fresh: bool, joints: Sequence[str], left_ov
     lower = [sum(other[k] < value for other in others) for k, value in enumerate(left_over)]
     reached = sum(row["time_to_target_s"] is not None for row in rows)
     places = ", ".join(
-        f"{joint.replace('_', ' ')} {value:.2f} N·m ({count} were lower)"
+        f"{joint.replace('_', ' ')} {value:.2f} N·m ({count} {'was' if count == 1 else 'were'} lower)"
         for joint, value, count in zip(joints, left_over, lower, strict=True)
     )
     return WearerComparison(

@@ -23,8 +23,9 @@ def draw(recording: Recording) -> Figure | None:
     ax = figure.subplots()
     rows = np.arange(len(own))
     offsets = SPREAD * ((0.618 * np.arange(len(others))) % 1.0 - 0.5)  # evenly spread, in no visible order
-    for k in rows:
-        label = "other wearers" if k == 0 else None
+    for k, joint in enumerate(recording.joints):
+        # The legend leaves out names that begin with an underscore; the figure's data have them all.
+        label = "other wearers" if k == 0 else f"_other wearers: {joint_label(joint)}"
         ax.plot(others[:, k], k + offsets, "o", ms=4, mew=0, alpha=0.6, color=GREY, label=label)
     ax.plot(own, rows, "D", ms=7, color=BLUE, label="this run")
     goal = targets(recording)
@@ -37,10 +38,10 @@ def draw(recording: Recording) -> Figure | None:
 
 def explain(recording: Recording) -> str:
     """Explain the figure."""
-    found = _comparison(recording)
     return (
-        f"{found['text']} Each dot is another wearer in another machine, drawn at the same disturbance level; further "
-        f"left is better. The other wearers were simulated on {found['date']}."
+        "Each dot is another simulated wearer in another machine, drawn at the same disturbance level and identified "
+        "in the same way; the diamond is this run. Further left is better. The other wearers were simulated on "
+        f"{_comparison(recording)['date']}."
     )
 
 
