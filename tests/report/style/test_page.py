@@ -31,6 +31,7 @@ PAGE = Page(
         Chapter("Numbers", [Text("A note."), TABLE], "numbers"),
         Chapter("Words", [Bullets(["First.", "Second."]), Text("More", "heading"), "A paragraph."]),
     ],
+    simulated="",
     title="A study",
     line="A study · CC0",
     facts=[("seed", "3")],

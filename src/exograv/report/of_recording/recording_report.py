@@ -20,7 +20,7 @@ from exograv.report.figures import (
     weight,
 )
 from exograv.report.style.figure_style import house_style
-from exograv.report.style.page import Block, Chapter, Page, Text, drawn, write_page
+from exograv.report.style.page import SIMULATED, Block, Chapter, Page, Text, drawn, write_page
 
 from .headline import headline, run_facts, tiles
 from .tables import calibration_table, event_table, parameter_table, settings_table
@@ -39,8 +39,6 @@ FIGURES = (
     ("timing", "Did the controller keep up?", timing),
 )
 """Name, title, and the module that draws and explains the figure."""
-
-SIMULATED = "SIMULATED: machine and wearer exist in a simulation only."
 
 LEFT_OVER = Text(
     "Left over: the torque that the person would still have to add for the arm to be weightless. For comparison: the "

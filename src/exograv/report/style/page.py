@@ -18,6 +18,7 @@ from exograv.files import write_whole
 from .figure_data import data_link, figure_csv
 from .figure_style import inline_svg
 
+SIMULATED = "SIMULATED: machine and wearer exist in a simulation only."
 NO_EVIDENCE = "SIMULATED: nobody took part. This shows that the software works; it is no evidence about people."
 CONTENTS = {"en": "Contents", "de": "Inhalt"}
 CONTENTS_FROM = 5
@@ -94,6 +95,9 @@ class Page:
 
     headline: str
     chapters: Sequence[Chapter]
+    simulated: str
+    """Sentence on top of the page if the data are simulated, else empty. It has no default, so no page forgets it."""
+
     title: str = "exograv report"
     line: str = ""
     """Line above the headline: study, authors, licence."""
@@ -106,9 +110,6 @@ class Page:
     """Blocks between the tiles and the first chapter."""
 
     language: str = "en"
-    simulated: str = ""
-    """Sentence on top of the page if the data are simulated."""
-
     mark: str = ""
     """Word after the title of each chapter."""
 
@@ -181,6 +182,7 @@ def markdown_text(page: Page, pictures: Mapping[str, Path]) -> str:
     """Render a page as Markdown, with the given pictures, by their description, instead of figures."""
     blocks = [
         f"# {page.headline}",
+        *([f"**{page.simulated}**"] if page.simulated else []),
         *map(_markdown, page.lead),
         *(f"![{shown}]({path.name})" for shown, path in pictures.items()),
     ]
