@@ -136,11 +136,12 @@ def run_demo(
     preparation = Preparation(laboratory, seed, progress, None, options.realtime)
     if taken is None:
         # The calibration has its own file: it has five times as many ticks as the rest, and few readers need them.
-        with RecordingWriter(path.with_stem(f"{path.stem}_calibration"), joints, json_value(settings)) as recording:
+        empty = path.with_stem(f"{path.stem}_calibration")
+        with RecordingWriter(empty, joints, json_value(settings), packed=True) as recording:
             known = replace(preparation, recording=recording).calibrate()
     else:
         known = taken.whole.calibration(), 0.0
-    with RecordingWriter(path, joints, json_value(settings)) as recording:
+    with RecordingWriter(path, joints, json_value(settings), packed=True) as recording:
         preparation = replace(preparation, recording=recording)
         run = _Run(options, preparation, recording, taken, known, person, targets)
         done = _phases(run)

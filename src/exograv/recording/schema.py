@@ -8,6 +8,9 @@ from .tick_fields import TICK as TICK
 SCHEMA_VERSION = 4
 """Version of the format, raised when an old reader would misread a new file; all versions from 1 on are read."""
 
+PACKED_VERSION = 5
+"""Version of a recording whose ticks are packed by column (`tick_columns`); its messages are those of version 4."""
+
 PARAMETER_FIELDS = (
     Field("name", "string", "-", "parameter of the arm"),
     Field("unit", "string", "-", "unit of the values beside it"),
