@@ -1,7 +1,6 @@
 """Writer of a recording during the run; a killed writer loses at most the last chunk, and the file can be continued."""
 
 import contextlib
-import errno
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,6 +18,7 @@ from .container import INDEX_ENTRY, MESSAGE_HEAD, RECORD_HEAD, ChunkedFile
 from .contents import crc_of, examine
 from .encoding import json_schema, misfits, stored, tick_definition
 from .interrupt import uninterrupted
+from .output_file import opened, sync_folder, unwritable
 from .reader import read_content, settings_of
 from .schema import CHANNELS, PACKED_VERSION, SCHEMA_VERSION, TICK
 from .stream_block import StreamFormat
@@ -36,9 +36,6 @@ A power failure may cost 250 ms (docs/explanation/safety.md, F20), and the sync 
 
 AT_ONCE = frozenset({"/settings", "/event", "/result", "/timing"})
 """Topics whose messages are with the operating system when `write` returns: they matter most after a crash."""
-
-NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
-"""Errors that free space on the disk would solve."""
 
 
 class RecordingWriter:
@@ -70,7 +67,7 @@ class RecordingWriter:
         """
         version = PACKED_VERSION if packed else SCHEMA_VERSION
         head = _encoded("/settings", 0.0, {"schema_version": version, "joints": list(joints), **settings})
-        self._take(Path(path), _opened(Path(path), "wb"))
+        self._take(Path(path), opened(Path(path), "wb"))
         with self._writing():
             self._file.begin()
             for topic in CHANNELS:
@@ -105,7 +102,7 @@ class RecordingWriter:
         version = PACKED_VERSION if COLUMNS_TOPIC in found.topics.values() else SCHEMA_VERSION
         if settings["schema_version"] != version or list(found.topics.values())[: len(CHANNELS)] != list(CHANNELS):
             raise RecordingError(f"{path} is of another version of exograv and cannot be continued. Start a new one.")
-        self._take(path, _opened(path, "r+b"))
+        self._take(path, opened(path, "r+b"))
         self._file.schemas, self._file.channels, self._file.chunks = found.schemas, found.channels, found.chunks
         self._file.counts = found.counts
         self._prepare(len(settings["joints"]))
@@ -185,7 +182,7 @@ class RecordingWriter:
             # Source: Rebello et al. 2020, Can applications recover from fsync failures?, USENIX ATC.
             os.fdatasync(self._stream.fileno())
             if not self._is_named:
-                _sync_folder(self.path)
+                sync_folder(self.path)
                 self._is_named = True
         return self.count(TICK.topic)
 
@@ -261,35 +258,10 @@ class RecordingWriter:
         try:
             yield
         except OSError as error:
-            self._failure = _unwritable(self.path, error)
+            self._failure = unwritable(self.path, error)
             with contextlib.suppress(OSError):  # the rest of its buffer fails again
                 self._stream.close()
             raise RecordingError(self._failure) from error
-
-
-def _opened(path: Path, mode: str) -> BinaryIO:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return path.open(mode)  # pyright: ignore[reportReturnType]  # both modes are binary
-    except OSError as error:
-        raise RecordingError(_unwritable(path, error)) from error
-
-
-def _sync_folder(path: Path) -> None:
-    folder = os.open(path.parent, os.O_RDONLY)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)
-
-
-def _unwritable(path: Path, error: OSError) -> str:
-    advice = "Free some space there, or give" if error.errno in NO_ROOM else "Give"
-    failing = "The disk fails; do not use it again. " if error.errno == errno.EIO else ""
-    return (
-        f"The recording {path} cannot be written: {error.strerror}. {failing}{advice} another folder with --out. "
-        "What was on the disk before stays readable."
-    )
 
 
 def _encoded(topic: str, t: float, message: Mapping[str, Any]) -> bytes:
