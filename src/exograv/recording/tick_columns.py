@@ -20,7 +20,7 @@ COLUMNS_ENCODING = "exograv-columns"
 COLUMNS_SCHEMA = "exograv/TickColumns"
 
 VIEWED_EVERY = 10
-"""In a packed recording every tenth tick is a plain `/tick` message too, for viewers that cannot unpack columns."""
+"""Step of the plain `/tick` messages in a packed recording, for viewers that cannot unpack columns [ticks]."""
 
 HEAD = struct.Struct("<III")
 """Ticks, joints and the version of the table of `/tick`."""
