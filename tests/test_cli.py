@@ -21,14 +21,19 @@ from exograv.laboratory.demo_result import (
     ControllerLeftOver,
     DemoFindings,
     DemoResult,
+    FloatedArm,
+    FloatFigures,
+    HandWeight,
     IdentificationFigures,
     IdentifiedArm,
     LeftOverTable,
     MeasuredCalibration,
     ParticipantFigures,
+    PayloadLeftOver,
     PossibleLeftOver,
 )
-from exograv.laboratory.result_rows import BaseParameterRow, IdentifiabilityResult
+from exograv.laboratory.reference_wearers import WearerComparison
+from exograv.laboratory.result_rows import BaseParameterRow, IdentifiabilityResult, WeightRow
 from exograv.recording import read_recording
 
 URDF = Path(__file__).parents[1] / "robots" / "recupera_like" / "right.urdf"
@@ -337,7 +342,20 @@ def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch
         [],
     )
     findings = DemoFindings(
-        "recupera_like", "recursive", "designed", 2, 0, joints, MeasuredCalibration(), [], arm, None
+        "recupera_like",
+        "recursive",
+        "designed",
+        2,
+        0,
+        joints,
+        MeasuredCalibration(),
+        [],
+        WearerComparison("This run against 30 other simulated wearers."),
+        arm,
+        FloatedArm(
+            FloatFigures(0.0, [0.0, 0.0, 0.0, 0.0], 10.0),
+            HandWeight(WeightRow(0.8, 0.81, [0.7, 0.9]), PayloadLeftOver(four, four)),
+        ),
     )
     nobody, ticks, report = ParticipantFigures(None, None), {"p50": 60.0, "p99": 100.0}, Path("out/report.html")
     result = DemoResult(findings, nobody, 0, None, ticks, 40.0, 30.0, report, Path("out/demo.mcap"))
@@ -346,6 +364,8 @@ def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch
     assert max(len(line) for line in shown.splitlines()) <= 40
     assert "out/report.html" in shown
     assert "never in this run" in " ".join(shown.split())
+    assert "This run against 30 other simulated wearers." in " ".join(shown.split())
+    assert "holds a still arm, so a small drift says little; the left over says more" in " ".join(shown.split())
     assert "at most 1.00, 2.00, 3.00, 4.00 N·m" in " ".join(shown.split())
     assert "determined 1 of 51 parameters, in 2 combinations" in " ".join(shown.split())
     assert "The person did not relax from 12 s on." in " ".join(shown.split())

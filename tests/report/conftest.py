@@ -43,6 +43,13 @@ RESULT = {
     },
     "known_weight": {"true_kg": 1.0, "estimated_kg": 1.012, "ci95_kg": [0.97, 1.05]},
     "float": {"gravity_level": 0.0, "drift_deg": [0.4, -0.2, 0.9, 0.1], "window_s": 5.0},
+    "comparison": {
+        "text": "This run against 3 other simulated wearers.",
+        "others_Nm": [[0.1, 0.1, 0.1, 0.1], [0.2, 0.2, 0.2, 0.2], [0.3, 0.3, 0.3, 0.3]],
+        "lower": [1, 1, 1, 0],
+        "reached": 1,
+        "date": "2026-01-01",
+    },
     "simulated_s": 35.0,
 }
 

@@ -20,6 +20,7 @@ PROMISED = {
 BEYOND = {
     "calibration",
     "calibration_used",
+    "comparison",
     "donning",
     "identifiability",
     "motion",
@@ -57,6 +58,11 @@ def test_the_possible_left_over_is_per_joint_and_its_95_percent_lie_above_its_mi
     assert set(possible) == {"median", "p95"}
     assert all(0.0 < median < p95 for median, p95 in zip(possible["median"], possible["p95"], strict=True))
     assert len(possible["median"]) == PER_JOINT
+
+
+def test_a_run_with_other_settings_than_the_reference_says_that_it_has_no_comparison(demo):
+    assert "no comparison" in demo.result["comparison"]["text"]
+    assert "others_Nm" not in demo.result["comparison"]
 
 
 def test_every_parameter_has_its_truth_prior_estimate_and_interval(demo):

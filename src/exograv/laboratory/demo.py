@@ -52,6 +52,7 @@ from .demo_result import (
 from .options import DemoOptions as DemoOptions
 from .preparation import Preparation, WornTwin
 from .provenance import provenance
+from .reference_wearers import compare
 from .result_rows import (
     CalibrationRow,
     WeightRow,
@@ -135,11 +136,12 @@ def run_demo(
     preparation = Preparation(laboratory, seed, progress, None, options.realtime)
     if taken is None:
         # The calibration has its own file: it has five times as many ticks as the rest, and few readers need them.
-        with RecordingWriter(path.with_stem(f"{path.stem}_calibration"), joints, json_value(settings)) as recording:
+        empty = path.with_stem(f"{path.stem}_calibration")
+        with RecordingWriter(empty, joints, json_value(settings), packed=True) as recording:
             known = replace(preparation, recording=recording).calibrate()
     else:
         known = taken.whole.calibration(), 0.0
-    with RecordingWriter(path, joints, json_value(settings)) as recording:
+    with RecordingWriter(path, joints, json_value(settings), packed=True) as recording:
         preparation = replace(preparation, recording=recording)
         run = _Run(options, preparation, recording, taken, known, person, targets)
         done = _phases(run)
@@ -202,6 +204,12 @@ def _phases(run: _Run) -> _Phases:
         joints=description.joints,
         calibration_used=MeasuredCalibration() if run.taken is None else run.taken.used,
         calibration=calibration,
+        comparison=compare(
+            options,
+            run.taken is None and person.returning is None,
+            description.joints,
+            arm.left_over_rms_Nm.total.identified,
+        ),
         arm=arm,
         floated=None if is_short else _float_and_weigh(run, worn, identifier.model, found, examination),
     )

@@ -10,6 +10,7 @@ from exograv.procedures.identification.warm_start import WarmStartFigures
 from exograv.results import MERGED, OPTIONAL
 from exograv.storage.calibration_file import CalibrationUsed
 
+from .reference_wearers import WearerComparison
 from .result_rows import CalibrationRow, IdentifiabilityResult, ScoredParameter, WeightRow
 
 
@@ -117,6 +118,7 @@ class DemoFindings:
     joints: tuple[str, ...]
     calibration_used: CalibrationUsed | MeasuredCalibration
     calibration: list[CalibrationRow]
+    comparison: WearerComparison
     arm: IdentifiedArm = field(metadata=MERGED)
     floated: FloatedArm | None = field(metadata=MERGED)
 

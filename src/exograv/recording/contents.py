@@ -34,6 +34,7 @@ from .container import (
 )
 from .schema import CHANNELS, TICK
 from .stream_block import TOPICS
+from .tick_columns import COLUMNS_TOPIC, unpack
 
 
 class DamageError(Exception):
@@ -92,6 +93,9 @@ class Contents:
     counts: dict[int, int] = field(default_factory=dict)
     """Number of messages by channel, in chunks whose index is complete too."""
 
+    ticks: int = 0
+    """Number of ticks, in the same chunks."""
+
     good: int = 0
     """Bytes up to the end of the last complete chunk and its index; a file cut here can be continued."""
 
@@ -145,7 +149,7 @@ def _announce(opcode: int, body: bytes, found: Contents) -> None:
         raise DamageError
     if opcode == Opcode.CHANNEL:
         channel = Channel.read(stream)
-        is_known = channel.topic in CHANNELS or channel.topic.startswith(TOPICS)
+        is_known = channel.topic in CHANNELS or channel.topic == COLUMNS_TOPIC or channel.topic.startswith(TOPICS)
         if not is_known or channel.id in found.topics or channel.topic in found.topics.values():
             raise DamageError
         found.channels.append(channel)
@@ -163,8 +167,17 @@ def _chunk(
     """Yield a chunk's messages; return the end of its index, or None if the file ends before it."""
     data, topics = _unpacked(chunk), found.topics
     parts: dict[int, list[np.ndarray]] = {}
+    is_packed, ticks = COLUMNS_TOPIC in topics.values(), 0
     for channel, entries, messages in _messages(data, topics):
-        yield topics[channel], messages
+        if topics[channel] == COLUMNS_TOPIC:
+            rows = _rows(messages)
+            ticks += len(rows)
+            yield TICK.topic, rows.tobytes()
+        elif topics[channel] != TICK.topic:
+            yield topics[channel], messages
+        elif not is_packed:
+            ticks += len(entries)
+            yield TICK.topic, messages
         parts.setdefault(channel, []).append(entries)
     index = {channel: np.concatenate(entries) for channel, entries in parts.items()}
     expected = MessageIndexes(index, place[1])
@@ -177,6 +190,7 @@ def _chunk(
     found.chunks.append(chunk_index(chunk, place, expected))
     for channel, entries in index.items():
         found.counts[channel] = found.counts.get(channel, 0) + len(entries)
+    found.ticks += ticks
     return place[1] + len(expected.records)
 
 
@@ -211,6 +225,13 @@ def _messages(data: bytes, topics: dict[int, str]) -> Iterator[tuple[int, np.nda
         else:
             yield channel, np.array([(time_ns, start)], INDEX_ENTRY), body[MESSAGE_HEAD.size :]
         start = following
+
+
+def _rows(message: bytes) -> np.ndarray:
+    try:
+        return unpack(message)
+    except ValueError as error:
+        raise DamageError from error
 
 
 def _equal_messages(content: bytes, start: int, size: int) -> np.ndarray:

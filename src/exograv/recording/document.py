@@ -2,13 +2,38 @@
 
 from .encoding import tick_definition
 from .fields import POINTS, Channel, Field
-from .schema import CHANNELS, SCHEMA_VERSION
+from .schema import CHANNELS, PACKED_VERSION, SCHEMA_VERSION
 from .stream_block import DEFINITION, TOPICS
+from .tick_columns import COLUMNS_ENCODING, COLUMNS_TOPIC, OF_CURRENT, OF_OTHER, ORDERS, VIEWED_EVERY
 
 INTRODUCTION = f"""\
 # Channels of a recording
 
 Version {SCHEMA_VERSION}, of `src/exograv/recording/schema.py`. Conventions: [recording format](../recording_format.md).
+"""
+
+
+PACKED = f"""\
+## `{COLUMNS_TOPIC}`: ticks packed by column
+
+The recordings of `exograv demo` and `exograv arm identify` have version {PACKED_VERSION}: their ticks are packed by
+column, which takes about half of the space of rows. The messages of all other channels are those of version
+{SCHEMA_VERSION}. Each chunk has one message of the encoding `{COLUMNS_ENCODING}` with all its ticks, exact to the last
+bit. Every {VIEWED_EVERY}th tick is a plain `/tick` message too, so that a viewer still shows the run; a reader that
+unpacks the columns ignores these. A message is little-endian and holds
+
+1. three uint32: number of ticks, number of joints, and the version of the table of `/tick`,
+2. one byte per column, its method; the columns are the fields of the table in order, and joint by joint for `[joint]`,
+3. one float64 per joint: the factor of method {OF_CURRENT},
+4. the columns: for each, the lowest byte of all ticks, then the next byte of all ticks, and so on.
+
+The bytes of a column are unsigned numbers 0, 1, 2, 3, … that stand for 0, −1, 1, −2, …. To unpack them:
+
+- Methods 0 to {ORDERS - 1}: sum them up along the ticks as often as the method says; integers wrap around.
+- Method {OF_OTHER}, `tau_commanded` only: add the integers of `tau_desired`.
+- Method {OF_CURRENT}, `tau_measured` only: add the integers of `current` times the factor, rounded to float32.
+
+The integer of a float is its bit pattern as a signed integer; if it is negative, all bits but the sign are inverted.
 """
 
 
@@ -41,7 +66,7 @@ another without padding or lengths. For a machine of four joints the schema in t
 ```
 {tick_definition(4)}```
 """
-    return "\n".join([INTRODUCTION, *(_section(channel) for channel in CHANNELS.values()), binary, STREAMS])
+    return "\n".join([INTRODUCTION, *(_section(channel) for channel in CHANNELS.values()), binary, PACKED, STREAMS])
 
 
 def _section(channel: Channel) -> str:

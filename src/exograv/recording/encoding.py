@@ -43,7 +43,7 @@ def empty_ticks(n: int, n_joints: int) -> np.ndarray:
 def unpacked_ticks(data: bytes | bytearray, n_joints: int, version: int) -> np.ndarray:
     """Return ticks (tick,) of this version as records of the present one; missing fields have their defaults."""
     stored = np.frombuffer(data, tick_dtype(n_joints, version))
-    if version == SCHEMA_VERSION:
+    if version >= SCHEMA_VERSION:
         return stored
     ticks = np.zeros(len(stored), tick_dtype(n_joints))
     for name in ticks.dtype.names or ():

@@ -18,10 +18,10 @@ from .contents import Contents, FileEnding, examine
 from .device_stream import DeviceStream, joined
 from .encoding import restored, unpacked_ticks
 from .fields import Message
-from .schema import CHANNELS, SCHEMA_VERSION, TICK
+from .schema import CHANNELS, PACKED_VERSION, TICK
 from .stream_block import TOPICS, unpacked, value_type_of
 
-READABLE = range(1, SCHEMA_VERSION + 1)
+READABLE = range(1, PACKED_VERSION + 1)
 """Versions of the format that can be read."""
 
 
@@ -179,7 +179,7 @@ def settings_of(path: Path, messages: list[bytes]) -> Message:
     if settings.get("schema_version") not in READABLE:
         raise RecordingError(
             f"{path} has version {settings.get('schema_version')} of the recording format; this exograv reads up to "
-            f"{SCHEMA_VERSION}. Read it with the version that wrote it: {settings.get('versions', 'unknown')}."
+            f"{PACKED_VERSION}. Read it with the version that wrote it: {settings.get('versions', 'unknown')}."
         )
     return settings
 

@@ -8,6 +8,9 @@ from .tick_fields import TICK as TICK
 SCHEMA_VERSION = 4
 """Version of the format, raised when an old reader would misread a new file; all versions from 1 on are read."""
 
+PACKED_VERSION = 5
+"""Version of a recording whose ticks are packed by column (`tick_columns`); its messages are those of version 4."""
+
 PARAMETER_FIELDS = (
     Field("name", "string", "-", "parameter of the arm"),
     Field("unit", "string", "-", "unit of the values beside it"),
@@ -152,6 +155,13 @@ RESULT = Channel(
             nullable=True,
         ),
         Field("parameters", "object", "-", "name, unit, truth, prior, estimate, ci95", LIST, optional=True),
+        Field(
+            "comparison",
+            "object",
+            "-",
+            "place among other simulated wearers by true left over: text, others_Nm, lower, reached, date",
+            optional=True,
+        ),
         Field("known_weight", "object", "kg", "true_kg, estimated_kg, ci95_kg", optional=True),
         Field("float", "object", "-", "gravity_level, drift_deg per joint, window_s", optional=True),
         Field("calibration", "object", "-", "empty machine", LIST, optional=True, fields=CALIBRATION_FIELDS),

@@ -68,9 +68,17 @@ class TickBlock:
         self._n = last
         return last - first
 
-    def take(self, offset: int) -> tuple[bytes, np.ndarray]:
-        """Empty the block; return its records, and their index for a chunk in which they begin at `offset` [bytes]."""
-        rows, self._n = self._rows[: self._n], 0
+    @property
+    def ticks(self) -> np.ndarray:
+        """Ticks in the buffer (tick,), as a view."""
+        return self._rows["tick"][: self._n]
+
+    def take(self, offset: int, every: int = 1) -> tuple[bytes, np.ndarray]:
+        """Empty the block; return its records, and their index for a chunk in which they begin at `offset` [bytes].
+
+        Only each tick of so many is returned, the first one included.
+        """
+        rows, self._n = self._rows[: self._n : every].copy(), 0
         entries = np.empty(len(rows), INDEX_ENTRY)
         entries["time_ns"] = np.rint(1e9 * sound_times(rows["tick"]["t"]))
         entries["offset"] = offset + rows.itemsize * np.arange(len(rows))

@@ -1,7 +1,6 @@
 """Writer of a recording during the run; a killed writer loses at most the last chunk, and the file can be continued."""
 
 import contextlib
-import errno
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,16 +13,17 @@ from mcap.opcode import Opcode
 from mcap.records import Schema
 
 from exograv.errors import RecordingError
-from exograv.files import NO_ROOM
 
 from .container import INDEX_ENTRY, MESSAGE_HEAD, RECORD_HEAD, ChunkedFile
 from .contents import crc_of, examine
 from .encoding import json_schema, misfits, stored, tick_definition
 from .interrupt import uninterrupted
+from .output_file import opened, sync_folder, unwritable
 from .reader import read_content, settings_of
-from .schema import CHANNELS, SCHEMA_VERSION, TICK
+from .schema import CHANNELS, PACKED_VERSION, SCHEMA_VERSION, TICK
 from .stream_block import StreamFormat
 from .tick_block import T_MAX_S, TickBlock
+from .tick_columns import COLUMNS_ENCODING, COLUMNS_SCHEMA, COLUMNS_TOPIC, VIEWED_EVERY, pack
 
 CHUNK_BYTES = 1_000_000
 """Size of a chunk for compression, about five seconds of ticks; an abrupt end loses no more."""
@@ -46,7 +46,12 @@ class RecordingWriter:
     """
 
     def __init__(
-        self, path: Path, joints: Sequence[str], settings: Mapping[str, Any], streams: Sequence[StreamFormat] = ()
+        self,
+        path: Path,
+        joints: Sequence[str],
+        settings: Mapping[str, Any],
+        streams: Sequence[StreamFormat] = (),
+        packed: bool = False,
     ):
         """Create the file and write its settings.
 
@@ -55,17 +60,23 @@ class RecordingWriter:
             joints: Actuated joints, in the order of every per-joint array.
             settings: Message of `/settings`, without `schema_version` and `joints`.
             streams: Streams of other devices to record too.
+            packed: True to pack the ticks by column, in half of the space. Viewers then see every tenth tick.
 
         Raises:
             RecordingError: The file cannot be created, or the settings have a name that the format does not know.
         """
-        head = _encoded("/settings", 0.0, {"schema_version": SCHEMA_VERSION, "joints": list(joints), **settings})
-        self._take(Path(path), _opened(Path(path), "wb"))
+        version = PACKED_VERSION if packed else SCHEMA_VERSION
+        head = _encoded("/settings", 0.0, {"schema_version": version, "joints": list(joints), **settings})
+        self._take(Path(path), opened(Path(path), "wb"))
         with self._writing():
             self._file.begin()
             for topic in CHANNELS:
                 self._file.add_channel(*_channel(topic, len(joints)))
-            for number, stream in enumerate(streams, start=len(CHANNELS) + 1):
+            if packed:
+                self._file.add_channel(
+                    COLUMNS_TOPIC, COLUMNS_ENCODING, Schema(len(CHANNELS) + 1, b"", "", COLUMNS_SCHEMA)
+                )
+            for number, stream in enumerate(streams, start=len(CHANNELS) + 1 + packed):
                 schema = Schema(number, stream.definition.encode(), "ros2msg", stream.schema_name)
                 self._file.add_channel(stream.topic, "cdr", schema)
         self._prepare(len(joints))
@@ -88,14 +99,14 @@ class RecordingWriter:
             found = examine(content, lambda topic, data: heads.append(data) if topic == "/settings" else None)
             crc = crc_of(content, found.good)
         settings = settings_of(path, heads)
-        if settings["schema_version"] != SCHEMA_VERSION or list(found.topics.values())[: len(CHANNELS)] != list(
-            CHANNELS
-        ):
+        version = PACKED_VERSION if COLUMNS_TOPIC in found.topics.values() else SCHEMA_VERSION
+        if settings["schema_version"] != version or list(found.topics.values())[: len(CHANNELS)] != list(CHANNELS):
             raise RecordingError(f"{path} is of another version of exograv and cannot be continued. Start a new one.")
-        self._take(path, _opened(path, "r+b"))
+        self._take(path, opened(path, "r+b"))
         self._file.schemas, self._file.channels, self._file.chunks = found.schemas, found.channels, found.chunks
         self._file.counts = found.counts
         self._prepare(len(settings["joints"]))
+        self._n_ticks = found.ticks
         self._ticks.phase = self.count("/phase")
         if (ticks := self.count(TICK.topic)) < ticks_safe:
             self._stream.close()
@@ -153,9 +164,10 @@ class RecordingWriter:
 
     def count(self, topic: str) -> int:
         """Return the number of messages so far, with those from before the file was continued."""
+        if topic == TICK.topic:
+            return self._n_ticks + len(self._ticks)
         channel = self._ids[topic]
-        waiting = len(self._ticks) if topic == TICK.topic else len(self._entries.get(channel, ()))
-        return self._file.counts.get(channel, 0) + waiting
+        return self._file.counts.get(channel, 0) + len(self._entries.get(channel, ()))
 
     def sync(self) -> int:
         """Force all data to the disk, where they survive a power failure, and return how many ticks are safe there.
@@ -170,7 +182,7 @@ class RecordingWriter:
             # Source: Rebello et al. 2020, Can applications recover from fsync failures?, USENIX ATC.
             os.fdatasync(self._stream.fileno())
             if not self._is_named:
-                _sync_folder(self.path)
+                sync_folder(self.path)
                 self._is_named = True
         return self.count(TICK.topic)
 
@@ -201,16 +213,20 @@ class RecordingWriter:
     def _prepare(self, n_joints: int) -> None:
         self._ids = {channel.topic: channel.id for channel in self._file.channels}
         self._ticks = TickBlock(self._ids[TICK.topic], n_joints, CHUNK_BYTES)
+        self._n_ticks = 0  # in the file
         self._messages = bytearray()
         self._entries: dict[int, list[tuple[int, int]]] = {}
 
     def _add(self, topic: str, t: float, data: bytes) -> None:
+        self._append(topic, t, data)
+        if topic in AT_ONCE or len(self._messages) > CHUNK_BYTES:
+            self._flush()
+
+    def _append(self, topic: str, t: float, data: bytes) -> None:
         channel, time_ns = self._ids[topic], round(1e9 * t) if 0.0 <= t < T_MAX_S else 0
         self._entries.setdefault(channel, []).append((time_ns, len(self._messages)))
         head = RECORD_HEAD.pack(Opcode.MESSAGE, MESSAGE_HEAD.size + len(data))
         self._messages += head + MESSAGE_HEAD.pack(channel, 0, time_ns, time_ns) + data
-        if topic in AT_ONCE or len(self._messages) > CHUNK_BYTES:
-            self._flush()
 
     def _flush(self) -> None:
         """Write all messages and ticks so far as one chunk, messages first; a viewer sorts by time."""
@@ -219,8 +235,12 @@ class RecordingWriter:
             self._write_chunk()
 
     def _write_chunk(self) -> None:
+        n_ticks, every = len(self._ticks), 1
+        if n_ticks and COLUMNS_TOPIC in self._ids:
+            every = VIEWED_EVERY
+            self._append(COLUMNS_TOPIC, float(self._ticks.ticks["t"][0]), pack(self._ticks.ticks))
         index = {channel: np.array(entries, INDEX_ENTRY) for channel, entries in self._entries.items()}
-        ticks, entries = self._ticks.take(len(self._messages))
+        ticks, entries = self._ticks.take(len(self._messages), every)
         if len(entries):
             index[self._ids[TICK.topic]] = entries
         messages = bytes(self._messages) + ticks
@@ -229,6 +249,7 @@ class RecordingWriter:
         if index:
             with self._writing():
                 self._file.add_chunk(messages, index)
+            self._n_ticks += n_ticks
 
     @contextlib.contextmanager
     def _writing(self) -> Iterator[None]:
@@ -237,35 +258,10 @@ class RecordingWriter:
         try:
             yield
         except OSError as error:
-            self._failure = _unwritable(self.path, error)
+            self._failure = unwritable(self.path, error)
             with contextlib.suppress(OSError):  # the rest of its buffer fails again
                 self._stream.close()
             raise RecordingError(self._failure) from error
-
-
-def _opened(path: Path, mode: str) -> BinaryIO:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return path.open(mode)  # pyright: ignore[reportReturnType]  # both modes are binary
-    except OSError as error:
-        raise RecordingError(_unwritable(path, error)) from error
-
-
-def _sync_folder(path: Path) -> None:
-    folder = os.open(path.parent, os.O_RDONLY)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)
-
-
-def _unwritable(path: Path, error: OSError) -> str:
-    advice = "Free some space there, or give" if error.errno in NO_ROOM else "Give"
-    failing = "The disk fails; do not use it again. " if error.errno == errno.EIO else ""
-    return (
-        f"The recording {path} cannot be written: {error.strerror}. {failing}{advice} another folder with --out. "
-        "What was on the disk before stays readable."
-    )
 
 
 def _encoded(topic: str, t: float, message: Mapping[str, Any]) -> bytes:

@@ -75,7 +75,7 @@ def test_a_whole_session_fills_every_chapter_but_those_of_other_devices_and_of_a
 def test_the_page_is_well_formed_and_fetches_nothing(page: str):
     parts = outline(page)
     fetched = [value for name, value in parts.attributes if name in ("src", "href", "xlink:href", "data")]
-    assert all(value.startswith("#") for value in fetched)
+    assert all(value.startswith(("#", "data:text/csv")) for value in fetched)
     assert "@import" not in page
     assert "url(http" not in page
 
@@ -88,6 +88,8 @@ def test_the_page_says_what_was_found_and_on_what(page: str):
         "Recupera-like arm, harmonic drives, passive forearm",
         "0 (weightless)",
         "true 1 kg",
+        "This run against 3 other simulated wearers.",
+        "holds a still arm, so a small drift says little; the left over says more",
         "not a medical device",
         "hardware emergency stop",
         "0f0f0f",
@@ -153,7 +155,20 @@ def test_names_and_texts_cannot_put_code_into_the_page(tmp_path: Path):
             recording.write("/left_over", 1.0 * k, {"motion_s": 1.0 * k, "total": [0.3]})
     page = render(read_recording(tmp_path / "a.mcap"))
     assert "progress" in chapters(page)
-    assert "<script" not in page
+    assert "<script>alert" not in page
+
+
+def test_files_and_long_lists_of_the_settings_are_folded_and_short_values_are_in_the_table(tmp_path: Path):
+    files = {"rig.toml": "# a machine\n" + 50 * "a = 1\n"}
+    settings = {"title": "Own machine", "settings": {"rig_files": files, "weights": 100 * [1.5]}}
+    with RecordingWriter(tmp_path / "a.mcap", JOINTS, settings):
+        pass
+    page = render(read_recording(tmp_path / "a.mcap"))
+    assert re.findall("<summary>(.*?)</summary>", page) == [
+        "settings.rig_files.rig.toml (52 lines)",
+        "settings.weights (102 lines)",
+    ]
+    assert "<td>Own machine</td>" in page
 
 
 def test_a_missed_target_is_never_called_weightless(tmp_path: Path):

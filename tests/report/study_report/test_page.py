@@ -71,7 +71,7 @@ def no_print(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_page_needs_nothing_beside_it_and_has_every_figure_twice(written: WrittenReport):
     html = written.html.read_text(encoding="utf-8")
     assert not re.findall(r'(?:src|href)="(?!#|data:)[^"]*"', html)
-    assert "<script" not in html
+    assert "<script src" not in html
     assert {path.suffix for path in written.figures} == {".svg", ".png"}
     assert all(path.stat().st_size > 1000 for path in written.figures)
 
@@ -140,7 +140,7 @@ def test_a_name_of_a_study_cannot_change_the_page():
     data = study()
     evil = data.settings.model_copy(update={"name": '<script>alert("x")</script>\\'})
     html = page(StudyData(evil, data.tables, data.measures, data.traces), found_by_all())
-    assert "<script>" not in html
+    assert "<script>alert" not in html
 
 
 def test_without_pango_there_is_a_page_and_a_sentence(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):

@@ -4,13 +4,25 @@ import re
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from urllib.parse import unquote
 
 import pytest
 from matplotlib.figure import Figure
 
 from exograv.errors import RecordingError
 from exograv.report.style.figure_style import house_style, inline_svg, write_figure, write_picture
-from exograv.report.style.page import Bullets, Chapter, Page, Table, Text, Tile, markdown_text, page_text, write_page
+from exograv.report.style.page import (
+    Bullets,
+    Chapter,
+    Folded,
+    Page,
+    Table,
+    Text,
+    Tile,
+    markdown_text,
+    page_text,
+    write_page,
+)
 
 TABLE = Table(("name", "value"), [("a", "1"), ("b", "f" * 64)])
 PAGE = Page(
@@ -19,6 +31,7 @@ PAGE = Page(
         Chapter("Numbers", [Text("A note."), TABLE], "numbers"),
         Chapter("Words", [Bullets(["First.", "Second."]), Text("More", "heading"), "A paragraph."]),
     ],
+    simulated="",
     title="A study",
     line="A study · CC0",
     facts=[("seed", "3")],
@@ -73,8 +86,38 @@ def test_a_screen_reader_finds_language_headings_and_the_name_of_a_figure():
 @pytest.mark.parametrize("field", ["headline", "title", "line", "simulated", "mark"])
 def test_no_text_can_change_the_page(field: str):
     evil = '</style><script>alert("x")</script>\\'
-    assert "<script" not in page_text(replace(PAGE, **{field: evil}))
-    assert "<script" not in page_text(replace(PAGE, chapters=[Chapter(evil, [evil, Bullets([evil]), Text(evil)], "a")]))
+    blocks = [evil, Bullets([evil]), Text(evil), Folded(evil, evil)]
+    assert "<script>alert" not in page_text(replace(PAGE, **{field: evil}))
+    assert "<script>alert" not in page_text(replace(PAGE, chapters=5 * [Chapter(evil, blocks, "a")]))
+
+
+def test_a_long_page_has_a_table_of_contents_whose_links_lead_to_its_chapters():
+    chapters = [
+        Chapter(title, (), name) for title, name in (("One", "first"), *((f"Two: {k % 3}", "") for k in range(5)))
+    ]
+    html = page_text(replace(PAGE, chapters=chapters))
+    links = re.findall(r'<a href="#([^"]+)">([^<]+)</a>', html)
+    assert [title for _, title in links] == [chapter.title for chapter in chapters]
+    assert len({anchor for anchor, _ in links}) == len(chapters)
+    assert all(html.count(f'id="{anchor}"') == 1 for anchor, _ in links)
+
+
+def test_a_short_page_has_no_table_of_contents():
+    assert "<nav" not in page_text(PAGE)
+
+
+def test_a_file_is_folded_until_it_is_opened():
+    html = page_text(replace(PAGE, chapters=[Chapter("Files", [Folded("rig.toml", "a = 1\nb = 2")])]))
+    assert "<details><summary>rig.toml</summary><pre>a = 1\nb = 2</pre></details>" in html
+
+
+def test_a_figure_can_be_saved_as_picture_and_as_data():
+    with house_style():
+        html = page_text(replace(PAGE, chapters=[Chapter("Course", (), "course", figure(), "Up.")]))
+    assert re.findall(r'data-kind="(\w+)"', html) == ["svg", "png"]
+    link = re.search(r'href="data:text/csv;charset=utf-8,([^"]*)" download="course.csv"', html)
+    assert link is not None
+    assert "1,1,0,1\n1,1,1,2\n" in unquote(link[1])
 
 
 def test_simulated_data_are_told_on_the_page_and_on_every_sheet_of_its_print():

@@ -169,7 +169,7 @@ def _draw(
     run: RecordedRun, columns: Columns, again: ReplayedDecisions, found: Mapping[str, Difference], folder: Path
 ) -> Path:
     from exograv.report.figures.replay import Series, draw  # Matplotlib: 0.4 s
-    from exograv.report.style.figure_style import write_picture
+    from exograv.report.style.figure_style import mark_simulated, write_picture
 
     # The figure begins with the arm in the machine: minutes of an empty machine would leave it no room.
     worn = slice(int(np.isfinite(columns["gravity_level"]).argmax()), None)
@@ -185,4 +185,7 @@ def _draw(
         gaps=[t for t, _ in again.gaps],
         resolution=RESOLUTION_NM,
     )
-    return write_picture(folder / f"{run.recording.path.stem}_replay.png", lambda: draw(series))
+    simulated = run.recording.is_simulated
+    return write_picture(
+        folder / f"{run.recording.path.stem}_replay.png", lambda: mark_simulated(draw(series), simulated)
+    )

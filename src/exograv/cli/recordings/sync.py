@@ -34,12 +34,15 @@ def run_sync(command: Sync, common: OutFolder) -> SyncShown:
     """Show how well the streams in a recording are synchronised with the robot's clock, and their missing samples."""
     from exograv.recording import read_recording
     from exograv.report.figures.sync import draw_streams
-    from exograv.report.style.figure_style import write_picture
+    from exograv.report.style.figure_style import mark_simulated, write_picture
     from exograv.study.sync import sync_figures
 
     recording = read_recording(command.file)
     result = sync_figures(recording)
-    result = SyncShown(result, write_picture(common.out / "sync.png", lambda: draw_streams(recording.streams)))
+    picture = write_picture(
+        common.out / "sync.png", lambda: mark_simulated(draw_streams(recording.streams), recording.is_simulated)
+    )
+    result = SyncShown(result, picture)
     show_sync(result)
     return result
 

@@ -116,6 +116,7 @@ def _of_identification(found: "DemoFindings") -> Iterator[str]:
         "True value, which only a simulation knows: the left over is within its target (shoulder 0.2, elbow 0.1, wrist "
         "0.05 N·m) " + ("never in this run." if reached is None else f"from {reached:.0f} s on.")
     )
+    yield found.comparison.text
     if arm.possible_left_over_Nm is not None:
         limits = ", ".join(f"{value:.2f}" for value in arm.possible_left_over_Nm.p95)
         yield f"By the uncertainty of the estimate, left over is at most {limits} N·m for 95 % of the possible arms."
@@ -134,8 +135,8 @@ def _of_floated(floated: "FloatedArm | None") -> Iterator[str]:
         return
     drift = ", ".join(f"{angle:.1f}°" for angle in floated.float.drift_deg)
     yield (
-        f"Floated for {floated.float.window_s:.0f} s: the joints drifted by {drift}. Friction of the drives holds the "
-        "arm too."
+        f"Floated for {floated.float.window_s:.0f} s: the joints drifted by {drift}. Friction of the drives holds a "
+        "still arm, so a small drift says little; the left over says more."
     )
     if floated.float.gravity_level > 0.0:
         yield "The virtual wearer is relaxed: the felt share of the weight lets the arm sink."

@@ -41,6 +41,6 @@ def explain(recording: Recording) -> str:
     )
     return (
         "The person relaxes completely and the machine releases the arm. A flat line means that the arm floats. A line "
-        f"that drifts away means that too much or too little weight is carried.{largest} Friction of the drives "
-        "also holds an arm, so read this figure together with the left over."
+        f"that drifts away means that too much or too little weight is carried.{largest} Friction of the drives also "
+        "holds a still arm, so a small drift says little; the left over says more."
     )

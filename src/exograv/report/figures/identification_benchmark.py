@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from exograv.report.style.colours import BLUE, GREEN, GREY, INK, ORANGE, PINK, RED, SKY
-from exograv.report.style.figure_style import legend, plain_log_axis
+from exograv.report.style.figure_style import legend, mark_simulated, plain_log_axis
 from exograv.study.targets import TARGET_NM
 
 from .benchmark_result import MethodFigures
@@ -43,6 +43,7 @@ def draw_benchmark(rows: Sequence[MethodFigures]) -> Figure:
     for ax in panels[-1]:
         ax.set_xlabel("motion [s]")
     legend(figure, panels[:1, 0], "right center", 1)
+    mark_simulated(figure)
     return figure
 
 

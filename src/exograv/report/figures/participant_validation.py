@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from exograv.report.style.colours import BLUE, GREY, INK, ORANGE
+from exograv.report.style.figure_style import mark_simulated
 
 COLOURS = {"0.0": BLUE, "1.0": INK, "1.8": ORANGE}
 
@@ -25,4 +26,4 @@ def draw(up_mm: Mapping[str, Sequence[Sequence[float]]]) -> Figure:
     people = len(next(iter(up_mm.values())))
     ax.set_title(f"Virtual participants, simulated: {people} people and their mean", fontsize=10)
     ax.legend()
-    return figure
+    return mark_simulated(figure)

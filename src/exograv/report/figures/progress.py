@@ -49,7 +49,9 @@ def plot_progress(ax: Axes, recording: Recording) -> None:
     for k, (joint, colour) in enumerate(zip(recording.joints, joint_colours(recording.joints), strict=True)):
         label = joint_label(joint)
         if len(expected):
-            ax.plot(expected[:, 0], expected[:, 1 + k], ":", lw=1.1, color=colour, label=None if len(true) else label)
+            # The legend leaves out names that begin with an underscore.
+            dotted = f"_{label}: predicted" if len(true) else label
+            ax.plot(expected[:, 0], expected[:, 1 + k], ":", lw=1.1, color=colour, label=dotted)
         if len(true):
             ax.plot(true[:, 0], true[:, 1 + k], "-", marker=".", ms=4, color=colour, label=label)
     shown = true if len(true) else expected

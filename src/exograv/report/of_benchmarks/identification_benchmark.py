@@ -15,7 +15,7 @@ from exograv.report.figures.benchmark_result import (
 )
 from exograv.report.figures.identification_benchmark import PROFILES, draw_benchmark
 from exograv.report.style.figure_style import write_picture
-from exograv.report.style.page import Bullets, Chapter, Page, Table, markdown_text
+from exograv.report.style.page import SIMULATED, Bullets, Chapter, Page, Table, markdown_text
 
 HEADINGS = (
     "method", "target s", "coarse s", "reached", "20 s", "60 s", "120 s", "95 % coverage", "possible", "update µs"
@@ -43,7 +43,7 @@ def page_of(result: BenchmarkSummary) -> Page:
     if seeds:
         machines = ", ".join(map(str, result.machine_seeds))
         chapters.append(Chapter("", [f"Wearer seeds {seeds[0]} to {seeds[-1]}, machine seeds {machines}."]))
-    return Page("Identification methods on the same wearers", chapters, lead=[LEGEND])
+    return Page("Identification methods on the same wearers", chapters, SIMULATED, lead=[LEGEND])
 
 
 def tables(rows: Sequence[MethodFigures]) -> list[Chapter]:

@@ -7,7 +7,7 @@ from exograv.report.figures.transparency import CONDITIONS, GOALS, PROFILES, dra
 from exograv.report.figures.transparency_data import MachineTransparency
 from exograv.report.of_recording.recording_report import SAFETY
 from exograv.report.style.figure_style import house_style, joint_label
-from exograv.report.style.page import Chapter, Page, Table, Text, Tile, write_page
+from exograv.report.style.page import SIMULATED, Chapter, Page, Table, Text, Tile, write_page
 
 EFFORT_TEXT = (
     "Effort is the absolute torque of the person's muscles, summed over the movement and the joints. From left to "
@@ -42,6 +42,7 @@ def write_transparency_report(results: Sequence[MachineTransparency], html_path:
     tables = [Chapter(f"{PROFILES[one.profile]}: {one.rig}", [_note(one), effort_table(one)]) for one in results]
     page = Page(
         headline=headline(results),
+        simulated=SIMULATED,
         facts=_facts(results[0]),
         tiles=[tile for result in results for tile in _tiles(result)],
         lead=[*_remark(results), ON_THE_TWIN],

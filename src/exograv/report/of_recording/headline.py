@@ -84,7 +84,7 @@ def tiles(recording: Recording) -> list[Tile]:
         found.append(_weight_tile(weight))
     if (floated := result.get("float") or {}).get("drift_deg") is not None:
         drift = float(np.max(np.abs(floated["drift_deg"])))
-        note = f"in {floated['window_s']:g} s, worst joint; friction of the drives holds the arm too"
+        note = f"in {floated['window_s']:g} s, worst joint; friction holds a still arm, so the left over says more"
         found.append(Tile("drift of the floated arm", f"{drift:.1f}°", note))
     return found
 

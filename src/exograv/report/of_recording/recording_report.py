@@ -9,6 +9,7 @@ from exograv.recording import Recording, read_recording
 from exograv.report.figures import (
     floating,
     left_over,
+    others,
     parameters,
     postures,
     progress,
@@ -19,7 +20,7 @@ from exograv.report.figures import (
     weight,
 )
 from exograv.report.style.figure_style import house_style
-from exograv.report.style.page import Block, Chapter, Page, Text, drawn, write_page
+from exograv.report.style.page import SIMULATED, Block, Chapter, Page, Text, drawn, write_page
 
 from .headline import headline, run_facts, tiles
 from .tables import calibration_table, event_table, parameter_table, settings_table
@@ -28,6 +29,7 @@ FIGURES = (
     ("touches", "Where the finger landed", touches),
     ("postures", "The arm in the machine", postures),
     ("left_over", "How much weight is left over", left_over),
+    ("others", "This run among other wearers", others),
     ("progress", "How quickly the arm was identified", progress),
     ("floating", "The released arm", floating),
     ("weight", "A weight in the hand", weight),
@@ -37,8 +39,6 @@ FIGURES = (
     ("timing", "Did the controller keep up?", timing),
 )
 """Name, title, and the module that draws and explains the figure."""
-
-SIMULATED = "SIMULATED: machine and wearer exist in a simulation only."
 
 LEFT_OVER = Text(
     "Left over: the torque that the person would still have to add for the arm to be weightless. For comparison: the "
@@ -98,3 +98,5 @@ def _lead(recording: Recording) -> Iterator[Block]:
     if outcome := (recording.last("/result").get("identification") or {}).get("outcome"):
         yield Markup("<strong>The estimator says:</strong> {}").format(outcome)
     yield LEFT_OVER
+    if text := (recording.last("/result").get("comparison") or {}).get("text"):
+        yield text

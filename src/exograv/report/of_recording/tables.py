@@ -7,7 +7,10 @@ from typing import Any
 from exograv.recording import Recording
 from exograv.recording.fields import Message
 from exograv.report.style.figure_style import joint_label
-from exograv.report.style.page import Chapter, Table, Text
+from exograv.report.style.page import Block, Chapter, Folded, Table, Text
+
+FOLDED_FROM = 150
+"""Number of characters above which a setting is folded."""
 
 
 def parameter_table(recording: Recording) -> Chapter | None:
@@ -65,14 +68,25 @@ def event_table(recording: Recording) -> Chapter | None:
 
 
 def settings_table(recording: Recording) -> Chapter | None:
-    """Return all settings that are needed to repeat the run."""
-    rows = [(name, _plain(value)) for name, value in _flat(recording.settings)]
+    """Return all settings that are needed to repeat the run; files and long lists are folded."""
+    settings = [(name, value, _plain(value)) for name, value in _flat(recording.settings)]
+    rows = [(name, text) for name, _, text in settings if len(text) <= FOLDED_FROM]
+    folded = [Folded(*_file(name, value)) for name, value, text in settings if len(text) > FOLDED_FROM]
     note = "With these settings and the same version of the software, the run can be repeated exactly."
-    return _chapter("Settings", note, ("name", "value"), rows)
+    return _chapter("Settings", note, ("name", "value"), rows, folded)
 
 
-def _chapter(title: str, note: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> Chapter | None:
-    return Chapter(title, [*([Text(note)] if note else []), Table(columns, rows)]) if rows else None
+def _file(name: str, value: Any) -> tuple[str, str]:
+    """Return title and lines of a long setting."""
+    text = value if isinstance(value, str) else json.dumps(value, ensure_ascii=False, indent=1)
+    lines = text.count("\n") + 1
+    return f"{name} ({lines} lines)", text
+
+
+def _chapter(
+    title: str, note: str, columns: Sequence[str], rows: Sequence[Sequence[str]], more: Sequence[Block] = ()
+) -> Chapter | None:
+    return Chapter(title, [*([Text(note)] if note else []), Table(columns, rows), *more]) if rows else None
 
 
 def _flat(value: Message, prefix: str = "") -> list[tuple[str, Any]]:

@@ -74,9 +74,11 @@ def house_style(more: Mapping[Any, Any] = MappingProxyType({})) -> Iterator[None
         yield
 
 
-def mark_simulated(figure: Figure) -> None:
-    """Write SIMULATED on a figure, so that the word stays on every copy."""
-    figure.suptitle("SIMULATED", x=0.995, ha="right", fontsize=7, fontweight="bold", color=RED)
+def mark_simulated(figure: Figure, is_simulated: bool = True) -> Figure:
+    """Write SIMULATED on a figure of simulated data, so that the word stays on every copy; return the figure."""
+    if is_simulated:
+        figure.suptitle("SIMULATED", x=0.995, ha="right", fontsize=7, fontweight="bold", color=RED)
+    return figure
 
 
 def inline_svg(figure: Figure, name: str, letters: str = "none") -> str:

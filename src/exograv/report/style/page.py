@@ -2,6 +2,7 @@
 
 import io
 import logging
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,9 +15,14 @@ from matplotlib.figure import Figure
 
 from exograv.files import write_whole
 
+from .figure_data import data_link, figure_csv
 from .figure_style import inline_svg
 
+SIMULATED = "SIMULATED: machine and wearer exist in a simulation only."
 NO_EVIDENCE = "SIMULATED: nobody took part. This shows that the software works; it is no evidence about people."
+CONTENTS = {"en": "Contents", "de": "Inhalt"}
+CONTENTS_FROM = 5
+"""Number of chapters from which a page has a table of contents."""
 NO_PANGO = (
     "No PDF was written: WeasyPrint needs Pango, which is not installed ({error}). Install it (Debian: `apt install "
     "libpango-1.0-0 libpangoft2-1.0-0`), or print {page} from a browser."
@@ -57,7 +63,15 @@ class Table:
     rows: Sequence[Sequence[str]]
 
 
-Block = str | Text | Bullets | Table
+@dataclass(frozen=True)
+class Folded:
+    """Long text, such as a file, that a reader opens by a click; a print shows it."""
+
+    summary: str
+    content: str
+
+
+Block = str | Text | Bullets | Table | Folded
 """Part of a chapter; a string is a paragraph. A string of type `Markup` is inserted as HTML."""
 
 
@@ -81,6 +95,9 @@ class Page:
 
     headline: str
     chapters: Sequence[Chapter]
+    simulated: str
+    """Sentence on top of the page if the data are simulated, else empty. It has no default, so no page forgets it."""
+
     title: str = "exograv report"
     line: str = ""
     """Line above the headline: study, authors, licence."""
@@ -93,14 +110,17 @@ class Page:
     """Blocks between the tiles and the first chapter."""
 
     language: str = "en"
-    simulated: str = ""
-    """Sentence on top of the page if the data are simulated."""
-
     mark: str = ""
     """Word after the title of each chapter."""
 
     letters: Literal["none", "path"] = "path"
     """Letters in figures: `path` for shapes, which need no font; `none` for text, which a reader can search."""
+
+    @property
+    def contents(self) -> str:
+        """Title of the table of contents in the page's language; empty for a page that needs none."""
+        titled = sum(bool(chapter.title) for chapter in self.chapters)
+        return CONTENTS.get(self.language, CONTENTS["en"]) if titled >= CONTENTS_FROM else ""
 
 
 def drawn(kinds: Iterable[tuple[str, str, ModuleType]], source: object) -> Iterator[Chapter]:
@@ -127,7 +147,25 @@ def page_text(page: Page) -> str:
         assert chapter.figure is not None
         return Markup(inline_svg(chapter.figure, chapter.name, page.letters))  # Matplotlib escapes texts.
 
-    return environment.get_template("page.html.j2").render(page=page, svg=svg)
+    return environment.get_template("page.html.j2").render(
+        page=page, svg=svg, csv=_csv, anchors=_anchors(page), contents=page.contents
+    )
+
+
+def _csv(chapter: Chapter) -> str:
+    """Return a link that holds the data of a chapter's figure; empty if the figure has none."""
+    text = figure_csv(chapter.figure) if chapter.figure is not None else ""
+    return data_link(text) if text else ""
+
+
+def _anchors(page: Page) -> list[str]:
+    """Return one unique anchor for each chapter: its name, or one that is made from its title."""
+    found = list[str]()
+    for number, chapter in enumerate(page.chapters, start=1):
+        slug = re.sub(r"[^a-z0-9]+", "-", chapter.title.lower()).strip("-")
+        anchor = chapter.name or slug
+        found.append(anchor if anchor and anchor not in found else f"chapter-{number}")
+    return found
 
 
 def write_page(path: Path, page: Page) -> Path:
@@ -144,6 +182,7 @@ def markdown_text(page: Page, pictures: Mapping[str, Path]) -> str:
     """Render a page as Markdown, with the given pictures, by their description, instead of figures."""
     blocks = [
         f"# {page.headline}",
+        *([f"**{page.simulated}**"] if page.simulated else []),
         *map(_markdown, page.lead),
         *(f"![{shown}]({path.name})" for shown, path in pictures.items()),
     ]
@@ -158,6 +197,8 @@ def _markdown(block: Block) -> str:
         return "\n".join(f"| {' | '.join(line)} |" for line in lines)
     if isinstance(block, Bullets):
         return "\n".join(f"- {sentence}" for sentence in block.sentences)
+    if isinstance(block, Folded):
+        return f"{block.summary}:\n\n````\n{block.content}\n````"
     return block.text if isinstance(block, Text) else block
 
 

@@ -1,0 +1,161 @@
+"""Ticks of a chunk packed by column, without loss, in less than half of the space of rows.
+
+A general compressor finds little in rows, because the neighbours of a value are other quantities. In a column they are
+the values of the ticks before. Each value becomes an integer in the order of the values, differences of
+these integers are small where a signal is smooth, and bytes of the same weight lie side by side for the compressor.
+Integers wrap around, so every step can be undone to the last bit, for NaN too.
+"""
+
+import struct
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Shaped
+
+from .encoding import CDR_HEADER, tick_dtype
+from .schema import SCHEMA_VERSION, TICK
+
+COLUMNS_TOPIC = "/tick_columns"
+COLUMNS_ENCODING = "exograv-columns"
+COLUMNS_SCHEMA = "exograv/TickColumns"
+
+VIEWED_EVERY = 10
+"""Step of the plain `/tick` messages in a packed recording, for viewers that cannot unpack columns [ticks]."""
+
+HEAD = struct.Struct("<III")
+"""Ticks, joints and the version of the table of `/tick`."""
+
+ORDERS = 7
+"""Differences from order 0 to 6; with higher ones the rounding of smooth signals grows faster than they shrink."""
+
+OF_OTHER = 7
+"""Method of `tau_commanded`: difference to `tau_desired` of the same tick, which the guard seldom changes."""
+
+OF_CURRENT = 8
+"""Method of `tau_measured`: difference to `current` times a factor, rounded to float32."""
+
+Column = Shaped[np.ndarray, " tick"]
+
+
+def pack(ticks: np.ndarray) -> bytes:
+    """Pack ticks (tick,) of `tick_dtype`.
+
+    The message is `HEAD`, one byte per column with its method, one float64 per joint with the factor of `OF_CURRENT`,
+    and the columns in the order of the table, joint by joint, each as its bytes of lowest weight first.
+    """
+    n, n_joints = len(ticks), ticks["current"].shape[1]
+    factors = _factors(ticks)
+    methods, planes = bytearray(), list[bytes]()
+    for name, joint in _columns(n_joints):
+        column = _column(ticks, name, joint)
+        method, numbers = _best(column, _predicted(ticks, name, joint, factors))
+        methods.append(method)
+        planes.append(numbers.view(np.uint8).reshape(n, -1).T.tobytes())
+    return b"".join([HEAD.pack(n, n_joints, SCHEMA_VERSION), bytes(methods), factors.tobytes(), *planes])
+
+
+def unpack(data: bytes) -> np.ndarray:
+    """Return the ticks (tick,) of a message that `pack` has made.
+
+    Raises:
+        ValueError: The message is not complete, or has an unknown method.
+    """
+    n, n_joints, version = HEAD.unpack_from(data)
+    ticks = np.zeros(n, tick_dtype(n_joints, version))
+    ticks["cdr_header"] = np.frombuffer(CDR_HEADER, np.uint8)
+    columns = list(_columns(n_joints))
+    methods = data[HEAD.size : HEAD.size + len(columns)]
+    start = HEAD.size + len(columns)
+    factors, start = np.frombuffer(data, "<f8", n_joints, start), start + 8 * n_joints
+    for (name, joint), method in zip(columns, methods, strict=True):
+        column = _column(ticks, name, joint)
+        size = column.dtype.itemsize
+        planes = np.frombuffer(data, np.uint8, n * size, start).reshape(size, n)
+        numbers = _signed(np.ascontiguousarray(planes.T).view(f"<u{size}")[:, 0])
+        if method < ORDERS:
+            for _ in range(method):
+                numbers = np.cumsum(numbers, dtype=numbers.dtype)
+        elif (predicted := dict(_predicted(ticks, name, joint, factors)).get(method)) is not None:
+            numbers = numbers + predicted
+        else:
+            raise ValueError(f"Column {name} has the unknown method {method}.")
+        column[:] = _values(numbers, column.dtype)
+        start += n * size
+    return ticks
+
+
+def _columns(n_joints: int) -> Iterator[tuple[str, int | None]]:
+    for field in TICK.fields:
+        yield from ((field.name, joint) for joint in (range(n_joints) if field.size else (None,)))
+
+
+def _column(ticks: np.ndarray, name: str, joint: int | None) -> Column:
+    return ticks[name] if joint is None else ticks[name][:, joint]
+
+
+def _factors(ticks: np.ndarray) -> np.ndarray:
+    """Return the factor from current to measured torque that fits the ticks best, per joint; NaN without a current."""
+    current, tau = ticks["current"], ticks["tau_measured"].astype(float)
+    with np.errstate(all="ignore"):
+        return np.ascontiguousarray((current * tau).sum(0) / (current * current).sum(0), "<f8")
+
+
+def _predicted(
+    ticks: np.ndarray, name: str, joint: int | None, factors: np.ndarray
+) -> Iterator[tuple[int, np.ndarray]]:
+    """Yield method and integers of the values that other columns predict for this one."""
+    if joint is not None and name == "tau_commanded":
+        yield OF_OTHER, _integers(_column(ticks, "tau_desired", joint))
+    elif joint is not None and name == "tau_measured":
+        with np.errstate(all="ignore"):
+            torque = (factors[joint] * ticks["current"][:, joint]).astype("<f4")
+        yield OF_CURRENT, _integers(torque)
+
+
+def _best(column: Column, predicted: Iterator[tuple[int, np.ndarray]]) -> tuple[int, np.ndarray]:
+    """Return the method that leaves the fewest bits, and its unsigned numbers."""
+    numbers = _integers(column)
+    found = [(_bits(left), method, left) for method, left in ((m, _unsigned(numbers - of)) for m, of in predicted)]
+    for order in range(ORDERS):
+        left = _unsigned(numbers)
+        found.append((_bits(left), order, left))
+        if order > 1 and found[-1][0] > found[-2][0]:
+            break  # noise: each further difference is larger
+        before, numbers = numbers, numbers.copy()
+        numbers[1:] -= before[:-1]
+    _, method, left = min(found, key=lambda one: one[0])
+    return method, left
+
+
+def _bits(numbers: np.ndarray) -> float:
+    """Estimate the bits that a compressor needs."""
+    return float(np.log2(numbers.astype(np.float32) + np.float32(1.0)).sum())
+
+
+def _integers(values: Column) -> np.ndarray:
+    """Return integers in the order of the values: from one number to the next it is a step of 1."""
+    values = np.ascontiguousarray(values)
+    integers = values.view(f"<i{values.dtype.itemsize}")
+    return _in_order(integers) if values.dtype.kind == "f" else integers
+
+
+def _values(integers: np.ndarray, kind: np.dtype) -> Column:
+    """Undo `_integers`."""
+    return (_in_order(integers) if kind.kind == "f" else integers).view(kind)
+
+
+def _in_order(integers: np.ndarray) -> np.ndarray:
+    """Reverse the order of negative numbers, which have sign and magnitude as floats; twice gives them back."""
+    bits = 8 * integers.itemsize
+    return integers ^ ((integers >> (bits - 1)) & integers.dtype.type(2 ** (bits - 1) - 1))
+
+
+def _unsigned(integers: np.ndarray) -> np.ndarray:
+    """Return 0, 1, 2, 3, … for 0, −1, 1, −2, …, so that small numbers have zeros in their upper bytes."""
+    return ((integers << 1) ^ (integers >> (8 * integers.itemsize - 1))).view(f"<u{integers.itemsize}")
+
+
+def _signed(numbers: np.ndarray) -> np.ndarray:
+    """Undo `_unsigned`."""
+    one = numbers.dtype.type(1)
+    return ((numbers >> one) ^ (~(numbers & one) + one)).view(f"<i{numbers.itemsize}")
