@@ -37,6 +37,7 @@ from exograv.cli.recordings.streams import run_streams
 from exograv.cli.recordings.sync import run_sync
 from exograv.cli.shell.base_options import Common, refuse_unwritable, write_json
 from exograv.cli.shell.command import Action, act, command_class, estimate
+from exograv.cli.shell.spellings import present_spelling
 from exograv.cli.simulation.benchmark_identification import run_benchmark_identification
 from exograv.cli.simulation.faults import run_faults_command
 from exograv.cli.simulation.simulate_study import run_simulate_study
@@ -186,10 +187,11 @@ def _run_as_asked() -> None:
         print(overview())
         return
     action = ACTIONS[path]
+    kind = command_class(action)
     command: Common = tyro.cli(
-        command_class(action),
+        kind,
         prog=f"exograv {path}",
-        args=rest,
+        args=present_spelling(kind, rest),
         config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.SuppressFixed),
     )
     if command.json is not None:

@@ -7,9 +7,11 @@ from functools import cache
 from inspect import signature
 from typing import Any
 
+from exograv.options import Acts, flags
 from exograv.results import json_value
 
 from .base_options import Common
+from .spellings import MACHINE
 
 Action = Callable[..., Any]
 """Function of a command. It takes its option classes, and `Common` if needed. Its result has a JSON form."""
@@ -34,12 +36,27 @@ def command_class(action: Action) -> type[Common]:
     return make_dataclass(action.__name__, [], bases=(*kinds, shared), frozen=True, namespace=namespace)
 
 
+def refuse_idle(command: Common) -> None:
+    """Check that every option that was given has an effect together with the other options.
+
+    Raises:
+        ConfigError: An option differs from its default, but has no effect.
+    """
+    defaults = {field.name: field.default for field in fields(command)}
+    for field, flag, marks in flags(type(command)):
+        value = getattr(command, field)
+        for mark in marks:
+            if isinstance(mark, Acts) and value != defaults[field]:
+                mark.refuse("RIG" if field == MACHINE else flag, value, command)
+
+
 def act(action: Action, parsed: Common) -> dict[str, Any]:
     """Run a command; return the object that `--json` writes.
 
     Raises:
         ConfigError: An option cannot be used.
     """
+    refuse_idle(parsed)
     parts = {
         name: kind(**{field.name: getattr(parsed, field.name) for field in fields(kind) if field.init})
         for name, kind in option_classes(action).items()

@@ -8,7 +8,19 @@ from typing import Annotated
 import tyro
 
 from exograv.errors import ConfigError
-from exograv.options import AnySeed, Options, RigOption, Seed, Sex, Side, SideOption, Within, read_numbers, words
+from exograv.options import (
+    RIG_HELP,
+    DerivedMachine,
+    Machine,
+    Options,
+    Seed,
+    Sex,
+    Side,
+    SideOption,
+    Within,
+    read_numbers,
+    words,
+)
 from exograv.procedures.identification.method_names import MethodName
 
 PERIOD_S = (5.0, 120.0)
@@ -33,8 +45,7 @@ class NewRigOptions:
 class CheckOptions:
     """Options of `exograv rig check`."""
 
-    rig: Annotated[str, tyro.conf.Positional] = field(default=tyro.MISSING)
-    """Folder with a rig.toml, or name of a machine (see `exograv rigs`)."""
+    rig: Machine = "recupera_like"
 
     side: Side | None = None
     """Arm that is put in; the machine's first if none is named."""
@@ -53,7 +64,7 @@ class CheckOptions:
 class DesignOptions(Options):
     """Options of `exograv rig motion`."""
 
-    rig: tyro.conf.Positional[RigOption] = "recupera_like"
+    rig: Machine = "recupera_like"
     side: SideOption = None
 
     height_m: float = 1.70
@@ -105,8 +116,7 @@ class ExportOptions:
     calibration: Path | None = None
     """File calibration.toml of the machine, for its links; without it the links are those of its description."""
 
-    rig: str | None = None
-    """Folder of the machine, if it is not a built-in one."""
+    rig: Annotated[DerivedMachine, tyro.conf.arg(help=f"{RIG_HELP} Default: the machine of the file.")] = None
 
 
 @dataclass(frozen=True)
@@ -144,6 +154,3 @@ class LogOptions:
 
     gain_sd: float = 0.0
     """Standard deviation of the gains, as a share; widens the interval."""
-
-    seed: AnySeed = 0
-    """Seed without effect, since nothing is drawn here; every command takes one."""
