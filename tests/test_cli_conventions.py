@@ -1,6 +1,7 @@
 """The machine and `--simulate` mean the same in every command, and former spellings still work."""
 
 from dataclasses import fields
+from inspect import get_annotations
 from typing import get_type_hints
 
 import pytest
@@ -57,7 +58,7 @@ def test_simulate_exists_exactly_beside_drives_and_has_one_help_text(path: str):
     assert hasattr(kind, "simulate") == hasattr(kind, "drives")
     if hasattr(kind, "simulate"):
         assert help_of(kind, "simulate") == [SIMULATE_HELP]
-        declared = [cls for cls in kind.__mro__ if "simulate" in cls.__dict__.get("__annotations__", {})]
+        declared = [cls for cls in kind.__mro__ if "simulate" in get_annotations(cls)]
         assert [cls.__name__ for cls in declared] == ["MachineOptions"]
 
 

@@ -5,6 +5,7 @@ import os
 import shutil
 import sys
 import textwrap
+from pathlib import Path
 from typing import NamedTuple
 
 import tyro
@@ -36,8 +37,8 @@ from exograv.cli.recordings.report import run_report
 from exograv.cli.recordings.streams import run_streams
 from exograv.cli.recordings.sync import run_sync
 from exograv.cli.shell.base_options import Common, refuse_unwritable, write_json
-from exograv.cli.shell.command import Action, act, command_class, estimate
-from exograv.cli.shell.spellings import present_spelling
+from exograv.cli.shell.command import Action, checked_parts, command_class, estimate
+from exograv.cli.shell.spellings import present_spelling, value_of
 from exograv.cli.simulation.benchmark_identification import run_benchmark_identification
 from exograv.cli.simulation.faults import run_faults_command
 from exograv.cli.simulation.simulate_study import run_simulate_study
@@ -46,6 +47,7 @@ from exograv.cli.simulation.transparency import run_transparency_command
 from exograv.cli.simulation.validate_participant import run_validate_participant
 from exograv.errors import ConfigError, ExogravError
 from exograv.extras import missing_package
+from exograv.results import json_value
 
 from .study import COMMANDS as STUDY_COMMANDS
 
@@ -187,23 +189,39 @@ def _run_as_asked() -> None:
         print(overview())
         return
     action = ACTIONS[path]
-    kind = command_class(action)
-    command: Common = tyro.cli(
-        kind,
-        prog=f"exograv {path}",
-        args=present_spelling(kind, rest),
-        config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.SuppressFixed),
-    )
+    command = parsed(path, rest)
+    parts = checked_parts(action, command)
+    if command.write_settings is not None:
+        from exograv.cli.shell.settings import write_settings
+
+        write_settings(command.write_settings, path, command)
     if command.json is not None:
         refuse_unwritable(command.json)
     if path in DURATIONS and not getattr(command, "drives", None):
         estimate.set(f"exograv {path} usually takes {DURATIONS[path]}.")
-    result = act(action, command)
+    result = json_value(action(**parts))
     if command.json is not None:
         write_json(command.json, result)
     # A failed check ends with status 1, so that a script does not continue.
     if not result.get("ok", True):
         sys.exit(1)
+
+
+def parsed(path: str, words: list[str]) -> Common:
+    """Read the options of a command from the words of the command line, and from the settings file that they name.
+
+    Raises:
+        ConfigError: The settings file cannot be used.
+    """
+    kind = command_class(ACTIONS[path])
+    words, defaults = present_spelling(kind, words), None
+    file = value_of("--settings", words)
+    if file is not None:
+        from exograv.cli.shell.settings import with_settings
+
+        defaults = with_settings(Path(file), path, ACTIONS, words)
+    config = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.SuppressFixed)
+    return tyro.cli(kind, prog=f"exograv {path}", args=words, default=defaults, config=config)
 
 
 ACTIONS: Commands = START | {

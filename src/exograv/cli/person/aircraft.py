@@ -52,8 +52,7 @@ class Aircraft:
     jitter_ms: Annotated[float, EMULATING] = 0.0
     """Mean delay of the emulated datagrams [ms]."""
 
-    seed: Annotated[Seed, EMULATING] = 0
-    """Seed of losses and delays of the emulated datagrams."""
+    seed: Annotated[Seed, EMULATING, tyro.conf.arg(help="Seed of losses and delays of the emulated datagrams.")] = 0
 
 
 def run_aircraft_command(command: Aircraft) -> "HeardAircraft | dict[str, int | None]":
