@@ -38,6 +38,7 @@ from exograv.cli.recordings.streams import run_streams
 from exograv.cli.recordings.sync import run_sync
 from exograv.cli.shell.base_options import Common, refuse_unwritable, write_json
 from exograv.cli.shell.command import Action, checked_parts, command_class, estimate
+from exograv.cli.shell.durations import duration_sentence
 from exograv.cli.shell.spellings import present_spelling, value_of
 from exograv.cli.simulation.benchmark_identification import run_benchmark_identification
 from exograv.cli.simulation.faults import run_faults_command
@@ -197,8 +198,7 @@ def _run_as_asked() -> None:
         write_settings(command.write_settings, path, command)
     if command.json is not None:
         refuse_unwritable(command.json)
-    if path in DURATIONS and not getattr(command, "drives", None):
-        estimate.set(f"exograv {path} usually takes {DURATIONS[path]}.")
+    estimate.set(duration_sentence(path, command))
     result = json_value(action(**parts))
     if command.json is not None:
         write_json(command.json, result)
@@ -230,25 +230,6 @@ ACTIONS: Commands = START | {
 """Every command by its full name."""
 
 HELP = ("-h", "--help")
-
-DURATIONS = {
-    "demo": "about a minute",
-    "arm identify": "about 40 s",
-    "arm verify": "about a minute",
-    "arm weigh": "about a minute",
-    "rig calibrate": "about 15 s",
-    "rig self-test": "about half a minute",
-    "run train": "about half a minute and half a minute more for each window",
-    "run assist": "some minutes",
-    "run support-level": "some minutes",
-    "run teach": "about a minute",
-    "run repeat": "about a minute",
-    "run mirror": "about a minute",
-    "study example": "about a minute for six participants",
-    "dev transparency": "about a minute and a half for each machine",
-    "dev validate-participant": "about a minute",
-}
-"""Usual durations on the twin, default options, two cores. Other long commands print an estimate of their own."""
 
 
 class UnknownCommandError(ConfigError):

@@ -38,7 +38,7 @@ def present_spelling(command: type, words: list[str]) -> list[str]:
 
 def value_of(flag: str, words: list[str]) -> str | None:
     """Return the last value of a flag on the command line; None if the flag has no value or is not there."""
-    pairs = zip(words, [*words[1:], ""], strict=True)
+    pairs = zip(words, [*words, ""][1:], strict=True)
     given = [after if word == flag else word.partition("=")[2] for word, after in pairs if word.split("=")[0] == flag]
     return (given[-1] or None) if given else None
 
