@@ -37,10 +37,10 @@ def present_spelling(command: type, words: list[str]) -> list[str]:
 
 
 def value_of(flag: str, words: list[str]) -> str | None:
-    """Return the last value of a flag on the command line; None if the flag has no value or is not there."""
+    """Return the last value of a flag on the command line; None if it is not there."""
     pairs = zip(words, [*words, ""][1:], strict=True)
     given = [after if word == flag else word.partition("=")[2] for word, after in pairs if word.split("=")[0] == flag]
-    return (given[-1] or None) if given else None
+    return given[-1] if given else None
 
 
 def _machine_first(words: list[str]) -> list[str]:
