@@ -1,10 +1,13 @@
 """Command line `exograv`. Each command imports the rooms that it needs, because `--help` must not wait for them."""
 
 import difflib
+import io
 import os
 import shutil
 import sys
 import textwrap
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext, redirect_stdout
 from pathlib import Path
 from typing import NamedTuple
 
@@ -221,7 +224,8 @@ def parsed(path: str, words: list[str]) -> Common:
 
         defaults = with_settings(Path(file), path, ACTIONS, words)
     config = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.SuppressFixed)
-    return tyro.cli(kind, prog=f"exograv {path}", args=words, default=defaults, config=config)
+    with wrapped_output() if set(words) & set(HELP) else nullcontext():
+        return tyro.cli(kind, prog=f"exograv {path}", args=words, default=defaults, config=config)
 
 
 ACTIONS: Commands = START | {
@@ -230,6 +234,9 @@ ACTIONS: Commands = START | {
 """Every command by its full name."""
 
 HELP = ("-h", "--help")
+
+NARROW = 60
+"""Terminal width below which the description of a command is wrapped too [columns]."""
 
 
 class UnknownCommandError(ConfigError):
@@ -276,12 +283,13 @@ def _unknown(name: str, known: list[str]) -> str:
 
 def overview() -> str:
     """Text of `exograv` without a command: first steps, and all commands by group."""
-    lines = ["exograv takes away the weight of the arm inside an exoskeleton. Research software, not a medical device."]
-    lines += ["", "First steps:"]
-    lines += [f"  {command:16} {purpose} ({duration})" for command, purpose, duration in FIRST_STEPS]
-    lines += ["", "Commands (exograv COMMAND --help shows the options):", f"  {', '.join(START)}", ""]
+    about = "exograv takes away the weight of the arm inside an exoskeleton. Research software, not a medical device."
+    lines = [*_wrapped(about, 0), "", "First steps:"]
+    for command, purpose, duration in FIRST_STEPS:
+        lines += _entry(command, f"{purpose} ({duration})", 2, 19)
+    lines += ["", *_wrapped("Commands (exograv COMMAND --help shows the options):", 0), f"  {', '.join(START)}", ""]
     for word, group in GROUPS.items():
-        lines += [f"  {word:6} {group.about}", *_wrapped(", ".join(group.commands), 9), ""]
+        lines += [*_entry(word, group.about, 2, 9), *_wrapped(", ".join(group.commands), 9), ""]
     return "\n".join([*lines, "Documentation: docs/index.md"])
 
 
@@ -289,12 +297,33 @@ def group_help(word: str) -> str:
     """Text of a group: each command with the first sentence of its description."""
     group = GROUPS[word]
     width = max(map(len, group.commands)) + 2
-    lines = [group.about, ""]
+    lines = [*_wrapped(group.about, 0), ""]
     for name, action in group.commands.items():
-        about = (action.__doc__ or "").strip().splitlines()[0]
-        first, *more = _wrapped(about, 4 + width)
-        lines += [f"    {name:{width}}{first.strip()}", *more]
-    return "\n".join([*lines, "", f"exograv {word} COMMAND --help shows the options."])
+        lines += _entry(name, (action.__doc__ or "").strip().splitlines()[0], 4, 4 + width)
+    return "\n".join([*lines, "", *_wrapped(f"exograv {word} COMMAND --help shows the options.", 0)])
+
+
+def _entry(name: str, about: str, indent: int, column: int) -> list[str]:
+    """Lines of a name with its description in a column; on a narrow terminal the description is below the name."""
+    if shutil.get_terminal_size().columns < column + 40:
+        return [" " * indent + name, *_wrapped(about, indent + 4)]
+    first, *more = _wrapped(about, column)
+    return [f"{' ' * indent}{name}".ljust(column) + first.strip(), *more]
+
+
+@contextmanager
+def wrapped_output() -> Iterator[None]:
+    """Wrap long lines of a help text on a narrow terminal: tyro wraps the options, but not the description."""
+    if shutil.get_terminal_size().columns >= NARROW:
+        yield
+        return
+    text = io.StringIO()
+    try:
+        with redirect_stdout(text):
+            yield
+    finally:
+        for line in text.getvalue().splitlines():
+            print("\n".join(_wrapped(line, 0)) if line[:1].isalnum() else line)
 
 
 def _wrapped(text: str, indent: int) -> list[str]:
