@@ -14,6 +14,7 @@ from typing import Any, get_type_hints
 import tyro
 
 from exograv.options import Acts, flags
+from exograv.results import json_value
 
 from .base_options import Common
 from .spellings import MACHINE
@@ -121,3 +122,12 @@ def checked_parts(action: Action, parsed: Common) -> dict[str, Any]:
         name: kind(**{field.name: getattr(parsed, field.name) for field in fields(kind) if field.init})
         for name, kind in option_classes(action).items()
     }
+
+
+def act(action: Action, parsed: Common) -> dict[str, Any]:
+    """Run a command; return the object that `--json` writes.
+
+    Raises:
+        ConfigError: An option cannot be used.
+    """
+    return json_value(action(**checked_parts(action, parsed)))
