@@ -40,7 +40,7 @@ from exograv.cli.recordings.report import run_report
 from exograv.cli.recordings.streams import run_streams
 from exograv.cli.recordings.sync import run_sync
 from exograv.cli.shell.base_options import Common, refuse_unwritable, write_json
-from exograv.cli.shell.command import Action, act, checked_parts, command_class, estimate
+from exograv.cli.shell.command import Action, checked_parts, command_class, estimate
 from exograv.cli.shell.durations import duration_sentence
 from exograv.cli.shell.spellings import present_spelling, value_of
 from exograv.cli.simulation.benchmark_identification import run_benchmark_identification
@@ -51,6 +51,7 @@ from exograv.cli.simulation.transparency import run_transparency_command
 from exograv.cli.simulation.validate_participant import run_validate_participant
 from exograv.errors import ConfigError, ExogravError
 from exograv.extras import missing_package
+from exograv.results import json_value
 
 from .study import COMMANDS as STUDY_COMMANDS
 
@@ -193,15 +194,15 @@ def _run_as_asked() -> None:
         return
     action = ACTIONS[path]
     command = parsed(path, rest)
+    parts = checked_parts(action, command)
     if command.write_settings is not None:
         from exograv.cli.shell.settings import write_settings
 
-        checked_parts(action, command)  # A file with an option that is refused would be of no use.
         write_settings(command.write_settings, path, command)
     if command.json is not None:
         refuse_unwritable(command.json)
     estimate.set(duration_sentence(path, command))
-    result = act(action, command)
+    result = json_value(action(**parts))
     if command.json is not None:
         write_json(command.json, result)
     # A failed check ends with status 1, so that a script does not continue.

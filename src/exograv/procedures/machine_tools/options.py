@@ -76,7 +76,7 @@ class DesignOptions(Options):
     sex: Sex = "female"
     """Sex of that person, which selects the table of the arm."""
 
-    seconds: float = 300.0
+    seconds: Annotated[float, Within(1.0, 86_400.0, "1 to 86400 s.")] = 300.0
     """Duration of the search [s]. Starts that are not begun by then are left out, so the result may differ between
     computers."""
 
@@ -86,7 +86,7 @@ class DesignOptions(Options):
     harmonics: int = 8
     """Harmonics of that period."""
 
-    starts: int = 4
+    starts: Annotated[int, Within(1, 1000)] = 4
     """Random starts beside the machine's present motion: loops, and motions that return on the same path."""
 
     iterations: tyro.conf.Fixed[int] = 120
@@ -102,8 +102,6 @@ class DesignOptions(Options):
                 f"--harmonics is {self.harmonics}; allowed with a period of {self.period_s:g} s: 1 to {most}, "
                 f"so that none is faster than {FASTEST_HZ:g} Hz."
             )
-        if self.seconds <= 0.0 or self.starts < 1:
-            raise ConfigError(f"--seconds {self.seconds:g} and --starts {self.starts} must be positive.")
 
 
 @dataclass(frozen=True)
