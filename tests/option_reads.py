@@ -75,7 +75,7 @@ def definition(name: str, local: str) -> tuple[str, ast.AST] | None:
 
 @dataclass
 class Facts:
-    """What one function or class says about names."""
+    """Names that one function or class refers to, and what it does with them."""
 
     references: set[str] = field(default_factory=set)
     takes: set[tuple[str, str]] = field(default_factory=set)

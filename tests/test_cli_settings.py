@@ -45,7 +45,7 @@ def _flat(kind: Any) -> list[Any]:
 
 def changed(path: str) -> Any:
     """Options of a command, each different from its default."""
-    kind = command_class(ACTIONS[path])
+    kind: Any = command_class(ACTIONS[path])
     values = {
         one.name: one.default if one.default_factory is MISSING else one.default_factory() for one in fields(kind)
     }

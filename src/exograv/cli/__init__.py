@@ -9,7 +9,7 @@ import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, redirect_stdout
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import tyro
 
@@ -193,7 +193,7 @@ def _run_as_asked() -> None:
         print(overview())
         return
     action = ACTIONS[path]
-    command = parsed(path, rest)
+    command: Common = parsed(path, rest)
     parts = checked_parts(action, command)
     if command.write_settings is not None:
         from exograv.cli.shell.settings import write_settings
@@ -210,7 +210,7 @@ def _run_as_asked() -> None:
         sys.exit(1)
 
 
-def parsed(path: str, words: list[str]) -> Common:
+def parsed(path: str, words: list[str]) -> Any:
     """Read the options of a command from the words of the command line, and from the settings file that they name.
 
     Raises:

@@ -18,7 +18,7 @@ CALIBRATION_S, IDENTIFIED_S_PER_S, FLOATED_S = 12.0, 0.25, 8.0
 """Calibration of the twin [s]; identification per second of motion; floating and a known weight [s]."""
 
 WINDOW_S, VERIFIED_S, ATTEMPTS_S = 25.0, 30.0, 60.0
-"""One window of a session; one verification; the attempts of a search for support [s]."""
+"""A window of a session; a verification; the attempts of a search for support [s]."""
 
 BUS_FACTOR = 3.0
 """Simulated drives in another process are slower than the twin by about this factor."""
