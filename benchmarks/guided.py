@@ -42,7 +42,7 @@ def run(seed: int, level: int, folder: Path) -> list[dict[str, Any]]:
         return known[name]
 
     def options_of(kind: type, **more: Any) -> Any:
-        return kind(level=level, seed=seed, simulate=True, **more)
+        return kind(level=level, seed=seed, **more)
 
     acts = [("teach", "relaxed", lambda: run_teach(options_of(GuidedOptions), path, "", folder, quiet, once))]
     for case in CASES:

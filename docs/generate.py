@@ -75,8 +75,8 @@ def main() -> None:
 
 
 def commands() -> str:
-    """Sections of groups and commands, with the text of `--help`."""
-    parts = ["# Commands", "The text of `exograv COMMAND --help`, for every command."]
+    """One section per group and command, with the text of `--help`."""
+    parts = ["# Commands", "The text of `exograv COMMAND --help`, for every command.", CONVENTIONS]
     parts += ["## Without a group"]
     for name, action in ACTIONS.items():
         group, _, member = name.rpartition(" ")
@@ -92,6 +92,15 @@ def help_of(name: str, action: Action) -> str:
         tyro.cli(command_class(action), prog=f"exograv {name}", args=["--help"], config=CONFIG)
     return re.sub(r"\x1b\[[0-9;]*m", "", said.getvalue()).strip()
 
+
+CONVENTIONS = """- The machine is the first word after a command; `--rig NAME` is another spelling. Commands for a
+  recording take the recording first.
+- `--drives FILE` connects a real machine, `--simulate` simulated drives in its place; without both a command runs on
+  the twin. Commands that can only simulate accept `--simulate` and do not need it.
+- `--settings FILE.toml` reads options of any command: a table `[run.train]` for one command, keys of `[run]` for a
+  group, keys at the top for all. `--write-settings FILE.toml` writes the options in force.
+- Exit status: 0 done; 1 refused, failed, or a check that did not pass; 2 a command line that cannot be read; 130 ended
+  by the keyboard."""
 
 CONFIG = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.SuppressFixed)
 

@@ -87,7 +87,18 @@ REFUSED = {
     "transparency without motors": (("transparency", "--rig", "recupera_like_passive"), "nothing can be compensated"),
     "transparency of two arms": (("transparency", "--rig", "recupera_like_dual"), "effort is measured on one"),
     "a session without a participant": (("train", "--simulate"), "--participant is ''; it must have 3 to 16"),
-    "a session in a real machine": (("train", "--participant", "P-01"), "is run at the console"),
+    "a machine option without a machine": (("demo", "--rig"), "--rig has no value; give the name of a machine"),
+    "the disturbances of a real machine": (("calibrate", "--drives", "d.toml", "--level", "3"), "acts only on a simul"),
+    "a virtual person beside a recorded one": (
+        ("support-level", "--recording", "r.mcap", "--level", "3"),
+        "--level is 3, but it acts only for a virtual person",
+    ),
+    "a lossy network for a listener": (("aircraft", "--loss", "0.5"), "--loss is 0.5, but it acts only in `exograv da"),
+    "a group of no new person": (("study", "participant", ".", "list", "--group", "A"), "with the action `new`"),
+    "faults of a motor that is not simulated": (
+        ("rig-test", "--drives", "d.toml", "--by", "ab", "--wrong-sign", "elbow_flexion"),
+        "acts only with --simulate",
+    ),
     "a session to go on with that never began": (
         ("train", "--simulate", "--participant", "P-01", "--resume"),
         "There is no run to go on with",

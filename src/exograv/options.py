@@ -56,6 +56,26 @@ class Within:
 
 
 @dataclass(frozen=True)
+class Acts:
+    """Condition under which an option has an effect. The command line refuses the option without the condition."""
+
+    when: Callable[[Any], bool]
+    """Function of all options of the command."""
+
+    words: str
+    """Condition as the end of the error message, such as 'with --simulate'."""
+
+    def refuse(self, flag: str, value: object, options: object) -> None:
+        """Check an option that was given.
+
+        Raises:
+            ConfigError: The option has no effect with the other options.
+        """
+        if not self.when(options):
+            raise ConfigError(f"{flag} is {value}, but it acts only {self.words}. Leave it out.")
+
+
+@dataclass(frozen=True)
 class PersonCode:
     """Rule for the code of a person. The code must never be a name."""
 
@@ -126,7 +146,19 @@ Loss = Literal["finish", "stop"]
 Bus = Literal["canopen", "moteus", "udp"]
 Profile = Literal["harmonic", "qdd"]
 
-RigOption = Annotated[str, tyro.conf.arg(help="Name of a machine (see `exograv rigs`) or path of its folder.")]
+RIG_HELP = "Machine: a name (see `exograv rigs`), or the path of its folder."
+Machine = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="[RIG]", help=RIG_HELP)]
+"""Machine that a command acts on: always the first word after the command. `--rig NAME` is another spelling."""
+
+DerivedMachine = Annotated[str | None, tyro.conf.Positional, tyro.conf.arg(metavar="[RIG]", help=RIG_HELP)]
+"""Machine of a command whose default depends on other options."""
+
+SIMULATE_HELP = (
+    "Use no hardware: simulated drives in another process, with the twin behind them, take the place of the machine's "
+    "own."
+)
+Simulate = Annotated[bool, tyro.conf.arg(help=SIMULATE_HELP)]
+ON_SIMULATED = Acts(lambda all_: all_.drives is None or all_.simulate, "on a simulated machine, not on real drives")
 SideOption = Annotated[Side | None, tyro.conf.arg(help=SIDE_HELP)]
 OneSideOption = Annotated[Literal["right", "left"] | None, tyro.conf.arg(help=SIDE_HELP)]
 Level = Annotated[int, Within(0, 4, "0 (none) to 4 (a bad day)."), tyro.conf.arg(help=LEVEL_HELP.format("twin"))]
@@ -168,7 +200,7 @@ class SeedOption(Options):
 class TwinOptions(Options):
     """Options of a command that runs on the twin."""
 
-    rig: RigOption = "recupera_like"
+    rig: Machine = "recupera_like"
     side: SideOption = None
     level: Level = 2
     seed: Seed = 0
@@ -178,11 +210,13 @@ class TwinOptions(Options):
 class MachineOptions(TwinOptions):
     """Options of a command for the twin or a machine on drives. Each subclass states the tests its drives must pass."""
 
+    level: Annotated[Level, ON_SIMULATED] = 2
+    seed: Annotated[Seed, ON_SIMULATED] = 0
+
     drives: DrivesFile = None
     """File drives.toml of a real machine."""
 
-    simulate: bool = False
-    """Use simulated drives in another process."""
+    simulate: Simulate = False
 
     @property
     def is_on_drives(self) -> bool:
@@ -208,9 +242,6 @@ class WornOptions(CalibratedOptions):
 
     drives: DrivesFile = None
     """File drives.toml of a real machine with a wearer, which passed its self-test on this computer today."""
-
-    simulate: bool = False
-    """Use simulated drives in another process, with a virtual wearer in the machine."""
 
 
 def text_option(read: Callable[[str], Any], write: Callable[[Any], str], metavar: str) -> Any:

@@ -48,7 +48,7 @@ def known() -> ControllerKnowledge:
 @pytest.fixture
 def path(known: ControllerKnowledge, tmp_path: Path) -> Path:
     """Path that was taught before."""
-    options, path = GuidedOptions(seed=SEED, simulate=True), tmp_path / "path.toml"
+    options, path = GuidedOptions(seed=SEED), tmp_path / "path.toml"
     run_teach(options, path, CODE, tmp_path, quiet, lambda *_asked: known)
     return path
 
@@ -63,18 +63,18 @@ def interrupted(act: Callable[[Progress], Any], pressed: Pressed, recorded: Path
 
 def test_in_the_middle_of_teaching_the_path_of_before_stays(path: Path, known: ControllerKnowledge):
     before = path.read_bytes()
-    options = GuidedOptions(seed=SEED, simulate=True)
+    options = GuidedOptions(seed=SEED)
     act = partial(run_teach, options, path, CODE, path.parent, preparing=lambda *_asked: known)
     interrupted(act, Pressed("The arm floats; lead it", 100), path.parent / "teach.mcap")
     assert path.read_bytes() == before
 
 
 def test_in_the_middle_of_repeating(path: Path, known: ControllerKnowledge):
-    options = RepeatOptions(seed=SEED, simulate=True)
+    options = RepeatOptions(seed=SEED)
     act = partial(run_repeat, options, path, CODE, path.parent, preparing=lambda *_asked: known)
     interrupted(act, Pressed("Repeating the path", 100), path.parent / "repeat.mcap")
 
 
 def test_before_a_mirror_has_begun(tmp_path: Path):
-    act = partial(run_mirror, MirrorOptions(seed=SEED, simulate=True), tmp_path)
+    act = partial(run_mirror, MirrorOptions(seed=SEED), tmp_path)
     interrupted(act, Pressed("", 5), tmp_path / "mirror.mcap")

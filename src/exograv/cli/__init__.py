@@ -1,13 +1,17 @@
 """Command line `exograv`. Each command imports the rooms that it needs, because `--help` must not wait for them."""
 
 import difflib
+import io
 import os
 import shutil
 import signal
 import sys
 import tempfile
 import textwrap
-from typing import NamedTuple
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext, redirect_stdout
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import tyro
 
@@ -39,8 +43,10 @@ from exograv.cli.recordings.streams import run_streams
 from exograv.cli.recordings.sync import run_sync
 from exograv.cli.recordings.view import run_view_command
 from exograv.cli.shell.base_options import Common, refuse_unwritable, write_json
-from exograv.cli.shell.command import Action, act, command_class, estimate
+from exograv.cli.shell.command import Action, checked_parts, command_class, estimate
+from exograv.cli.shell.durations import duration_sentence
 from exograv.cli.shell.end_signals import EndSignals
+from exograv.cli.shell.spellings import present_spelling, value_of
 from exograv.cli.simulation.benchmark_identification import run_benchmark_identification
 from exograv.cli.simulation.faults import run_faults_command
 from exograv.cli.simulation.simulate_study import run_simulate_study
@@ -50,6 +56,7 @@ from exograv.cli.simulation.validate_participant import run_validate_participant
 from exograv.errors import ConfigError, ExogravError
 from exograv.extras import missing_package
 from exograv.files import NO_ROOM
+from exograv.results import json_value
 
 from .study import COMMANDS as STUDY_COMMANDS
 
@@ -208,22 +215,39 @@ def _run_as_asked() -> None:
         print(overview())
         return
     action = ACTIONS[path]
-    command: Common = tyro.cli(
-        command_class(action),
-        prog=f"exograv {path}",
-        args=rest,
-        config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.SuppressFixed),
-    )
+    command: Common = parsed(path, rest)
+    parts = checked_parts(action, command)
+    if command.write_settings is not None:
+        from exograv.cli.shell.settings import write_settings
+
+        write_settings(command.write_settings, path, command)
     if command.json is not None:
         refuse_unwritable(command.json)
-    if path in DURATIONS and not getattr(command, "drives", None):
-        estimate.set(f"exograv {path} usually takes {DURATIONS[path]}.")
-    result = act(action, command)
+    estimate.set(duration_sentence(path, command))
+    result = json_value(action(**parts))
     if command.json is not None:
         write_json(command.json, result)
     # A failed check ends with status 1, so that a script does not continue.
     if not result.get("ok", True):
         sys.exit(1)
+
+
+def parsed(path: str, words: list[str]) -> Any:
+    """Read the options of a command from the words of the command line, and from the settings file that they name.
+
+    Raises:
+        ConfigError: The settings file cannot be used.
+    """
+    kind = command_class(ACTIONS[path])
+    words, defaults = present_spelling(kind, words), None
+    file = value_of("--settings", words)
+    if file is not None:
+        from exograv.cli.shell.settings import with_settings
+
+        defaults = with_settings(Path(file), path, ACTIONS, words)
+    config = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.SuppressFixed)
+    with wrapped_output() if set(words) & set(HELP) else nullcontext():
+        return tyro.cli(kind, prog=f"exograv {path}", args=words, default=defaults, config=config)
 
 
 ACTIONS: Commands = START | {
@@ -233,24 +257,8 @@ ACTIONS: Commands = START | {
 
 HELP = ("-h", "--help")
 
-DURATIONS = {
-    "demo": "about a minute",
-    "arm identify": "about 40 s",
-    "arm verify": "about a minute",
-    "arm weigh": "about a minute",
-    "rig calibrate": "about 15 s",
-    "rig self-test": "about half a minute",
-    "run train": "about half a minute and half a minute more for each window",
-    "run assist": "some minutes",
-    "run support-level": "some minutes",
-    "run teach": "about a minute",
-    "run repeat": "about a minute",
-    "run mirror": "about a minute",
-    "study example": "about a minute for six participants",
-    "dev transparency": "about a minute and a half for each machine",
-    "dev validate-participant": "about a minute",
-}
-"""Usual durations on the twin, default options, two cores. Other long commands print an estimate of their own."""
+NARROW = 60
+"""Terminal width below which the description of a command is wrapped too [columns]."""
 
 
 class UnknownCommandError(ConfigError):
@@ -297,12 +305,13 @@ def _unknown(name: str, known: list[str]) -> str:
 
 def overview() -> str:
     """Text of `exograv` without a command: first steps, and all commands by group."""
-    lines = ["exograv takes away the weight of the arm inside an exoskeleton. Research software, not a medical device."]
-    lines += ["", "First steps:"]
-    lines += [f"  {command:16} {purpose} ({duration})" for command, purpose, duration in FIRST_STEPS]
-    lines += ["", "Commands (exograv COMMAND --help shows the options):", f"  {', '.join(START)}", ""]
+    about = "exograv takes away the weight of the arm inside an exoskeleton. Research software, not a medical device."
+    lines = [*_wrapped(about, 0), "", "First steps:"]
+    for command, purpose, duration in FIRST_STEPS:
+        lines += _entry(command, f"{purpose} ({duration})", 2, 19)
+    lines += ["", *_wrapped("Commands (exograv COMMAND --help shows the options):", 0), f"  {', '.join(START)}", ""]
     for word, group in GROUPS.items():
-        lines += [f"  {word:6} {group.about}", *_wrapped(", ".join(group.commands), 9), ""]
+        lines += [*_entry(word, group.about, 2, 9), *_wrapped(", ".join(group.commands), 9), ""]
     return "\n".join([*lines, "Documentation: docs/index.md"])
 
 
@@ -310,12 +319,33 @@ def group_help(word: str) -> str:
     """Text of a group: each command with the first sentence of its description."""
     group = GROUPS[word]
     width = max(map(len, group.commands)) + 2
-    lines = [group.about, ""]
+    lines = [*_wrapped(group.about, 0), ""]
     for name, action in group.commands.items():
-        about = (action.__doc__ or "").strip().splitlines()[0]
-        first, *more = _wrapped(about, 4 + width)
-        lines += [f"    {name:{width}}{first.strip()}", *more]
-    return "\n".join([*lines, "", f"exograv {word} COMMAND --help shows the options."])
+        lines += _entry(name, (action.__doc__ or "").strip().splitlines()[0], 4, 4 + width)
+    return "\n".join([*lines, "", *_wrapped(f"exograv {word} COMMAND --help shows the options.", 0)])
+
+
+def _entry(name: str, about: str, indent: int, column: int) -> list[str]:
+    """Lines of a name with its description in a column; on a narrow terminal the description is below the name."""
+    if shutil.get_terminal_size().columns < column + 40:
+        return [" " * indent + name, *_wrapped(about, indent + 4)]
+    first, *more = _wrapped(about, column)
+    return [f"{' ' * indent}{name}".ljust(column) + first.strip(), *more]
+
+
+@contextmanager
+def wrapped_output() -> Iterator[None]:
+    """Wrap long lines of a help text on a narrow terminal: tyro wraps the options, but not the description."""
+    if shutil.get_terminal_size().columns >= NARROW:
+        yield
+        return
+    text = io.StringIO()
+    try:
+        with redirect_stdout(text):
+            yield
+    finally:
+        for line in text.getvalue().splitlines():
+            print("\n".join(_wrapped(line, 0)) if line[:1].isalnum() else line)
 
 
 def _wrapped(text: str, indent: int) -> list[str]:

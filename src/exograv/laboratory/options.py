@@ -8,16 +8,19 @@ import tyro
 
 from exograv.options import (
     HEAVIEST_KG,
+    RIG_HELP,
+    Acts,
     Bus,
     CalibrationFile,
+    DerivedMachine,
     Donning,
     GravityLevel,
     JointFactors,
     JointNames,
     Level,
+    Machine,
     OneSideOption,
     Options,
-    RigOption,
     Seed,
     SideOption,
     TwinOptions,
@@ -31,18 +34,15 @@ HeldWeight = Within(0.0, HEAVIEST_KG, f"0 (none) to {HEAVIEST_KG:g} kg. Take a l
 
 
 @dataclass(frozen=True)
-class DemoOptions(Options):
-    """Options of `exograv demo` and `exograv arm identify`."""
+class IdentifyOptions(Options):
+    """Options of `exograv arm identify`."""
 
-    rig: RigOption = "recupera_like"
+    rig: Machine = "recupera_like"
     side: SideOption = None
     level: Level = 2
 
     method: MethodName = "recursive"
     """Method that identifies the arm: ours, the paper's, or the table alone."""
-
-    gravity_level: GravityLevel = 0.0
-    """Felt share of the arm's own weight: 0 weightless, 0.165 Moon, 0.378 Mars, 1 Earth."""
 
     seed: Seed = 0
 
@@ -58,17 +58,25 @@ class DemoOptions(Options):
     realtime: bool = False
     """Run at real-time speed."""
 
-    only_identify: tyro.conf.Fixed[bool] = False
-    """Omit floating and the known weight."""
-
     wearer_model: str | None = None
     """MJCF or URDF of a third party's arm that replaces the drawn one as the truth; needs `--wearer-map`."""
 
-    wearer_map: str | None = None
+    wearer_map: Annotated[str | None, Acts(lambda all_: all_.wearer_model is not None, "with --wearer-model")] = None
     """TOML file that assigns the model's bodies and joints (docs/howto/wearer_models.md)."""
 
     calibration: CalibrationFile = None
     donning: Donning = 0
+
+
+@dataclass(frozen=True)
+class DemoOptions(IdentifyOptions):
+    """Options of `exograv demo`."""
+
+    gravity_level: GravityLevel = 0.0
+    """Felt share of the arm's own weight: 0 weightless, 0.165 Moon, 0.378 Mars, 1 Earth."""
+
+    only_identify: tyro.conf.Fixed[bool] = False
+    """Omit floating and the known weight."""
 
 
 @dataclass(frozen=True)
@@ -94,13 +102,7 @@ class WeighOptions(TwinOptions):
 class TransparencyOptions(Options):
     """Options of `exograv dev transparency`."""
 
-    rig: Annotated[
-        str | None,
-        tyro.conf.arg(
-            help="Name of a machine (see `exograv rigs`) or path of its folder. Without it, harmonic and "
-            "quasi-direct drives are compared."
-        ),
-    ] = None
+    rig: Annotated[DerivedMachine, tyro.conf.arg(help=f"{RIG_HELP} Default: one with each kind of drive.")] = None
     side: OneSideOption = None
     level: Level = 2
     seed: Seed = 0
@@ -116,10 +118,11 @@ class TransparencyOptions(Options):
 class DriveSimOptions(Options):
     """Options of `exograv dev drive-sim`."""
 
-    bus: tyro.conf.Positional[Bus] = "udp"
+    rig: Machine = "recupera_like"
+
+    bus: Bus = "udp"
     """Bus of the drives."""
 
-    rig: RigOption = "recupera_like"
     side: SideOption = None
 
     drives: Path | None = None

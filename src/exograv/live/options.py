@@ -10,15 +10,13 @@ import tyro
 
 from exograv.errors import ConfigError
 from exograv.options import (
-    LEVEL_HELP,
+    Acts,
     DrivesFile,
     GravityLevel,
     JointFactors,
     JointNames,
-    Level,
     MachineOptions,
     Options,
-    RigOption,
     SegmentLengths,
     Sex,
     StreamNames,
@@ -35,6 +33,14 @@ MOTION_S = (10.0, 600.0)
 AROUND_MOTION_S = 16.0
 """Time for rest, ramp, approach to the motion, and the worker's last computation [s]."""
 
+ON_REAL_DRIVES = Acts(
+    lambda all_: all_.drives is not None and not all_.simulate, "for the wearer of a machine on drives"
+)
+ON_DRIVES = Acts(lambda all_: all_.is_on_drives, "with --drives or --simulate")
+ON_TWIN = Acts(lambda all_: not all_.is_on_drives, "on the twin, without --drives and --simulate")
+WITH_SIMULATE = Acts(lambda all_: all_.simulate, "with --simulate")
+WITH_ROS2 = Acts(lambda all_: all_.ros2, "with --ros2")
+
 NOT_RECORDED = ("drives", "simulate", "calibration", "ros2", "ros2_router", "ros2_accept_gravity_level")
 """Options that are absent from a recording, or that have another form in it."""
 
@@ -43,16 +49,16 @@ NOT_RECORDED = ("drives", "simulate", "calibration", "ros2", "ros2_router", "ros
 class PersonForm(Options):
     """Form of the wearer of a machine on drives: body height, mass, sex and measured segment lengths."""
 
-    height_m: Annotated[float | None, tyro.conf.arg(name="body-height", metavar="M")] = None
+    height_m: Annotated[float | None, tyro.conf.arg(name="body-height", metavar="M"), ON_REAL_DRIVES] = None
     """Body height of the wearer [m]; on drives only."""
 
-    mass_kg: Annotated[float | None, tyro.conf.arg(name="body-mass", metavar="KG")] = None
+    mass_kg: Annotated[float | None, tyro.conf.arg(name="body-mass", metavar="KG"), ON_REAL_DRIVES] = None
     """Body mass of the wearer [kg]; on drives only."""
 
-    sex: Sex | None = None
+    sex: Annotated[Sex | None, ON_REAL_DRIVES] = None
     """Sex whose table of body segments fits the wearer better; on drives only."""
 
-    lengths: SegmentLengths = ()
+    lengths: Annotated[SegmentLengths, ON_REAL_DRIVES] = ()
     """Measured length of an arm segment, to which the machine is adjusted [m], such as forearm=0.26; on drives only.
     Can be repeated."""
 
@@ -68,16 +74,16 @@ class LiveOptions(WornOptions):
     """Duration of motion for a live identification before the arm floats, 10 or more. Without it, the arm is identified
     before the live run."""
 
-    gravity_level: GravityLevel = 0.0
+    gravity_level: Annotated[GravityLevel, ON_TWIN] = 0.0
     """Share of the arm's own weight that the wearer feels: 0 on a space station, 1 on Earth."""
 
-    self_test: bool = False
+    self_test: Annotated[bool, ON_TWIN] = False
     """Test the empty machine first, as a real machine requires. Otherwise the recording notes a skipped self-test."""
 
     lsl: bool = False
     """Publish joint state, torque and markers over Lab Streaming Layer, from the recorder's process."""
 
-    calibration: Path | None = None
+    calibration: Annotated[Path | None, ON_DRIVES] = None
     """File calibration.toml of this machine, by default in the folder of --out; on drives only."""
 
     record_streams: Annotated[StreamNames, tyro.conf.arg(name="record-stream")] = ()
@@ -87,8 +93,8 @@ class LiveOptions(WornOptions):
     ros2: bool = False
     """Publish joint states, gravity level and safe state as a node of ROS 2, by Zenoh; ROS 2 need not be installed."""
 
-    ros2_router: Annotated[str, tyro.conf.arg(metavar="LOCATOR")] = "tcp/localhost:7447"
-    """Address of the Zenoh router, with `--ros2`."""
+    ros2_router: Annotated[str, tyro.conf.arg(metavar="LOCATOR"), WITH_ROS2] = "tcp/localhost:7447"
+    """Address of the Zenoh router."""
 
     ros2_accept_gravity_level: bool = False
     """Accept requests for a gravity level over ROS 2, until the first stop."""
@@ -138,27 +144,20 @@ class LiveOptions(WornOptions):
 class RigTestOptions(MachineOptions):
     """Options of `exograv rig test`."""
 
-    rig: tyro.conf.Positional[RigOption] = "recupera_like"
-
-    level: Annotated[Level, tyro.conf.arg(help=LEVEL_HELP.format("simulated machine"))] = 2
-
     drives: DrivesFile = None
     """File drives.toml with the wiring of this machine's motors (docs/howto/rig_test.md)."""
-
-    simulate: bool = False
-    """Practise on simulated drives in another process, with a simulated operator."""
 
     by: Annotated[str, tyro.conf.arg(metavar="INITIALS")] = ""
     """Initials of the operator, for the sheet."""
 
-    wrong_sign: JointNames = ()
-    """Joints whose simulated motor turns in the wrong direction; with --simulate."""
+    wrong_sign: Annotated[JointNames, WITH_SIMULATE] = ()
+    """Joints whose simulated motor turns in the wrong direction."""
 
-    wrong_scale: JointFactors = ()
-    """Joints with a wrong torque constant: the simulated motor gives FACTOR times the torque; with --simulate."""
+    wrong_scale: Annotated[JointFactors, WITH_SIMULATE] = ()
+    """Joints with a wrong torque constant: the simulated motor gives FACTOR times the torque."""
 
-    wrong_encoder: JointNames = ()
-    """Joints whose simulated encoder counts in the wrong direction; with --simulate."""
+    wrong_encoder: Annotated[JointNames, WITH_SIMULATE] = ()
+    """Joints whose simulated encoder counts in the wrong direction."""
 
     def __post_init__(self):
         super().__post_init__()

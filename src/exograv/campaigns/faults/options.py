@@ -5,17 +5,21 @@ from typing import Annotated, Literal
 
 import tyro
 
-from exograv.options import Level, Options, Seed, Within
+from exograv.options import Acts, Level, Options, Seed, Within
 
 STRIKES_MAX = 60
 """Largest number of strikes of each kind. The limit follows from the two hours that a live run may last."""
+
+
+STRUCK = Acts(lambda all_: all_.through is None and all_.replay is None, "without --through and --replay")
+MANY = Acts(lambda all_: all_.replay is None, "without --replay, which simulates one scenario")
 
 
 @dataclass(frozen=True)
 class FaultOptions(Options):
     """Options of `exograv dev faults`."""
 
-    scenarios: Annotated[int, Within(1)] = 200
+    scenarios: Annotated[int, Within(1), MANY] = 200
     """Number of scenarios; each takes half a second of processor time."""
 
     seed: Seed = 0
@@ -24,10 +28,10 @@ class FaultOptions(Options):
     persons: Annotated[int, Within(1)] = 2
     """Number of participants, each calibrated and identified first; every second one has quasi-direct drives."""
 
-    processes: Annotated[int | None, Within(1)] = None
+    processes: Annotated[int | None, Within(1), MANY] = None
     """Number of parallel processes; one per processor if absent. The result does not depend on it."""
 
-    strikes: Annotated[int, Within(0, STRIKES_MAX, f"0 (none) to {STRIKES_MAX}.")] = 1
+    strikes: Annotated[int, Within(0, STRIKES_MAX, f"0 (none) to {STRIKES_MAX}."), STRUCK] = 1
     """Number of times that each process of a live run is killed, stopped and starved afterwards; 0 for none."""
 
     replay: Annotated[str | None, tyro.conf.arg(metavar="NUMBER:FAULT")] = None
@@ -37,5 +41,5 @@ class FaultOptions(Options):
     """Bus of a driver with simulated drives in another process, in place of the twin; ten times
     as slow, without strikes."""
 
-    resume: bool = False
+    resume: Annotated[bool, MANY] = False
     """Continue an interrupted campaign with the verdicts in the folder of `--out`."""

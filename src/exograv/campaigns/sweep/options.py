@@ -6,23 +6,26 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from exograv.errors import ConfigError
-from exograv.options import Options, Within
+from exograv.options import Acts, Options, Within
 
 if TYPE_CHECKING:
     from .runner import Runner
+
+
+RUN = Acts(lambda all_: not all_.plan, "without --plan, which runs nothing")
 
 
 @dataclass(frozen=True)
 class SweepOptions(Options):
     """Options of the workers of `exograv dev sweep`."""
 
-    workers: Annotated[int, Within(1, 1024)] = 1
+    workers: Annotated[int, Within(1, 1024), RUN] = 1
     """Number of processes of this computer."""
 
-    scheduler: str | None = None
+    scheduler: Annotated[str | None, RUN] = None
     """Address of a Dask scheduler whose workers run the tasks, such as tcp://10.0.0.5:8786."""
 
-    part: Annotated[str | None, tyro.conf.arg(metavar="K/N")] = None
+    part: Annotated[str | None, tyro.conf.arg(metavar="K/N"), RUN] = None
     """K-th of N shares, for independent jobs; run the command once without it afterwards, for the table."""
 
     def __post_init__(self):

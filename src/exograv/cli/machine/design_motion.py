@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from exograv.cli.shell.base_options import OutFolder
+from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
 from exograv.procedures.machine_tools.options import DesignOptions
 
 if TYPE_CHECKING:
@@ -17,6 +17,7 @@ def run_design_motion(options: DesignOptions, common: OutFolder) -> "DesignFigur
     from exograv.report.figures.excitation import draw
     from exograv.report.style.figure_style import write_picture
 
+    refuse_unwritable(common.out / "motion.svg", "--out")
     with bars() as progress:
         designed = design_motion(options, progress)
     result, path = designed.figures, designed.path

@@ -1,14 +1,18 @@
 """Command `exograv data aircraft`."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
-from exograv.options import SeedOption
+from exograv.options import Acts, Seed
 
 if TYPE_CHECKING:
     from exograv.experiment.aircraft import HeardAircraft
+
+
+LISTENING = Acts(lambda all_: all_.what == "listen", "in `exograv data aircraft listen`")
+EMULATING = Acts(lambda all_: all_.what == "emulate", "in `exograv data aircraft emulate`")
 
 
 @dataclass(frozen=True)
@@ -18,38 +22,40 @@ class Aircraft:
     what: tyro.conf.Positional[Literal["listen", "emulate"]] = "listen"
     """Listen to the data and show when windows open, or send an emulated flight."""
 
-    protocol: str = "flight"
+    protocol: Annotated[str, LISTENING] = "flight"
     """Protocol with the windows and limits: a name, or the path of a file."""
 
     port: int = 3131
     """UDP port."""
 
-    host: str = "127.0.0.1"
+    host: Annotated[str, EMULATING] = "127.0.0.1"
     """Destination of an emulated flight; a broadcast address reaches a whole network."""
 
-    sender: str | None = None
+    sender: Annotated[str | None, LISTENING] = None
     """IPv4 address of the only sender that is accepted when listening."""
 
-    seconds: float = 86_400.0
+    seconds: Annotated[float, LISTENING] = 86_400.0
     """Time to listen [s]."""
 
-    parabolas: int = 31
+    parabolas: Annotated[int, EMULATING] = 31
     """Number of parabolas of the emulated flight."""
 
-    level: float = 0.0
+    level: Annotated[float, EMULATING] = 0.0
     """Gravity level of the emulated parabolas: 0 weightless, 0.16 Moon, 0.38 Mars."""
 
-    speed: float = 1.0
+    speed: Annotated[float, EMULATING] = 1.0
     """Speed of the emulated flight: 60 sends a minute in a second, which a receiver cannot use."""
 
-    loss: float = 0.0
+    loss: Annotated[float, EMULATING] = 0.0
     """Share of the emulated datagrams that are lost."""
 
-    jitter_ms: float = 0.0
+    jitter_ms: Annotated[float, EMULATING] = 0.0
     """Mean delay of the emulated datagrams [ms]."""
 
+    seed: Annotated[Seed, EMULATING, tyro.conf.arg(help="Seed of losses and delays of the emulated datagrams.")] = 0
 
-def run_aircraft_command(command: Aircraft, drawn: SeedOption) -> "HeardAircraft | dict[str, int | None]":
+
+def run_aircraft_command(command: Aircraft) -> "HeardAircraft | dict[str, int | None]":
     """Listen to the live data of an aircraft in parabolic flight, or send such data on the ground."""
     from pydantic import ValidationError
 
@@ -77,7 +83,7 @@ def run_aircraft_command(command: Aircraft, drawn: SeedOption) -> "HeardAircraft
             f"The emulated flight is not possible: {validation_sentences(error)} Correct the option."
         ) from error
     try:
-        sent = emulate(Emulation(profile, network, command.host, command.port, command.speed, drawn.seed), say)
+        sent = emulate(Emulation(profile, network, command.host, command.port, command.speed, command.seed), say)
     except KeyboardInterrupt:
         say("Ended by the keyboard.")
         return {"sent": None}

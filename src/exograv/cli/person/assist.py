@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from exograv.cli.shell.base_options import OutFolder
-from exograv.errors import ConfigError
 from exograv.laboratory.assist.options import AssistOptions
 
 if TYPE_CHECKING:
@@ -13,25 +12,18 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class AssistMode:
-    """Mode and language of a session."""
-
-    simulate: bool = False
-    """Use the twin and a virtual person who becomes stronger from session to session."""
+class AssistLanguage:
+    """Language of a session."""
 
     language: Literal["en", "de"] = "en"
     """Language of the sentences and of the therapist's page."""
 
-    def __post_init__(self):
-        if not self.simulate:
-            raise ConfigError(
-                "Sessions with a person in a real machine are not implemented yet; give --simulate for a session with "
-                "the twin and a virtual person (docs/howto/assist.md)."
-            )
 
+def run_assist_command(spoken: AssistLanguage, options: AssistOptions, common: OutFolder) -> "AssistResult":
+    """Simulate a session that lowers support after success and raises it after failure, and explain each step.
 
-def run_assist_command(mode: AssistMode, options: AssistOptions, common: OutFolder) -> "AssistResult":
-    """Run a session that lowers support after success and raises it after failure, and explain each step."""
+    The virtual person becomes stronger from session to session. Sessions with a real person are not implemented yet.
+    """
     from exograv.cli.shell.terminal import bars
     from exograv.console.words import said_in
     from exograv.laboratory.assist.assist_command import how_to_go_on, run_assist
@@ -39,7 +31,7 @@ def run_assist_command(mode: AssistMode, options: AssistOptions, common: OutFold
     from exograv.procedures.rehabilitation.assist.words import AssistTexts
     from exograv.task.assist_as_needed import SENTENCES
 
-    words = AssistTexts(mode.language, {"en": SENTENCES, "de": said_in("de")})
+    words = AssistTexts(spoken.language, {"en": SENTENCES, "de": said_in("de")})
 
     def told(session: AssistSession, block: AssistBlock) -> None:
         print(words.said(len(session.blocks), block), flush=True)

@@ -8,6 +8,7 @@ import tyro
 from exograv.cli.shell.base_options import OutFolder
 from exograv.console.options import Address
 from exograv.experiment.steered.options import SteeredOptions
+from exograv.options import Acts
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,10 +28,10 @@ class TrialOptions:
     aircraft: Annotated[tuple[int, ...] | None, tyro.conf.arg(metavar="[PORT]")] = None
     """Listen to the aircraft on this UDP port (3131 by default): its g opens and closes windows."""
 
-    aircraft_sender: str | None = None
+    aircraft_sender: Annotated[str | None, Acts(lambda all_: all_.aircraft is not None, "with --aircraft")] = None
     """IPv4 address of the only aircraft sender that is accepted."""
 
-    session: int = 1
+    session: Annotated[int, Acts(lambda all_: all_.protocol is not None, "with --protocol")] = 1
     """Number of this person's session with this protocol; the checkpoint file has it in its name."""
 
     resume: bool = False

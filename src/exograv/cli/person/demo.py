@@ -1,10 +1,9 @@
 """Commands `exograv demo` and `exograv arm identify`."""
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
-from exograv.laboratory.options import DemoOptions
+from exograv.laboratory.options import DemoOptions, IdentifyOptions
 from exograv.procedures.identification.options import ParticipantOptions
 
 if TYPE_CHECKING:
@@ -24,6 +23,6 @@ def run_demo_command(options: DemoOptions, files: ParticipantOptions, common: Ou
     return result
 
 
-def run_identify_command(options: DemoOptions, files: ParticipantOptions, common: OutFolder) -> "DemoResult":
+def run_identify_command(options: IdentifyOptions, files: ParticipantOptions, common: OutFolder) -> "DemoResult":
     """Calibrate the empty machine and identify the arm only."""
-    return run_demo_command(replace(options, only_identify=True), files, common)
+    return run_demo_command(DemoOptions(**vars(options), only_identify=True), files, common)

@@ -49,7 +49,7 @@ def run_teach_command(options: GuidedOptions, new: NewPath, common: OutFolder) -
     found = result.found
     slower = f", {found.stretched:.1f} times slower than the therapist moved" if found.stretched > 1.0 else ""
     print(f"A path of {found.seconds:.1f} s{slower}: {found.path}")
-    print("Repeat it with: exograv run repeat --simulate --path", found.path)
+    print("Repeat it with: exograv run repeat --path", found.path)
     return result
 
 

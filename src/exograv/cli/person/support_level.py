@@ -34,7 +34,6 @@ def run_support_level_command(
             )
         result = run_recorded(recorded.recording, common.out, "support_level_recorded")
     else:
-        print("Calibration, donning, identification, then about sixty attempts: one to two minutes.")
         with bars() as progress:
             result = run_support_level(options, common.out, progress)
     outcome = result.found.outcome if isinstance(result, SupportResult) else result.outcome

@@ -1,34 +1,20 @@
 """Command `exograv run train` and the printout of its result."""
 
 import sys
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder
-from exograv.errors import ConfigError
 from exograv.experiment.train.options import TrainOptions
 
 if TYPE_CHECKING:
     from exograv.experiment.train.train_command import TrainResult
 
 
-@dataclass(frozen=True)
-class TrainMode:
-    """Mode of a session."""
+def run_train_command(options: TrainOptions, common: OutFolder) -> "TrainResult":
+    """Simulate a session of a protocol: a virtual participant in the twin touches a target, window after window.
 
-    simulate: bool = False
-    """Use the twin and a virtual participant, faster than real time."""
-
-    def __post_init__(self):
-        if not self.simulate:
-            raise ConfigError(
-                "A session with a person is run at the console: exograv run console --protocol NAME "
-                "(docs/howto/console.md). For a session with a virtual participant give --simulate."
-            )
-
-
-def run_train_command(_mode: TrainMode, options: TrainOptions, common: OutFolder) -> "TrainResult":
-    """Run a session of a protocol: a virtual participant in the machine touches a target, window after window."""
+    A session with a person is run at the console: exograv run console --protocol NAME (docs/howto/console.md).
+    """
     from exograv.cli.shell.terminal import bars
     from exograv.experiment.train.train_command import how_to_go_on, run_training
 

@@ -33,13 +33,13 @@ def run_replay_command(recording: Recording, options: InsteadOptions, common: Ou
 
     With another person, calibration, gravity level or machine, the result shows how the torque would have differed.
     """
-    from exograv.cli.shell.terminal import bars
+    from exograv.cli.shell.terminal import FIRST_LINE_S, bars
     from exograv.loop.replay.what_if import ReplayOverrides
 
     from .replaying import run_replay
 
     refuse_unwritable(common.out / "replay.png", "--out")
-    with bars() as progress:
+    with bars(FIRST_LINE_S) as progress:
         result = run_replay(recording.file, common.out, progress, ReplayOverrides(**vars(options)))
     show_replay(result.figures, result.figure)
     return result

@@ -20,10 +20,13 @@ class Report:
 
 def run_report(command: Report, common: OutFolder) -> dict[str, Any]:
     """Write the report of a recording again."""
+    from exograv.cli.shell.progress import FIRST_LINE_S, bars
     from exograv.report.of_recording.recording_report import write_report
 
     if not command.recording.is_file():
         raise RecordingError(f"No recording '{command.recording}'. Give the .mcap file that a run has written.")
-    report = write_report(command.recording, common.out / "report.html")
+    with bars(FIRST_LINE_S) as progress:
+        progress(f"Reading {command.recording.name} and drawing its figures", 0.0)
+        report = write_report(command.recording, common.out / "report.html")
     print(f"Report: {report}")
     return {"recording": str(command.recording), "report": str(report)}

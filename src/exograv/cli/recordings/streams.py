@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from exograv.cli.shell.base_options import OutFolder
+from exograv.options import Acts
 from exograv.results import json_value
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ class Streams:
     record: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="NAME")] = ()
     """Record the stream with this name, or all streams of this type. Can be repeated."""
 
-    seconds: Annotated[float, tyro.conf.arg(metavar="S")] = 60.0
+    seconds: Annotated[float, tyro.conf.arg(metavar="S"), Acts(lambda all_: bool(all_.record), "with --record")] = 60.0
     """Duration of the recording [s]. Ctrl-C ends it earlier with a complete file."""
 
 

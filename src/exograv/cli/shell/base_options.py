@@ -17,6 +17,12 @@ class Common:
     json: Path | None = None
     """Write the figures to this file."""
 
+    settings: Path | None = None
+    """Read options from this TOML file. An option on the command line replaces that of the file."""
+
+    write_settings: Path | None = None
+    """Write the options in force to this TOML file, so that the run can be repeated with --settings."""
+
 
 @dataclass(frozen=True)
 class OutFolder(Common):

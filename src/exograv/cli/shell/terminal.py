@@ -1,19 +1,16 @@
 """Terminal output: progress during a run, and tables of results."""
 
-import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from math import log10
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
-from .command import estimate
 from .end_signals import terminal_may_close
+from .progress import FIRST_LINE_S as FIRST_LINE_S
+from .progress import bars as bars
 
 if TYPE_CHECKING:
     from exograv.laboratory.demo_result import DemoFindings, DemoResult, FloatedArm, ParticipantFigures
@@ -21,42 +18,6 @@ if TYPE_CHECKING:
     from exograv.procedures.machine_tools.identify_log import LogResult
     from exograv.procedures.self_test.loop_timing import LatenessHistogram, LoopFigures, ScheduledLoop
     from exograv.procedures.self_test.self_test_command import StepFigures
-
-
-LINE_EVERY_S = 2.0
-"""Shortest time between two lines of progress where standard error is not a terminal [s]."""
-
-
-@contextmanager
-def bars() -> Iterator[Callable[[str, float], None]]:
-    """Show the progress of a command on standard error: a bar on a terminal, else one line per phase.
-
-    Yields a function of the phase, as a text, and the share of it that is done.
-    """
-    columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), TimeElapsedColumn())
-    console = Console(stderr=True)
-    current, start, said = "", time.monotonic(), -LINE_EVERY_S
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("Starting", total=1.0)
-
-        def show(text: str, share: float) -> None:
-            with terminal_may_close():
-                write(text, share)
-
-        def write(text: str, share: float) -> None:
-            nonlocal current, said
-            if not current and (sentence := estimate.get()):
-                progress.console.print(sentence, highlight=False, markup=False)
-            elapsed = time.monotonic() - start
-            if text != current:
-                current = text
-                progress.reset(task, description=text)
-                if not console.is_terminal and elapsed - said >= LINE_EVERY_S:
-                    said = elapsed
-                    print(f"[{elapsed:5.0f} s] {text}", file=sys.stderr, flush=True)
-            progress.update(task, completed=share)
-
-        yield show
 
 
 def say(text: str) -> None:

@@ -12,10 +12,6 @@ if TYPE_CHECKING:
     from exograv.campaigns.benchmark_identification.benchmark import BenchmarkResult
     from exograv.report.figures.benchmark_result import BenchmarkFiles, BenchmarkSummary
 
-STAGE_0_S, STREAM_S, METHOD_S = 20.0, 8.0, 6.0
-"""Times on one core of a server [s]: per machine, per wearer, and per method and wearer (median)."""
-
-
 TEXTS = ("method", "where", "stop rule, wearers", "drives", "disturbance")
 """Columns of text. All other columns hold numbers."""
 
@@ -32,10 +28,9 @@ def run_benchmark_identification(options: BenchmarkOptions, drawn: SeedOption, c
     planned = machines(options)
     tasks = [task for group in planned for task in group]
     runs = sum(len(task.keys) for task in tasks)
-    seconds = STAGE_0_S * len(planned) + STREAM_S * len(tasks) + METHOD_S * runs
     print(
-        f"{len(planned)} machines, {len(tasks)} wearers, {runs} runs of 120 s of motion: about "
-        f"{seconds / 60 / options.processes:.0f} minutes. Ctrl-C keeps finished runs; --resume continues."
+        f"{len(planned)} machines, {len(tasks)} wearers, {runs} runs of 120 s of motion. Ctrl-C keeps finished runs; "
+        "--resume continues."
     )
     with bars() as progress:
         result = run_benchmark(options, common.out, progress)

@@ -8,7 +8,7 @@ import tyro
 
 from exograv.campaigns.sweep.options import SweepOptions
 from exograv.cli.shell.base_options import OutFolder, write_json
-from exograv.options import read_numbers, words
+from exograv.options import Acts, read_numbers, words
 from exograv.results import json_value
 
 if TYPE_CHECKING:
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 def _workers_of(text: str) -> tuple[int, ...]:
     return tuple(int(number) for number in read_numbers(text, "--plan-workers"))
+
+
+PLANNED = Acts(lambda all_: all_.plan, "with --plan")
 
 
 @dataclass(frozen=True)
@@ -30,11 +33,11 @@ class SweepPlan:
     plan: bool = False
     """Run nothing. Show the cost of 10⁴, 10⁶ and 10⁸ wearers from the times in the folder of `--out`."""
 
-    price_per_core_hour: float | None = None
-    """Price of a core hour at your provider in your currency, for `--plan`."""
+    price_per_core_hour: Annotated[float | None, PLANNED] = None
+    """Price of a core hour at your provider in your currency."""
 
-    plan_workers: Annotated[tuple[int, ...], words(_workers_of)] = (2, 100, 1000)
-    """Numbers of workers for `--plan`, separated by commas."""
+    plan_workers: Annotated[tuple[int, ...], words(_workers_of), PLANNED] = (2, 100, 1000)
+    """Numbers of workers of the plan, separated by commas."""
 
 
 def run_sweep_command(asked: SweepPlan, options: SweepOptions, common: OutFolder) -> "SweepResult | SweepPlanResult":

@@ -9,18 +9,12 @@ if TYPE_CHECKING:
     from exograv.laboratory.transparency import TransparencyResult
     from exograv.report.figures.transparency_data import MachineTransparency
 
-MINUTES_A_MACHINE = 2.0
-"""Time per machine on two shared cores of a server [min]. Recorded movements take twice as long."""
-
 
 def run_transparency_command(options: TransparencyOptions, common: OutFolder) -> "TransparencyResult":
     """Compare the muscle effort of one movement in six conditions, over several machines."""
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.transparency import run_transparency
 
-    count = options.machines * (2 if options.rig is None else 1)
-    minutes = MINUTES_A_MACHINE * count * (2.0 if options.movement == "recorded" else 1.0)
-    print(f"{count} machines, each with calibration, donning and six conditions: about {minutes:.0f} minutes.")
     with bars() as progress:
         result = run_transparency(options, common.out, progress)
     for one in (*(result.profiles or {}).values(), *filter(None, [result.machine])):

@@ -23,12 +23,15 @@ class Files:
 
 def run_add(given: Files, options: AddOptions) -> dict[str, Any]:
     """Add recordings, CSV files of touches, XDF files, or folders of them."""
+    from exograv.cli.shell.progress import FIRST_LINE_S, bars
     from exograv.study.dataset.adding import add_files, worst
     from exograv.study.folder.study_folder import StudyFolder
 
     if not given.files:
         raise ConfigError("No file was named. Give recordings, CSV or XDF files, or folders of them, after the study.")
-    outcomes = add_files(StudyFolder(given.study), given.files, options)
+    with bars(FIRST_LINE_S) as progress:
+        progress("Adding files to the study", 0.0)
+        outcomes = add_files(StudyFolder(given.study), given.files, options)
     counts = dict[str, int]()
     for one in outcomes:
         counts[one.what] = counts.get(one.what, 0) + 1

@@ -29,9 +29,12 @@ class Export:
 
 def run_export(command: Export) -> "ExportResult":
     """Export a study as a BIDS data set, which programs of other laboratories read."""
+    from exograv.cli.shell.progress import FIRST_LINE_S, bars
     from exograv.study.bids.export import export_bids
 
-    result = export_bids(command.study, command.bids, command.rate, command.raw)
+    with bars(FIRST_LINE_S) as progress:
+        progress("Writing the data set", 0.0)
+        result = export_bids(command.study, command.bids, command.rate, command.raw)
     print(
         f"{result.dataset}: {result.sessions} sessions of {result.participants} participants, "
         f"{result.touches} touches, {result.motion_rows} rows of motion, {result.bytes / 1e6:.1f} MB in "

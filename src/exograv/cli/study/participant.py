@@ -9,10 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from exograv.errors import ConfigError
+from exograv.options import Acts
 from exograv.results import json_value
 
 if TYPE_CHECKING:
     from exograv.study.folder.study_folder import StudyFolder
+
+
+NEW = Acts(lambda all_: all_.action == "new", "with the action `new`")
+UNSEALED = Acts(lambda all_: all_.action == "unseal", "with the action `unseal`")
+ERASED = Acts(lambda all_: all_.action == "erase", "with the action `erase`")
 
 
 @dataclass(frozen=True)
@@ -28,31 +34,31 @@ class Participant:
     code: Annotated[str | None, tyro.conf.Positional] = None
     """Code of the participant to erase; for `new` a code of an allocation that was drawn before."""
 
-    group: str = "sealed"
+    group: Annotated[str, NEW] = "sealed"
     """Group of the study for a new participant."""
 
-    consent: str | None = None
+    consent: Annotated[str | None, NEW] = None
     """Version of the signed consent."""
 
-    age: float | None = None
+    age: Annotated[float | None, NEW] = None
     """Age [years]. Age, height and mass are stored as bands of ten."""
 
-    height: float | None = None
+    height: Annotated[float | None, NEW] = None
     """Body height [cm]."""
 
-    mass: float | None = None
+    mass: Annotated[float | None, NEW] = None
     """Body mass [kg]."""
 
-    sex: Literal["f", "m", "x"] | None = None
+    sex: Annotated[Literal["f", "m", "x"] | None, NEW] = None
     """Sex, as stated by the participant."""
 
-    hand: Literal["right", "left", "both"] | None = None
+    hand: Annotated[Literal["right", "left", "both"] | None, NEW] = None
     """Handedness, as stated by the participant."""
 
-    allocation: Path | None = None
+    allocation: Annotated[Path | None, UNSEALED] = None
     """File with the sealed list of groups, for `unseal`."""
 
-    confirm: str | None = None
+    confirm: Annotated[str | None, ERASED] = None
     """Repetition of the code, for scripts that erase."""
 
 

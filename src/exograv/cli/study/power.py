@@ -9,12 +9,16 @@ import tyro
 
 from exograv.cli.shell.base_options import OutFolder
 from exograv.errors import ConfigError
+from exograv.options import Acts
 from exograv.results import MERGED
 from exograv.study.power.options import CurveOptions, Price
 
 if TYPE_CHECKING:
     from exograv.study.power.curve import CurveRow, PowerResult, WhatMatters
     from exograv.study.power.pilot import PilotVariance
+
+
+OF_PILOT = Acts(lambda all_: all_.pilot is not None, "with --from")
 
 
 @dataclass(frozen=True)
@@ -52,10 +56,10 @@ class PowerAssumptions:
     alpha: float = 0.05
     """Accepted probability of a false positive."""
 
-    groups: str | None = None
+    groups: Annotated[str | None, OF_PILOT] = None
     """Two groups of the pilot, separated by a comma; by default the first two in its study.toml."""
 
-    protocol: str = "flight"
+    protocol: Annotated[str, OF_PILOT] = "flight"
     """Protocol of the pilot whose touches are compared."""
 
 

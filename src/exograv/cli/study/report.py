@@ -20,10 +20,13 @@ class StudyReport:
 
 def run_study_report(command: StudyReport) -> "StudyReportResult":
     """Measure and compare a study, and write a page, a PDF and figures to report/ in its folder."""
+    from exograv.cli.shell.progress import FIRST_LINE_S, bars
     from exograv.report.study_report.report import write_study_report
     from exograv.study.folder.study_folder import UNFINISHED, StudyFolder
 
-    result = write_study_report(command.study, tell=lambda source: print(f"Reading {source}"))
+    with bars(FIRST_LINE_S) as progress:
+        progress("Computing the tables of the study", 0.0)
+        result = write_study_report(command.study, tell=lambda source: progress(f"Reading {source}", 0.0))
     if result.compared.primary is None:
         print(result.compared.not_compared)
     else:

@@ -23,11 +23,14 @@ class Status:
 
 def run_status(command: Status) -> "StudyStatus":
     """Show the content of a study, and its missing sessions."""
+    from exograv.cli.shell.progress import FIRST_LINE_S, bars
     from exograv.study.dataset.status import study_status
     from exograv.study.folder.study_folder import StudyFolder
 
     from .showing import show_status
 
-    status = study_status(StudyFolder(command.study), everything=command.remake)
+    with bars(FIRST_LINE_S) as progress:
+        progress("Computing the tables of the study", 0.0)
+        status = study_status(StudyFolder(command.study), everything=command.remake)
     show_status(status)
     return status

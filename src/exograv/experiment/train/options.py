@@ -7,8 +7,10 @@ from typing import Annotated
 import tyro
 
 from exograv.options import (
+    RIG_HELP,
     SESSIONS_MAX,
     CalibrationFile,
+    DerivedMachine,
     Donning,
     Level,
     OneSideOption,
@@ -34,11 +36,9 @@ class TrainOptions(Options):
     session: Annotated[int, Within(1, SESSIONS_MAX)] = 1
     """Number of the session with this protocol for this person. It is part of the files' names."""
 
-    rig: str | None = None
-    """Name of a machine (see `exograv rigs`) or path of its folder.
-
-    Default: `recupera_like`, in flight its passive version.
-    """
+    rig: Annotated[
+        DerivedMachine, tyro.conf.arg(help=f"{RIG_HELP} Default: recupera_like, in flight its passive version.")
+    ] = None
 
     side: OneSideOption = None
     level: Level = 2

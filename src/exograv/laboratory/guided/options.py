@@ -3,10 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-import tyro
-
-from exograv.errors import ConfigError
-from exograv.options import RigOption, TwinOptions, Within
+from exograv.options import Machine, TwinOptions, Within
 
 PersonKind = Literal["relaxed", "pauses", "overrules", "lets-go"]
 
@@ -15,19 +12,7 @@ PersonKind = Literal["relaxed", "pauses", "overrules", "lets-go"]
 class GuidedOptions(TwinOptions):
     """Options of `exograv run teach`, and of the other commands that move an arm of the twin."""
 
-    rig: RigOption = "recupera_like_qdd"
-
-    simulate: bool = False
-    """Run on the twin. A real machine is not supported yet."""
-
-    def __post_init__(self):
-        if not self.simulate:
-            raise ConfigError(
-                "Only the twin is supported so far: add --simulate. A real machine first needs its own risk analysis "
-                "for "
-                "motion that the wearer does not start (docs/howto/guided.md)."
-            )
-        super().__post_init__()
+    rig: Machine = "recupera_like_qdd"
 
 
 @dataclass(frozen=True)
@@ -48,9 +33,7 @@ class RepeatOptions(GuidedOptions):
 class MirrorOptions(GuidedOptions):
     """Options of `exograv run mirror`."""
 
-    rig: Annotated[str, tyro.conf.arg(help="Name of a machine for both arms, or path of its folder.")] = (
-        "recupera_like_dual"
-    )
+    rig: Machine = "recupera_like_dual"
 
     lead: Literal["right", "left"] = "right"
     """Side of the unaffected arm, which leads."""

@@ -7,10 +7,12 @@ from typing import Annotated
 import tyro
 
 from exograv.errors import ConfigError
-from exograv.options import Level, OneSideOption, Options, RigOption, Seed, Within
+from exograv.options import Acts, Level, Machine, OneSideOption, Options, Seed, Within
 
 STRENGTH = 0.1
 """Default strength of the person [-]. With it, the machine must carry about half of the arm's weight."""
+
+VIRTUAL = Acts(lambda all_: all_.recording is None, "for a virtual person, without --recording")
 
 Synergy = Annotated[
     float | None,
@@ -23,10 +25,10 @@ Synergy = Annotated[
 class SupportOptions(Options):
     """Options of `exograv run support-level` with a virtual person."""
 
-    rig: RigOption = "recupera_like_qdd"
-    side: OneSideOption = None
-    level: Level = 2
-    seed: Seed = 0
+    rig: Annotated[Machine, VIRTUAL] = "recupera_like_qdd"
+    side: Annotated[OneSideOption, VIRTUAL] = None
+    level: Annotated[Level, VIRTUAL] = 2
+    seed: Annotated[Seed, VIRTUAL] = 0
 
     strength: float | None = None
     """Strength of the virtual person, relative to a healthy adult; 0.1 without this option and without a file."""

@@ -20,9 +20,6 @@ class CalibrateOptions(CalibratedOptions):
     drives: DrivesFile = None
     """drives.toml of a real machine, empty and hanging, whose bring-up has passed (docs/howto/rig_test.md)."""
 
-    simulate: bool = False
-    """Practise on simulated drives in another process, with simulated weights."""
-
     lengths: SegmentLengths = ()
     """Length that the machine is set to, as forearm=0.26; nominal if not named. May be repeated; needs --drives."""
 

@@ -87,7 +87,6 @@ class LogResult:
     residual_rms_Nm: dict[str, list[float]]
     log: LogRows
     unloaded: LogRows
-    seed: int
 
 
 def identify_log(options: LogOptions, progress: Progress = lambda _text, _share: None) -> LogResult:
@@ -131,7 +130,6 @@ def identify_log(options: LogOptions, progress: Progress = lambda _text, _share:
         residual_rms_Nm={name: _digits(rms) for name, rms in residuals.items()},
         log=LogRows(logs[1].rows, logs[1].skipped),
         unloaded=LogRows(logs[0].rows, logs[0].skipped),
-        seed=options.seed,
     )
 
 

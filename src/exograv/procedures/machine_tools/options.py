@@ -8,7 +8,19 @@ from typing import Annotated
 import tyro
 
 from exograv.errors import ConfigError
-from exograv.options import AnySeed, Options, RigOption, Seed, Sex, Side, SideOption, Within, read_numbers, words
+from exograv.options import (
+    RIG_HELP,
+    DerivedMachine,
+    Machine,
+    Options,
+    Seed,
+    Sex,
+    Side,
+    SideOption,
+    Within,
+    read_numbers,
+    words,
+)
 from exograv.procedures.identification.method_names import MethodName
 
 PERIOD_S = (5.0, 120.0)
@@ -33,8 +45,7 @@ class NewRigOptions:
 class CheckOptions:
     """Options of `exograv rig check`."""
 
-    rig: Annotated[str, tyro.conf.Positional] = field(default=tyro.MISSING)
-    """Folder with a rig.toml, or name of a machine (see `exograv rigs`)."""
+    rig: Machine = "recupera_like"
 
     side: Side | None = None
     """Arm that is put in; the machine's first if none is named."""
@@ -53,7 +64,7 @@ class CheckOptions:
 class DesignOptions(Options):
     """Options of `exograv rig motion`."""
 
-    rig: tyro.conf.Positional[RigOption] = "recupera_like"
+    rig: Machine = "recupera_like"
     side: SideOption = None
 
     height_m: float = 1.70
@@ -65,7 +76,7 @@ class DesignOptions(Options):
     sex: Sex = "female"
     """Sex of that person, which selects the table of the arm."""
 
-    seconds: float = 300.0
+    seconds: Annotated[float, Within(1.0, 86_400.0, "1 to 86400 s.")] = 300.0
     """Duration of the search [s]. Starts that are not begun by then are left out, so the result may differ between
     computers."""
 
@@ -75,7 +86,7 @@ class DesignOptions(Options):
     harmonics: int = 8
     """Harmonics of that period."""
 
-    starts: int = 4
+    starts: Annotated[int, Within(1, 1000)] = 4
     """Random starts beside the machine's present motion: loops, and motions that return on the same path."""
 
     iterations: tyro.conf.Fixed[int] = 120
@@ -91,8 +102,6 @@ class DesignOptions(Options):
                 f"--harmonics is {self.harmonics}; allowed with a period of {self.period_s:g} s: 1 to {most}, "
                 f"so that none is faster than {FASTEST_HZ:g} Hz."
             )
-        if self.seconds <= 0.0 or self.starts < 1:
-            raise ConfigError(f"--seconds {self.seconds:g} and --starts {self.starts} must be positive.")
 
 
 @dataclass(frozen=True)
@@ -105,8 +114,7 @@ class ExportOptions:
     calibration: Path | None = None
     """File calibration.toml of the machine, for its links; without it the links are those of its description."""
 
-    rig: str | None = None
-    """Folder of the machine, if it is not a built-in one."""
+    rig: Annotated[DerivedMachine, tyro.conf.arg(help=f"{RIG_HELP} Default: the machine of the file.")] = None
 
 
 @dataclass(frozen=True)
@@ -144,6 +152,3 @@ class LogOptions:
 
     gain_sd: float = 0.0
     """Standard deviation of the gains, as a share; widens the interval."""
-
-    seed: AnySeed = 0
-    """Seed without effect, since nothing is drawn here; every command takes one."""

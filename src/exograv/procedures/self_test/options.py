@@ -26,9 +26,6 @@ class SelfTestOptions(CalibratedOptions):
     drives: DrivesFile = None
     """drives.toml of a real machine, empty and hanging (docs/howto/rig_test.md)."""
 
-    simulate: bool = False
-    """Practise on simulated drives in another process."""
-
     def __post_init__(self):
         super().__post_init__()
         if self.body_mass_kg is not None and not self.worn:

@@ -7,7 +7,7 @@ from typing import Annotated
 import tyro
 
 from exograv.errors import ConfigError
-from exograv.options import Within, WornOptions
+from exograv.options import Seed, Within, WornOptions
 
 LATER_MAX_MIN = 240.0
 
@@ -20,6 +20,8 @@ class VerifyOptions(WornOptions):
     """Calibration of this machine (`exograv rig calibrate`); without it the twin is calibrated first. On drives it is
     the calibration.toml in the folder of --out.
     """
+
+    seed: Seed = 0
 
     before: Path | None = None
     """Figures of an earlier verification (its --json), to test if a change since then is larger than chance."""

@@ -5,31 +5,26 @@ import pytest
 
 from exograv.errors import ConfigError
 from exograv.laboratory.guided.mirror_command import followed
-from exograv.laboratory.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
+from exograv.laboratory.guided.options import MirrorOptions, RepeatOptions
 
 DT = 0.001
-
-
-def test_a_real_machine_leads_nobody_yet():
-    with pytest.raises(ConfigError, match="Only the twin is supported so far"):
-        GuidedOptions()
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.09, 1.01, float("nan")])
 def test_a_speed_beyond_the_paths_own_is_refused(speed: float):
     with pytest.raises(ConfigError, match=r"0\.1 to 1"):
-        RepeatOptions(simulate=True, speed=speed)
+        RepeatOptions(speed=speed)
 
 
 @pytest.mark.parametrize("number", [0, 101])
 def test_so_many_repetitions_are_refused(number: int):
     with pytest.raises(ConfigError, match="--repetitions"):
-        RepeatOptions(simulate=True, repetitions=number)
+        RepeatOptions(repetitions=number)
 
 
 def test_a_mirror_of_no_time_is_refused():
     with pytest.raises(ConfigError, match="--seconds"):
-        MirrorOptions(simulate=True, seconds=0.0)
+        MirrorOptions(seconds=0.0)
 
 
 def test_an_arm_that_is_only_late_is_off_by_nothing_once_that_is_known():

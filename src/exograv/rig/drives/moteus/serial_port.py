@@ -19,7 +19,7 @@ def open_port(path: str) -> int:
     except OSError as error:
         raise RigError(
             f"moteus.path {path} does not open: {error.strerror}. Is the adapter plugged in, may this user read and "
-            "write it, and is the path in drives.toml right? Without hardware: exograv dev drive-sim moteus."
+            "write it, and is the path in drives.toml right? Without hardware: exograv dev drive-sim --bus moteus."
         ) from error
     try:
         fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -112,7 +112,7 @@ class Link:
             )
         raise RigError(
             f"No controller answers at {host}:{port} within {patience_s:g} s. Is it on, is the cable plugged in, and "
-            "are udp.host and udp.port in drives.toml right? Without hardware: exograv dev drive-sim udp."
+            "are udp.host and udp.port in drives.toml right? Without hardware: exograv dev drive-sim --bus udp."
         )
 
     def poll(self, tick: int, t: float) -> None:

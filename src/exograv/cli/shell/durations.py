@@ -1,0 +1,181 @@
+"""Usual durations of commands, from their options.
+
+The figures are for the twin, the default machine and two cores that have nothing else to do. They are rough: a busy or
+slow computer takes several times as long.
+"""
+
+import os
+from collections.abc import Callable
+from typing import Any
+
+Seconds = Callable[[Any], float | None]
+"""Usual duration of a command with these options [s]; None if the options do not determine it."""
+
+SILENT_BELOW_S = 2.0
+"""Shortest duration that is announced [s]."""
+
+CALIBRATION_S, IDENTIFIED_S_PER_S, FLOATED_S = 12.0, 0.25, 8.0
+"""Calibration of the twin [s]; identification per second of motion; floating and a known weight [s]."""
+
+WINDOW_S, VERIFIED_S, ATTEMPTS_S = 25.0, 30.0, 60.0
+"""A window of a session; a verification; the attempts of a search for support [s]."""
+
+BUS_FACTOR = 3.0
+"""Simulated drives in another process are slower than the twin by about this factor."""
+
+STAGE_0_S, STREAM_S, METHOD_S = 20.0, 8.0, 6.0
+"""Benchmark of methods: per machine, per wearer, and per method and wearer (median) [s]."""
+
+SCENARIO_S, FAULT_PERSON_S, STRIKE_S = 0.5, 40.0, 60.0
+"""Fault campaign: one scenario, preparation of one person, one strike of each kind on a live run [s]."""
+
+SESSION_S, FLOWN_SESSION_S = 0.4, 90.0
+"""Example study: one session. Simulated study: one session in a machine [s]."""
+
+
+def _prepared(options: Any) -> float:
+    return 3.0 if getattr(options, "calibration", None) else CALIBRATION_S
+
+
+def _demo(options: Any) -> float:
+    return _prepared(options) + _moved(options) + FLOATED_S
+
+
+def _moved(options: Any) -> float:
+    seconds = options.seconds if options.motion != "planned" else 2.0 * options.seconds
+    return seconds if options.realtime else 5.0 + IDENTIFIED_S_PER_S * seconds
+
+
+def _calibrate(options: Any) -> float | None:
+    on_bus = BUS_FACTOR if options.simulate else 1.0
+    return None if options.drives and not options.simulate else on_bus * CALIBRATION_S * (0.3 if options.recheck else 1)
+
+
+def _self_test(options: Any) -> float | None:
+    on_bus = BUS_FACTOR if options.simulate else 1.0
+    return None if options.drives and not options.simulate else on_bus * (30.0 if options.worn else 10.0)
+
+
+def _live(options: Any) -> float:
+    return options.loop_s + (10.0 if options.is_on_drives or options.identify_s else 35.0)
+
+
+def _verify(options: Any) -> float:
+    if options.is_on_drives:
+        return 60.0 + 138.0 + 30.0
+    return _prepared(options) + 20.0 + VERIFIED_S
+
+
+def _train(options: Any) -> float:
+    from exograv.errors import ConfigError
+    from exograv.task.protocol import load_protocol
+
+    try:
+        windows = options.windows or load_protocol(options.protocol).settings.windows.count
+    except ConfigError:  # The command itself refuses the protocol, with all its reasons.
+        windows = options.windows or 0
+    verified = windows // options.verify_every if options.verify_every else 0
+    return _prepared(options) + 20.0 + WINDOW_S * windows + VERIFIED_S * verified
+
+
+def _transparency(options: Any) -> float:
+    count = options.machines * (2 if options.rig is None else 1)
+    return 90.0 * count * (2.0 if options.movement == "recorded" else 1.0)
+
+
+def _benchmark(options: Any) -> float:
+    places = len(options.levels) * len(options.profiles)
+    wearers = places * (options.wearers + options.streams) * (10 if options.break_down else 1)
+    seconds = STAGE_0_S * wearers + STREAM_S * wearers + METHOD_S * wearers * len(options.methods)
+    return seconds / options.processes
+
+
+def _faults(options: Any) -> float:
+    if options.replay is not None:
+        return FAULT_PERSON_S + SCENARIO_S
+    slower = 10.0 if options.through else 1.0
+    flown = options.scenarios * SCENARIO_S * slower / (options.processes or os.cpu_count() or 1)
+    return flown + FAULT_PERSON_S * options.persons + (0.0 if options.through else STRIKE_S * options.strikes)
+
+
+def _sessions(options: Any) -> int:
+    (trained, untrained), (trainings, familiarisations) = options.participants, options.sessions
+    return trained * trainings + (trained + untrained) * (familiarisations + 1)
+
+
+def _simulated_study(options: Any) -> float:
+    windows = 1.0 if options.windows is None else options.windows / 13.0
+    compared = sum(options.participants) * (sum(options.compared) + 1) * len(options.conditions)
+    total = FLOWN_SESSION_S * windows * (_sessions(options) + compared) / options.processes
+    return total * (1 + 6 * options.sensitivity + 4 * options.ablate)
+
+
+def _power(options: Any) -> float:
+    return 3.0 + 2e-6 * options.studies * options.n_max * (4.0 if options.pilot else 1.0) * 10.0
+
+
+def _by_size(options: Any, seconds_per_MB: float, *names: str) -> float | None:
+    """Duration by the size of the first of these files that exists."""
+    for name in names:
+        path = getattr(options, name, None)
+        for one in path if isinstance(path, tuple) else (path,):
+            if one is not None and one.is_file():
+                return 1.0 + seconds_per_MB * one.stat().st_size / 1e6
+            if one is not None and one.is_dir():
+                return 1.0 + seconds_per_MB * sum(file.stat().st_size for file in one.rglob("*.mcap")) / 1e6
+    return None
+
+
+DURATIONS: dict[str, Seconds] = {
+    "demo": _demo,
+    "doctor": lambda options: 3.0 + (options.loop or 0.0),
+    "report": lambda options: _by_size(options, 0.15, "recording"),
+    "rig check": lambda _: 6.0,
+    "rig test": lambda options: 60.0 if options.simulate else None,
+    "rig calibrate": _calibrate,
+    "rig self-test": _self_test,
+    "rig motion": lambda options: 5.0 + min(options.seconds, 25.0 * options.starts),
+    "arm identify": lambda options: _prepared(options) + _moved(options),
+    "arm identify-log": lambda options: _by_size(options, 4.0, "log"),
+    "arm weigh": lambda options: _prepared(options) + 40.0,
+    "arm verify": _verify,
+    "run live": _live,
+    "run train": _train,
+    "run assist": lambda _: CALIBRATION_S + 20.0 + 150.0,
+    "run teach": lambda _: CALIBRATION_S + 30.0,
+    "run repeat": lambda options: CALIBRATION_S + 20.0 + 10.0 * options.repetitions / options.speed,
+    "run mirror": lambda options: CALIBRATION_S + 30.0 + 0.5 * options.seconds,
+    "run support-level": lambda options: 3.0 if options.recording else CALIBRATION_S + 20.0 + ATTEMPTS_S,
+    "study add": lambda options: _by_size(options, 0.1, "files"),
+    "study status": lambda options: 3.0 if not options.remake else _by_size(options, 0.1, "study"),
+    "study report": lambda options: 10.0 + (_by_size(options, 0.1, "study") or 0.0),
+    "study export": lambda options: _by_size(options, 0.2, "study"),
+    "study example": lambda options: 3.0 + SESSION_S * _sessions(options),
+    "study power": _power,
+    "study simulate": _simulated_study,
+    "data replay": lambda options: _by_size(options, 0.4, "file"),
+    "data streams": lambda options: options.seconds if options.record else 3.0,
+    "data sync": lambda options: _by_size(options, 0.1, "file"),
+    "dev benchmark-identification": _benchmark,
+    "dev faults": _faults,
+    "dev transparency": _transparency,
+    "dev validate-participant": lambda options: 15.0 * options.people,
+}
+"""Commands that usually take longer than two seconds and end by themselves. A sweep states its own costs (`--plan`)."""
+
+
+def duration_sentence(path: str, options: Any) -> str:
+    """Return a sentence on the usual duration; empty if it is short or not known."""
+    seconds = DURATIONS[path](options) if path in DURATIONS else None
+    if seconds is None or seconds < SILENT_BELOW_S:
+        return ""
+    return f"exograv {path} usually takes about {in_words(seconds)} with these options."
+
+
+def in_words(seconds: float) -> str:
+    """Return a duration in the unit that suits its size."""
+    for limit, unit, size in ((100.0, "s", 1.0), (5400.0, "min", 60.0), (172_800.0, "h", 3600.0)):
+        if seconds < limit:
+            value = seconds / size
+            return f"{value:.0f} {unit}" if value >= 3.0 or size == 1.0 else f"{value:.1f} {unit}"
+    return f"{seconds / 86_400:.0f} days"
