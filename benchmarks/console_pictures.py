@@ -23,7 +23,7 @@ from exograv.console import lease
 from exograv.console.keys import Role
 from exograv.task.screen import ScreenCalibration
 
-COLOURS = 160
+COLOURS = 256
 OFF_PX = ((14, -9), (-22, 5), (6, 17), (-8, -26), (31, 12), (2, -4), (-15, 20))
 SCREEN = ScreenCalibration(pitch_x_mm=0.27, pitch_y_mm=0.27, method="card", anisotropy=0.0, relative_error=0.004)
 
@@ -38,7 +38,7 @@ def snap(visitor: Visitor, path: Path) -> None:
 def pictures(browser: Browser, house: Served, folder: Path) -> None:
     """Go through a whole session once and take all pictures."""
     house.desk.is_known = False
-    operator = Visitor(browser, house, Role.OPERATOR, width=1440, height=900)
+    operator = Visitor(browser, house, Role.OPERATOR, width=1440, height=1260)
     participant = Visitor(browser, house, Role.PARTICIPANT)
     snap(participant, folder / "participant_welcome.png")
     operator.press("[data-act=make_ready]")
