@@ -8,7 +8,7 @@ import tyro
 
 from exograv.cli.shell.base_options import Common, refuse_unwritable
 from exograv.errors import ConfigError
-from exograv.options import RigOption, Sex, SideOption
+from exograv.options import Sex, SideOption
 
 if TYPE_CHECKING:
     from exograv.console.view_page import ViewData
@@ -22,7 +22,7 @@ class View:
     """Name of a machine (see `exograv rigs`), path of its folder, or a recording (.mcap)."""
 
     side: SideOption = None
-    rig: RigOption | None = None
+    rig: str | None = None
     """Machine of a recording that holds no machine files."""
 
     height_m: float = 1.75
