@@ -10,7 +10,7 @@ const RADIUS_M = 0.7; // Head, arms, machine and seat fit into a ball of this ra
 const PIXELS_MAX = 2; // A finer picture costs time, and shows no more.
 const FRAME_MS = 20; // A frame that nothing delays takes 17 ms.
 const SLOWEST_MS = 400; // A page that stood still for another reason must not stop the picture for long.
-const PAUSE = 6;
+const PAUSE = 3;
 
 export class View3d {
   constructor(box, without) {
