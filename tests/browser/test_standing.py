@@ -8,7 +8,8 @@ from tests.waiting import wait_until
 
 from exograv.console import lease
 from exograv.console.keys import Role
-from exograv.console.server import MORE_OF_PARTICIPANT, PAGES
+from exograv.console.page_files import PAGES
+from exograv.console.server import MORE_OF_PARTICIPANT
 from exograv.experiment.steered.sentences import say
 from exograv.experiment.steered.view_models import WorkProgress
 from exograv.procedures.calibration.phase_texts import say as calibration

@@ -8,7 +8,7 @@ from tests.console.serving import Served
 from tests.waiting import wait_until
 
 from exograv.console.keys import Role
-from exograv.console.server import PAGES
+from exograv.console.page_files import PAGES
 from exograv.safety.modes import Event, Mode
 from exograv.sentence import SUPPORT_TEXT, support_text
 

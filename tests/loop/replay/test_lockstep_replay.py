@@ -10,11 +10,11 @@ import pytest
 from exograv.cli.recordings.replaying import run_replay
 from exograv.errors import ConfigError, RecordingError
 from exograv.loop.replay.reasons import other_versions
-from exograv.loop.replay.recorded_run import _unpack
 from exograv.loop.replay.what_if import ReplayOverrides
 from exograv.loop.replay_log import versions, written_rig
 from exograv.model.description import load_rig
 from exograv.recording import Recording, RecordingWriter, read_recording
+from exograv.recording.machine_files import unpacked_machine
 from exograv.recording.schema import CHANNELS, TICK
 from exograv.results import json_value
 
@@ -180,7 +180,7 @@ def test_content_that_no_exograv_writes_is_a_readable_error(flown: Flown, tmp_pa
 def test_a_machine_whose_urdf_is_its_neighbours_is_unpacked_with_it(tmp_path: Path):
     """The URDF of recupera_like_qdd has the links of recupera_like."""
     description = load_rig("recupera_like_qdd")
-    machine = _unpack(tmp_path / "a.mcap", written_rig(description), tmp_path)
+    machine = unpacked_machine(tmp_path / "a.mcap", written_rig(description), tmp_path)
     assert load_rig(str(machine), description.side).sha256 == description.sha256
 
 
@@ -188,7 +188,7 @@ def test_a_machine_whose_urdf_is_its_neighbours_is_unpacked_with_it(tmp_path: Pa
 def test_no_file_of_a_machine_is_unpacked_outside_of_the_folder_for_it(tmp_path: Path, name: str):
     inside = tmp_path / "for it"
     inside.mkdir()
-    _unpack(tmp_path / "a.mcap", {name: "text", "rig.toml": "name"}, inside)
+    unpacked_machine(tmp_path / "a.mcap", {name: "text", "rig.toml": "name"}, inside)
     assert [path for path in tmp_path.rglob("*") if path.is_file() and inside not in path.parents] == []
     assert sum(path.is_file() for path in inside.rglob("*")) == 2
 
