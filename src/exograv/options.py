@@ -147,7 +147,7 @@ Bus = Literal["canopen", "moteus", "udp"]
 Profile = Literal["harmonic", "qdd"]
 
 RIG_HELP = "Machine: a name (see `exograv rigs`), or the path of its folder."
-Machine = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="[RIG]", help=RIG_HELP)]
+RigArgument = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="[RIG]", help=RIG_HELP)]
 """Machine that a command acts on: always the first word after the command. `--rig NAME` is another spelling."""
 
 DerivedMachine = Annotated[str | None, tyro.conf.Positional, tyro.conf.arg(metavar="[RIG]", help=RIG_HELP)]
@@ -200,7 +200,7 @@ class SeedOption(Options):
 class TwinOptions(Options):
     """Options of a command that runs on the twin."""
 
-    rig: Machine = "recupera_like"
+    rig: RigArgument = "recupera_like"
     side: SideOption = None
     level: Level = 2
     seed: Seed = 0

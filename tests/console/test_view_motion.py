@@ -1,7 +1,7 @@
 """The page of a recording shows the recorded motion, and says who measured what is left over."""
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -24,11 +24,11 @@ def recording() -> Recording:
 
 def test_frames_are_recorded_ticks_in_order_and_from_the_first_to_the_last(recording: Recording):
     motion, ticks = motion_of(recording), recording.ticks
-    t = np.array(motion["t"])
+    t = np.array(motion.t)
     assert (np.diff(t) > 0.0).all()
     assert (t[0], t[-1]) == pytest.approx((0.0, ticks["t"][-1] - ticks["t"][0]), abs=2e-3)
     rows = np.searchsorted(ticks["t"], t + ticks["t"][0] - 5e-4)
-    np.testing.assert_allclose(motion["q"], ticks["q_measured"][rows], atol=ROUNDED_RAD)
+    np.testing.assert_allclose(motion.q, ticks["q_measured"][rows], atol=ROUNDED_RAD)
 
 
 def test_a_long_recording_has_no_more_frames_than_a_page_can_take(
@@ -36,8 +36,8 @@ def test_a_long_recording_has_no_more_frames_than_a_page_can_take(
 ):
     monkeypatch.setattr(view_motion, "FRAMES_MAX", 50)
     motion = motion_of(recording)
-    assert len(motion["t"]) <= 50
-    assert len(motion["arm"]["t"]) <= 50
+    assert len(motion.t) <= 50
+    assert len(motion.arm.t) <= 50
 
 
 def test_numbers_that_are_missing_become_null_and_the_page_stays_valid_json(recording: Recording):
@@ -45,8 +45,8 @@ def test_numbers_that_are_missing_become_null_and_the_page_stays_valid_json(reco
     ticks["tau_measured"][:] = np.nan
     ticks["q_measured"][:100] = np.nan
     motion = motion_of(replace(recording, ticks=ticks))
-    assert motion["tau_measured"][0] == [None] * 4
-    json.dumps(motion, allow_nan=False)
+    assert motion.tau_measured[0] == [None] * 4
+    json.dumps(asdict(motion), allow_nan=False)
 
 
 def test_a_weightless_arm_that_is_carried_feels_nothing_and_one_that_is_not_feels_all(recording: Recording):
@@ -54,7 +54,7 @@ def test_a_weightless_arm_that_is_carried_feels_nothing_and_one_that_is_not_feel
     ticks["gravity_level"][:] = 0.0
     for share, felt in ((1.0, 0.0), (0.0, 1.0), (0.25, 0.75)):
         ticks["arm_share"][:] = share
-        assert set(motion_of(replace(recording, ticks=ticks))["felt"]) == {felt}
+        assert set(motion_of(replace(recording, ticks=ticks)).felt) == {felt}
 
 
 def test_what_an_examiner_measured_is_told_from_what_the_estimator_expects(recording: Recording):
@@ -67,9 +67,9 @@ def test_what_an_examiner_measured_is_told_from_what_the_estimator_expects(recor
 
     expected = [{"t": 310.0, "predicted_left_over_Nm": [0.1] * 4}, {"t": 311.0, "predicted_left_over_Nm": None}]
     motion = motion_of(Told(estimate=expected))  # pyright: ignore[reportArgumentType] - the used part of a recording
-    assert [(row["Nm"], row["about"]) for row in motion["left_over"]] == [([0.1] * 4, PREDICTED)]
+    assert [(row.Nm, row.about) for row in motion.left_over] == [([0.1] * 4, PREDICTED)]
     motion = motion_of(Told(estimate=expected, left_over=[{"t": 312.0, "total": [0.2] * 4}]))  # pyright: ignore[reportArgumentType] - as above
-    assert [(row["Nm"], row["about"]) for row in motion["left_over"]] == [([0.2] * 4, TRUE)]
+    assert [(row.Nm, row.about) for row in motion.left_over] == [([0.2] * 4, TRUE)]
 
 
 def test_a_recording_is_shown_with_the_machine_and_the_person_that_it_holds():

@@ -1,5 +1,6 @@
 """Motion of a recording for the page of `exograv view`: positions, torques, arm and left over, thinned for a page."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,64 @@ PREDICTED = (
 )
 
 
-def motion_of(recording: Recording) -> dict[str, Any]:
+Rows = list[Any]
+"""Numbers, nested as an array; None for a number that is not finite."""
+
+
+@dataclass(frozen=True)
+class ArmMotion:
+    """Points of the recorded arm."""
+
+    t: list[float]
+    """Time of each pose [s]."""
+
+    arms: list[Rows]
+    """Points of each pose [m]."""
+
+    gap_s: float
+    """Largest time from a frame to a pose that it may use [s]."""
+
+
+@dataclass(frozen=True)
+class LeftOverMoment:
+    """Left over at one time."""
+
+    t: float
+    Nm: list[float]
+    about: str
+
+
+@dataclass(frozen=True)
+class PhaseMark:
+    """Begin of a phase."""
+
+    t: float
+    name: str
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Motion of a recording, one row per frame."""
+
+    t: Rows
+    """Time since the first tick [s]."""
+
+    q: Rows
+    """Joint positions [rad]."""
+
+    tau_measured: Rows
+    tau_commanded: Rows
+    """Joint torque [N·m]."""
+
+    felt: Rows
+    """Share of the own weight that the arm feels [-]."""
+
+    arm: ArmMotion
+    left_over: list[LeftOverMoment]
+    phases: list[PhaseMark]
+
+
+def motion_of(recording: Recording) -> Motion:
     """Return the motion, with times from the first tick on.
 
     Raises:
@@ -38,19 +96,19 @@ def motion_of(recording: Recording) -> dict[str, Any]:
     count = min(max(int((end - start) * FRAMES_HZ) + 1, 2), FRAMES_MAX)
     ticks = ticks[np.unique(np.searchsorted(ticks["t"], np.linspace(start, end, count)))]
     felt = 1.0 - np.nan_to_num(ticks["arm_share"]) * (1.0 - np.nan_to_num(ticks["gravity_level"], nan=1.0))
-    return {
-        "t": _numbers(ticks["t"] - start, 3),
-        "q": _numbers(ticks["q_measured"], 4),
-        "tau_measured": _numbers(ticks["tau_measured"], 2),
-        "tau_commanded": _numbers(ticks["tau_commanded"], 2),
-        "felt": _numbers(felt, 3),
-        "arm": _arm(recording, start, end),
-        "left_over": _left_over(recording, start),
-        "phases": [{"t": phase["t"] - start, "name": phase["name"]} for phase in recording.messages("/phase")],
-    }
+    return Motion(
+        t=_numbers(ticks["t"] - start, 3),
+        q=_numbers(ticks["q_measured"], 4),
+        tau_measured=_numbers(ticks["tau_measured"], 2),
+        tau_commanded=_numbers(ticks["tau_commanded"], 2),
+        felt=_numbers(felt, 3),
+        arm=_arm(recording, start, end),
+        left_over=_left_over(recording, start),
+        phases=[PhaseMark(phase["t"] - start, phase["name"]) for phase in recording.messages("/phase")],
+    )
 
 
-def _numbers(values: Float[np.ndarray, "..."], decimals: int) -> list[Any]:
+def _numbers(values: Float[np.ndarray, "..."], decimals: int) -> Rows:
     """Round numbers; a number that is not finite becomes None."""
     rounded = np.round(values.astype(float), decimals)
     known = rounded.astype(object)
@@ -58,14 +116,14 @@ def _numbers(values: Float[np.ndarray, "..."], decimals: int) -> list[Any]:
     return known.tolist()
 
 
-def _arm(recording: Recording, start: float, end: float) -> dict[str, Any]:
+def _arm(recording: Recording, start: float, end: float) -> ArmMotion:
     messages = [m for m in recording.messages("/skeleton") if start <= m["t"] <= end and arms_of_line(m["arm"])]
     messages = messages[:: max(1, -(-len(messages) // FRAMES_MAX))]
     arms = [_numbers(np.array(arms_of_line(message["arm"])), 4) for message in messages]
-    return {"t": [round(message["t"] - start, 3) for message in messages], "arms": arms, "gap_s": ARM_GAP_S}
+    return ArmMotion([round(message["t"] - start, 3) for message in messages], arms, ARM_GAP_S)
 
 
-def _left_over(recording: Recording, start: float) -> list[dict[str, Any]]:
+def _left_over(recording: Recording, start: float) -> list[LeftOverMoment]:
     """Left over by time: the true one where an examiner measured it, otherwise the estimator's expectation."""
     true = [(m["t"], m["total"], TRUE) for m in recording.messages("/left_over")]
     predicted = [(m["t"], m.get("predicted_left_over_Nm"), PREDICTED) for m in recording.messages("/estimate")]
@@ -75,4 +133,4 @@ def _left_over(recording: Recording, start: float) -> list[dict[str, Any]]:
         for t, Nm, about in true or predicted
         if Nm is not None and len(Nm) == n and all(value is not None for value in Nm)
     ]
-    return [{"t": t - start, "Nm": Nm, "about": about} for t, Nm, about in rows]
+    return [LeftOverMoment(t - start, Nm, about) for t, Nm, about in rows]

@@ -3,12 +3,12 @@
 import base64
 import json
 import re
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import asdict, dataclass
 
 from exograv.model.scene import SceneDescription
 
 from .page_files import page_files
+from .view_motion import Motion
 
 MODULES = ("vendor/three/three.min.js", "figure3d.js", "view3d.js", "view.js")
 """Modules of the page, each before those that import it."""
@@ -26,7 +26,7 @@ class ViewData:
 
     scene: SceneDescription
     is_simulated: bool = False
-    motion: dict[str, Any] | None = None
+    motion: Motion | None = None
     """Motion of a recording; None for a machine with sliders."""
 
     @property
@@ -36,7 +36,7 @@ class ViewData:
             "title": self.title,
             "about": self.about,
             "is_simulated": self.is_simulated,
-            "motion": self.motion,
+            "motion": None if self.motion is None else asdict(self.motion),
             "scene": json.loads(self.scene.text),
         }
         text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))

@@ -18,9 +18,9 @@ from exograv.options import (
     JointFactors,
     JointNames,
     Level,
-    Machine,
     OneSideOption,
     Options,
+    RigArgument,
     Seed,
     SideOption,
     TwinOptions,
@@ -37,7 +37,7 @@ HeldWeight = Within(0.0, HEAVIEST_KG, f"0 (none) to {HEAVIEST_KG:g} kg. Take a l
 class IdentifyOptions(Options):
     """Options of `exograv arm identify`."""
 
-    rig: Machine = "recupera_like"
+    rig: RigArgument = "recupera_like"
     side: SideOption = None
     level: Level = 2
 
@@ -118,7 +118,7 @@ class TransparencyOptions(Options):
 class DriveSimOptions(Options):
     """Options of `exograv dev drive-sim`."""
 
-    rig: Machine = "recupera_like"
+    rig: RigArgument = "recupera_like"
 
     bus: Bus = "udp"
     """Bus of the drives."""

@@ -28,7 +28,7 @@ ROUNDING = 0.01
     [
         ({"period_s": 1.0}, "--period-s is 1.0; allowed: 5 to 120 s"),
         ({"period_s": 10.0, "harmonics": 9}, "--harmonics is 9; allowed with a period of 10 s: 1 to 6"),
-        ({"seconds": 0.0}, "must be positive"),
+        ({"seconds": 0.0}, "--seconds is 0.0; allowed: 1 to"),
     ],
 )
 def test_what_cannot_be_designed_is_refused_with_what_is_allowed(options: dict, message: str):

@@ -329,7 +329,7 @@ function links() {
 async function main() {
   await loadWords();
   document.body.dataset.role = role;
-  view = new View3d(at("scene"), say("console.no_webgl"));
+  view = new View3d(at("scene"), say("console.no_webgl"), true);
   wire();
   links();
   at("copy").onclick = () => navigator.clipboard?.writeText(at("link").querySelector("code").textContent);

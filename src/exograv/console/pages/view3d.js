@@ -11,10 +11,20 @@ const PIXELS_MAX = 2; // A finer picture costs time, and shows no more.
 const FRAME_MS = 20; // A frame that nothing delays takes 17 ms.
 const SLOWEST_MS = 400; // A page that stood still for another reason must not stop the picture for long.
 const PAUSE = 3;
+const WITHOUT_CARD = /swiftshader|llvmpipe|softpipe|software|basic render/i;
+const RARE_MS = 2000; // Pictures of a moving machine that a processor draws beside plots. The user's turns do not wait.
+
+// Whether a processor draws in place of a graphics card, by the name that the browser gives it.
+function isWithoutCard(context) {
+  const about = context.getExtension("WEBGL_debug_renderer_info");
+  return WITHOUT_CARD.test(context.getParameter(about?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER));
+}
 
 export class View3d {
-  constructor(box, without) {
-    Object.assign(this, { box, figure: null, isChanged: false, isSeen: true, drawn: 0, frameAt: 0, debt: 0, delayed: 0 });
+  // isRare: the page has more urgent things to draw. Without a graphics card, pictures are then rare.
+  constructor(box, without, isRare = false) {
+    Object.assign(this, { box, figure: null, isChanged: false, isTurned: false, isSeen: true, drawn: 0 });
+    Object.assign(this, { frameAt: 0, drawnAt: -Infinity, debt: 0, delayed: 0 });
     this.level = document.createElement("p");
     this.level.className = "scene-level figure";
     try {
@@ -24,7 +34,8 @@ export class View3d {
       return;
     }
     this.canvas = this.renderer.domElement;
-    this.canvas.tabIndex = 0;
+    this.rest_ms = isRare && isWithoutCard(this.renderer.getContext()) ? RARE_MS : 0;
+    this.nameCanvas();
     box.append(this.canvas, this.level);
     this.stage();
     this.listen();
@@ -35,6 +46,16 @@ export class View3d {
     text.className = "scene-without";
     text.textContent = without;
     this.box.append(text, this.level);
+  }
+
+  // The keyboard reaches the canvas, so it takes the name of the box, in the page's language.
+  nameCanvas() {
+    const { box, canvas } = this;
+    canvas.tabIndex = 0;
+    canvas.setAttribute("role", "img");
+    canvas.ariaLabel = box.ariaLabel;
+    if (box.dataset.label) canvas.dataset.label = box.dataset.label;
+    for (const name of ["role", "aria-label", "data-label"]) box.removeAttribute(name);
   }
 
   stage() {
@@ -58,7 +79,7 @@ export class View3d {
   }
 
   listen() {
-    const change = () => (this.isChanged = true);
+    const change = () => (this.isChanged = this.isTurned = true);
     this.controls.addEventListener("change", change);
     this.canvas.addEventListener("focus", () => (this.controls.enableZoom = true));
     this.canvas.addEventListener("blur", () => (this.controls.enableZoom = false));
@@ -88,7 +109,7 @@ export class View3d {
     const { target } = this.controls;
     this.camera.position.set(flat * Math.cos(azimuth), flat * Math.sin(azimuth), distance * Math.sin(height)).add(target);
     this.controls.update();
-    this.isChanged = true;
+    this.isChanged = this.isTurned = true;
   }
 
   // Replaces person and machine. The view stays as the user has turned it, unless the side changes.
@@ -137,7 +158,7 @@ export class View3d {
     if (this.size === `${width} ${height} ${ratio}` || width === 0 || height === 0) return;
     this.size = `${width} ${height} ${ratio}`;
     this.renderer.setPixelRatio(ratio);
-    this.renderer.setSize(width, height);
+    this.renderer.setSize(width, height, false); // The style sheet fits the canvas to the box, also between pictures.
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
   }
@@ -152,7 +173,9 @@ export class View3d {
     if (this.delayed > 0) this.debt += PAUSE * Math.max(gap - FRAME_MS, 0);
     this.delayed -= 1;
     if (!this.isChanged || !this.isSeen || document.hidden || !this.figure || this.debt > 0) return;
-    this.isChanged = false;
+    if (!this.isTurned && now - this.drawnAt < this.rest_ms) return;
+    this.isChanged = this.isTurned = false;
+    this.drawnAt = now;
     this.drawn += 1;
     this.delayed = 2;
     this.resize();

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from exograv.laboratory.support_level.options import SupportOptions, Synergy
-from exograv.options import Level, Machine, OneSideOption, OptionRecord, Options, PersonCode, Seed, Within
+from exograv.options import Level, OneSideOption, OptionRecord, Options, PersonCode, RigArgument, Seed, Within
 
 SEED_OF_SESSION = 10_000
 """Distance between the seeds of two sessions of one person. Noise and mobilised strength differ from day to day."""
@@ -21,7 +21,7 @@ class AssistOptions(Options):
     protocol: str = "assist-as-needed"
     """Protocol: `assist-as-needed`, or the path of your own protocol."""
 
-    rig: Machine = "recupera_like_qdd"
+    rig: RigArgument = "recupera_like_qdd"
     side: OneSideOption = None
     level: Level = 2
     seed: Seed = 0

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from exograv.options import Machine, TwinOptions, Within
+from exograv.options import RigArgument, TwinOptions, Within
 
 PersonKind = Literal["relaxed", "pauses", "overrules", "lets-go"]
 
@@ -12,7 +12,7 @@ PersonKind = Literal["relaxed", "pauses", "overrules", "lets-go"]
 class GuidedOptions(TwinOptions):
     """Options of `exograv run teach`, and of the other commands that move an arm of the twin."""
 
-    rig: Machine = "recupera_like_qdd"
+    rig: RigArgument = "recupera_like_qdd"
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class RepeatOptions(GuidedOptions):
 class MirrorOptions(GuidedOptions):
     """Options of `exograv run mirror`."""
 
-    rig: Machine = "recupera_like_dual"
+    rig: RigArgument = "recupera_like_dual"
 
     lead: Literal["right", "left"] = "right"
     """Side of the unaffected arm, which leads."""

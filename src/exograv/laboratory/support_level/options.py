@@ -7,7 +7,7 @@ from typing import Annotated
 import tyro
 
 from exograv.errors import ConfigError
-from exograv.options import Acts, Level, Machine, OneSideOption, Options, Seed, Within
+from exograv.options import Acts, Level, OneSideOption, Options, RigArgument, Seed, Within
 
 STRENGTH = 0.1
 """Default strength of the person [-]. With it, the machine must carry about half of the arm's weight."""
@@ -25,7 +25,7 @@ Synergy = Annotated[
 class SupportOptions(Options):
     """Options of `exograv run support-level` with a virtual person."""
 
-    rig: Annotated[Machine, VIRTUAL] = "recupera_like_qdd"
+    rig: Annotated[RigArgument, VIRTUAL] = "recupera_like_qdd"
     side: Annotated[OneSideOption, VIRTUAL] = None
     level: Annotated[Level, VIRTUAL] = 2
     seed: Annotated[Seed, VIRTUAL] = 0

@@ -11,8 +11,8 @@ from exograv.errors import ConfigError
 from exograv.options import (
     RIG_HELP,
     DerivedMachine,
-    Machine,
     Options,
+    RigArgument,
     Seed,
     Sex,
     Side,
@@ -45,7 +45,7 @@ class NewRigOptions:
 class CheckOptions:
     """Options of `exograv rig check`."""
 
-    rig: Machine = "recupera_like"
+    rig: RigArgument = "recupera_like"
 
     side: Side | None = None
     """Arm that is put in; the machine's first if none is named."""
@@ -64,7 +64,7 @@ class CheckOptions:
 class DesignOptions(Options):
     """Options of `exograv rig motion`."""
 
-    rig: Machine = "recupera_like"
+    rig: RigArgument = "recupera_like"
     side: SideOption = None
 
     height_m: float = 1.70

@@ -3,13 +3,12 @@
 import os
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 SOURCE = Path(__file__).with_name("core.c")
 
-COMPILED_NAME = "_guard.dll" if sys.platform == "win32" else "_guard.so"
-"""File of the compiled guard, beside its source."""
+COMPILED_NAME = "guard.native"
+"""File of the compiled guard, beside its source. Python would try to import a file whose ending is that of a module."""
 
 FLAGS = ("-O2", "-std=c11", "-ffp-contract=off", "-fno-fast-math", "-fPIC", "-shared")
 """Contraction and fast mathematics would change the last bit of a torque, and could remove a test for NaN."""
