@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,10 @@ from .of_browser import Visitor, quick_plan
 CHROMIUM = Path("/usr/bin/chromium")
 # The sandbox is off in tests only. Tests must not need a graphics card.
 ARGUMENTS = ["--no-sandbox", "--disable-gpu"]
+WITHOUT_3D = [*ARGUMENTS, "--disable-3d-apis"]
+"""Arguments for all tests but those of test_view3d.py. Where the processor draws the person in 3D (SwiftShader), each
+picture takes both cores of a small computer from the server and all pages, which no browser with a graphics card does.
+That plots keep their rate beside the pictures, even then, is tested there."""
 
 Visit = Callable[..., Visitor]
 
@@ -23,10 +28,18 @@ Visit = Callable[..., Visitor]
 # Module scope: while the browser lives, this thread has an event loop, and later tests could not start their own.
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
+    """Chromium without WebGL: pages show a sentence in place of the person in 3D."""
+    with chromium(WITHOUT_3D) as browser:
+        yield browser
+
+
+@contextmanager
+def chromium(arguments: list[str]) -> Iterator[Browser]:
+    """Start Chromium, or skip the tests where it is missing."""
     if not CHROMIUM.exists() and os.environ.get("EXOGRAV_BROWSER_TESTS") != "required":
         pytest.skip(f"There is no {CHROMIUM}. On Debian: apt-get install chromium")
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=arguments)
         yield browser
         browser.close()
 

@@ -1,5 +1,6 @@
 """Pages in a real Chromium, and a protocol of a few seconds."""
 
+import time
 from dataclasses import replace
 
 from playwright.sync_api import Browser, Page
@@ -13,6 +14,29 @@ from exograv.task.screen import ScreenCalibration
 
 TABLET = {"width": 1280, "height": 800}
 RETURN_S = 0.35
+PLOTS_PER_S = 30.0 * 0.9
+"""The promised rate of the plots with 10 % tolerance: a page under test shares two cores with other processes."""
+
+WIDTHS = ((390, 844), (820, 1180), (1400, 900))
+TOUCH_MIN_PX = 40
+"""Smallest height of a control that a finger hits surely, as the style sheet sets it (2.6 rem)."""
+
+MISFITS = """(least) => {
+  const found = [];
+  for (const element of document.querySelectorAll("body *")) {
+    const box = element.getBoundingClientRect();
+    if (!element.checkVisibility() || box.width === 0) continue;
+    const name = `${element.tagName}#${element.id} ${element.textContent.trim().slice(0, 20)}`;
+    if (box.right > innerWidth + 1 || box.left < -1) found.push(`wider than the page: ${name}`);
+    if (element.matches("button, select, .button") && box.height < least) found.push(`too small: ${name}`);
+  }
+  return found;
+}"""
+
+UNNAMED = """() => [...document.querySelectorAll("button, input, select, canvas, [role=img]")].filter((element) =>
+  element.checkVisibility() && !element.textContent.trim() && !element.ariaLabel && !element.labels?.length
+).map((element) => element.outerHTML)"""
+"""Script that lists what a screen reader cannot name."""
 
 
 def quick_plan(screen: ScreenCalibration | None = None) -> TaskPlan:
@@ -34,6 +58,15 @@ def quick_plan(screen: ScreenCalibration | None = None) -> TaskPlan:
         }
     )
     return TaskPlan(replace(loaded, settings=settings), settings.exo, screen)
+
+
+def misfits_of(page: Page) -> dict[int, list[str]]:
+    """Return what is wider than the page or too small for a finger, by the width of the window."""
+    found = dict[int, list[str]]()
+    for width, height in WIDTHS:
+        page.set_viewport_size({"width": width, "height": height})
+        found[width] = page.evaluate(MISFITS, TOUCH_MIN_PX)
+    return {width: misfits for width, misfits in found.items() if misfits}
 
 
 class Visitor:
@@ -85,3 +118,11 @@ def take_arm(operator: Visitor) -> None:
     """Take the arm in two steps."""
     operator.act("make_ready", "exo_only")
     operator.act("take_arm", "floating")
+
+
+def plots_per_s(operator: Visitor) -> float:
+    """Measure the rate at which the operator's page draws its plots."""
+    operator.page.locator("#legend button").first.wait_for()
+    before, begun = operator.page.evaluate("drawnPlots()"), time.monotonic()
+    time.sleep(3.0)  # In one second, one picture more or less would be an error of a thirtieth.
+    return (operator.page.evaluate("drawnPlots()") - before) / (time.monotonic() - begun)

@@ -1,6 +1,5 @@
 """Roles in the browser: two operators, a participant who tries to start, a screen measurement, one knob, languages."""
 
-import json
 import time
 
 import pytest
@@ -13,7 +12,7 @@ from exograv.safety.modes import Mode
 from exograv.safety.stops import StopReason
 
 from .conftest import Visit
-from .of_browser import take_arm
+from .of_browser import UNNAMED, take_arm
 
 
 def test_the_second_operator_watches_until_the_first_is_gone(house: Served, visit: Visit):
@@ -123,9 +122,4 @@ def test_pages_speak_german_and_name_what_they_show_to_a_screen_reader(house: Se
         house.desk.alarm(StopReason.STOP_PRESSED.sentence)
         visitor.page.locator("#alarms li", has_text="Stopp wurde gedrückt.").wait_for()
         visitor.page.locator("#legend button", has_text="Schulter: Abspreizen").wait_for()
-    unnamed = visitor.page.evaluate(
-        """() => [...document.querySelectorAll("button, input, select, canvas, [role=img]")].filter((element) =>
-            element.checkVisibility() && !element.textContent.trim() && !element.ariaLabel && !element.labels?.length
-        ).map((element) => element.outerHTML)"""
-    )
-    assert json.dumps(unnamed) == "[]"
+    assert visitor.page.evaluate(UNNAMED) == []

@@ -17,25 +17,10 @@ from exograv.safety.modes import Event
 from exograv.task.events import Start
 
 from .conftest import Visit
-from .of_browser import Visitor, take_arm
+from .of_browser import Visitor, misfits_of, take_arm
 
 LANGUAGES = ("en", "de")
 WORDS = {name: json.loads((PAGES / "words" / f"{name}.json").read_text(encoding="utf-8")) for name in LANGUAGES}
-WIDTHS = ((390, 844), (820, 1180), (1400, 900))
-TOUCH_MIN_PX = 40
-"""Smallest height of a control that a finger hits surely, as the style sheet sets it (2.6 rem)."""
-
-MISFITS = """(least) => {
-  const found = [];
-  for (const element of document.querySelectorAll("body *")) {
-    const box = element.getBoundingClientRect();
-    if (!element.checkVisibility() || box.width === 0) continue;
-    const name = `${element.tagName}#${element.id} ${element.textContent.trim().slice(0, 20)}`;
-    if (box.right > innerWidth + 1 || box.left < -1) found.push(`wider than the page: ${name}`);
-    if (element.matches("button, select, .button") && box.height < least) found.push(`too small: ${name}`);
-  }
-  return found;
-}"""
 
 
 def test_every_page_shows_in_both_languages_that_the_machine_is_simulated(house: Served, visit: Visit):
@@ -58,10 +43,7 @@ def test_nothing_is_wider_than_its_page_or_too_small_for_a_finger(house: Served,
             visitor.page.goto(f"{house.hub.origin}/{path}")
             visitor.sees("body[data-line=open]")
             visitor.page.locator("#simulated", has_text=WORDS[language]["simulated.banner"]).wait_for()
-            for width, height in WIDTHS:
-                visitor.page.set_viewport_size({"width": width, "height": height})
-                if found := visitor.page.evaluate(MISFITS, TOUCH_MIN_PX):
-                    misfits[f"{path} at {width}"] = found
+            misfits |= {f"{path} at {width}": found for width, found in misfits_of(visitor.page).items()}
     assert misfits == {}
 
 

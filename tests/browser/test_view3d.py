@@ -2,6 +2,7 @@
 
 import io
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 from PIL import Image
 from playwright.sync_api import Browser, Page
 from tests.console.serving import Served
+from tests.waiting import wait_until
 
 from exograv.console.keys import Role
 from exograv.console.view_page import ViewData, served_page, single_page
@@ -19,8 +21,10 @@ from exograv.console.view_server import page_server
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.scene import describe_scene
+from exograv.safety.modes import Mode
 
-from .conftest import Visit
+from .conftest import ARGUMENTS, Visit, chromium
+from .of_browser import PLOTS_PER_S, UNNAMED, misfits_of, plots_per_s, take_arm
 
 DRAWN_MS = 60_000
 """Time in which a busy computer without a graphics card draws one picture."""
@@ -34,7 +38,17 @@ UNTIL_DRAWN = """before => new Promise(done => {
 })"""
 """Script that waits for a picture. Playwright's own waiting evaluates a text, which the pages' policy refuses."""
 
+STOP_S = 0.5
+"""Time from the key to the machine's safe state, which a busy computer needs at most."""
+
 OFF = "HTMLCanvasElement.prototype.getContext = () => null;"
+
+
+# These tests alone have WebGL. See WITHOUT_3D.
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium(ARGUMENTS) as browser:
+        yield browser
 
 
 @contextmanager
@@ -142,6 +156,38 @@ def test_the_operator_sees_the_person_move_in_the_machine(house: Served, visit: 
     after(operator.page, lambda: setattr(house.desk, "began", house.desk.began - 4.0))
     after(operator.page, lambda: None)
     assert share_changed(before, picture(operator.page)) > 0.0005
+
+
+def test_plots_keep_their_rate_beside_a_picture_that_a_processor_draws(house: Served, visit: Visit):
+    operator = visit(Role.OPERATOR)
+    operator.page.locator("#scene canvas").scroll_into_view_if_needed()
+    operator.page.evaluate(UNTIL_DRAWN, 0)
+    before = operator.page.evaluate("drawnPictures()")
+    assert plots_per_s(operator) >= PLOTS_PER_S
+    assert operator.page.evaluate("drawnPictures()") > before
+
+
+def test_a_stop_is_taken_at_once_while_the_picture_is_drawn(house: Served, visit: Visit):
+    operator = visit(Role.OPERATOR)
+    take_arm(operator)
+    operator.page.locator("#scene canvas").focus()
+    for _ in range(3):
+        after(operator.page, lambda: operator.page.keyboard.press("ArrowRight"))
+    operator.page.keyboard.press("ArrowRight")
+    begun = time.monotonic()
+    operator.page.keyboard.press("Escape")
+    wait_until(lambda: house.desk.machine.mode is Mode.SAFE)
+    assert time.monotonic() - begun < STOP_S
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_the_picture_fits_its_page_and_has_a_name(house: Served, visit: Visit, language: str):
+    visitor = visit(Role.VIEWER, language)
+    visitor.page.evaluate(UNTIL_DRAWN, 0)
+    assert misfits_of(visitor.page) == {}
+    assert visitor.page.evaluate(UNNAMED) == []
+    name = {"en": "Person in the machine", "de": "Person in der Maschine"}[language]
+    assert visitor.page.locator("#scene canvas").get_attribute("aria-label") == name
 
 
 def test_the_picture_is_for_pages_of_the_machine_only(house: Served, visit: Visit):
