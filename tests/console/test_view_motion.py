@@ -58,17 +58,11 @@ def test_a_weightless_arm_that_is_carried_feels_nothing_and_one_that_is_not_feel
 
 
 def test_what_an_examiner_measured_is_told_from_what_the_estimator_expects(recording: Recording):
-    class Told:
-        def __init__(self, **topics: list):
-            self.topics, self.path, self.joints, self.ticks = topics, recording.path, recording.joints, recording.ticks
-
-        def messages(self, topic: str) -> list:
-            return self.topics.get(topic.removeprefix("/"), [])
-
     expected = [{"t": 310.0, "predicted_left_over_Nm": [0.1] * 4}, {"t": 311.0, "predicted_left_over_Nm": None}]
-    motion = motion_of(Told(estimate=expected))  # pyright: ignore[reportArgumentType] - the used part of a recording
+    measured = [{"t": 312.0, "total": [0.2] * 4}]
+    motion = motion_of(replace(recording, _messages={"/estimate": expected}))
     assert [(row.Nm, row.about) for row in motion.left_over] == [([0.1] * 4, PREDICTED)]
-    motion = motion_of(Told(estimate=expected, left_over=[{"t": 312.0, "total": [0.2] * 4}]))  # pyright: ignore[reportArgumentType] - as above
+    motion = motion_of(replace(recording, _messages={"/estimate": expected, "/left_over": measured}))
     assert [(row.Nm, row.about) for row in motion.left_over] == [([0.2] * 4, TRUE)]
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
+from jaxtyping import Float
 
 from exograv.model.anthropometry import Body
 from exograv.model.arm import Arm, build_arm
@@ -98,7 +99,7 @@ def _arm_line(assembly: Assembly, limb: Limb, shoulder: Vector) -> tuple[list[Ve
     return [frame_point(arm.tree, poses, frame) for frame in frames], poses[frames[-1].body].R[:, 0]
 
 
-def _arm_positions(arm: Arm, z: Vector) -> np.ndarray:
+def _arm_positions(arm: Arm, z: Float[np.ndarray, " freedom"]) -> Float[np.ndarray, " joint"]:
     """Positions of all joints of the arm's tree, without shift of the shoulder and lengthening."""
     q = np.zeros(len(arm.tree.joints))
     for limb in arm.limbs:

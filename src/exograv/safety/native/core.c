@@ -922,7 +922,7 @@ void guard_compare_encoders(double *restrict r)
     slots = t1;
     at = t2;
     const long t3 = at;
-    const double t4 = guard_least((r[BEFORE_COUNT] + 1.0), slots);
+    const double t4 = guard_least((r[BEFORE_COUNT] + 1.0), (double)(slots));
     r[BEFORE_AT] = t3;
     r[BEFORE_COUNT] = t4;
     oldest = ((r[BEFORE_COUNT] == slots) ? modulo((at + 1), slots) : 0);
@@ -1017,7 +1017,7 @@ void guard_tell(double *restrict r)
     slots = (long)(r[SLOWEST]);
     at = modulo(((long)(r[TOLD_AT]) + 1), slots);
     const long t1 = at;
-    const double t2 = guard_least((r[TOLD_COUNT] + 1.0), slots);
+    const double t2 = guard_least((r[TOLD_COUNT] + 1.0), (double)(slots));
     r[TOLD_AT] = t1;
     r[TOLD_COUNT] = t2;
     const long t3 = (long)(r[N]);

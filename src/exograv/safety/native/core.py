@@ -539,7 +539,7 @@ def compare(r: Record) -> None:
 def compare_encoders(r: Record) -> None:
     """Find joints whose two encoders have disagreed for some time: in distance or direction, or one stands still."""
     slots, at = int(r[SPEED]) + 1, (int(r[BEFORE_AT]) + 1) % (int(r[SPEED]) + 1)
-    r[BEFORE_AT], r[BEFORE_COUNT] = at, least(r[BEFORE_COUNT] + 1.0, slots)
+    r[BEFORE_AT], r[BEFORE_COUNT] = at, least(r[BEFORE_COUNT] + 1.0, float(slots))
     oldest = (at + 1) % slots if r[BEFORE_COUNT] == slots else 0
     for j in range(int(r[N])):
         q, motor = r[Q_IN + j], r[Q_MOTOR_IN + j]
@@ -591,7 +591,7 @@ def tell(r: Record) -> None:
     """Record the torque that goes out."""
     slots = int(r[SLOWEST])
     at = (int(r[TOLD_AT]) + 1) % slots
-    r[TOLD_AT], r[TOLD_COUNT] = at, least(r[TOLD_COUNT] + 1.0, slots)
+    r[TOLD_AT], r[TOLD_COUNT] = at, least(r[TOLD_COUNT] + 1.0, float(slots))
     for j in range(int(r[N])):
         r[TOLD + at * JOINTS + j] = r[TAU + j]
 

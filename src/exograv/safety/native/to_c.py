@@ -69,7 +69,7 @@ def translated(source: str) -> str:
     )
 
 
-def _number(value: float) -> str:
+def _number(value: float | int) -> str:
     return repr(value) if math.isfinite(value) else "INFINITY"
 
 
