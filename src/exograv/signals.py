@@ -1,4 +1,4 @@
-"""Values that pass between rooms in each tick: flat NumPy arrays of fixed size."""
+"""Values that the parts of exograv exchange in each tick: flat NumPy arrays of fixed size."""
 
 import enum
 from dataclasses import dataclass

@@ -27,7 +27,7 @@ class CompensationWithLaw:
 
     @property
     def closure_slope(self) -> float:
-        """Slope of the model's loops, 0 where they are closed [N·m]."""
+        """Remaining slope of the cuff energy [N·m]; close to 0 where the loops are closed."""
         return self._arm.closure_slope
 
     @property

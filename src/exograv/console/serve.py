@@ -89,9 +89,10 @@ def settings_of(hub: Hub, address: Address, host: str) -> uvicorn.Config:
 
 
 class PageServer(uvicorn.Server):
-    """Server that also shuts down while a page closes its line.
+    """Server that also shuts down correctly while a page closes its connection.
 
-    uvicorn sends a close frame on every line, and websockets refuses one on a line that closes already.
+    uvicorn sends a close frame on every connection. The package `websockets` rejects this frame if the connection is
+    already closing; `shutdown` then tries again.
     """
 
     def __init__(self, config: uvicorn.Config, hub: Hub):

@@ -30,7 +30,7 @@ class ScaledController:
 
     @property
     def closure_slope(self) -> float:
-        """Slope of the loops' energy, zero where they are closed [N·m]."""
+        """Remaining slope of the cuff energy [N·m]; close to 0 where the loops are closed."""
         return self._controller.closure_slope
 
     @property

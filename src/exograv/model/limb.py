@@ -1,4 +1,4 @@
-"""Joints, freedoms and bodies of one arm, by name and by their indices among those of all arms."""
+"""Names of the joints, freedoms and bodies of one arm, and their indices in the lists of all arms of the machine."""
 
 from dataclasses import dataclass
 

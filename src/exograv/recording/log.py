@@ -45,7 +45,10 @@ class MotionLog:
     """Motor currents [A]."""
 
     skipped: int
-    """Number of rows in between that were cut short, not numbers, or not later than the row before."""
+    """Number of rejected rows between the first and the last used line.
+
+    A row is rejected if it is incomplete, not numeric, or not later than the row before.
+    """
 
     rows: tuple[int, int]
     """First and last line used, counted from 1 as in an editor."""

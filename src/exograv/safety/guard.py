@@ -28,7 +28,7 @@ The limit also holds for missed ticks in a row. The next missed tick ends the br
 """
 
 SECOND_MS, IN_SECOND_MAX = 1000, core.IN_SECOND_MAX
-"""Window [ms], and the number of missed ticks in it that is bridged, whatever the period is."""
+"""Window [ms], and the largest number of missed ticks in it that the last valid torque bridges, at any period."""
 
 GRAVITY_LEVEL_S = 5.0
 """Time from weightless to Earth gravity [s].

@@ -7,19 +7,19 @@ from dataclasses import dataclass
 from exograv.sentence import Sentence, member_sentence
 
 RAMP_IN_S = 5.0
-"""Time in which the arm's share rises, along a cosine [s].
+"""Time in which the carried share of the arm's weight rises, along a cosine [s].
 
 The weight of a heavy arm, 11 N·m, then comes at 3.4 N·m/s at most.
 """
 
 RAMP_OUT_S = 3.0
-"""Time in which the arm's share falls, as in a soft descent [s]."""
+"""Time in which the carried share of the arm's weight falls, as in a soft descent [s]."""
 
 DRIFT_MAX_RAD = math.radians(5.0)
-"""Largest motion of a joint while the arm's share rises."""
+"""Largest permitted motion of a joint while the carried share of the arm's weight rises [rad]."""
 
 SPEED_MAX_RAD_S = 0.5
-"""Largest joint speed while the arm's share rises."""
+"""Largest permitted joint speed while the carried share of the arm's weight rises [rad/s]."""
 
 
 class Mode(enum.Enum):

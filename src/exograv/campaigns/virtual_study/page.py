@@ -167,7 +167,7 @@ def condition_rows(outcome: StudyOutcome) -> list[Row]:
 
 
 def secondary_rows(outcome: StudyOutcome) -> list[Row]:
-    """Rows of the same transfer by other measures of the first window."""
+    """Rows of the transfer of each condition, by three measures of the error in the first window."""
     return [
         (
             name,

@@ -191,7 +191,7 @@ Point = tuple[float, float, float]
 
 
 class SkeletonLines(Settings):
-    """Lines through points, with the positions of the joints to which they belong."""
+    """Lines that draw the machine and the arm, and the joint positions for which they were computed."""
 
     q_rad: tuple[float, ...] = ()
     """Positions of the joints, in the order of `SessionSnapshot.joints`; empty before they are known."""

@@ -48,7 +48,10 @@ class Sweeps:
     """Motor current [A]."""
 
     hung: Float[np.ndarray, "sample hanging"]
-    """Known weights at the mounts [-]: mount × weight, all weights of the first mount first."""
+    """Presence of each known weight at each mount: 1 if it hangs there, else 0 [-].
+
+    The order is mount × weight: all weights of the first mount come first.
+    """
 
     start: Bool[np.ndarray, " sample"]
     """True if the row is a start from rest."""

@@ -29,7 +29,7 @@ class StoredVerification:
     left_over_Nm: Float[np.ndarray, " joint"]
     deg: Float[np.ndarray, "posture joint"]
     beyond_Nm: Float[np.ndarray, "posture joint"]
-    """Measured torque beyond the model at each posture [N·m]."""
+    """Measured torque minus the torque of the model, at each posture [N·m]."""
     beyond_sd_Nm: Float[np.ndarray, "posture joint"]
 
 

@@ -19,7 +19,7 @@ class PostureFigures:
     left_over_Nm: list[float]
     sd_Nm: list[float]
     beyond_Nm: list[float]
-    """Measured torque beyond the model [N·m]."""
+    """Measured torque minus the torque of the model [N·m]."""
     beyond_sd_Nm: list[float]
 
 

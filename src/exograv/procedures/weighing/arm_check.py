@@ -38,7 +38,7 @@ KG = np.geomspace(25.0, 250.0, 47)
 STEPS = 2  # Gauss-Newton steps
 
 SURE = 0.99
-"""Probability of the winner at which the check may end, because more motion would not change it [-]."""
+"""Probability of the verdict at which the check may end, because more motion would hardly change the verdict [-]."""
 
 
 @dataclass(frozen=True)

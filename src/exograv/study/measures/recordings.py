@@ -143,7 +143,10 @@ def _reaches(motion: Motion, window: Window) -> Iterator[MeasuredReach | None]:
 
 
 def effort(ticks: np.ndarray) -> dict[str, float]:
-    """Motor torque and carried share in a window; the share is NaN if the recording does not state it."""
+    """Compute the RMS motor torque in a window, and the mean share of the arm's weight that the machine carried.
+
+    The share is NaN if the recording does not state it.
+    """
     carried: Float[np.ndarray, " tick"] = (1.0 - ticks["gravity_level"]) * ticks["arm_share"]
     known = carried[np.isfinite(carried)]
     return {

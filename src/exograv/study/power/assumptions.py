@@ -82,6 +82,6 @@ class TruthAssumptions:
 
 
 def sure_worlds(plan: PlannedStudy, studies: int) -> TruthAssumptions:
-    """Return assumptions that are the same as the plan in every study."""
+    """Return the true values for all simulated studies, each equal to the value in the plan."""
     full = [np.full(studies, value) for value in (plan.difference, plan.person_sd, plan.touch_sd)]
     return TruthAssumptions(*full)
