@@ -55,7 +55,10 @@ class PageSession:
 class TokenUse(enum.Enum):
     """Refusal of a token; the value is the text for the browser."""
 
-    REFUSED = "This link is wrong, too old, or was used already. Ask the operator for a new link."
+    REFUSED = (
+        "This link is wrong, too old, or was used already. Ask the operator for a new link; an operator starts the "
+        "console again."
+    )
     LOCKED = "Too many wrong links came from this address. Wait a minute."
 
 

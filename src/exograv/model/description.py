@@ -172,6 +172,8 @@ def rig_folder(rig: str) -> Path:
     folder = Path(rig) if (Path(rig) / "rig.toml").is_file() else robots_folder() / rig
     if (folder / "rig.toml").is_file():
         return folder
+    if Path(rig).is_file():
+        raise ConfigError(f"{rig} is a file, and no machine. Make a machine of a URDF first: exograv rig new {rig}")
     near = difflib.get_close_matches(rig, rig_names(), n=1)
     hint = f" Did you mean '{near[0]}'?" if near else ""
     raise ConfigError(

@@ -50,6 +50,8 @@ def robot_of(path: Path) -> ElementTree.Element:
     try:
         with path.open("rb") as file:
             data = file.read(SIZE_MAX_BYTES + 1)
+    except IsADirectoryError as error:
+        raise ModelError(f"{path} is a folder. Give the URDF file in it.") from error
     except OSError as error:
         raise ModelError(f"{path} cannot be read: {error.strerror}. Check that the file is there.") from error
     if len(data) > SIZE_MAX_BYTES:

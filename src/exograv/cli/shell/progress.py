@@ -85,7 +85,7 @@ class Lines:
         """Begin with the sentence on the usual duration, which is printed with the first phase."""
         self._sentence, self._first_line_s, self._clock = sentence, first_line_s, clock
         self._start, self._said, self._lock = clock(), -LINE_EVERY_S, Lock()
-        self._phase, self._share, self._is_new = "", 0.0, False
+        self._phase, self._share, self._is_new = "Starting", 0.0, True
 
     def show(self, phase: str, share: float) -> None:
         """Set phase and share; print a line if the phase is new and the last line is not too recent."""
@@ -101,7 +101,7 @@ class Lines:
     def _say_if_due(self) -> None:
         elapsed = self._clock() - self._start
         silent = elapsed - self._said
-        if not self._phase or elapsed < self._first_line_s:
+        if elapsed < self._first_line_s:
             return
         if not (self._is_new and silent >= LINE_EVERY_S) and silent < SILENT_MAX_S:
             return

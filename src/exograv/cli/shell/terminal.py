@@ -73,9 +73,10 @@ def _of_identification(found: "DemoFindings") -> Iterator[str]:
     arm, times = found.arm, found.arm.identification
     reached = times.time_to_target_s
     yield f"Estimator '{found.method}' after {times.motion_s:.0f} s of motion: {times.outcome.value}"
+    within = _missed_target(found) if reached is None else f"is within its target from {reached:.0f} s on"
     yield (
-        "True value, which only a simulation knows: the left over is within its target (shoulder 0.2, elbow 0.1, wrist "
-        "0.05 N·m) " + ("never in this run." if reached is None else f"from {reached:.0f} s on.")
+        f"True value, which only a simulation knows: the left over {within} "
+        "(targets: shoulder 0.2, elbow 0.1, wrist 0.05 N·m)."
     )
     yield found.comparison.text
     if arm.possible_left_over_Nm is not None:
@@ -89,6 +90,20 @@ def _of_identification(found: "DemoFindings") -> Iterator[str]:
         )
     if times.restless_s is not None:
         yield f"The person did not relax from {times.restless_s:.0f} s on."
+
+
+def _missed_target(found: "DemoFindings") -> str:
+    """Say by how much the true left over misses its target, at which joints."""
+    from exograv.study.targets import TARGET_NM
+
+    missed = []
+    for joint, value in zip(found.joints, found.arm.left_over_rms_Nm.total.identified, strict=True):
+        target = next((one for place, one in TARGET_NM.items() if joint.startswith(place)), TARGET_NM["wrist"])
+        if value > target:
+            missed.append(f"at {joint.replace('_', ' ')} by {value - target:.2f} N·m")
+    if missed:
+        return f"misses its target {' and '.join(missed)}"
+    return "is within its target at the end, but was beyond it again during the motion"
 
 
 def _of_floated(floated: "FloatedArm | None") -> Iterator[str]:

@@ -45,6 +45,9 @@ def solve(problem: MotionProblem, start: Coefficients, iterations: int, seconds:
     found = solver(
         x0=start.ravel(), lbx=(start - held).ravel(), ubx=(start + held).ravel(), lbg=lower, ubg=upper
     )  # fmt: skip
+    # CasADi turns Ctrl-C during the search into an early end; the command must end too.
+    if solver.stats()["return_status"] in ("User_Requested_Stop", "NonIpopt_Exception_Thrown"):
+        raise KeyboardInterrupt
     way = np.asarray(found["x"]).reshape(problem.shape) - start
     # An early end leaves IPOPT outside the limits. A part of the way is often better than the whole way scaled down.
     candidates = [problem.fitted(start + share * way) for share in SHARES]
