@@ -95,8 +95,8 @@ def _column(ticks: np.ndarray, name: str, joint: int | None) -> Column:
 
 def _factors(ticks: np.ndarray) -> np.ndarray:
     """Return the factor from current to measured torque that fits the ticks best, per joint; NaN without a current."""
-    current, tau = ticks["current"], ticks["tau_measured"].astype(float)
     with np.errstate(all="ignore"):
+        current, tau = ticks["current"], ticks["tau_measured"].astype(float)
         return np.ascontiguousarray((current * tau).sum(0) / (current * current).sum(0), "<f8")
 
 
