@@ -18,6 +18,9 @@ SILENT_MAX_S = 15.0
 FIRST_LINE_S = 2.0
 """Time before the first line of a command that checks its files while it reads them [s]."""
 
+STARTING, STARTS_S = "Starting", 5.0
+"""Phase before the first one, and the time before its line [s]; most wrong input is refused earlier, in one line."""
+
 BEAT_S = 0.5
 """Time between two looks of the thread that ends the silence [s]."""
 
@@ -85,7 +88,7 @@ class Lines:
         """Begin with the sentence on the usual duration, which is printed with the first phase."""
         self._sentence, self._first_line_s, self._clock = sentence, first_line_s, clock
         self._start, self._said, self._lock = clock(), -LINE_EVERY_S, Lock()
-        self._phase, self._share, self._is_new = "Starting", 0.0, True
+        self._phase, self._share, self._is_new = STARTING, 0.0, True
 
     def show(self, phase: str, share: float) -> None:
         """Set phase and share; print a line if the phase is new and the last line is not too recent."""
@@ -101,7 +104,7 @@ class Lines:
     def _say_if_due(self) -> None:
         elapsed = self._clock() - self._start
         silent = elapsed - self._said
-        if elapsed < self._first_line_s:
+        if elapsed < (STARTS_S if self._phase == STARTING else self._first_line_s):
             return
         if not (self._is_new and silent >= LINE_EVERY_S) and silent < SILENT_MAX_S:
             return
