@@ -101,6 +101,7 @@ $(VENV)/installed: requirements.lock pyproject.toml hatch_build.py src/exograv/s
 	@echo "Installing into $(VENV); this takes a minute, once."
 	@$(PIP) $(LOCKED) --requirement requirements.lock
 	@$(PIP) $(EDITABLE)
+	@$(BIN)/python -m compileall -q src/exograv
 	@touch $@
 
 $(VENV)/installed-dev: requirements-dev.lock | $(VENV)/installed

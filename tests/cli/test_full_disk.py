@@ -13,6 +13,7 @@ from exograv.model.description import robots_folder
 
 ROOT = Path(__file__).parents[2]
 RECORDING = ROOT / "examples" / "data" / "floating.mcap"
+# Python 3.11 keeps a truncated .pyc file where there is no room for a whole one (-B: none is written).
 LIMITED = """\
 import resource, sys
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv.pop(1)),) * 2)
@@ -40,7 +41,7 @@ def test_a_file_that_finds_no_room_is_one_sentence_and_the_old_one_stays(
     out.mkdir()
     if "." in name:
         (out / name).write_text("old")
-    command = [sys.executable, "-c", LIMITED, str(most_bytes), *words, str(target)]
+    command = [sys.executable, "-B", "-c", LIMITED, str(most_bytes), *words, str(target)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=os.environ | {"COLUMNS": "500"})
     assert done.returncode == 1, done.stderr
     assert "Traceback" not in done.stderr
