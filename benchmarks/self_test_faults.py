@@ -88,7 +88,7 @@ class Turned(Driver):
         q_motor = state.q_motor
         if q_motor is not None and (self.both or not self.own):
             q_motor = self._at(q_motor, self._changed)
-        return replace(state, q=self._at(state.q, self._changed) if self.own else state.q, q_motor=q_motor)
+        return state._replace(q=self._at(state.q, self._changed) if self.own else state.q, q_motor=q_motor)
 
     def _changed(self, q: float) -> float:
         return self.sign * q + self.shift
@@ -103,12 +103,12 @@ class Biased(Driver):
     def read(self) -> JointState:
         """Return the state with the current changed."""
         state, by = self.rig.read(), BIAS_NM / self.gain[self.joint]
-        return replace(state, current=self._at(state.current, lambda current: current + by))
+        return state._replace(current=self._at(state.current, lambda current: current + by))
 
     def write(self, command: Command) -> None:
         """Pass the command with the current that the drive's loop takes off."""
         by = BIAS_NM / self.gain[self.joint] if self.within_loop else 0.0
-        self.rig.write(replace(command, current=self._at(command.current, lambda current: current - by)))
+        self.rig.write(command._replace(current=self._at(command.current, lambda current: current - by)))
 
 
 class KeepsOn(Driver):
@@ -116,7 +116,7 @@ class KeepsOn(Driver):
 
     def write(self, command: Command) -> None:
         """Pass the command as if it had just arrived."""
-        self.rig.write(replace(command, t=self.rig.t, valid_until=self.rig.t + 0.005))
+        self.rig.write(command._replace(t=self.rig.t, valid_until=self.rig.t + 0.005))
 
 
 class DeafStop(Driver):
@@ -136,7 +136,7 @@ class StopNotPassedOn(Driver):
         """Pass the last command from before Stop."""
         if self.last is None or not self.is_pressed:
             self.last = command
-        self.rig.write(replace(self.last, t=command.t, valid_until=command.valid_until))
+        self.rig.write(self.last._replace(t=command.t, valid_until=command.valid_until))
 
 
 @dataclass
@@ -165,7 +165,7 @@ class Dead(Driver):
         """Return the state with the first position."""
         state = self.rig.read()
         kept = self.kept = float(state.q[self.joint]) if self.kept is None else self.kept
-        return replace(state, q=self._at(state.q, lambda _: kept))
+        return state._replace(q=self._at(state.q, lambda _: kept))
 
 
 @dataclass
@@ -181,13 +181,13 @@ class Swapped(Driver):
         q_motor = state.q_motor
         if self.encoders:
             q_motor = None if q_motor is None else self._other(q_motor)
-            state = replace(state, q=self._other(state.q), q_motor=q_motor)
-        return replace(state, current=self._other(state.current)) if self.motors else state
+            state = state._replace(q=self._other(state.q), q_motor=q_motor)
+        return state._replace(current=self._other(state.current)) if self.motors else state
 
     def write(self, command: Command) -> None:
         """Pass the command in the other order."""
         current = self._other(command.current) if self.motors else command.current
-        self.rig.write(replace(command, current=current))
+        self.rig.write(command._replace(current=current))
 
     def _other(self, values: np.ndarray) -> np.ndarray:
         order = np.arange(len(values))

@@ -1,7 +1,6 @@
 """Times of the guard are milliseconds: on a bus of 2 or 4 ms a fault is found within the budget that it has at 1 ms."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -42,7 +41,7 @@ def found_ms(period_ms: int, fault: str, most_ms: int = 400) -> tuple[float, Sto
             q[1] = math.nan
         state = JointState(now, k, q, current, np.full(2, math.nan), TorqueSource.CURRENT, moved)
         if is_on and fault == "now and then" and (k - onset) % (152 // period_ms) == 0:
-            state = replace(state, sequence=k - 1)
+            state = state._replace(sequence=k - 1)
         answers = ControlRequest(k, now + COMMAND_LIFE_S, TORQUE)
         out = guard.step(
             None if is_on and fault == "silent" else state, None if is_on and fault == "dead" else answers, now

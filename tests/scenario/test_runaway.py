@@ -3,7 +3,6 @@
 The current does not show the fault. A drive's brake is the shorted motor, which has no sign.
 """
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -32,13 +31,13 @@ def test_a_motor_that_turns_the_other_way_ends_in_its_own_drive_s_brake_and_a_sl
     read, write, other = twin.read, twin.write, np.where(np.arange(4) == SHOULDER, -1.0, 1.0)
 
     def wrote(command):
-        write(replace(command, current=other * command.current))
+        write(command._replace(current=other * command.current))
         if pilot.envelope.stop is not None:
             hand.append(twin.hand_speed())
 
     twin.turn_motor(SHOULDER, -1.0)
     monkeypatch.setattr(twin, "write", wrote)
-    monkeypatch.setattr(twin, "read", lambda: replace(state := read(), current=other * state.current))
+    monkeypatch.setattr(twin, "read", lambda: (state := read())._replace(current=other * state.current))
     with pytest.raises(RigError):
         pilot.run(worn.controller, motion.hold(pilot.q, 3.0, twin.period_s), "Floating")
     assert pilot.envelope.stop in (StopReason.TOO_FAST, StopReason.TORQUE_WRONG)

@@ -1,8 +1,10 @@
 """Loop of a session: read, observe, decide, limit, command, record. The same for every phase and controller."""
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -11,7 +13,7 @@ from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import RigError
 from exograv.model.loops import NEAR_SINGULAR
 from exograv.motion import Trajectory
-from exograv.recording import RecordingWriter
+from exograv.recording import RecordingWriter, TickRow
 from exograv.rig import Powered, Rig, may_be_worn
 from exograv.runtime.clock.pace import RealTimePace
 from exograv.runtime.control_loop.exchange import ASTRAY
@@ -21,12 +23,12 @@ from exograv.signals import JointState, Reference
 from exograv.storage.self_test_pass import MachineKey, unlock, withdraw_pass
 
 from .arm_controller import ArmController
-from .control_step import ControlStep
+from .control_step import ControlStep, Decision
 from .interrupt import HeldInterrupt
 from .output_feedback import Controller, Guide, OutputFeedback
 from .person_limits_manager import PersonLimitsManager
 from .phases import Phase
-from .replay_log import ReplayLog, mode_fields
+from .replay_log import ReplayLog, mode_values
 from .stop_message import stopped_text
 
 Joints = Float[np.ndarray, " joint"]
@@ -40,8 +42,7 @@ NEAR_SINGULAR_TEXT = (
 GAIN_SD_KNOWN = 0.05  # [-] Up to this relative SD of the gain, the guard may infer a motor's torque from its current.
 
 
-@dataclass
-class TickSample:
+class TickSample(NamedTuple):
     """Sample of one tick for listeners. The next tick overwrites the arrays."""
 
     state: JointState
@@ -80,7 +81,8 @@ class Pilot:
         joints, period_s = len(self.rig.joints), self.rig.period_s
         self.feedback = OutputFeedback(joints, period_s)
         """Control's half of each tick."""
-        self._no_answer = np.full(joints, np.nan)
+        self._unknown = np.full(joints, np.nan)
+        """Value of an array that a tick does not have."""
         # The envelope alone holds an empty machine on its first trial. The nudge test finds faults of encoders and
         # motors, and before the calibration a current says little about a torque.
         is_known = bool((self.actuators.gain_sd <= GAIN_SD_KNOWN * np.abs(self.actuators.gain)).all())
@@ -117,8 +119,8 @@ class Pilot:
         if isinstance(self.rig, Powered) and self.envelope.stop is None:
             self._switch_on(self.rig)
         with HeldInterrupt(may_be_worn(self.rig)) as interrupt:
-            for k in range(len(trajectory)):
-                reference = Reference(trajectory.q[k], trajectory.v[k], trajectory.a[k])
+            for k, values in enumerate(zip(trajectory.q, trajectory.v, trajectory.a, strict=True)):
+                reference = Reference(*values)
                 moment = self._tick(controller, reference, guide)
                 if listener is not None and moment is not None:
                     listener(moment)
@@ -159,44 +161,64 @@ class Pilot:
         start = time.perf_counter_ns()
         decision = self._step.take(state, now, feedback)
         tick_us = 1e-3 * (time.perf_counter_ns() - start)
-        believed, submitted, command = decision.believed, decision.submitted, decision.command
+        believed, command = decision.believed, decision.command
         self.rig.write(command)
         self.tick_us.append(tick_us)
         if believed is not None:
             self.q = believed.q
-        reference, v = feedback.reference, feedback.v
         self._stop_known = self.envelope.stop
         self._watch_posture(controller.clearance, state.t)
         tau_measured = self.actuators.torque(state.current)
         if self.recording is not None:
-            self.recording.tick(
-                state.t,
-                now=now,
-                **mode_fields(controller),
-                control=self.recording.count("/control"),
-                faulty=sum(1 << joint for joint in state.faulty),
-                acts=acts,
-                closure_slope=decision.closure_slope,
-                tick_us=tick_us,
-                safe_state=decision.safe_state + 1,
-                sequence=state.sequence,
-                q_measured=state.q,
-                q_reference=reference.q,
-                v_reference=reference.v,
-                a_reference=reference.a,
-                q_motor=np.nan if state.q_motor is None else state.q_motor,
-                v=v,
-                current=state.current,
-                tau_measured=tau_measured,
-                tau_feedforward=controller.tau_feedforward,
-                tau_desired=self._no_answer if submitted is None else submitted.tau,
-                tau_commanded=command.tau,
-            )
+            self._record(self.recording, state, now, acts, tick_us, decision, tau_measured)
         if self.pace is not None:
             self.pace.wait()
         if believed is None:
             return None
-        return TickSample(believed, feedback.q, v, tau_measured, command.tau, controller.tau_feedforward, reference)
+        feedforward = controller.tau_feedforward
+        return TickSample(
+            believed, feedback.q, feedback.v, tau_measured, decision.command.tau, feedforward, feedback.reference
+        )
+
+    def _record(
+        self,
+        recording: RecordingWriter,
+        state: JointState,
+        now: float,
+        acts: int,
+        tick_us: float,
+        decision: Decision,
+        tau_measured: Joints,
+    ) -> None:
+        """Record a tick, in the order of the table of `/tick`."""
+        feedback = self.feedback
+        controller, reference, submitted = feedback.controller, feedback.reference, decision.submitted
+        recording.tick_row(
+            TickRow(
+                state.t,
+                now,
+                math.nan,
+                *mode_values(controller),
+                decision.closure_slope,
+                tick_us,
+                math.nan,
+                decision.safe_state + 1,
+                state.sequence,
+                recording.count("/control"),
+                0.0,
+                sum(1 << joint for joint in state.faulty) if state.faulty else 0.0,
+                acts,
+                state.q,
+                *reference,
+                self._unknown if state.q_motor is None else state.q_motor,
+                feedback.v,
+                state.current,
+                tau_measured,
+                controller.tau_feedforward,
+                self._unknown if submitted is None else submitted.tau,
+                decision.command.tau,
+            )
+        )
 
     def _watch_posture(self, clearance: float, t: float) -> None:
         """Record an event each time the arm comes near a singular posture."""

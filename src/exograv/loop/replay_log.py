@@ -94,12 +94,13 @@ def _felt(person: GuardedPerson) -> JsonObject:
     return {"gravity_level": person.gravity_level, "is_driven": person.is_driven}
 
 
-def mode_fields(controller: object) -> dict[str, float]:
-    """Fields of a tick that describe the control mode; empty if the controller carries no arm."""
+NO_MODE = math.nan, math.nan, math.nan
+
+
+def mode_values(controller: object) -> tuple[float, float, float]:
+    """Return drive factor, gravity level and arm share of a controller; NaN if it carries no arm."""
     mode = getattr(controller, "mode", None)
-    if not isinstance(mode, ControlMode):
-        return {}
-    return {"drive": mode.drive, "gravity_level": mode.gravity_level, "arm_share": mode.arm_share}
+    return (mode.drive, mode.gravity_level, mode.arm_share) if isinstance(mode, ControlMode) else NO_MODE
 
 
 def written_rig(description: RigDescription) -> dict[str, str]:

@@ -7,4 +7,5 @@ from .pieces import read_topics as read_topics
 from .pieces import tick_pieces as tick_pieces
 from .reader import Recording as Recording
 from .reader import read_recording as read_recording
+from .tick_row import TickRow as TickRow
 from .writer import RecordingWriter as RecordingWriter

@@ -7,7 +7,6 @@ the arm down softly. It needs no model and no control.
 import enum
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from exograv.signals import Joints, JointState
@@ -55,8 +54,7 @@ class SafeState(enum.IntEnum):
     """Soft descent, in which a distrusted joint is braked by its own drive."""
 
 
-@dataclass(frozen=True, slots=True)
-class ControlRequest:
+class ControlRequest(NamedTuple):
     """Torque that control submits for one measurement."""
 
     sequence: int

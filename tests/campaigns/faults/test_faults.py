@@ -121,7 +121,7 @@ def test_a_biased_sensor_is_off_by_newton_metres_and_another_torque_constant_is_
     constant = of_machine.TorqueConstant(np.random.default_rng(seed), 2, 0)
     flowing = constant.commanded(command, 0).current
     assert flowing[constant.joint] == constant.factor * command.current[constant.joint]
-    np.testing.assert_allclose(constant.measured(replace(answer, current=flowing), 0).current, command.current)
+    np.testing.assert_allclose(constant.measured(answer._replace(current=flowing), 0).current, command.current)
 
 
 def test_a_scenario_is_its_number_and_singles_go_through_the_whole_table():

@@ -103,11 +103,11 @@ class Corrupted:
         """Read the state as the driver reports it. A joint with wrong wiring or description has two wrong encoders."""
         state = self.twin.read()
         q_motor = None if state.q_motor is None else self.position(state.q_motor)
-        return replace(state, q=self.position(state.q), current=self.current(state.current), q_motor=q_motor)
+        return state._replace(q=self.position(state.q), current=self.current(state.current), q_motor=q_motor)
 
     def write(self, command: Command) -> None:
         """Write the command as the driver passes it on."""
-        self.twin.write(replace(command, current=self.command(command.current)))
+        self.twin.write(command._replace(current=self.command(command.current)))
         truth = self.twin.truth
         self.tau_max = max(self.tau_max, float(np.abs(command.tau / truth.machine.drives.torque_max).max()))
         self.v_max = max(self.v_max, float(np.abs(truth.v).max()))

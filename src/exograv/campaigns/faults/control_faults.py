@@ -1,7 +1,6 @@
 """Faults of control and of its arm parameters."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -62,7 +61,7 @@ class WrongTorque(Injector):
             "sign": lambda tau: -tau,
             "tremble": lambda tau: tau + 40.0 * (-1.0) ** (tick // self.ticks(5)),
         }
-        return replace(submitted, tau=self.at_joint(submitted.tau, change[self.kind]))
+        return submitted._replace(tau=self.at_joint(submitted.tau, change[self.kind]))
 
 
 class WrongArmParameters(Injector):

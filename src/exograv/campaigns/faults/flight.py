@@ -4,7 +4,6 @@ The run is in lock-step. On the twin itself, the same seed gives the same run, b
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
@@ -85,7 +84,7 @@ class FaultFlight:
         control.faults, control.tick = active, tick
         decision = self._step.take(state, now, control)
         self._note(tick, decision, control.isolated)
-        command = replace(decision.command, sequence=sequence)
+        command = decision.command._replace(sequence=sequence)
         for fault in active:
             command = fault.commanded(command, tick)
         self._last = command
@@ -124,7 +123,7 @@ class _FaultyControl:
             submitted = self._feedback.answer(believed, now)
         if submitted is not None:
             # A fault may keep the answer, and the controller overwrites its torque array in the next step.
-            submitted = replace(submitted, tau=submitted.tau.copy())
+            submitted = submitted._replace(tau=submitted.tau.copy())
         for fault in self.faults:
             submitted = fault.answered(submitted, self.tick)
         return submitted

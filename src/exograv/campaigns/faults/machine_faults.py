@@ -1,7 +1,6 @@
 """Faults of sensors, drives, cables, and of the guard itself."""
 
 from collections import deque
-from dataclasses import replace
 
 import numpy as np
 
@@ -25,7 +24,7 @@ class NonFiniteMeasurement(Injector):
         self.what = str(self.generator.choice(["q", "current"]))
 
     def measured(self, state: JointState, tick: int) -> JointState:
-        return replace(state, **{self.what: self.at_joint(getattr(state, self.what), lambda _: self.value)})
+        return state._replace(**{self.what: self.at_joint(getattr(state, self.what), lambda _: self.value)})
 
 
 class StuckEncoder(Injector):
@@ -38,7 +37,7 @@ class StuckEncoder(Injector):
         if self.kept is None:
             self.kept = float(state.q[self.joint])
         kept = self.kept
-        return replace(state, q=self.at_joint(state.q, lambda _: kept))
+        return state._replace(q=self.at_joint(state.q, lambda _: kept))
 
 
 class EncoderSpike(Injector):
@@ -48,14 +47,14 @@ class EncoderSpike(Injector):
         self.size = float(self.generator.choice([-1.0, 1.0]) * self.generator.uniform(0.02, 2.0))
 
     def measured(self, state: JointState, tick: int) -> JointState:
-        return replace(state, q=self.at_joint(state.q, lambda q: q + self.size)) if tick == self.onset else state
+        return state._replace(q=self.at_joint(state.q, lambda q: q + self.size)) if tick == self.onset else state
 
 
 class EncoderJump(EncoderSpike):
     """F03: a position jumps and stays there."""
 
     def measured(self, state: JointState, tick: int) -> JointState:
-        return replace(state, q=self.at_joint(state.q, lambda q: q + self.size))
+        return state._replace(q=self.at_joint(state.q, lambda q: q + self.size))
 
 
 class FrozenMeasurement(Injector):
@@ -67,7 +66,7 @@ class FrozenMeasurement(Injector):
     def measured(self, state: JointState, tick: int) -> JointState:
         if self.last is None:
             # The first missing measurement: the rig still returns the one before.
-            self.last = replace(state, sequence=state.sequence - 1)
+            self.last = state._replace(sequence=state.sequence - 1)
         return self.last
 
 
@@ -80,7 +79,7 @@ class DelayedMeasurement(Injector):
 
     def measured(self, state: JointState, tick: int) -> JointState:
         self.line.append(state)
-        return self.line.popleft() if len(self.line) > self.late else replace(self.line[0], t=state.t - 0.004)
+        return self.line.popleft() if len(self.line) > self.late else self.line[0]._replace(t=state.t - 0.004)
 
 
 class ReorderedMeasurement(Injector):
@@ -93,7 +92,7 @@ class ReorderedMeasurement(Injector):
     def measured(self, state: JointState, tick: int) -> JointState:
         if (tick - self.onset) % self.every == 0:
             self.held = state
-            return replace(state, sequence=state.sequence - 1)
+            return state._replace(sequence=state.sequence - 1)
         if self.held is not None:
             late, self.held = self.held, None
             return late
@@ -122,7 +121,7 @@ class SignFlip(Injector):
         if self.start is None:
             self.start = float(state.q[self.joint])
         start = self.start
-        return replace(state, q=self.at_joint(state.q, lambda q: 2.0 * start - q))
+        return state._replace(q=self.at_joint(state.q, lambda q: 2.0 * start - q))
 
 
 class EncoderSlip(Injector):
@@ -136,7 +135,7 @@ class EncoderSlip(Injector):
 
     def measured(self, state: JointState, tick: int) -> JointState:
         share = min((tick - self.onset + 1) / self.lasts, 1.0)
-        return replace(state, q=self.at_joint(state.q, lambda q: q + share * self.size))
+        return state._replace(q=self.at_joint(state.q, lambda q: q + share * self.size))
 
 
 class TorqueConstant(Injector):
@@ -152,13 +151,13 @@ class TorqueConstant(Injector):
     def commanded(self, command: Command, tick: int) -> Command:
         flowing = self.at_joint(command.current, lambda i: self.factor * i)
         if command.damping is None:
-            return replace(command, current=flowing)
+            return command._replace(current=flowing)
         # A motor with shorted phases brakes with the square of its constant. No extra braking is assumed.
         brake = min(self.factor**2, 1.0)
-        return replace(command, current=flowing, damping=self.at_joint(command.damping, lambda d: brake * d))
+        return command._replace(current=flowing, damping=self.at_joint(command.damping, lambda d: brake * d))
 
     def measured(self, state: JointState, tick: int) -> JointState:
-        return replace(state, current=self.at_joint(state.current, lambda i: i / self.factor))
+        return state._replace(current=self.at_joint(state.current, lambda i: i / self.factor))
 
 
 class CurrentBias(Injector):
@@ -177,7 +176,7 @@ class CurrentBias(Injector):
         if self.gain is None:
             return state
         bias = self.bias_Nm / self.gain
-        return replace(state, current=self.at_joint(state.current, lambda i: i + bias))
+        return state._replace(current=self.at_joint(state.current, lambda i: i + bias))
 
 
 class WeakMotor(Injector):
@@ -187,7 +186,7 @@ class WeakMotor(Injector):
         self.share = float(self.generator.uniform(0.0, 0.3))
 
     def commanded(self, command: Command, tick: int) -> Command:
-        return replace(command, current=self.at_joint(command.current, lambda i: self.share * i))
+        return command._replace(current=self.at_joint(command.current, lambda i: self.share * i))
 
     def shows(self, told: np.ndarray, noise_Nm: np.ndarray) -> np.ndarray:
         """Ticks in which the missing torque exceeds the noise. With a small command, little torque is missing."""
@@ -199,10 +198,10 @@ class ReportedDriveFault(Injector):
     """F12: a drive reports a fault and gives no torque."""
 
     def measured(self, state: JointState, tick: int) -> JointState:
-        return replace(state, faulty=(self.joint,))
+        return state._replace(faulty=(self.joint,))
 
     def commanded(self, command: Command, tick: int) -> Command:
-        return replace(command, current=self.at_joint(command.current, lambda _: 0.0))
+        return command._replace(current=self.at_joint(command.current, lambda _: 0.0))
 
 
 class BusesLost(FrozenMeasurement):
@@ -214,7 +213,7 @@ class BusesLost(FrozenMeasurement):
 
     def commanded(self, command: Command, tick: int) -> Command:
         # The last command that reached the drives is one tick older, so it expires one tick earlier.
-        self.last_command = self.last_command or replace(command, valid_until=command.valid_until - TICK_S)
+        self.last_command = self.last_command or command._replace(valid_until=command.valid_until - TICK_S)
         return self.last_command
 
 
@@ -228,7 +227,7 @@ class StopLineOpen(Injector):
     """F39: the line of the hardware stop opens: every drive reports it and gives no torque."""
 
     def measured(self, state: JointState, tick: int) -> JointState:
-        return replace(state, faulty=tuple(range(self.joints)))
+        return state._replace(faulty=tuple(range(self.joints)))
 
     def commanded(self, command: Command, tick: int) -> Command:
-        return replace(command, current=np.zeros_like(command.current))
+        return command._replace(current=np.zeros_like(command.current))

@@ -1,7 +1,6 @@
 """Guard's part of a replay, the same for a run in lock-step and a live run."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -135,7 +134,7 @@ class GuardReplay:
         state, more = columns.state(k), self._told_more
         if not self._is_other_run:
             return state
-        return replace(state, current=state.current + self._actuators.current(more), tau=state.tau + more)
+        return state._replace(current=state.current + self._actuators.current(more), tau=state.tau + more)
 
     def _want_level(self, now: float) -> None:
         """Ask for the most recently requested level."""

@@ -7,7 +7,6 @@ import time
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from types import TracebackType
 from typing import ClassVar, Generic, NamedTuple, TypeVar
 
@@ -136,7 +135,7 @@ class Driver(ABC, Generic[AnyNode]):
         else:
             self._incomplete += 1
             if faulty != self._state.faulty:
-                self._state = replace(self._state, faulty=faulty)
+                self._state = self._state._replace(faulty=faulty)
         return self._state
 
     def write(self, command: Command) -> None:

@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from types import TracebackType
 
@@ -198,7 +198,7 @@ class Twin:
         self._t0 += seconds
         pass_clock(self._memory, seconds)
         if self._measured is not None:
-            self._measured = replace(self._measured, t=self.t)
+            self._measured = self._measured._replace(t=self.t)
 
     def hang(self, mount: str, mass_kg: float) -> None:
         """Hang a known weight [kg] at a mount; zero removes it.

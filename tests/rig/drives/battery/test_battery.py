@@ -64,7 +64,7 @@ def test_what_is_no_number_is_refused_before_it_is_sent(rig: Any, wrong: float):
 def test_a_command_that_is_void_already_is_not_sent(rig: Any):
     rig.enable()
     state = rig.read()
-    rig.write(replace(told(rig, state), valid_until=rig.t - 1e-6))
+    rig.write(told(rig, state)._replace(valid_until=rig.t - 1e-6))
     assert rig.counts["expired"] == 1
 
 
