@@ -73,14 +73,20 @@ class Tick:
 
     def _start(self, compiled: kernel.Kernel) -> None:
         self.mode = ControlMode()
-        self.payload = np.zeros(self._layout.phi.stop)
+        buffers = compiled.inputs
+        buffers["payload"][:], buffers["led"][:] = 0.0, 1.0
+        self.payload = buffers["payload"]
         """Payload of the arm, as a change of its inertial parameters (phi,); written between ticks. The machine carries
         it in full at every gravity level."""
-        self.led = np.ones(len(self.assembly.arm.limbs))
+        self.led = buffers["led"]
         """Share of `mode.drive` for each arm (limb,); written between ticks. An arm that leads the other arm has zero
         and floats."""
         self._kernel = compiled
-        self._in, self._out, self._evaluate = compiled.inputs, compiled.outputs, compiled.evaluate
+        self._in, self._out, self._evaluate = buffers, compiled.outputs, compiled.evaluate
+        names = "q", "v", "q_reference", "v_reference", "a_reference", "x"
+        self._written = tuple(buffers[name] for name in names)
+        self._mode, self._tau_desired = memoryview(buffers["mode"]), compiled.outputs["tau_desired"]
+        self._slope, self._clearance = memoryview(compiled.outputs["slope"]), memoryview(compiled.outputs["clearance"])
         self._closed = False
 
     @property
@@ -101,12 +107,12 @@ class Tick:
     @property
     def closure_slope(self) -> float:
         """Remaining gradient of the closure, summed over freedoms [N·m]; above `SLOPE_MAX` the loops are not closed."""
-        return self._out["slope"].item()
+        return self._slope[0]
 
     @property
     def clearance(self) -> float:
         """Distance of the arm from a singular posture (`model.loops.clearance`) [-]; near if below `NEAR_SINGULAR`."""
-        return self._out["clearance"].item()
+        return self._clearance[0]
 
     def step(self, q: Joints, v: Joints, reference: Reference, x: Parameters) -> Joints:
         """Compute the desired torque (joint,) [N·m].
@@ -117,23 +123,17 @@ class Tick:
             reference: Reference motion; used if `mode.drive` is not 0.
             x: All parameters, in the order of `dynamics.parameters`.
         """
-        buffers = self._in
-        buffers["q"][:] = q
-        buffers["v"][:] = v
-        buffers["q_reference"][:] = reference.q
-        buffers["v_reference"][:] = reference.v
-        buffers["a_reference"][:] = reference.a
-        buffers["x"][:] = x
-        buffers["payload"][:] = self.payload
-        buffers["led"][:] = self.led
-        mode = buffers["mode"]
-        mode[0], mode[1], mode[2] = self.mode.drive, self.mode.gravity_level, self.mode.arm_share
+        in_q, in_v, in_q_reference, in_v_reference, in_a_reference, in_x = self._written
+        in_q[:], in_v[:], in_x[:] = q, v, x
+        in_q_reference[:], in_v_reference[:], in_a_reference[:] = reference
+        mode, wanted = self._mode, self.mode
+        mode[0], mode[1], mode[2] = wanted.drive, wanted.gravity_level, wanted.arm_share
         if not self._closed:
             self.close(q, x)
             for _ in range(NEWTON_STEPS):
                 self._evaluate()
         self._evaluate()
-        return self._out["tau_desired"]
+        return self._tau_desired
 
     def at_rest(self, q: Joints, x: Parameters, z_start: Freedoms) -> tuple[Joints, Joints, Freedoms]:
         """Compute the desired torque at rest at a posture `q`. Use it for planning and checks, not in the loop.

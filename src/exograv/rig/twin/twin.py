@@ -32,6 +32,9 @@ PERIOD = SUBSTEPS * TIMESTEP
 # Friction reaches most of its fall within 30 min of running, which is three of these time constants [s].
 WARM_UP_TIME = 600.0
 
+OWNERS = "run", "run, second arm"
+"""Owners of the random numbers of the arms: with the same numbers, both arms would move at the same time."""
+
 Joints = Float[np.ndarray, " joint"]
 
 
@@ -93,15 +96,15 @@ class Twin:
         self._scene = build_scene(description, machine, wearer, lengths, surroundings)
         self._screen = surroundings and TouchedScreen(self._scene.model, self._scene.data, surroundings)
         self._forces = step_forces(self._scene, machine, wearer)
-        self._memory = self._forces.inputs
+        memory = self._memory = self._forces.inputs
+        self._current, self._damping, self._velocity = memory["current"], memory["damping"], self._scene.data.qvel
+        self._valid_until, self._warmth = memoryview(memory["valid_until"]), memoryview(memory["warmth"])
         arms = () if wearer is None else wearer.arms
-        # The second arm has random numbers of its own; otherwise both arms would move at the same time.
-        self._muscles = tuple(
-            Muscles(arm.unrest, seed, PERIOD, owner)
-            for arm, owner in zip(arms, ("run", "run, second arm"), strict=False)
-        )
         ends = np.cumsum([0, *(len(place.freedoms) for place in self._scene.arms)]).tolist()
-        self._freedoms = [slice(begin, end) for begin, end in itertools.pairwise(ends)]
+        self._muscle_torques = [
+            (Muscles(arm.unrest, seed, PERIOD, owner), self._memory["tau_muscle"][begin:end])
+            for arm, owner, (begin, end) in zip(arms, OWNERS, itertools.pairwise(ends), strict=False)
+        ]
         truth = measured_truth(self._scene, machine)
         self._sensors = Sensors(machine, seed, truth, {name: self._memory[name] for name in truth.name_in()})
         self._no_torque = np.full(len(self.joints), np.nan)
@@ -160,28 +163,28 @@ class Twin:
         Raises:
             RigError: The current is not finite, or the simulation has diverged.
         """
-        # Python numbers, here and below: NumPy's reductions take five times as long for four numbers.
-        if not all(map(math.isfinite, command.current.tolist())):
+        # A sum of Python numbers, here and below: NumPy's reductions take ten times as long for four numbers.
+        if not math.isfinite(sum(command.current.tolist())):
             joints = [joint for joint, i in zip(self.joints, command.current, strict=True) if not np.isfinite(i)]
             raise RigError(
                 f"Command {command.sequence} asks {', '.join(joints)} for a current that is not finite; the drives "
                 "reject it. The envelope must stop such a command before it is written."
             )
-        memory = self._memory
-        memory["current"][:] = command.current
-        memory["damping"][:] = 0.0 if command.damping is None else command.damping
-        memory["valid_until"][0] = command.valid_until
-        for muscles, freedoms in zip(self._muscles, self._freedoms, strict=True):
-            memory["tau_muscle"][freedoms] = muscles.next_torque()
-        memory["warmth"][0] = 1.0 - np.exp(-self.t / WARM_UP_TIME)
+        self._current[:] = command.current
+        self._damping[:] = 0.0 if command.damping is None else command.damping
+        self._valid_until[0] = command.valid_until
+        for muscles, tau in self._muscle_torques:
+            tau[:] = muscles.next_torque()
+        self._warmth[0] = 1.0 - np.exp(-self.t / WARM_UP_TIME)
         model, data, evaluate = self._scene.model, self._scene.data, self._forces.evaluate
+        first_half, second_half = mujoco.mj_step1, mujoco.mj_step2
         for _ in range(SUBSTEPS):
-            mujoco.mj_step1(model, data)
+            first_half(model, data)
             evaluate()
-            mujoco.mj_step2(model, data)
+            second_half(model, data)
         self._steps += SUBSTEPS
         self._measured = None
-        if not all(map(math.isfinite, data.qvel.tolist())):
+        if not math.isfinite(sum(self._velocity.tolist())):
             raise RigError(
                 f"The twin diverged before {self.t:.3f} s: a velocity is not finite. The cause is usually a command "
                 "outside every limit; look at the commands before this time."
