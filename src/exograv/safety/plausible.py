@@ -119,19 +119,35 @@ class PlausibleTable:
 
 
 def _packed(chain: LimbTable) -> Float[np.ndarray, " number"]:
-    """Numbers of one limb: sizes, joints, products as parent and factor, tables, and places for what is computed."""
+    """Numbers of one limb: sizes, joints, runs of products, tables, and places for what is computed."""
     joints = len(chain.joints)
     kept = Features(joints, chain.most_factors).kept.tolist()
-    place, padded = {index: at for at, index in enumerate(kept)}, -len(kept) % 8
-    parents, factors = list[int](), list[int]()
-    for index in kept:
-        # The last joint with a factor beside 1; the rest of the product is its parent.
-        last = max((j for j in range(joints) if index // 3**j % 3), default=0)
-        digit = index // 3**last % 3
-        parents.append(place[index - digit * 3**last])
-        factors.append(2 * last + max(digit - 1, 0))
-    unused, empty = [0] * padded, np.zeros((joints, padded))
-    tables = [np.hstack([part, empty]).ravel() for part in (chain.exo, chain.arm)]
-    places = np.zeros(joints * (len(kept) + padded) + 2 * joints + len(kept) + padded)
-    sizes = [joints, len(kept) + padded, *chain.joints]
-    return np.concatenate([sizes, parents, unused, factors, unused, *tables, places])
+    order, runs = _runs(joints, chain.most_factors)
+    place = {index: at for at, index in enumerate(kept)}
+    columns, padded = [place[index] for index in order], -len(order) % 8
+    empty = np.zeros((joints, padded))
+    tables = [np.hstack([part[:, columns], empty]).ravel() for part in (chain.exo, chain.arm)]
+    places = np.zeros(joints * (len(order) + padded) + 2 * joints + len(order) + padded)
+    sizes = [joints, len(order) + padded, len(runs), *chain.joints]
+    return np.concatenate([sizes, np.ravel(runs), *tables, places])
+
+
+def _runs(joints: int, most_factors: int) -> tuple[list[int], list[tuple[int, int, int, int]]]:
+    """Order the products by number of factors, then by last joint, so that neighbours have neighbours as parents.
+
+    Returns:
+        Index of each product in `Features`, and the runs: first parent, number of parents, joint, first child.
+    """
+    order, runs = [0], list[tuple[int, int, int, int]]()
+    parents, begin = [(-1, 0)], 0  # last joint and index of each product with one factor less
+    for _ in range(min(joints, most_factors)):
+        products = list[tuple[int, int]]()
+        first = len(order)
+        for j in range(joints):
+            some = [index for last, index in parents if last < j]
+            if some:
+                runs.append((begin, len(some), j, first + len(products)))
+                products += [(j, index + digit * 3**j) for digit in (1, 2) for index in some]
+        order += [index for _, index in products]
+        parents, begin = products, first
+    return order, runs

@@ -261,9 +261,9 @@ void guard_carried(double *restrict r, double *restrict w, double level)
     long t1;
     long joints;
     long products;
+    long runs;
     long index;
-    long parent;
-    long factor;
+    long run;
     long exo;
     long size;
     long now;
@@ -272,6 +272,13 @@ void guard_carried(double *restrict r, double *restrict w, double level)
     long k;
     long j;
     double q;
+    long i;
+    long parent;
+    long count;
+    long cosine;
+    long child;
+    double even;
+    double odd;
     long row;
     double a;
     double b;
@@ -286,35 +293,53 @@ void guard_carried(double *restrict r, double *restrict w, double level)
     for (t1 = 0; t1 < t2; t1 += 1) {
         const long t3 = (long)(w[at]);
         const long t4 = (long)(w[(at + 1)]);
+        const long t5 = (long)(w[(at + 2)]);
         joints = t3;
         products = t4;
-        index = (at + 2);
-        parent = (index + joints);
-        factor = (parent + products);
-        exo = (factor + products);
+        runs = t5;
+        index = (at + 3);
+        run = (index + joints);
+        exo = (run + (4 * runs));
         size = (joints * products);
         now = (exo + (2 * size));
         factors = (now + size);
         value = (factors + (2 * joints));
         if ((level != w[1])) {
-            const long t5 = size;
-            for (k = 0; k < t5; k += 1) {
+            const long t6 = size;
+            for (k = 0; k < t6; k += 1) {
                 w[(now + k)] = (w[(exo + k)] + ((1.0 - level) * w[((exo + size) + k)]));
             }
         }
-        const long t6 = joints;
-        for (j = 0; j < t6; j += 1) {
+        const long t7 = joints;
+        for (j = 0; j < t7; j += 1) {
             q = r[(Q + (long)(w[(index + j)]))];
             w[(factors + (2 * j))] = cos(q);
             w[((factors + (2 * j)) + 1)] = sin(q);
         }
         w[value] = 1.0;
-        const long t7 = products;
-        for (k = 1; k < t7; k += 1) {
-            w[(value + k)] = (w[(value + (long)(w[(parent + k)]))] * w[(factors + (long)(w[(factor + k)]))]);
+        const long t8 = runs;
+        for (i = 0; i < t8; i += 1) {
+            const long t9 = (value + (long)(w[(run + (4 * i))]));
+            const long t10 = (long)(w[((run + (4 * i)) + 1)]);
+            parent = t9;
+            count = t10;
+            cosine = (factors + (2 * (long)(w[((run + (4 * i)) + 2)])));
+            child = (value + (long)(w[((run + (4 * i)) + 3)]));
+            const double t11 = w[cosine];
+            const double t12 = w[(cosine + 1)];
+            even = t11;
+            odd = t12;
+            const long t13 = count;
+            for (k = 0; k < t13; k += 1) {
+                w[(child + k)] = (w[(parent + k)] * even);
+            }
+            const long t14 = count;
+            for (k = 0; k < t14; k += 1) {
+                w[((child + count) + k)] = (w[(parent + k)] * odd);
+            }
         }
-        const long t8 = joints;
-        for (j = 0; j < t8; j += 1) {
+        const long t15 = joints;
+        for (j = 0; j < t15; j += 1) {
             row = (now + (j * products));
             a = 0.0;
             b = 0.0;
@@ -324,8 +349,8 @@ void guard_carried(double *restrict r, double *restrict w, double level)
             f = 0.0;
             g = 0.0;
             h = 0.0;
-            const long t9 = products;
-            for (k = 0; k < t9; k += 8) {
+            const long t16 = products;
+            for (k = 0; k < t16; k += 8) {
                 a += (w[(row + k)] * w[(value + k)]);
                 b += (w[((row + k) + 1)] * w[((value + k) + 1)]);
                 c += (w[((row + k) + 2)] * w[((value + k) + 2)]);

@@ -139,17 +139,18 @@ def whole(value: float) -> float:
 def carried(r: Record, w: Record, level: float) -> None:
     """Write the torque that carries machine and arm at the positions `Q`, where the arm feels `level` of its weight.
 
-    `w` holds for each limb: number of joints and of products, joints, parent and factor of each product, then three
-    tables (machine, arm, their sum at the level in force), and places for factors and products. A product is its parent
-    times the cosine or the sine of one joint; the first is 1. The number of products is a multiple of 8.
+    `w` holds for each limb: number of joints, of products and of runs; the joints; the runs; three tables (machine,
+    arm, their sum at the level in force); and places for factors and products. The first product is 1. A run makes
+    products of neighbours: first product of the parents, their number, joint, first product of the children. Each
+    parent times the cosine of the joint is a child, and after these each parent times the sine. The number of products
+    is a multiple of 8.
     """
     at = 2
     for _ in range(int(w[0])):
-        joints, products = int(w[at]), int(w[at + 1])
-        index = at + 2
-        parent = index + joints
-        factor = parent + products
-        exo = factor + products
+        joints, products, runs = int(w[at]), int(w[at + 1]), int(w[at + 2])
+        index = at + 3
+        run = index + joints
+        exo = run + 4 * runs
         size = joints * products
         now = exo + 2 * size
         factors = now + size
@@ -162,8 +163,15 @@ def carried(r: Record, w: Record, level: float) -> None:
             w[factors + 2 * j] = math.cos(q)
             w[factors + 2 * j + 1] = math.sin(q)
         w[value] = 1.0
-        for k in range(1, products):
-            w[value + k] = w[value + int(w[parent + k])] * w[factors + int(w[factor + k])]
+        for i in range(runs):
+            parent, count = value + int(w[run + 4 * i]), int(w[run + 4 * i + 1])
+            cosine = factors + 2 * int(w[run + 4 * i + 2])
+            child = value + int(w[run + 4 * i + 3])
+            even, odd = w[cosine], w[cosine + 1]
+            for k in range(count):
+                w[child + k] = w[parent + k] * even
+            for k in range(count):
+                w[child + count + k] = w[parent + k] * odd
         for j in range(joints):
             row = now + j * products
             # Eight sums, which a processor computes at the same time.
