@@ -16,7 +16,7 @@ from .result_rows import CalibrationRow, IdentifiabilityResult, ScoredParameter,
 
 @dataclass(frozen=True)
 class MeasuredCalibration:
-    """Calibration of a run that had no stored one."""
+    """Source of a calibration that this run measured at its start, because no stored one was given."""
 
     source: Literal["measured at the start of this run"] = "measured at the start of this run"
 

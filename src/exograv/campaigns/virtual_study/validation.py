@@ -122,7 +122,7 @@ def measured_person(seed: int, habits: Habits | None, tell: Callable[[float], No
 
 
 def rows_of(people: list[ValidatedPerson]) -> list[FactRow]:
-    """Return the rows of the table."""
+    """Compute the model's value and its interval for each published fact, one row of the table per fact."""
     first = {level: _table(people, lambda p, level=level: [t.up_mm for t in p.windows[level][0]]) for level in WINDOWS}
     n = min(table.shape[1] for table in first.values())
     away = first[0.0][:, :n] - first[1.0][:, :n]
