@@ -43,7 +43,7 @@ class LeftOverTable:
 
 @dataclass(frozen=True)
 class IdentificationFigures:
-    """Course of the identification."""
+    """Course of the identification: durations [s], cause of the stop, outcome and its reason."""
 
     rest_s: float | None = field(metadata=OPTIONAL)
     motion_s: float

@@ -88,4 +88,4 @@ _FAULTS = (
 )
 
 FAULTS: Mapping[str, Fault] = MappingProxyType({fault.id: fault for fault in _FAULTS})
-"""Faults by identifier."""
+"""All faults, by their identifier such as "F16"."""

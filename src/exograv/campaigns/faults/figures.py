@@ -74,7 +74,7 @@ class StrikeFigures:
     missed: int
     safe_state: str
     stall_ms: float | None
-    """Longest delay caused by the computer itself [ms]."""
+    """Longest delay caused by the computer itself [ms]; None if no delay was measured."""
 
     command_p999_us: "AroundStrikes"
     acknowledged_missing: int

@@ -38,7 +38,7 @@ class ScenarioLog:
     """First tick in which this safe state, or a more restrictive one, was in force."""
 
     braked_tick: int | None = None
-    """First tick after the first onset that began with all drives braking by themselves."""
+    """First tick after the first onset in which all drives brake by themselves; None if there was none."""
 
     extra_speed: float = 0.0
     """Largest change of a joint's speed between the first onset and the safe state [rad/s]."""

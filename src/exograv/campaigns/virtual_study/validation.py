@@ -34,7 +34,7 @@ MATCHES, DIFFERS, NOT_COMPARED = "matches", "does not match", "cannot be compare
 
 @dataclass(frozen=True)
 class FactRow:
-    """Published figure beside ours."""
+    """Published value beside the value of the model."""
 
     what: str
     unit: str
@@ -49,7 +49,7 @@ class FactRow:
     why: str
     ours: float | None = None
     interval: tuple[float, float] | None = None
-    """Interval of 95 % of bootstrap draws over people."""
+    """Interval that holds 95 % of the bootstrap draws over people; None if the fact is not compared."""
 
     verdict: str = field(init=False)
     """Verdict by the mean, so that a wide interval does not make a match."""

@@ -68,7 +68,7 @@ class ResidualNoise:
     """Size and correlation time of a residual, per joint."""
 
     sd: Joints
-    """Standard deviation [N·m]."""
+    """Standard deviation of the residual [N·m]."""
     correlation_s: Joints
     """Integrated autocorrelation time [s]."""
 

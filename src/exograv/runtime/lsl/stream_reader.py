@@ -38,7 +38,7 @@ KEPT_S = 360
 """Data that LSL keeps if the recorder stands still [s]."""
 
 Hand = Callable[[int, float, bytes], bool]
-"""Function that takes kind, CLOCK_MONOTONIC [s] and data of a block, and returns True if there was room."""
+"""Callback that receives kind, CLOCK_MONOTONIC [s] and data of a block. It returns True if there was room."""
 
 Note = Callable[[StreamNote], object]
 
