@@ -31,7 +31,7 @@ class Trajectory:
 
     @property
     def seconds(self) -> float:
-        """Duration [s]."""
+        """Duration of the motion [s]."""
         return len(self) * self.dt
 
 

@@ -28,7 +28,7 @@ Kind = TypeVar("Kind", bound=CalibratedOptions)
 
 
 def quiet(_text: str, _share: float) -> None:
-    """Report nothing."""
+    """Ignore progress messages. Use as the callback of a silent run."""
 
 
 class Drives:

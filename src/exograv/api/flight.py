@@ -43,7 +43,7 @@ class FlightPlan:
 
 @dataclass(frozen=True)
 class Flight:
-    """Result of `float_arm`."""
+    """Result of `float_arm`: estimate, recording, stops and drift."""
 
     estimate: Estimate
     """Arm that was floated."""

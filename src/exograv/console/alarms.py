@@ -26,7 +26,7 @@ class Alarms:
     """Open alarms: raised, and not acknowledged yet."""
 
     def __init__(self) -> None:
-        """Start without alarms."""
+        """Start with no open alarm."""
         self._open = dict[str, ConsoleAlarm]()
         self._raised = 0
 

@@ -63,7 +63,7 @@ class Broadcaster:
     """Periodic sender of all messages that no page asks for, as long as the console runs."""
 
     def __init__(self, hub: Hub):
-        """Start without sending."""
+        """Take the state of the console. `go_round` starts to send."""
         self._hub, self._count, self._since = hub, 0, 0
         self._picture: dict[str, Any] = {}
         self._level: float | None = None
@@ -81,7 +81,7 @@ class Broadcaster:
             await asyncio.sleep(due - loop.time())
 
     async def step(self) -> None:
-        """Run one round."""
+        """Run one round: check the lease, advance the run, and send what is due to the pages."""
         hub, t = self._hub, self._hub.desk.now()
         self._count += 1
         self._watch_lease(t)

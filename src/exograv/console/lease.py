@@ -20,7 +20,8 @@ class Lease:
     """Number of the line that holds the lease; None without a holder."""
 
     expired: int | None = None
-    """Number of the line that lost the lease by silence; the broadcaster takes it from here."""
+    """Number of the line whose page lost the lease because it was silent; None otherwise. The broadcaster reads and
+    clears it."""
 
     is_hidden: bool = False
     """True if the last heartbeat said that the page was in the background."""

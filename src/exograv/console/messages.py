@@ -62,7 +62,7 @@ class Heartbeat(Settings):
     """True if the page is in the background, where a browser slows it down."""
 
     gap: BeatGap | None = None
-    """Late heartbeat before this one."""
+    """Gap before this heartbeat, if the heartbeat was late; None otherwise."""
 
 
 class LeaseRequest(Settings):
@@ -118,7 +118,7 @@ class PageTouch(Settings):
     """Opening of the page whose clock gave the time. After a reload it differs from that of the line."""
 
     origin_ms: Annotated[float, Field(ge=0.0, le=1e14)]
-    """`performance.timeOrigin` [ms]."""
+    """Origin of the page's `performance.now`, the property `performance.timeOrigin` [ms since 1970]."""
 
     at: PageTime
     """`timeStamp` of the event [s]."""
@@ -136,7 +136,7 @@ class PageTouch(Settings):
     pointer: Literal["touch", "pen", "mouse"]
     is_primary: bool
     ratio: Annotated[float, Field(gt=0.0, le=20.0)]
-    """`devicePixelRatio`."""
+    """Physical pixels per CSS pixel, the property `devicePixelRatio` [-]."""
 
     zoom: Annotated[float, Field(gt=0.0, le=20.0)]
     """Pinch zoom; 1 while the page is locked."""

@@ -14,7 +14,7 @@ class Outbox:
     """Queue that the server fills and the line's writer empties. Filling never waits."""
 
     def __init__(self) -> None:
-        """Start empty."""
+        """Start without waiting messages."""
         self._words = deque[str]()
         self._news = dict[str, deque[str]]()
         self._filled = asyncio.Event()

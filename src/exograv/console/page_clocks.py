@@ -21,7 +21,7 @@ class _Page:
 
 
 class PageClocks:
-    """Clocks by page."""
+    """Clocks of the pages: offset and drift of each against the server's clock."""
 
     def __init__(self) -> None:
         """Start without clocks."""

@@ -52,7 +52,7 @@ class LeftOverMoment:
 
 @dataclass(frozen=True)
 class PhaseMark:
-    """Begin of a phase."""
+    """Begin of a phase of the session, for the time axis."""
 
     t: float
     name: str

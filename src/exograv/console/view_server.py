@@ -33,7 +33,7 @@ def page_server(page: str, port: int) -> Iterator[ThreadingHTTPServer]:
         server_version = sys_version = ""
 
         def do_GET(self) -> None:
-            """Answer one request."""
+            """Answer one GET request."""
             # A foreign name that points to this computer is refused, as in the console.
             is_ours = self.headers.get("Host") in hosts
             kind, data = answers.get(self.path, (None, b"")) if is_ours else (None, b"")

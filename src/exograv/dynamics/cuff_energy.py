@@ -75,10 +75,10 @@ class _CuffLoad:
     """Load of one cuff at the chain's end, in the exoskeleton's cuff frame."""
 
     P: ca.SX
-    """Displacement (3,) [m]."""
+    """Displacement of the chain's end (3,) [m]."""
 
     Q: ca.SX
-    """Rotation (3, 3)."""
+    """Rotation matrix of the chain's end (3, 3)."""
 
     k: ca.SX
     """Stiffness against displacement (3,) [N/m]."""

@@ -21,7 +21,7 @@ class CalibratedMachine:
     """Standard deviation of each friction parameter."""
 
     phi: Float[np.ndarray, "joint 10"]
-    """Inertial parameters of the links."""
+    """Inertial parameters of the links, (10,) each [kg, kg·m, kg·m²]."""
 
     gravity: Float[np.ndarray, " 3"]
     """Gravity in the base frame, with the tilt of the base [m/s²]."""

@@ -84,7 +84,7 @@ class ParameterLayout:
 
     @property
     def count(self) -> int:
-        """Length of `x`."""
+        """Number of parameters: the length of `x`."""
         return self.viscous.stop
 
     @staticmethod

@@ -75,7 +75,7 @@ class AircraftReceiver:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close the port."""
+        """Close the UDP port."""
         if self._socket is not None:
             self._socket.close()
 
@@ -86,7 +86,7 @@ class AircraftReceiver:
 
     @property
     def sample(self) -> AircraftSample | None:
-        """Newest sample."""
+        """Newest sample of the aircraft; None before the first."""
         return self._watch.last
 
     @property

@@ -29,7 +29,7 @@ class MemoryLayout:
     """Layout of arguments and results in memory."""
 
     lanes: int = 1
-    """States that one instruction works on; 1 is a single state with its elements side by side."""
+    """Number of states that one instruction processes (SIMD lanes). With 1, the elements of a state are contiguous."""
 
     element: str = "double"
 

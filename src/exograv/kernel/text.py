@@ -33,7 +33,7 @@ class Block:
 
     @property
     def text(self) -> str:
-        """Text of all lines."""
+        """Return all lines as one text."""
         return "\n".join(self._lines)
 
     def let(self, expression: str) -> str:

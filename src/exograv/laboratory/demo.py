@@ -84,7 +84,7 @@ class _Run:
 
     @property
     def laboratory(self) -> VirtualLaboratory:
-        """Machine and wearer."""
+        """Virtual laboratory of the demonstration: machine and wearer, drawn from the seed."""
         return self.preparation.laboratory
 
 

@@ -16,7 +16,7 @@ from .result_rows import CalibrationRow, IdentifiabilityResult, ScoredParameter,
 
 @dataclass(frozen=True)
 class MeasuredCalibration:
-    """Calibration of a run that had no stored one."""
+    """Source of a calibration that this run measured at its start, because no stored one was given."""
 
     source: Literal["measured at the start of this run"] = "measured at the start of this run"
 
@@ -43,7 +43,7 @@ class LeftOverTable:
 
 @dataclass(frozen=True)
 class IdentificationFigures:
-    """Course of the identification."""
+    """Course of the identification: durations [s], cause of the stop, outcome and its reason."""
 
     rest_s: float | None = field(metadata=OPTIONAL)
     motion_s: float

@@ -55,7 +55,7 @@ class Effort:
 
 
 Note = Callable[[float], None]
-"""Receives the share of the first performance that is done, from time to time."""
+"""Callback that receives the finished share of the first performance [-], from time to time."""
 
 
 @dataclass(frozen=True)

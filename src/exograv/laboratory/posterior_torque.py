@@ -27,7 +27,7 @@ class PosteriorTorque:
 
     median: Joints
     p95: Joints
-    """Value that 95 % of the arms that the data allow do not exceed, joint by joint."""
+    """95th percentile of the residual torque over the arms that the data allow, joint by joint [N·m]."""
 
     draws: int
     """Number of arms that could be put into the machine [-]."""

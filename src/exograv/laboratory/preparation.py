@@ -34,11 +34,11 @@ from .twin_calibration import EmptyTwin, PilotOf, pilots
 from .virtual_laboratory import VirtualLaboratory
 
 EstimateListener = Callable[[float, Estimate, np.ndarray | None, Outcome], None]
-"""Receives once a second: rig time [s], estimate, predicted residual torque [N·m], verdict of the stop rule."""
+"""Callback, called once a second: rig time [s], estimate, predicted residual torque [N·m], verdict of the stop rule."""
 
 
 def no_progress(_text: str, _share: float) -> None:
-    """Report nothing."""
+    """Ignore progress messages. Default for callers that do not show progress."""
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ class LearnedArm:
     outcome: Outcome
     why: str
     stop_s: float | None
-    """Time at which the stop rule would have ended the motion [s]."""
+    """Time at which the stop rule would have ended the motion [s]; None if it would not have ended it."""
     restless_s: float | None
     person: PersonLimits
     """Limits that the guard must apply to this person."""

@@ -131,7 +131,7 @@ class LiveControl:
 
     @property
     def mode(self) -> Mode:
-        """Present mode."""
+        """Present mode of the mode machine."""
         return self._modes.mode
 
     def answer(self, state: np.void, row: np.ndarray) -> None:

@@ -84,7 +84,7 @@ class LiveReplay:
         self._guarding.forget(actuators.torque(self._columns["current"][0]))
 
     def fly(self, progress: Progress) -> ReplayedDecisions:
-        """Replay all ticks."""
+        """Replay all ticks and return the decisions of guard and control."""
         for k in each_tick(self._columns, progress):
             if self._lost[k]:
                 self._lose(k)

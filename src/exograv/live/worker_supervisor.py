@@ -76,7 +76,7 @@ class WorkerKeeper:
             self._record("/control", float(row["now"]), {"act": "publish", "x": row["x"].tolist()})
 
     def close(self) -> None:
-        """End the worker."""
+        """End the worker process."""
         self._child.end(2.0, "over")
 
     def _hear(self, word: object) -> None:

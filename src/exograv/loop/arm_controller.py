@@ -84,7 +84,7 @@ class ArmController:
 
     @property
     def x(self) -> parameters.Parameters:
-        """Parameters in force."""
+        """Arm parameters with which the controller computes torques now."""
         return self._handover.x
 
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:

@@ -11,8 +11,9 @@ from exograv.safety.stops import StopReason
 from exograv.signals import Command, Joints, JointState
 
 CLOSURE_SLOPE_MAX = 0.01
-"""Slope of the model's loops at which the model no longer fits the machine [N·m]. The value is a tenth of the smallest
-target for the residual torque. A model that fits stays near 1e-12."""
+"""Limit of the remaining gradient of the closure (`Closure.slope`, summed over freedoms) [N·m]. Above the limit the
+model's loops are not closed, and the model does not fit the machine. The limit is a tenth of the smallest target for
+the residual torque; a model that fits stays near 1e-12."""
 
 NO_MEASUREMENT = -1
 """Sequence number in a command when the machine sent no measurement."""
@@ -24,7 +25,7 @@ class AnsweringControl(Protocol):
 
     @property
     def closure_slope(self) -> float:
-        """Slope of the model's loops [N·m]; 0 where they are closed or where control did not answer."""
+        """Remaining gradient of the closure [N·m]; 0 if the loops are closed, or if control did not answer."""
         ...
 
     def answer(self, believed: JointState | None, now: float) -> ControlRequest | None:
@@ -56,7 +57,7 @@ class Decision(NamedTuple):
     """Reason of the stop in force at the decision."""
 
     closure_slope: float
-    """Slope of the model's loops in control's answer [N·m]."""
+    """Remaining gradient of the closure in control's answer [N·m]."""
 
 
 class ControlStep:

@@ -56,7 +56,7 @@ class Arm:
     """Lengths of upper arm, forearm and hand, equal on both sides [m]."""
 
     phi: Float[np.ndarray, " phi"]
-    """Inertial parameters of all segments in order, (10,) each, about the proximal joint centre."""
+    """Inertial parameters of all segments in order, (10,) each, about the proximal joint centre [kg, kg·m, kg·m²]."""
 
     phi_covariance: Float[np.ndarray, "phi phi"]
 

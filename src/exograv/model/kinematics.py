@@ -48,5 +48,5 @@ def constant(R: np.ndarray, p: np.ndarray) -> Transform:
 
 
 def identity() -> Transform:
-    """Identity pose."""
+    """Return the identity: no rotation and no displacement."""
     return constant(np.eye(3), np.zeros(3))

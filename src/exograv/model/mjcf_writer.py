@@ -139,7 +139,7 @@ class _Writer:
     cuffs: Mapping[int, Sequence[CuffHold]]
     """Cuffs by the body that carries them; -1 is the base."""
     attributes: Mapping[str, str]
-    """Attributes by joint."""
+    """MJCF attributes of each joint, by the joint's name."""
     prefix: str
     """Prefix of the names of sites."""
     order: list[str]

@@ -12,7 +12,7 @@ _TABLE = re.compile(r"^\s*\[+\s*([\w.-]+)\s*\]+")
 
 @dataclass(frozen=True)
 class Question:
-    """Missing value."""
+    """Value that is missing in `rig.toml`, with the question to the builder."""
 
     line: int
     """Line in the file, from 1."""

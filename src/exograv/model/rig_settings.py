@@ -65,7 +65,7 @@ class Adjustment(Settings):
     """Length in the URDF."""
     min_m: PositiveFloat
     max_m: PositiveFloat
-    """Adjustable range."""
+    """Adjustable range of the length, from `min_m` to `max_m` [m]."""
     axis: Literal["x", "y", "z"] = "z"
     """Axis of the parent's frame."""
 
@@ -136,14 +136,14 @@ class Actuator(Settings):
     """Place of the joint along the arm."""
     drive: Literal["harmonic", "quasi_direct", "passive"]
     torque_constant_Nm_per_A: PositiveFloat | None = None
-    """Motor torque per current, before the gear."""
+    """Motor torque per current, before the gear [N·m/A]."""
     gear_ratio: PositiveFloat | None = None
     efficiency: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
-    """Share of the motor's torque that passes the gear."""
+    """Share of the motor's torque that the gear transmits [-]."""
     torque_max_Nm: PositiveFloat | None = None
     """Largest torque at the joint; the guard allows no more."""
     rotor_inertia_kgm2: Annotated[float, Field(ge=0.0)] | None = None
-    """Inertia of the rotor as the joint feels it."""
+    """Inertia of the rotor, reflected through the gear to the joint [kg·m²]."""
     weak_kp_Nm_per_rad: PositiveFloat | None = None
     weak_kd_Nms_per_rad: PositiveFloat | None = None
     """Gains of the weak PD that follows a reference while the machine drives the arm."""

@@ -47,7 +47,7 @@ class ArmGuess:
     """Meeting point of the shoulder's axes in the base frame [m]; None if they do not meet."""
 
     shoulder_centre: str | None
-    """Link that is fixed to the base at this point."""
+    """Link that is fixed to the base at the shoulder centre; None if there is none."""
 
     cuffs: tuple[str, ...]
     """Links with names of cuffs, nearest to the shoulder first."""

@@ -50,7 +50,7 @@ class ChunkList:
             )
 
     def append(self, chunk: ChunkIndex) -> None:
-        """Append a chunk."""
+        """Append the index entry of one chunk."""
         if chunk.compression not in self._compressions:
             self._compressions.append(chunk.compression)
         first, last = chunk.message_start_time, chunk.message_end_time

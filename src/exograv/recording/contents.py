@@ -71,7 +71,7 @@ def crc_of(content: Content, end: int) -> int:
 
 
 Visit = Callable[[str, bytes], None]
-"""Function that takes topic and data of a message; ticks that follow each other come as one."""
+"""Callback that receives the topic and the data of a message. Consecutive ticks come as one call."""
 
 
 class FileEnding(enum.Enum):

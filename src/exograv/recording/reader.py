@@ -27,11 +27,11 @@ READABLE = range(1, PACKED_VERSION + 1)
 
 @dataclass(frozen=True)
 class Recording:
-    """Recording in memory."""
+    """Content of a recording file, in memory."""
 
     path: Path
     settings: Message
-    """Message of `/settings`."""
+    """Settings of the run: the message of the channel `/settings`."""
 
     ticks: np.ndarray
     """Structured array, one record per tick; fields and units are in the table of `/tick`."""

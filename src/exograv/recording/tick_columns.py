@@ -140,7 +140,7 @@ def _integers(values: Column) -> np.ndarray:
 
 
 def _values(integers: np.ndarray, kind: np.dtype) -> Column:
-    """Undo `_integers`."""
+    """Restore the values from integers: the inverse of `_integers`."""
     return (_in_order(integers) if kind.kind == "f" else integers).view(kind)
 
 
@@ -156,6 +156,6 @@ def _unsigned(integers: np.ndarray) -> np.ndarray:
 
 
 def _signed(numbers: np.ndarray) -> np.ndarray:
-    """Undo `_unsigned`."""
+    """Restore signed numbers: the inverse of `_unsigned`."""
     one = numbers.dtype.type(1)
     return ((numbers >> one) ^ (~(numbers & one) + one)).view(f"<i{numbers.itemsize}")

@@ -73,7 +73,9 @@ class PersonLimits:
 
     tank_start_J: float = 0.5
     tank_max_J: float = 1.0
-    """Energy that control may put into the person beyond carrying.
+    """Energy that control may put into the person beyond carrying [J].
+
+    Braking and `path_W` fill the tank again.
 
     Braking and `path_W` fill the tank again.
     """

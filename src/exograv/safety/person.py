@@ -83,7 +83,7 @@ class GuardedPerson:
 
     @property
     def energy_J(self) -> float:
-        """Energy in the tank."""
+        """Energy in the tank [J]."""
         return self._record.numbers[core.ENERGY]
 
     @energy_J.setter

@@ -112,7 +112,7 @@ class StreamSync:
     jitter_us: Jitter | None
     gaps_total: int
     gaps: Sequence[Gap]
-    """First `GAPS_SHOWN` gaps."""
+    """First gaps in the stream, at most `GAPS_SHOWN`."""
 
     backward_stamps: int
     connections: int
@@ -164,7 +164,7 @@ def sync_figures(recording: Recording) -> SyncResult:
 
 
 def stream_figures(stream: DeviceStream) -> StreamSync:
-    """Measure one stream."""
+    """Compute clock accuracy and missing samples of one stream."""
     rhythm = Rhythm.of(stream)
     clocks = [_clock(stream, number, fit) for number, fit in stream.clocks.items()]
     arrival = stream.received - stream.monotonic

@@ -28,14 +28,15 @@ class AircraftWatch:
 
     last: AircraftSample | None = None
     heard: float | None = None
-    """Time at which the last new sample arrived [s]."""
+    """Time at which the last new sample arrived [s]; None before the first."""
 
     is_window: bool = False
     """True if g is that of a window, after hysteresis and dwell."""
 
     since_ms: int | None = None
     since: float = 0.0
-    """Start of the dwell for the opposite state, on the aircraft's clock (`since_ms`) and on the server's (`since`)."""
+    """Time at which the dwell for the opposite state began [s]: `since_ms` on the aircraft's clock, `since` on the
+    server's."""
 
     is_lost: bool = False
     older_in_row: int = 0

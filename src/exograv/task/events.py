@@ -65,7 +65,7 @@ class Distance(Settings):
     t: Time
     fingertip_m: Annotated[float, Field(ge=0.0, le=10.0)] | None = None
     joints_rad: Annotated[float, Field(ge=0.0, le=10.0)] | None = None
-    """Distance of the joint that is farthest from the resting posture."""
+    """Distance of the joint that is farthest from the resting posture [rad]; None if it is unknown."""
 
 
 class OpenWindow(Settings):
@@ -75,10 +75,10 @@ class OpenWindow(Settings):
     t: Time
     by: Literal["aircraft", "hand"]
     since: Time | None = None
-    """Time since which g has been within its limits."""
+    """Time since which g has been within its limits [s]; None if the operator opens the window."""
 
     parabola: Annotated[int, Field(ge=0, le=999)] | None = None
-    """Number of the parabola, as the aircraft counts."""
+    """Number of the parabola, as the aircraft counts; None if it is unknown."""
 
     confirmed: bool | None = None
     """True if the aircraft's announcement agrees with g; None if the text is unknown."""

@@ -28,7 +28,7 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         ),
     }
 )
-"""Alarms, in English."""
+"""English texts of the alarms, by code."""
 
 Outcome = Step | str
 """Step that an event causes, or the reason why it is refused."""

@@ -29,14 +29,14 @@ class PingTimes(NamedTuple):
     """Times of one ping on two clocks [s]."""
 
     asked: float
-    """Transmission by the page, on the page's clock."""
+    """Time at which the page sent the ping, on the page's clock [s]."""
 
     heard: float
     answered: float
-    """Reception (`heard`) and answer by the server, on the server's clock."""
+    """Times at which the server received the ping (`heard`) and answered it, on the server's clock [s]."""
 
     back: float
-    """Reception of the answer by the page, on the page's clock."""
+    """Time at which the page received the answer, on the page's clock [s]."""
 
     @property
     def half_way_s(self) -> float:

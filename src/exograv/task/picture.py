@@ -18,14 +18,14 @@ class ParticipantPicture(Settings):
     screen: Literal["welcome", "rest", "task", "paused", "end"]
     target: TargetSettings | None
     diameter_px: float | None
-    """Diameter of the target on this panel."""
+    """Diameter of the target on this panel [px]."""
 
     arrow: Sign | None
     countdown_s: float | None
     """Time to the opening of the next window, or to the end of the open one. None if it is unknown."""
 
     window: int | None
-    """Number of the open window, or of the next one."""
+    """Number of the open window, or of the next one; None if no window follows."""
 
     windows: int
 

@@ -56,7 +56,7 @@ class PointingCycle(Settings):
     """State of the hand's cycle in one window. The cycle begins at rest."""
 
     last_touch: float | None = None
-    """Time of the last accepted touch."""
+    """Time of the last accepted touch [s]; None before the first."""
 
     returns: tuple[float, ...] = ()
     """Times at which the hand was back at rest since then."""
@@ -114,7 +114,7 @@ def too_soon(protocol: Protocol, cycle: PointingCycle, t: float) -> RejectionRea
 
 
 def touched(cycle: PointingCycle, t: float) -> PointingCycle:
-    """Cycle after an accepted touch."""
+    """Return the pointing cycle after an accepted touch."""
     return PointingCycle(last_touch=t, returns=tuple(back for back in cycle.returns if back > t))
 
 

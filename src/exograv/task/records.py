@@ -36,7 +36,7 @@ class PhaseBegan(Settings):
     duration_s: float
     gravity_level: float
     gravity_level_end: float
-    """Level at the end of the phase. Both levels are as the protocol states them."""
+    """Gravity level at the end of the phase [-]. Both levels are as the protocol states them."""
 
 
 class WindowOpened(Settings):
@@ -120,7 +120,7 @@ class Resumed(Settings):
     t: float
     window: int
     approach_t: float
-    """Time from which the schedule counts again."""
+    """Time from which the schedule counts again [s]."""
 
 
 class RunEnded(Settings):

@@ -56,7 +56,7 @@ class TaskRun:
         return totals(self.state)
 
     def kept(self) -> str:
-        """State as JSON."""
+        """State of the run as JSON, for the checkpoint."""
         return self.state.model_dump_json()
 
     @classmethod

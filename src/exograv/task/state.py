@@ -54,31 +54,31 @@ class RunState(Settings):
 
     status: Status = "ready"
     t: float = 0.0
-    """Latest time that the run has received."""
+    """Latest time that the run has received [s]."""
 
     protocol_sha256: str = ""
     """Hash of the protocol of the run."""
 
     epoch: int = 0
     origin: float = 0.0
-    """Time at which the schedule's clock shows 0, while the schedule counts."""
+    """Time at which the schedule's clock shows 0, while the schedule counts [s]."""
 
     approach: float = 0.0
-    """Time from which the schedule counts."""
+    """Time from which the schedule counts [s]."""
 
     phase: int = -1
     """Index of the last phase that has started, from 0."""
 
     left_at: float = 0.0
     left_level: float = 1.0
-    """Level of the machine when the schedule was left. From there the level goes to 1."""
+    """Gravity level of the machine when the schedule was left [-]. From there the level goes to 1."""
 
     wanted: int | None = None
     """Window that the operator has asked for, if the schedule does not open the windows."""
 
     windows: tuple[WindowState, ...] = ()
     pace: Pace | None = None
-    """Pace that was shown last."""
+    """Pace that was shown last; None before the first."""
 
     seen: dict[str, tuple[tuple[int, int], ...]] = Field(default={})
     """Received touches by page, as ranges of sequence numbers."""

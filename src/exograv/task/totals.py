@@ -33,7 +33,7 @@ class Totals(Settings):
     """Deviation in mm; None without touches, or on a screen without calibration."""
 
     touches_per_window: float | None
-    """Median number of accepted touches over the complete windows."""
+    """Median number of accepted touches over the complete windows; None without a complete window."""
 
     def figures(self) -> "TotalsFigures":
         """Figures for `--json` and recordings."""
@@ -50,7 +50,7 @@ class Totals(Settings):
 
 @dataclass(frozen=True)
 class NoQuartiles:
-    """Quartiles without touches."""
+    """Placeholder for quartiles when there is no accepted touch."""
 
     median: None = None
     q1: None = None

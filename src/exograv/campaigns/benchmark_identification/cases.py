@@ -54,7 +54,7 @@ class Case:
 
     @property
     def disturbances(self) -> Disturbances:
-        """Disturbance levels of every row."""
+        """Disturbances of the twin, each at its level in this case."""
         if self.only is not None:
             return Disturbances.at_level(0).with_row(self.only, self.level)
         rows = Disturbances.at_level(self.level)

@@ -96,7 +96,7 @@ def row(runs: Sequence[MethodRun]) -> MethodFigures:
 
 
 def with_interval(values: Values) -> MedianFigures:
-    """Median and its bootstrap interval."""
+    """Return the median and its 95 % interval by bootstrap."""
     return MedianFigures(rounded(bootstrap.median(values)), rounded_ends(bootstrap.interval(bootstrap.medians(values))))
 
 

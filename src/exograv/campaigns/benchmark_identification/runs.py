@@ -34,7 +34,8 @@ class MethodRun:
     """Places of the joints: shoulder, elbow or wrist."""
 
     failed: str | None = None
-    """Reason for a missing result. Such a run counts as one that never reached a target."""
+    """Reason why the run has no result; None if it has one. A run without a result counts as one that never reached a
+    target."""
 
     offline: bool = False
     t: list[float] = field(default_factory=list)
@@ -53,7 +54,7 @@ class MethodRun:
     """Name of the stop rule's verdict."""
 
     stop_s: float | None = None
-    """Time at which the stop rule would have ended the motion [s]."""
+    """Time at which the stop rule would have ended the motion [s]; None if it would not have ended it."""
 
     restless_s: float | None = None
     """Time at which the wearer was first found not to relax [s]."""

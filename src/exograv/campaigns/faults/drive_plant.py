@@ -30,7 +30,10 @@ STEP_MS = 1
 
 
 class DrivePlant:
-    """Rig of one flight. The examiner's commands and the truth use a pipe of their own, not the bus."""
+    """Plant of one flight on simulated drives.
+
+    Measurements and commands use the bus. Fault commands of the examiner and the twin's truth use a separate pipe.
+    """
 
     def __init__(self, rig: DrivenRig, drives: Drives, line: "DriverLine"):
         self._rig, self._drives, self._line = rig, drives, line

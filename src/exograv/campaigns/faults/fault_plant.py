@@ -105,7 +105,7 @@ class FaultPlant(World, Protocol):
         ...
 
     def read(self) -> JointState:
-        """Begin a tick."""
+        """Begin a tick and return its measurement."""
         ...
 
     def write(self, command: Command) -> None:
@@ -169,7 +169,7 @@ class TwinPlant:
         return self._twin.period_s
 
     def read(self) -> JointState:
-        """Begin a tick."""
+        """Begin a tick and return its measurement."""
         self._sights.append(self._person.look())
         self._person.sway()
         return self._twin.read()

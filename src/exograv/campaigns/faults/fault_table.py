@@ -36,7 +36,7 @@ class Fault:
     """Weakest safe state that protects the person sufficiently."""
 
     shows_in_motion: bool = False
-    """True if the fault cannot be distinguished from a joint that stands still."""
+    """True if only motion reveals the fault: while the joint stands still, its measurements look normal."""
 
     at_drive: bool = False
     """True if the guard no longer reaches the drives, so that the time counts until the drives brake by themselves."""
@@ -88,4 +88,4 @@ _FAULTS = (
 )
 
 FAULTS: Mapping[str, Fault] = MappingProxyType({fault.id: fault for fault in _FAULTS})
-"""Faults by identifier."""
+"""All faults, by their identifier such as "F16"."""

@@ -52,7 +52,7 @@ class FaultFigures:
     safe_state: str
     worst_safe_state: str
     hand_m_s: float | None
-    """Fastest hand of a relaxed arm after a stop [m/s]."""
+    """Largest speed of a relaxed arm's hand after a stop [m/s]; None if no run measured it."""
 
     pushed_hand_m_s: float | None
     extra_speed_rad_s: float
@@ -74,7 +74,7 @@ class StrikeFigures:
     missed: int
     safe_state: str
     stall_ms: float | None
-    """Longest delay caused by the computer itself [ms]."""
+    """Longest delay caused by the computer itself [ms]; None if no delay was measured."""
 
     command_p999_us: "AroundStrikes"
     acknowledged_missing: int
@@ -99,7 +99,7 @@ class GuardEndFigures:
     detected: int
     reaction_ms: ReactionTimes
     ended_ms: float | None
-    """Time until the parent process reported the end [ms]."""
+    """Time from the kill of the guard until the parent process reported its end [ms]; None if it reported no end."""
 
     budget_ms: None
     missed: int

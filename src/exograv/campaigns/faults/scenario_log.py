@@ -29,16 +29,16 @@ class ScenarioLog:
     period_ms: int = 1
     """Time between two ticks [ms]."""
     violations: list[str] = field(default_factory=list)
-    """First violations of the envelope, in words."""
+    """First violations of the envelope, one sentence each."""
 
     violated_ticks: int = 0
     stopped_tick: int | None = None
     reason: StopReason | None = None
     since: dict[SafeState, int] = field(default_factory=dict)
-    """First tick of each safe state or of a stronger one."""
+    """First tick in which this safe state, or a more restrictive one, was in force."""
 
     braked_tick: int | None = None
-    """First tick after the first onset that began with all drives braking by themselves."""
+    """First tick after the first onset in which all drives brake by themselves; None if there was none."""
 
     extra_speed: float = 0.0
     """Largest change of a joint's speed between the first onset and the safe state [rad/s]."""
@@ -54,11 +54,11 @@ class ScenarioLog:
     """Largest change of a command from one tick to the next after the first onset [N·m]."""
 
     crashed: str | None = None
-    """Exception of the twin or the software, in words."""
+    """Exception of the twin or the software, as text; None if the run raised no exception."""
 
     @property
     def worst(self) -> SafeState:
-        """Strongest safe state of the run."""
+        """Most restrictive safe state that the guard entered during the run."""
         return max(self.since, default=SafeState.NONE)
 
 

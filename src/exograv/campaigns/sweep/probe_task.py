@@ -35,7 +35,7 @@ class ProbeResult:
 
 
 class ProbeGrid(Grid):
-    """Grid of probes."""
+    """Grid of `count` probes with the same processor time."""
 
     count: Annotated[int, Field(ge=1, le=10_000_000)]
     seconds: Annotated[float, Field(ge=0.0, le=3600.0)] = 0.1

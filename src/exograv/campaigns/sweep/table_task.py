@@ -22,7 +22,7 @@ class TableResult:
 
 
 class TableGrid(WearerGrid):
-    """Grid of wearers."""
+    """Grid of virtual wearers, each computed with the table alone."""
 
     def __len__(self) -> int:
         return self.cases_count

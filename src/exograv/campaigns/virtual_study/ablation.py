@@ -53,11 +53,11 @@ class Ablated:
     transfer: float | None
     ci95: list[float] | None
     change: float | None
-    """Change of transfer relative to the study with all mechanisms."""
+    """Change of transfer that switching the mechanism off causes; None for the study with all mechanisms."""
 
     change_ci95: list[float] | None
     reason: str | None
-    """Reason for a missing value."""
+    """Reason why a value is missing; None if all values exist."""
 
 
 def ablation(options: StudyOptions, means: FlightResources) -> list[Ablated]:

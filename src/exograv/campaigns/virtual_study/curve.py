@@ -91,7 +91,7 @@ class FallingCurve:
     low: list[float] | None
     high: list[float] | None
     reason: str | None
-    """Reason for a missing band."""
+    """Reason why the band is missing; None if there is a band."""
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ FLIGHT_DAY = 1000
 
 @dataclass(frozen=True)
 class ParticipantResult:
-    """Result of a career."""
+    """Result of one career: all sessions and flights of one virtual person."""
 
     flights: tuple[VirtualFlight, ...]
     files: tuple[str, ...]
@@ -54,7 +54,7 @@ class ParticipantResult:
 
 
 class ParticipantSimulation:
-    """Simulation of one career."""
+    """Simulation of one career: the sessions and flights of one virtual person, in order."""
 
     def __init__(self, career: Career, options: StudyOptions, folder: Path, progress: Progress):
         """Begin before the first session. Recordings go into `folder`."""

@@ -40,7 +40,7 @@ class FlightResources:
 
     processes: int
     tell: Callable[[float], None]
-    """Callback for the finished share [-]."""
+    """Callback that receives the finished share of the work [-]."""
 
 
 def fly_variants(

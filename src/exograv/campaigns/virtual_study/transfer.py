@@ -86,7 +86,7 @@ class TransferFigures:
     transfer: float | None
     ci95: list[float] | None
     reason: str | None
-    """Reason for a missing value."""
+    """Reason why a value is missing; None if all values exist."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class TransferChange:
     change: float | None = None
     ci95: list[float] | None = None
     reason: str | None = None
-    """Reason for a missing value."""
+    """Reason why a value is missing; None if all values exist."""
 
 
 def transfer(found: PairedCareers) -> TransferFigures:

@@ -34,7 +34,7 @@ MATCHES, DIFFERS, NOT_COMPARED = "matches", "does not match", "cannot be compare
 
 @dataclass(frozen=True)
 class FactRow:
-    """Published figure beside ours."""
+    """Published value beside the value of the model."""
 
     what: str
     unit: str
@@ -49,7 +49,7 @@ class FactRow:
     why: str
     ours: float | None = None
     interval: tuple[float, float] | None = None
-    """Interval of 95 % of bootstrap draws over people."""
+    """Interval that holds 95 % of the bootstrap draws over people; None if the fact is not compared."""
 
     verdict: str = field(init=False)
     """Verdict by the mean, so that a wide interval does not make a match."""
@@ -122,7 +122,7 @@ def measured_person(seed: int, habits: Habits | None, tell: Callable[[float], No
 
 
 def rows_of(people: list[ValidatedPerson]) -> list[FactRow]:
-    """Return the rows of the table."""
+    """Compute the model's value and its interval for each published fact, one row of the table per fact."""
     first = {level: _table(people, lambda p, level=level: [t.up_mm for t in p.windows[level][0]]) for level in WINDOWS}
     n = min(table.shape[1] for table in first.values())
     away = first[0.0][:, :n] - first[1.0][:, :n]

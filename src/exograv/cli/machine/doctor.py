@@ -1,4 +1,4 @@
-"""Command `exograv doctor`."""
+"""Command `exograv doctor`: it checks this computer and the installed packages."""
 
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING

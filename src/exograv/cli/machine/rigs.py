@@ -1,4 +1,4 @@
-"""Command `exograv rigs`."""
+"""Command `exograv rigs`: it lists the machines that ship with the package."""
 
 from typing import Any
 

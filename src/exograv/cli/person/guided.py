@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class NewPath:
-    """Path to teach."""
+    """Options of `exograv run teach`: the file of the path to be taught."""
 
     path: Path = Path("out/path.toml")
     """File for the path."""
@@ -28,7 +28,7 @@ class NewPath:
 
 @dataclass(frozen=True)
 class TaughtPath:
-    """Path to repeat."""
+    """Options of a command that repeats a path: the file of the taught path."""
 
     path: Path = Path("out/path.toml")
     """File that `exograv run teach` wrote."""

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Recorded:
-    """Recorded person."""
+    """Option of `exograv run support-level` for a recorded person."""
 
     recording: Path | None = None
     """Recording (MCAP) of a person who reached with several supports, in place of a virtual person."""

@@ -22,7 +22,7 @@ ROOM_FOR_JOINT = 12
 
 @dataclass(frozen=True)
 class Recording:
-    """Recording to replay."""
+    """Options of `exograv data replay`: the recording to replay."""
 
     file: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
     """Recording of `exograv demo`, `exograv arm identify` or `exograv run live` (.mcap)."""

@@ -1,4 +1,4 @@
-"""Command `exograv report`."""
+"""Command `exograv report`: it writes the report of a recording."""
 
 from dataclasses import dataclass, field
 from pathlib import Path

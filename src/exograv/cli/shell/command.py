@@ -51,7 +51,7 @@ class Option:
 
     flag: str
     kind: Any
-    """Type without marks."""
+    """Type of the option's value, without its marks."""
 
     marks: tuple[Any, ...]
     owners: tuple[type, ...]
@@ -59,7 +59,7 @@ class Option:
 
     @property
     def key(self) -> str:
-        """Name in a settings file."""
+        """Name of the option in a settings file."""
         return self.flag.removeprefix("--")
 
     @property
@@ -69,7 +69,7 @@ class Option:
 
     @property
     def help(self) -> str:
-        """Help text."""
+        """Help text of the option: its `help` mark, or else the docstring of its field."""
         texts = [mark.help for mark in self.marks if getattr(mark, "help", None)]
         return texts[-1] if texts else next(filter(None, (_documented(one, self.field) for one in self.owners)), "")
 

@@ -17,9 +17,9 @@ PRESSED = -1
 """Number of a message without a reply."""
 
 Keep = Callable[[str | None, LearnedArm, np.ndarray], str | None]
-"""Writes the file under the given code, or under a random one. Takes the estimate and the predicted residual torque
+"""Callback that stores an identified arm and returns the participant's code.
 
-    [N·m], and returns the code.
+Its arguments are a code (None for a random one), the estimate, and the predicted residual torque [N·m].
 """
 
 

@@ -168,7 +168,7 @@ class RehearsedFlight:
             self._steering.lease(LeaseCommand(round(1e9 * until_s), window), round(1e9 * self._t))
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
-        """Store a message."""
+        """Append a message to `written`; a rehearsal has no recording."""
         self.written.append((topic, t, dict(message)))
 
     def close(self) -> None:

@@ -82,7 +82,7 @@ class SessionController:
             return answer
 
     def keep(self, window_left_s: float | None = None) -> None:
-        """Renew the lease."""
+        """Renew the lease of the steering page at the guard."""
         self._lease_until_s = self.now() + LEASE_S
         self._flight.lease(self._lease_until_s, window_left_s)
 
@@ -91,7 +91,7 @@ class SessionController:
         self._flight.write(topic, t, message)
 
     def close(self) -> None:
-        """Close the flight."""
+        """End the flight and its processes."""
         self._flight.close()
 
     def _done(self, act: Act, by: Who, now: float) -> str:

@@ -135,7 +135,7 @@ class MachineSnapshot(Settings):
 
     gravity_level_asked: Share
     gravity_level: Share
-    """Level in force."""
+    """Felt share of the weight in force now [-]: 0 weightless, 1 full weight."""
     arm_share: Share
     """Share of the arm that is carried."""
 

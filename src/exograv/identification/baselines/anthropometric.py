@@ -17,5 +17,5 @@ class Anthropometric:
         self._t = sample.t
 
     def estimate(self) -> Estimate:
-        """Return the prior."""
+        """Return the prior: the arm of the table, with the table's uncertainty."""
         return Estimate(self._t, self._mean, self._covariance, 0.0, 1.0)

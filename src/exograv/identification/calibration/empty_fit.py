@@ -68,18 +68,18 @@ class ResidualNoise:
     """Size and correlation time of a residual, per joint."""
 
     sd: Joints
-    """Standard deviation [N·m]."""
+    """Standard deviation of the residual [N·m]."""
     correlation_s: Joints
     """Integrated autocorrelation time [s]."""
 
 
 @dataclass(frozen=True)
 class _Left:
-    """Residuals of the nominal torque [N·m]."""
+    """Residuals of the nominal torque, without and with the torque ripple left in [N·m]."""
 
     residual: Samples
     with_ripple: Samples
-    """Residual of a model without ripple [N·m]."""
+    """Residual that still contains the torque ripple, because the model is evaluated without ripple [N·m]."""
 
 
 @dataclass(frozen=True)
@@ -90,9 +90,9 @@ class Fit:
     theta: Unknowns
     covariance: Float[np.ndarray, "unknown unknown"]
     noise: ResidualNoise
-    """Noise of the residual of the nominal torque."""
+    """Noise of the residual with the ripple removed."""
     noise_and_ripple: ResidualNoise
-    """Noise of the residual of a model without ripple."""
+    """Noise of the residual that still contains the ripple."""
 
     @property
     def sd(self) -> Unknowns:

@@ -48,7 +48,7 @@ class Calibration:
     """Encoder offsets: measured minus true position [rad]."""
     offset_sd: Joints
     phi_sd: Float[np.ndarray, "joint 10"]
-    """Standard deviations of the links' inertial parameters."""
+    """Standard deviations of the links' inertial parameters, in the units of `phi`."""
 
 
 def calibrate(description: RigDescription, tree: Tree, sweeps: Sweeps) -> Calibration:

@@ -20,13 +20,13 @@ class RequestedMotion:
     """Requested motion, through the same filter as the measurements."""
 
     q: Joints
-    """[rad]"""
+    """Requested joint position [rad]."""
 
     v: Joints
-    """[rad/s]"""
+    """Requested joint velocity [rad/s]."""
 
     a: Joints
-    """[rad/s²]"""
+    """Requested joint acceleration [rad/s²]."""
 
 
 @dataclass(slots=True)
@@ -37,13 +37,13 @@ class Sample:
     """Time of motion since the first sample [s]."""
 
     q: Joints
-    """[rad]"""
+    """Filtered joint position [rad]."""
 
     v: Joints
-    """[rad/s]"""
+    """Filtered joint velocity [rad/s]."""
 
     a: Joints
-    """[rad/s²]"""
+    """Filtered joint acceleration [rad/s²]."""
 
     tau: Joints
     """Measured torque of the joints [N·m]."""
@@ -121,7 +121,7 @@ class TorqueModel(Protocol):
 
 @runtime_checkable
 class Method(Protocol):
-    """Identification method."""
+    """Interface of an identification method: it takes samples and returns estimates."""
 
     name: str
 
@@ -139,7 +139,7 @@ class Rest:
     """Posture in which the relaxed arm was held at rest, with the averaged measurements."""
 
     q: Joints
-    """[rad]"""
+    """Joint position at rest [rad]."""
 
     tau: Joints
     """Motor torque from the current, friction included [N·m]."""

@@ -20,7 +20,8 @@ class RegressorTrajectory:
     """Regressor and related quantities along a motion; derivatives are with respect to (q, v, a), 3 · joint entries."""
 
     H: Float[np.ndarray, "sample joint parameter"]
-    """Derivative of the torque with respect to the parameters."""
+    """Derivative of the expected torque with respect to the parameters (the regressor) [N·m per unit of the parameter].
+    """
 
     tau: Series
     """Expected torque [N·m]."""

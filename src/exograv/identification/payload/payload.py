@@ -44,12 +44,12 @@ class RobotBlocks:
 
     @property
     def coulomb(self) -> slice:
-        """Coulomb friction [N·m]."""
+        """Slice of the Coulomb friction in the parameter vector [N·m]."""
         return self._joint_block(1)
 
     @property
     def viscous(self) -> slice:
-        """Viscous friction per speed [N·m·s/rad]."""
+        """Slice of the viscous friction in the parameter vector [N·m·s/rad]."""
         return self._joint_block(2)
 
     @property

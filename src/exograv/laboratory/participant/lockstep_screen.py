@@ -35,7 +35,7 @@ class LockstepScreen:
     controller: Controller
     seat: ScreenSeat
     verify: Callable[[], None]
-    """Checks the compensation while the run is paused."""
+    """Callback that checks the compensation while the run is paused."""
 
     verify_every: int = 0
     """Number of windows between two verifications; 0 for never."""

@@ -56,10 +56,14 @@ class ScreenSession:
     """Sources in the order of their evaluation: the touch panel, then the aircraft if there is one."""
 
     see: Callable[[float, ParticipantPicture], None] | None = None
-    """Receives the participant's page after every step, with the time [s]."""
+    """Callback that receives the time [s] and the participant's page after every step."""
 
     def tell(self, t: float, *noticed: Event) -> None:
-        """Feed the run the events that arrived until `t` [s], then `noticed`, then the time; show the page."""
+        """Advance the run to time `t` [s] and show the participant's page.
+
+        The run first receives the events of all sources up to `t`, then the events `noticed` by the caller, then the
+        time.
+        """
         for source in self.sources:
             for event in source(t):
                 self.run.feed(event)

@@ -76,7 +76,7 @@ class ReplayedDecisions:
 
     @classmethod
     def of(cls, ticks: int, joints: int) -> "ReplayedDecisions":
-        """Return empty decisions."""
+        """Return arrays for the decisions of `ticks` ticks, to be filled in."""
         nothing = np.full((ticks, joints), np.nan)
         known = np.ones((3, ticks), bool)
         return cls(nothing, nothing.copy(), np.zeros(ticks, dtype=np.int64), known[0], known[1], known[2])

@@ -24,7 +24,7 @@ SINCE = 3
 """First version of the recording format that holds the inputs of control."""
 
 UNUSABLE = (KeyError, TypeError, ValueError, IndexError, AttributeError)
-"""Errors that content in an unknown form causes."""
+"""Exceptions that are raised when a recording's content has an unknown form."""
 
 
 @dataclass(frozen=True)

@@ -130,7 +130,7 @@ class SceneDescription:
 
 
 def point_of(vector: Vector) -> Point:
-    """Vector as three plain numbers."""
+    """Return a vector as a tuple of three numbers."""
     x, y, z = vector.tolist()
     return x, y, z
 

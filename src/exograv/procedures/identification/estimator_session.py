@@ -47,7 +47,7 @@ class Identification:
     predicted: list[np.ndarray | None] = field(default_factory=list)
     """Left over that each estimate predicts for itself (joint,) [N·m]; None if the method states no uncertainty."""
     stop_s: float | None = None
-    """Time at which the stop rule would have ended the motion [s]."""
+    """Time at which the stop rule would have ended the motion [s]; None if it would not have ended it."""
     outcome: Outcome = Outcome.RUNNING
     why: str = ""
     """Figures behind the outcome; empty if the method states none."""
@@ -56,7 +56,7 @@ class Identification:
 
     @property
     def last(self) -> Estimate:
-        """Final estimate."""
+        """Estimate after the last sample."""
         return self.estimates[-1]
 
 

@@ -66,7 +66,7 @@ class Identifier:
         return self._learner.followers
 
     def __call__(self, moment: TickSample) -> None:
-        """Take one tick."""
+        """Learn from one tick."""
         tau = moment.tau_measured if self._torque_source == "current" else moment.tau_commanded
         self._ticks += 1
         if self._pilot.recording is not None and self._ticks % SKELETON_TICKS == 0:

@@ -50,7 +50,7 @@ class MethodProgress:
     stop_s: float | None = None
     outcome: Outcome = Outcome.RUNNING
     reached_s: float | None = None
-    """Time from which the prediction stayed within the stop rule's target [s]."""
+    """Time from which the prediction stayed within the stop rule's target [s]; None if it never did."""
 
     def judge(self, estimate: Estimate, predicted: np.ndarray) -> None:
         """Judge one estimate; call once a second."""
@@ -80,7 +80,7 @@ class ProgressFigures:
 
 @dataclass(frozen=True)
 class WarmStartFigures:
-    """Gain of a participant's file."""
+    """Comparison of the start from a participant's file with the start from the table."""
 
     code: str
     file: Path

@@ -73,7 +73,7 @@ class LogResult:
 
     payload: PayloadFigures
     time_to_10pct_s: float | None
-    """Time of motion from which the mass stayed within 10 % of the known one [s]."""
+    """Time of motion from which the mass stayed within 10 % of the known one [s]; None if it never did."""
     duration_s: float
     samples: int
     outcome: PayloadOutcome

@@ -31,8 +31,8 @@ REST_WITHIN_S = 5.0  # after a descent, since a light machine sinks slowly while
 
 Joints = Float[np.ndarray, " joint"]
 Press = Callable[[Guard], None]
-"""Function that presses Stop: directly on the twin; on hardware the operator is asked, and the button's line reports to
-the guard."""
+"""Callback that triggers Stop. On the twin it acts directly. On hardware the operator is asked to press the button,
+whose line reports to the guard."""
 
 
 def press_software_stop(guard: Guard) -> None:
@@ -42,7 +42,7 @@ def press_software_stop(guard: Guard) -> None:
 
 @dataclass(frozen=True)
 class TestedMachine:
-    """Machine under test."""
+    """Machine under test: its model, its calibration, and the rig that moves it."""
 
     description: RigDescription
     tree: Tree
@@ -90,7 +90,7 @@ class SelfTestRun:
         return self.description.joints
 
     def tau(self, passed: RecordedTicks) -> Float[np.ndarray, "tick joint"]:
-        """Measured torque [N·m]."""
+        """Measured torque, less the torque that the motors report at zero command [N·m]."""
         return self.gain * passed.current - self.zero
 
     def fly(self, controller: Controller, seconds: float, text: str) -> RecordedTicks:

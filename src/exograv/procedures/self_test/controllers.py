@@ -10,7 +10,7 @@ Joints = Float[np.ndarray, " joint"]
 
 
 class CarryController:
-    """Controller that only carries the machine by its calibration. An error of the calibration shows as drift."""
+    """Controller that compensates only the machine's weight and damps it. A wrong calibration shows as drift."""
 
     closure_slope, clearance = 0.0, 1.0
 

@@ -61,7 +61,7 @@ class VerifyResult:
     identification: VerifiedIdentification
     self_test: str
     truth_Nm: list[float] | None
-    """Left over by the true parameters of a simulated machine and person."""
+    """True left over of a simulated machine and person, RMS per joint [N·m]; None for a real machine."""
     live: object | None = field(default=None, metadata=OPTIONAL)
     """Figures of the live run on drives."""
     before: ArmChange | None = field(default=None, metadata=OPTIONAL)

@@ -51,7 +51,7 @@ class PassListener:
         self.begin(self.posture)
 
     def __call__(self, moment: TickSample) -> None:
-        """Take one tick."""
+        """Collect the sample of one tick."""
         self.take(moment.state.q, moment.tau_measured, moment.reference.q)
 
     def take(self, q: Joints, tau: Joints, q_asked: Joints) -> None:

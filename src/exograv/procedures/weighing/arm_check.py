@@ -49,7 +49,7 @@ class ArmCheck:
     """Estimated mass of the arm [kg]."""
 
     sd: float
-    """Standard deviation [kg]."""
+    """Standard deviation of `arm_mass` [kg]."""
 
     like_kg: float
     """Body mass that fits this arm best [kg]."""

@@ -17,7 +17,7 @@ class SampleCollector:
         self.samples: list[Sample] = []
 
     def __call__(self, sample: Sample) -> None:
-        """Take one sample."""
+        """Add a sample to the running average, and store each complete average."""
         mean = self._averages.take(sample)
         if mean is not None:
             self.samples.append(mean)
@@ -30,12 +30,12 @@ class MotionListener:
         self._filter, self._kept = SampleFilter(joints, dt), SampleCollector()
 
     def __call__(self, moment: TickSample) -> None:
-        """Take one tick."""
+        """Filter the measurement of one tick. Samples are stored after the filter has settled."""
         sample = self._filter.update(moment.state.q, moment.tau_measured)
         if self._filter.settled:
             self._kept(sample)
 
     @property
     def samples(self) -> list[Sample]:
-        """Samples so far."""
+        """Averaged samples that were stored so far."""
         return self._kept.samples

@@ -35,7 +35,7 @@ class WeighingPath:
     """First posture, in which less torque is needed [rad]."""
 
     high: Joints
-    """Second posture [rad]."""
+    """Second posture, at the other end of the path [rad]."""
 
     speed: float
     """Largest speed of a joint [rad/s]."""

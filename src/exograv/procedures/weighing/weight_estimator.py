@@ -25,13 +25,13 @@ STEPS = 2  # Gauss-Newton steps; the second one also knows the samples with unus
 
 @dataclass(frozen=True)
 class Weighing:
-    """Estimated weight."""
+    """Estimate of an unknown weight, with its uncertainty."""
 
     mass: float
     """Estimated mass [kg]."""
 
     sd: float
-    """Standard deviation [kg]."""
+    """Standard deviation of `mass` [kg]."""
 
     place: WeightPlace = "hand"
 

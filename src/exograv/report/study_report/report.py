@@ -33,7 +33,7 @@ class StudyReportResult:
     report: Path
     pdf: Path | None
     remark: str | None
-    """Reason why there is no PDF."""
+    """Reason why there is no PDF; None if there is a PDF."""
 
 
 def write_study_report(path: Path, tell: Callable[[str], object] = lambda text: None) -> StudyReportResult:

@@ -34,7 +34,7 @@ class FrameLink(Protocol[HeardFrame]):
         ...
 
     def close(self) -> None:
-        """Close the adapter."""
+        """Close the bus adapter."""
         ...
 
 
@@ -93,7 +93,7 @@ class Cycle(ABC, Generic[AnyFrame, AnyNode]):
 
     @abstractmethod
     def _send_question(self) -> None:
-        """Ask all drives."""
+        """Send the question of this period to all drives."""
 
     @abstractmethod
     def _is_of_another_host(self, frame: AnyFrame) -> bool:

@@ -202,7 +202,7 @@ class Driver(ABC, Generic[AnyNode]):
 
     @abstractmethod
     def _close(self) -> None:
-        """Close the bus."""
+        """Close the connection to the bus."""
 
     @abstractmethod
     def _link_counts(self) -> Counter[str]:

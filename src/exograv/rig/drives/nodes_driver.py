@@ -46,7 +46,7 @@ class NodesDriver(Driver[AnyNode], Generic[AnyNode, AnyLink]):
 
     @abstractmethod
     def _opened(self) -> AnyLink:
-        """Open the adapter."""
+        """Open the adapter and return it."""
 
     @abstractmethod
     def _cycle_on(self, link: AnyLink) -> Cycle[Any, AnyNode]:

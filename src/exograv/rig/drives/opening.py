@@ -18,7 +18,7 @@ EXTRAS = {"canopen": "can"}
 
 @runtime_checkable
 class DrivenRig(Rig, Powered, Protocol):
-    """Machine of drives."""
+    """Machine whose joints are moved by drives on a bus."""
 
     def __enter__(self) -> "DrivenRig": ...
 

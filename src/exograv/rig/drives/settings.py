@@ -93,7 +93,7 @@ class Drive(Settings):
 
 
 class DrivesSettings(Settings):
-    """Contents of `drives.toml`."""
+    """Settings of a `drives.toml`: one bus, and one drive per joint."""
 
     schema_version: Literal[1]
     rig: str

@@ -74,7 +74,7 @@ class Timing:
 
     @property
     def effective_rate_Hz(self) -> float:
-        """Commands per second."""
+        """Commands per second, over the whole loop."""
         return len(self.period) / self.seconds
 
     @property

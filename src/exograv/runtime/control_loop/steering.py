@@ -84,7 +84,7 @@ class CommandDecisions:
         self._is_lost = self._gives_back = False
 
     def lease(self, word: LeaseCommand, now_ns: int) -> None:
-        """Renew the lease."""
+        """Renew the lease of the steering page."""
         self._lease_until_ns = min(word.until_ns, now_ns + LEASE_MAX_NS)
         self._window_until_ns = -1 if word.window_until_ns is None else word.window_until_ns
         self._on_loss = word.on_loss

@@ -35,7 +35,7 @@ class OutletsJob:
 
 @dataclass(frozen=True)
 class _Columns:
-    """Numerical stream."""
+    """Stream of numbers: its name, its type in LSL, and its fields."""
 
     name: str
     kind: str

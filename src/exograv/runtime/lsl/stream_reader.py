@@ -38,7 +38,7 @@ KEPT_S = 360
 """Data that LSL keeps if the recorder stands still [s]."""
 
 Hand = Callable[[int, float, bytes], bool]
-"""Function that takes kind, CLOCK_MONOTONIC [s] and data of a block, and returns True if there was room."""
+"""Callback that receives kind, CLOCK_MONOTONIC [s] and data of a block. It returns True if there was room."""
 
 Note = Callable[[StreamNote], object]
 
@@ -141,7 +141,10 @@ class StreamReader:
             self._hand(CORRECTED, asked, row.tobytes())
 
     def _look_elsewhere(self) -> None:
-        """Raise if the device is back as another outlet: a device that is switched off leaves its old one open."""
+        """Raise `_GoneError` if the device now publishes another outlet.
+
+        A device that was switched off leaves its old outlet open, so that the old connection shows no error.
+        """
         there = lsl().resolve_bypred(self._found.predicate, 1, LOOK_S)
         if there and self._uid not in {info.uid() for info in there}:
             raise _GoneError("it has come back as another outlet")

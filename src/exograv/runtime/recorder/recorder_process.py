@@ -94,7 +94,7 @@ class RecorderJob:
     path: Path
     joints: tuple[str, ...]
     settings: Mapping[str, Any]
-    """Message of `/settings`."""
+    """Content of the channel `/settings`."""
 
     inlet: Inlet
     status: str
@@ -232,7 +232,7 @@ class _Desk:
         self._say()
 
     def finish(self, timing: TimingMessage | None) -> None:
-        """Complete the file."""
+        """Write the end of the file, so that the recording is complete."""
         self.save()
         while self._intake is not None and self._intake.take():
             pass

@@ -123,7 +123,7 @@ class Bridge:
         return level
 
     def remark(self, text: str) -> None:
-        """Publish a remark."""
+        """Publish a sentence on the topic for remarks."""
         self._remark.send(string(text))
 
     def close(self) -> None:

@@ -63,7 +63,7 @@ class Ros2Figures:
     """Figures of the bridge."""
 
     joint_states: int | None
-    """Number of messages that were published."""
+    """Number of joint-state messages that were published."""
 
     levels: list[AcceptedLevel]
     refused: dict[str, int]
@@ -128,7 +128,7 @@ class Bridging:
         return Ros2Figures(self._published, levels, dict(self.levels.refused), self._ended)
 
     def close(self) -> None:
-        """End the bridge."""
+        """End the bridge process."""
         if self._child is None:
             return
         self._child.send(None)

@@ -98,12 +98,12 @@ def joint_state(
 
 
 def float64(value: float) -> bytes:
-    """Return a `Float64`."""
+    """Return a `Float64` message as bytes."""
     return LITTLE_ENDIAN + struct.pack("<d", value)
 
 
 def string(value: str) -> bytes:
-    """Return a `String`."""
+    """Return a `String` message as bytes."""
     writer = _Writer()
     writer.text(value)
     return writer.message

@@ -84,7 +84,7 @@ class Ros2Node:
         self._declare(SUBSCRIPTION, topic, kind)
 
     def close(self) -> None:
-        """Leave the graph."""
+        """Remove the node from the ROS 2 graph."""
         self._session.close()
 
     def _declare(self, what: str, topic: str, kind: MessageType) -> None:

@@ -21,7 +21,7 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class MotionChannel:
-    """Column of numbers."""
+    """Column of a motion recording in the terms of BIDS: name, component, type and unit."""
 
     name: str
     type: Type

@@ -33,7 +33,7 @@ FILL_MAX_S = 3600.0
 
 @dataclass(frozen=True)
 class RowBlock:
-    """Rows that follow each other."""
+    """Consecutive rows without a gap."""
 
     t: Float[np.ndarray, " row"]
     """Time of the row's tick [s]; interpolated between its neighbours if the tick is missing."""

@@ -98,7 +98,7 @@ class Devices:
         self._stack.close()
 
     def take(self, topic: str, block: StreamBlock) -> None:
-        """Write some samples."""
+        """Write the samples of a block, if its stream is exported."""
         if topic in self._writers:
             self._writers[topic].take(block)
 
@@ -134,7 +134,7 @@ class _Physio:
 
     @property
     def starts_s(self) -> float:
-        """Beginning after the motion's [s]."""
+        """Time from the first sample of the motion to that of this stream [s]."""
         return 0.0 if self.first is None else self.first - self._begin
 
     def take(self, block: StreamBlock) -> None:

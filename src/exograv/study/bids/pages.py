@@ -90,7 +90,7 @@ class PageContent:
         return f"{self.settings.name} ({SIMULATED})" if self.is_simulated else self.settings.name
 
     def write(self, root: Path) -> None:
-        """Write all pages."""
+        """Write all pages into the folder of the data set."""
         write_json(root / "dataset_description.json", self._description("raw"))
         write_json(root / TIDY / "dataset_description.json", self._description("derivative"))
         write_text(root / "CHANGES", self._changes())

@@ -41,7 +41,7 @@ class RecordedBody(Settings):
 
 
 class SourceNote(Settings):
-    """Content of `source.json`."""
+    """Content of `source.json`: the origin of one raw file."""
 
     file: str
     """Name of the stored file, made from the code. The original name is not stored."""

@@ -100,7 +100,7 @@ def _value(name: str, cell: str, number: Callable[[str], float | None]) -> Any:
 
 
 def _deviation(told: Mapping[str, Any], axis: str) -> float:
-    """Contact minus target [px]."""
+    """Return contact minus target along an axis [px]."""
     target, said = told.get(f"target_{axis}_px"), told.get(f"deviation_{axis}_px")
     if target is None:
         if said is None:

@@ -8,7 +8,7 @@ from exograv.model.rig_settings import Settings
 
 
 class XdfMapping(Settings):
-    """Content of the file."""
+    """Mapping from XDF channels to columns of touches: name of the stream, channel per column, and fixed values."""
 
     stream: Annotated[str, Field(min_length=1)]
     """Name of the stream that has one sample per touch."""

@@ -51,7 +51,7 @@ class MeasuredReach:
     sparc: float
     ldlj: float
     course: Float[np.ndarray, "point axis"]
-    """Positions at `COMPARED` times, from the beginning to the touch."""
+    """Positions at the relative times `COMPARED`, from the beginning of the reach to the touch."""
 
 
 def reaches(motion: Motion, opened_s: float, touches_s: Sequence[float]) -> Iterator[MeasuredReach | None]:

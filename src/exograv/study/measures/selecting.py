@@ -13,12 +13,12 @@ def rows(table: pd.DataFrame, is_chosen: Any) -> pd.DataFrame:
 
 
 def column(table: pd.DataFrame, name: str) -> pd.Series:
-    """Select one column."""
+    """Return one column of a table as a series."""
     return cast(pd.Series, table[name])
 
 
 def columns(table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
-    """Select several columns."""
+    """Return several columns of a table as a table."""
     return cast(pd.DataFrame, table[list(names)])
 
 

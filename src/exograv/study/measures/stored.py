@@ -26,7 +26,7 @@ ABOUT = b"exograv sources"
 """Metadata key of the files for version, hash of each session's source, and `StoredMeasures.unpublished`."""
 
 Key = tuple[str, str, int]
-"""Participant, protocol, session."""
+"""Key of a session: participant, protocol, number of the session."""
 
 OF_RECORDINGS = sorted({m.name for m in MEASURES if m.origin != "touches"})
 

@@ -81,7 +81,7 @@ class StudyData:
 
     @property
     def compared_words(self) -> str:
-        """Description of `compared`."""
+        """Description of the touches in `compared`, as a part of a sentence."""
         return f"{PRIMARY} sessions" if self.has_primary else "last session of each person, as no participant flew"
 
     @property

@@ -27,7 +27,7 @@ MEASURED = (
     Column("low", "float64", "unit", "lower end of the 95 % interval, if the measure has one", is_nullable=True),
     Column("high", "float64", "unit", "upper end of that interval", is_nullable=True),
 )
-"""Columns of `measures.parquet`."""
+"""Columns of the table `measures.parquet`."""
 
 SESSION = ATTEMPT[:3]
 Row = dict[str, Any]

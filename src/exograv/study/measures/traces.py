@@ -24,7 +24,7 @@ TRACES = (
     Column("joint_speed_rad_per_s", "float64", "rad/s", "median over windows of the joints' speed (norm)",
            is_nullable=True),
 )  # fmt: skip
-"""Columns of `traces.parquet`."""
+"""Columns of the table `traces.parquet`."""
 
 Sampled = Float[np.ndarray, " time"]
 

@@ -63,7 +63,7 @@ class PosteriorGrid:
     sd: Float[np.ndarray, " node"]
 
     def cdf(self, difference: float) -> float:
-        """Probability of a smaller difference."""
+        """Return the probability that the difference is smaller than `difference`."""
         return float(self.weight @ stats.norm.cdf((difference - self.mean) / self.sd))
 
     def quantile(self, share: float) -> float:

@@ -86,7 +86,7 @@ class Spread:
     median: float | None
     quartiles: tuple[float, float] | None
     iqr: float | None = field(init=False)
-    """Interquartile range."""
+    """Interquartile range, in the unit of `median`; None without quartiles."""
 
     def __post_init__(self):
         iqr = None if self.quartiles is None else self.quartiles[1] - self.quartiles[0]
@@ -99,7 +99,8 @@ class MixedFit:
 
     formula: str
     ratio: float | None
-    """Ratio of the first group to the second, in the middle of the session."""
+    """Ratio of the deviation of the first group to that of the second, in the middle of the session [-]; None if the
+    fit failed."""
 
     interval: Interval | None
     p_wald: float | None
@@ -107,16 +108,16 @@ class MixedFit:
     """P-value by Student's t, with the number of people minus the number of groups as degrees of freedom."""
 
     change_per_window: float | None
-    """Change of the difference in log deviation from window to window."""
+    """Change per window of the difference in log deviation between the groups [log units]; None if the fit failed."""
 
     p_change: float | None
-    """Wald p-value of `change_per_window`."""
+    """Wald p-value of `change_per_window`; None if the fit failed."""
 
     person_sd: float | None
-    """Standard deviation between people of a group [log units]."""
+    """Standard deviation between people of a group [log units]; None if the fit failed."""
 
     touch_sd: float | None
-    """Standard deviation between touches of a person [log units]."""
+    """Standard deviation between touches of a person [log units]; None if the fit failed."""
 
     converged: bool
     remarks: tuple[str, ...]
@@ -169,7 +170,7 @@ class StudyFindings:
     """People and touches that were left out, and the reason; one sentence each."""
 
     spread: dict[str, Spread]
-    """Distribution by group."""
+    """Distribution of the touches of each group, by the name of the group."""
 
     primary: Test
     effect: Effect

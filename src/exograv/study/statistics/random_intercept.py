@@ -50,7 +50,7 @@ def sums_of(counted: pd.DataFrame, groups: tuple[str, str]) -> SufficientStatist
 
 @dataclass(frozen=True)
 class Components:
-    """Estimates by REML."""
+    """Estimates of the mixed model by REML: difference, its error, and variances."""
 
     difference: Float[np.ndarray, " study"]
     """Difference of the groups, first minus second."""

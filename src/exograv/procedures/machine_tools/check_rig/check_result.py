@@ -49,7 +49,7 @@ class CheckResult:
     rig: str
     side: str | None = None
     rank: int | None = None
-    """Freedoms of the arm that the cuffs hold."""
+    """Number of freedoms of the arm that the cuffs determine."""
     human_dof: int | None = None
     unsupported: list[str] = field(default_factory=list)
     largest_arm_kg: float | None = None

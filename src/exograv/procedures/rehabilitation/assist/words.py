@@ -19,21 +19,21 @@ Language = Literal["en", "de"]
 
 @cache
 def page_words(language: Language) -> Mapping[str, str]:
-    """Texts of the page, by name, with gaps."""
+    """Load the texts of the page, by name. A text may have placeholders for values."""
     words = json.loads(Path(__file__).with_name("words.json").read_text(encoding="utf-8"))
     return words[language]
 
 
 @dataclass(frozen=True)
 class AssistTexts:
-    """Texts in one language."""
+    """Texts of assist-as-needed in one language: sentences of the decisions, and texts of the page."""
 
     language: Language
     sentences: Mapping[Language, Mapping[str, str]]
-    """Sentences of the decisions, by code, with gaps."""
+    """Sentences that explain the decisions, by code of the decision, with placeholders for values."""
 
     def page(self, name: str, **gaps: object) -> str:
-        """Return a text of the page, with its gaps filled."""
+        """Return a text of the page with the values filled in."""
         return page_words(self.language)[name].format(**gaps)
 
     def decided(self, block: AssistBlock) -> str:

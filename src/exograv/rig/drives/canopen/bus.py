@@ -83,7 +83,7 @@ class Bus:
                 return CanFrame(message.arbitration_id, bytes(message.data))
 
     def close(self) -> None:
-        """Close the adapter."""
+        """Close the CAN adapter."""
         self.adapter.shutdown()
 
     def _is_ours_or_none(self, message) -> bool:

@@ -20,7 +20,7 @@ class Cia402State(enum.Enum):
 
 
 SHUTDOWN, SWITCH_ON, ENABLE, DISABLE_VOLTAGE, QUICK_STOP, RESET = 0x06, 0x07, 0x0F, 0x00, 0x02, 0x80
-"""Control words."""
+"""Control words that request a transition of the CiA 402 state machine."""
 
 MASKED = (
     (0x4F, 0x00, Cia402State.NOT_READY),

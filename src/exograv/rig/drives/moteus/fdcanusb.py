@@ -73,7 +73,7 @@ class Fdcanusb:
         self._fd = _opened(path)
 
     def close(self) -> None:
-        """Close the adapter."""
+        """Close the adapter's serial device."""
         os.close(self._fd)
 
     def send(self, lines: bytes) -> None:

@@ -96,7 +96,7 @@ class SimulatedDevices(ABC):
 
     @abstractmethod
     def _close(self) -> None:
-        """Close the bus."""
+        """Close the simulated bus."""
 
     @abstractmethod
     def _serve(self, seconds: float) -> None:

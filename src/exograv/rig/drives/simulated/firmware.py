@@ -27,10 +27,10 @@ class Output:
     """Output of a drive to its motor."""
 
     current: float
-    """Current [A]."""
+    """Current in the motor [A]."""
 
     damping: float
-    """Damping [N·m·s/rad]."""
+    """Damping that the drive adds to the torque of the current [N·m·s/rad]."""
 
 
 class SimulatedDrive:

@@ -52,7 +52,10 @@ class UdpNode(Node):
         return self.is_wanted
 
     def take(self, said: tuple[Any, ...]) -> None:
-        """Take the drive's part of a state. A drive that the controller does not hear keeps its last position."""
+        """Store the part of a controller's state that belongs to this drive.
+
+        If the controller has no contact with the drive, the last valid position is kept and the current is set to zero.
+        """
         self._misses, self.code, self.temperature_C = 0, said[CODE], said[TEMPERATURE]
         self.is_wanted, self.fault = _bits(said[STATUS] & STATUSES, said[FAULT] & FAULTS)
         if said[STATUS] & PRESENT:
@@ -61,7 +64,7 @@ class UdpNode(Node):
             self.current = 0.0
 
     def miss(self, is_lost: bool) -> None:
-        """Note that no state has come for this tick; `is_lost` if the last one is too old."""
+        """Note that no state has arrived in this tick; `is_lost` is True if the last state is too old."""
         self._misses = 1
         if is_lost:
             self.hold_against(DriveFault.LOST)

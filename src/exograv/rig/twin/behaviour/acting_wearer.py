@@ -27,28 +27,28 @@ class Nerves:
     """Parameters that are the same at every freedom."""
 
     reflex_share: float = constant(0.5, "-", "assumed", "below 1 the delay cannot make it unstable", 0.0, 0.9)
-    """Reflex torque over elastic torque at the same error."""
+    """Ratio of the reflex torque to the elastic torque at the same error [-]."""
 
     delay: float = constant(
         0.06, "s", "source", "long-latency responses of shoulder, elbow and wrist come 50–100 ms after a perturbation, "
         "https://ir.lib.uwo.ca/brainpub/781/ (abstract)", 0.05, 0.1,
     )  # fmt: skip
-    """Delay of the reflex."""
+    """Delay of the reflex [s]."""
 
     muscle_lag: float = constant(0.04, "s", "unverified", "models of the arm use 30–60 ms", 0.03, 0.06)
-    """Time constant from command to torque."""
+    """Time constant from the command to the torque of a muscle [s]."""
 
     hold_rate: float = constant(
         1.0, "1/s", "assumed", "holding torque is an integral of error: Albert et al. (2020), eLife 9:e52507",
         0.3, 2.0,
     )  # fmt: skip
-    """Rate at which a lasting error increases the holding torque, over stiffness."""
+    """Rate at which a lasting error increases the holding torque, relative to the stiffness [1/s]."""
 
     hold_threshold: float = constant(
         float(np.deg2rad(0.8)), "rad", "source", "joint-angle SD of proprioception 0.6–1.1°, van Beers et al. (1998)",
         float(np.deg2rad(0.6)), float(np.deg2rad(1.1)),
     )  # fmt: skip
-    """Error below which no error is felt and the holding torque does not change."""
+    """Error below which no error is felt, so that the holding torque does not change [rad]."""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,10 @@ ABSENT = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class LevelRow:
-    """Disturbance: its meaning, and its size at levels 0 to 4, in columns where the table distinguishes cases."""
+    """Kind of disturbance: its meaning, and its size at each of the levels 0 to 4.
+
+    A disturbance with several cases, such as joints or axes, has one column of sizes per case.
+    """
 
     meaning: str
     columns: Mapping[str, tuple[Value, Value, Value, Value, Value]]

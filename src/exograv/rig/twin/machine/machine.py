@@ -23,7 +23,7 @@ class TrueFriction:
     """Friction of the drives at the joint, on the motor's side of the gear; one entry per joint."""
 
     coulomb: Joints
-    """Coulomb friction [N·m]."""
+    """True Coulomb friction of each joint [N·m]."""
 
     breakaway: Joints
     """Breakaway friction over Coulomb friction [-]."""
@@ -32,7 +32,7 @@ class TrueFriction:
     """Speed over which friction falls from breakaway to Coulomb [rad/s]."""
 
     viscous: Joints
-    """Viscous friction [N·m·s/rad]."""
+    """True viscous friction of each joint [N·m·s/rad]."""
 
     load_share: Joints
     """Additional Coulomb friction per torque through the gear [-]."""

@@ -46,7 +46,7 @@ class SampleBody:
     """Mean body mass [kg]."""
 
     height: float
-    """Mean height [m]."""
+    """Mean height of the sample [m]."""
 
 
 SAMPLE: Mapping[Sex, SampleBody] = {
@@ -60,7 +60,7 @@ class SegmentRows:
     """Data of the sources about one segment of one sex."""
 
     mass: Regression
-    """Mass [kg]."""
+    """Regression of the segment's mass [kg]."""
 
     centre: Regression
     """Centre of mass from the distal landmark (radiale, stylion, fingertip): men [cm], women [% of landmark length]."""

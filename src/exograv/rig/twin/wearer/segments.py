@@ -21,10 +21,10 @@ class Body:
 
     sex: Sex
     height: float
-    """Body height [m]."""
+    """Height of the person [m]."""
 
     mass: float
-    """Body mass [kg]."""
+    """Mass of the whole body [kg]."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Segment:
     """Length from proximal to distal joint centre; for the hand, from wrist to fingertip [m]."""
 
     mass: float
-    """Mass [kg]."""
+    """Mass of the segment [kg]."""
 
     com: Float[np.ndarray, " 3"]
     """Centre of mass [m]."""

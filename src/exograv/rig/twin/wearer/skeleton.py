@@ -51,7 +51,7 @@ class Bone:
     """Origin in the parent's frame, or relative to the shoulder centre [m]."""
 
     mass: float
-    """Mass [kg]."""
+    """Mass of the body that moves with the bone [kg]."""
 
     com: Vector
     """Centre of mass in the bone's frame [m]."""

@@ -128,10 +128,10 @@ class _Told:
     """Commands that reach the drives in one step, one entry per joint."""
 
     tau: ca.SX
-    """Torque [N·m]."""
+    """Commanded torque of each joint [N·m]."""
 
     damping: ca.SX
-    """Damping [N·m·s/rad]."""
+    """Commanded damping of each joint [N·m·s/rad]."""
 
 
 def _arriving(machine: Machine, now: StepInput) -> tuple[_Told, ca.SX]:

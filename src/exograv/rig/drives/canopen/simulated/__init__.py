@@ -1,1 +1,1 @@
-"""Simulated CANopen drives."""
+"""Simulated CANopen drives on a virtual CAN bus, for tests without hardware."""

@@ -1,1 +1,1 @@
-"""Simulated moteus controllers."""
+"""Simulated moteus controllers on a virtual bus, for tests without hardware."""

@@ -42,7 +42,7 @@ class Subframe(NamedTuple):
     """First register; of a poll, the largest size of the answer."""
     values: tuple[Number, ...] = ()
     n: int = 0
-    """Number of registers."""
+    """Number of registers in the subframe."""
     text: bytes = b""
 
 
