@@ -46,7 +46,7 @@ class RestingTorque:
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine):
         self._n = assembly.n
-        self._batch = kernel.compile(_resting_function(assembly, machine), lanes=0, shared=("mode",))
+        self._batch = kernel.compile(kernel.Recipe(_resting_function, (assembly, machine)), lanes=0, shared=("mode",))
         self._solver, self._layout, self._arm = LoopSolver(assembly), ParameterLayout.of(assembly), assembly.arm
         self._bound: dict[int, kernel.BoundBatch] = {}
 

@@ -4,3 +4,4 @@ from .batch import Batch as Batch
 from .batch import BoundBatch as BoundBatch
 from .compilation import compile as compile
 from .interface import Kernel as Kernel
+from .recipe import Recipe as Recipe

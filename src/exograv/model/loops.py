@@ -191,17 +191,8 @@ class LoopSolver:
         self._donning = assembly.description.donning_posture
         self._arm, self._arm_donning = assembly.arm, assembly.description.arm_donning_posture
         names = fit_names(assembly)
-        y, z, fit = ca.SX.sym("y", assembly.n), ca.SX.sym("z", assembly.n_freedoms), ca.SX.sym("fit", len(names))
-        residuals, cosines = cuff_residuals(assembly, y, z, fit)
-        weighted = ca.sqrt(scaled_stiffness(assembly, fit)) * residuals
-        results = {
-            "residual": weighted,
-            "jacobian": ca.jacobian(weighted, z),
-            "cosines": cosines,
-            "strain": residuals,
-        }
-        function = ca.Function("loops", [y, z, fit], list(results.values()), ["y", "z", "fit"], list(results))
-        self._kernel = kernel.compile(function)
+        self._recipe = kernel.Recipe(_loops_function, (assembly,))
+        self._kernel = kernel.compile(self._recipe)
         self._nominal_fit = np.zeros(len(names))
 
     def solve(
@@ -264,3 +255,13 @@ class LoopSolver:
         _, _, cosines, residuals = self._kernel.of(y, z, self._nominal_fit)
         stretch = np.linalg.norm(residuals.reshape(-1, 6)[:, :3], axis=1)
         return float(stretch.max()), float(np.arccos(np.clip(cosines.min(), -1.0, 1.0)))
+
+
+def _loops_function(assembly: Assembly) -> ca.Function:
+    """Weighted residual of the cuffs, its Jacobian (row, freedom), the cosines of rotation, and the plain residual."""
+    y, z = ca.SX.sym("y", assembly.n), ca.SX.sym("z", assembly.n_freedoms)
+    fit = ca.SX.sym("fit", len(fit_names(assembly)))
+    residuals, cosines = cuff_residuals(assembly, y, z, fit)
+    weighted = ca.sqrt(scaled_stiffness(assembly, fit)) * residuals
+    results = {"residual": weighted, "jacobian": ca.jacobian(weighted, z), "cosines": cosines, "strain": residuals}
+    return ca.Function("loops", [y, z, fit], list(results.values()), ["y", "z", "fit"], list(results))
