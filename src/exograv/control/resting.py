@@ -102,8 +102,7 @@ class RestingTorque:
 
     def cold_start(self, q: Postures, x: Parameters) -> Freedoms:
         """Solve for the closed postures of the cuffs alone [rad], from which Newton's method starts."""
-        fit = x[self._layout.fit]
-        return np.array([self._solver.solve(posture, fit=fit)[0] for posture in q])
+        return self._solver.solve_many(q, x[self._layout.fit])
 
     def _memory(self, size: int) -> kernel.BoundBatch:
         if size not in self._bound:

@@ -12,6 +12,7 @@ from exograv.spatial import Transform, cosine_of, rotation_residual
 
 from .arm import Arm, Limb
 from .assembly import Assembly
+from .descent import descend
 from .kinematics import body_poses, frame_pose
 
 FIT = (
@@ -214,6 +215,24 @@ class LoopSolver:
         for share in np.linspace(0.0, 1.0, 1 + int(np.ceil(np.abs(way).max() / STAGE))):
             z, slope = self._descend(self._donning + share * way, z, fit)
         return z, slope
+
+    def solve_many(
+        self, y: Float[np.ndarray, "posture joint"], fit: Float[np.ndarray, " fit"] | None = None
+    ) -> Float[np.ndarray, "posture freedom"]:
+        """Return the arm angles z [rad] of least cuff energy at many postures y [rad]; as `solve`, in one batch."""
+        fit = self._nominal_fit if fit is None else fit
+        bound = self._batch.bind(len(y))
+        bound.inputs["y"][...], bound.inputs["fit"][:] = y.T, fit
+        z = descend(bound, self._arm_donning + (y - self._donning) @ self._beginning.T)
+        bound.inputs["z"][...] = z.T
+        untwisted = bound()["cosines"].min(axis=0) > TWIST_COSINE_MIN
+        for k in np.flatnonzero(~(untwisted & self._arm.is_reachable(z))):
+            z[k] = self.solve(y[k], fit=fit)[0]
+        return z
+
+    @cached_property
+    def _batch(self) -> kernel.Batch:
+        return kernel.compile(self._recipe, lanes=0, shared=("fit",))
 
     def _guess(self, y: Posture) -> Freedoms:
         """First guess: linear extrapolation from the donning posture."""
