@@ -80,7 +80,9 @@ class Recipe:
         arguments = content_digest(self.of)
         if arguments is None:
             return None
-        return disk.key("outline", self.build.__module__, self.build.__qualname__, arguments, ca.__version__, _source())
+        return disk.key(
+            "outline", self.build.__module__, self.build.__qualname__, arguments, ca.__version__, source_digest()
+        )
 
 
 AnyFunction = ca.Function | Recipe
@@ -88,7 +90,7 @@ AnyFunction = ca.Function | Recipe
 
 
 @cache
-def _source() -> str:
+def source_digest() -> str:
     """Digest of the whole package: any of its modules may take part in building a function."""
     digest, package = blake2b(digest_size=20), Path(__file__).parent.parent
     for path in sorted(package.rglob("*.py")):
