@@ -37,6 +37,8 @@ def scaled(link: Link) -> ca.Function:
 @pytest.fixture(autouse=True)
 def empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    # A source that was edited a moment ago must not decide whether these tests pass.
+    monkeypatch.setattr(recipe, "source_digest", lambda: "source")
     BUILT.clear()
 
 
@@ -61,9 +63,8 @@ def test_a_batch_of_a_stored_recipe_gives_the_same_bits():
 
 
 def test_another_argument_gives_another_function():
-    assert not np.array_equal(
-        outputs(Link(1.5)), outputs(Link(np.nextafter(1.5, 2.0), com=np.array([0.0, 1e-300, 0.0])))
-    )
+    other = Link(1.5, com=np.array([0.0, 1e-3, 0.0]))
+    assert (outputs(Link(1.5)) == outputs(other)).tolist() == [True, False]
     assert len(BUILT) == 2
 
 
@@ -111,5 +112,28 @@ def test_different_values_have_different_digests(one: object, other: object):
     assert content_digest((one,)) != content_digest((other,))
 
 
-def test_equal_values_have_the_same_digest_in_any_order_of_a_set():
-    assert content_digest(({"a", "b", "c"}, Link(2.0))) == content_digest(({"c", "b", "a"}, Link(2.0)))
+def test_equal_sets_have_the_same_digest_in_any_order():
+    one, other = set([0, 8]), set([8, 0])  # noqa: C405 - the order of insertion matters
+    assert list(one) != list(other), "this interpreter has another order of sets"
+    assert content_digest((one, Link(2.0))) == content_digest((other, Link(2.0)))
+
+
+def test_the_digest_of_a_record_ignores_what_it_has_cached():
+    cached = Link(2.0)
+    cached.__dict__["drawn"] = object()
+    assert content_digest((cached,)) == content_digest((Link(2.0),))
+
+
+def test_a_source_that_changed_after_its_import_is_never_the_key_of_an_outline(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.undo()
+    monkeypatch.setattr(recipe, "IMPORTED_S", 0.0)
+    assert recipe.source_digest.__wrapped__() is None
+    monkeypatch.setattr(recipe, "IMPORTED_S", float("inf"))
+    assert recipe.source_digest.__wrapped__() is not None
+
+
+def test_without_a_digest_of_the_source_nothing_is_stored(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(recipe, "source_digest", lambda: None)
+    outputs(Link(1.5))
+    outputs(Link(1.5))
+    assert BUILT == [1.5, 1.5]

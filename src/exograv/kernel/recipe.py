@@ -6,6 +6,7 @@ outline is stored on disk under a digest of the builder, its arguments, and the 
 """
 
 import json
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -18,6 +19,12 @@ from jaxtyping import Float
 
 from . import cache as disk
 from .content import content_digest
+
+IMPORTED_S = time.time()
+"""Time at which this process imported this module [s since 1970]."""
+
+IMPORT_S = 30.0
+"""Longest time between the import of the first module of the package and of this one [s]."""
 
 Shapes = dict[str, tuple[int, int]]
 """Rows and columns by name, in order."""
@@ -77,12 +84,10 @@ class Recipe:
     @cached_property
     def key(self) -> str | None:
         """Name of the outline on disk; None if an argument has no digest, so that the function is always built."""
-        arguments = content_digest(self.of)
-        if arguments is None:
+        arguments, source = content_digest(self.of), source_digest()
+        if arguments is None or source is None:
             return None
-        return disk.key(
-            "outline", self.build.__module__, self.build.__qualname__, arguments, ca.__version__, source_digest()
-        )
+        return disk.key("outline", self.build.__module__, self.build.__qualname__, arguments, ca.__version__, source)
 
 
 AnyFunction = ca.Function | Recipe
@@ -90,10 +95,15 @@ AnyFunction = ca.Function | Recipe
 
 
 @cache
-def source_digest() -> str:
-    """Digest of the whole package: any of its modules may take part in building a function."""
+def source_digest() -> str | None:
+    """Digest of the whole package, any of whose modules may take part in building a function.
+
+    None if a file was changed about when this process imported it, or later: the code in memory may be another.
+    """
     digest, package = blake2b(digest_size=20), Path(__file__).parent.parent
     for path in sorted(package.rglob("*.py")):
+        if path.stat().st_mtime > IMPORTED_S - IMPORT_S:
+            return None
         content = path.read_bytes()
         digest.update(f"{path.relative_to(package)} {len(content)}\n".encode())
         digest.update(content)

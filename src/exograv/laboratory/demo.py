@@ -227,7 +227,7 @@ def _stored_calibration(
         return None, None
     if options.calibration == AUTO:
         file = kept_file(laboratory, day_seed(options.seed, options.donning))
-        return take_kept(file, laboratory), file
+        return None if file is None else take_kept(file, laboratory), file
     return take_calibration(options.calibration, laboratory.description, laboratory.serial, datetime.now(UTC)), None
 
 

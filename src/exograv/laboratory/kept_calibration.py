@@ -21,10 +21,16 @@ AUTO = Path("auto")
 """Value of `--calibration` that asks for the kept calibration."""
 
 
-def kept_file(laboratory: VirtualLaboratory, seed: int) -> Path:
-    """Path of the kept calibration of this machine, whose run draws its noise from `seed`."""
+def kept_file(laboratory: VirtualLaboratory, seed: int) -> Path | None:
+    """Path of the kept calibration of this machine, whose run draws its noise from `seed`.
+
+    None while the source of this package is being edited.
+    """
+    source = kernel.source_digest()
+    if source is None:
+        return None
     machine = laboratory.description.sha256, laboratory.description.side, laboratory.serial, seed, _lengths(laboratory)
-    name = kernel.content_digest((*machine, kernel.source_digest()))
+    name = kernel.content_digest((*machine, source))
     base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     return base / "exograv" / "calibrations" / f"{name}.toml"
 
