@@ -1,4 +1,4 @@
-"""Everything a user waits for: seconds of CPU by part, of this tree and of another one in turns in the same run.
+"""CPU time of everything a user waits for, by part, of this tree and of another one in turns in the same run.
 
     python benchmarks/waits.py identification                  # 60 s of motion, four and seven joints
     python benchmarks/waits.py demo --beside FOLDER            # also the tree in FOLDER; ratios are fair under load
