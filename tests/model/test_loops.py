@@ -11,6 +11,7 @@ from exograv.dynamics.closure import closure, cuff_energy, newton_step
 from exograv.model.loops import ELEVATION_ROUNDING, FIT, LoopSolver, arm_positions, cuff_residuals, elevation
 
 SAME_REST = 1e-7  # rad: a false minimum is 1.8 rad away
+SAME_BATCH = 1e-6  # rad: both searches end where the energy no longer changes, which leaves 2e-7; Newton steps follow
 PARITY = 1e-12
 SLOPE_LEFT_Nm = 1e-5  # limit of the search, where the energy no longer changes; one Newton step of the tick removes it
 POSTURES = 150
@@ -109,3 +110,13 @@ def test_shift_and_lengthening_follow_from_the_fit(assembly):
         arm_positions(assembly.arm, ca.SX([np.pi / 2, 0.0, 0.1, 0.2]), ca.SX([0.0, 0.0, 0.0, 0.02, 0.007, 0.0, 0.0]))
     )
     np.testing.assert_allclose(x, [0.02 * np.pi / 2, np.pi / 2, 0.0, 0.1, 0.007, 0.2], atol=2e-3)
+
+
+def test_many_postures_in_one_batch_have_the_rests_of_single_searches(assembly):
+    generator, solver = np.random.default_rng(3), LoopSolver(assembly)
+    lower, upper = np.array([(joint.lower, joint.upper) for joint in assembly.exo.joints]).T
+    postures = generator.uniform(lower, upper, (POSTURES, len(lower)))
+    for fit in (None, random_fit(generator)):
+        found = solver.solve_many(postures, fit)
+        alone = np.array([solver.solve(posture, fit=fit)[0] for posture in postures])
+        np.testing.assert_allclose(found, alone, atol=SAME_BATCH)

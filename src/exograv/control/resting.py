@@ -46,7 +46,7 @@ class RestingTorque:
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine):
         self._n = assembly.n
-        self._batch = kernel.compile(_resting_function(assembly, machine), lanes=0, shared=("mode",))
+        self._batch = kernel.compile(kernel.Recipe(_resting_function, (assembly, machine)), lanes=0, shared=("mode",))
         self._solver, self._layout, self._arm = LoopSolver(assembly), ParameterLayout.of(assembly), assembly.arm
         self._bound: dict[int, kernel.BoundBatch] = {}
 
@@ -102,8 +102,7 @@ class RestingTorque:
 
     def cold_start(self, q: Postures, x: Parameters) -> Freedoms:
         """Solve for the closed postures of the cuffs alone [rad], from which Newton's method starts."""
-        fit = x[self._layout.fit]
-        return np.array([self._solver.solve(posture, fit=fit)[0] for posture in q])
+        return self._solver.solve_many(q, x[self._layout.fit])
 
     def _memory(self, size: int) -> kernel.BoundBatch:
         if size not in self._bound:

@@ -62,7 +62,7 @@ class Tick:
         # The posture of this tick is the warm start of the next one.
         carry = {"q_before": "q", "z_before": "z", "G_before": "G", "spring_before": "spring", "held_before": "held"}
         self._solver, self._layout = LoopSolver(assembly), ParameterLayout.of(assembly)
-        self._start(kernel.compile(tick_function(assembly, machine), carry=carry))
+        self._start(kernel.compile(kernel.Recipe(tick_function, (assembly, machine)), carry=carry))
         self.n_instructions = self._kernel.n_instructions
 
     def again(self) -> "Tick":

@@ -37,7 +37,7 @@ class CarriedTorque:
 
 def carried(assembly: Assembly, postures: Postures, solver: LoopSolver | None = None) -> CarriedTorque:
     """Drive torque by origin at these postures of the machine [rad]; an existing `solver` of these loops is reused."""
-    evaluate, solver = kernel.compile(_function(assembly)), solver or LoopSolver(assembly)
+    evaluate, solver = kernel.compile(kernel.Recipe(_function, (assembly,))), solver or LoopSolver(assembly)
     rows = []
     for y in postures:
         z, _ = solver.solve(y)

@@ -3,4 +3,7 @@
 from .batch import Batch as Batch
 from .batch import BoundBatch as BoundBatch
 from .compilation import compile as compile
+from .content import content_digest as content_digest
 from .interface import Kernel as Kernel
+from .recipe import Recipe as Recipe
+from .recipe import source_digest as source_digest

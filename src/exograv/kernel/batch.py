@@ -4,7 +4,6 @@ import ctypes
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 
 from . import virtual_machine
@@ -12,6 +11,7 @@ from .emission import MemoryLayout
 from .native import MachineCode, machine_code
 from .object_code import processor
 from .program import Program, straight_line
+from .recipe import AnyFunction
 
 ELEMENTS = {"float64": "double", "float32": "float"}
 LANES = (2, 4, 8, 16, 32)
@@ -93,7 +93,7 @@ class Batch:
         raise ValueError(f"All arguments of {self.name} are shared; at least one argument must differ between states.")
 
 
-def compile_batch(function: ca.Function, lanes: int, shared: Iterable[str], dtype: str, *, is_native: bool) -> Batch:
+def compile_batch(function: AnyFunction, lanes: int, shared: Iterable[str], dtype: str, *, is_native: bool) -> Batch:
     """Compile a function for batches, as `kernel.compile` with lanes.
 
     Raises:
@@ -103,12 +103,12 @@ def compile_batch(function: ca.Function, lanes: int, shared: Iterable[str], dtyp
     program, shared = straight_line(function), tuple(shared)
     element = ELEMENTS.get(dtype)
     if element is None:
-        raise ValueError(f"A batch of {function.name()} has float64 or float32 elements, not {dtype}.")
+        raise ValueError(f"A batch of {program.name} has float64 or float32 elements, not {dtype}.")
     if lanes not in (0, *LANES):
-        raise ValueError(f"A batch of {function.name()} has {', '.join(map(str, LANES))} lanes, not {lanes}.")
+        raise ValueError(f"A batch of {program.name} has {', '.join(map(str, LANES))} lanes, not {lanes}.")
     missing = [name for name in shared if name not in program.arguments]
     if missing:
-        raise ValueError(f"{function.name()} has no argument {', '.join(missing)} to share.")
+        raise ValueError(f"{program.name} has no argument {', '.join(missing)} to share.")
     if not is_native:
         return _on_the_virtual_machine(function, program, shared, np.dtype(dtype))
     lanes = lanes or processor().lanes * (1 if element == "double" else 2)
@@ -116,7 +116,7 @@ def compile_batch(function: ca.Function, lanes: int, shared: Iterable[str], dtyp
     made = machine_code(program, MemoryLayout(lanes, element, frozenset(i for i, same in enumerate(order) if same)))
     native = _NativeBatch(program, made, lanes, np.dtype(dtype), shared)
     return Batch(
-        program.name, "native", lanes, np.dtype(dtype), len(program.instructions),
+        program.name, "native", lanes, np.dtype(dtype), program.n_instructions,
         made.n_bytes, made.build_s, made.from_cache, shared, native.bind,
     )  # fmt: skip
 
@@ -174,7 +174,7 @@ class _NativeBatch:
         return aligned.reshape(columns, rows, row).transpose(1, 0, 2)[..., :size]
 
 
-def _on_the_virtual_machine(function: ca.Function, program: Program, shared: tuple[str, ...], dtype: np.dtype) -> Batch:
+def _on_the_virtual_machine(function: AnyFunction, program: Program, shared: tuple[str, ...], dtype: np.dtype) -> Batch:
     """Return a batch that runs state by state: right on every computer, and slow."""
     one = virtual_machine.compile(function)
 

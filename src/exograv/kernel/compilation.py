@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import overload
 
-import casadi as ca
 import numpy as np
 
 from exograv.errors import KernelError
@@ -14,6 +13,7 @@ from exograv.errors import KernelError
 from . import native, object_code, virtual_machine
 from .batch import Batch, compile_batch
 from .interface import Kernel
+from .recipe import AnyFunction
 
 ENGINE_VARIABLE = "EXOGRAV_KERNEL"
 """Environment variable; `virtual-machine` disables native code, to compare both engines or to rule out a fault."""
@@ -23,18 +23,18 @@ _log = logging.getLogger(__name__)
 
 @overload
 def compile(
-    function: ca.Function, bindings: Mapping[str, np.ndarray] | None = None, *, carry: Mapping[str, str] | None = None
+    function: AnyFunction, bindings: Mapping[str, np.ndarray] | None = None, *, carry: Mapping[str, str] | None = None
 ) -> Kernel: ...
 
 
 @overload
 def compile(
-    function: ca.Function, *, lanes: int, shared: Iterable[str] = (), dtype: type | str = np.float64
+    function: AnyFunction, *, lanes: int, shared: Iterable[str] = (), dtype: type | str = np.float64
 ) -> Batch: ...
 
 
 def compile(
-    function: ca.Function,
+    function: AnyFunction,
     bindings: Mapping[str, np.ndarray] | None = None,
     *,
     carry: Mapping[str, str] | None = None,

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 
 from . import cache
@@ -16,10 +15,11 @@ from .memory import bound_memory, carried_memory
 from .module import module_text
 from .object_code import Loaded, compiler_name, load, object_code, processor
 from .program import Program, straight_line
+from .recipe import AnyFunction
 
 
 def compile(
-    function: ca.Function, bindings: Mapping[str, np.ndarray] | None = None, carry: Mapping[str, str] | None = None
+    function: AnyFunction, bindings: Mapping[str, np.ndarray] | None = None, carry: Mapping[str, str] | None = None
 ) -> Kernel:
     """Compile a function as `kernel.compile` does, to native code only.
 
@@ -39,7 +39,7 @@ def _bound(program: Program, made: "MachineCode", bindings: Mapping[str, np.ndar
         engine="native",
         inputs=inputs,
         outputs=outputs,
-        n_instructions=len(program.instructions),
+        n_instructions=program.n_instructions,
         code_bytes=made.n_bytes,
         build_s=made.build_s,
         from_cache=made.from_cache,
@@ -78,7 +78,7 @@ def machine_code(program: Program, layout: MemoryLayout) -> MachineCode:
     _log.info(
         "%s: %d instructions, %d bytes of code, %s in %.2f s.",
         program.name,
-        len(program.instructions),
+        program.n_instructions,
         made.n_bytes,
         "found" if from_cache else "compiled",
         made.build_s,

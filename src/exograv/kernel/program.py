@@ -1,6 +1,7 @@
 """Functions as a straight sequence of instructions, each value written once; input of both engines."""
 
 from array import array
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import blake2b
@@ -13,6 +14,7 @@ from jaxtyping import Float
 from exograv.errors import KernelError
 
 from .operations import refuse_unknown
+from .recipe import AnyFunction, Outline, Recipe, Shapes
 
 Value = int
 """Index of the instruction that computes the value."""
@@ -35,25 +37,56 @@ class Instruction(NamedTuple):
 
 @dataclass(frozen=True)
 class Program:
-    """Dense function without branches, and its instructions."""
+    """Dense function without branches, and its instructions.
 
-    function: ca.Function
-    """CasADi function, dense in all arguments and results, with common subexpressions shared."""
+    A program with a stored outline builds its function only if a caller asks for it.
+    """
+
+    build: Callable[[], ca.Function]
+    """Function that builds the CasADi function."""
+
+    stored: Outline | None = None
+    """Outline from the disk cache."""
+
+    @cached_property
+    def function(self) -> ca.Function:
+        """CasADi function, dense in all arguments and results, with common subexpressions shared."""
+        return self.build()
+
+    @cached_property
+    def outline(self) -> Outline:
+        """Facts that the compiled code needs."""
+        return self.stored or self._outlined()
 
     @property
     def name(self) -> str:
         """Name that the caller gave the function."""
-        return self.function.name()
+        return self.outline.name
 
-    @cached_property
-    def arguments(self) -> dict[str, tuple[int, int]]:
+    @property
+    def arguments(self) -> Shapes:
         """Rows and columns of each argument, by name."""
-        return {self.function.name_in(i): self.function.size_in(i) for i in range(self.function.n_in())}
+        return self.outline.arguments
 
-    @cached_property
-    def results(self) -> dict[str, tuple[int, int]]:
+    @property
+    def results(self) -> Shapes:
         """Rows and columns of each result, by name."""
-        return {self.function.name_out(i): self.function.size_out(i) for i in range(self.function.n_out())}
+        return self.outline.results
+
+    @property
+    def constants(self) -> Float[np.ndarray, " constant"]:
+        """Constants of the program, kept apart from it: another arm in the same machine is the same program."""
+        return self.outline.constants
+
+    @property
+    def fingerprint(self) -> str:
+        """Digest of names, shapes and instructions, without the constants."""
+        return self.outline.fingerprint
+
+    @property
+    def n_instructions(self) -> int:
+        """Length of the program [-]."""
+        return self.outline.n_instructions
 
     @property
     def instructions(self) -> list[Instruction]:
@@ -64,20 +97,16 @@ class Program:
         """
         return self._content[0]
 
-    @property
-    def constants(self) -> Float[np.ndarray, " constant"]:
-        """Constants of the program, kept apart from it: another arm in the same machine is the same program."""
-        return self._content[1]
-
-    @cached_property
-    def fingerprint(self) -> str:
-        """Digest of names, shapes and instructions, without the constants."""
+    def _outlined(self) -> Outline:
+        function, (instructions, constants) = self.function, self._content
+        arguments = {function.name_in(i): function.size_in(i) for i in range(function.n_in())}
+        results = {function.name_out(i): function.size_out(i) for i in range(function.n_out())}
         numbers = array("q")
-        for operation, operands, place in self.instructions:
+        for operation, operands, place in instructions:
             numbers.extend((operation, len(operands), *operands, *place))
         digest = blake2b(numbers.tobytes(), digest_size=16)
-        digest.update(repr((self.arguments, self.results)).encode())
-        return digest.hexdigest()
+        digest.update(repr((arguments, results)).encode())
+        return Outline(function.name(), arguments, results, constants, digest.hexdigest(), len(instructions))
 
     @cached_property
     def _content(self) -> tuple[list[Instruction], Float[np.ndarray, " constant"]]:
@@ -106,19 +135,30 @@ class Program:
         return instructions, np.array(constants)
 
 
-def straight_line(function: ca.Function) -> Program:
-    """Return the program of a function.
+def straight_line(function: AnyFunction) -> Program:
+    """Return the program of a function, or of a recipe; the outline of a recipe is read from disk or stored there.
 
     Raises:
         KernelError: The function cannot be written as one sequence of scalar operations.
     """
+    if isinstance(function, Recipe):
+        stored = function.outline()
+        program = Program(lambda: _dense(function()), stored)
+        if stored is None:
+            function.store(program.outline)
+        return program
+    dense = _dense(function)
+    return Program(lambda: dense)
+
+
+def _dense(function: ca.Function) -> ca.Function:
     # Results are made dense: a structural zero would shift every entry after it.
     arguments = [ca.SX.sym(function.name_in(i), *function.size_in(i)) for i in range(function.n_in())]
     name_in = [function.name_in(i) for i in range(function.n_in())]
     name_out = [function.name_out(i) for i in range(function.n_out())]
     try:
         results = [ca.densify(result) for result in function.call(arguments)]
-        return Program(ca.Function(function.name(), arguments, results, name_in, name_out, {"cse": True}))
+        return ca.Function(function.name(), arguments, results, name_in, name_out, {"cse": True})
     except RuntimeError as error:
         reason = str(error).strip().splitlines()[-1]
         raise KernelError(

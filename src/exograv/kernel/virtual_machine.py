@@ -3,16 +3,16 @@
 import time
 from collections.abc import Mapping
 
-import casadi as ca
 import numpy as np
 
 from .interface import Kernel
 from .memory import bound_memory, carried_memory, flat
 from .program import straight_line
+from .recipe import AnyFunction
 
 
 def compile(
-    function: ca.Function, bindings: Mapping[str, np.ndarray] | None = None, carry: Mapping[str, str] | None = None
+    function: AnyFunction, bindings: Mapping[str, np.ndarray] | None = None, carry: Mapping[str, str] | None = None
 ) -> Kernel:
     """Compile a function as `kernel.compile` does, for the virtual machine.
 

@@ -49,6 +49,7 @@ from .demo_result import (
     PossibleLeftOver,
     ReturningParticipant,
 )
+from .kept_calibration import AUTO, keep, kept_file, take_kept
 from .options import DemoOptions as DemoOptions
 from .preparation import Preparation, WornTwin
 from .provenance import provenance
@@ -122,7 +123,7 @@ def run_demo(
     refuse_motorless(laboratory.description)
     targets = [TARGET_NM[place] for place in laboratory.description.places]
     path = folder / f"{'identify' if options.only_identify else 'demo'}.mcap"
-    taken = _stored_calibration(options, laboratory)
+    taken, kept = _stored_calibration(options, laboratory)
     person = ParticipantRun(
         files,
         laboratory.assembly(),
@@ -139,6 +140,8 @@ def run_demo(
         empty = path.with_stem(f"{path.stem}_calibration")
         with RecordingWriter(empty, joints, json_value(settings), packed=True) as recording:
             known = replace(preparation, recording=recording).calibrate()
+        if kept is not None:
+            keep(kept, laboratory, *known)
     else:
         known = taken.whole.calibration(), 0.0
     with RecordingWriter(path, joints, json_value(settings), packed=True) as recording:
@@ -216,10 +219,16 @@ def _phases(run: _Run) -> _Phases:
     return _Phases(findings, of_person, worn.twin.t, worn.pilot.tick_us)
 
 
-def _stored_calibration(options: DemoOptions, laboratory: VirtualLaboratory) -> TakenCalibration | None:
+def _stored_calibration(
+    options: DemoOptions, laboratory: VirtualLaboratory
+) -> tuple[TakenCalibration | None, Path | None]:
+    """Return the stored calibration, if any, and the file in which a new one is to be kept."""
     if options.calibration is None:
-        return None
-    return take_calibration(options.calibration, laboratory.description, laboratory.serial, datetime.now(UTC))
+        return None, None
+    if options.calibration == AUTO:
+        file = kept_file(laboratory, day_seed(options.seed, options.donning))
+        return None if file is None else take_kept(file, laboratory), file
+    return take_calibration(options.calibration, laboratory.description, laboratory.serial, datetime.now(UTC)), None
 
 
 def _known_machine(run: _Run) -> tuple[ControllerKnowledge, list[CalibrationRow]]:

@@ -64,7 +64,14 @@ class IdentifyOptions(Options):
     wearer_map: Annotated[str | None, Acts(lambda all_: all_.wearer_model is not None, "with --wearer-model")] = None
     """TOML file that assigns the model's bodies and joints (docs/howto/wearer_models.md)."""
 
-    calibration: CalibrationFile = None
+    calibration: Annotated[
+        Path | None,
+        tyro.conf.arg(
+            help="File calibration.toml of this machine (`exograv rig calibrate`), or `auto`: the calibration that an "
+            "earlier run with `auto` has kept; calibrated first if absent."
+        ),
+    ] = None
+
     donning: Donning = 0
 
 

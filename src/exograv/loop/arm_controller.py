@@ -48,7 +48,7 @@ class ArmController:
         self._weights: dict[WeightPlace, float] = {}
         self._fit = parameters.ParameterLayout.of(assembly).fit
         self._bodies = parameters.ParameterLayout.of(assembly).bodies
-        self._skeleton = kernel.compile(skeleton_function(assembly))
+        self._skeleton = kernel.compile(kernel.Recipe(skeleton_function, (assembly,)))
 
     def again(self, x: parameters.Parameters) -> "ArmController":
         """Return a controller of the same arm and machine with parameters `x` in force. The compiled code is shared."""

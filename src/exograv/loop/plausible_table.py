@@ -12,6 +12,7 @@ from exograv.dynamics.parameters import ParameterLayout, Parameters
 from exograv.errors import ModelError
 from exograv.model.assembly import Assembly
 from exograv.safety.plausible import GRAVITY_LEVEL_MAX, Features, LimbTable, PlausibleTable
+from exograv.sobol import sobol_points
 
 MOST_FACTORS = 4
 """Largest number of joints whose sines and cosines are multiplied. Four joints are exact; beyond that the table's error
@@ -144,12 +145,8 @@ def _torques(
 
 def _postures(assembly: Assembly, count: int) -> Postures:
     """Postures spread over the whole range of the joints' limits [rad]."""
-    from scipy.stats import qmc  # The import takes 0.3 s, which no tick has to wait for here.
-
     lower, upper = np.array([(joint.lower, joint.upper) for joint in assembly.exo.joints]).T
-    exponent = int(np.ceil(np.log2(count)))
-    points = qmc.Sobol(assembly.n, scramble=False).random_base2(exponent)
-    return (lower + points * (upper - lower))[:count]
+    return lower + sobol_points(assembly.n, count) * (upper - lower)
 
 
 def _chains(assembly: Assembly) -> list[tuple[int, ...]]:

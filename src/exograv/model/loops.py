@@ -12,6 +12,7 @@ from exograv.spatial import Transform, cosine_of, rotation_residual
 
 from .arm import Arm, Limb
 from .assembly import Assembly
+from .descent import descend
 from .kinematics import body_poses, frame_pose
 
 FIT = (
@@ -191,17 +192,8 @@ class LoopSolver:
         self._donning = assembly.description.donning_posture
         self._arm, self._arm_donning = assembly.arm, assembly.description.arm_donning_posture
         names = fit_names(assembly)
-        y, z, fit = ca.SX.sym("y", assembly.n), ca.SX.sym("z", assembly.n_freedoms), ca.SX.sym("fit", len(names))
-        residuals, cosines = cuff_residuals(assembly, y, z, fit)
-        weighted = ca.sqrt(scaled_stiffness(assembly, fit)) * residuals
-        results = {
-            "residual": weighted,
-            "jacobian": ca.jacobian(weighted, z),
-            "cosines": cosines,
-            "strain": residuals,
-        }
-        function = ca.Function("loops", [y, z, fit], list(results.values()), ["y", "z", "fit"], list(results))
-        self._kernel = kernel.compile(function)
+        self._recipe = kernel.Recipe(_loops_function, (assembly,))
+        self._kernel = kernel.compile(self._recipe)
         self._nominal_fit = np.zeros(len(names))
 
     def solve(
@@ -223,6 +215,24 @@ class LoopSolver:
         for share in np.linspace(0.0, 1.0, 1 + int(np.ceil(np.abs(way).max() / STAGE))):
             z, slope = self._descend(self._donning + share * way, z, fit)
         return z, slope
+
+    def solve_many(
+        self, y: Float[np.ndarray, "posture joint"], fit: Float[np.ndarray, " fit"] | None = None
+    ) -> Float[np.ndarray, "posture freedom"]:
+        """Return the arm angles z [rad] of least cuff energy at many postures y [rad]; as `solve`, in one batch."""
+        fit = self._nominal_fit if fit is None else fit
+        bound = self._batch.bind(len(y))
+        bound.inputs["y"][...], bound.inputs["fit"][:] = y.T, fit
+        z = descend(bound, self._arm_donning + (y - self._donning) @ self._beginning.T)
+        bound.inputs["z"][...] = z.T
+        untwisted = bound()["cosines"].min(axis=0) > TWIST_COSINE_MIN
+        for k in np.flatnonzero(~(untwisted & self._arm.is_reachable(z))):
+            z[k] = self.solve(y[k], fit=fit)[0]
+        return z
+
+    @cached_property
+    def _batch(self) -> kernel.Batch:
+        return kernel.compile(self._recipe, lanes=0, shared=("fit",))
 
     def _guess(self, y: Posture) -> Freedoms:
         """First guess: linear extrapolation from the donning posture."""
@@ -264,3 +274,13 @@ class LoopSolver:
         _, _, cosines, residuals = self._kernel.of(y, z, self._nominal_fit)
         stretch = np.linalg.norm(residuals.reshape(-1, 6)[:, :3], axis=1)
         return float(stretch.max()), float(np.arccos(np.clip(cosines.min(), -1.0, 1.0)))
+
+
+def _loops_function(assembly: Assembly) -> ca.Function:
+    """Weighted residual of the cuffs, its Jacobian (row, freedom), the cosines of rotation, and the plain residual."""
+    y, z = ca.SX.sym("y", assembly.n), ca.SX.sym("z", assembly.n_freedoms)
+    fit = ca.SX.sym("fit", len(fit_names(assembly)))
+    residuals, cosines = cuff_residuals(assembly, y, z, fit)
+    weighted = ca.sqrt(scaled_stiffness(assembly, fit)) * residuals
+    results = {"residual": weighted, "jacobian": ca.jacobian(weighted, z), "cosines": cosines, "strain": residuals}
+    return ca.Function("loops", [y, z, fit], list(results.values()), ["y", "z", "fit"], list(results))

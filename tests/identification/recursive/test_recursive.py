@@ -10,6 +10,7 @@ from exograv.identification.core.discrepancy import Discrepancy
 from exograv.identification.core.interface import Sample
 from exograv.identification.core.noise import Noise
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S
+from exograv.identification.core.square_root import FilterBank
 from exograv.identification.recursive import recursive
 from exograv.identification.recursive.recursive import DISTURBANCE_SCALES, Recursive
 from exograv.model.tree import inertial_parameters, is_physical
@@ -19,6 +20,9 @@ NOISE = Noise(np.array([0.1, 0.05]), np.zeros(JOINTS), np.array([0.1, 0.05]))
 MEAN = np.append(inertial_parameters(2.0, np.array([0.02, 0.0, -0.15]), 0.5 * np.eye(3)), 0.0)
 SD = np.append(0.15 * np.array([2.0, *[0.3] * 3, *[0.05] * 6]), 1.0)
 CREDIBLE = 0.1  # of the inertia's standard deviation: so that every body drawn from the prior is physically possible
+SAME_SUMS = 1e-8
+"""Relative difference of two estimates whose sums are rounded in another order."""
+
 COVERED_EACH = 0.86
 """Lowest coverage of a single parameter: 90 % minus two standard errors of 200 streams."""
 
@@ -131,6 +135,24 @@ def test_an_error_that_repeats_with_the_posture_is_covered_only_where_it_is_cons
             covered[is_considered].append((np.abs(estimate.x - x) <= 1.96 * estimate.sd)[[1, 2, 3, 10]])
     assert np.mean(covered[True]) >= 0.90
     assert np.mean(covered[False]) < 0.85
+
+
+def test_only_the_last_pass_over_the_samples_carries_the_considered_errors(monkeypatch: pytest.MonkeyPatch):
+    field, samples = Discrepancy(np.full(JOINTS, 0.4), 0.5, 16), stream(drawn(1), 1, 12.0, scale=0.3)
+    carried: list[bool] = []
+    alone = Recursive._empty_bank
+
+    def noted(self: Recursive, considers: bool = True) -> FilterBank:
+        carried.append(considers)
+        return alone(self, considers)
+
+    monkeypatch.setattr(Recursive, "_empty_bank", noted)
+    quick = taught(samples, discrepancy=field).estimate()
+    assert carried.count(True) == 1 + (len(carried) - 1) / recursive.REWEIGHTINGS
+    monkeypatch.setattr(Recursive, "_empty_bank", lambda self, _considers=True: alone(self, True))
+    complete = taught(samples, discrepancy=field).estimate()
+    np.testing.assert_allclose(quick.x, complete.x, rtol=SAME_SUMS)
+    np.testing.assert_allclose(quick.covariance, complete.covariance, rtol=SAME_SUMS, atol=1e-12)
 
 
 def test_the_restlessness_that_is_there_is_found():

@@ -37,7 +37,7 @@ class Gradient:
     name = "gradient"
 
     def __init__(self, assembly: Assembly, machine: CalibratedMachine, x: Parameters, step: float = STEP):
-        self._kernel = kernel.compile(squared_error(assembly, machine), carry={"z_before": "z"})
+        self._kernel = kernel.compile(kernel.Recipe(squared_error, (assembly, machine)), carry={"z_before": "z"})
         theta = ca.SX.sym("theta", 10)
         self._phi = kernel.compile(ca.Function("phi_of_theta", [theta], [phi_from_theta(theta)]))
         self._solver, self._layout = LoopSolver(assembly), ParameterLayout.of(assembly)

@@ -48,7 +48,7 @@ class RestStatics:
     def __init__(self, assembly: Assembly, machine: CalibratedMachine):
         self.assembly, self.machine = assembly, machine
         self._solver = LoopSolver(assembly)
-        self._kernel = kernel.compile(_balance(assembly, machine))
+        self._kernel = kernel.compile(kernel.Recipe(_balance, (assembly, machine)))
 
     def balance(self, rest: Rest) -> Balance:
         """Equilibrium of the arm at a measured rest."""

@@ -31,6 +31,10 @@ def compile_model(description: RigDescription, tree: Tree, layout: EmptyLayout) 
     Arguments: measured position q [rad], v, a, age of the sample before the end [AGE_S], known weights at the mounts
     (mount × weight, all weights of the first mount first) [-], and the unknowns theta.
     """
+    return kernel.compile(kernel.Recipe(_model_function, (description, tree, layout)), lanes=0, shared=("theta",))
+
+
+def _model_function(description: RigDescription, tree: Tree, layout: EmptyLayout) -> ca.Function:
     n, mounts = layout.joints, description.mounts
     q, v, a = (ca.SX.sym(name, n) for name in ("q", "v", "a"))
     age, hung = ca.SX.sym("age"), ca.SX.sym("hung", len(mounts) * layout.weights)
@@ -46,10 +50,9 @@ def compile_model(description: RigDescription, tree: Tree, layout: EmptyLayout) 
     load = rnea(tree, q - unknown["offset"], v, a, phi, _gravity(theta[layout.tilt])) + unknown["rotor"] * a
     rubbed = _friction(unknown, age, v, load) + _ripple(description, unknown, q, v)
     tau = unknown["inverse_gain"] * (load + rubbed)
-    function = ca.Function(
+    return ca.Function(
         "empty", [q, v, a, age, hung, theta], [tau, ca.jacobian(tau, theta)], list(ARGUMENTS), ["tau", "derivative"]
     )
-    return kernel.compile(function, lanes=0, shared=("theta",))
 
 
 def _gravity(tilt: ca.SX) -> ca.SX:

@@ -40,7 +40,7 @@ class ArmModel:
         self.assembly, self.machine = assembly, machine
         self._layout = ParameterLayout.of(assembly)
         self.n_joints, self.n_parameters = assembly.n, self._layout.count
-        self._kernel = kernel.compile(_torque_and_derivative(assembly, machine))
+        self._kernel = kernel.compile(kernel.Recipe(_torque_and_derivative, (assembly, machine)))
         self._solver = LoopSolver(assembly)
         self._forget()
 

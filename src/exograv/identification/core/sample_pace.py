@@ -50,11 +50,11 @@ class Averages:
         if not self._values:
             self._start_t = sample.t
         asked = sample.asked
-        rows = [sample.q, sample.v, sample.a, sample.tau]
-        self._values.append(np.array(rows if asked is None else [*rows, asked.q, asked.v, asked.a]))
+        rows = (sample.q, sample.v, sample.a, sample.tau)
+        self._values.append(np.concatenate(rows if asked is None else (*rows, asked.q, asked.v, asked.a)))
         gap_s, self._before_t = sample.t - self._before_t, sample.t
         if sample.t + gap_s - self._start_t < self._least_s:
             return None
-        q, v, a, tau, *of_asked = np.mean(self._values, axis=0)
+        q, v, a, tau, *of_asked = np.mean(self._values, axis=0).reshape(-1, len(sample.q))
         self._values.clear()
         return Sample(0.5 * (self._start_t + sample.t), q, v, a, tau, RequestedMotion(*of_asked) if of_asked else None)

@@ -45,8 +45,8 @@ FRESH_STEPS = 4
 REWEIGHTINGS = 2
 """Number of times the samples are reweighted by their residuals, at each linearisation [-]."""
 
-_Row = tuple[float, np.ndarray, Joints, Joints, np.ndarray | None]
-"""Time since the previous row [s], derivative, measurement, its noise, and effect of each considered error."""
+_Row = tuple[float, np.ndarray, Joints, Joints]
+"""Time since the previous row [s], derivative, measurement, and its noise."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +101,8 @@ class Recursive:
         self._t = 0.0
         self._averages = Averages(BATCH_PERIOD_S)
         self._history: list[Sample] = []
+        self._errors: list[np.ndarray] = []
+        """Effect of each considered error on each sample; it depends on the motion alone."""
         self._relinearise_t = RELINEARISE_FIRST_S
         self._samples = 0
         self._rejected = 0
@@ -112,6 +114,8 @@ class Recursive:
         kept = self._averages.take(sample)
         if kept is None:
             return
+        if self._discrepancy is not None:
+            self._errors.append(self._discrepancy.errors(kept.q, kept.v))
         self._take(kept)
         self._history.append(kept)
         if sample.t >= self._relinearise_t:
@@ -136,21 +140,25 @@ class Recursive:
         """Fit all samples again from the prior, and keep the fit with the larger evidence."""
         before = self._bank, self._x, self._scales, self._rejected
         self._bank, self._x = self._empty_bank(), self._mean.copy()
-        for _ in range(FRESH_STEPS):
-            self._step()
+        for step in range(FRESH_STEPS):
+            self._step(is_last=step == FRESH_STEPS - 1)
         if before[0].log_evidence > self._bank.log_evidence:
             self._bank, self._x, self._scales, self._rejected = before
 
-    def _step(self) -> None:
-        """Make one Gauss–Newton step over all samples, with bursts downweighted."""
+    def _step(self, is_last: bool = True) -> None:
+        """Make one Gauss–Newton step over all samples, with bursts downweighted.
+
+        The considered errors do not change the mean, so only the last pass of the last step carries them.
+        """
         self._scales = self._plausible_scales()
         linear, likely = self._linearised(), self._bank
         surprise = np.zeros(len(self._history))
-        for _ in range(REWEIGHTINGS):
+        for reweighting in range(REWEIGHTINGS):
             residual = linear.y - linear.H @ likely.mean()
             noise_sd, surprise = likely.all_held_back(linear.dt, residual, linear.noise_sd)
-            likely = self._empty_bank()
-            likely.update_all(linear.dt, linear.H, linear.y, noise_sd, linear.errors)
+            considers = is_last and reweighting == REWEIGHTINGS - 1
+            likely = self._empty_bank(considers)
+            likely.update_all(linear.dt, linear.H, linear.y, noise_sd, linear.errors if considers else None)
         self._bank = likely
         self._samples, self._rejected = len(surprise), int((surprise > 2 * GATE).sum())
         self._x = self._plausible()
@@ -162,17 +170,16 @@ class Recursive:
         for sample in self._history:
             rows.append(self._row(sample, x, min(sample.t - before, 1.0)))
             before = sample.t
-        dt, H, y, noise_sd, errors = zip(*rows, strict=True)
-        together = None if errors[0] is None else np.array(errors)
-        return _Linear(np.array(dt), np.array(H), np.array(y), np.array(noise_sd), together)
+        dt, H, y, noise_sd = (np.array(column) for column in zip(*rows, strict=True))
+        return _Linear(dt, H, y, noise_sd, np.array(self._errors) if self._errors else None)
 
     def _take(self, sample: Sample) -> None:
         dt = min(sample.t - self._history[-1].t, 1.0) if self._history else 1.0
-        _, H, y, noise_sd, errors = self._row(sample, self._x, dt)
+        _, H, y, noise_sd = self._row(sample, self._x, dt)
         noise_sd, surprise = self._bank.held_back(dt, H, y, noise_sd)
         self._samples += 1
         self._rejected += int(surprise > 2 * GATE)
-        self._bank.update(dt, H, y, noise_sd, errors)
+        self._bank.update(dt, H, y, noise_sd, self._errors[-1] if self._errors else None)
         if self._samples % 5 == 0:
             self._x = self._plausible()
 
@@ -182,8 +189,7 @@ class Recursive:
         # Correlated residuals carry less information: the variance grows by the number of samples per correlation time.
         repeats = np.maximum(self._noise.correlation_s / dt, 1.0)
         noise_sd = np.hypot(self._noise.sd * np.sqrt(repeats), self._model.direction_uncertainty(sample.v))
-        errors = None if self._discrepancy is None else self._discrepancy.errors(sample.q, sample.v)
-        return dt, derivative @ self._unwhiten, sample.tau - tau + derivative @ (x - self._mean), noise_sd, errors
+        return dt, derivative @ self._unwhiten, sample.tau - tau + derivative @ (x - self._mean), noise_sd
 
     def estimate(self) -> Estimate:
         """Return the estimate, with bodies projected onto physically possible ones."""
@@ -217,8 +223,8 @@ class Recursive:
         around = DISTURBANCE_SCALES[max(best - 1, 0) : best + 2]
         return np.union1d(likely, around)
 
-    def _empty_bank(self) -> FilterBank:
-        considered = 0 if self._discrepancy is None else self._discrepancy.count
+    def _empty_bank(self, considers: bool = True) -> FilterBank:
+        considered = self._discrepancy.count if considers and self._discrepancy is not None else 0
         disturbance = self._scales[:, None] * self._noise.disturbance_sd
         return FilterBank(self._free, disturbance, self._noise.disturbance_correlation_s, considered)
 

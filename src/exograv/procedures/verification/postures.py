@@ -13,6 +13,7 @@ from exograv.identification.core.interface import Parameters
 from exograv.loop.phases import TRAVEL_RAD_S
 from exograv.model.description import RigDescription
 from exograv.motion import Trajectory
+from exograv.sobol import sobol_points
 
 POSTURES = 12
 CANDIDATES = 64
@@ -105,8 +106,6 @@ def all_passes(postures: Postures, seed: int, start: Joints, dt: float) -> Verif
 
 
 def _spread(description: RigDescription, seed: int) -> Postures:
-    from scipy.stats import qmc  # takes 0.3 s to import, which no tick may wait for
-
     lower, upper = description.workspace
     narrow = [name for name, room in zip(description.joints, upper - lower, strict=True) if room <= 2 * REACH_RAD]
     if narrow:
@@ -115,8 +114,8 @@ def _spread(description: RigDescription, seed: int) -> Postures:
             "less; a pass needs more. Widen it in rig.toml."
         )
     # The sequence is scrambled by the seed, so it differs from the postures of the stop rule and of comparisons.
-    sobol = qmc.Sobol(d=len(lower), scramble=True, rng=np.random.default_rng([seed, 12]))
-    return lower + REACH_RAD + sobol.random(CANDIDATES) * (upper - lower - 2 * REACH_RAD)
+    points = sobol_points(len(lower), CANDIDATES, np.random.default_rng([seed, 12]))
+    return lower + REACH_RAD + points * (upper - lower - 2 * REACH_RAD)
 
 
 def _is_unseen(q: Joints, seen: Float[np.ndarray, "tick joint"]) -> bool:

@@ -11,6 +11,7 @@ from exograv.rig.twin.machine.machine import Machine
 from exograv.rig.twin.wearer.wearer import Wearer
 from exograv.rig.twin.world.scene import Scene, build_scene
 from exograv.rig.twin.world.statics import Statics
+from exograv.sobol import sobol_points
 
 HELD_OUT = 200
 """Number of held-out postures."""
@@ -26,12 +27,10 @@ CurrentsOf = Callable[[Postures], Postures]
 
 def held_out_postures(description: RigDescription) -> Postures:
     """Quasi-random true postures in the task workspace [rad]."""
-    from scipy.stats import qmc  # imported here: the import takes 0.3 s
-
     lower, upper = description.workspace
-    sobol = qmc.Sobol(d=len(lower), scramble=True, rng=np.random.default_rng(HELD_OUT_SEED))
     # Sobol points are balanced in powers of two. The first 200 of 256 are as good as any 200 of them.
-    return qmc.scale(sobol.random_base2(8)[:HELD_OUT], lower, upper)
+    points = sobol_points(len(lower), HELD_OUT, np.random.default_rng(HELD_OUT_SEED))
+    return points * (upper - lower) + lower
 
 
 class Examiner:

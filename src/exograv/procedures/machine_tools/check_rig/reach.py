@@ -9,6 +9,7 @@ from jaxtyping import Float
 from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription
 from exograv.model.kinematics import body_poses, frame_pose
+from exograv.sobol import sobol_points
 
 from .findings import CheckFindings
 from .fit import Donned, cuffs_of
@@ -69,9 +70,7 @@ def box(assembly: Assembly) -> tuple[Float[np.ndarray, " joint"], Float[np.ndarr
 
 def spread(lower: np.ndarray, upper: np.ndarray, count: int) -> Postures:
     """Postures spread evenly over a box [rad]."""
-    from scipy.stats import qmc  # takes 0.3 s to import, which no tick may wait for
-
-    return lower + qmc.Sobol(len(lower), scramble=False).random(count) * (upper - lower)
+    return lower + sobol_points(len(lower), count) * (upper - lower)
 
 
 def reach(donned: Donned) -> list[ArmReach]:

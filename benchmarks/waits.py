@@ -1,0 +1,174 @@
+"""CPU time of everything a user waits for, by part, of this tree and of another one in turns in the same run.
+
+    python benchmarks/waits.py identification                  # 60 s of motion, four and seven joints
+    python benchmarks/waits.py demo --beside FOLDER            # also the tree in FOLDER; ratios are fair under load
+    python benchmarks/waits.py demo --rounds 3
+
+Each measurement is a process of its own, with its tree first in PYTHONPATH and warm caches: its first run is left out.
+CPU seconds count all threads of the process. Wall seconds are those of a possibly busy computer.
+"""
+
+import argparse
+import collections
+import json
+import os
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+HERE = Path(__file__).resolve().parent.parent
+RIGS = ("recupera_like", "recupera_like_7")
+MOTION_S = 60.0
+SAMPLE_S = 0.005
+"""CPU time between two looks at the stack of a demonstration [s]."""
+
+PARTS = (
+    ("report", "recording_report.py:write_report"),
+    ("table of the guard", "person_limits_manager.py:"),
+    ("import", "importlib"),
+    ("expressions and kernels", "kernel/compilation.py:compile"),
+    ("expressions and kernels", "_function"),
+    ("ticks of the calibration", "twin_calibration.py:EmptyTwin.calibrate+pilot.py:Pilot._tick"),
+    ("listeners of the calibration", "twin_calibration.py:EmptyTwin.calibrate+pilot.py:Pilot.run"),
+    ("fit of the calibration", "twin_calibration.py:EmptyTwin.calibrate"),
+    ("ticks of the worn machine", "pilot.py:Pilot._tick"),
+    ("identification", "identify.py:Identifier.__call__"),
+    ("listeners of the worn machine", "pilot.py:Pilot.run"),
+    ("estimator of the weight", "weight_estimator.py:"),
+    ("examiner", "truth_score.py:"),
+)
+"""Parts of a demonstration by the functions on the stack; the first that fits counts."""
+
+
+def main() -> None:
+    """Measure in turns, and print the medians."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=list(MEASUREMENTS))
+    parser.add_argument("--beside", type=Path, help="Folder of another tree of this project.")
+    parser.add_argument("--rounds", type=int, default=1)
+    parser.add_argument("--out", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.out is not None:
+        Path(options.out).write_text(json.dumps(MEASUREMENTS[options.what]()))
+        return
+    trees = {"this tree": HERE} | ({str(options.beside): options.beside.resolve()} if options.beside else {})
+    found: dict[str, list[dict[str, float]]] = {name: [] for name in trees}
+    for turn in range(options.rounds + 1):
+        for name, folder in trees.items():
+            parts = _measured(options.what, folder)
+            if turn:
+                found[name].append(parts)
+    _print(found)
+
+
+def _measured(what: str, folder: Path) -> dict[str, float]:
+    with tempfile.TemporaryDirectory() as place:
+        out = Path(place, "parts.json")
+        environment = os.environ | {"PYTHONPATH": f"{folder / 'src'}:{folder}", "OPENBLAS_NUM_THREADS": "1"}
+        command = [sys.executable, str(Path(__file__).resolve()), what, "--out", str(out)]
+        start = time.perf_counter()
+        subprocess.run(command, env=environment, cwd=place, check=True, stdout=subprocess.DEVNULL)
+        return json.loads(out.read_text()) | {"wall": time.perf_counter() - start}
+
+
+def _print(found: dict[str, list[dict[str, float]]]) -> None:
+    names = list(dict.fromkeys(part for rounds in found.values() for parts in rounds for part in parts))
+    print(f"{'seconds of CPU, medians':40s}" + "".join(f"{name[-20:]:>22s}" for name in found))
+    for part in names:
+        medians = [statistics.median(parts.get(part, 0.0) for parts in rounds) for rounds in found.values()]
+        ratio = f"   {medians[1] / medians[0]:.2f} x" if len(medians) > 1 and medians[0] > 0.0 else ""
+        print(f"{part:40s}" + "".join(f"{value:22.3f}" for value in medians) + ratio)
+
+
+def demo() -> dict[str, float]:
+    """CPU of `exograv demo` by part [s], by looking at the stack every `SAMPLE_S` of CPU time."""
+    looks: collections.Counter[str] = collections.Counter()
+
+    def look(_signal: int, frame: Any) -> None:
+        names = []
+        while frame is not None:
+            names.append(f"{frame.f_code.co_filename}:{frame.f_code.co_qualname}")
+            frame = frame.f_back
+        stack = " ".join(names)
+        fitting = (part for part, marks in PARTS if all(mark in stack for mark in marks.split("+")))
+        looks[next(fitting, "rest")] += 1
+
+    signal.signal(signal.SIGPROF, look)
+    signal.setitimer(signal.ITIMER_PROF, SAMPLE_S, SAMPLE_S)
+    from exograv.cli import main as command_line
+
+    sys.argv = ["exograv", "demo"]
+    try:
+        command_line()
+    except SystemExit as end:
+        if end.code:
+            raise
+    signal.setitimer(signal.ITIMER_PROF, 0.0)
+    cpu_s, all_looks = time.process_time(), sum(looks.values())
+    parts = {part: cpu_s * looks[part] / all_looks for part in dict.fromkeys([*(part for part, _ in PARTS), "rest"])}
+    children = os.times().children_user + os.times().children_system
+    return parts | {"other processes": children, "all": cpu_s + children}
+
+
+def identification() -> dict[str, float]:
+    """CPU of the recursive method on `MOTION_S` of motion at 1 kHz, by rig and part [s]."""
+    found = {}
+    for rig in RIGS:
+        for part, value in _identification(rig).items():
+            found[f"{rig}: {part}"] = value
+    return found
+
+
+def _identification(rig: str) -> dict[str, float]:
+    from exograv.identification.core.arm_model import ArmModel
+    from exograv.identification.core.interface import Sample
+    from exograv.identification.core.prior import prior
+    from exograv.laboratory.virtual_laboratory import draw_laboratory
+    from exograv.procedures.calibration.nominal_machine import nominal_machine
+    from exograv.procedures.identification.estimator_session import EstimatorSession
+    from exograv.procedures.identification.identify import identification_motion
+
+    laboratory = draw_laboratory(rig, None, 2, 0)
+    assembly = laboratory.assembly()
+    machine = nominal_machine(laboratory.description, np.asarray(assembly.exo.phi))
+    path, (mean, covariance) = identification_motion(assembly, MOTION_S, 1e-3), prior(assembly, machine)
+    generator, model = np.random.default_rng(0), ArmModel(assembly, machine)
+    x = mean + 0.5 * np.linalg.cholesky(covariance + 1e-12 * np.eye(len(mean))) @ generator.standard_normal(len(mean))
+    every = slice(None, None, 10)
+    moments = zip(path.q[every], path.v[every], path.a[every], strict=True)
+    exact = np.array([model.linearise(Sample(0.0, q, v, a, q), x)[0] for q, v, a in moments])
+    t = np.arange(len(path)) * 1e-3
+    tau = np.array([np.interp(t, t[every], of_joint) for of_joint in exact.T]).T
+    tau += 0.2 * generator.standard_normal(tau.shape)
+    start = time.process_time()
+    session = EstimatorSession(assembly, machine, "recursive", 1e-3)
+    prepared = time.process_time()
+    for k in range(len(path)):
+        estimate = session.take(path.q[k], tau[k], path.q[k])
+        if estimate is not None and session.is_to_note:
+            session.judge(estimate)
+    moved = time.process_time()
+    last = session.last()
+    session.judge(last)
+    end = time.process_time()
+    return {
+        "prepare": prepared - start,
+        "60 s of motion": moved - prepared,
+        "last estimate": end - moved,
+        "all": end - start,
+        "estimate, norm of x": float(np.linalg.norm(last.x)),
+        "estimate, norm of SD": float(np.sqrt(np.trace(np.asarray(last.covariance)))),
+    }
+
+
+MEASUREMENTS = {"demo": demo, "identification": identification}
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,29 @@
+"""A mean over a period is the mean of its samples, bit for bit, whether or not a motion was requested."""
+
+import numpy as np
+import pytest
+
+from exograv.identification.core.interface import RequestedMotion, Sample
+from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
+
+JOINTS = 3
+
+
+@pytest.mark.parametrize("is_requested", [False, True])
+def test_a_mean_is_that_of_all_rows_of_the_period(is_requested: bool):
+    generator, averages, period = np.random.default_rng(0), Averages(BATCH_PERIOD_S), []
+    means = 0
+    for k in range(400):
+        rows = generator.standard_normal((7 if is_requested else 4, JOINTS))
+        period.append(rows)
+        asked = RequestedMotion(*rows[4:]) if is_requested else None
+        kept = averages.take(Sample(0.001 * k, *rows[:4], asked))
+        if kept is not None:
+            expected = np.mean(period, axis=0)
+            assert np.array_equal(np.array([kept.q, kept.v, kept.a, kept.tau]), expected[:4])
+            if is_requested:
+                assert kept.asked is not None
+                assert np.array_equal(np.array([kept.asked.q, kept.asked.v, kept.asked.a]), expected[4:])
+            means += 1
+            period.clear()
+    assert means >= 4
