@@ -170,9 +170,7 @@ def message_data(chunk: bytes, offset: int) -> bytes:
     return b"" if record is None else record[1][MESSAGE_HEAD.size :]
 
 
-def _walk(
-    content: Content, found: Contents, fields: Sequence[str] | None
-) -> Generator[ChunkPart, None, FileEnding]:
+def _walk(content: Content, found: Contents, fields: Sequence[str] | None) -> Generator[ChunkPart, None, FileEnding]:
     start = found.good = len(MCAP0_MAGIC)
     while record := _record_at(content, start):
         opcode, body = record
