@@ -13,7 +13,8 @@ from matplotlib.axes import Axes
 
 from peers.opponents import OPPONENTS, Native
 
-COLOURS = {each.name: f"C{i}" if i < 10 else "black" for i, each in enumerate(OPPONENTS)}
+MORE_COLOURS = ("black", "navy", "olive")
+COLOURS = {each.name: f"C{i}" if i < 10 else MORE_COLOURS[i - 10] for i, each in enumerate(OPPONENTS)}
 BARS = ("rnea_7", "torque_gradient_7", "tick_aligned_7", "tick_general_4")
 BATCHES = ("rnea_7", "torque_gradient_7", "tick_aligned_7", "tick_general_4")
 SIZES = (1, 64, 1024, 16384)

@@ -9,6 +9,8 @@ from peers.opponents import (
     AdamJax,
     Frax,
     GeneratedC,
+    GeneratedCLanes,
+    JaxAhead,
     JaxByHand,
     JaxTranslated,
     Mujoco,
@@ -76,7 +78,9 @@ def _single(quick: bool) -> Iterator[Measurement]:
 def _left_out_of_single(name: str) -> dict[str, str]:
     left_out = {AdamJax.name: QUICK + "it compiles for seconds"}
     if name in ("regressor_7", "rnea_derivatives_7", "torque_gradient_4", "tick_aligned_4"):
-        left_out |= dict.fromkeys((JaxByHand.name, JaxTranslated.name), QUICK + "JAX shows two such rows")
+        left_out |= dict.fromkeys(
+            (JaxByHand.name, JaxAhead.name, JaxTranslated.name), QUICK + "JAX shows two such rows"
+        )
     if name in ("rnea_4", "torque_gradient_7"):
         left_out[JaxTranslated.name] = QUICK + "JAX by hand is faster there"
     if name.startswith("tick_general"):
@@ -106,11 +110,13 @@ def _left_out_of_batch(name: str, batch: BatchShape, quick: bool) -> dict[str, s
     if name == "tick_general_4" and not (is_middle and not quick):
         left_out[JaxTranslated.name] = QUICK + SLOW_JAX if quick else ONCE
     if quick and name == "tick_general_4":
-        left_out[GeneratedC.name] = QUICK + SLOW_C
+        left_out |= dict.fromkeys((GeneratedC.name, GeneratedCLanes.name), QUICK + SLOW_C)
     if quick and (batch.size == 16384 or (name == "tick_general_4" and batch.size > 64)):
         left_out[VirtualMachine.name] = QUICK + "a call takes up to a second"
     if quick and not (is_middle and name == "rnea_7"):
-        left_out |= dict.fromkeys((JaxByHand.name, Frax.name), QUICK + "JAX compiles each anew; see RNEA at 1024")
+        left_out |= dict.fromkeys(
+            (JaxByHand.name, JaxAhead.name, Frax.name), QUICK + "JAX compiles each anew; see RNEA at 1024"
+        )
     if quick:
         left_out |= dict.fromkeys(
             (JaxTranslated.name, AdamJax.name, AdamCasadi.name), QUICK + "it compiles for seconds"

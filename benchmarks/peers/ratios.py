@@ -3,17 +3,26 @@
 from collections.abc import Sequence
 from typing import Any
 
-from peers.opponents import JaxByHand, JaxTranslated, Native, Pinocchio
+from peers.opponents import GeneratedC, GeneratedCLanes, JaxAhead, JaxByHand, JaxTranslated, Native, Pinocchio
 
-JAX = (JaxByHand.name, JaxTranslated.name)
+JAX = (JaxByHand.name, JaxAhead.name, JaxTranslated.name)
+C = (GeneratedC.name, GeneratedCLanes.name)
 BATCH = "batch_rnea_7_1024_f64_one_core"
+BATCH_TICK = "batch_tick_aligned_7_1024_f64_one_core"
 RATIOS: dict[str, tuple[str, tuple[str, ...]]] = {
     "rnea_vs_pinocchio": ("rnea_7", (Pinocchio.name,)),
+    "tick_vs_c": ("tick_aligned_7", C),
+    "batch_tick_vs_c": (BATCH_TICK, C),
     "tick_vs_jax": ("tick_aligned_7", JAX),
+    "batch_tick_vs_jax": (BATCH_TICK, JAX),
+    "batch_rnea_vs_c": (BATCH, C),
     "batch_rnea_vs_jax_vmap": (BATCH, JAX),
     "batch_rnea_vs_pinocchio": (BATCH, (Pinocchio.name,)),
 }
-"""Row and opponents by ratio; the fastest opponent counts. The tick is the aligned one, which JAX by hand can do."""
+"""Row and opponents by ratio; the fastest opponent counts. The tick is the aligned one, which JAX by hand can do.
+
+Each row against JAX stands beside the same row against C: a call from Python costs JAX more than the computation.
+"""
 
 
 def ratios(rows: list[dict[str, Any]]) -> dict[str, float | None]:

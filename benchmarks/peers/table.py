@@ -12,10 +12,14 @@ from peers.opponents import Native
 from .ratios import advantage
 
 RATIO_WORDS = {
-    "rnea_vs_pinocchio": "inverse dynamics of 7 joints against Pinocchio",
-    "tick_vs_jax": "aligned tick of 7 joints against JAX",
-    "batch_rnea_vs_jax_vmap": "inverse dynamics, 1024 states, one core, against JAX with vmap",
-    "batch_rnea_vs_pinocchio": "the same against Pinocchio",
+    "rnea_vs_pinocchio": "inverse dynamics of 7 joints, one call from Python, against Pinocchio",
+    "tick_vs_c": "aligned tick of 7 joints, one call from Python, against CasADi's generated C",
+    "batch_tick_vs_c": "aligned tick of 7 joints, 1024 states a call, one core, against CasADi's generated C",
+    "tick_vs_jax": "aligned tick of 7 joints, one call from Python, against JAX",
+    "batch_tick_vs_jax": "aligned tick of 7 joints, 1024 states a call, one core, against JAX with vmap",
+    "batch_rnea_vs_c": "inverse dynamics, 1024 states a call, one core, against CasADi's generated C",
+    "batch_rnea_vs_jax_vmap": "inverse dynamics, 1024 states a call, one core, against JAX with vmap",
+    "batch_rnea_vs_pinocchio": "inverse dynamics, 1024 states a call, one core, against Pinocchio",
 }
 
 

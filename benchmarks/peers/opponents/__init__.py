@@ -7,6 +7,8 @@ from .adam import AdamJax as AdamJax
 from .drake import Drake as Drake
 from .frax import Frax as Frax
 from .generated_c import GeneratedC as GeneratedC
+from .generated_c_lanes import GeneratedCLanes as GeneratedCLanes
+from .jax_by_hand import JaxAhead as JaxAhead
 from .jax_by_hand import JaxByHand as JaxByHand
 from .jax_translated import JaxTranslated as JaxTranslated
 from .mujoco import Mujoco as Mujoco
@@ -18,9 +20,11 @@ OPPONENTS: tuple[Opponent, ...] = (
     Native(),
     VirtualMachine(),
     GeneratedC(),
+    GeneratedCLanes(),
     Pinocchio(),
     Mujoco(),
     JaxByHand(),
+    JaxAhead(),
     JaxTranslated(),
     Frax(),
     AdamCasadi(),

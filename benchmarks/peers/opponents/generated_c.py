@@ -28,7 +28,7 @@ class GeneratedC:
 
     def version(self) -> str:
         """Return the versions of CasADi and of the compiler."""
-        return f"{version('casadi')}, {_compiler_version()} {' '.join(FLAGS[:2])}"
+        return f"{version('casadi')}, {compiler_version()} {' '.join(FLAGS[:2])}"
 
     def build(self, task: Task, batch: BatchShape | None) -> Call:
         """Build a call on fixed memory."""
@@ -99,19 +99,24 @@ def shared_library(function: ca.Function, folder: Path, element: str = "double",
     Raises:
         Missing: There is no compiler, or the compiler rejected the code.
     """
-    compiler = _compiler()
+    program = compiler()
     generator = ca.CodeGenerator("generated.c", {"casadi_real": element})
     generator.add(function)
     source, library = folder / "generated.c", folder / "generated.so"
     source.write_text(generator.dump() + more)
-    command = [compiler, *FLAGS, *flags, "-o", str(library), str(source), "-lm"]
+    command = [program, *FLAGS, *flags, "-o", str(library), str(source), "-lm"]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     if result.returncode != 0:
-        raise Missing(f"{compiler} rejected the code: {result.stderr.strip().splitlines()[-1]}")
+        raise Missing(f"{program} rejected the code: {result.stderr.strip().splitlines()[-1]}")
     return library
 
 
-def _compiler() -> str:
+def compiler() -> str:
+    """Return the name of the C compiler.
+
+    Raises:
+        Missing: There is none.
+    """
     for name in ("gcc", "clang", "cc"):
         if shutil.which(name):
             return name
@@ -119,6 +124,7 @@ def _compiler() -> str:
 
 
 @cache
-def _compiler_version() -> str:
-    shown = subprocess.run([_compiler(), "--version"], capture_output=True, text=True, check=False).stdout
+def compiler_version() -> str:
+    """Return the first line that the compiler says of its version."""
+    shown = subprocess.run([compiler(), "--version"], capture_output=True, text=True, check=False).stdout
     return shown.splitlines()[0]

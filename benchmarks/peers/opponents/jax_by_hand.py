@@ -25,6 +25,20 @@ class JaxByHand:
         return jitted(_function(jax_module(), task), task.compared, task, batch, axis=0)
 
 
+class JaxAhead:
+    """The same, compiled ahead of the first call: `jax.jit(…).lower(…).compile()`, without a look-up of the trace."""
+
+    name = "JAX, compiled ahead"
+
+    def version(self) -> str:
+        """Return the version of JAX."""
+        return jax_version()
+
+    def build(self, task: Task, batch: BatchShape | None) -> Call:
+        """Build any task but the general tick."""
+        return jitted(_function(jax_module(), task), task.compared, task, batch, axis=0, is_ahead=True)
+
+
 def _function(jax: Any, task: Task) -> Callable[..., list[Any]]:
     if task.quantity == "tick_general":
         raise Missing("not written by hand: thousands of lines of another model; see our program in JAX")

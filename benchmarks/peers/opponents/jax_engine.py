@@ -33,7 +33,13 @@ def jax_version() -> str:
 
 
 def jitted(
-    function: Callable[..., Sequence[Any]], names: Sequence[str], task: Task, batch: BatchShape | None, axis: int
+    function: Callable[..., Sequence[Any]],
+    names: Sequence[str],
+    task: Task,
+    batch: BatchShape | None,
+    axis: int,
+    *,
+    is_ahead: bool = False,
 ) -> Call:
     """Return a call of `jax.jit(function)`; for a batch, of its `jax.vmap` with the states along `axis`.
 
@@ -43,6 +49,7 @@ def jitted(
         task: Task whose arguments are taken.
         batch: None for single states.
         axis: 0 is the custom of JAX; −1 keeps each number's states side by side, as our batches do.
+        is_ahead: True to compile when the first state is loaded, and to call the compiled program itself.
     """
     jax = jax_module()
     arguments = [task.function.name_in(i) for i in range(task.function.n_in())]
@@ -52,13 +59,15 @@ def jitted(
         axes = tuple(axis if name in many else None for name in arguments)
         function = jax.vmap(function, in_axes=axes, out_axes=axis)
     compiled = jax.jit(function)
-    held: dict[str, Any] = {}
+    held: dict[str, Any] = {"call": compiled}
 
     def load(state: State) -> None:
         held["arguments"] = [jax.device_put(_with_axis(state[name], axis, dtype, name in many)) for name in arguments]
+        if is_ahead and held["call"] is compiled:
+            held["call"] = compiled.lower(*held["arguments"]).compile()
 
     def run() -> None:
-        results = held["results"] = compiled(*held["arguments"])
+        results = held["results"] = held["call"](*held["arguments"])
         results[-1].block_until_ready()
 
     def read() -> Mapping[str, np.ndarray]:

@@ -2,6 +2,7 @@
 
 from .log import MotionLog as MotionLog
 from .log import read_log as read_log
+from .on_demand import open_recording as open_recording
 from .pieces import RecordingPass as RecordingPass
 from .pieces import read_topics as read_topics
 from .pieces import tick_pieces as tick_pieces

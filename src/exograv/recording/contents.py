@@ -7,7 +7,7 @@ before the first error is good. The erroneous part and all that follows is not u
 import enum
 import struct
 import zlib
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, field
 from io import BytesIO
 from typing import Protocol, runtime_checkable
@@ -107,6 +107,21 @@ class Contents:
         return {channel.id: channel.topic for channel in self.channels}
 
 
+@dataclass(frozen=True)
+class ChunkPart:
+    """Message of a chunk, or ticks that follow each other there."""
+
+    topic: str
+    data: bytes | np.ndarray
+    """Data of the message; of ticks their rows as bytes, or, unpacked from columns, as an array (tick,)."""
+
+    chunk: int
+    """Start of the chunk in the file."""
+
+    offset: int
+    """Start of the message in the uncompressed chunk."""
+
+
 def examine(content: Content, visit: Visit) -> Contents:
     """Examine a file that begins with the mark of MCAP, and visit each message of a good chunk in order."""
     found = Contents()
@@ -117,20 +132,52 @@ def examine(content: Content, visit: Visit) -> Contents:
 
 def messages_in(content: Content, found: Contents) -> Iterator[tuple[str, bytes]]:
     """Yield topic and data as `examine` visits them, with one chunk in memory at a time; fill in `found` on the way."""
+    for part in parts_in(content, found):
+        yield part.topic, part.data if isinstance(part.data, bytes) else part.data.tobytes()
+
+
+def parts_in(content: Content, found: Contents, fields: Sequence[str] | None = None) -> Iterator[ChunkPart]:
+    """Yield the parts of each chunk, with one chunk in memory at a time; fill in `found` on the way.
+
+    Args:
+        content: File that begins with the mark of MCAP.
+        found: Empty contents.
+        fields: Fields that are unpacked from ticks that were packed by column; all without it.
+    """
     try:
-        found.ending = yield from _walk(content, found)
+        found.ending = yield from _walk(content, found, fields)
     except DAMAGE:
         found.ending = FileEnding.DAMAGED
 
 
-def _walk(content: Content, found: Contents) -> Generator[tuple[str, bytes], None, FileEnding]:
+def parts_at(
+    content: Content, chunk: int, topics: dict[int, str], fields: Sequence[str] | None = None
+) -> Iterator[ChunkPart]:
+    """Yield the parts of the chunk at this place, which `parts_in` has found good."""
+    found = dict[int, list[np.ndarray]]()
+    yield from _parts(chunk_data(content, chunk), chunk, topics, fields, found)
+
+
+def chunk_data(content: Content, chunk: int) -> bytes:
+    """Return the uncompressed messages of the chunk at this place, which `parts_in` has found good."""
+    record = _record_at(content, chunk)
+    return b"" if record is None else _unpacked(Chunk.read(ReadDataStream(BytesIO(record[1]))))
+
+
+def message_data(chunk: bytes, offset: int) -> bytes:
+    """Return the data of the message at this place of an uncompressed chunk."""
+    record = _record_at(chunk, offset)
+    return b"" if record is None else record[1][MESSAGE_HEAD.size :]
+
+
+def _walk(content: Content, found: Contents, fields: Sequence[str] | None) -> Generator[ChunkPart, None, FileEnding]:
     start = found.good = len(MCAP0_MAGIC)
     while record := _record_at(content, start):
         opcode, body = record
         end = start + RECORD_HEAD.size + len(body)
         if opcode == Opcode.CHUNK:
             chunk = Chunk.read(ReadDataStream(BytesIO(body)))
-            after = yield from _chunk(chunk, content, (start, end), found)
+            after = yield from _chunk(chunk, content, (start, end), found, fields)
             if after is None:
                 return FileEnding.CUT
             end = after
@@ -162,23 +209,11 @@ def _announce(opcode: int, body: bytes, found: Contents) -> None:
 
 
 def _chunk(
-    chunk: Chunk, content: Content, place: tuple[int, int], found: Contents
-) -> Generator[tuple[str, bytes], None, int | None]:
-    """Yield a chunk's messages; return the end of its index, or None if the file ends before it."""
-    data, topics = _unpacked(chunk), found.topics
+    chunk: Chunk, content: Content, place: tuple[int, int], found: Contents, fields: Sequence[str] | None
+) -> Generator[ChunkPart, None, int | None]:
+    """Yield a chunk's parts; return the end of its index, or None if the file ends before it."""
     parts: dict[int, list[np.ndarray]] = {}
-    is_packed, ticks = COLUMNS_TOPIC in topics.values(), 0
-    for channel, entries, messages in _messages(data, topics):
-        if topics[channel] == COLUMNS_TOPIC:
-            rows = _rows(messages)
-            ticks += len(rows)
-            yield TICK.topic, rows.tobytes()
-        elif topics[channel] != TICK.topic:
-            yield topics[channel], messages
-        elif not is_packed:
-            ticks += len(entries)
-            yield TICK.topic, messages
-        parts.setdefault(channel, []).append(entries)
+    ticks = yield from _parts(_unpacked(chunk), place[0], found.topics, fields, parts)
     index = {channel: np.concatenate(entries) for channel, entries in parts.items()}
     expected = MessageIndexes(index, place[1])
     stored = content[place[1] : place[1] + len(expected.records)]
@@ -192,6 +227,30 @@ def _chunk(
         found.counts[channel] = found.counts.get(channel, 0) + len(entries)
     found.ticks += ticks
     return place[1] + len(expected.records)
+
+
+def _parts(
+    data: bytes,
+    chunk: int,
+    topics: dict[int, str],
+    fields: Sequence[str] | None,
+    index: dict[int, list[np.ndarray]],
+) -> Generator[ChunkPart, None, int]:
+    """Yield the parts of an uncompressed chunk, put their entries into `index`, and return the number of ticks."""
+    is_packed, ticks = COLUMNS_TOPIC in topics.values(), 0
+    for channel, entries, messages in _messages(data, topics):
+        topic, offset = topics[channel], int(entries["offset"][0])
+        if topic == COLUMNS_TOPIC:
+            rows = _rows(messages, fields)
+            ticks += len(rows)
+            yield ChunkPart(TICK.topic, rows, chunk, offset)
+        elif topic != TICK.topic:
+            yield ChunkPart(topic, messages, chunk, offset)
+        elif not is_packed:
+            ticks += len(entries)
+            yield ChunkPart(topic, messages, chunk, offset)
+        index.setdefault(channel, []).append(entries)
+    return ticks
 
 
 def _unpacked(chunk: Chunk) -> bytes:
@@ -227,9 +286,9 @@ def _messages(data: bytes, topics: dict[int, str]) -> Iterator[tuple[int, np.nda
         start = following
 
 
-def _rows(message: bytes) -> np.ndarray:
+def _rows(message: bytes, fields: Sequence[str] | None) -> np.ndarray:
     try:
-        return unpack(message)
+        return unpack(message, fields)
     except ValueError as error:
         raise DamageError from error
 

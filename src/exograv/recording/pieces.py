@@ -8,7 +8,8 @@ import numpy as np
 
 from .contents import Contents, messages_in
 from .encoding import restored, tick_dtype, unpacked_ticks
-from .reader import Recording, read_content, remark_on, settings_of
+from .file_content import read_content
+from .reader import Recording, remark_on, settings_of
 from .schema import CHANNELS, SETTINGS, TICK
 
 

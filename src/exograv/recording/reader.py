@@ -1,25 +1,25 @@
 """Reader of recordings, also of those whose writer was killed: all up to the last complete chunk."""
 
-import contextlib
 import json
-import os
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
-from mcap.writer import MCAP0_MAGIC
 
 from exograv.errors import RecordingError
 
+from .computing_times import FIELDS, ComputingTimes, computing_times
 from .contents import Contents, FileEnding, examine
 from .device_stream import DeviceStream, joined
 from .encoding import restored, unpacked_ticks
 from .fields import Message
+from .file_content import read_content
 from .schema import CHANNELS, PACKED_VERSION, TICK
-from .stream_block import TOPICS, unpacked, value_type_of
+from .stored_ticks import StoredTicks
+from .stream_block import TOPICS, StreamBlock, unpacked, value_type_of
 
 READABLE = range(1, PACKED_VERSION + 1)
 """Versions of the format that can be read."""
@@ -27,14 +27,17 @@ READABLE = range(1, PACKED_VERSION + 1)
 
 @dataclass(frozen=True)
 class Recording:
-    """Content of a recording file, in memory."""
+    """Content of a recording file, in memory or read on demand."""
 
     path: Path
     settings: Message
     """Settings of the run: the message of the channel `/settings`."""
 
     ticks: np.ndarray
-    """Structured array, one record per tick; fields and units are in the table of `/tick`."""
+    """Structured array, one record per tick; fields and units are in the table of `/tick`.
+
+    It is empty if the ticks stay in the file (`open_recording`); `pieces` and `phase_pieces` read both.
+    """
 
     remark: str | None
     """Sentence on what is wrong with the file; None for a complete one."""
@@ -43,6 +46,9 @@ class Recording:
 
     streams: tuple[DeviceStream, ...] = ()
     """Streams of other devices."""
+
+    stored: StoredTicks | None = None
+    """Ticks that stay in the file."""
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -67,10 +73,36 @@ class Recording:
         """Return the last message of a JSON channel, or an empty one."""
         return (self.messages(topic) or [{}])[-1]
 
+    def pieces(self, fields: Sequence[str]) -> Iterator[np.ndarray]:
+        """Yield these fields of all ticks, in pieces (tick,) that fit into memory."""
+        if self.stored is not None:
+            return self.stored.pieces(fields)
+        return iter([self.ticks[list(fields)]])
+
     def phase_ticks(self, name: str) -> np.ndarray:
         """Return the ticks of the last phase with this name; empty if there was none."""
-        numbers = [k for k, phase in enumerate(self.messages("/phase"), start=1) if phase["name"] == name]
-        return self.ticks[self.ticks["phase"] == (numbers or [-1])[-1]]
+        return self.ticks[self.ticks["phase"] == self._phase_number(name)]
+
+    def phase_pieces(self, name: str, fields: Sequence[str]) -> Iterator[np.ndarray]:
+        """Yield these fields of the ticks of the last phase with this name, in pieces (tick,) that fit into memory."""
+        if self.stored is not None:
+            return self.stored.pieces(fields, self._phase_number(name))
+        return iter([self.phase_ticks(name)[list(fields)]])
+
+    def phase_length(self, name: str) -> int:
+        """Return the number of ticks of the last phase with this name."""
+        if self.stored is not None:
+            return self.stored.counts.get(self._phase_number(name), 0)
+        return len(self.phase_ticks(name))
+
+    @cached_property
+    def computing_times(self) -> ComputingTimes:
+        """Computing times of all ticks, and the share of ticks in which the envelope limited the torque."""
+        return computing_times(self.pieces(FIELDS), len(self.joints))
+
+    def _phase_number(self, name: str) -> int:
+        """Return the number of the last phase with this name; -1 if there was none."""
+        return max((k for k, phase in enumerate(self.messages("/phase"), start=1) if phase["name"] == name), default=-1)
 
 
 def read_recording(path: Path) -> Recording:
@@ -98,71 +130,32 @@ def read_recording(path: Path) -> Recording:
         for topic, channel in CHANNELS.items()
         if channel is not TICK
     }
-    streams = _streams(found, parts, messages, ticks)
+    streams = streams_of(found, _blocks(found, parts), messages, ticks)
     return Recording(path, settings, ticks, remark_on(path, size, found, ticks), messages, streams)
 
 
-def _streams(
-    found: Contents, parts: Mapping[str, list[bytes]], messages: Mapping[str, Sequence[Message]], ticks: np.ndarray
-) -> tuple[DeviceStream, ...]:
-    types = {schema.id: value_type_of(schema.name) for schema in found.schemas}
+def _blocks(found: Contents, parts: Mapping[str, list[bytes]]) -> dict[str, list[StreamBlock]]:
+    return {topic: [unpacked(data, kind) for data in parts.get(topic, ())] for topic, kind in stream_types(found)}
+
+
+def stream_types(found: Contents) -> list[tuple[str, str]]:
+    """Return the topics of other devices' streams, each with LSL's name of its type of value."""
+    types = {schema.id: schema.name for schema in found.schemas}
     topics = [(channel.topic, channel.schema_id) for channel in found.channels]
-    streams = [(topic, types[kind]) for topic, kind in topics if topic.startswith(TOPICS)]
+    return [(topic, value_type_of(types[kind])) for topic, kind in topics if topic.startswith(TOPICS)]
+
+
+def streams_of(
+    found: Contents,
+    blocks: Mapping[str, Sequence[StreamBlock]],
+    messages: Mapping[str, Sequence[Message]],
+    ticks: np.ndarray,
+) -> tuple[DeviceStream, ...]:
+    """Return the streams of other devices, from their blocks by topic."""
     return tuple(
-        joined(
-            topic,
-            kind,
-            [unpacked(data, kind) for data in parts.get(topic, ())],
-            messages["/stream"],
-            messages["/correction"],
-            ticks,
-        )
-        for topic, kind in streams
+        joined(topic, kind, blocks.get(topic, ()), messages["/stream"], messages["/correction"], ticks)
+        for topic, kind in stream_types(found)
     )
-
-
-class FileContent:
-    """Bytes of an open file, read on demand; a failing disk raises a `RecordingError`."""
-
-    def __init__(self, path: Path, file: BinaryIO):
-        """Take the size of the file at this moment."""
-        self._path, self._file = path, file
-        self._size = os.fstat(file.fileno()).st_size
-
-    def __len__(self) -> int:
-        return self._size
-
-    def __getitem__(self, part: slice, /) -> bytes:
-        start, stop, _ = part.indices(self._size)
-        try:
-            self._file.seek(start)
-            return self._file.read(max(stop - start, 0))
-        except OSError as error:
-            raise RecordingError(_unreadable(self._path, error)) from error
-
-
-@contextlib.contextmanager
-def read_content(path: Path) -> Iterator[FileContent]:
-    """Open the bytes of an MCAP file for the duration of the block.
-
-    Raises:
-        RecordingError: The file is missing, or of another kind.
-    """
-    try:
-        file = path.open("rb")
-    except OSError as error:
-        raise RecordingError(_unreadable(path, error)) from error
-    with file:
-        content = FileContent(path, file)
-        if content[: len(MCAP0_MAGIC)] != MCAP0_MAGIC:
-            raise RecordingError(
-                f"{path} is not an MCAP file. A recording of exograv ends in .mcap and begins with its mark."
-            )
-        yield content
-
-
-def _unreadable(path: Path, error: OSError) -> str:
-    return f"The recording {path} cannot be read: {error.strerror}. Check its path."
 
 
 def settings_of(path: Path, messages: list[bytes]) -> Message:

@@ -7,7 +7,7 @@ from pathlib import Path
 from .contents import Contents, messages_in
 from .encoding import restored
 from .fields import Message
-from .reader import read_content
+from .file_content import read_content
 from .schema import CHANNELS
 from .stream_block import StreamBlock, unpacked, value_type_of
 

@@ -7,7 +7,7 @@ Integers wrap around, so every step can be undone to the last bit, for NaN too.
 """
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from jaxtyping import Shaped
@@ -54,34 +54,57 @@ def pack(ticks: np.ndarray) -> bytes:
     return b"".join([HEAD.pack(n, n_joints, SCHEMA_VERSION), bytes(methods), factors.tobytes(), *planes])
 
 
-def unpack(data: bytes) -> np.ndarray:
+NEEDS = {"tau_commanded": "tau_desired", "tau_measured": "current"}
+"""Field from which another one may be predicted."""
+
+
+def unpack(data: bytes, fields: Sequence[str] | None = None) -> np.ndarray:
     """Return the ticks (tick,) of a message that `pack` has made.
+
+    Args:
+        data: The message.
+        fields: Fields to unpack; all without it. The array then has these fields, and those that they need.
 
     Raises:
         ValueError: The message is not complete, or has an unknown method.
     """
     n, n_joints, version = HEAD.unpack_from(data)
-    ticks = np.zeros(n, tick_dtype(n_joints, version))
-    ticks["cdr_header"] = np.frombuffer(CDR_HEADER, np.uint8)
+    kind = tick_dtype(n_joints, version)
+    if fields is not None:
+        wanted = {*fields, *(NEEDS[name] for name in fields if name in NEEDS)}
+        kind = np.dtype([(name, kind[name]) for name in kind.names or () if name in wanted])
+    ticks = np.zeros(n, kind)
+    if fields is None:
+        ticks["cdr_header"] = np.frombuffer(CDR_HEADER, np.uint8)
     columns = list(_columns(n_joints))
     methods = data[HEAD.size : HEAD.size + len(columns)]
     start = HEAD.size + len(columns)
     factors, start = np.frombuffer(data, "<f8", n_joints, start), start + 8 * n_joints
+    sizes = {field.name: tick_dtype(1, version)[field.name].base.itemsize for field in TICK.fields}
     for (name, joint), method in zip(columns, methods, strict=True):
-        column = _column(ticks, name, joint)
-        size = column.dtype.itemsize
-        planes = np.frombuffer(data, np.uint8, n * size, start).reshape(size, n)
-        numbers = _signed(np.ascontiguousarray(planes.T).view(f"<u{size}")[:, 0])
-        if method < ORDERS:
-            for _ in range(method):
-                numbers = np.cumsum(numbers, dtype=numbers.dtype)
-        elif (predicted := dict(_predicted(ticks, name, joint, factors)).get(method)) is not None:
-            numbers = numbers + predicted
-        else:
-            raise ValueError(f"Column {name} has the unknown method {method}.")
-        column[:] = _values(numbers, column.dtype)
+        size = sizes[name]
+        if name in (kind.names or ()):
+            planes = np.frombuffer(data, np.uint8, n * size, start).reshape(size, n)
+            _unpack_column(ticks, (name, joint), method, planes, factors)
+        elif len(data) < start + n * size:
+            raise ValueError(f"Column {name} is not complete.")
         start += n * size
     return ticks
+
+
+def _unpack_column(
+    ticks: np.ndarray, which: tuple[str, int | None], method: int, planes: np.ndarray, factors: np.ndarray
+) -> None:
+    column = _column(ticks, *which)
+    numbers = _signed(np.ascontiguousarray(planes.T).view(f"<u{len(planes)}")[:, 0])
+    if method < ORDERS:
+        for _ in range(method):
+            numbers = np.cumsum(numbers, dtype=numbers.dtype)
+    elif (predicted := dict(_predicted(ticks, *which, factors)).get(method)) is not None:
+        numbers = numbers + predicted
+    else:
+        raise ValueError(f"Column {which[0]} has the unknown method {method}.")
+    column[:] = _values(numbers, column.dtype)
 
 
 def _columns(n_joints: int) -> Iterator[tuple[str, int | None]]:

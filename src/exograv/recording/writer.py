@@ -17,9 +17,10 @@ from exograv.errors import RecordingError
 from .container import INDEX_ENTRY, MESSAGE_HEAD, RECORD_HEAD, ChunkedFile
 from .contents import crc_of, examine
 from .encoding import json_schema, misfits, stored, tick_definition
+from .file_content import read_content
 from .interrupt import uninterrupted
 from .output_file import opened, sync_folder, unwritable
-from .reader import read_content, settings_of
+from .reader import settings_of
 from .schema import CHANNELS, PACKED_VERSION, SCHEMA_VERSION, TICK
 from .stream_block import StreamFormat
 from .tick_block import T_MAX_S, TickBlock

@@ -42,7 +42,11 @@ def test_a_ratio_is_of_medians_against_the_fastest_of_its_kind(findings: Finding
     ratios = result_of(findings, COMPUTER, quick=True)["ratios"]
     assert ratios == {
         "rnea_vs_pinocchio": 7.5,
+        "tick_vs_c": None,
+        "batch_tick_vs_c": None,
         "tick_vs_jax": 100.0,
+        "batch_tick_vs_jax": None,
+        "batch_rnea_vs_c": None,
         "batch_rnea_vs_jax_vmap": 20.0,
         "batch_rnea_vs_pinocchio": None,
     }

@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from exograv.recording import Recording
+from exograv.recording.stored_ticks import rows_at
 from exograv.report.style.figure_style import joint_colours, joint_label, thinned
 
 MOST_POINTS = 400
@@ -11,10 +12,10 @@ MOST_POINTS = 400
 
 def draw(recording: Recording) -> Figure | None:
     """Draw the angle of each joint since the release."""
-    ticks = recording.phase_ticks("float")
-    if len(ticks) < 2:
+    length = recording.phase_length("float")
+    if length < 2:
         return None
-    ticks = ticks[thinned(len(ticks), MOST_POINTS)]
+    ticks = rows_at(recording.phase_pieces("float", ("t", "q_measured")), thinned(length, MOST_POINTS))
     figure = Figure(figsize=(9.6, 2.9), layout="constrained")
     ax = figure.subplots()
     moved = np.rad2deg(ticks["q_measured"] - ticks["q_measured"][0])

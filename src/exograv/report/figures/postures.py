@@ -74,7 +74,8 @@ def distinct_frames(frames: Sequence[Message], n: int) -> list[Message]:
     """Return up to `n` frames with the most different arm postures, in order of time; the first is always included."""
     if len(frames) <= n:
         return list(frames)
-    arms = np.array([np.ravel(frame["arm"]) for frame in frames])
+    kind = np.dtype((float, (np.size(frames[0]["arm"]),)))
+    arms = np.fromiter((np.ravel(frame["arm"]) for frame in frames), kind, len(frames))
     chosen = [0]
     while len(chosen) < n:
         distance = np.min([np.linalg.norm(arms - arms[k], axis=1) for k in chosen], axis=0)

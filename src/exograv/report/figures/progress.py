@@ -1,6 +1,7 @@
 """Figure of the identification's progress: true left over, if an examiner knows it, and the machine's prediction."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator
+from itertools import islice
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,7 +18,7 @@ MOST_POINTS = 150
 
 def draw(recording: Recording) -> Figure | None:
     """Draw the left over per joint against the seconds of motion."""
-    if len(recording.messages("/left_over")) < 2 and len(_beliefs(recording)) < 2:
+    if len(recording.messages("/left_over")) < 2 and sum(1 for _ in islice(_beliefs(recording), 2)) < 2:
         return None
     figure = Figure(figsize=(9.6, 3.6), layout="constrained")
     plot_progress(figure.subplots(), recording)
@@ -34,7 +35,7 @@ def explain(recording: Recording) -> str:
         time = (recording.last("/result").get("identification") or {}).get("time_to_target_s")
         words += " Solid lines are the true values, which only the examiner of the twin knows, not the machine."
         words += f" From {time:.0f} s on, all joints stayed below their targets." if time is not None else ""
-    if _beliefs(recording):
+    if any(True for _ in _beliefs(recording)):
         words += " Dotted lines are the left over that the machine itself predicts."
     return words
 
@@ -75,10 +76,11 @@ def _mark_targets(ax: Axes, goal: np.ndarray) -> None:
         )
 
 
-def _beliefs(recording: Recording) -> list[Message]:
-    return [message for message in recording.messages("/estimate") if message.get("predicted_left_over_Nm")]
+def _beliefs(recording: Recording) -> Iterator[Message]:
+    return (message for message in recording.messages("/estimate") if message.get("predicted_left_over_Nm"))
 
 
-def _curve(messages: Sequence[Message], name: str) -> np.ndarray:
+def _curve(messages: Iterable[Message], name: str) -> np.ndarray:
     """Return rows with seconds of motion and one value per joint."""
-    return np.array([[messages[k]["motion_s"], *messages[k][name]] for k in thinned(len(messages), MOST_POINTS)])
+    rows = np.array([[message["motion_s"], *message[name]] for message in messages])
+    return rows[thinned(len(rows), MOST_POINTS)]

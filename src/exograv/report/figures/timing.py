@@ -18,18 +18,19 @@ PERCENTILES = (50.0, 99.0, 99.9)
 
 def draw(recording: Recording) -> Figure | None:
     """Draw the durations of the ticks on logarithmic axes, because the rare long ticks matter."""
-    tick_us = _measured(recording)
-    if len(tick_us) < 100:
+    times = recording.computing_times
+    tick_us = times.values_us
+    if len(times) < 100:
         return None
     figure = Figure(figsize=(9.6, 2.9), layout="constrained")
     ax = figure.subplots()
     edges = np.geomspace(max(0.1, tick_us.min() * 0.9), max(1.2 * BUDGET_US, tick_us.max() * 1.1), 90)
-    counts, _, _ = ax.hist(tick_us, list(edges), color=BLUE, log=True)
+    counts, _, _ = ax.hist(tick_us, list(edges), weights=times.counts, color=BLUE, log=True)
     ax.set_ylim(0.7, 8.0 * np.max(counts))  # leaves room above the bars for the names of the lines
     ax.set_xscale("log")
     ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     ax.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    for share, value in zip(PERCENTILES, np.percentile(tick_us, PERCENTILES), strict=True):
+    for share, value in zip(PERCENTILES, times.percentiles(PERCENTILES), strict=True):
         _mark(ax, value, f"p{share:g}", INK, lw=1.0, ls=(0, (3, 2)))
     _mark(ax, BUDGET_US, "one period", RED, lw=1.6)
     ax.set(xlabel="time for one tick [µs]", ylabel="number of ticks")
@@ -44,28 +45,18 @@ def _mark(ax: Axes, value: float, name: str, colour: str, **line: Any) -> None:
 
 def explain(recording: Recording) -> str:
     """Explain the figure."""
-    tick_us = _measured(recording)
-    p50, p99, p999 = np.percentile(tick_us, PERCENTILES)
-    late = np.count_nonzero(tick_us > BUDGET_US)
+    times = recording.computing_times
+    p50, p99, p999 = times.percentiles(PERCENTILES)
+    late = times.counts[times.values_us > BUDGET_US].sum()
     return (
         "The controller has to finish a thousand times a second. The bars count the ticks by their duration: half "
         f"of the ticks took less than {p50:.0f} µs, 99 % less than {p99:.0f} µs, 99.9 % less than "
-        f"{p999:.0f} µs; {late} of {len(tick_us)} took longer than one period. {_envelope_sentence(recording)}"
+        f"{p999:.0f} µs; {late} of {len(times)} took longer than one period. {_envelope_sentence(recording)}"
     )
 
 
-def limited_share(recording: Recording) -> np.ndarray:
-    """Share of ticks (joint,) in which the envelope changed the torque [-]."""
-    return (recording.ticks["tau_commanded"] != recording.ticks["tau_desired"]).mean(axis=0)
-
-
-def _measured(recording: Recording) -> np.ndarray:
-    tick_us = recording.ticks["tick_us"]
-    return tick_us[np.isfinite(tick_us) & (tick_us > 0.0)]
-
-
 def _envelope_sentence(recording: Recording) -> str:
-    share = limited_share(recording)
+    share = recording.computing_times.limited_share
     if not share.any():
         return "The envelope did not change any torque."
     words = ", ".join(f"{joint_label(j)} {s:.2%}" for j, s in zip(recording.joints, share, strict=True) if s > 0)

@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from exograv.recording import Recording
+from exograv.recording.stored_ticks import last_seconds
 from exograv.report.style.colours import BLUE, GREY
 from exograv.report.style.figure_style import averaged, blank, joint_label, legend
 
@@ -14,9 +15,8 @@ BINS = 500
 
 def draw(recording: Recording) -> Figure | None:
     """Draw the last seconds of the identification, one panel per joint."""
-    ticks = recording.phase_ticks("identify")
-    ticks = ticks[ticks["t"] > ticks["t"][-1] - STRETCH_S] if len(ticks) else ticks
-    if len(ticks) < BINS:
+    ticks = _stretch(recording)
+    if ticks is None or len(ticks) < BINS:
         return None
     joints = recording.joints
     rows = -(-len(joints) // 2)
@@ -37,8 +37,8 @@ def draw(recording: Recording) -> Figure | None:
 
 def explain(recording: Recording) -> str:
     """Explain the figure."""
-    ticks = recording.phase_ticks("identify")
-    ticks = ticks[ticks["t"] > ticks["t"][-1] - STRETCH_S]
+    ticks = _stretch(recording)
+    assert ticks is not None
     gap = np.sqrt(np.nanmean((ticks["tau_measured"] - ticks["tau_feedforward"]) ** 2, axis=0))
     words = ", ".join(f"{joint_label(joint)} {value:.2f}" for joint, value in zip(recording.joints, gap, strict=True))
     return (
@@ -47,3 +47,8 @@ def explain(recording: Recording) -> str:
         f"measured torque. The remaining difference (RMS of single ticks: {words} N·m) is noise, muscle activity of "
         "the wearer and model error. The curves are averages over short stretches and therefore smoother."
     )
+
+
+def _stretch(recording: Recording) -> np.ndarray | None:
+    """Return the last ticks of the identification; None without one."""
+    return last_seconds(recording.phase_pieces("identify", ("t", "tau_measured", "tau_feedforward")), STRETCH_S)

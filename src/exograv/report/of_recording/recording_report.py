@@ -5,7 +5,7 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from exograv.recording import Recording, read_recording
+from exograv.recording import Recording, open_recording
 from exograv.report.figures import (
     floating,
     left_over,
@@ -73,7 +73,7 @@ def write_report(recording_path: Path, html_path: Path) -> Path:
     Raises:
         RecordingError: The recording cannot be read, or the page cannot be written.
     """
-    return write_page(html_path, page_of(read_recording(recording_path)))
+    return write_page(html_path, page_of(open_recording(recording_path)))
 
 
 def page_of(recording: Recording) -> Page:

@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 
 from exograv.errors import RecordingError
 from exograv.recording.contents import Contents, messages_in
-from exograv.recording.reader import read_content
+from exograv.recording.file_content import read_content
 from exograv.recording.schema import TICK
 
 PIECE_BYTES = 1 << 22
