@@ -16,11 +16,18 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 from hypothesis import settings
+from tests import times
 
 # The first call compiles a kernel, which takes longer than a deadline for later calls would allow.
 settings.register_profile("desk", deadline=None)
 settings.register_profile("server", deadline=None, derandomize=True)
 settings.load_profile("server" if os.environ.get("CI") else "desk")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Measure the time of tests, and print it at the end."""
+    if not config.pluginmanager.is_registered(times):
+        config.pluginmanager.register(times, "times")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

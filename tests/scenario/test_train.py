@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.preloaded import exograv
 from tests.waiting import wait_until
 
 from exograv.recording import Recording, read_recording
@@ -46,16 +47,17 @@ def short(folder: Path, base: str = "familiarisation", rest_s: float = 12.0) -> 
     return path
 
 
+def words_of(folder: Path, *words: str) -> list[str]:
+    out = ("--out", str(folder), "--json", str(folder / "result.json"))
+    return ["train", "--simulate", "--participant", "P-07", "--seed", str(SEED), *out, *words]
+
+
 def command(folder: Path, *words: str) -> list[str]:
-    return [
-        sys.executable, "-m", "exograv.cli", "train", "--simulate", "--participant", "P-07", "--seed", str(SEED),
-        "--out", str(folder), "--json", str(folder / "result.json"), *words,
-    ]  # fmt: skip
+    return [sys.executable, "-m", "exograv.cli", *words_of(folder, *words)]
 
 
 def trained(folder: Path, *words: str) -> dict[str, Any]:
-    # The session runs in another process: checked shapes would make it five times slower.
-    subprocess.run(command(folder, *words), check=True, capture_output=True)
+    exograv(*words_of(folder, *words), check=True)
     return json.loads((folder / "result.json").read_text(encoding="utf-8"))
 
 
