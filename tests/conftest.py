@@ -8,6 +8,7 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 from hypothesis import settings
-from tests import times
+from tests import shared, times
+from tests.shared import Prepare
 
 # The first call compiles a kernel, which takes longer than a deadline for later calls would allow.
 settings.register_profile("desk", deadline=None)
@@ -33,6 +35,20 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put whole flights first: a long test that begins last leaves the other processes idle."""
     items.sort(key=lambda item: "scenario" not in item.path.parts)
+
+
+@pytest.fixture(scope="session")
+def prepare_once(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Callable[[tuple[str, ...], Prepare], Path]:
+    """Function that returns the folder of a preparation, which all workers and later runs of the same source share."""
+    cache = getattr(request.config, "cache", None)
+    if cache is not None:
+        parent = cache.mkdir(shared.FOLDER)
+    else:
+        root = tmp_path_factory.getbasetemp()
+        parent = (root.parent if "PYTEST_XDIST_WORKER" in os.environ else root) / shared.FOLDER
+    return lambda words, prepare: shared.prepared(parent, words, prepare)
 
 
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"

@@ -1,7 +1,7 @@
 """Commands of `exograv`, each in a process of its own that starts in milliseconds.
 
-A server process imports the rooms of a flight once and forks for every command. A command has its own arguments, folder,
-environment, output and exit status, as `python -m exograv.cli` has, without one or two seconds of imports. Where the
+A server process imports the rooms of a flight once and forks for every command. A command has its own arguments,
+folder, environment, output and exit status, as `python -m exograv.cli` has, but no second of imports. Where the
 start itself, a missing package or a signal is the subject of a test, the test starts Python. The server checks no
 shapes, because they make a flight five times slower.
 """

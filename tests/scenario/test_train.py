@@ -4,6 +4,7 @@ import json
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -66,9 +67,14 @@ def records(recording: Recording, kind: str) -> list[dict[str, Any]]:
 
 
 @pytest.fixture(scope="module")
-def passive(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Recording]:
-    folder = tmp_path_factory.mktemp("passive")
-    result = trained(folder, "--protocol", str(short(folder)), "--rig", "recupera_like_passive")
+def passive(prepare_once: Callable[..., Path]) -> tuple[dict[str, Any], Recording]:
+    words = ("--rig", "recupera_like_passive")
+
+    def prepare(folder: Path) -> None:
+        trained(folder, "--protocol", str(short(folder)), *words)
+
+    folder = prepare_once(("train", "--seed", str(SEED), *words), prepare)
+    result = json.loads((folder / "result.json").read_text(encoding="utf-8"))
     return result, read_recording(Path(result["recording"]))
 
 
