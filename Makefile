@@ -43,8 +43,11 @@ SHAPES := --jaxtyping-packages=exograv,peers,beartype.beartype
 # share, run them one by one.
 PAGES := -m pytest tests/browser
 
+# A server also runs what takes seconds: whole sessions, further seeds of a sweep, all examples of a property.
+FAST := $(if $(CI),not slow,not slow and not long)
+
 test: setup-dev
-	$(BIN)/python -m pytest -m "not slow" --ignore=tests/browser $(ON_ALL_CORES) $(if $(CI),$(SHAPES))
+	$(BIN)/python -m pytest -m "$(FAST)" --ignore=tests/browser $(ON_ALL_CORES) $(if $(CI),$(SHAPES))
 	$(BIN)/python $(PAGES) $(if $(CI),$(SHAPES),--numprocesses 2)
 
 test-slow: setup-dev

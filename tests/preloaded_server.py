@@ -10,6 +10,7 @@ import signal
 import sys
 import threading
 import traceback
+import warnings
 from typing import Any, NoReturn
 
 from exograv import cli
@@ -57,6 +58,8 @@ def run(request: dict[str, Any]) -> NoReturn:
     sys.stderr = os.fdopen(2, "w", encoding="utf-8", closefd=False, buffering=1)
     os.environ.clear()
     os.environ.update(request["environment"])
+    if asked := os.environ.get("PYTHONWARNINGS"):
+        warnings._processoptions(asked.split(","))  # type: ignore[attr-defined]  # As Python does at its start.
     os.chdir(request["folder"])
     code = status_of(request["target"], request["words"])
     threading._shutdown()  # type: ignore[attr-defined]  # Wait for its threads, as Python does at its end.

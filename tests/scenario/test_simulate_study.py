@@ -29,6 +29,7 @@ def without_time(result: dict) -> dict:
     return {name: value for name, value in result.items() if name in ("groups", "direction", "conditions", "transfer")}
 
 
+@pytest.mark.long
 def test_a_short_study_follows_the_contract_and_says_that_it_is_simulated(tmp_path):
     result = study(tmp_path / "one", "--conditions", "ideal", "--processes", "1")
     assert {"groups", "conditions", "transfer", "dataset", "report"} <= set(result)
