@@ -9,6 +9,7 @@ shapes, because they make a flight five times slower.
 import atexit
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -48,21 +49,34 @@ def script(
     return _run(str(path), words, folder, environment, check=True)
 
 
+class Started:
+    """Command that runs beside the test, with pipes to its input and from its output, which holds its errors too."""
+
+    def __init__(self, *words: str, environment: Mapping[str, str] | None = None) -> None:
+        self._kept = tempfile.TemporaryDirectory(prefix="exograv-command-")
+        heard, said = (Path(self._kept.name, name) for name in ("stdin", "stdout"))
+        os.mkfifo(heard)
+        os.mkfifo(said)
+        self.pid = _server().begin(_request("exograv.cli", words, None, environment, heard, said, said))
+        self.stdin = heard.open("w", encoding="utf-8")
+        self.stdout = said.open(encoding="utf-8")
+
+    def kill(self) -> None:
+        os.kill(self.pid, signal.SIGKILL)
+
+    def wait(self) -> int:
+        """Wait for its end, and return its exit status. Call it once."""
+        self._kept.cleanup()
+        return _server().end_of(self.pid)
+
+
 def _run(
     target: str, words: Sequence[str], folder: Path | None, environment: Mapping[str, str] | None, check: bool
 ) -> subprocess.CompletedProcess[str]:
     with tempfile.TemporaryDirectory(prefix="exograv-command-") as kept:
         said, complained = Path(kept, "stdout"), Path(kept, "stderr")
-        request = {
-            "target": target,
-            "words": list(words),
-            "folder": str(folder or Path.cwd()),
-            "environment": dict(os.environ if environment is None else environment),
-            "said": str(said),
-            "complained": str(complained),
-        }
-        code, cpu_s = _server().ask(request)
-        Spent.cpu_s += cpu_s
+        request = _request(target, words, folder, environment, Path(os.devnull), said, complained)
+        code = _server().end_of(_server().begin(request))
         done = subprocess.CompletedProcess(
             [target, *words], code, said.read_text(encoding="utf-8"), complained.read_text(encoding="utf-8")
         )
@@ -71,19 +85,47 @@ def _run(
     return done
 
 
+def _request(
+    target: str,
+    words: Sequence[str],
+    folder: Path | None,
+    environment: Mapping[str, str] | None,
+    heard: Path,
+    said: Path,
+    complained: Path,
+) -> dict[str, object]:
+    return {
+        "target": target,
+        "words": list(words),
+        "folder": str(folder or Path.cwd()),
+        "environment": dict(os.environ if environment is None else environment),
+        "heard": str(heard),
+        "said": str(said),
+        "complained": str(complained),
+    }
+
+
 class _Server:
     """Process that forks the commands, and the pipes to it."""
 
     def __init__(self) -> None:
         code = Path(__file__).with_name("preloaded_server.py").read_text(encoding="utf-8")
-        self.process = subprocess.Popen(
-            [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-        )
+        pipe = subprocess.PIPE
+        self.process = subprocess.Popen([sys.executable, "-c", code], stdin=pipe, stdout=pipe, text=True)
         self.one_at_a_time = Lock()
         atexit.register(self.process.communicate)
 
-    def ask(self, request: dict[str, object]) -> tuple[int, float]:
-        """Return exit status and CPU time [s] of one command."""
+    def begin(self, request: dict[str, object]) -> int:
+        """Return the process of a new command."""
+        return self._ask(request)[0]
+
+    def end_of(self, pid: int) -> int:
+        """Wait for a command, count its CPU time, and return its exit status."""
+        code, cpu_s = self._ask({"await": pid})
+        Spent.cpu_s += cpu_s
+        return code
+
+    def _ask(self, request: dict[str, object]) -> tuple[int, float]:
         assert self.process.stdin is not None
         assert self.process.stdout is not None
         with self.one_at_a_time:
@@ -91,8 +133,8 @@ class _Server:
             self.process.stdin.flush()
             answer = self.process.stdout.readline()
         assert answer, "the server of commands has ended"
-        code, cpu_s = json.loads(answer)
-        return code, cpu_s
+        number, cpu_s = json.loads(answer)
+        return number, cpu_s
 
 
 @cache

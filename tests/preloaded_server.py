@@ -36,21 +36,30 @@ def import_rooms() -> None:
 
 
 def serve() -> None:
-    """Answer each request with the exit status and the CPU time [s] of its command."""
+    """Answer each request: with the process that began, or with exit status and CPU time [s] of the one that ended."""
     for line in sys.stdin:
+        request = json.loads(line)
+        if "await" in request:
+            _, status, usage = os.wait4(request["await"], 0)
+            print(json.dumps([os.waitstatus_to_exitcode(status), usage.ru_utime + usage.ru_stime]), flush=True)
+            continue
         child = os.fork()
         if child == 0:
-            run(json.loads(line))
-        _, status, usage = os.wait4(child, 0)
-        print(json.dumps([os.waitstatus_to_exitcode(status), usage.ru_utime + usage.ru_stime]), flush=True)
+            run(request)
+        print(json.dumps([child, 0.0]), flush=True)
 
 
 def run(request: dict[str, Any]) -> NoReturn:
     """Be the process of one command until its end."""
     os.setpgid(0, 0)
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    for stream, path in ((0, os.devnull), (1, request["said"]), (2, request["complained"])):
-        file = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
+    # A pipe opens when the test opens its other end, in the same order.
+    for stream, path, flags in (
+        (0, request["heard"], os.O_RDONLY),
+        (1, request["said"], os.O_WRONLY),
+        (2, request["complained"], os.O_WRONLY),
+    ):
+        file = os.open(path, flags | os.O_CREAT, 0o600)
         os.dup2(file, stream)
         os.close(file)
     sys.stdin = os.fdopen(0, encoding="utf-8", closefd=False)
