@@ -21,7 +21,7 @@ ON_ALL_CORES := --numprocesses auto --dist worksteal
 
 help:
 	@echo "make demo       identify a virtual wearer, float the arm, write a report"
-	@echo "make test       tests, without the slow ones (make test-slow: all of them)"
+	@echo "make test       tests, without the slow ones and further seeds (make test-slow: all of them)"
 	@echo "make check      style, types, the direction of imports, and the language"
 	@echo "make docs       the documentation as a site, in docs/_build/html"
 	@echo "make dist       wheel and source archive in dist, checked, installed into an empty environment and started"

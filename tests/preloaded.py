@@ -3,7 +3,7 @@
 A server process imports the rooms of a flight once and forks for every command. A command has its own arguments,
 folder, environment, output and exit status, as `python -m exograv.cli` has, but no second of imports. Where the
 start itself, a missing package or a signal is the subject of a test, the test starts Python. The server checks no
-shapes, because they make a flight five times slower.
+shapes, because they make a flight five times slower. Windows cannot fork; there a command starts Python.
 """
 
 import atexit
@@ -73,6 +73,9 @@ class Started:
 def _run(
     target: str, words: Sequence[str], folder: Path | None, environment: Mapping[str, str] | None, check: bool
 ) -> subprocess.CompletedProcess[str]:
+    if not hasattr(os, "fork"):
+        command = [sys.executable, *(("-m",) if target == "exograv.cli" else ()), target, *words]
+        return subprocess.run(command, cwd=folder, env=environment, check=check, capture_output=True, text=True)
     with tempfile.TemporaryDirectory(prefix="exograv-command-") as kept:
         said, complained = Path(kept, "stdout"), Path(kept, "stderr")
         request = _request(target, words, folder, environment, Path(os.devnull), said, complained)
