@@ -21,7 +21,7 @@ ON_ALL_CORES := --numprocesses auto --dist worksteal
 
 help:
 	@echo "make demo       identify a virtual wearer, float the arm, write a report"
-	@echo "make test       tests, without the slow ones (make test-slow: all of them)"
+	@echo "make test       tests, without the slow ones and further seeds (make test-slow: all of them)"
 	@echo "make check      style, types, the direction of imports, and the language"
 	@echo "make docs       the documentation as a site, in docs/_build/html"
 	@echo "make dist       wheel and source archive in dist, checked, installed into an empty environment and started"
@@ -43,8 +43,11 @@ SHAPES := --jaxtyping-packages=exograv,peers,beartype.beartype
 # share, run them one by one.
 PAGES := -m pytest tests/browser
 
+# A server also runs what takes seconds: whole sessions, further seeds of a sweep, all examples of a property.
+FAST := $(if $(CI),not slow,not slow and not long)
+
 test: setup-dev
-	$(BIN)/python -m pytest -m "not slow" --ignore=tests/browser $(ON_ALL_CORES) $(if $(CI),$(SHAPES))
+	$(BIN)/python -m pytest -m "$(FAST)" --ignore=tests/browser $(ON_ALL_CORES) $(if $(CI),$(SHAPES))
 	$(BIN)/python $(PAGES) $(if $(CI),$(SHAPES),--numprocesses 2)
 
 test-slow: setup-dev

@@ -8,6 +8,7 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,16 +17,49 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 from hypothesis import settings
+from tests import seeds, shared, times
+from tests.shared import Prepare
 
 # The first call compiles a kernel, which takes longer than a deadline for later calls would allow.
 settings.register_profile("desk", deadline=None)
+settings.register_profile("quick", deadline=None, max_examples=30)
 settings.register_profile("server", deadline=None, derandomize=True)
 settings.load_profile("server" if os.environ.get("CI") else "desk")
 
+QUICK = "not long"
+"""Part of the marker expression by which `make test` leaves out long tests."""
 
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Measure the time of tests, and print it at the end; draw fewer examples in a run without long tests."""
+    if not config.pluginmanager.is_registered(times):
+        config.pluginmanager.register(times, "times")
+    if QUICK in config.option.markexpr:
+        settings.load_profile("quick")
+
+
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put whole flights first: a long test that begins last leaves the other processes idle."""
+    """Mark further seeds as long, and put whole flights first.
+
+    A long test that begins last leaves the other processes idle.
+    """
+    seeds.mark_further(items)
     items.sort(key=lambda item: "scenario" not in item.path.parts)
+
+
+@pytest.fixture(scope="session")
+def prepare_once(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Callable[[tuple[str, ...], Prepare], Path]:
+    """Function that returns the folder of a preparation, which all workers and later runs of the same source share."""
+    cache = getattr(request.config, "cache", None)
+    if cache is not None:
+        parent = cache.mkdir(shared.FOLDER)
+    else:
+        root = tmp_path_factory.getbasetemp()
+        parent = (root.parent if "PYTEST_XDIST_WORKER" in os.environ else root) / shared.FOLDER
+    return lambda words, prepare: shared.prepared(parent, words, prepare)
 
 
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"

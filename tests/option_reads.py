@@ -57,6 +57,7 @@ def module(name: str) -> Module | None:
     return found
 
 
+@cache
 def definition(name: str, local: str) -> tuple[str, ast.AST] | None:
     """Find the code that a name in a module stands for, through imports."""
     for _ in range(10):

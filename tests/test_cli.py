@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from tests import preloaded
 from tests.waiting import wait_until
 
 from exograv import __version__
@@ -44,9 +45,7 @@ RECORDING_STARTS_S = 60.0
 
 def exograv(*words: str, folder: Path, columns: int = 80) -> subprocess.CompletedProcess[str]:
     """Run one command in its own process."""
-    command = [sys.executable, "-m", "exograv.cli", *words]
-    environment = {**os.environ, "COLUMNS": str(columns)}
-    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    return preloaded.exograv(*words, folder=folder, environment={**os.environ, "COLUMNS": str(columns)})
 
 
 REFUSED = {

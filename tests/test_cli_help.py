@@ -67,6 +67,7 @@ def test_every_option_has_a_help_text(path: str):
     assert [one.flag for one in options if not one.help.endswith((".", ")"))] == []
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="os.fork")
 def test_the_reader_of_a_help_may_close_the_pipe_at_once():
     result = subprocess.run([sys.executable, "-c", CLOSED_PIPE], capture_output=True, text=True, check=True)

@@ -1,11 +1,10 @@
 """Every numbered example runs to its end, alone, and prints the expected line."""
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from tests.preloaded import script
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("[0-9]*.py"))
 QUICK = ("01", "04", "06", "09")
@@ -34,8 +33,5 @@ def test_every_example_has_its_promise():
 )
 def test_the_example_runs_to_its_end(path: Path, tmp_path: Path):
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONWARNINGS": "error"}
-    run = subprocess.run(
-        [sys.executable, str(path)], check=False, cwd=tmp_path, env=environment, capture_output=True, text=True
-    )
-    assert run.returncode == 0, run.stderr
+    run = script(path, folder=tmp_path, environment=environment)
     assert PRINTED[path.name[:2]] in run.stdout

@@ -1,8 +1,6 @@
 """Fixtures of the scenarios: a common demonstration, and a short way to a worn machine."""
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.preloaded import exograv
 
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.dynamics.machine import CalibratedMachine
@@ -34,24 +33,30 @@ class Demo:
     recording: Path
 
 
+def fly(folder: Path, *words: str) -> None:
+    exograv(*words, "--seed", str(SEED), "--out", str(folder), "--json", str(folder / "result.json"), check=True)
+
+
+def demo_in(folder: Path) -> Demo:
+    result = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    return Demo(result, Path(result["recording"]))
+
+
 @pytest.fixture(scope="session")
 def run_demo(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Demo]:
     def run(*words: str) -> Demo:
         folder = tmp_path_factory.mktemp("demo")
-        # The demonstration runs in another process: checked shapes would make half a million ticks five times slower.
-        command = [sys.executable, "-m", "exograv.cli", *words, "--seed", str(SEED)]
-        command += ["--out", str(folder), "--json", str(folder / "result.json")]
-        subprocess.run(command, check=True, capture_output=True)
-        result = json.loads((folder / "result.json").read_text(encoding="utf-8"))
-        return Demo(result, Path(result["recording"]))
+        fly(folder, *words)
+        return demo_in(folder)
 
     return run
 
 
 @pytest.fixture(scope="session")
-def demo(run_demo: Callable[..., Demo]) -> Demo:
+def demo(prepare_once: Callable[..., Path]) -> Demo:
     """Run a demonstration at level 2, with half a minute of motion."""
-    return run_demo("demo", "--seconds", "30")
+    words = ("demo", "--seconds", "30")
+    return demo_in(prepare_once((*words, "--seed", str(SEED)), lambda folder: fly(folder, *words)))
 
 
 @dataclass

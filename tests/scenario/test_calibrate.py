@@ -2,12 +2,12 @@
 
 import json
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from tests import preloaded
 
 from exograv.recording import read_recording
 
@@ -21,8 +21,7 @@ pytestmark = pytest.mark.slow
 
 
 def exograv(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "exograv.cli", *words, "--seed", str(SEED), "--json", "figures.json"]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    return preloaded.exograv(*words, "--seed", str(SEED), "--json", "figures.json", folder=folder)
 
 
 def figures(folder: Path) -> dict[str, Any]:

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from tests.preloaded import exograv
 from tests.waiting import wait_until
 
 SHORT = ("--participants", "1,1", "--sessions", "1,1", "--windows", "1", "--flight-windows", "1", "--seed", "1005")
@@ -19,10 +20,7 @@ def command(*words: str) -> list[str]:
 
 def study(folder: Path, *words: str) -> dict:
     told = folder.with_suffix(".json")
-    run = subprocess.run(
-        command(*SHORT, "--out", str(folder), "--json", str(told), *words), capture_output=True, text=True, check=False
-    )
-    assert run.returncode == 0, run.stderr
+    exograv("simulate-study", *SHORT, "--out", str(folder), "--json", str(told), *words, check=True)
     return json.loads(told.read_text(encoding="utf-8"))
 
 
@@ -31,6 +29,7 @@ def without_time(result: dict) -> dict:
     return {name: value for name, value in result.items() if name in ("groups", "direction", "conditions", "transfer")}
 
 
+@pytest.mark.long
 def test_a_short_study_follows_the_contract_and_says_that_it_is_simulated(tmp_path):
     result = study(tmp_path / "one", "--conditions", "ideal", "--processes", "1")
     assert {"groups", "conditions", "transfer", "dataset", "report"} <= set(result)
@@ -78,7 +77,7 @@ def test_figures_do_not_depend_on_the_number_of_processes_nor_on_an_interruption
     ],
 )
 def test_a_wrong_option_is_named_and_nothing_begins(tmp_path, words, says):
-    run = subprocess.run(command("--out", str(tmp_path / "s"), *words), capture_output=True, text=True, check=False)
+    run = exograv("simulate-study", "--out", str(tmp_path / "s"), *words)
     assert run.returncode == 1
     assert says in run.stderr
     assert "Traceback" not in run.stderr

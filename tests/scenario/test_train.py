@@ -4,11 +4,13 @@ import json
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.preloaded import exograv
 from tests.waiting import wait_until
 
 from exograv.recording import Recording, read_recording
@@ -46,16 +48,17 @@ def short(folder: Path, base: str = "familiarisation", rest_s: float = 12.0) -> 
     return path
 
 
+def words_of(folder: Path, *words: str) -> list[str]:
+    out = ("--out", str(folder), "--json", str(folder / "result.json"))
+    return ["train", "--simulate", "--participant", "P-07", "--seed", str(SEED), *out, *words]
+
+
 def command(folder: Path, *words: str) -> list[str]:
-    return [
-        sys.executable, "-m", "exograv.cli", "train", "--simulate", "--participant", "P-07", "--seed", str(SEED),
-        "--out", str(folder), "--json", str(folder / "result.json"), *words,
-    ]  # fmt: skip
+    return [sys.executable, "-m", "exograv.cli", *words_of(folder, *words)]
 
 
 def trained(folder: Path, *words: str) -> dict[str, Any]:
-    # The session runs in another process: checked shapes would make it five times slower.
-    subprocess.run(command(folder, *words), check=True, capture_output=True)
+    exograv(*words_of(folder, *words), check=True)
     return json.loads((folder / "result.json").read_text(encoding="utf-8"))
 
 
@@ -64,9 +67,14 @@ def records(recording: Recording, kind: str) -> list[dict[str, Any]]:
 
 
 @pytest.fixture(scope="module")
-def passive(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Recording]:
-    folder = tmp_path_factory.mktemp("passive")
-    result = trained(folder, "--protocol", str(short(folder)), "--rig", "recupera_like_passive")
+def passive(prepare_once: Callable[..., Path]) -> tuple[dict[str, Any], Recording]:
+    words = ("--rig", "recupera_like_passive")
+
+    def prepare(folder: Path) -> None:
+        trained(folder, "--protocol", str(short(folder)), *words)
+
+    folder = prepare_once(("train", "--seed", str(SEED), *words), prepare)
+    result = json.loads((folder / "result.json").read_text(encoding="utf-8"))
     return result, read_recording(Path(result["recording"]))
 
 

@@ -1,11 +1,11 @@
 """The example is a study like any other, and its seed gives the same study again."""
 
-import subprocess
-import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.preloaded import exograv
 
 from exograv.campaigns.study_example.example_study import make_example
 from exograv.campaigns.study_example.options import ExampleOptions
@@ -24,11 +24,13 @@ def told(_text: str, _share: float) -> None:
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Tables]:
-    # The command runs in a separate process, because shape checks would make it many times slower.
-    path = tmp_path_factory.mktemp("example") / "study"
-    words = ["--participants", "1,0", "--sessions", "1,0", "--seed", str(SEED), "--out", str(path)]
-    subprocess.run([sys.executable, "-m", "exograv.cli", "study", "example", *words], check=True, capture_output=True)
+def study(prepare_once: Callable[..., Path]) -> tuple[Path, Tables]:
+    words = ("study", "example", "--participants", "1,0", "--sessions", "1,0", "--seed", str(SEED))
+
+    def prepare(folder: Path) -> None:
+        exograv(*words, "--out", str(folder / "study"), check=True)
+
+    path = prepare_once(words, prepare) / "study"
     return path, read_tables(StudyFolder(path))
 
 

@@ -29,7 +29,7 @@ def test_one_wrong_weight_is_told_from_the_right_one(exo: Exo, make_sweeps: Call
     assert refused(exo, make_sweeps(shares=(1.0, 0.8))).startswith("The weight of 3 kg acts like 2.")
 
 
-@pytest.mark.parametrize("share", [0.6, 1.41])
+@pytest.mark.parametrize("share", [0.6, pytest.param(1.41, marks=pytest.mark.long)])
 def test_a_gain_beyond_any_tolerance_is_refused(exo: Exo, make_sweeps: Callable[..., Sweeps], share: float):
     inverse = HIDDEN["inverse_gain"].copy()
     inverse[1] = 1.0 / share
@@ -39,7 +39,7 @@ def test_a_gain_beyond_any_tolerance_is_refused(exo: Exo, make_sweeps: Callable[
     assert "torque_constant_Nm_per_A" in text
 
 
-@pytest.mark.parametrize("share", [0.75, 1.3])
+@pytest.mark.parametrize("share", [0.75, pytest.param(1.3, marks=pytest.mark.long)])
 def test_a_gain_of_a_bad_day_is_believed(exo: Exo, make_sweeps: Callable[..., Sweeps], share: float):
     inverse = HIDDEN["inverse_gain"].copy()
     inverse[1] = 1.0 / share

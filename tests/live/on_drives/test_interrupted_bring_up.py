@@ -22,7 +22,9 @@ main()
 
 
 @pytest.mark.skipif(os.name != "posix", reason="a terminal's Ctrl-C reaches all processes of a group only on POSIX")
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("SIGINT", marks=pytest.mark.long), "SIGTERM", pytest.param("SIGHUP", marks=pytest.mark.long)]
+)
 def test_an_interrupted_bring_up_leaves_a_sealed_sheet_with_its_step(name: str, tmp_path: Path):
     strike = signal.Signals[name]
     words = [sys.executable, "-c", BRING_UP, str(tmp_path)]

@@ -4,7 +4,6 @@ import json
 import os
 import queue
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -14,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.preloaded import Started
 
 from exograv.model.description import load_rig
 from exograv.rig.drives.canopen import CanopenRig
@@ -77,7 +77,7 @@ BUSES = {
 class DeviceProcess:
     """Simulated device, or a reference peer, and the lines that it prints."""
 
-    process: subprocess.Popen[str]
+    process: subprocess.Popen[str] | Started
     seen: list[str] = field(default_factory=list)
 
     def __post_init__(self):
@@ -139,10 +139,12 @@ def start_device(command: list[str], is_ready: str) -> DeviceProcess:
     return device
 
 
-def drive_sim(bus: str, path: Path, lock_step: bool, *options: str) -> list[str]:
-    """Command line that simulates these drives."""
-    command = [sys.executable, "-m", "exograv.cli", "drive-sim", bus, "--drives", str(path), *options]
-    return [*command, "--lock-step"] if lock_step else command
+def start_drives(bus: str, path: Path, lock_step: bool, *options: str) -> DeviceProcess:
+    """Simulate these drives, and wait until they listen."""
+    words = ["drive-sim", bus, "--drives", str(path), *options, *(("--lock-step",) if lock_step else ())]
+    device = DeviceProcess(Started(*words))
+    device.line(lambda line: "Reached at" in line, STARTS_S)
+    return device
 
 
 def drives_on(folder: Path, bus: str, *changes: tuple[str, str]) -> Path:
@@ -165,7 +167,7 @@ def drives_of(path: Path) -> Drives:
 def served(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path, Any]]:
     """Bus, `drives.toml` and process of one device for all tests of a file, in lock-step as the file's LOCK_STEP."""
     path = drives_on(tmp_path_factory.mktemp(request.param), request.param)
-    device = start_device(drive_sim(request.param, path, request.module.LOCK_STEP), "Reached at")
+    device = start_drives(request.param, path, request.module.LOCK_STEP)
     yield request.param, path, device
     device.end()
 
@@ -217,7 +219,7 @@ def start(request: pytest.FixtureRequest) -> Iterator[Callable[..., Any]]:
     def started(folder: Path, is_turned: bool, options: tuple[str, ...]) -> Any:
         driver = BUSES[request.param]
         path = drives_on(folder, request.param, *((driver.turned,) if is_turned else ()))
-        devices.append(start_device(drive_sim(request.param, path, True, *options), "Reached at"))
+        devices.append(start_drives(request.param, path, True, *options))
         return patient(driver)(drives_of(path))
 
     yield started
