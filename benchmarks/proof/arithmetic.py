@@ -50,35 +50,41 @@ class Facts:
     """Facts about unknown numbers. A fact belongs to the numbers that it describes, and is used only with them."""
 
     def __init__(self):
-        self._facts = list[tuple[z3.BoolRef, set[int], set[int]]]()
-        self._costly = list[tuple[z3.BoolRef, set[int], set[int]]]()
+        self._facts = list[tuple[z3.BoolRef, set[int], bool]]()
+        self._of = dict[int, list[int]]()
+        self._of_all = list[int]()
         self._symbols = dict[int, tuple[z3.ExprRef, set[int]]]()
 
     def add(self, fact: z3.BoolRef, *owners: z3.ExprRef, is_costly: bool = False) -> None:
         """Add a fact about some unknown numbers; without owners it is used where all its numbers are."""
-        of = set[int]().union(*(self.symbols(one) for one in owners)) if owners else set[int]()
-        (self._costly if is_costly else self._facts).append((fact, of, self.symbols(fact)))
+        number = len(self._facts)
+        self._facts.append((fact, self.symbols(fact), is_costly))
+        for symbol in set[int]().union(*(self.symbols(one) for one in owners)):
+            self._of.setdefault(symbol, []).append(number)
+        if not owners:
+            self._of_all.append(number)
 
     def about(self, claim: z3.BoolRef, depth: int, is_exact: bool) -> tuple[list[z3.BoolRef], bool]:
         """Return the facts that a claim may need, followed so deep, and True if these are all.
 
         To leave one out is safe: less can be proved.
         """
-        known, used = set(self.symbols(claim)), list[z3.BoolRef]()
-        left = [*self._facts, *self._costly] if is_exact else list(self._facts)
+        known = set(self.symbols(claim))
+        new, used = set(known), dict[int, z3.BoolRef]()
         for _ in range(depth):
-            new = set[int]()
-            rest = list[tuple[z3.BoolRef, set[int], set[int]]]()
-            for fact, owners, symbols in left:
-                if owners & known or (not owners and symbols <= known):
-                    used.append(fact)
-                    new |= symbols
-                else:
-                    rest.append((fact, owners, symbols))
-            if len(rest) == len(left):
-                return used, is_exact
-            left, known = rest, known | new
-        return used, False
+            found = [number for symbol in new for number in self._of.get(symbol, []) if number not in used]
+            found += [number for number in self._of_all if number not in used and self._facts[number][1] <= known]
+            more = set[int]()
+            for number in found:
+                fact, symbols, is_costly = self._facts[number]
+                if is_exact or not is_costly:
+                    used[number] = fact
+                    more |= symbols
+            new = more - known
+            known |= more
+            if not new:
+                return list(used.values()), is_exact
+        return list(used.values()), False
 
     def symbols(self, term: z3.ExprRef) -> set[int]:
         """Return the ids of the unknown numbers in a term."""
@@ -110,6 +116,7 @@ class Arithmetic:
         self.exact, self.facts, self._made = exact, Facts(), 0
         self._known = dict[tuple, tuple[z3.ExprRef, tuple[z3.ExprRef, ...]]]()
         self._shared = dict[tuple[str, int], list[tuple[z3.FPRef, z3.FPRef]]]()
+        self._differences = list[tuple[z3.FPRef, z3.FPRef, z3.FPRef]]()
         self._quotients = list[tuple[z3.FPRef, z3.FPRef, z3.FPRef]]()
 
     # --- values ---
@@ -282,6 +289,12 @@ class Arithmetic:
             self.facts.add(made == term, made, is_costly=True)
             if z3.is_fp_value(a):
                 self._in_order("sum", a, b, made)
+            # Of c − a > b follows a + b < c, and rounding keeps order.
+            for c, minus_a, less in self._differences:
+                if z3.eq(z3.simplify(-minus_a), a):
+                    order = z3.And(z3.Implies(less > b, made <= c), z3.Implies(less < b, made >= c))
+                    self.facts.add(z3.Implies(z3.And(*map(self.finite, (a, b, c))), order), made)
+            self._differences.append((a, b, made))
         return made
 
     def _in_order(self, name: str, same: z3.FPRef, other: z3.FPRef, made: z3.FPRef) -> None:

@@ -41,11 +41,12 @@ class Run:
         self.source, self.numbers, self.joints = source, numbers or Arithmetic(), joints
         self.path = list[z3.BoolRef]()
         self.duties = list[tuple[z3.BoolRef, z3.BoolRef, str]]()
-        """Path, claim and place of each division, index and conversion that must be defined."""
+        """Path, claim and place of each division, which must not be by zero."""
         self.snapshots = dict[str, State]()
         self.summaries = dict[str, list]()
         self.returned = dict[str, list[Value]]()
         """Values of the calls that always happen."""
+        self.in_summary = 0
         self.others, self.active, self.tracked = 0, list[str](), TRACKED
         self.assumed_of_others = list[str]()
         """Claims about settings that hold for every joint."""
@@ -229,8 +230,6 @@ class Run:
         name = type(operator).__name__
         if name == "Div":
             self.duty(self.numbers.comparison("NotEq", other, 0.0), node)
-        if name == "Mod":
-            self.duty(self.numbers.comparison("Gt", other, 0), node)
         if name not in ("Add", "Sub", "Mult", "Div", "Mod"):
             raise UnknownPythonError(node)
         return self.numbers.operation(name, one, other)
@@ -240,21 +239,17 @@ class Run:
             return self.call(state, name, arguments)
         name = name.removeprefix("math.")
         if name == "int":
-            if not (is_known(arguments[0]) or isinstance(arguments[0], Whole)):
-                self.duty(self.numbers.finite(arguments[0]), node)
             return self.numbers.integer(arguments[0])
         if name == "float":
             value = arguments[0]
             return float(value) if is_known(value) else self.numbers.double(value)
-        if name == "sqrt":
-            self.duty(self.numbers.comparison("GtE", arguments[0], 0.0), node)
         if name in ("abs", "min", "isfinite", "isnan", "copysign", "floor", "sqrt", "cos", "sin"):
             return self.numbers.function(name, arguments)
         raise UnknownPythonError(node)
 
     def duty(self, claim: Value, node: ast.AST) -> None:
-        """Note that something must hold here, or the result is undefined."""
-        if is_known(claim) and claim:
+        """Note that something must hold here; a turn that stands for many is no place of its own."""
+        if self.in_summary or (is_known(claim) and claim):
             return
         where = f"line {getattr(node, 'lineno', 0)}: {ast.unparse(node)}"
         self.duties.append((z3.And(list(self.path)), self.numbers.truth(claim), where))

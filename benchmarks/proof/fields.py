@@ -21,7 +21,6 @@ class Fields:
         self.misses = int(constants["MISSES"])
         self.blocks = [int(constants[name]) for name in ("MACHINE_MISSES", "CONTROL_MISSES")]
         self.count_place = int(constants["N"])
-        self._rings = sorted(int(constants[name]) for name in ("USED", "TOLD", "BEFORE", "MOTOR_BEFORE", "SIZE"))
         named = {name: value for name, value in constants.items() if isinstance(value, int)}
         order = list(named)
         fields = order[order.index("TORQUE_MAX") : order.index("FAULTY") + 1]
@@ -99,18 +98,13 @@ class Fields:
             block = next((one + 2 for one in self.blocks if one + 2 == base), None)
             if block is None:
                 raise ValueError(f"line {getattr(node, 'lineno', 0)}: a place before the joint fields is not known")
-            run.duty(z3.And(term >= block, term < block + self.misses), node)
             for k in range(self.misses):
                 yield (record, block + k, ""), term == block + k
             return
         if base < self.used:
-            run.duty(z3.And(term >= base, term < base + self.joints), node)
             known = {cell for cell in {**state.initial, **state.cells} if cell[0] == record and cell[1] == base}
             for cell in sorted({*known, *((record, base, joint) for joint in run.joint_keys(state))}):
                 yield cell, None
-            return
-        end = next(one for one in self._rings if one > base)
-        run.duty(z3.And(term >= base, term < end), node)
 
     def _read_unknown(self, run: "Run", state: State, record: str, place: Whole, node: ast.AST) -> Value:
         if record == "r":

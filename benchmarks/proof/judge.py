@@ -16,6 +16,8 @@ from .state import Record, State
 
 EFFORT = 40_000_000
 """Steps of z3 for one promise at one depth."""
+DUTY_EFFORT = 4_000_000
+"""The same for a division."""
 
 
 @dataclass
@@ -26,7 +28,9 @@ class Verdict:
     promises: dict[str, str] = field(default_factory=dict)
     """Promise and its result: proved, refuted, undecided."""
     duties: dict[str, str] = field(default_factory=dict)
-    """Operations that must be defined, and their result."""
+    """Divisions that must not be by zero, and their result."""
+    allowed: tuple[str, ...] = ()
+    """Promises that may stay undecided; they are listed."""
     functions: tuple[str, ...] = ()
     seconds: float = 0.0
     example: str = ""
@@ -34,8 +38,9 @@ class Verdict:
 
     @property
     def is_good(self) -> bool:
-        """True if all is proved."""
-        return all(one == "proved" for one in self.promises.values())
+        """True if all is proved but what is known to stay undecided."""
+        results = [*self.promises.items(), *self.duties.items()]
+        return all(one == "proved" or (one == "undecided" and name in self.allowed) for name, one in results)
 
     @property
     def is_refuted(self) -> bool:
@@ -53,7 +58,7 @@ def judged(source: Source, one: Property, limit_s: float = 240.0, looks: Callabl
         looks: Search for a record with which the guard breaks a promise.
     """
     started = time.process_time()
-    verdict = Verdict(one.name)
+    verdict = Verdict(one.name, allowed=one.undecided)
     run, before, state, assumed = _prepared(source, one)
     for k, name in enumerate(one.calls):
         if one.before_last and k == len(one.calls) - 1:
@@ -68,8 +73,11 @@ def judged(source: Source, one: Property, limit_s: float = 240.0, looks: Callabl
         claim = z3.Implies(assumed, run.numbers.truth(_claim(run, state, name)))
         found, _ = run.check(claim, EFFORT)
         verdict.promises[name] = "proved" if found == z3.unsat else "undecided"
+    for path, claim, where in run.duties:
+        found, _ = run.check(z3.Implies(z3.And(assumed, path), claim), DUTY_EFFORT)
+        verdict.duties[where] = "proved" if found == z3.unsat else "undecided"
     for name, result in verdict.promises.items():
-        if result == "undecided" and (example := looks(source, one, name)):
+        if name not in one.undecided and result == "undecided" and (example := looks(source, one, name)):
             verdict.promises[name], verdict.example = "refuted", example
     verdict.seconds = time.process_time() - started
     return verdict

@@ -153,7 +153,9 @@ def _prove_summary(run: "Run", node: ast.For, before: State, name: str, limits: 
         bounds = z3.And(value.term() >= limits[0].term(), value.term() < limits[1].term())
         run.numbers.facts.add(bounds, value.term())
     after.names[name] = value
+    run.in_summary += 1
     run.block(node.body, after)
+    run.in_summary -= 1
     if limits is None:
         run.active.remove(joint)
     run.path = path

@@ -11,11 +11,11 @@ import math
 
 
 def setting_of_machine(r: Record, j: int) -> bool:
-    """Return True for the settings that `Limits` accepts, with a period of 0.1 to 100 ms and a descent of at most 60 s."""
+    """Return True for settings that `Limits` accepts: at most 10⁶ N·m/s, a period of 0.1 to 100 ms, a descent of 60 s."""
     return (
         0.0 < r[TORQUE_MAX + j] < math.inf
         and 0.0 < r[DAMPING + j] < math.inf
-        and 0.0 < r[RATE] < math.inf
+        and 0.0 < r[RATE] <= 1000000.0
         and 0.001 <= r[DESCENT_S] <= 60.0
         and 0.0001 <= r[DT] <= 0.1
         and 0.0 < r[V_TRIP] < math.inf
@@ -80,6 +80,11 @@ def state_of_person(r: Record, j: int) -> bool:
     return abs(r[KNOWN + j]) <= 1000.0 and abs(r[CARRIED + j]) <= 1000000.0
 
 
+def state_of_last(r: Record, j: int) -> bool:
+    """Return True if the last torque is within the drive's limit (`holds_torque` before the tick)."""
+    return -r[TORQUE_MAX + j] <= r[LAST_TAU + j] <= r[TORQUE_MAX + j]
+
+
 def state_of_stop(r: Record, j: int) -> bool:
     """Return True in a stop."""
     return r[STOP] != 0.0
@@ -99,6 +104,11 @@ def same(a: float, b: float) -> bool:
     return a == b or (math.isnan(a) and math.isnan(b))
 
 
+def setting_of_level(r: Record, j: int) -> bool:
+    """Return True for what `Guard.feel` writes: levels from 0 to 1.8 and a step above 0."""
+    return 0.0 <= r[LEVEL] <= 1.8 and 0.0 <= r[LEVEL_WANTED] <= 1.8 and 0.000000001 <= r[LEVEL_STEP] <= 0.1
+
+
 # --- promises ---------------------------------------------------------------------------------------------------------
 
 
@@ -106,6 +116,12 @@ def promise_rate(b: Record, r: Record, j: int) -> bool:
     """Return True if the torque moved no farther than the rate allows, rounded as the guard rounds it."""
     step = r[RATE] * r[DT]
     return b[TAU + j] - step <= r[TAU + j] <= b[TAU + j] + step
+
+
+def promise_limited(b: Record, r: Record, j: int) -> bool:
+    """Return True if any number that the limits before leave, also NaN, becomes a torque within limit and rate."""
+    last, step = b[LAST_TAU + j], r[RATE] * r[DT]
+    return -r[TORQUE_MAX + j] <= r[TAU + j] <= r[TORQUE_MAX + j] and last - step <= r[TAU + j] <= last + step
 
 
 def promise_torque_kept(b: Record, r: Record, j: int) -> bool:
@@ -184,12 +200,17 @@ def promise_void(b: Record, r: Record, j: int) -> bool:
 
 
 def promise_level(b: Record, r: Record, j: int) -> bool:
-    """Return True if the level moves by at most one step towards the wanted one and never past it; a stop holds it."""
+    """Return True if the level moves by one step at most, as the guard rounds it; a stop and an empty machine hold it."""
     step, now, before, wanted = r[LEVEL_STEP], r[LEVEL], b[LEVEL], b[LEVEL_WANTED]
-    is_step = before - step <= now <= before + step or (now == wanted and abs(wanted - before) <= step)
-    is_between = before <= now <= wanted or wanted <= now <= before
+    is_step = now == before + step or now == before - step or (now == wanted and abs(wanted - before) <= step)
     is_moving = b[LEVEL_MOVES] != 0.0 and b[STOP] == 0.0 and b[WORN] != 0.0
-    return (is_moving and is_step and is_between) or same(now, before)
+    return (is_moving and is_step) or same(now, before)
+
+
+def promise_level_between(b: Record, r: Record, j: int) -> bool:
+    """Return True if the level does not pass the wanted one."""
+    now, before, wanted = r[LEVEL], b[LEVEL], b[LEVEL_WANTED]
+    return before <= now <= wanted or wanted <= now <= before or same(now, before)
 
 
 def promise_level_kept(b: Record, r: Record, j: int) -> bool:

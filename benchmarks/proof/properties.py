@@ -20,6 +20,8 @@ class Property:
     """Further claims that are assumed before the calls."""
     joints: int | None = None
     """Number of joints; None for any number, of which any one is followed."""
+    undecided: tuple[str, ...] = ()
+    """Promises that z3 does not decide in time; the report lists them, and `make prove` does not fail for them."""
     numbers: str = "ieee"
     """Arithmetic: "ieee" or "rounded"."""
     before_last: bool = False
@@ -46,6 +48,12 @@ PROPERTIES = (
         "first half of a tick",
         ("see",),
         (*HOLDS, "promise_torque_kept", "promise_latch", "promise_level"),
+        extra=("setting_of_level",),
+    ),
+    Property("torque limits", ("limit_rate",), ("promise_limited",), holds=(), extra=("state_of_last",)),
+    Property(
+        "level", ("approach_level",), ("promise_level", "promise_level_between", "promise_torque_kept"),
+        extra=("setting_of_level",),
     ),
     Property("reset", ("reset",), (*HOLDS, "promise_torque_kept", "promise_reset", "promise_level_kept")),
     Property("descent", ("descend",), ("promise_descent",), extra=("state_of_stop",)),

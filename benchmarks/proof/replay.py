@@ -106,7 +106,7 @@ def _drawn(source: Source, chance: random.Random, one: Property) -> "array[float
     record[places["LEVEL_STEP"]] = 2e-4
     record[places["LEVEL"]] = chance.choice((0.0, 0.5, 1.0))
     record[places["LEVEL_WANTED"]] = record[places["LEVEL"]] + chance.choice((0.0, 1e-4, 0.4, -0.4))
-    for name in ("TAU", "TAU_AT_STOP", "CARRIED"):
+    for name in ("TAU", "LAST_TAU", "TAU_AT_STOP", "CARRIED"):
         _put(about, record, int(places[name]), lambda: 30.0 * chance.choice((-1.0, 1.0, 2.0 * chance.random() - 1.0)))
     for name in ("Q", "V", "KNOWN", "V_SEEN", "Q_GIVEN", "V_GIVEN", "Q_IN"):
         if chance.random() < 0.8:
