@@ -16,13 +16,14 @@ test test-slow: export PYTHONDONTWRITEBYTECODE :=
 # A worker that has nothing left takes from the others; at first each has a run of neighbours, which share fixtures.
 ON_ALL_CORES := --numprocesses auto --dist worksteal
 
-.PHONY: help docs dist demo setup setup-dev test test-slow check format bench bench-setup lock clean
+.PHONY: help docs dist demo setup setup-dev test test-slow check prove format bench bench-setup lock clean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make demo       identify a virtual wearer, float the arm, write a report"
 	@echo "make test       tests, without the slow ones and further seeds (make test-slow: all of them)"
 	@echo "make check      style, types, the direction of imports, and the language"
+	@echo "make prove      prove the guard's promises on its source (ten minutes at most)"
 	@echo "make docs       the documentation as a site, in docs/_build/html"
 	@echo "make dist       wheel and source archive in dist, checked, installed into an empty environment and started"
 	@echo "make format     put the code into the common form"
@@ -69,6 +70,11 @@ format: setup-dev
 bench: setup
 	$(BIN)/python benchmarks/kernels.py --save benchmarks/results.json
 	$(BIN)/python benchmarks/publish.py benchmarks/results.json
+
+# The guard's promises, proved on its source; and that wrong guards are refuted.
+prove: $(VENV)/installed-prove
+	$(BIN)/python benchmarks/proof/prove.py
+	$(BIN)/python -m pytest -m "slow or not slow" tests/benchmarks/proof
 
 bench-setup: $(VENV)/installed-bench
 
@@ -122,6 +128,11 @@ $(VENV)/installed-bench: requirements-bench.lock | $(VENV)/installed
 	@$(PIP) $(LOCKED) --requirement requirements-bench.lock
 	@touch $@
 
+$(VENV)/installed-prove: requirements-prove.lock | $(VENV)/installed-dev
+	@echo "Installing the solver of make prove; this takes some seconds, once."
+	@$(PIP) $(LOCKED) --requirement requirements-prove.lock
+	@touch $@
+
 # One resolution for Python 3.11 and newer on every platform; later files keep to the versions of earlier ones.
 COMPILE = $(BIN)/uv pip compile --quiet --no-config --universal --python-version 3.11 --generate-hashes \
   --no-annotate --custom-compile-command "make lock" --upgrade --extra all pyproject.toml
@@ -131,6 +142,7 @@ lock: setup-dev
 	$(COMPILE) --group dev --constraints requirements.lock --output-file requirements-dev.lock
 	$(COMPILE) --group docs --constraints requirements-dev.lock --output-file requirements-docs.lock
 	$(COMPILE) --group bench --constraints requirements-dev.lock --output-file requirements-bench.lock
+	$(COMPILE) --group prove --constraints requirements-dev.lock --output-file requirements-prove.lock
 
 clean:
 	rm -rf $(VENV) out dist docs/_build docs/reference/generated .pytest_cache .ruff_cache .hypothesis .import_linter_cache

@@ -12,7 +12,7 @@ import exograv
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "exograv"
-LOCKS = ("requirements.lock", "requirements-dev.lock", "requirements-bench.lock")
+LOCKS = ("requirements.lock", "requirements-dev.lock", "requirements-bench.lock", "requirements-prove.lock")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 MAP = (ROOT / "docs" / "explanation" / "map.md").read_text(encoding="utf-8")
@@ -87,16 +87,17 @@ def test_every_line_of_a_lock_pins_a_version_with_its_hashes(lock: str):
 
 
 def test_the_tests_run_on_the_versions_of_the_demo():
-    demo, development, _ = (pinned(lock) for lock in LOCKS)
+    demo, development, *_ = (pinned(lock) for lock in LOCKS)
     assert demo
     assert demo.items() <= development.items()
 
 
 def test_the_opponents_leave_the_versions_of_the_tests_alone():
-    _, development, opponents = (pinned(lock) for lock in LOCKS)
-    shared = development.keys() & opponents.keys()
-    assert shared
-    assert [name for name in shared if development[name] != opponents[name]] == []
+    _, development, *others = (pinned(lock) for lock in LOCKS)
+    for opponents in others:
+        shared = development.keys() & opponents.keys()
+        assert shared
+        assert [name for name in shared if development[name] != opponents[name]] == []
 
 
 def test_the_study_extra_asks_for_neither_casadi_nor_mujoco():

@@ -1,0 +1,1 @@
+"""Proof of the guard's promises on its own source, `src/exograv/safety/native/core.py`."""

@@ -1,0 +1,246 @@
+"""What the guard promises, in the language of its source: `r` is the record after, `b` before, `j` any joint.
+
+The prover reads these functions as it reads the guard, and a counterexample is run through them as Python.
+"""
+# ruff: noqa: F821 - the places of the record come from the guard's source (`source.py`)
+# pyright: reportUndefinedVariable=false
+
+import math
+
+# --- settings, which Python checks before anything moves (`limits.py`, `guard.py`) ------------------------------------
+
+
+def setting_of_machine(r: Record, j: int) -> bool:
+    """Return True for settings that `Limits` accepts: at most 10⁶ N·m/s, a period of 0.1 to 100 ms, a descent of 60 s."""
+    return (
+        0.0 < r[TORQUE_MAX + j] < math.inf
+        and 0.0 < r[DAMPING + j] < math.inf
+        and 0.0 < r[RATE] <= 1000000.0
+        and 0.001 <= r[DESCENT_S] <= 60.0
+        and 0.0001 <= r[DT] <= 0.1
+        and 0.0 < r[V_TRIP] < math.inf
+        and 0.0 < r[V_DAMPING] < math.inf
+    )
+
+
+def setting_of_person(r: Record, j: int) -> bool:
+    """Return True for the settings that `PersonLimits` accepts, of at most 1000 N·m and 1000 rad."""
+    return (
+        0.0 < r[ACTIVE + j] <= 1000.0
+        and 0.0 < r[LEAST_ACTIVE + j] <= 3.0
+        and 0.0 <= r[DRY + j] <= 1000.0
+        and 0.0 <= r[VISCOUS + j] <= 1000.0
+        and 0.0 <= r[ERROR + j] <= 1000.0
+        and -1000.0 <= r[LOWER + j] <= r[FREE_LOWER + j] <= r[FREE_UPPER + j] <= r[UPPER + j] <= 1000.0
+        and 0.0 < r[WALL] <= 1000.0
+        and 0.0 <= r[PAST_STOP] <= 1000.0
+        and 0.0 < r[V_TRIP_PERSON]
+    )
+
+
+# --- claims that hold before and after every call ---------------------------------------------------------------------
+
+
+def holds_torque(r: Record, j: int) -> bool:
+    """Return True if the outgoing torque is finite and within the drive's limit."""
+    return -r[TORQUE_MAX + j] <= r[TAU + j] <= r[TORQUE_MAX + j]
+
+
+def holds_stop(r: Record, j: int) -> bool:
+    """Return True if the reason of the stop is none or one of the 15."""
+    return r[STOP] == 0.0 or 1.0 <= r[STOP] <= 15.0
+
+
+def holds_torque_at_stop(r: Record, j: int) -> bool:
+    """Return True if the torque from which a descent fades is finite and within the drive's limit."""
+    return r[STOP] == 0.0 or -r[TORQUE_MAX + j] <= r[TAU_AT_STOP + j] <= r[TORQUE_MAX + j]
+
+
+def holds_time(r: Record, j: int) -> bool:
+    """Return True if the time of the descent is a finite number, from 0 on; beyond 1e17 s a period adds nothing."""
+    return 0.0 <= r[SINCE_STOP] <= 1e17
+
+
+def holds_flags(r: Record, j: int) -> bool:
+    """Return True if the flags of the descent are flags."""
+    return (
+        (r[ISOLATED + j] == 0.0 or r[ISOLATED + j] == 1.0)
+        and (r[POWERLESS + j] == 0.0 or r[POWERLESS + j] == 1.0)
+        and (r[WITHOUT_MODEL] == 0.0 or r[WITHOUT_MODEL] == 1.0)
+    )
+
+
+def holds_belief(r: Record, j: int) -> bool:
+    """Return True if the position and the speed in force are finite."""
+    return math.isfinite(r[Q + j]) and math.isfinite(r[V + j])
+
+
+def state_of_person(r: Record, j: int) -> bool:
+    """Return True for the state in which bounds are computed: finite speed, and a table of sensible torques."""
+    return abs(r[KNOWN + j]) <= 1000.0 and abs(r[CARRIED + j]) <= 1000000.0
+
+
+def state_of_last(r: Record, j: int) -> bool:
+    """Return True if the last torque is within the drive's limit (`holds_torque` before the tick)."""
+    return -r[TORQUE_MAX + j] <= r[LAST_TAU + j] <= r[TORQUE_MAX + j]
+
+
+def state_of_stop(r: Record, j: int) -> bool:
+    """Return True in a stop."""
+    return r[STOP] != 0.0
+
+
+def state_of_bounds(r: Record, j: int) -> bool:
+    """Return True for bounds as `look` writes them (`promise_bounds`)."""
+    return (
+        r[WORN] != 0.0
+        and -math.inf < r[LOW + j] <= 0.0 <= r[HIGH + j] < math.inf
+        and r[LOW + j] <= r[CARRIED + j] <= r[HIGH + j]
+    )
+
+
+def same(a: float, b: float) -> bool:
+    """Return True for equal numbers, and for two that are no numbers."""
+    return a == b or (math.isnan(a) and math.isnan(b))
+
+
+def setting_of_level(r: Record, j: int) -> bool:
+    """Return True for what `Guard.feel` writes: levels from 0 to 1.8 and a step above 0."""
+    return 0.0 <= r[LEVEL] <= 1.8 and 0.0 <= r[LEVEL_WANTED] <= 1.8 and 0.000000001 <= r[LEVEL_STEP] <= 0.1
+
+
+# --- promises ---------------------------------------------------------------------------------------------------------
+
+
+def promise_rate(b: Record, r: Record, j: int) -> bool:
+    """Return True if the torque moved no farther than the rate allows, rounded as the guard rounds it."""
+    step = r[RATE] * r[DT]
+    return b[TAU + j] - step <= r[TAU + j] <= b[TAU + j] + step
+
+
+def promise_limited(b: Record, r: Record, j: int) -> bool:
+    """Return True if any number that the limits before leave, also NaN, becomes a torque within limit and rate."""
+    last, step = b[LAST_TAU + j], r[RATE] * r[DT]
+    return -r[TORQUE_MAX + j] <= r[TAU + j] <= r[TORQUE_MAX + j] and last - step <= r[TAU + j] <= last + step
+
+
+def promise_torque_kept(b: Record, r: Record, j: int) -> bool:
+    """Return True if the outgoing torque is the same."""
+    return r[TAU + j] == b[TAU + j]
+
+
+def promise_latch(b: Record, r: Record, j: int) -> bool:
+    """Return True if a stop stays, with its reason, its torque, and its distrusted joints."""
+    return b[STOP] == 0.0 or (
+        r[STOP] == b[STOP]
+        and r[TAU_AT_STOP + j] == b[TAU_AT_STOP + j]
+        and (b[ISOLATED + j] == 0.0 or r[ISOLATED + j] != 0.0)
+        and (b[POWERLESS + j] == 0.0 or r[POWERLESS + j] != 0.0)
+        and (b[WITHOUT_MODEL] == 0.0 or r[WITHOUT_MODEL] != 0.0)
+        and r[SINCE_STOP] >= b[SINCE_STOP]
+    )
+
+
+def promise_reset(b: Record, r: Record, j: int) -> bool:
+    """Return True if a stop ends only after the descent, with a usable measurement, while a trusted joint stands."""
+    return (
+        b[STOP] == 0.0
+        or r[STOP] == b[STOP]
+        or (
+            b[USABLE] != 0.0
+            and b[SINCE_STOP] >= b[DESCENT_S]
+            and (b[ISOLATED + j] != 0.0 or abs(b[V_SEEN + j]) < STANDING_RAD_S)
+        )
+    )
+
+
+def promise_progress(b: Record, r: Record, j: int) -> bool:
+    """Return True if a descent advances by the period in a tick, but for 1e-12 s of rounding, until it is over."""
+    return r[STOP] == 0.0 or b[SINCE_STOP] >= r[DESCENT_S] or r[SINCE_STOP] >= b[SINCE_STOP] + r[DT] - 1e-12
+
+
+def promise_descent(b: Record, r: Record, j: int) -> bool:
+    """Return True if a descent asks for a part of the torque at the stop, and for nothing at its end."""
+    is_part = abs(r[WANTED + j]) <= abs(r[TAU_AT_STOP + j])
+    is_along = r[WANTED + j] == 0.0 or (r[WANTED + j] > 0.0) == (r[TAU_AT_STOP + j] > 0.0)
+    is_nothing = r[SINCE_STOP] >= r[DESCENT_S] or r[WITHOUT_MODEL] != 0.0 or r[POWERLESS + j] != 0.0
+    return is_part and is_along and (r[WANTED + j] == 0.0 or not is_nothing)
+
+
+def promise_fading(b: Record, r: Record, j: int) -> bool:
+    """Return True if a descent never asks for more than in the tick before."""
+    return abs(r[WANTED + j]) <= abs(b[WANTED + j])
+
+
+def promise_speed(b: Record, r: Record, j: int) -> bool:
+    """Return True if a joint above the largest speed starts the descent, and is left to its drive without torque."""
+    is_fast = abs(r[V + j]) > r[V_TRIP] or (r[WORN] != 0.0 and abs(r[V + j]) > r[V_TRIP_PERSON])
+    return not is_fast or (r[STOP] != 0.0 and r[ISOLATED + j] != 0.0 and r[POWERLESS + j] != 0.0)
+
+
+def promise_finite_demand(b: Record, r: Record, j: int) -> bool:
+    """Return True if a request, position or speed that is no finite number starts the descent."""
+    is_finite = math.isfinite(b[DESIRED + j]) and (
+        b[ISOLATED + j] != 0.0 or (math.isfinite(b[Q_GIVEN + j]) and math.isfinite(b[V_GIVEN + j]))
+    )
+    return is_finite or r[STOP] != 0.0
+
+
+def promise_stops(b: Record, r: Record, j: int) -> bool:
+    """Return True if a worn joint beyond its stop by more than the person's limit starts the descent."""
+    is_past = r[Q + j] > r[UPPER + j] + r[PAST_STOP] or r[Q + j] < r[LOWER + j] - r[PAST_STOP]
+    return r[WORN] == 0.0 or not is_past or r[STOP] != 0.0
+
+
+def promise_void(b: Record, r: Record, j: int) -> bool:
+    """Return True if only a valid request to this measurement, in time, replaces the torque that is asked for."""
+    is_valid = b[SPOKE] != 0.0 and b[ANSWERS] == b[SEQUENCE_IN] and b[NOW] <= b[VALID_UNTIL] and b[USABLE] != 0.0
+    is_as_promised = same(r[HELD + j], b[ANSWER_IN + j] if is_valid else b[HELD + j])
+    return is_as_promised and same(r[DESIRED + j], r[HELD + j])
+
+
+def promise_level(b: Record, r: Record, j: int) -> bool:
+    """Return True if the level moves by one step at most, as the guard rounds it; a stop and an empty machine hold it."""
+    step, now, before, wanted = r[LEVEL_STEP], r[LEVEL], b[LEVEL], b[LEVEL_WANTED]
+    is_step = now == before + step or now == before - step or (now == wanted and abs(wanted - before) <= step)
+    is_moving = b[LEVEL_MOVES] != 0.0 and b[STOP] == 0.0 and b[WORN] != 0.0
+    return (is_moving and is_step) or same(now, before)
+
+
+def promise_level_between(b: Record, r: Record, j: int) -> bool:
+    """Return True if the level does not pass the wanted one."""
+    now, before, wanted = r[LEVEL], b[LEVEL], b[LEVEL_WANTED]
+    return before <= now <= wanted or wanted <= now <= before or same(now, before)
+
+
+def promise_level_kept(b: Record, r: Record, j: int) -> bool:
+    """Return True if the level is the same."""
+    return same(r[LEVEL], b[LEVEL])
+
+
+def promise_bounds(b: Record, r: Record, j: int) -> bool:
+    """Return True if the person's bounds of a joint enclose zero and the torque that carries machine and arm."""
+    return (
+        -math.inf < r[LOW + j] <= 0.0 <= r[HIGH + j] < math.inf and r[LOW + j] <= r[CARRIED + j] <= r[HIGH + j]
+    )
+
+
+def promise_within(b: Record, r: Record, j: int) -> bool:
+    """Return True if the torque is within the person's bounds."""
+    return r[WORN] == 0.0 or r[LOW + j] <= r[TAU + j] <= r[HIGH + j]
+
+
+def promise_back(b: Record, r: Record, j: int) -> bool:
+    """Return True if the torque is within the person's bounds, or comes back to them as fast as it may."""
+    step = r[RATE] * r[DT]
+    return (
+        r[WORN] == 0.0
+        or r[LOW + j] <= r[TAU + j] <= r[HIGH + j]
+        or (r[TAU + j] > r[HIGH + j] and r[TAU + j] == b[TAU + j] - step)
+        or (r[TAU + j] < r[LOW + j] and r[TAU + j] == b[TAU + j] + step)
+    )
+
+
+def promise_stopped(b: Record, r: Record, j: int) -> bool:
+    """Return True in a stop."""
+    return r[STOP] != 0.0
