@@ -46,6 +46,7 @@ from exograv.cli.shell.base_options import Common, refuse_unwritable, write_json
 from exograv.cli.shell.command import Action, checked_parts, command_class, estimate
 from exograv.cli.shell.durations import duration_sentence
 from exograv.cli.shell.end_signals import EndSignals
+from exograv.cli.shell.needs import refuse_missing
 from exograv.cli.shell.spellings import present_spelling, value_of
 from exograv.cli.simulation.benchmark_identification import run_benchmark_identification
 from exograv.cli.simulation.faults import run_faults_command
@@ -217,6 +218,7 @@ def _run_as_asked() -> None:
     action = ACTIONS[path]
     command: Common = parsed(path, rest)
     parts = checked_parts(action, command)
+    refuse_missing(path, command)
     if command.write_settings is not None:
         from exograv.cli.shell.settings import write_settings
 

@@ -83,7 +83,7 @@ def fly_on_drives(
         )
     description = load_rig(options.rig, options.side)
     refuse_motorless(description)
-    told = _told(description, person) if wearer is None else _told_virtual(wearer, person)
+    told = _told(description, person, options.simulate) if wearer is None else _told_virtual(wearer, person)
     refuse_small_disk(folder / "live.mcap", len(description.joints), options.loop_s)
     with contextlib.ExitStack() as stack:
         worn = drives_with_hands(options, description, say, "A live run", ("--worn",), in_real_time=True)
@@ -122,7 +122,7 @@ def _verification(prepared: ControllerKnowledge, options: LiveOptions, seed: int
     return Verification(unseen_postures(model, prepared.x, seen, seed), seed)
 
 
-def _told(description: RigDescription, person: PersonForm) -> WearerForm:
+def _told(description: RigDescription, person: PersonForm, is_simulated: bool) -> WearerForm:
     missing = [
         option
         for option, value in (
@@ -133,7 +133,8 @@ def _told(description: RigDescription, person: PersonForm) -> WearerForm:
         if value is None
     ]
     if person.height_m is None or person.mass_kg is None or person.sex is None:
-        raise ConfigError(f"{', '.join(missing)} of the wearer: not given. Give all of them.")
+        why = "MuJoCo is not installed, so the wearer of the simulated drives is not known here. " if is_simulated else ""
+        raise ConfigError(f"{why}{', '.join(missing)} of the wearer: not given. Give all of them.")
     lengths = settings_of_lengths(description, person.lengths)
     return WearerForm(Body(person.height_m, person.mass_kg, person.sex, dict(lengths)), lengths)
 
