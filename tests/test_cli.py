@@ -66,7 +66,10 @@ REFUSED = {
     "a calibration over another file": (("calibrate", "--calibration", "rig.toml"), "rig.toml is of another kind"),
     "a participant over another file": (("identify", "--keep", "rig.toml"), "rig.toml is of another kind"),
     "a folder for a verification in memory": (("verify", "--out", "elsewhere"), "acts only on drives"),
-    "two first seeds": (("benchmark-identification", "--seed", "7", "--seed-from", "8"), "--seed is 7, but it acts only"),
+    "two first seeds": (
+        ("benchmark-identification", "--seed", "7", "--seed-from", "8"),
+        "--seed is 7, but it acts only",
+    ),
     "an export without a file": (
         ("export-urdf", "--participant", "none.toml"),
         "none.toml cannot be read",
@@ -78,6 +81,7 @@ REFUSED = {
         "Give another folder with --out|give another folder with --out",
     ),
     "figures into a folder": (("demo", "--json", "."), "Give another path with --json"),
+    "figures over another file": (("rigs", "--json", "rig.toml"), "rig.toml holds something else than figures"),
     "figures under a file": (("rigs", "--json", "file/x.json"), "Give another path with --json"),
     "benchmark of no method": (
         ("benchmark-identification", "--methods", "magic"),

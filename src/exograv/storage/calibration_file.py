@@ -57,7 +57,7 @@ def read_calibration(path: Path) -> StoredCalibration:
     Raises:
         ConfigError: The file cannot be read, is of another version, or its values do not match its hash.
     """
-    give = "Give the calibration.toml that `exograv rig calibrate` has written."
+    give = "Calibrate this machine first (`exograv rig calibrate`), or give its calibration.toml with --calibration."
     return read_sealed(path, StoredCalibration, give, AGAIN)
 
 

@@ -21,7 +21,7 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "data view": ("control", "recording"),
     "dev drive-sim": ("twin",),
 }
-"""Extras without which a command fails in its course. Other commands name the first missing package when they use it."""
+"""Extras that a command cannot do without. Other commands name the first missing package when they use it."""
 
 
 def extras_of(path: str, options: Any) -> tuple[str, ...]:
