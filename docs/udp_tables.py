@@ -3,37 +3,19 @@
 from collections.abc import Mapping
 
 from exograv.rig.drive_status import SENTENCES, DriveFault
-from exograv.rig.drives.udp.layout import (
-    COMMAND,
-    COMMAND_JOINT,
-    HEADER,
-    HEADER_BYTES,
-    LAYOUTS,
-    NAMEPLATE,
-    NAMEPLATE_JOINT,
-    STATE,
-    STATE_JOINT,
-    PacketField,
-    Type,
-    offsets,
-    packed,
-)
-
-PACKETS = {
-    Type.NAMEPLATE: (NAMEPLATE, NAMEPLATE_JOINT),
-    Type.STATE: (STATE, STATE_JOINT),
-    Type.COMMAND: (COMMAND, COMMAND_JOINT),
-}
-"""Packets with fields of their own: fields of the packet, and of each joint."""
+from exograv.rig.drives.udp.layout import LAYOUTS, PARTS, PacketField, offsets, packed
 
 
 def udp_tables() -> str:
     """Tables of header, packets and faults, as Markdown."""
-    parts = ["Header:", fields_table(HEADER, 0)]
-    for kind, (own, joint) in PACKETS.items():
-        begin, size = LAYOUTS[kind].joints_at, packed(joint).size
-        text = f"{kind.name}; the joints' blocks begin at byte {begin} and have {size} bytes each:"
-        parts += [text, fields_table(own, HEADER_BYTES), f"Block of a joint in {kind.name}:", fields_table(joint, 0)]
+    parts = ["Header:", fields_table(*PARTS["header"])]
+    for kind, layout in LAYOUTS.items():
+        if not layout.fields:
+            continue
+        own, joint = PARTS[kind.name.lower()], PARTS[f"{kind.name.lower()}_joint"]
+        size = packed(layout.joint).size
+        text = f"{kind.name}; the joints' blocks begin at byte {layout.joints_at} and have {size} bytes each:"
+        parts += [text, fields_table(*own), f"Block of a joint in {kind.name}:", fields_table(*joint)]
     parts += ["`fault`; a drive with a fault gives no torque and brakes:", bits_table(SENTENCES)]
     return "\n\n".join(parts) + "\n"
 

@@ -15,7 +15,7 @@ known = exograv.load_rig("recupera_like")
 with tempfile.TemporaryDirectory() as folder:
     urdf = Path(folder) / "my_machine.urdf"
     shutil.copy(known.urdf_path, urdf)
-    command = [sys.executable, "-m", "exograv.cli", "new-rig", str(urdf), "--side", known.side]
+    command = [sys.executable, "-m", "exograv.cli", "rig", "new", str(urdf), "--side", known.side]
     subprocess.run(command, check=True, cwd=folder, capture_output=True)
     written = next(Path(folder).rglob("rig.toml"))
     print(f"Written: {written.relative_to(folder)}")

@@ -62,6 +62,13 @@ REFUSED = {
     "a name for a code": (("identify", "--keep", "p.toml", "--code", "anna"), "--code is 'anna'; it must have 3 to 16"),
     "a file for a participant under a file": (("identify", "--keep", "file/p.toml"), "Give another path with --keep"),
     "a donning before the first": (("identify", "--donning", "-1"), "--donning is -1; allowed: 0"),
+    "a calibration over another file": (("calibrate", "--calibration", "rig.toml"), "rig.toml is of another kind"),
+    "a participant over another file": (("identify", "--keep", "rig.toml"), "rig.toml is of another kind"),
+    "a folder for a verification in memory": (("verify", "--out", "elsewhere"), "acts only on drives"),
+    "two first seeds": (
+        ("benchmark-identification", "--seed", "7", "--seed-from", "8"),
+        "--seed is 7, but it acts only",
+    ),
     "an export without a file": (
         ("export-urdf", "--participant", "none.toml"),
         "none.toml cannot be read",
@@ -73,6 +80,7 @@ REFUSED = {
         "Give another folder with --out|give another folder with --out",
     ),
     "figures into a folder": (("demo", "--json", "."), "Give another path with --json"),
+    "figures over another file": (("rigs", "--json", "rig.toml"), "rig.toml holds something else than figures"),
     "figures under a file": (("rigs", "--json", "file/x.json"), "Give another path with --json"),
     "benchmark of no method": (
         ("benchmark-identification", "--methods", "magic"),
@@ -138,6 +146,7 @@ REFUSED = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_cannot_be_done_is_refused_in_one_line(case: str, tmp_path: Path):
     (tmp_path / "file").touch()
+    (tmp_path / "rig.toml").write_text('name = "my_machine"\n', encoding="utf-8")
     words, message = REFUSED[case]
     result = exograv(*words, folder=tmp_path)
     assert result.returncode == 1

@@ -7,7 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from exograv.extras import EXTRAS, missing_package
+from exograv.cli import ACTIONS
+from exograv.cli.shell import needs
+from exograv.cli.shell.command import command_class
+from exograv.errors import ConfigError
+from exograv.extras import EXTRAS, INSIDE, missing_package
 
 PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 IMPORT_NAMES = {"mujoco-core": "mujoco", "python-can": "can", "eclipse-zenoh": "zenoh"}
@@ -48,3 +52,28 @@ def test_the_api_names_the_extra_that_is_missing(package: str, statement: str, e
     code = f"import sys; sys.modules[{package!r}] = None\nimport exograv\n{statement}"
     run = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True, cwd=tmp_path)
     assert f"pip install 'exograv[{extra}]'" in run.stderr
+
+
+@pytest.mark.parametrize("extra", INSIDE)
+def test_an_extra_contains_the_extras_that_the_table_says(extra: str):
+    inner = {package for one in INSIDE[extra] for package in packages(one)}
+    assert inner <= packages(extra)
+
+
+def test_a_command_names_all_its_missing_extras_before_it_starts(monkeypatch: pytest.MonkeyPatch):
+    installed = {"casadi", "llvmlite", "scipy", "mcap", "zstandard"}
+    monkeypatch.setattr("exograv.extras.find_spec", lambda name: name if name in installed else None)
+    with pytest.raises(ConfigError, match=r"^`exograv demo` needs .*mujoco.*pip install 'exograv\[twin,study\]'"):
+        needs.refuse_missing("demo", command_class(ACTIONS["demo"])())
+    needs.refuse_missing("rig new", object())
+
+
+@pytest.mark.parametrize(("simulate", "extras"), [(False, ("twin",)), (True, ("control", "recording"))])
+def test_only_the_twin_itself_needs_mujoco(simulate: bool, extras: tuple[str, ...]):
+    options = command_class(ACTIONS["rig calibrate"])(simulate=simulate)
+    assert needs.extras_of("rig calibrate", options) == extras
+
+
+def test_the_needs_are_those_of_commands_and_extras():
+    assert set(needs.NEEDS) <= set(ACTIONS)
+    assert {extra for extras in needs.NEEDS.values() for extra in extras} <= set(EXTRAS.values())

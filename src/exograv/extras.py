@@ -1,5 +1,6 @@
 """Extras of the package: which one installs a package that is missing."""
 
+from collections.abc import Sequence
 from importlib.util import find_spec
 
 EXTRAS = {
@@ -45,6 +46,22 @@ def missing_package(error: ModuleNotFoundError) -> str | None:
         return None
     purpose = PURPOSES.get(package, f"This needs the package '{package}', which is not installed")
     return f"{purpose}. Install it with: pip install 'exograv[{extra}]', or everything with 'exograv[all]'."
+
+
+INSIDE = {
+    "console": ("recording",),
+    "lsl": ("recording",),
+    "ros2": ("recording",),
+    "study": ("recording",),
+    "twin": ("control", "recording"),
+}
+"""Extras that another extra contains."""
+
+
+def missing_from(extras: Sequence[str]) -> list[str]:
+    """List the packages of these extras that are not installed."""
+    every = {*extras, *(inner for extra in extras for inner in INSIDE.get(extra, ()))}
+    return [package for package, extra in EXTRAS.items() if extra in every and find_spec(package) is None]
 
 
 def missing_by_extra() -> dict[str, list[str]]:

@@ -42,10 +42,11 @@ from exograv.cli.recordings.report import run_report
 from exograv.cli.recordings.streams import run_streams
 from exograv.cli.recordings.sync import run_sync
 from exograv.cli.recordings.view import run_view_command
-from exograv.cli.shell.base_options import Common, refuse_unwritable, write_json
+from exograv.cli.shell.base_options import Common, refuse_unwritable_json, write_json
 from exograv.cli.shell.command import Action, checked_parts, command_class, estimate
 from exograv.cli.shell.durations import duration_sentence
 from exograv.cli.shell.end_signals import EndSignals
+from exograv.cli.shell.needs import refuse_missing
 from exograv.cli.shell.spellings import present_spelling, value_of
 from exograv.cli.simulation.benchmark_identification import run_benchmark_identification
 from exograv.cli.simulation.faults import run_faults_command
@@ -194,7 +195,10 @@ def _run_and_report(signals: EndSignals) -> None:
         if not was_keyboard(error):
             raise
         by = "the keyboard" if signals.came is None else f"the signal {signals.came.name}"
-        print(f"\nexograv: stopped by {by}; the recording until now is kept.", file=sys.stderr)
+        print(
+            f"\nexograv: stopped by {by}. Files that are written stay, and so does a recording until now.",
+            file=sys.stderr,
+        )
         sys.exit(128 + (signals.came or signal.SIGINT))
 
 
@@ -217,12 +221,13 @@ def _run_as_asked() -> None:
     action = ACTIONS[path]
     command: Common = parsed(path, rest)
     parts = checked_parts(action, command)
+    refuse_missing(path, command)
     if command.write_settings is not None:
         from exograv.cli.shell.settings import write_settings
 
         write_settings(command.write_settings, path, command)
     if command.json is not None:
-        refuse_unwritable(command.json)
+        refuse_unwritable_json(command.json)
     estimate.set(duration_sentence(path, command))
     result = json_value(action(**parts))
     if command.json is not None:
@@ -246,8 +251,16 @@ def parsed(path: str, words: list[str]) -> Any:
 
         defaults = with_settings(Path(file), path, ACTIONS, words)
     config = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.SuppressFixed)
-    with wrapped_output() if set(words) & set(HELP) else nullcontext():
-        return tyro.cli(kind, prog=f"exograv {path}", args=words, default=defaults, config=config)
+    try:
+        with wrapped_output() if set(words) & set(HELP) else nullcontext():
+            return tyro.cli(kind, prog=f"exograv {path}", args=words, default=defaults, config=config)
+    except SystemExit as end:
+        if end.code:
+            from exograv.cli.shell.unknown_option import advice
+
+            if sentence := advice(path, words, ACTIONS):
+                print(f"exograv: {sentence}", file=sys.stderr)
+        raise
 
 
 ACTIONS: Commands = START | {

@@ -53,6 +53,8 @@ class WeighResult:
     """Mass of a person with an equally heavy arm, by the table."""
     hand_weight_kg: float | None
     ci95_hand_kg: Interval | None
+    ok: bool
+    """False if the form is refused. The command then ends with exit status 1."""
     refused: bool
     why: str
     probability: float | None
@@ -153,6 +155,7 @@ def _result(
     limbs = [arm.side for arm in laboratory.wearer.arms]
     first = f"{limbs[0]}_" if len(limbs) > 1 else ""
     arm = sum(value for name, value in truth.items() if name.startswith(first) and name.endswith(".mass"))
+    refused = check is None or check.refused
     return WeighResult(
         run=TwinRun(laboratory.description.name, options.level, options.seed),
         typed_body_mass_kg=round(typed, 2),
@@ -161,7 +164,8 @@ def _result(
         arm_like_that_of_kg=check and round(check.like_kg, 1),
         hand_weight_kg=hand and round(hand.mass, 4),
         ci95_hand_kg=hand and rounded(np.array(hand.ci95)),
-        refused=check is None or check.refused,
+        ok=not refused,
+        refused=refused,
         why=found.why if check is None else check.why,
         probability=check and round(check.probability, 4),
         identified_s=found.identified_s,

@@ -33,9 +33,6 @@ MOTION_S = (10.0, 600.0)
 AROUND_MOTION_S = 16.0
 """Time for rest, ramp, approach to the motion, and the worker's last computation [s]."""
 
-ON_REAL_DRIVES = Acts(
-    lambda all_: all_.drives is not None and not all_.simulate, "for the wearer of a machine on drives"
-)
 ON_DRIVES = Acts(lambda all_: all_.is_on_drives, "with --drives or --simulate")
 ON_TWIN = Acts(lambda all_: not all_.is_on_drives, "on the twin, without --drives and --simulate")
 WITH_SIMULATE = Acts(lambda all_: all_.simulate, "with --simulate")
@@ -49,16 +46,16 @@ NOT_RECORDED = ("drives", "simulate", "calibration", "ros2", "ros2_router", "ros
 class PersonForm(Options):
     """Form of the wearer of a machine on drives: body height, mass, sex and measured segment lengths."""
 
-    height_m: Annotated[float | None, tyro.conf.arg(name="body-height", metavar="M"), ON_REAL_DRIVES] = None
+    height_m: Annotated[float | None, tyro.conf.arg(name="body-height", metavar="M"), ON_DRIVES] = None
     """Body height of the wearer [m]; on drives only."""
 
-    mass_kg: Annotated[float | None, tyro.conf.arg(name="body-mass", metavar="KG"), ON_REAL_DRIVES] = None
+    mass_kg: Annotated[float | None, tyro.conf.arg(name="body-mass", metavar="KG"), ON_DRIVES] = None
     """Body mass of the wearer [kg]; on drives only."""
 
-    sex: Annotated[Sex | None, ON_REAL_DRIVES] = None
+    sex: Annotated[Sex | None, ON_DRIVES] = None
     """Sex whose table of body segments fits the wearer better; on drives only."""
 
-    lengths: Annotated[SegmentLengths, ON_REAL_DRIVES] = ()
+    lengths: Annotated[SegmentLengths, ON_DRIVES] = ()
     """Measured length of an arm segment, to which the machine is adjusted [m], such as forearm=0.26; on drives only.
     Can be repeated."""
 

@@ -9,7 +9,7 @@ from exograv.errors import ConfigError
 from exograv.model.description import RigDescription
 
 from .calibration_schema import Identity, StoredCalibration
-from .sealed_file import read_sealed, write_sealed
+from .sealed_file import read_sealed, refuse_other_kind, write_sealed
 
 GAIN_AGE_MAX = timedelta(days=30)
 """Largest age of a calibration.
@@ -20,6 +20,7 @@ FRICTION_AGE_MAX = timedelta(hours=12)
 """Age above which friction should be checked again; it changes with temperature (docs/howto/calibration.md)."""
 CLOCK_ERROR = timedelta(minutes=10)
 """Largest time by which the clock that wrote a file may be ahead."""
+OPTION = "--calibration or --out"
 AGAIN = "Calibrate again: `exograv rig calibrate`."
 HEAD = """\
 # Calibration of an empty machine, written by `exograv rig calibrate` (docs/howto/calibration.md). Each value has its
@@ -35,10 +36,19 @@ def identity_of(description: RigDescription, machine: str) -> Identity:
 def write_calibration(path: Path, whole: StoredCalibration) -> None:
     """Write the file, or leave the old one as it was.
 
-    ConfigError: The file cannot be written.
-        ConfigError: The place cannot be written.
+    Raises:
+        ConfigError: The file cannot be written.
     """
-    write_sealed(path, whole, HEAD, "--calibration or --out")
+    write_sealed(path, whole, HEAD, OPTION)
+
+
+def refuse_other_than_calibration(path: Path) -> None:
+    """Check before a run that its calibration will not replace another kind of file.
+
+    Raises:
+        ConfigError: There is a file of another kind.
+    """
+    refuse_other_kind(path, StoredCalibration, HEAD, OPTION)
 
 
 def read_calibration(path: Path) -> StoredCalibration:
@@ -47,7 +57,7 @@ def read_calibration(path: Path) -> StoredCalibration:
     Raises:
         ConfigError: The file cannot be read, is of another version, or its values do not match its hash.
     """
-    give = "Give the calibration.toml that `exograv rig calibrate` has written."
+    give = "Calibrate this machine first (`exograv rig calibrate`), or give its calibration.toml with --calibration."
     return read_sealed(path, StoredCalibration, give, AGAIN)
 
 

@@ -10,7 +10,7 @@ from exograv.model.assembly import Assembly
 
 from .calibration_file import CLOCK_ERROR, identity_of, refuse_other_machine
 from .participant_schema import StoredParticipant, StoredPerson, parameter_names
-from .sealed_file import read_sealed, write_sealed
+from .sealed_file import read_sealed, refuse_other_kind, write_sealed
 
 AGAIN = "Identify the person again: `exograv arm identify --keep FILE`."
 GIVE = "Give a file that `exograv arm identify --keep FILE` has written."
@@ -34,10 +34,19 @@ def new_code() -> str:
 def write_participant(path: Path, whole: StoredParticipant) -> None:
     """Write the file, or leave the old one as it was.
 
-    ConfigError: The file cannot be written.
-        ConfigError: The place cannot be written.
+    Raises:
+        ConfigError: The file cannot be written.
     """
     write_sealed(path, whole, HEAD, "--keep")
+
+
+def refuse_other_than_participant(path: Path) -> None:
+    """Check before a run that its participant's file will not replace another kind of file.
+
+    Raises:
+        ConfigError: There is a file of another kind.
+    """
+    refuse_other_kind(path, StoredParticipant, HEAD, "--keep")
 
 
 def read_participant(path: Path) -> StoredParticipant:

@@ -57,6 +57,38 @@ def write_sealed(path: Path, whole: Sealed, head: str, option: str) -> None:
         raise ConfigError(f"{path} cannot be written: {error.strerror}. Give another {option}.") from error
 
 
+def refuse_other_kind(path: Path, kind: type[Sealed], head: str, option: str) -> None:
+    """Check before a run that its result will not replace a file of another kind.
+
+    A damaged file of the same kind may be replaced: its comment or its keys show the kind.
+
+    Args:
+        path: Place of the result.
+        kind: Kind of the result.
+        head: Comment that begins a file of this kind.
+        option: Option that sets another place.
+
+    Raises:
+        ConfigError: There is a file of another kind, or a folder.
+    """
+    if not path.exists() or (path.is_file() and _is_of_kind(path, kind, head)):
+        return
+    raise ConfigError(f"{path} is of another kind, and the result would replace it. Give another path with {option}.")
+
+
+def _is_of_kind(path: Path, kind: type[Sealed], head: str) -> bool:
+    if path.stat().st_size > SIZE_MAX_BYTES:
+        return False
+    text = path.read_text(encoding="utf-8", errors="replace")
+    if not text.strip() or text.startswith(head.split(",", 1)[0]):
+        return True
+    try:
+        content = tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        return False
+    return "content_sha256" in content and set(content) <= {"schema_version", *kind.model_fields}
+
+
 def read_sealed(path: Path, kind: type[Kind], give: str, again: str) -> Kind:
     """Read a sealed file.
 

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
+from exograv.cli.shell.next_step import same_machine
 from exograv.procedures.calibration.options import CalibrateOptions
 
 if TYPE_CHECKING:
@@ -19,6 +20,10 @@ def run_calibrate_command(options: CalibrateOptions, common: OutFolder) -> "Cali
     with bars() as progress:
         result = run_calibration(options, common.out, progress, say)
     show_calibration(result)
+    if options.is_on_drives:
+        say(f"Next: {same_machine('rig self-test', options, common.out)}")
+    else:
+        say(f"Next: {same_machine('demo', options, common.out, f'--calibration {result.file}')}")
     return result
 
 

@@ -16,13 +16,15 @@ def run_check_rig(options: CheckOptions, common: OutFolder) -> "CheckResult":
 
     with bars() as progress:
         result = check_rig(options, common.out, progress)
-    _show(result)
+    _show(result, options.rig)
     return result
 
 
-def _show(result: "CheckResult") -> None:
+def _show(result: "CheckResult", rig: str) -> None:
     from rich.console import Console
     from rich.markup import escape
+
+    from exograv.cli.shell.terminal import say
 
     console = Console()
     if result.rank is not None:
@@ -35,20 +37,32 @@ def _show(result: "CheckResult") -> None:
         console.print(f"Picture: {result.picture}", soft_wrap=True)
     if result.ok:
         console.print("[bold green]The machine has no problems.[/]")
+        say(f"Next: `exograv view {rig}` shows it with a person.")
+        if any(row.limit is not None for row in result.torque_Nm or []):
+            say(f"`exograv rig test {rig} --simulate` practises to bring up its drives.")
     else:
-        console.print(f"{len(result.problems)} problems remain in {escape(result.rig)}.")
+        count = len(result.problems)
+        console.print(f"{count} {'problem remains' if count == 1 else 'problems remain'} in {escape(result.rig)}.")
+        say(f"Next: correct its rig.toml, then run `exograv rig check {rig}` again.")
 
 
 def _show_mechanics(result: "CheckResult", console: Any) -> None:
     from rich.table import Table
 
-    table = Table(title=f"{result.rig}, {result.side}: torque at rest, worst posture of the task workspace, N·m")
+    from exograv.cli.shell.terminal import NARROW
+
+    is_narrow = console.width < NARROW
+    title = f"{result.rig}, {result.side}: torque at rest, worst posture of the task workspace, N·m"
+    table = Table(title=title, box=None, padding=(0, 1, 0, 0)) if is_narrow else Table(title=title)
     for name in ("joint", "machine", "arm", "1 kg in hand", "friction", "drive"):
-        table.add_column(name, justify="left" if name == "joint" else "right")
+        # A narrow terminal breaks words instead of cutting them off.
+        heading = name.replace("friction", "fric-\ntion").replace("1 kg in ", "1 kg\nin\n") if is_narrow else name
+        justify, width = ("left", 9) if name == "joint" else ("right", 4)
+        table.add_column(heading, justify=justify, min_width=width, overflow="fold")
     for row in result.torque_Nm or []:
         limit = "no motor" if row.limit is None else f"{row.limit:g}"
         numbers = (f"{value:.1f}" for value in (row.exo, row.arm, row.hand_1kg, row.friction))
-        table.add_row(row.joint.replace("_", " "), *numbers, limit)
+        table.add_row(row.joint.replace("_", "\n" if is_narrow else " "), *numbers, limit)
     console.print(table)
     conditioning, loops, softest = result.conditioning, result.loops, result.softest
     if conditioning is None or loops is None or softest is None or result.workspace is None:

@@ -105,8 +105,9 @@ def _guard() -> Check:
 
 def _writable(folder: Path) -> Check:
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
+        # The folder itself is made by the command that writes into it.
+        existing = next(one for one in (folder, *folder.resolve().parents) if one.exists())
+        with tempfile.TemporaryFile(dir=existing):
             pass
     except OSError as error:
         return Check("out", False, f"{folder}: {error.strerror}; give another folder with --out")

@@ -1,6 +1,7 @@
 """Command `exograv rig motion` and the table of its result."""
 
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
@@ -26,6 +27,11 @@ def run_design_motion(options: DesignOptions, common: OutFolder) -> "DesignFigur
     print(excitation_text(result.excitation))
     show_design(result)
     print(f"Picture of one period: {picture}")
+    if Path(options.rig).is_dir():
+        print(
+            f"Next: put the block above into {Path(options.rig) / 'rig.toml'} in place of its [excitation], then run "
+            f"`exograv rig check {options.rig}`."
+        )
     return replace(result, picture=picture)
 
 

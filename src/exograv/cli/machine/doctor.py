@@ -51,4 +51,19 @@ def run_doctor(command: Doctor, common: OutFolder) -> DoctorResult:
         with bars() as progress:
             loop = loop_test(command.loop, progress)
         show_loop(loop.figures)
+    for line in next_steps(computer):
+        say(line)
     return DoctorResult(computer, loop)
+
+
+def next_steps(computer: "ComputerCheck") -> list[str]:
+    """Return the verdict, the command that installs what is missing, and the first command to try."""
+    if not computer.ok:
+        return ["Correct what is marked NO, then run `exograv doctor` again."]
+    missing = {extra for extra, packages in computer.missing.items() if packages}
+    lines = ["exograv runs on this computer."]
+    if missing:
+        lines.append("Install an extra with: pip install 'exograv[NAME]', or everything with 'exograv[all]'.")
+    needed = [extra for extra in ("twin", "study") if extra in missing]
+    first = f"`exograv demo` needs exograv[{','.join(needed)}]." if needed else "Next: exograv demo"
+    return [*lines, first]

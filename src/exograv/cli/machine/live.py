@@ -17,7 +17,7 @@ NOT_LEARNED = (
 def run_live_command(options: LiveOptions, person: PersonForm, common: OutFolder) -> "LiveFigures":
     """Float the arm in real time on the twin or on drives, with guard, control and recorder in separate processes."""
     from exograv.api.rig_factory import run_live, simulated_wearer
-    from exograv.cli.shell.terminal import bars, say
+    from exograv.cli.shell.terminal import bars, say, say_unbroken
 
     refuse_unwritable(common.out / "live.mcap", "--out")  # Checked now, not after minutes of preparation.
     with bars() as progress:
@@ -31,6 +31,7 @@ def run_live_command(options: LiveOptions, person: PersonForm, common: OutFolder
     show_live(result)
     if options.identify_s and result.identified is None:
         print(NOT_LEARNED.format(result.findings))
+    say_unbroken(f"Next: exograv report {result.recording}, or exograv view {result.recording}")
     return result
 
 

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder
+from exograv.cli.shell.next_step import same_machine
 from exograv.live.options import RigTestOptions
 
 if TYPE_CHECKING:
@@ -17,6 +18,8 @@ def run_rig_test_command(options: RigTestOptions, common: OutFolder) -> "BringUp
     with bars() as progress:
         result = run_rig_test(options, common.out, progress, say)
     show_rig_test(result)
+    if result.passed:
+        say(f"Next: {same_machine('rig calibrate', options, common.out)}")
     return result
 
 

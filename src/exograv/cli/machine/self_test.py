@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
+from exograv.cli.shell.next_step import same_machine
 from exograv.procedures.self_test.options import SelfTestOptions
 
 if TYPE_CHECKING:
@@ -18,6 +19,9 @@ def run_self_test_command(options: SelfTestOptions, common: OutFolder) -> "SelfT
     with bars() as progress:
         result = run_self_test(options, common.out, progress, say)
     show_self_test(result)
+    if options.is_on_drives and result.self_test.startswith("passed"):
+        person = "" if options.simulate else " --body-height M --body-mass KG --sex female"
+        say(f"Next: {same_machine('run live', options, common.out, f'--identify 60{person}')}")
     return result
 
 

@@ -1,16 +1,29 @@
 """Command `exograv arm verify` and the table of its result."""
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
 from exograv.live.options import PersonForm
+from exograv.options import Acts
 from exograv.procedures.verification.options import VerifyOptions
 
 if TYPE_CHECKING:
     from exograv.procedures.verification.figures import VerifyResult
 
 
-def run_verify_command(options: VerifyOptions, person: PersonForm, common: OutFolder) -> "VerifyResult":
+@dataclass(frozen=True)
+class VerifiedOnDrives(OutFolder):
+    """Folder of a verification on drives. The twin is verified in memory."""
+
+    out: Annotated[Path, Acts(lambda all_: all_.is_on_drives, "on drives; --json writes the figures of the twin")] = (
+        Path("out")
+    )
+    """Folder of calibration and self-test, and of the recording; on drives only."""
+
+
+def run_verify_command(options: VerifyOptions, person: PersonForm, common: VerifiedOnDrives) -> "VerifyResult":
     """Measure what is left over of the arm's weight at twelve postures that the identification did not visit."""
     from exograv.api.rig_factory import run_verification
     from exograv.cli.shell.terminal import bars, say

@@ -44,6 +44,23 @@ def refuse_unwritable(path: Path, option: str = "--json") -> None:
         path.unlink()
 
 
+def refuse_unwritable_json(path: Path) -> None:
+    """Check before a long run that the figures can be written, and that they replace figures only.
+
+    Raises:
+        RecordingError: The file cannot be written, or holds something else than JSON.
+    """
+    refuse_unwritable(path)
+    if not path.is_file() or not path.stat().st_size:
+        return
+    with path.open("rb") as file:
+        begin = file.read(4096).lstrip()
+    if not begin.startswith(b"{"):
+        raise RecordingError(
+            f"{path} holds something else than figures, and --json would replace it. Give another path."
+        )
+
+
 def write_json(path: Path, result: dict[str, Any], option: str = "--json") -> None:
     """Write the figures to a file.
 

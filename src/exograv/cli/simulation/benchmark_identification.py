@@ -1,11 +1,11 @@
 """Command `exograv dev benchmark-identification` and the tables of its result."""
 
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated
 
 from exograv.campaigns.benchmark_identification.options import BenchmarkOptions
 from exograv.cli.shell.base_options import OutFolder, write_json
-from exograv.options import SeedOption
+from exograv.options import Acts, Seed, SeedOption
 from exograv.results import json_value
 
 if TYPE_CHECKING:
@@ -16,7 +16,14 @@ TEXTS = ("method", "where", "stop rule, wearers", "drives", "disturbance")
 """Columns of text. All other columns hold numbers."""
 
 
-def run_benchmark_identification(options: BenchmarkOptions, drawn: SeedOption, common: OutFolder) -> "BenchmarkResult":
+@dataclass(frozen=True)
+class FirstSeed(SeedOption):
+    """Seed of the first wearer by the name that all commands have."""
+
+    seed: Annotated[Seed, Acts(lambda all_: all_.seed_from is None, "without --seed-from, which says the same")] = 0
+
+
+def run_benchmark_identification(options: BenchmarkOptions, drawn: FirstSeed, common: OutFolder) -> "BenchmarkResult":
     """Compare all identification methods on the same virtual wearers: time, accuracy, intervals and failures."""
     from exograv.campaigns.benchmark_identification.benchmark import run_benchmark
     from exograv.campaigns.benchmark_identification.tasks import machines

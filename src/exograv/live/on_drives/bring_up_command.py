@@ -21,7 +21,7 @@ from exograv.rig.drives.settings import Drives
 from exograv.storage.bring_up_sheet import FILE, BringUpSheet, write_sheet
 from exograv.storage.self_test_step import Step, tried
 
-from .connection import Say, drives_with_hands
+from .connection import CONNECTING, Say, drives_with_hands
 
 Act = Callable[[], list[Step]]
 
@@ -69,6 +69,7 @@ def run_rig_test(options: RigTestOptions, folder: Path, progress: Progress, say:
     description = load_rig(options.rig, options.side)
     refuse_joints_without_motor(description)
     walk = BringUpWalk()
+    progress(CONNECTING, 0.0)
     with drives_with_hands(options, description, say, "A bring-up", options.simulation) as (drives, hands):
 
         def seal(interrupted_at: str = "") -> BringUpSheet:

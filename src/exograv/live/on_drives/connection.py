@@ -26,6 +26,10 @@ Say = Callable[[str], object]
 """Function that shows a line to the operator."""
 
 
+CONNECTING = "Connecting to the drives"
+"""Phase in which the bus is opened, and simulated drives are started."""
+
+
 def serial_of(options: MachineOptions, drives: Drives) -> str:
     """Return the serial number of calibration and self-test. Simulated drives never have the number of a real one."""
     own = drives.settings.serial

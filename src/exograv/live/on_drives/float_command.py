@@ -31,11 +31,11 @@ from exograv.procedures.verification.postures import Verification, unseen_postur
 from exograv.recording.disk import refuse_small_disk
 from exograv.rig.drives.opening import open_drives
 from exograv.runtime.lsl.listening import Listening
-from exograv.storage.calibration_file import take_calibration
+from exograv.storage.calibration_file import read_calibration, take_calibration
 from exograv.storage.self_test_pass import FILE as PASS
 from exograv.storage.self_test_pass import MachineKey
 
-from .connection import Say, drives_with_hands, serial_of
+from .connection import CONNECTING, Say, drives_with_hands, serial_of
 
 SEEN_EVERY_S = 0.05
 """Sampling period of the identification motion, to find postures that the motion has not visited [s]."""
@@ -83,13 +83,16 @@ def fly_on_drives(
         )
     description = load_rig(options.rig, options.side)
     refuse_motorless(description)
-    told = _told(description, person) if wearer is None else _told_virtual(wearer, person)
+    told = _told(description, person, options.simulate) if wearer is None else _told_virtual(wearer, person)
     refuse_small_disk(folder / "live.mcap", len(description.joints), options.loop_s)
+    calibration = options.calibration_in(folder)
+    read_calibration(calibration)  # A missing file is refused before any drive is opened.
+    progress(CONNECTING, 0.0)
     with contextlib.ExitStack() as stack:
         worn = drives_with_hands(options, description, say, "A live run", ("--worn",), in_real_time=True)
         drives, _ = stack.enter_context(worn)
         serial, period_s = serial_of(options, drives), drives.period_s
-        known = take_calibration(options.calibration_in(folder), description, serial, datetime.now(UTC)).whole
+        known = take_calibration(calibration, description, serial, datetime.now(UTC)).whole
         key = MachineKey(folder / PASS, description, serial, known.content_sha256)
         assembly, machine = assemble(description, told.body), known.calibration().machine
         prepared = ControllerKnowledge(assembly, machine, table_guess(assembly, machine), 0.0, known.calibration())
@@ -122,7 +125,7 @@ def _verification(prepared: ControllerKnowledge, options: LiveOptions, seed: int
     return Verification(unseen_postures(model, prepared.x, seen, seed), seed)
 
 
-def _told(description: RigDescription, person: PersonForm) -> WearerForm:
+def _told(description: RigDescription, person: PersonForm, is_simulated: bool) -> WearerForm:
     missing = [
         option
         for option, value in (
@@ -133,7 +136,10 @@ def _told(description: RigDescription, person: PersonForm) -> WearerForm:
         if value is None
     ]
     if person.height_m is None or person.mass_kg is None or person.sex is None:
-        raise ConfigError(f"{', '.join(missing)} of the wearer: not given. Give all of them.")
+        why = (
+            "MuJoCo is not installed, so the wearer of the simulated drives is not known here. " if is_simulated else ""
+        )
+        raise ConfigError(f"{why}{', '.join(missing)} of the wearer: not given. Give all of them.")
     lengths = settings_of_lengths(description, person.lengths)
     return WearerForm(Body(person.height_m, person.mass_kg, person.sex, dict(lengths)), lengths)
 

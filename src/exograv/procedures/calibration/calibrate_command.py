@@ -11,7 +11,12 @@ from typing import Protocol
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.model.description import RigDescription, load_rig
 from exograv.results import MERGED
-from exograv.storage.calibration_file import identity_of, take_calibration, write_calibration
+from exograv.storage.calibration_file import (
+    identity_of,
+    refuse_other_than_calibration,
+    take_calibration,
+    write_calibration,
+)
 from exograv.storage.calibration_schema import MeasurementConditions, stored
 
 from .breakaway_checks import refuse_joints_without_motor
@@ -88,6 +93,7 @@ def calibrate_and_keep(
     description = load_rig(options.rig, options.side)
     refuse_joints_without_motor(description)
     lengths = settings_of_lengths(description, options.lengths)
+    refuse_other_than_calibration(file)
     with connect(description) as machine:
         if options.recheck:
             before = take_calibration(file, description, machine.serial, now).whole

@@ -19,6 +19,7 @@ from exograv.storage.participant_file import (
     read_participant,
     refuse_other,
     refuse_other_body,
+    refuse_other_than_participant,
     write_participant,
 )
 from exograv.storage.participant_schema import (
@@ -76,11 +77,13 @@ class ParticipantRun:
     _held_out: HeldOutError | None = None
 
     def __post_init__(self):
-        """Read the file.
+        """Read the file of an earlier donning, and check the place of the new one.
 
         Raises:
-            ConfigError: The file is damaged, or belongs to another machine or person.
+            ConfigError: A file is damaged, belongs to another machine or person, or is of another kind.
         """
+        if self.options.keep is not None:
+            refuse_other_than_participant(self.options.keep)
         path = self.options.participant
         if path is None:
             return

@@ -142,7 +142,7 @@ def measure(
     if periods < PERIODS_FOR_GOAL:
         seconds = 2e-9 * PERIODS_FOR_GOAL * timing.period_ns
         prepare.append(
-            f"Then repeat, with --loop {seconds:.0f} and under the load of a session, because an idle computer is "
+            f"Then run `exograv doctor --loop {seconds:.0f}` under the load of a session, because an idle computer is "
             "punctual."
         )
     rows = ordinary, _row(HALVES[1], timing, rights)

@@ -97,12 +97,13 @@ def self_test_and_unlock(
     started, now = time.perf_counter(), now or datetime.now().astimezone()
     description = load_rig(options.rig, options.side)
     refuse_joints_without_motor(description)
+    progress("Connecting to the machine", 0.0)
     with connect(description) as machine:
         taken: list[TakenCalibration] = []
         steps = tried("hashes", lambda: hashes(options.calibration_in(folder), description, machine.serial, now, taken))
         for name, act in _of_computer(folder, description, progress):
             steps += tried(name, act)
-        busy_s, note = 0.0, NOT_NEEDED
+        busy_s, note = 0.0, NOT_NEEDED if taken else "locked: hashes"
         if taken:
             steps += machine.hardware_steps()
             subject = machine.subject(taken[0].whole)

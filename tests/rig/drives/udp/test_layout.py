@@ -9,37 +9,11 @@ from pathlib import Path
 import pytest
 
 from exograv.rig.drive_status import DriveFault
-from exograv.rig.drives.udp.layout import (
-    COMMAND,
-    COMMAND_JOINT,
-    HEADER,
-    HEADER_BYTES,
-    LAYOUTS,
-    NAMEPLATE,
-    NAMEPLATE_JOINT,
-    STATE,
-    STATE_JOINT,
-    DriveFlag,
-    Flag,
-    Type,
-    is_newer,
-    length,
-    offsets,
-    packed,
-)
+from exograv.rig.drives.udp.layout import LAYOUTS, PARTS, DriveFlag, Flag, Type, is_newer, length, offsets, packed
 
 ROOT = Path(__file__).parents[4]
 PAGE = (ROOT / "docs" / "reference" / "udp_protocol.md").read_text(encoding="utf-8")
 PEER = ROOT / "examples" / "udp_peer"
-PARTS = {
-    "header": (HEADER, 0),
-    "nameplate": (NAMEPLATE, HEADER_BYTES),
-    "nameplate_joint": (NAMEPLATE_JOINT, 0),
-    "state": (STATE, HEADER_BYTES),
-    "state_joint": (STATE_JOINT, 0),
-    "command": (COMMAND, HEADER_BYTES),
-    "command_joint": (COMMAND_JOINT, 0),
-}
 
 
 @pytest.fixture(scope="module")

@@ -157,6 +157,17 @@ LAYOUTS = {
     Type.BYE: PacketLayout(),
 }
 
+PARTS = {"header": (HEADER, 0)} | {
+    name: part
+    for kind, layout in LAYOUTS.items()
+    if layout.fields
+    for name, part in (
+        (kind.name.lower(), (layout.fields, HEADER_BYTES)),
+        (f"{kind.name.lower()}_joint", (layout.joint, 0)),
+    )
+}
+"""Fields of each part of a packet with the byte at which they begin; a joint's block begins at its own byte 0."""
+
 
 def length(kind: Type, joints: int) -> int:
     """Size of a packet [byte].

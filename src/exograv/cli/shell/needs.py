@@ -1,0 +1,50 @@
+"""Extras that a command needs: a missing one is named before the command starts, and all of them at once."""
+
+from typing import Any
+
+from exograv.errors import ConfigError
+from exograv.extras import INSIDE, missing_from
+
+NEEDS: dict[str, tuple[str, ...]] = {
+    "demo": ("twin", "study"),
+    "report": ("recording", "study"),
+    "rig new": ("control",),
+    "rig check": ("control", "study"),
+    "rig calibrate": ("control", "recording"),
+    "rig self-test": ("control", "recording"),
+    "rig motion": ("control", "study"),
+    "rig export": ("control",),
+    "arm identify": ("twin", "study"),
+    "arm weigh": ("twin",),
+    "arm verify": ("control", "recording"),
+    "run live": ("control", "recording"),
+    "data view": ("control", "recording"),
+    "dev drive-sim": ("twin",),
+}
+"""Extras that a command cannot do without. Other commands name the first missing package when they use it."""
+
+
+def extras_of(path: str, options: Any) -> tuple[str, ...]:
+    """Extras that a command needs with these options."""
+    extras = NEEDS.get(path, ())
+    # Only the twin loads MuJoCo here: simulated drives have a process of their own, which names what it lacks.
+    if extras and getattr(options, "is_on_drives", True) is False:
+        extras = ("twin", *extras)
+    if path == "data view" and options.page is None:
+        extras = (*extras, "console")
+    return tuple(one for one in extras if not any(one in INSIDE.get(other, ()) for other in extras))
+
+
+def refuse_missing(path: str, options: Any) -> None:
+    """Check before a command starts that its packages are installed.
+
+    Raises:
+        ConfigError: A package is missing; the message names all extras of the command.
+    """
+    extras = extras_of(path, options)
+    if missing := missing_from(extras):
+        needed = ",".join(one for one in extras if missing_from((one,)))
+        raise ConfigError(
+            f"`exograv {path}` needs what is not installed: {', '.join(missing)}. Install it with: "
+            f"pip install 'exograv[{needed}]', or everything with 'exograv[all]'."
+        )
