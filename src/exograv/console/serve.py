@@ -104,8 +104,8 @@ class PageServer(uvicorn.Server):
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """End the server softly, also when the signal comes twice.
 
-        A shell or `uv run` passes on a Ctrl-C that the terminal has sent already. uvicorn then leaves out the end of the
-        application and prints a traceback; our end is limited in time anyway.
+        A shell or `uv run` passes on a Ctrl-C that the terminal has sent already. uvicorn would then leave out the end
+        of the application and print a traceback. The time of our end is limited anyway.
         """
         super().handle_exit(sig, frame)
         self.force_exit = False
