@@ -75,6 +75,13 @@ def test_a_larger_recording_is_expected_to_take_longer(tmp_path):
     assert [bool(sentence) for sentence in sentences] == [False, True] * 3
 
 
+def test_a_file_that_vanishes_while_the_duration_is_estimated_ends_no_command(tmp_path):
+    (tmp_path / "a.mcap").write_bytes(bytes(30_000_000))
+    alone = duration_sentence("report", parsed("report", [str(tmp_path)]))
+    (tmp_path / "vanished.mcap").symlink_to(tmp_path / "nothing")  # listed, but without a size
+    assert duration_sentence("report", parsed("report", [str(tmp_path)])) == alone != ""
+
+
 def test_a_real_machine_sets_its_own_pace():
     assert duration_sentence("rig calibrate", parsed("rig calibrate", ["--drives", "d.toml"])) == ""
     assert "about" in duration_sentence("rig calibrate", parsed("rig calibrate", ["--drives", "d.toml", "--simulate"]))

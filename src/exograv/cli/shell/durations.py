@@ -6,6 +6,8 @@ slow computer takes several times as long.
 
 import os
 from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 Seconds = Callable[[Any], float | None]
@@ -119,11 +121,20 @@ def _by_size(options: Any, seconds_per_MB: float, *names: str) -> float | None:
     for name in names:
         path = getattr(options, name, None)
         for one in path if isinstance(path, tuple) else (path,):
-            if one is not None and one.is_file():
-                return 1.0 + seconds_per_MB * one.stat().st_size / 1e6
-            if one is not None and one.is_dir():
-                return 1.0 + seconds_per_MB * sum(file.stat().st_size for file in one.rglob("*.mcap")) / 1e6
+            if one is not None and one.exists():
+                return 1.0 + seconds_per_MB * _bytes_of(one) / 1e6
     return None
+
+
+def _bytes_of(path: Path) -> int:
+    """Size of a file, or of all recordings in a folder."""
+    inside = (Path(folder, name) for folder, _, names in os.walk(path) for name in names if name.endswith(".mcap"))
+    total = 0
+    for file in (path,) if path.is_file() else inside:
+        # Another command may remove a file or rename a folder meanwhile; an estimate must not end this command.
+        with suppress(OSError):
+            total += file.stat().st_size
+    return total
 
 
 DURATIONS: dict[str, Seconds] = {
