@@ -55,6 +55,7 @@ def refuse_any_difference(in_python: PythonSide, in_c: NativeSide, period: int) 
 def fly_both(script: Script, words: Words) -> tuple[list[str], list[str], int]:
     """Fly both loops tick by tick; return the texts of their events, and the number of ticks."""
     with both(script) as (in_python, in_c):
+        period = 0
         for period in range(len(script.drives)):
             if period in words:
                 in_c.order(words[period])

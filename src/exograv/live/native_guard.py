@@ -152,10 +152,10 @@ class NativeGuard:
 
     def hand_over(self) -> None:
         """Give the open machine to the loop."""
-        hooks = [(name, getattr(self.drives, name)) for name, _ in UdpDrives._fields_[:4]]
-        ctypes.memmove(ctypes.byref(self.drives), ctypes.byref(handed_over(self.rig)), ctypes.sizeof(UdpDrives))
-        for name, hook in hooks:
-            setattr(self.drives, name, hook)
+        record = handed_over(self.rig)
+        for hook in ("now_hook", "sleep_hook", "send_hook", "receive_hook"):
+            setattr(record, hook, getattr(self.drives, hook))
+        ctypes.memmove(ctypes.byref(self.drives), ctypes.byref(record), ctypes.sizeof(UdpDrives))
 
     def _fly(self) -> Rights:
         with realtime(priority=GUARD_PRIORITY) as rights:
@@ -244,4 +244,4 @@ def _first_row(joints: int) -> np.ndarray:
 
 def _offsets(kind: type[ctypes.Structure], dtype: np.dtype) -> ctypes.Structure:
     fields = dtype.fields or {}
-    return kind(**{name: fields[name][1] for name, _ in kind._fields_})
+    return kind(**{name: place[1] for name, place in fields.items() if name != "cdr_header"})

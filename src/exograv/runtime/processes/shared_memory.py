@@ -27,7 +27,7 @@ class MemoryPlaces(NamedTuple):
     rows: int
     stride: int
     """Distance of two rows [byte]."""
-    count: int
+    capacity: int
     """Number of rows."""
     value_at: int
     """Offset of the value in its row [byte]."""

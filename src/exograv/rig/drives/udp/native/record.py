@@ -9,6 +9,7 @@ import ctypes
 from collections.abc import Mapping
 from pathlib import Path
 
+from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.udp import host, layout, link
 from exograv.rig.drives.udp.layout import LAYOUTS, Flag, Type
 from exograv.rig.drives.udp.packets import Refusal
@@ -108,7 +109,7 @@ def constants() -> Mapping[str, float | int]:
         "UDP_READ_AT_ONCE": link.READ_AT_ONCE,
         "UDP_BUFFER": link.BUFFER,
         "UDP_FAULTS": int(host.FAULTS),
-        "UDP_LOST": int(host.DriveFault.LOST),
+        "UDP_LOST": int(DriveFault.LOST),
         "UDP_PRESENT": int(layout.DriveFlag.PRESENT),
         "UDP_ENABLED": int(layout.DriveFlag.ENABLED),
         "UDP_ENABLE": int(Flag.ENABLE),
