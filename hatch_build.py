@@ -1,4 +1,4 @@
-"""Compile the guard when the package is built or installed, and give the wheel the tag of its platform."""
+"""Compile the guard and its loop when the package is built or installed; give the wheel the tag of its platform."""
 
 import importlib.util
 import sys
@@ -8,11 +8,14 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-NATIVE = Path("src/exograv/safety/native")
+PACKAGE = Path("src/exograv")
+NATIVE = PACKAGE / "safety/native"
+LOOP = PACKAGE / "live/native"
+LOOP_SOURCES = (LOOP / "loop.c", PACKAGE / "rig/drives/udp/native/drives.c")
 
 
 class GuardBuildHook(BuildHookInterface):
-    """Build hook of the compiled guard. Without a C compiler the guard runs as Python, in simulation only."""
+    """Build hook of the compiled guard and loop. Without a C compiler the guard runs as Python, in simulation only."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Compile the guard, before the files of the wheel are collected."""
@@ -31,6 +34,10 @@ class GuardBuildHook(BuildHookInterface):
                 "exograv: no C compiler was found; the guard will run as Python, in simulation only.", file=sys.stderr
             )
             return
-        platform = sysconfig.get_platform().replace("-", "_").replace(".", "_")
         build_data["artifacts"].append(str(NATIVE / compiled.name))
+        # The loop uses functions of Linux. Elsewhere the live loop runs as Python.
+        if sys.platform.startswith("linux"):
+            build.build(Path(self.root) / LOOP / "loop.native", [Path(self.root) / one for one in LOOP_SOURCES])
+            build_data["artifacts"].append(str(LOOP / "loop.native"))
+        platform = sysconfig.get_platform().replace("-", "_").replace(".", "_")
         build_data["pure_python"], build_data["tag"] = False, f"py3-none-{platform}"

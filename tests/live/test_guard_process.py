@@ -8,7 +8,8 @@ from multiprocessing import Pipe
 import numpy as np
 import pytest
 
-from exograv.live.guard_process import GIVEN_UP_AFTER, GuardedRig, GuardJob, GuardLoop, answer_by_ns
+from exograv.live.guard_job import GIVEN_UP_AFTER, GuardedRig, GuardJob, answer_by_ns
+from exograv.live.guard_process import GuardLoop
 from exograv.recording.encoding import tick_dtype
 from exograv.rig.drive_status import DriveStatus
 from exograv.runtime.control_loop.exchange import (
@@ -127,7 +128,7 @@ def table(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> It
         channels = Channels(1, states, answers, Inlet(1, ticks, events))
         build = lambda: GuardedRig(rig, guard, np.ones(1))  # noqa: E731 - a function would be longer
         guards_end, _parents_end = Pipe()
-        guarding = GuardLoop(GuardJob(build, channels, 1000, ("floating",)), guards_end)
+        guarding = GuardLoop(GuardJob(build, channels, 1000, ("floating",)), guards_end, build())
         mailbox = made[1]
         assert isinstance(mailbox, Mailbox)
         yield Table(guarding, rig, guard, mailbox)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from exograv.live.guard_process import GuardReport, StopLatch
+from exograv.live.guard_job import GuardReport, StopLatch
 from exograv.live.live_figures import outcome_of
 from exograv.runtime.clock.realtime import Rights
 from exograv.runtime.clock.timing import PERIOD_NS, LoopOutcome, Timing

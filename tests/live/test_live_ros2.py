@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exograv.live.guard_process import GuardedRig
+from exograv.live.guard_job import GuardedRig
 from exograv.live.live_processes import ProcessParts, Running, fly
 from exograv.recording import read_recording
 from exograv.rig import Rig

@@ -6,116 +6,39 @@ for an answer during a part of the period, never longer. A late or missing answe
 
 import contextlib
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 
 import numpy as np
 
 from exograv.loop.control_step import ControlStep
 from exograv.recording.encoding import tick_dtype
-from exograv.rig import Powered, Rig, may_be_worn
+from exograv.rig import Powered, may_be_worn
 from exograv.runtime.clock.real_time_loop import run_loop
 from exograv.runtime.clock.realtime import Rights, realtime
-from exograv.runtime.clock.timing import PERIOD_NS, Timing
+from exograv.runtime.clock.timing import Timing
 from exograv.runtime.control_loop.answering import POLL_S
-from exograv.runtime.control_loop.exchange import UNANSWERED, Channels, answer_dtype, state_dtype
+from exograv.runtime.control_loop.exchange import UNANSWERED, answer_dtype, state_dtype
 from exograv.runtime.control_loop.guard_commands import BELL, GuardCommands
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.runtime.recorder.recorder_process import PHASE, event
-from exograv.safety.guard import ControlRequest, Guard, SafeState
+from exograv.safety.guard import ControlRequest, SafeState
 from exograv.safety.modes import Mode
 from exograv.safety.stops import StopReason
 from exograv.signals import JointState
 
-LIMITS_NS, LIMITS_SHARE = 350_000, 0.35
-"""Time that the guard reserves in a period to limit a torque and to write it [ns], and its largest share [-]."""
-
-GIVEN_UP_AFTER, ASKED_AGAIN_EVERY = 8, 8
-"""Ticks in a row without an answer after which the guard waits in every eighth tick only.
-
-By then the guard has lowered the arm. If it waited in every tick, the loop could run without sleep and would then give
-up (`runtime.clock.real_time_loop`).
-"""
-
-
-@dataclass(frozen=True)
-class GuardedRig:
-    """Machine and guard of the guard process. They are built in this process, because no other accesses the machine."""
-
-    rig: Rig
-    guard: Guard
-    gain: np.ndarray
-    """Torque per motor current, as calibrated (joint,) [N·m/A]."""
-
-    announce: Callable[[str], object] = lambda _name: None
-    """Function that is called with the name of each mode that begins, for the wearer's announcements."""
-
-
-@dataclass(frozen=True)
-class GuardJob:
-    """Parameters of a guard process."""
-
-    build: Callable[[], GuardedRig]
-    channels: Channels
-    periods: int
-    mode_names: tuple[str, ...]
-    notes: Mapping[str, str] = field(default_factory=dict)
-    """Notes to record when a mode begins, by the name of the mode."""
-
-    period_ns: int = PERIOD_NS
-    """Period of the machine [ns]."""
-
-    is_steered: bool = False
-    """True if an operator resets the latch; otherwise a virtual operator resets it."""
-
-
-@dataclass(frozen=True)
-class StopLatch:
-    """Stop of the guard, latched until it is reset."""
-
-    cause: str
-    period: int
-    at_s: float
-    """Time of the stop since the start of the loop [s]."""
-
-
-@dataclass(frozen=True)
-class GuardReport:
-    """Report of the guard process at its end."""
-
-    timing: Timing
-    rights: Rights
-    latches: tuple[StopLatch, ...]
-    unanswered: int
-    """Ticks without an answer in time."""
-
-    t: float
-    """Time of the end on the rig's clock [s]."""
-
-    started_ns: int
-    """Start of the first period on CLOCK_MONOTONIC [ns]."""
-
-    modes: tuple[tuple[str, float], ...] = ()
-    """Modes in order, each with its start since the start of the loop [s]."""
-
-
-def answer_by_ns(period_ns: int) -> int:
-    """Time after the start of a period by which control must have answered [ns]."""
-    return period_ns - round(min(LIMITS_NS, LIMITS_SHARE * period_ns))
+from .guard_job import ASKED_AGAIN_EVERY, GIVEN_UP_AFTER, GuardedRig, GuardJob, GuardReport, StopLatch, answer_by_ns
+from .native_guard import native_guard
 
 
 def guard_process(job: GuardJob, parent: Connection) -> None:
     """Run the guard process: build the machine, report "ready", wait for "go", run the loop, send the report."""
-    guarding = GuardLoop(job, parent)
+    made = job.build()
+    guarding = native_guard(job, parent, made) or GuardLoop(job, parent, made)
     try:
         with guarding.rig:
             parent.send("ready")
             parent.recv()
-            with realtime() as rights:
-                guarding.begin()
-                timing = run_loop(guarding.tick, job.periods, job.period_ns)
-            report = guarding.report(timing, rights)
+            report = guarding.report(*guarding.run())
         with contextlib.suppress(OSError):  # The parent process has ended.
             parent.send(report)
     finally:
@@ -123,10 +46,10 @@ def guard_process(job: GuardJob, parent: Connection) -> None:
 
 
 class GuardLoop:
-    """State of the guard process and the tick of its loop."""
+    """State of the guard process and the tick of its loop, in Python."""
 
-    def __init__(self, job: GuardJob, parent: Connection):
-        self._job, self._parent, made = job, parent, job.build()
+    def __init__(self, job: GuardJob, parent: Connection, made: GuardedRig):
+        self._job, self._parent = job, parent
         self.rig, self._guard, self._gain = made.rig, made.guard, made.gain
         self._step, self._answer, self._woken = ControlStep(made.guard, made.gain), None, 0
         self.closure_slope = 0.0
@@ -151,6 +74,16 @@ class GuardLoop:
         self._ends_stopped = may_be_worn(self.rig)
         self._resets = not (self._ends_stopped or job.is_steered)
         self._answer_by_ns = answer_by_ns(job.period_ns)
+
+    def run(self) -> tuple[Timing, Rights]:
+        """Switch the motors on and run the loop to its end.
+
+        Raises:
+            RigError: A drive stays off.
+        """
+        with realtime() as rights:
+            self.begin()
+            return run_loop(self.tick, self._job.periods, self._job.period_ns), rights
 
     def begin(self) -> None:
         """Switch the motors on.
@@ -220,14 +153,17 @@ class GuardLoop:
         while True:
             got = self._answers.read()
             if got is not None and int(got[1]["sequence"]) == believed.sequence:
+                if not 0 <= int(got[1]["mode"]) < len(self._job.mode_names):
+                    break  # An answer with a mode that does not exist is no answer.
                 self._silent = 0
                 self.hearing.delivered()
                 return got[1]
             if time.monotonic_ns() >= until:
-                self._unanswered += 1
-                self._silent += 1
-                return None
+                break
             time.sleep(POLL_S)
+        self._unanswered += 1
+        self._silent += 1
+        return None
 
     def _enter(self, mode: int, now: float) -> None:
         if mode != self._mode:

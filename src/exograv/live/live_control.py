@@ -25,7 +25,7 @@ from exograv.safety.person import GuardedPerson
 from exograv.signals import Reference
 from exograv.storage.self_test_pass import MachineKey, unlock
 
-from .guard_process import GuardedRig
+from .guard_job import GuardedRig
 from .live_identification import LiveIdentification, LiveIdentificationPlan
 
 SKIPPED = "skipped: twin"

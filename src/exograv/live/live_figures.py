@@ -15,7 +15,7 @@ from exograv.runtime.ros2.bridging import Ros2Figures
 from exograv.runtime.ros2.streaming import Streaming
 
 from .footprint import ProcessFootprint
-from .guard_process import GuardReport
+from .guard_job import GuardReport
 from .live_processes import LiveResult
 
 STALL_BEFORE_S = 0.05

@@ -26,7 +26,8 @@ from exograv.runtime.ros2.bridging import Bridging
 from .arm_worker import LearnedArm, PassesResult
 from .control_supervisor import ControlKeeper
 from .footprint import Footprint, ProcessFootprint
-from .guard_process import GuardedRig, GuardJob, GuardReport, guard_process
+from .guard_job import GuardedRig, GuardJob, GuardReport
+from .guard_process import guard_process
 from .worker_supervisor import WorkerKeeper
 
 CHECK_S = 0.25

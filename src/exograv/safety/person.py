@@ -53,6 +53,10 @@ class GuardedPerson:
         self.gravity_level = gravity_level
         core.look(r, self._table)
 
+    def memory(self) -> tuple[int, int]:
+        """Addresses of the record and the table of a person who is in no machine, for a loop in C."""
+        return self._record.numbers.buffer_info()[0], self._table.buffer_info()[0]
+
     def enter(self, record: GuardRecord) -> None:
         """Enter a machine: from now on its guard keeps this person's state."""
         record.take(self._record, PLACES)

@@ -94,6 +94,10 @@ class GuardRecord:
         else:
             self._library.guard_carried(self.numbers.buffer_info()[0], table.buffer_info()[0], gravity_level)
 
+    def memory(self) -> tuple[int, int]:
+        """Addresses of the record and of its table, for a loop in C. They hold while both objects live."""
+        return self.numbers.buffer_info()[0], self._table.buffer_info()[0]
+
     def bind(self, table: "array[float]") -> None:
         """Let the tick use another table of plausible torques."""
         self._table = table  # a compiled tick holds its address only

@@ -13,7 +13,8 @@ from exograv.cli.recordings.replaying import run_replay
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.laboratory.cooperative_wearer import cooperative_machine
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
-from exograv.live.guard_process import GuardJob, GuardLoop
+from exograv.live.guard_job import GuardJob
+from exograv.live.guard_process import GuardLoop
 from exograv.live.live_control import LiveControl, LivePlan, guarded_rig
 from exograv.live.live_flight import settings_of
 from exograv.loop.replay.recorded_run import gaps
@@ -97,7 +98,8 @@ def lived(plan: LivePlan, tmp_path_factory: pytest.TempPathFactory) -> Path:
     ticks, events = Ring(tick_dtype(n), RING_TICKS), Ring(EVENT, RING_EVENTS)
     channels = Channels(n, states.name, answers.name, Inlet(n, ticks.name, events.name))
     word, end = Pipe()
-    guarding = Forgetful(GuardJob(partial(guarded_rig, plan), channels, TICKS, LiveControl.mode_names), end)
+    job = GuardJob(partial(guarded_rig, plan), channels, TICKS, LiveControl.mode_names)
+    guarding = Forgetful(job, end, job.build())
     guarding.begin()
     guarding.control, guarding.row = LiveControl(plan.prepared, plan.gravity_level), np.zeros((), answer_dtype(n))
     told: list[tuple[float, float]] = []

@@ -12,7 +12,8 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.laboratory.attentive_wearer import attentive_twin
 from exograv.laboratory.cooperative_wearer import cooperative_machine
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
-from exograv.live.guard_process import GuardJob, GuardLoop
+from exograv.live.guard_job import GuardJob
+from exograv.live.guard_process import GuardLoop
 from exograv.live.live_control import LiveControl, LivePlan, guarded_rig
 from exograv.live.live_flight import settings_of
 from exograv.model.assembly import Assembly
@@ -98,7 +99,7 @@ def steered(
     with pytest.MonkeyPatch.context() as patch:
         clock = Clock()
         patch.setattr("exograv.runtime.control_loop.guard_commands.time", clock)
-        guarding = InTurn(job, theirs)
+        guarding = InTurn(job, theirs, job.build())
         guarding.begin()
         guarding.control, guarding.row = LiveControl(prepared, 0.0, is_steered=True), np.zeros((), answer_dtype(n))
         told: list[tuple[float, float]] = []

@@ -16,6 +16,9 @@ if TYPE_CHECKING or sys.platform.startswith("linux"):
 PRIORITY = 50
 """Priority of SCHED_FIFO, 1 to 99: above all ordinary processes, as in ros2_control (control.ros.org, Determinism)."""
 
+GUARD_PRIORITY = PRIORITY + 10
+"""Priority of the guard's loop in C: above control, so that a control in an endless loop does not delay it."""
+
 AWAKE_MAX_US = 500_000
 """Processor time without a sleep after which the kernel ends the process by SIGXCPU (RLIMIT_RTTIME) [µs].
 
@@ -45,13 +48,14 @@ class Rights:
 
 
 @contextmanager
-def realtime(isolated_cpus: tuple[int, ...] = ()) -> Iterator[Rights]:
+def realtime(isolated_cpus: tuple[int, ...] = (), priority: int = PRIORITY) -> Iterator[Rights]:
     """Take one processor, switch the garbage collector off, lock memory and ask for SCHED_FIFO, for the calling thread.
 
     A refused right is noted and does not stop the others. On leaving, in any way, all is as before.
 
     Args:
         isolated_cpus: Processors that the kernel keeps free. The first of them is taken, or else the last allowed one.
+        priority: Priority of SCHED_FIFO.
     """
     rights = Rights()
     with ExitStack() as undo:
@@ -64,7 +68,7 @@ def realtime(isolated_cpus: tuple[int, ...] = ()) -> Iterator[Rights]:
         _take_cpu(rights, undo, isolated_cpus)
         _stop_garbage_collector(rights, undo)
         _lock_memory(rights, undo)
-        _schedule_fifo(rights, undo)
+        _schedule_fifo(rights, undo, priority)
         yield rights
 
 
@@ -100,7 +104,7 @@ def _lock_memory(rights: Rights, undo: ExitStack) -> None:
     rights.is_locked = _try(rights, "memory locked", text, lambda: _libc("mlockall")(MCL_CURRENT | MCL_FUTURE))
 
 
-def _schedule_fifo(rights: Rights, undo: ExitStack) -> None:
+def _schedule_fifo(rights: Rights, undo: ExitStack, priority: int) -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_RTTIME)
     undo.callback(resource.setrlimit, resource.RLIMIT_RTTIME, (soft, hard))
     undo.callback(os.sched_setscheduler, 0, os.sched_getscheduler(0), os.sched_getparam(0))
@@ -112,9 +116,9 @@ def _schedule_fifo(rights: Rights, undo: ExitStack) -> None:
     )
     rights.is_fifo = _try(
         rights,
-        f"SCHED_FIFO {PRIORITY}",
+        f"SCHED_FIFO {priority}",
         text,
-        lambda: os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY)),
+        lambda: os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority)),
     )
 
 

@@ -27,6 +27,19 @@ ENDS = "stop"
 """Message that lets the arm down and ends the run."""
 
 
+PERSON_KNOWN = "The guard knows the person as identified."
+"""Note of a guard that has taken the limits of a person."""
+
+STOPPED_BEFORE = "the run was stopped before, or the arm is being moved."
+"""Reason why a felt level is refused."""
+
+
+def level_note(gravity_level: float, why: str) -> str:
+    """Note of a request for a felt level; `why` is the reason of a refusal, or empty."""
+    support = support_text(gravity_level)
+    return f"A request for {support} was refused: {why}" if why else f"From here on, by a ramp: {support}."
+
+
 class GuardLine:
     """Parent's end of the connection; the guard takes one message per tick, from the next tick on. Thread-safe."""
 
@@ -170,22 +183,19 @@ class GuardCommands:
         self._guard.envelope.person = person
         self.persons += 1
         self.acts |= TOLD_PERSON
-        self._note(now, "The guard knows the person as identified.")
+        self._note(now, PERSON_KNOWN)
 
     def _feel(self, word: FeltLevel, now: float) -> None:
         """Start the ramp to a requested level; a request without a number is refused after the first stop of a run."""
-        why = "the run was stopped before, or the arm is being moved."
+        why = STOPPED_BEFORE
         if word.number is not None:
             why = self._steering.why_nobody(time.monotonic_ns())
         elif not self._has_latched:
             why = ""
         if not why and not self._guard.feel(word.gravity_level, word.ramp_s):
-            why = "the run was stopped before, or the arm is being moved."
-        support = support_text(word.gravity_level)
+            why = STOPPED_BEFORE
         if not why:
             self.acts |= TOLD_LEVEL
-            self._note(now, f"From here on, by a ramp: {support}.")
-        else:
-            self._note(now, f"A request for {support} was refused: {why}")
+        self._note(now, level_note(word.gravity_level, why))
         if word.number is not None:
             self._parent.send(GuardReply(word.number, why))

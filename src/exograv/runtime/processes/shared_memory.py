@@ -7,6 +7,7 @@ Python does not have.
 
 from dataclasses import dataclass
 from multiprocessing.shared_memory import SharedMemory
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,22 @@ RETRIES = 8
 """Number of retries of a read that newer values overtook; a slower reader takes the value of the next tick."""
 
 _HEAD = np.dtype([("written", "<u8"), ("acknowledged", "<u8"), ("lost", "<u8")])
+
+
+class MemoryPlaces(NamedTuple):
+    """Addresses and sizes of a mailbox or a ring in this process, for code in C. They end with `close`."""
+
+    head: int
+    rows: int
+    stride: int
+    """Distance of two rows [byte]."""
+    capacity: int
+    """Number of rows."""
+    value_at: int
+    """Offset of the value in its row [byte]."""
+    value_bytes: int
+    done_at: int
+    """Offset of the word that a mailbox writes last [byte]; 0 in a ring."""
 
 
 @dataclass
@@ -42,6 +59,16 @@ class _Block:
             head[:] = 0
             rows.view(np.uint8)[:] = 0
         return cls(memory, head, rows)
+
+    def places(self) -> MemoryPlaces:
+        """Return where the block lies."""
+        fields = self.rows.dtype.fields or {}
+        value, value_at = fields["value"][:2] if "begun" in fields else (self.rows.dtype, 0)
+        done_at = fields["done"][1] if "begun" in fields else 0
+        stride, count = self.rows.dtype.itemsize, len(self.rows)
+        return MemoryPlaces(
+            self.head.ctypes.data, self.rows.ctypes.data, stride, count, value_at, value.itemsize, done_at
+        )
 
     def close(self, *, forget: bool) -> None:
         """Release the memory; its creator also deletes it."""
@@ -72,6 +99,10 @@ class Mailbox:
     def name(self) -> str:
         """Name by which another process opens the mailbox."""
         return self._block.memory.name
+
+    def places(self) -> MemoryPlaces:
+        """Return where the mailbox lies in this process."""
+        return self._block.places()
 
     @property
     def count(self) -> int:
@@ -131,6 +162,10 @@ class Ring:
     def name(self) -> str:
         """Name by which another process opens the ring."""
         return self._block.memory.name
+
+    def places(self) -> MemoryPlaces:
+        """Return where the ring lies in this process."""
+        return self._block.places()
 
     @property
     def written(self) -> int:

@@ -1,8 +1,9 @@
-"""Compile the guard with the C compiler of this computer."""
+"""Compile the guard, and the loop around it, with the C compiler of this computer."""
 
 import os
 import shutil
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 SOURCE = Path(__file__).with_name("core.c")
@@ -20,8 +21,8 @@ def compiler() -> str | None:
     return next((path for name in names if name and (path := shutil.which(name))), None)
 
 
-def build(target: Path) -> bool:
-    """Compile the guard into `target`. False if this computer has no C compiler.
+def build(target: Path, sources: Sequence[Path] = (SOURCE,)) -> bool:
+    """Compile the guard, or other sources, into `target`. False if this computer has no C compiler.
 
     Raises:
         subprocess.CalledProcessError: The compiler refused the source.
@@ -30,6 +31,6 @@ def build(target: Path) -> bool:
     if found is None:
         return False
     made = target.with_suffix(f".{os.getpid()}.new")
-    subprocess.run([found, *FLAGS, str(SOURCE), "-o", str(made), "-lm"], check=True)
+    subprocess.run([found, *FLAGS, *map(str, sources), "-o", str(made), "-lm"], check=True)
     made.replace(target)
     return True

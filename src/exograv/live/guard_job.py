@@ -1,0 +1,88 @@
+"""Parameters and report of the guard's process, for its loop in Python and for its loop in C."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from exograv.rig import Rig
+from exograv.runtime.clock.realtime import Rights
+from exograv.runtime.clock.timing import PERIOD_NS, Timing
+from exograv.runtime.control_loop.exchange import Channels
+from exograv.safety.guard import Guard
+
+LIMITS_NS, LIMITS_SHARE = 350_000, 0.35
+"""Time that the guard reserves in a period to limit a torque and to write it [ns], and its largest share [-]."""
+
+GIVEN_UP_AFTER, ASKED_AGAIN_EVERY = 8, 8
+"""Ticks in a row without an answer after which the guard waits in every eighth tick only.
+
+By then the guard has lowered the arm. If it waited in every tick, the loop could run without sleep and would then give
+up (`runtime.clock.real_time_loop`).
+"""
+
+
+@dataclass(frozen=True)
+class GuardedRig:
+    """Machine and guard of the guard process. They are built in this process, because no other accesses the machine."""
+
+    rig: Rig
+    guard: Guard
+    gain: np.ndarray
+    """Torque per motor current, as calibrated (joint,) [N·m/A]."""
+
+    announce: Callable[[str], object] = lambda _name: None
+    """Function that is called with the name of each mode that begins, for the wearer's announcements."""
+
+
+@dataclass(frozen=True)
+class GuardJob:
+    """Parameters of a guard process."""
+
+    build: Callable[[], GuardedRig]
+    channels: Channels
+    periods: int
+    mode_names: tuple[str, ...]
+    notes: Mapping[str, str] = field(default_factory=dict)
+    """Notes to record when a mode begins, by the name of the mode."""
+
+    period_ns: int = PERIOD_NS
+    """Period of the machine [ns]."""
+
+    is_steered: bool = False
+    """True if an operator resets the latch; otherwise a virtual operator resets it."""
+
+
+@dataclass(frozen=True)
+class StopLatch:
+    """Stop of the guard, latched until it is reset."""
+
+    cause: str
+    period: int
+    at_s: float
+    """Time of the stop since the start of the loop [s]."""
+
+
+@dataclass(frozen=True)
+class GuardReport:
+    """Report of the guard process at its end."""
+
+    timing: Timing
+    rights: Rights
+    latches: tuple[StopLatch, ...]
+    unanswered: int
+    """Ticks without an answer in time."""
+
+    t: float
+    """Time of the end on the rig's clock [s]."""
+
+    started_ns: int
+    """Start of the first period on CLOCK_MONOTONIC [ns]."""
+
+    modes: tuple[tuple[str, float], ...] = ()
+    """Modes in order, each with its start since the start of the loop [s]."""
+
+
+def answer_by_ns(period_ns: int) -> int:
+    """Time after the start of a period by which control must have answered [ns]."""
+    return period_ns - round(min(LIMITS_NS, LIMITS_SHARE * period_ns))
