@@ -17,7 +17,7 @@ tau = table[[f"tau_{joint}_Nm" for joint in rig.joints]].to_numpy()
 calibration = exograv.load_calibration(DATA / "calibration.toml", rig)
 
 estimate = exograv.identify(rig, person, q, tau, dt=0.005, calibration=calibration)
-print(estimate.outcome)
+print("Outcome:", estimate.outcome)  # this file holds a short motion; `exograv arm identify` moves for 60 s
 print(estimate.to_pandas().filter(regex="mass|mz", axis=0).round(3))
 print("Left over, predicted [N·m]:", estimate.left_over().round(2))
 

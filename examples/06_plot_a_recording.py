@@ -9,7 +9,8 @@ print(f"{recording.settings['rig']}, simulated: {recording.is_simulated}, comple
 print("Messages by channel:", recording.channels)
 print(recording.to_pandas("/phase"))
 ticks = recording.to_pandas()
-print(ticks[[f"tau_commanded.{joint}" for joint in recording.joints]].describe().round(2).loc[["mean", "min", "max"]])
+commanded = ticks[[f"tau_commanded.{joint}" for joint in recording.joints]]  # [N·m]
+print(commanded.describe().loc[["mean", "min", "max"]].round(2).T)
 Path("out").mkdir(exist_ok=True)
 recording.plot("out/floating.png")
 print("Figure: out/floating.png")

@@ -12,6 +12,7 @@ from exograv.cli.shell import needs
 from exograv.cli.shell.command import command_class
 from exograv.errors import ConfigError
 from exograv.extras import EXTRAS, INSIDE, missing_package
+from exograv.procedures.calibration.options import CalibrateOptions
 
 PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 IMPORT_NAMES = {"mujoco-core": "mujoco", "python-can": "can", "eclipse-zenoh": "zenoh"}
@@ -70,8 +71,7 @@ def test_a_command_names_all_its_missing_extras_before_it_starts(monkeypatch: py
 
 @pytest.mark.parametrize(("simulate", "extras"), [(False, ("twin",)), (True, ("control", "recording"))])
 def test_only_the_twin_itself_needs_mujoco(simulate: bool, extras: tuple[str, ...]):
-    options = command_class(ACTIONS["rig calibrate"])(simulate=simulate)
-    assert needs.extras_of("rig calibrate", options) == extras
+    assert needs.extras_of("rig calibrate", CalibrateOptions(simulate=simulate)) == extras
 
 
 def test_the_needs_are_those_of_commands_and_extras():

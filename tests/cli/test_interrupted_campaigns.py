@@ -11,9 +11,8 @@ from exograv.campaigns.faults.campaign import Campaign
 from exograv.campaigns.faults.figures import figures_of
 from exograv.campaigns.faults.options import FaultOptions
 from exograv.cli.shell.base_options import OutFolder
-from exograv.cli.simulation.benchmark_identification import run_benchmark_identification
+from exograv.cli.simulation.benchmark_identification import FirstSeed, run_benchmark_identification
 from exograv.cli.simulation.faults import run_faults_command
-from exograv.options import SeedOption
 
 
 def test_an_interrupted_fault_campaign_says_how_to_continue_and_does_not_succeed(
@@ -41,5 +40,5 @@ def test_a_benchmark_that_is_interrupted_before_its_first_run_leaves_the_earlier
 
     monkeypatch.setattr("exograv.campaigns.benchmark_identification.benchmark.run_benchmark", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        run_benchmark_identification(BenchmarkOptions(), SeedOption(), OutFolder(out=tmp_path))
+        run_benchmark_identification(BenchmarkOptions(), FirstSeed(), OutFolder(out=tmp_path))
     assert page.read_text() == "earlier"
