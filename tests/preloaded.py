@@ -18,6 +18,8 @@ from functools import cache
 from pathlib import Path
 from threading import Lock
 
+from tests.shared import hash_at_first
+
 
 class Spent:
     """CPU time of all commands of this process [s]; the system counts them only when the server ends."""
@@ -112,6 +114,7 @@ class _Server:
     """Process that forks the commands, and the pipes to it."""
 
     def __init__(self) -> None:
+        hash_at_first()  # What the server prepares is kept only if the source is the same before it and after it.
         code = Path(__file__).with_name("preloaded_server.py").read_text(encoding="utf-8")
         pipe = subprocess.PIPE
         self.process = subprocess.Popen([sys.executable, "-c", code], stdin=pipe, stdout=pipe, text=True)

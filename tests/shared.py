@@ -43,7 +43,7 @@ def prepared(parent: Path, words: tuple[str, ...], prepare: Prepare, source: Cal
         source: Function that returns a hash of the source; that of the whole project if not given.
     """
     source = source or source_hash
-    key = AT_START if source is source_hash else source()
+    key = hash_at_first() if source is source_hash else source()
     _remove_old(parent, key)
     maker = Path(prepare.__code__.co_filename).read_bytes()
     folder = parent / key / hashlib.sha256("\0".join(words).encode() + b"\0" + maker).hexdigest()[:16]
@@ -99,5 +99,7 @@ def _surroundings() -> str:
     return "\n".join([platform.python_version(), platform.platform(), platform.processor(), *packages])
 
 
-# The server of commands imports the source later than this; where the hash is another at the end, nothing is kept.
-AT_START = source_hash()
+@cache
+def hash_at_first() -> str:
+    """Hash of the source when this process asked first, which is before it starts a server of commands."""
+    return source_hash()

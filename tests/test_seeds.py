@@ -1,4 +1,4 @@
-"""Where long tests are left out, each sweep keeps its first seed with every other parameter, and no more."""
+"""A run without long tests keeps the first seed of each sweep with every other parameter, and no further seed."""
 
 import subprocess
 import sys
