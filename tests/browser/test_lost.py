@@ -48,6 +48,30 @@ def test_touches_without_a_line_wait_outlive_a_reload_and_count_where_they_fell(
     assert set(totals(house).rejected) <= {"repeated"}
 
 
+OF_SENDING = """async () => {
+  const { Touches } = await import("/files/touches.js");
+  const kept = new Map();
+  const storage = { getItem: (key) => kept.get(key) ?? null, setItem: (key, value) => kept.set(key, value) };
+  const touches = new Touches(storage);
+  touches.add({ page: "p", sequence: 1 });
+  const numbers = (now) => touches.message(now)?.touches.map((touch) => touch.sequence) ?? [];
+  const found = [numbers(0)];
+  touches.sent(touches.message(0), 0);
+  touches.add({ page: "p", sequence: 2 });
+  found.push(numbers(600));
+  touches.sent(touches.message(600), 600);
+  found.push(numbers(699), numbers(700));
+  touches.acknowledge("p", 1);
+  found.push(numbers(1299), numbers(1300));
+  return found;
+}"""
+
+
+def test_a_touch_is_sent_again_only_when_its_acknowledgement_is_overdue(visit: Visit):
+    participant = visit(Role.PARTICIPANT)
+    assert participant.page.evaluate(OF_SENDING) == [[1], [2], [], [1], [], [2]]
+
+
 def test_a_browser_that_is_closed_in_a_window_stops_nothing_and_may_come_back(house: Served, visit: Visit):
     operator, participant = in_task(visit)
     participant.page.touchscreen.tap(645.0, 400.0)

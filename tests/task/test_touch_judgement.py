@@ -83,6 +83,14 @@ def test_a_touch_that_is_sent_again_is_counted_once():
     assert (first.is_accepted, again.reason) == (True, RejectionReason.REPEATED)
 
 
+def test_the_number_of_touches_counts_a_touch_once_that_the_page_sent_twice():
+    run = TaskRun(PLAN)
+    fed(run, [Start(t=0.0), touch(38.0, 7), touch(38.0, 7, late_s=9.0), touch(41.0, 8)])
+    told = run.totals()
+    assert (told.touches, told.accepted, told.rejected) == (2, 2, {"repeated": 1})
+    assert run.state.windows[0].touches == 2
+
+
 def test_another_opening_of_the_page_counts_from_0_again():
     assert all(one.is_accepted for one in in_window(touch(38.0, 0), touch(41.0, 0, page="q")))
 
@@ -127,7 +135,8 @@ def test_every_touch_is_counted_exactly_once_and_accepted_ones_lie_in_windows_ap
     records = judged(fed(run, [Start(t=0.0), *arrived]))
     assert len(records) == len(touches)
     totals = run.totals()
-    assert totals.touches == len(touches) == totals.accepted + sum(totals.rejected.values())
+    assert len(touches) == totals.accepted + sum(totals.rejected.values())
+    assert totals.touches == len(touches) - totals.rejected.get("repeated", 0)
     windows = {window.number: (window.opened, window.closed) for window in run.state.windows}
     accepted = [one for one in records if one.is_accepted]
     assert len({one.sequence for one in accepted}) == len(accepted)

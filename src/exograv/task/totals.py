@@ -24,6 +24,8 @@ class Totals(Settings):
     """Number of windows that were run to their end."""
 
     touches: int
+    """Number of touches, without those that the page sent again."""
+
     accepted: int
     rejected: dict[str, int]
     """Rejected touches by the value of `pointing.RejectionReason`."""

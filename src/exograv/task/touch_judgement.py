@@ -51,9 +51,11 @@ def _counted_from(state: RunState, index: int) -> float:
 
 
 def _rejected(state: RunState, index: int | None, reason: RejectionReason) -> RunState:
+    rejected = {**state.rejected, reason: state.rejected.get(reason, 0) + 1}
+    if reason is RejectionReason.REPEATED:  # The finger came down once: it is no further touch.
+        return state.model_copy(update={"rejected": rejected})
     if index is not None:
         state = state.with_window(index, touches=state.windows[index].touches + 1)
-    rejected = {**state.rejected, reason: state.rejected.get(reason, 0) + 1}
     return state.model_copy(update={"touches": state.touches + 1, "rejected": rejected})
 
 

@@ -201,7 +201,8 @@ async function takePose(pose) {
 }
 
 function takeRecord({ record }) {
-  if (record.kind === "touch") hits.add(record);
+  // A touch that the participant's page sent twice is one touch.
+  if (record.kind === "touch" && record.reason !== "repeated") hits.add(record);
 }
 
 let jointsShown = "";

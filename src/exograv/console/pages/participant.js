@@ -21,7 +21,7 @@ const HALVES = {
   whole: [-1, -1, 2, 2],
 };
 const PLACE = { x_fraction: 0.5, y_fraction: 0.5, visible: "upper" };
-const RESEND_MS = 700;
+const LOOK_MS = 200;
 // Picture without a protocol.
 const IDLE = { screen: "idle", target: null, diameter_px: null, arrow: null, countdown_s: null, window: null, windows: null };
 
@@ -61,12 +61,12 @@ function changed(state) {
 }
 
 // Touches wait until the page's clock is fitted: without the fit their time on the server's clock is unknown.
-function resend() {
-  const message = touches.message();
-  if (message && line.pongs > 0) line.send(message);
+function send() {
+  const message = touches.message(performance.now());
+  if (message && line.pongs > 0 && line.send(message)) touches.sent(message, performance.now());
 }
 
-setInterval(resend, RESEND_MS);
+setInterval(send, LOOK_MS);
 
 function draw() {
   at("notice").hidden = notice === null;
@@ -150,7 +150,7 @@ function down(event) {
   };
   sequence += 1;
   touches.add(touch);
-  if (line.pongs > 0) line.send({ kind: "touches", touches: [touch] });
+  send();
   trails.begin(event, touch.sequence);
 }
 

@@ -2,10 +2,14 @@
 const KEY = "touches";
 const AT_ONCE = 30;
 const KEPT_MAX = 2000;
+// Time without an acknowledgement after which a touch is sent again.
+const RESEND_MS = 700;
+const name = (touch) => `${touch.page} ${touch.sequence}`;
 
 export class Touches {
   constructor(storage = localStorage) {
     this.storage = storage;
+    this.sentAt = new Map();
     try {
       this.waiting = JSON.parse(storage.getItem(KEY)) ?? [];
     } catch {
@@ -21,6 +25,7 @@ export class Touches {
 
   acknowledge(page, sequence) {
     this.waiting = this.waiting.filter((touch) => touch.page !== page || touch.sequence !== sequence);
+    this.sentAt.delete(name({ page, sequence }));
     this.keep();
   }
 
@@ -32,8 +37,14 @@ export class Touches {
     }
   }
 
-  // The oldest waiting touches as one message; null if none waits.
-  message() {
-    return this.waiting.length === 0 ? null : { kind: "touches", touches: this.waiting.slice(0, AT_ONCE) };
+  // The oldest touches that must be sent now [ms], as one message; null if there are none. A touch whose acknowledgement
+  // may still be on its way is not sent again: the server would have to reject it as repeated.
+  message(now) {
+    const due = this.waiting.filter((touch) => now - (this.sentAt.get(name(touch)) ?? -Infinity) >= RESEND_MS);
+    return due.length === 0 ? null : { kind: "touches", touches: due.slice(0, AT_ONCE) };
+  }
+
+  sent(message, now) {
+    for (const touch of message.touches) this.sentAt.set(name(touch), now);
   }
 }
