@@ -107,7 +107,7 @@ def test_one_knob_supports_the_arm_and_the_other_button_stops_it(house: Served, 
     assert therapist.page.locator("#side").is_disabled()
     therapist.page.locator("#knob").fill("60")
     wait_until(lambda: house.desk.level_asked == pytest.approx(0.4))
-    therapist.page.locator("#knob-value", has_text="60 %").wait_for()
+    therapist.page.locator("#support-percent", has_text="60\xa0%").wait_for()
     therapist.page.locator("#stop").tap()
     therapist.sees("body[data-mode=safe]")
     assert therapist.page.locator("main button:visible").count() == 2

@@ -57,3 +57,12 @@ def test_recordings_say_it_in_the_words_of_the_pages():
 def test_no_page_names_the_quantity_by_another_word(language: str):
     others = {"en": r"gravity level|gravity changes|lightness", "de": r"\bSchwere\b"}[language]
     assert {name: text for name, text in WORDS[language].items() if re.search(others, text)} == {}
+
+
+def test_the_large_figure_of_the_therapist_is_the_support_in_force_and_not_the_request(house: Served, visit: Visit):
+    page = visit(Role.THERAPIST).page
+    house.desk.level_asked = house.desk.level = 0.0  # full support is requested while the machine is off
+    page.locator("#support-asked", has_text="Requested: support 100\xa0% (felt weight 0\xa0%)").wait_for()
+    assert page.locator("#support-percent").inner_text() == "0\xa0%"
+    size = "(id) => parseFloat(getComputedStyle(document.getElementById(id)).fontSize)"
+    assert page.evaluate(size, "support-percent") > 3 * page.evaluate(size, "support-asked")

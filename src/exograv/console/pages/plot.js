@@ -1,6 +1,8 @@
 // Scrolling plot: the last seconds of some series, drawn at the rate of the screen.
 export const COLOURS = ["#56b4e9", "#e69f00", "#2fc58f", "#f0e442", "#cc79a7", "#ff7a4d", "#9ec1ff"];
 const KEPT_S = 12;
+// Height of the line with the title, above all curves.
+const TITLE = 18;
 
 export class Plot {
   // styles: series by name, each with { dash, alpha, width }.
@@ -29,7 +31,7 @@ export class Plot {
     const [left, bottom] = [38, 16];
     const [low, high] = this.range();
     const x = (t) => left + ((t - latest) / this.seconds + 1) * (width - left);
-    const y = (value) => 4 + ((high - value) / (high - low)) * (height - bottom - 4);
+    const y = (value) => TITLE + ((high - value) / (high - low)) * (height - bottom - TITLE);
     this.axes(context, { left, bottom, width, height, low, high, y });
     context.save();
     context.beginPath();

@@ -13,9 +13,11 @@ export function supportText(share) {
   return say("support.value", { support: number(support), felt: number(100 - support) }).replaceAll(" %", "\u00a0%");
 }
 
-// An arm that the machine does not carry has no support, whatever level was requested.
+// Show the support in force and the requested one; return the share in force. An arm that the machine does not carry has
+// no support, whatever level was requested.
 export function showSupport(shown) {
   const now = shown.arm_share * (1 - shown.gravity_level);
   at("support-now").textContent = say("support.now", { value: supportText(now) });
   at("support-asked").textContent = say("support.asked", { value: supportText(1 - shown.gravity_level_asked) });
+  return now;
 }

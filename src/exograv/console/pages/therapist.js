@@ -31,7 +31,7 @@ function changed(where) {
   if (showLine(where, line)) return;
   state = null;
   at("mode").textContent = say("line.unknown");
-  for (const id of ["why", "support-now", "support-asked", "knob-value"]) at(id).textContent = "";
+  for (const id of ["why", "support-now", "support-asked", "support-percent"]) at(id).textContent = "";
   at("next").textContent = say("therapist.wait");
   at("lost").hidden = at("work").hidden = true;
   document.body.dataset.mode = "unknown";
@@ -57,7 +57,8 @@ function take(message) {
   document.body.dataset.steers = String(isSteering());
   at("mode").textContent = say(`mode.${shown.mode}`);
   at("steer").hidden = at("steer").disabled = steers !== null;
-  showSupport(shown);
+  // The large figure is the support in force; a turned knob shows its request at once, and the machine follows.
+  at("support-percent").textContent = `${Math.round(100 * showSupport(shown))}\u00a0%`;
   if (!isTurned) at("knob").value = 100 * (1 - shown.gravity_level_asked);
   showWanted();
   at("knob").disabled = !isSteering() || message.run_sets_level || !shown.possible.includes("set_level");
@@ -103,8 +104,9 @@ async function begin() {
 }
 
 function showWanted() {
-  at("knob-value").textContent = `${at("knob").value} %`;
-  at("knob").setAttribute("aria-valuetext", supportText(at("knob").value / 100));
+  const wanted = supportText(at("knob").value / 100);
+  at("support-asked").textContent = say("support.asked", { value: wanted });
+  at("knob").setAttribute("aria-valuetext", wanted);
 }
 
 function turn() {
