@@ -8,6 +8,7 @@ import tempfile
 import webbrowser
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import FrameType
 
 import uvicorn
 from websockets.exceptions import InvalidState
@@ -99,6 +100,15 @@ class PageServer(uvicorn.Server):
         """Serve the pages of this hub."""
         super().__init__(config)
         self._hub = hub
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """End the server softly, also when the signal comes twice.
+
+        A shell or `uv run` passes on a Ctrl-C that the terminal has sent already. uvicorn would then leave out the end
+        of the application and print a traceback. The time of our end is limited anyway.
+        """
+        super().handle_exit(sig, frame)
+        self.force_exit = False
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Say goodbye, close all lines and end the server; lines that close are awaited for up to `END_S`."""
