@@ -7,6 +7,8 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import numpy as np
+
 from exograv.identification.core.interface import Outcome
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
@@ -27,6 +29,8 @@ from .work_progress import CalibrationProgress, identification_progress
 JOINTS = ("shoulder_abduction", "shoulder_rotation", "shoulder_flexion", "elbow_flexion")
 PLOT_HZ, PLOTTED_S = 50, 10.0
 STEP_S = 0.05
+SWUNG_S = PLOTTED_S + 2 * STEP_S
+"""Duration of the kept motion [s]: the plots, and the steps at both ends."""
 DESCENT_S = 3.0
 CALIBRATED_S = 8.0
 """Duration of a rehearsed calibration [s]. Another side is another machine, which a real session calibrates first."""
@@ -61,6 +65,7 @@ class RehearsedFlight:
         self._latch: StopReason | None = None
         self._latched_at = 0.0
         self._level = self._level_asked = 0.0
+        self._swung = deque([(self._t, 0.0)], maxlen=round(SWUNG_S / STEP_S))
         self._scene: SceneDescription | None = None
         self.written = deque[tuple[str, float, dict[str, Any]]](maxlen=WRITTEN_MAX)
         """Newest messages that a flight would have recorded."""
@@ -91,8 +96,8 @@ class RehearsedFlight:
                 is_known=self._is_known,
                 is_learned=self._is_known,
                 joints=JOINTS,
-                q_rad=self._q(t),
-                v_rad_s=tuple(0.1 * math.cos(t + joint) for joint in range(n)),
+                q_rad=self._q((t,))[0],
+                v_rad_s=self._v(),
                 tau_desired_Nm=tau,
                 tau_commanded_Nm=tau,
                 tau_limit_Nm=(40.0,) * n,
@@ -109,13 +114,15 @@ class RehearsedFlight:
             newest = int((self._t - self._begun_at) * PLOT_HZ)
             first = max(since, newest - round(PLOTTED_S * PLOT_HZ), 0)
             t = tuple(self._begun_at + number / PLOT_HZ for number in range(first, newest))
-            q, tau = tuple(map(self._q, t)), tuple((0.0,) * len(JOINTS) for _ in t)
+            q, tau = self._q(t), tuple((0.0,) * len(JOINTS) for _ in t)
             return PlotTrace(first=first, next=max(newest, first), t=t, q_rad=q, tau_desired_Nm=tau,
                          tau_commanded_Nm=tau, tau_measured_Nm=tau)  # fmt: skip
 
     def skeleton(self) -> SkeletonLines:
         """Return joint positions without lines: the arm in the picture moves with its cuffs."""
-        return SkeletonLines(q_rad=self._q(self.now()), exo=(), arm=())
+        with self._lock:
+            self._advance()
+            return SkeletonLines(q_rad=self._q((self._t,))[0], exo=(), arm=())
 
     def scene(self) -> SceneDescription:
         """Describe a nominal person in a machine whose joints have the names of the rehearsal."""
@@ -198,9 +205,17 @@ class RehearsedFlight:
             way = self._level_asked - self._level
             self._level += math.copysign(min(abs(way), STEP_S / GRAVITY_LEVEL_S), way)
         modes.step(STEP_S, 0.0, 0.0)
+        # Only an arm that the machine carries moves: a machine that is off must not seem to move.
+        self._swung.append((self._t, self._swung[-1][1] + STEP_S * modes.arm_share))
 
-    def _q(self, t: float) -> tuple[float, ...]:
-        return tuple(0.4 + 0.1 * math.sin(t + joint) for joint in range(len(JOINTS)))
+    def _q(self, t: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:
+        times, phases = zip(*self._swung, strict=True)
+        at_t = np.interp(t, times, phases).tolist()
+        return tuple(tuple(0.4 + 0.1 * math.sin(phase + joint) for joint in range(len(JOINTS))) for phase in at_t)
+
+    def _v(self) -> tuple[float, ...]:
+        phase, share = self._swung[-1][1], self._modes.arm_share
+        return tuple(0.1 * share * math.cos(phase + joint) for joint in range(len(JOINTS)))
 
     @property
     def _is_calibrating(self) -> bool:
@@ -213,8 +228,8 @@ class RehearsedFlight:
             text = calibration("calibration.sweep", joint=JOINTS[joint], number=joint + 1, of=len(JOINTS))
             self._calibrating(text, done * len(JOINTS) - joint)
             return self._calibrating.work
-        is_moving, v = self._modes.mode is Mode.MOVING, [math.cos(self._t + joint) for joint in range(len(JOINTS))]
-        return identification_progress(self._learning(), is_moving, self._identify_s, JOINTS, v)
+        is_moving = self._modes.mode is Mode.MOVING
+        return identification_progress(self._learning(), is_moving, self._identify_s, JOINTS, self._v())
 
     def _learning(self) -> Learning | None:
         if not self._moved_s:
