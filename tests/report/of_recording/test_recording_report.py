@@ -87,7 +87,7 @@ def test_the_page_says_what_was_found_and_on_what(page: str):
         "0.18 N·m at the shoulder and 0.07 N·m at the elbow are left over",
         "Recupera-like arm, harmonic drives, passive forearm",
         "0 (weightless)",
-        "true 1 kg",
+        "true 1.000 kg",
         "This run against 3 other simulated wearers.",
         "holds a still arm, so a small drift says little; the left over says more",
         "not a medical device",

@@ -91,11 +91,12 @@ def tiles(recording: Recording) -> list[Tile]:
 
 def _weight_tile(weight: dict) -> Tile:
     value, truth, interval = weight["estimated_kg"], weight.get("true_kg"), weight.get("ci95_kg")
-    note = f"95 % interval: {interval[0]:.2f}–{interval[1]:.2f} kg" if interval else ""
+    note = f"95 % interval: {interval[0]:.3f}–{interval[1]:.3f} kg" if interval else ""
     # The project's tolerance: 5 % or 30 g, whichever is larger.
     is_good = None if truth is None else abs(value - truth) <= max(0.05 * truth, 0.03)
+    # As many decimals as in the terminal and in the figure, so that one weight has one form.
     return Tile(
-        "weight in the hand", f"{value:.2f} kg", note if truth is None else f"true {truth:g} kg; {note}", is_good
+        "weight in the hand", f"{value:.3f} kg", note if truth is None else f"true {truth:.3f} kg; {note}", is_good
     )
 
 

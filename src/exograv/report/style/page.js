@@ -27,6 +27,12 @@ for (const button of document.querySelectorAll("button[data-kind]")) {
     picture.src = url;
   });
 }
+// A table that a small screen cuts off says so.
+function mark() {
+  for (const one of document.querySelectorAll(".scroll")) one.classList.toggle("wider", one.scrollWidth > one.clientWidth + 1);
+}
+addEventListener("resize", mark);
+mark();
 // A print shows what is folded.
 const closed = [];
 addEventListener("beforeprint", () => {
