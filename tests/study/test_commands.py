@@ -9,9 +9,11 @@ from exograv.cli.study.add import Files, run_add
 from exograv.cli.study.identity import Identity, run_identity
 from exograv.cli.study.init import Init, run_init
 from exograv.cli.study.participant import Participant, run_participant
+from exograv.cli.study.showing import show_status
 from exograv.cli.study.status import Status, run_status
 from exograv.errors import ConfigError
 from exograv.study.dataset.options import AddOptions
+from exograv.study.dataset.status import PersonStatus, StudyStatus
 from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.participants.codes import is_code
 from exograv.study.participants.register import read_register
@@ -93,3 +95,17 @@ def test_identities_need_a_passphrase_and_stand_beside_the_study(study: Path, mo
     assert run_identity(Identity(study=study, key_file=key))["codes"] == [code]
     run_identity(Identity(study=study, action="remove", code=code, key_file=key))
     assert run_identity(Identity(study=study, key_file=key))["codes"] == []
+
+
+@pytest.mark.parametrize("columns", [80, 40])
+def test_no_heading_and_no_code_of_the_status_is_cut_off(columns: int, monkeypatch: pytest.MonkeyPatch, capsys):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    done, missing = {"familiarisation": (1, 2), "training": (1, 2), "flight": (1,)}, {"training": tuple(range(3, 17))}
+    people = [PersonStatus(code, "untrained", 741, done, missing, {}) for code in ("R7CL9WT", "X4MF3LH")]
+    show_status(StudyStatus("Trial", True, False, tuple(people), 10, 28, {}, {}, 0))
+    shown = capsys.readouterr().out
+    assert max(map(len, shown.splitlines())) <= columns
+    assert "…" not in shown
+    if columns == 80:
+        for word in ("participant", "familiarisation", "training", "flight", "missing", "touches", "R7CL9WT", "3–16"):
+            assert word in shown

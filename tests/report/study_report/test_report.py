@@ -31,7 +31,9 @@ def test_a_study_of_recordings_has_the_report_that_the_command_promises(tmp_path
     assert answer.compared.deviation_px["trained"].median == 50.0
     assert answer.compared.primary is not None
     assert answer.compared.primary.test == "exact permutation"
-    assert len(told) == 2
+    *read, compares, draws = told
+    assert [phase.split()[0] for phase in read] == ["Reading", "Reading"]
+    assert (compares.split()[0], draws.split()[0]) == ("Comparing", "Drawing")
     assert all(path.is_file() for path in (answer.report, *answer.figures))
     stored = json.loads((folder.derivatives / "statistics.json").read_text(encoding="utf-8"))
     assert stored["groups"] == ["trained", "untrained"]

@@ -38,6 +38,9 @@ LEVEL = 2
 GROUPS = {"trained": "training", "untrained": "familiarisation"}
 """Protocol of each group before the flight."""
 
+STARTING, SIMULATING, ADDING = "Computing the participants' arms", "Simulating sessions", "Adding sessions to the study"
+"""Phases of the command."""
+
 LOST = (
     "Another program ended a process that simulates sessions, perhaps because memory ran out. Run the same command "
     "again; it continues with the missing sessions."
@@ -86,18 +89,25 @@ def make_example(options: ExampleOptions, path: Path, progress: Progress, worker
         left = [one for one in everybody if not there.issuperset(one.keys)]
         total = sum(len(one.files) for one in everybody)
         done = total - sum(len(one.files) for one in left)
-        work = partial(_sessions_of, folder=place)
+        work, simulated = partial(_sessions_of, folder=place), done
+        progress(STARTING, 0.0)
+
+        def tell(_: object) -> None:
+            nonlocal simulated
+            simulated += 1
+            progress(SIMULATING, simulated / total)
+
         # The study's files are added in the order of participants.
-        arriving = results_of(work, left, workers or os.cpu_count() or 1, lambda _: None, LOST)
+        arriving = results_of(work, left, workers or os.cpu_count() or 1, tell, LOST)
         for paths in in_order(arriving):
-            progress("Simulating and adding sessions", done / total)
+            progress(ADDING, done / total)
             outcomes = add_files(folder, paths, AddOptions())
             if worst(outcomes):
                 raise RecordingError(next(one.sentence for one in outcomes if one.what in ("refused", "quarantined")))
             done += len(paths)
             for one in paths:
                 one.unlink()
-    progress("Simulating and adding sessions", 1.0)
+    progress(ADDING, 1.0)
     return folder
 
 
@@ -139,7 +149,7 @@ def _people(options: ExampleOptions) -> list[ExampleParticipant]:
     ]
 
 
-def _sessions_of(somebody: ExampleParticipant, _tell: Tell, folder: Path) -> Iterator[list[Path]]:
+def _sessions_of(somebody: ExampleParticipant, tell: Tell, folder: Path) -> Iterator[list[Path]]:
     """Write all recordings of one person. The person keeps what was learned in earlier recordings."""
     paths = list[Path]()
     room, protocols = SimulatedRoom(), {name: load_protocol(name) for name in (*GROUPS.values(), "flight")}
@@ -157,6 +167,7 @@ def _sessions_of(somebody: ExampleParticipant, _tell: Tell, folder: Path) -> Ite
         example.record(path, tuple(laboratory.description.joints), settings)
         pointer.adaptation.night()
         paths.append(path)
+        tell(path.name)
     yield paths
 
 

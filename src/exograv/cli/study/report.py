@@ -26,7 +26,7 @@ def run_study_report(command: StudyReport) -> "StudyReportResult":
 
     with bars(FIRST_LINE_S) as progress:
         progress("Computing the tables of the study", 0.0)
-        result = write_study_report(command.study, tell=lambda source: progress(f"Reading {source}", 0.0))
+        result = write_study_report(command.study, tell=lambda phase: progress(phase, 0.0))
     if result.compared.primary is None:
         print(result.compared.not_compared)
     else:

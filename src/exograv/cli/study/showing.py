@@ -1,5 +1,6 @@
 """Terminal output of the status of a study."""
 
+from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
@@ -9,16 +10,8 @@ from exograv.study.folder.study_folder import UNFINISHED
 
 def show_status(status: StudyStatus) -> None:
     """Print the sessions of each participant, missing sessions, and problems."""
-    protocols = sorted({name for person in status.participants for name in (*person.sessions, *person.missing)})
-    table = Table(title=status.name + (" (simulated: nobody took part)" if status.is_simulated else ""))
-    for title in ("participant", "group", *protocols, "missing", "touches"):
-        table.add_column(title, justify="right" if title == "touches" else "left")
-    for person in status.participants:
-        cells = [in_words(person.sessions.get(name, ())) for name in protocols]
-        missing = [f"{name} {in_words(numbers)}" for name, numbers in person.missing.items()]
-        table.add_row(person.participant, person.group, *cells, "; ".join(missing), str(person.touches))
     console = Console()
-    console.print(table)
+    console.print(_table(status, console.width))
     if status.is_unfinished:
         console.print(UNFINISHED, highlight=False)
     for what, remark in status.remarks.items():
@@ -29,3 +22,32 @@ def show_status(status: StudyStatus) -> None:
         console.print(
             f"Refused and not added later: {status.refused} files; log.jsonl has names and reasons.", highlight=False
         )
+
+
+MISSING = "missing"
+MISSING_COLUMNS = 8
+"""Smallest width of the column of missing sessions [columns]; its text is wrapped."""
+
+
+def _table(status: StudyStatus, width: int) -> Table:
+    """Table of the participants. On a narrow terminal words are broken, and nothing is cut off."""
+    protocols = sorted({name for person in status.participants for name in (*person.sessions, *person.missing)})
+    titles = ("participant", "group", *protocols, MISSING, "touches")
+    rows = list[tuple[str, ...]]()
+    for person in status.participants:
+        cells = [in_words(person.sessions.get(name, ())) for name in protocols]
+        missing = [f"{name} {in_words(numbers)}" for name, numbers in person.missing.items()]
+        rows.append((person.participant, person.group, *cells, "; ".join(missing), str(person.touches)))
+    widest = {title: max(map(len, column)) for title, *column in zip(titles, titles, *rows, strict=True)}
+    whole = sum(widest.values()) - widest[MISSING] + min(widest[MISSING], MISSING_COLUMNS) + 2 * len(titles) + 1
+    table = Table(
+        title=status.name + (" (simulated: nobody took part)" if status.is_simulated else ""),
+        box=SIMPLE,
+        padding=(0, 1, 0, 0),
+    )
+    for title in titles:
+        justify = "right" if title == "touches" else "left"
+        table.add_column(title, justify=justify, overflow="fold", no_wrap=title != MISSING and whole <= width)
+    for row in rows:
+        table.add_row(*row)
+    return table

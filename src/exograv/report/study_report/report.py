@@ -41,7 +41,7 @@ def write_study_report(path: Path, tell: Callable[[str], object] = lambda text: 
 
     Args:
         path: Folder of the study.
-        tell: Called with each source before it is read.
+        tell: Called with each phase: a sentence without its full stop.
 
     Raises:
         ConfigError: The folder is no study, or another command is changing it.
@@ -51,13 +51,15 @@ def write_study_report(path: Path, tell: Callable[[str], object] = lambda text: 
     settings = read_settings(folder)
     with alone(folder):
         tables = refresh(folder)
-        measured = measure_study(folder, tables, tell)
+        measured = measure_study(folder, tables, lambda source: tell(f"Reading {source}"))
+        tell("Comparing the groups")
         data = StudyData(settings, tables, measured.measures, measured.traces)
         why_not = reason_not_to_compare(data)
         found = None if why_not else compared(data)
         flaws = issues(data, QualityStatement(quarantined(folder), read_journal(folder), measured.remarks))
         planned = None if found is None else next_study(data, found.groups)
         content = Content(data, found, why_not, flaws, measured.unpublished, planned, folder.is_unfinished)
+        tell("Drawing the figures, and writing the page and its PDF")
         written = write_study_page(folder.report, content)
         if found is not None:
             text = json.dumps(json_value(found), indent=1, ensure_ascii=False)
