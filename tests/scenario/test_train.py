@@ -1,6 +1,7 @@
 """A session with a virtual participant runs its windows, records touches once, and continues after an interruption."""
 
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -256,3 +257,27 @@ def test_a_sham_says_what_a_real_run_says_and_carries_nothing(tmp_path: Path):
     assert said[0] == said[1]
     assert "sham" not in json.dumps(sham.settings).replace(str(tmp_path), "")
     assert set(sham.settings["settings"]["options"]) == set(real.settings["settings"]["options"])
+
+
+def test_a_run_that_is_killed_while_it_closes_its_files_gets_its_report_when_it_is_resumed(
+    passive: tuple[dict[str, Any], Recording], tmp_path: Path
+):
+    result, whole = passive
+    folder = Path(result["recording"]).parent
+    for path in folder.iterdir():
+        if path.suffix in (".mcap", ".json", ".toml"):
+            shutil.copy2(path, tmp_path / path.name)
+    recording = tmp_path / Path(result["recording"]).name
+    with recording.open("r+b") as file:
+        file.truncate(recording.stat().st_size - 20_000)  # the end of the file with the result was not written
+    words = "--protocol", str(tmp_path / "short.toml"), "--rig", "recupera_like_passive", "--resume"
+    again = trained(tmp_path, *words)
+    assert Path(again["report"]).is_file()
+    assert {key: again[key] for key in ("touches", "accepted", "windows", "is_complete", "simulated_s")} == {
+        key: result[key] for key in ("touches", "accepted", "windows", "is_complete", "simulated_s")
+    }
+    mended = read_recording(recording)
+    assert mended.remark is None
+    assert mended.last("/result")["task"] == whole.last("/result")["task"]
+    third = subprocess.run(command(tmp_path, *words), capture_output=True, text=True, check=False)
+    assert (third.returncode, "is over" in third.stderr) == (1, True)

@@ -109,10 +109,8 @@ class _Training:
     def run(self) -> TrainResult:
         before, joints = self._before, self._laboratory.description.joints
         run = TaskRun(self._plan) if before is None else TaskRun.from_kept(self._plan, before.run)
-        if run.state.status in ("stopped", "finished"):
-            raise ConfigError(
-                f"The run in {self._kept_path} is over and cannot be continued. Start the next session with --session."
-            )
+        if before is not None and run.state.status in ("stopped", "finished"):
+            return self._reported(run, before)
         left_s = self._plan.timeline.duration_s + PREPARING_S
         refuse_small_disk(self._recording_path, len(joints), left_s)
         if before is None:
@@ -122,28 +120,52 @@ class _Training:
         with recording:
             ready = self._ready(recording)
             self._fly(run, ready, recording)
-            figures = run.totals().figures()
-            recording.write("/result", ready.twin.t, {
-                "task": {**json_value(figures), **json_value(ready.figures)}, "rig": self._asked.rig,
-                "joints": list(joints), "disturbance_level": self._options.level, "seed": self._options.seed,
-                "simulated_s": round(ready.twin.t, 3),
-            })  # fmt: skip
+            self._write_result(recording, run, ready.figures, ready.twin.t)
+        return self._result(run, ready.figures, ready.twin.t)
+
+    def _reported(self, run: TaskRun, before: KeptSession) -> TrainResult:
+        """Write what is missing of a run whose windows are over: the command was ended while it closed its files."""
+        report = self._report_path
+        if report.exists() and report.stat().st_mtime >= self._kept_path.stat().st_mtime:
+            raise ConfigError(
+                f"The run in {self._kept_path} is over and has its report, {report}. Start the next session with "
+                "--session."
+            )
+        figures = PREPARATION.validate_python(before.before)
+        with RecordingWriter.continued(self._recording_path) as recording:
+            if not recording.count("/result"):
+                self._write_result(recording, run, figures, before.t)
+        return self._result(run, figures, before.t)
+
+    def _write_result(self, recording: RecordingWriter, run: TaskRun, figures: PreparationFigures, t: float) -> None:
+        recording.write("/result", t, {
+            "task": {**json_value(run.totals().figures()), **json_value(figures)}, "rig": self._asked.rig,
+            "joints": list(self._laboratory.description.joints), "disturbance_level": self._options.level,
+            "seed": self._options.seed, "simulated_s": round(t, 3),
+        })  # fmt: skip
+
+    @property
+    def _report_path(self) -> Path:
+        return self._folder / f"{self._options.name}.html"
+
+    def _result(self, run: TaskRun, preparation: PreparationFigures, t: float) -> TrainResult:
+        """Write the report; return the result of the command."""
         self._progress("Writing the report", 0.0)
         from exograv.report.of_recording.recording_report import write_report  # Matplotlib: 0.4 s
 
-        report = write_report(self._recording_path, self._folder / f"{self._options.name}.html")
+        report = write_report(self._recording_path, self._report_path)
         complete = run.state.status == "finished" or run.state.complete >= set(self._plan.protocol.windows.numbers)
         return TrainResult(
             protocol=self._plan.protocol.name,
             participant=self._options.participant,
             session=self._options.session,
-            touched=figures,
+            touched=run.totals().figures(),
             is_complete=complete,
             is_whole_protocol=self._asked.is_whole,
             attempts=len(run.state.windows),
-            preparation=ready.figures,
+            preparation=preparation,
             run=TwinRun(self._asked.rig, self._options.level, self._options.seed),
-            simulated_s=round(ready.twin.t, 3),
+            simulated_s=round(t, 3),
             wall_s=round(time.perf_counter() - self._begun, 2),
             recording_MB=round(1e-6 * self._recording_path.stat().st_size, 1),
             report=report,

@@ -70,7 +70,7 @@ class LockstepScreen:
 
     def advance(self, session: ScreenSession) -> None:
         """Run one chunk, and verify if it is due."""
-        self.pilot.run(self.controller, self._still, self._where(), lambda moment: self._listen(session, moment))
+        self.pilot.run(self.controller, self._still, phase_of(self.run), lambda moment: self._listen(session, moment))
         if self.verify_every and self._is_time_to_verify():
             self._pause_and_verify()
 
@@ -100,11 +100,6 @@ class LockstepScreen:
         if run.plan.is_clocked:
             return min(max((self.twin.t - run.state.origin) / run.plan.timeline.duration_s, 0.0), 1.0)
         return len(run.state.complete) / run.plan.protocol.windows.count
-
-    def _where(self) -> str:
-        run = self.run
-        complete, count = len(run.state.complete), run.plan.protocol.windows.count
-        return f"Window {complete + 1 if complete < count else count} of {count}"
 
     def _listen(self, session: ScreenSession, moment: TickSample) -> None:
         t = moment.state.t
@@ -139,3 +134,11 @@ class LockstepScreen:
         controller.mode.gravity_level = level
         if person is not None:
             person.gravity_level = level
+
+
+def phase_of(run: TaskRun) -> str:
+    """Name the phase of a run for its progress. A rest is named too, because it may take longer than a window."""
+    complete, count = len(run.state.complete), run.plan.protocol.windows.count
+    if run.state.window is not None:
+        return f"Window {min(complete + 1, count)} of {count}"
+    return "Rest after the last window" if complete >= count else f"Rest before window {complete + 1} of {count}"
