@@ -74,7 +74,10 @@ def run_support_level(options: SupportOptions, folder: Path, progress: Progress)
         flight = one.flight(options.seed, recording)
         needed, attempts = search_flight(flight, options.seed, progress)
         # Every target is tried once with the found support: the result of the search is tested, not assumed.
-        confirmed = [flight.attempt(k, needed.ci[0]) for k in range(len(TARGETS))]
+        confirmed = list[Attempt]()
+        for target in range(len(TARGETS)):
+            progress("Testing the found support", target / len(TARGETS))
+            confirmed.append(flight.attempt(target, needed.ci[0]))
         flight.carry_all()
         tried = [(one.target, one.support, one.reached) for one in attempts]
         found = VirtualSupport(

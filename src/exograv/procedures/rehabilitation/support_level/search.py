@@ -70,7 +70,8 @@ def search(tries: Tries, seed: int, progress: Progress, width: float = WIDTH_ENO
         reached = tries(target, at)
         found.take(target, at, reached)
         least, attempts = min(least, at) if reached else least, attempts + 1
-        progress(f"Reaching with {100 * at:.0f} % of the weight carried", attempts / ATTEMPTS_MAX)
+        # The support goes up and down from attempt to attempt, so one phase has them all.
+        progress(f"Searching the needed support, at most {ATTEMPTS_MAX} attempts", attempts / ATTEMPTS_MAX)
         if attempts >= ATTEMPTS_MIN and attempts % ASK_EVERY == 0 and _width(found.posterior()) <= width:
             break
     return NeededSupport(found.posterior(DRAWS_LAST), attempts)
