@@ -311,7 +311,7 @@ def test_a_run_that_is_stopped_by_the_keyboard_leaves_a_recording_that_can_be_re
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=RECORDING_STARTS_S)
     assert process.returncode == 130
-    assert "stopped by the keyboard" in errors
+    assert "stopped by the keyboard. The recording until now is kept: " in errors
     assert "Traceback" not in errors
     recording = read_recording(path)
     assert recording.remark is None

@@ -194,8 +194,15 @@ def _run_and_report(signals: EndSignals) -> None:
         if not was_keyboard(error):
             raise
         by = "the keyboard" if signals.came is None else f"the signal {signals.came.name}"
-        print(f"\nexograv: stopped by {by}; the recording until now is kept.", file=sys.stderr)
+        print(f"\nexograv: stopped by {by}.{kept_recording()}", file=sys.stderr)
         sys.exit(128 + (signals.came or signal.SIGINT))
+
+
+def kept_recording() -> str:
+    """Sentence on the recording that this process began last; empty if there is none."""
+    writer = sys.modules.get("exograv.recording.writer")
+    begun = [path for path in (writer.BEGUN if writer else ()) if path.is_file()]
+    return f" The recording until now is kept: {begun[-1]}" if begun else ""
 
 
 def _run_as_asked() -> None:

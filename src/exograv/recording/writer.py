@@ -3,6 +3,7 @@
 import contextlib
 import json
 import os
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -36,6 +37,10 @@ A power failure may cost 250 ms (docs/explanation/safety.md, F20), and the sync 
 
 AT_ONCE = frozenset({"/settings", "/event", "/result", "/timing"})
 """Topics whose messages are with the operating system when `write` returns: they matter most after a crash."""
+
+
+BEGUN: deque[Path] = deque(maxlen=1)
+"""Path of the recording that this process began last. An interrupted command names it."""
 
 
 class RecordingWriter:
@@ -206,6 +211,7 @@ class RecordingWriter:
 
     def _take(self, path: Path, stream: BinaryIO) -> None:
         self.path, self._stream = path, stream
+        BEGUN.append(path)
         self._is_named = False  # True if a sync has put the file's name into its folder on the disk
         self._failure: str | None = None
         self._file = ChunkedFile(stream)

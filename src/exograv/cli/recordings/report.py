@@ -23,6 +23,9 @@ def run_report(command: Report, common: OutFolder) -> dict[str, Any]:
     from exograv.cli.shell.progress import FIRST_LINE_S, bars
     from exograv.report.of_recording.recording_report import write_report
 
+    if command.recording.is_dir():
+        there = ", ".join(sorted(path.name for path in command.recording.glob("*.mcap"))[:5]) or "none"
+        raise RecordingError(f"{command.recording} is a folder. Give one recording; recordings there: {there}.")
     if not command.recording.is_file():
         raise RecordingError(f"No recording '{command.recording}'. Give the .mcap file that a run has written.")
     with bars(FIRST_LINE_S) as progress:
