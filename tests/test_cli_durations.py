@@ -75,6 +75,14 @@ def test_a_larger_recording_is_expected_to_take_longer(tmp_path):
     assert [bool(sentence) for sentence in sentences] == [False, True] * 3
 
 
+def test_the_example_study_is_expected_to_take_as_long_as_it_was_measured(monkeypatch):
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    measured_s = 120.0  # docs/howto/study.md, two cores
+    expected_s = DURATIONS["study example"](parsed("study example", ["--participants", "6,0"]))
+    assert expected_s is not None
+    assert measured_s / 1.5 < expected_s < 1.5 * measured_s
+
+
 def test_a_file_that_vanishes_while_the_duration_is_estimated_ends_no_command(tmp_path):
     (tmp_path / "a.mcap").write_bytes(bytes(30_000_000))
     alone = duration_sentence("report", parsed("report", [str(tmp_path)]))

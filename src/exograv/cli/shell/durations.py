@@ -31,8 +31,17 @@ STAGE_0_S, STREAM_S, METHOD_S = 20.0, 8.0, 6.0
 SCENARIO_S, FAULT_PERSON_S, STRIKE_S = 0.5, 40.0, 60.0
 """Fault campaign: one scenario, preparation of one person, one strike of each kind on a live run [s]."""
 
-SESSION_S, FLOWN_SESSION_S = 0.4, 90.0
-"""Example study: one session. Simulated study: one session in a machine [s]."""
+SESSION_S, FLIGHT_S = 1.9, 10.5
+"""Example study: one session before the flight, and one flight, on one core [s].
+
+Ratio of the two by CPU time; sum by the 2.0 min of `study example --participants 6,0` (docs/howto/study.md).
+"""
+
+FLOWN_SESSION_S = 90.0
+"""Simulated study: one session in a machine [s]."""
+
+REPORT_S, REPORT_S_PER_MB, EXPORT_S_PER_MB = 15.0, 0.05, 0.08
+"""Report of a study: figures and page; reading of its recordings, and their export [s, s/MB]."""
 
 
 def _prepared(options: Any) -> float:
@@ -105,6 +114,13 @@ def _sessions(options: Any) -> int:
     return trained * trainings + (trained + untrained) * (familiarisations + 1)
 
 
+def _example(options: Any) -> float:
+    people = sum(options.participants)
+    before = sum(count * sessions for count, sessions in zip(options.participants, options.sessions, strict=True))
+    # One process per participant, because learning carries over from session to session.
+    return 3.0 + (SESSION_S * before + FLIGHT_S * people) / min(os.cpu_count() or 1, people)
+
+
 def _simulated_study(options: Any) -> float:
     windows = 1.0 if options.windows is None else options.windows / 13.0
     compared = sum(options.participants) * (sum(options.compared) + 1) * len(options.conditions)
@@ -159,9 +175,9 @@ DURATIONS: dict[str, Seconds] = {
     "run support-level": lambda options: 3.0 if options.recording else CALIBRATION_S + 20.0 + ATTEMPTS_S,
     "study add": lambda options: _by_size(options, 0.1, "files"),
     "study status": lambda options: 3.0 if not options.remake else _by_size(options, 0.1, "study"),
-    "study report": lambda options: 10.0 + (_by_size(options, 0.1, "study") or 0.0),
-    "study export": lambda options: _by_size(options, 0.2, "study"),
-    "study example": lambda options: 3.0 + SESSION_S * _sessions(options),
+    "study report": lambda options: REPORT_S + (_by_size(options, REPORT_S_PER_MB, "study") or 0.0),
+    "study export": lambda options: _by_size(options, EXPORT_S_PER_MB, "study"),
+    "study example": _example,
     "study power": _power,
     "study simulate": _simulated_study,
     "data replay": lambda options: _by_size(options, 0.4, "file"),
