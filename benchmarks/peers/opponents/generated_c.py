@@ -15,7 +15,8 @@ from exograv.kernel.program import straight_line
 from peers.tasks.interface import BatchShape, Call, Missing, Task, copy_into
 from peers.tasks.memory import StateAfterState, single_memory
 
-FLAGS = ("-O3", "-march=native", "-shared", "-fPIC")
+FLAGS = ("-O3", "-march=native", "-shared", "-fPIC", "-fno-semantic-interposition")
+"""The last flag lets the compiler inline CasADi's own small functions, such as `casadi_fmax`, in a shared library."""
 
 
 class GeneratedC:

@@ -13,9 +13,9 @@ import numpy as np
 from exograv.kernel.program import straight_line
 from peers.tasks.interface import BatchShape, Call, Missing, Task, copy_into
 
-from .generated_c import compiler, compiler_version
+from .generated_c import FLAGS, compiler, compiler_version
 
-FLAGS = ("-O3", "-march=native", "-mprefer-vector-width=512", "-ffast-math", "-fopenmp-simd")
+MORE_FLAGS = ("-mprefer-vector-width=512", "-ffast-math", "-fopenmp-simd")
 
 VECTOR_FUNCTIONS = {"sin": 1, "cos": 1, "tanh": 1, "exp": 1, "pow": 2, "atan2": 2}
 """Functions of libmvec (glibc from 2.35 on) with their numbers of arguments; errors up to four units of the last place.
@@ -38,7 +38,7 @@ class GeneratedCLanes:
 
     def version(self) -> str:
         """Return the versions of CasADi and of the compiler."""
-        return f"{ca.CasadiMeta.version()}, {compiler_version()} {' '.join(FLAGS)}"
+        return f"{ca.CasadiMeta.version()}, {compiler_version()} {' '.join((*FLAGS[:2], *MORE_FLAGS))}"
 
     def build(self, task: Task, batch: BatchShape | None) -> Call:
         """Build a call on fixed memory."""
@@ -117,7 +117,7 @@ def _library(function: ca.Function, shared: tuple[str, ...], element: str) -> ct
     with tempfile.TemporaryDirectory() as folder:  # a loaded library stays mapped after the folder is gone
         text, library = Path(folder) / "lanes.c", Path(folder) / "lanes.so"
         text.write_text(source(function, shared, element))
-        command = [compiler(), *FLAGS, "-shared", "-fPIC", "-o", str(library), str(text), "-lmvec", "-lm"]
+        command = [compiler(), *FLAGS, *MORE_FLAGS, "-o", str(library), str(text), "-lmvec", "-lm"]
         result = subprocess.run(command, capture_output=True, text=True, check=False)
         if result.returncode != 0:
             raise Missing(f"{command[0]} rejected the code: {result.stderr.strip().splitlines()[-1]}")
