@@ -110,7 +110,7 @@ def compile_batch(function: AnyFunction, lanes: int, shared: Iterable[str], dtyp
     if missing:
         raise ValueError(f"{program.name} has no argument {', '.join(missing)} to share.")
     if not is_native:
-        return _on_the_virtual_machine(function, program, shared, np.dtype(dtype))
+        return _on_the_virtual_machine(program, shared, np.dtype(dtype))
     lanes = lanes or processor().lanes * (1 if element == "double" else 2)
     order = [name in shared for name in program.arguments]
     made = machine_code(program, MemoryLayout(lanes, element, frozenset(i for i, same in enumerate(order) if same)))
@@ -174,9 +174,9 @@ class _NativeBatch:
         return aligned.reshape(columns, rows, row).transpose(1, 0, 2)[..., :size]
 
 
-def _on_the_virtual_machine(function: AnyFunction, program: Program, shared: tuple[str, ...], dtype: np.dtype) -> Batch:
+def _on_the_virtual_machine(program: Program, shared: tuple[str, ...], dtype: np.dtype) -> Batch:
     """Return a batch that runs state by state: right on every computer, and slow."""
-    one = virtual_machine.compile(function)
+    one = virtual_machine.compile(program.function)
 
     def memory(name: str, buffer: np.ndarray, size: int) -> np.ndarray:
         return np.zeros(buffer.shape if name in shared else (*buffer.shape, size), dtype)

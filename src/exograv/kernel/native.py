@@ -74,6 +74,7 @@ def machine_code(program: Program, layout: MemoryLayout) -> MachineCode:
     if code is None:
         code = object_code(module_text(program, layout))
         cache.write(name, code)
+    program.keep()
     made = MachineCode(load(code), len(code), time.perf_counter() - start, from_cache)
     _log.info(
         "%s: %d instructions, %d bytes of code, %s in %.2f s.",

@@ -48,6 +48,9 @@ class Program:
     stored: Outline | None = None
     """Outline from the disk cache."""
 
+    recipe: Recipe | None = None
+    """Recipe under which the outline is stored; None for a function that the caller has built."""
+
     @cached_property
     def function(self) -> ca.Function:
         """CasADi function, dense in all arguments and results, with common subexpressions shared."""
@@ -58,20 +61,29 @@ class Program:
         """Facts that the compiled code needs."""
         return self.stored or self._outlined()
 
+    def keep(self) -> None:
+        """Store the outline of a recipe for later processes, if it is not stored yet."""
+        if self.recipe is not None and self.stored is None:
+            self.recipe.store(self.outline)
+
     @property
     def name(self) -> str:
         """Name that the caller gave the function."""
-        return self.outline.name
+        return self.stored.name if self.stored else self.function.name()
 
-    @property
+    @cached_property
     def arguments(self) -> Shapes:
         """Rows and columns of each argument, by name."""
-        return self.outline.arguments
+        if self.stored:
+            return self.stored.arguments
+        return {self.function.name_in(i): self.function.size_in(i) for i in range(self.function.n_in())}
 
-    @property
+    @cached_property
     def results(self) -> Shapes:
         """Rows and columns of each result, by name."""
-        return self.outline.results
+        if self.stored:
+            return self.stored.results
+        return {self.function.name_out(i): self.function.size_out(i) for i in range(self.function.n_out())}
 
     @property
     def constants(self) -> Float[np.ndarray, " constant"]:
@@ -98,15 +110,14 @@ class Program:
         return self._content[0]
 
     def _outlined(self) -> Outline:
-        function, (instructions, constants) = self.function, self._content
-        arguments = {function.name_in(i): function.size_in(i) for i in range(function.n_in())}
-        results = {function.name_out(i): function.size_out(i) for i in range(function.n_out())}
+        instructions, constants = self._content
         numbers = array("q")
         for operation, operands, place in instructions:
             numbers.extend((operation, len(operands), *operands, *place))
         digest = blake2b(numbers.tobytes(), digest_size=16)
-        digest.update(repr((arguments, results)).encode())
-        return Outline(function.name(), arguments, results, constants, digest.hexdigest(), len(instructions))
+        digest.update(repr((self.arguments, self.results)).encode())
+        facts = constants, digest.hexdigest(), len(instructions)
+        return Outline(self.name, self.arguments, self.results, *facts)
 
     @cached_property
     def _content(self) -> tuple[list[Instruction], Float[np.ndarray, " constant"]]:
@@ -136,17 +147,13 @@ class Program:
 
 
 def straight_line(function: AnyFunction) -> Program:
-    """Return the program of a function, or of a recipe; the outline of a recipe is read from disk or stored there.
+    """Return the program of a function, or of a recipe, whose outline may be on disk.
 
     Raises:
         KernelError: The function cannot be written as one sequence of scalar operations.
     """
     if isinstance(function, Recipe):
-        stored = function.outline()
-        program = Program(lambda: _dense(function()), stored)
-        if stored is None:
-            function.store(program.outline)
-        return program
+        return Program(lambda: _dense(function()), function.outline(), function)
     dense = _dense(function)
     return Program(lambda: dense)
 

@@ -87,7 +87,8 @@ class Recipe:
         arguments, source = content_digest(self.of), source_digest()
         if arguments is None or source is None:
             return None
-        return disk.key("outline", self.build.__module__, self.build.__qualname__, arguments, ca.__version__, source)
+        compiler = ca.__version__  # pyright: ignore[reportAttributeAccessIssue] - CasADi's stub lacks it
+        return disk.key("outline", self.build.__module__, self.build.__qualname__, arguments, compiler, source)
 
 
 AnyFunction = ca.Function | Recipe

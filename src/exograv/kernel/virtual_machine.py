@@ -51,5 +51,5 @@ def compile(
         build_s=time.perf_counter() - start,
         from_cache=False,
         evaluate=evaluate_and_carry,
-        again=lambda: compile(function, None, carry),
+        again=lambda: compile(dense, None, carry),
     )
