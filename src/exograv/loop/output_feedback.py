@@ -82,7 +82,7 @@ class OutputFeedback:
 
     @property
     def closure_slope(self) -> float:
-        """Slope of the controller's loops [N·m]."""
+        """Remaining gradient of the controller's closure [N·m]; 0 if its loops are closed."""
         return self.controller.closure_slope
 
     def answer(self, believed: JointState | None, now: float) -> ControlRequest | None:

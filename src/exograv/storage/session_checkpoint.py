@@ -42,7 +42,7 @@ class LearnedState(Settings):
 
 
 class KeptSession(Settings):
-    """Content of the checkpoint file."""
+    """Content of a session's checkpoint file."""
 
     schema_version: Literal[1] = 1
     options: OptionRecord

@@ -181,7 +181,7 @@ class SimulatedSession:
         return WindowTimes(tuple((origin + w.start_s, origin + w.end_s) for w in windows), LEAD_S["clock"])
 
     def _act(self, ticks: int) -> None:
-        """Run the twin with a person in it who may move."""
+        """Run the twin for some ticks, with a person in it who may move."""
         twin = self._twin
         for k in range(ticks):
             state = twin.read()

@@ -58,7 +58,7 @@ class ParticipantFiles:
     """Makes the machine in the process that owns it, from a seed and the time of its clock [s]."""
     period_s: float
     machine: str
-    """Serial number of the machine, or its replacement."""
+    """Serial number of the machine, or the name that replaces it for the twin."""
     folder: Path | None
 
     def files(self) -> dict[str, StoredParticipant]:

@@ -30,7 +30,7 @@ EVENTS: Mapping[ActKind, Event] = MappingProxyType(
         "switch_off": Event.SWITCH_OFF,
     }
 )
-"""Event that each kind of act requests. The guard decides about it again."""
+"""Event that each kind of act requests. The guard's process checks the event again."""
 
 LEVEL_IN = frozenset({Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY, Mode.RAMP_IN, Mode.FLOATING})
 """Modes in which another gravity level may be requested: not on a path, and not while the arm is given back."""

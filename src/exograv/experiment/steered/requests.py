@@ -44,7 +44,7 @@ Line = Annotated[str, Field(min_length=1, max_length=500)]
 
 
 class _Asked(Settings):
-    """Fields of all acts."""
+    """Fields that every act of a page has."""
 
     id: Identifier
     """Identifier made by the page. A repeated act gets the same answer and is not done again."""
@@ -149,7 +149,7 @@ Act = Annotated[
 """Any act that a page may request."""
 
 ACT: TypeAdapter[Act] = TypeAdapter(Act)
-"""Reads an act with `ACT.validate_python(message)`. It rejects unknown kinds and fields and non-finite numbers."""
+"""Parser of acts: `ACT.validate_python(message)`. It rejects unknown kinds, unknown fields and non-finite numbers."""
 
 
 class Answer(Settings):

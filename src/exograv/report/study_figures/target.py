@@ -23,7 +23,7 @@ LINES = ("-", "--", ":", "-.")
 
 
 def draw(data: StudyData) -> Figure | None:
-    """Draw one panel per group, all on one scale."""
+    """Draw one panel per group, all with the same scale."""
     touches = data.compared
     groups = [group for group in data.groups if group in set(touches["group"])]
     if not groups:
