@@ -189,7 +189,7 @@ class Hub:
                 line.outbox.show(kind, text)
 
     def fail(self, error: Exception) -> None:
-        """End the console. Without the operator's page the guard gives the arm back."""
+        """End the console after an error. Without the operator's page, the guard returns the weight to the person."""
         self.failure = self.failure or error
         self.on_failure()
 

@@ -57,7 +57,7 @@ class WorkerKeeper:
 
     @property
     def findings(self) -> int:
-        """Number of findings so far."""
+        """Number of findings that the worker has reported."""
         return self._findings.written
 
     def check(self) -> None:

@@ -18,7 +18,7 @@ REMEMBERED = 4096
 KINDS: tuple[ActKind, ...] = get_args(ActKind)
 
 ALWAYS: frozenset[ActKind] = frozenset({"stop", "note", "acknowledge"})
-"""Kinds of acts that move no joint, or let the arm down. They are possible without a lease."""
+"""Kinds of acts that move no joint, or lower the arm. They are possible without a lease."""
 
 EVENTS: Mapping[ActKind, Event] = MappingProxyType(
     {
@@ -33,7 +33,8 @@ EVENTS: Mapping[ActKind, Event] = MappingProxyType(
 """Event that each kind of act requests. The guard's process checks the event again."""
 
 LEVEL_IN = frozenset({Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY, Mode.RAMP_IN, Mode.FLOATING})
-"""Modes in which another gravity level may be requested: not on a path, and not while the arm is given back."""
+"""Modes in which another gravity level may be requested: not on a path, and not while the weight returns to the person.
+"""
 
 
 @dataclass(frozen=True)

@@ -130,7 +130,7 @@ class Method(Protocol):
         ...
 
     def estimate(self) -> Estimate:
-        """Estimate from all samples so far."""
+        """Estimate from all samples up to now."""
         ...
 
 

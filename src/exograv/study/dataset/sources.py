@@ -74,7 +74,7 @@ class SourceNote(Settings):
 
 @dataclass(frozen=True)
 class Source:
-    """Raw file of one session in its place."""
+    """Raw file of one session, and its place in the study's folder."""
 
     path: Path
     note: SourceNote
