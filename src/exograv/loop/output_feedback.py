@@ -10,7 +10,8 @@ from exograv.safety.guard import COMMAND_LIFE_S, ControlRequest
 from exograv.signals import Joints, JointState, Reference
 
 Guide = Callable[[Joints, Joints], Reference]
-"""Reference from observed position [rad] and velocity [rad/s]; called in every step."""
+"""Function that returns the reference for the observed position [rad] and velocity [rad/s]. It is called in every step.
+"""
 
 
 @runtime_checkable

@@ -46,7 +46,8 @@ REWEIGHTINGS = 2
 """Number of times the samples are reweighted by their residuals, at each linearisation [-]."""
 
 _Row = tuple[float, np.ndarray, Joints, Joints, np.ndarray | None]
-"""Time since the previous row [s], derivative, measurement, its noise, and effect of each considered error."""
+"""Stored row: time since the previous row [s], derivative, measurement, its noise, and effect of each considered error.
+"""
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,7 @@ def _mark(ax: Axes, value: float, name: str, colour: str, **line: Any) -> None:
 
 
 def explain(recording: Recording) -> str:
-    """Explain the figure."""
+    """Return the caption that explains how to read the figure."""
     tick_us = _measured(recording)
     p50, p99, p999 = np.percentile(tick_us, PERCENTILES)
     late = np.count_nonzero(tick_us > BUDGET_US)
