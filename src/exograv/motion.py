@@ -15,13 +15,13 @@ class Trajectory:
     """Reference position, velocity and acceleration of the joints at every tick."""
 
     q: Table
-    """Joint position [rad]."""
+    """Reference joint position [rad]."""
 
     v: Table
-    """Joint velocity [rad/s]."""
+    """Reference joint velocity [rad/s]."""
 
     a: Table
-    """Joint acceleration [rad/s²]."""
+    """Reference joint acceleration [rad/s²]."""
 
     dt: float
     """Period of the table [s]."""

@@ -46,7 +46,7 @@ class Flight:
     """Result of `float_arm`: estimate, recording, stops and drift."""
 
     estimate: Estimate
-    """Arm that was floated."""
+    """Estimate of the arm that was floated."""
     path: Path
     """File of the recording."""
     stops: tuple[str, ...] = ()
@@ -66,7 +66,7 @@ class Machine(Protocol):
     """Machine that `float_arm` accepts: `Twin` or `Drives`."""
 
     def float_as_planned(self, plan: FlightPlan) -> Flight:
-        """Carry out a plan."""
+        """Identify and float an arm as `plan` says."""
         ...
 
 

@@ -144,7 +144,7 @@ class Hub:
             line.say("ended", why=why, failed=self.failure is not None)
 
     def note(self, what: str, line: PageLine, **fields: Any) -> None:
-        """Write an event of a line to the diary."""
+        """Write an event of a page's connection to the diary."""
         who = {"line": line.number, "role": line.role.value, "session": line.session.number}
         self.diary.write("/console/event", self.desk.now(), {"what": what, **who, **fields})
 
@@ -189,7 +189,7 @@ class Hub:
                 line.outbox.show(kind, text)
 
     def fail(self, error: Exception) -> None:
-        """End the console. Without the operator's page the guard gives the arm back."""
+        """End the console after an error. Without the operator's page, the guard returns the weight to the person."""
         self.failure = self.failure or error
         self.on_failure()
 

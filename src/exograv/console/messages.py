@@ -66,7 +66,7 @@ class Heartbeat(Settings):
 
 
 class LeaseRequest(Settings):
-    """Request for the lease."""
+    """Request of a page for the lease, which allows it to steer."""
 
     kind: Literal["steer"] = "steer"
     id: Identifier

@@ -20,7 +20,7 @@ class RunContext(Settings):
 
 
 class RunCheckpoint:
-    """File of one run. A thread of its own writes it, because a disk may be slow and pages must not wait."""
+    """Checkpoint file of one run. A separate thread writes it, because a disk may be slow and pages must not wait."""
 
     def __init__(self, path: Path, options: OptionRecord, resumes: bool):
         """Open the checkpoint. Nothing is written before the run begins.

@@ -70,7 +70,7 @@ class Motion:
 
     tau_measured: Rows
     tau_commanded: Rows
-    """Joint torque [N·m]."""
+    """Torque that was sent to the motors of the joints [N·m]."""
 
     felt: Rows
     """Share of the own weight that the arm feels [-]."""

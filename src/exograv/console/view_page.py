@@ -18,7 +18,7 @@ IMPORT = re.compile(r'from "\./([\w./]+)"')
 
 @dataclass(frozen=True)
 class ViewData:
-    """Content of the page."""
+    """Content of the page of `exograv view`: the scene, and the motion if a recording is shown."""
 
     title: str
     about: str

@@ -29,7 +29,7 @@ class Resting:
     """Result at rest, one row per state."""
 
     tau_desired: Postures
-    """Desired torque [N·m]."""
+    """Motor torque that the control law asks for at rest [N·m]."""
 
     tau_arm: Postures
     """Part of the desired torque that carries the arm [N·m]."""

@@ -157,7 +157,7 @@ class Tick:
         return self._out["tau_desired"].copy(), self._out["tau_arm"].copy(), self._out["z"].copy()
 
     def _settle(self, q: Joints, v: Joints, reference: Reference, x: Parameters) -> None:
-        """Make Newton steps until the posture is at rest."""
+        """Make Newton steps until the arm's posture is at its minimum of energy."""
         for _ in range(NEWTON_STEPS):
             self.step(q, v, reference, x)
             if self.closure_slope < SETTLED_SLOPE:

@@ -13,7 +13,7 @@ Joints = Float[np.ndarray, " joint"]
 
 @dataclass(frozen=True)
 class CalibratedMachine:
-    """Result of stage 0 on the empty machine."""
+    """Calibrated machine: the result of stage 0, the calibration of the empty machine."""
 
     actuators: ActuatorGain
     friction: Friction

@@ -50,7 +50,7 @@ class Batch:
     """Engine: "native", or "virtual machine" if native code could not be made."""
 
     lanes: int
-    """States that one instruction works on."""
+    """Number of states that one instruction processes (SIMD lanes)."""
 
     dtype: np.dtype
     n_instructions: int

@@ -30,7 +30,7 @@ class ScaledController:
 
     @property
     def closure_slope(self) -> float:
-        """Remaining slope of the cuff energy [N·m]; close to 0 where the loops are closed."""
+        """Remaining gradient of the closure [N·m]; close to 0 if the loops are closed."""
         return self._controller.closure_slope
 
     @property

@@ -80,7 +80,7 @@ class TwinProxy:
         return True
 
     def read(self) -> JointState:
-        """Read the twin's measurement."""
+        """Read the measurement of the twin."""
         return self._twin.read()
 
     def write(self, command: Command) -> None:

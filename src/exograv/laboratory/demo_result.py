@@ -64,7 +64,7 @@ class PossibleLeftOver:
 
 @dataclass(frozen=True)
 class IdentifiedArm:
-    """Findings about the arm."""
+    """Result of the identification of the arm."""
 
     left_over_rms_Nm: LeftOverTable
     identification: IdentificationFigures
@@ -100,7 +100,7 @@ class HandWeight:
 
 @dataclass(frozen=True)
 class FloatedArm:
-    """Findings about the identified arm."""
+    """Result of floating the identified arm."""
 
     float: FloatFigures
     known_weight: HandWeight

@@ -30,7 +30,7 @@ class PosteriorTorque:
     """95th percentile of the residual torque over the arms that the data allow, joint by joint [N·m]."""
 
     draws: int
-    """Number of arms that could be put into the machine [-]."""
+    """Number of drawn arms for which the machine's loops could be closed [-]."""
 
 
 def posterior_torque(resting: RestingTorque, assembly: Assembly, estimate: Estimate) -> PosteriorTorque | None:

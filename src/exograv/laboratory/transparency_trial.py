@@ -28,7 +28,7 @@ CONDITIONS: Mapping[str, str] = {
     "dam_ideal_no_friction": "the same without friction",
     "zero_g": "weightless, without machine",
 }
-"""Conditions in words, by their names in the contract."""
+"""Description of each condition, by the name of the condition."""
 
 UNREST = ("slow_bias", "bursts")
 """Disturbances that are off while effort is measured, because they are the wearer's and not the machine's.
@@ -48,7 +48,7 @@ class TransparencyTrial:
     seed: int
 
     def laboratory(self, *off: str) -> VirtualLaboratory:
-        """Draw the laboratory without these disturbances. All others stay the same."""
+        """Draw the laboratory with the disturbances in `off` switched off. All others stay the same."""
         disturbances = Disturbances.at_level(self.level).without(*off)
         return laboratory_at(self.description, disturbances, self.seed, self.seed)
 

@@ -20,7 +20,7 @@ from exograv.runtime.clock.pace import RealTimePace
 from exograv.safety.envelope import Envelope
 
 PilotOf = Callable[[Twin, ActuatorGain], Pilot]
-"""Makes the pilot of a twin whose motors have these gains."""
+"""Function that builds the pilot of a twin whose motors have these torque gains."""
 
 
 def pilots(

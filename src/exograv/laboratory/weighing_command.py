@@ -69,7 +69,7 @@ class WeighResult:
 
 @dataclass
 class _Found:
-    """Findings of the software."""
+    """Estimates of the software, without knowledge of the twin's truth."""
 
     check: ArmCheck | None = None
     why: str = ""

@@ -69,7 +69,7 @@ class PassesResult:
     person: PersonLimits
     """Limits of the person, unchanged by the passes."""
     is_led: bool = False
-    """Always False: the machine does not move the arm any more."""
+    """True if the machine moves the arm; always False here."""
 
 
 class ArmWorker:

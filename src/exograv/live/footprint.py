@@ -13,7 +13,7 @@ EVERY_S = 5.0
 """Time between two samples [s]."""
 
 SETTLED_S = 60.0
-"""Age at which a process has allocated what it needs [s]. Growth is computed from then on."""
+"""Age at which a process has allocated its working memory [s]. Growth is computed from this age on."""
 
 LEAST_S = 120.0
 """Shortest settled run for which growth per hour is reported [s]."""

@@ -49,7 +49,7 @@ def notes(is_tested: bool) -> dict[str, str]:
 
 @runtime_checkable
 class PhaseListener(Protocol):
-    """Machine whose wearer hears each mode that begins."""
+    """Machine that announces each mode to its wearer when the mode begins."""
 
     def hear(self, mode_name: str) -> None:
         """Announce a mode that begins, by its name in lower case."""

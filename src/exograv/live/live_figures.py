@@ -24,7 +24,7 @@ STALL_BEFORE_S = 0.05
 
 @dataclass(frozen=True)
 class LatchFigures:
-    """Stop that stays until the operator resets it."""
+    """Figures of a stop that stays in force until the operator resets it."""
 
     cause: str
     at_s: float

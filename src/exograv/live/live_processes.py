@@ -64,7 +64,7 @@ class ProcessParts:
 
 @dataclass(frozen=True)
 class LiveResult:
-    """Result of a live run."""
+    """Result of a live run: reports of guard and recorder, restarts, and the identified arm."""
 
     report: GuardReport
     recording: RecorderReport

@@ -13,11 +13,11 @@ RESTARTS_MAX = 3
 """Workers that are replaced, at most. The same cause would end the next one too."""
 
 Record = Callable[[str, float, Mapping[str, Any]], object]
-"""Function that records a message: topic, time [s] and content."""
+"""Callback that records a message: topic, time [s] and content."""
 
 
 class WorkerKeeper:
-    """Worker process, replaced when it dies, until the arm is learned."""
+    """Supervisor that replaces the worker process when it ends unexpectedly, until the arm is learned."""
 
     def __init__(
         self, job: WorkerJob, findings: Ring, record: Record, accept: Callable[[LearnedArm | PassesResult], object]
@@ -57,7 +57,7 @@ class WorkerKeeper:
 
     @property
     def findings(self) -> int:
-        """Number of findings so far."""
+        """Number of findings that the worker has reported."""
         return self._findings.written
 
     def check(self) -> None:

@@ -10,7 +10,8 @@ from exograv.safety.guard import COMMAND_LIFE_S, ControlRequest
 from exograv.signals import Joints, JointState, Reference
 
 Guide = Callable[[Joints, Joints], Reference]
-"""Reference from observed position [rad] and velocity [rad/s]; called in every step."""
+"""Function that returns the reference for the observed position [rad] and velocity [rad/s]. It is called in every step.
+"""
 
 
 @runtime_checkable
@@ -82,7 +83,7 @@ class OutputFeedback:
 
     @property
     def closure_slope(self) -> float:
-        """Slope of the controller's loops [N·m]."""
+        """Remaining gradient of the controller's closure [N·m]; 0 if its loops are closed."""
         return self.controller.closure_slope
 
     def answer(self, believed: JointState | None, now: float) -> ControlRequest | None:

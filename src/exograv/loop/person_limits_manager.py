@@ -77,7 +77,7 @@ class LimitsMaker:
     def _unsure(
         self, x: Parameters, payload: Float[np.ndarray, " phi"], margin: Joints, v_motion: float
     ) -> PersonLimits:
-        """Limits of an arm with a torque uncertainty of `margin` [N·m]."""
+        """Return the limits for an arm whose torque is uncertain by `margin` [N·m]."""
         lower, upper = self._assembly.description.workspace
         table = self._maker.table(x, payload, margin)
         tank_J = UNKNOWN_J + float(0.5 * margin @ (upper - lower))

@@ -51,9 +51,9 @@ class TickSample(NamedTuple):
     v: Joints
     """Observed velocity [rad/s]."""
     tau_measured: Joints
-    """Torque from current and gain [N·m]."""
+    """Measured torque: motor current times torque gain [N·m]."""
     tau_commanded: Joints
-    """Torque sent to the motors [N·m]."""
+    """Torque that was sent to the motors [N·m]."""
     tau_feedforward: Joints
     """Torque that the model expects [N·m]."""
     reference: Reference

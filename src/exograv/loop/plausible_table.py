@@ -32,7 +32,7 @@ remains for the fit.
 Arms drawn from the prior lay in their cuffs in 86 to 100 % of the postures (eight arms, four and seven joints)."""
 
 MARGIN_SD = 3.0
-"""Standard deviations of the arm's torque within which a person is plausible [-]."""
+"""Half-width of the plausible range of the arm's torque, in standard deviations [-]."""
 
 ROUNDING_SHARE = 1e-12
 """Share of the largest eigenvalue below which a variance is rounding error [-]."""

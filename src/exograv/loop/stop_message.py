@@ -23,7 +23,7 @@ NEXT: Mapping[StopReason, str] = {
 
 
 def stopped_text(envelope: Envelope, joints: Sequence[str], recording: Path | None) -> str:
-    """Text of what happened and of the next step.
+    """Return a text for the operator: the cause of the stop, and the next step.
 
     Args:
         envelope: The envelope that stopped the run.

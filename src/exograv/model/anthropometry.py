@@ -113,7 +113,7 @@ def segment_parameters(body: Body, name: str, deviation: Float[np.ndarray, " 10"
 
 
 def segment_prior(body: Body, name: str) -> tuple[Float[np.ndarray, " 10"], Float[np.ndarray, "10 10"]]:
-    """Mean and covariance of a segment's inertial parameters; the covariance by finite differences per deviation."""
+    """Return mean and covariance (by finite differences) of the inertial parameters of a segment."""
     step = 1e-4  # of a standard deviation: small against curvature, large against rounding
     mean = segment_parameters(body, name, np.zeros(10))
     jacobian = np.column_stack(

@@ -113,7 +113,7 @@ def _arm(
 def _prior(
     body: Body, kind: ArmKind, lengths: Mapping[str, float]
 ) -> tuple[Float[np.ndarray, " phi"], Float[np.ndarray, "phi phi"]]:
-    """Mean and covariance of the inertial parameters of one arm's segments."""
+    """Return mean and covariance of the inertial parameters of one arm's segments."""
     segments = [segment_prior(body, name) for name in SEGMENTS]
     if kind not in HAND_APART:
         upper_arm, (phi_forearm, covariance_forearm), (phi_hand, covariance_hand) = segments
@@ -133,7 +133,7 @@ def _block_diagonal(blocks: Sequence[Float[np.ndarray, "..."]]) -> Float[np.ndar
 
 
 def _joints(limb: Limb, lengths: Mapping[str, float]) -> list[Joint]:
-    """Joints of one arm as a chain; angles have the same meaning on both sides."""
+    """Return the joints of one arm as a chain. Angles have the same meaning on both sides."""
     outward = 1.0 if limb.side == "right" else -1.0
     along, forward = (0.0, 0.0, outward), (0.0, -1.0, 0.0)
     # Shift of the shoulder centre: up and medial in the frontal plane (docs/explanation/arm.md; the direction is

@@ -114,7 +114,7 @@ def away_from_singular(clear: ca.SX) -> ca.SX:
 
 @dataclass(frozen=True)
 class CuffPair:
-    """Frames that one cuff holds together; they coincide where the cuff was fastened."""
+    """Frames that one cuff holds together. They coincided when the cuff was fastened."""
 
     T_world_exo: Transform
     T_world_arm: Transform

@@ -32,11 +32,11 @@ class ArmSprings:
     """Elasticity of the wearer's joints, by joint of the arm's tree."""
 
     stiffness: Mapping[str, float]
-    """Stiffness [N·m/rad]."""
+    """Stiffness of each freedom of the arm [N·m/rad]."""
     neutral: Mapping[str, float]
-    """Neutral angle [rad]."""
+    """Neutral angle of each freedom of the arm [rad]."""
     damping: Mapping[str, float]
-    """Damping [N·m·s/rad]."""
+    """Damping of each freedom of the arm [N·m·s/rad]."""
 
 
 @dataclass(frozen=True)

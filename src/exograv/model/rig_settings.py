@@ -17,7 +17,7 @@ ArmKind = Literal["shoulder_elbow", "forearm", "wrist_flexion", "whole"]
 FREEDOMS_OF_ARM: dict[ArmKind, int] = {"shoulder_elbow": 4, "forearm": 5, "wrist_flexion": 6, "whole": 7}
 """Freedoms of one arm by the kind of arm a machine moves (`model.arm`)."""
 HAND_APART: frozenset[ArmKind] = frozenset({"wrist_flexion", "whole"})
-"""Kinds whose hand is a body of its own, because their wrist moves."""
+"""Kinds of arm whose hand is a separate body, because their wrist moves."""
 Degrees = Annotated[list[float], Field(min_length=1)]
 
 

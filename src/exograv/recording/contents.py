@@ -75,7 +75,7 @@ Visit = Callable[[str, bytes], None]
 
 
 class FileEnding(enum.Enum):
-    """State of a file's end."""
+    """State of the end of a recording file: complete, cut off or damaged."""
 
     COMPLETE = "complete"
     CUT = "cut"

@@ -22,13 +22,13 @@ JUMP_SHARE = 1.5
 """Limit of a position jump, as a multiple of the way of the fastest joint in one tick [-]."""
 
 FROZEN_MS = 20
-"""Time without a change of any bit, after a motion, by which an encoder is dead [ms].
+"""Time after which an encoder counts as failed, if no bit of its value changes after a motion [ms].
 
 A joint never comes to rest like that.
 """
 
 FROZEN_FROM_RAD_S = 0.2
-"""Speed from which on a frozen encoder is certain to be dead [rad/s]."""
+"""Speed above which an encoder whose value does not change has certainly failed [rad/s]."""
 
 MOVING_MS, MOVING_COUNTS = 5, 4
 """Time just before the freeze [ms] in which the joint was that fast, and encoder counts that it moved.

@@ -22,13 +22,13 @@ class Limits:
     """Largest torque of the drive."""
 
     damping_Nms_per_rad: Joints
-    """Damping of the soft descent."""
+    """Damping of the joints in the soft descent [N·m·s/rad]."""
 
     torque_rate_max_Nm_per_s: float = 150.0
     """A wrong torque found after 10 ms is then at most 1.5 N·m."""
 
     v_damping_rad_s: float = 4.0
-    """Speed above which motion is braked."""
+    """Joint speed above which the guard brakes [rad/s]."""
 
     v_trip_rad_s: float = 5.0
     """Speed at which the soft descent starts."""

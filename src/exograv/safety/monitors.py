@@ -29,7 +29,7 @@ SPEED_MS = 8
 """Time over which the two speeds are computed [ms]."""
 
 STILL_MS = 20
-"""Time without a change of any bit [ms] by which an encoder is dead, if its motor moved `STILL_WAY_RAD` in it.
+"""Time after which an encoder counts as failed [ms], if none of its bits changes while its motor moves `STILL_WAY_RAD`.
 
 That way is 0.15 rad/s over the time, or eight counts.
 """

@@ -35,14 +35,14 @@ class LearnedState(Settings):
     """State that a virtual participant keeps between sessions."""
 
     slow: tuple[Share, ...]
-    """Slow states of `Adaptation`."""
+    """Slow states of `Adaptation`, one per context [-]."""
 
     aim: tuple[Share, Share]
     """Offset of the aim from the target, right and up [m]."""
 
 
 class KeptSession(Settings):
-    """Content of the checkpoint file."""
+    """Content of a session's checkpoint file."""
 
     schema_version: Literal[1] = 1
     options: OptionRecord
@@ -59,7 +59,7 @@ class KeptSession(Settings):
     """Figures of the run before its windows, in the form of the room that makes the run."""
 
     learned: LearnedState | None = None
-    """State of the virtual participant."""
+    """Learned state of the virtual participant; None without one."""
 
 
 SESSION_FILE = StateFile[KeptSession](

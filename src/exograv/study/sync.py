@@ -70,7 +70,7 @@ class ResidualFigures:
 
 @dataclass(frozen=True)
 class Gap:
-    """Samples that are missing by the nominal rate."""
+    """Interval in which samples are missing, by the nominal rate."""
 
     t: float
     """Time of the last sample before the gap [s]."""

@@ -121,7 +121,7 @@ class Decision:
 
     @property
     def text(self) -> str:
-        """Reason for the therapist, in English."""
+        """Reason for the decision, in English, for the therapist."""
         return render(SENTENCES, self.code, self.gaps)
 
 

@@ -18,7 +18,7 @@ BLOCKS_MAX = 40
 
 
 class AssistProtocol(Settings):
-    """Content of the file."""
+    """Content of a protocol file with adaptive support."""
 
     schema_version: Literal[1]
     name: Annotated[str, Field(pattern=r"^[a-z0-9-]{3,40}$")]

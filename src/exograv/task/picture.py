@@ -13,7 +13,7 @@ from .totals import Quartiles, Totals, quartiles, totals
 
 
 class ParticipantPicture(Settings):
-    """Content of the participant's page."""
+    """Content of the participant's page at one time."""
 
     screen: Literal["welcome", "rest", "task", "paused", "end"]
     target: TargetSettings | None

@@ -23,7 +23,7 @@ Level = Annotated[float, Field(ge=0.0, le=2.0)] | LevelName
 
 
 def level_value(level: float | LevelName) -> float:
-    """Felt share of Earth weight [-]."""
+    """Return the felt share of Earth weight [-], from a number or a name."""
     return LEVELS[level] if isinstance(level, str) else level
 
 
@@ -44,7 +44,7 @@ class LevelFrom(Settings):
 
     @property
     def end(self) -> float:
-        """Level when a window closes [-]."""
+        """Gravity level at the close of a window [-]."""
         return self.start if self.end_level is None else level_value(self.end_level)
 
 
@@ -86,7 +86,7 @@ class Windows(Settings):
 
 
 class LongerRest(Settings):
-    """Exception for the rest after one window."""
+    """Longer rest after one window, as an exception."""
 
     after_window: Annotated[int, Field(ge=0)]
     rest_s: Duration

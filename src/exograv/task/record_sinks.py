@@ -13,7 +13,7 @@ CHECKPOINT_EVERY_S = 10.0
 TASK_TOPIC, AIRCRAFT_TOPIC = "/task", "/aircraft"
 
 RecordSink = Callable[[float, tuple[Record, ...]], None]
-"""Function that takes the time of an event [s] and its records in order; there may be none."""
+"""Callback that receives the time of an event [s] and its records in order. There may be no record."""
 
 
 @runtime_checkable

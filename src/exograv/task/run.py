@@ -52,7 +52,7 @@ class TaskRun:
         return made_level(self.plan, self.state, t)
 
     def totals(self) -> Totals:
-        """Summary of all touches so far."""
+        """Summary of all touches up to now."""
         return totals(self.state)
 
     def kept(self) -> str:

@@ -74,7 +74,8 @@ class RunState(Settings):
     """Gravity level of the machine when the schedule was left [-]. From there the level goes to 1."""
 
     wanted: int | None = None
-    """Window that the operator has asked for, if the schedule does not open the windows."""
+    """Window that the operator has requested; None without a request. Only used if the schedule does not open the
+    windows."""
 
     windows: tuple[WindowState, ...] = ()
     pace: Pace | None = None

@@ -91,7 +91,7 @@ class AircraftSettings(Settings):
 
     close_beyond_g: Annotated[float, Field(gt=0.0, le=0.8)] = 0.20
     dwell_s: Annotated[float, Field(gt=0.0, le=5.0)] = 0.45
-    """Duration for which g must be beyond its limit, for opening and closing."""
+    """Duration for which g must be beyond its limit before a window opens or closes [s]."""
 
     silent_s: Annotated[float, Field(gt=0.0, le=10.0)] = 1.0
     """Time without a new sample after which the feed counts as lost."""

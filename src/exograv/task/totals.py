@@ -64,7 +64,7 @@ NO_TOUCHES = NoQuartiles()
 
 @dataclass(frozen=True)
 class MedianTouches:
-    """Accepted touches in a complete window."""
+    """Median number of accepted touches in a complete window."""
 
     median: float | None
 
@@ -83,7 +83,7 @@ class TotalsFigures:
 
 
 def totals(state: RunState) -> Totals:
-    """Summary of all touches so far."""
+    """Return the summary of all touches up to now."""
     px = [value for window in state.windows for value in window.deviations_px]
     mm = [value for window in state.windows for value in window.deviations_mm if value is not None]
     in_complete = [len(window.deviations_px) for window in state.windows if window.is_complete]

@@ -44,7 +44,7 @@ def paired(runs: Sequence[MethodRun]) -> dict[str, list[MethodRun]]:
 
 
 def ratios(by_method: ByMethod, setting: str = "", level: int = 0, profile: str = "") -> list[PairedRatio]:
-    """Ratios of our method's times to each rival's at this place; below 1 ours is faster."""
+    """Return the ratio of our method's time to that of each rival under these conditions; below 1 ours is faster."""
     found = list[PairedRatio]()
     for rival in RIVALS if OURS in by_method else ():
         if not by_method.get(rival):

@@ -22,7 +22,8 @@ NOTE_S = 1.0
 """Time between two estimates [s]."""
 
 WORK = 10.0
-"""Factor of an update's time over one that only sets a clock, above which the update counts as work [-]."""
+"""Ratio of an update's duration to that of an update that only advances the clock, above which the update counts as
+work [-]."""
 
 WORK_SHARE_MIN = 0.002
 """Smallest share of working samples [-]. A smaller share comes from pauses of the computer, not from the method."""

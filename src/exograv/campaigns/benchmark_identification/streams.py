@@ -60,7 +60,7 @@ class Samples:
 
 @dataclass(frozen=True)
 class Stream:
-    """Data that a method may use."""
+    """Stream of samples and prior knowledge that a method may use."""
 
     assembly: Assembly
     machine: CalibratedMachine
@@ -86,7 +86,7 @@ class Calibrated:
 
     @property
     def machine(self) -> CalibratedMachine:
-        """Machine as calibrated."""
+        """Machine with the parameters of its calibration."""
         return self.calibration.machine
 
     def worn(self, case: Case, laboratory: VirtualLaboratory, progress: Progress) -> WornTwin:

@@ -130,7 +130,7 @@ class SwayingWearer:
         self._held_at, self._steps = twin.truth.q_arm.copy(), 0
 
     def look(self) -> TruthSample:
-        """Return the truth at this moment."""
+        """Return the twin's true state at this moment."""
         seen = self.twin.truth
         return TruthSample(seen.q, seen.v, self.twin.hand_speed(), bool((self.twin.drive_damping() > 0.0).all()))
 
@@ -237,5 +237,5 @@ class TwinPlants:
 
     @contextlib.contextmanager
     def stand(self, participant: FaultParticipant, start: FlightStart) -> Iterator[FaultPlant]:
-        """Make a new twin."""
+        """Build a new twin for one flight, for use in a `with` block."""
         yield TwinPlant(participant, start)

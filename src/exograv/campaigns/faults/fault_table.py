@@ -18,7 +18,7 @@ from .injector import Injector
 
 @dataclass(frozen=True)
 class Fault:
-    """Row of the fault table."""
+    """Row of the fault table: one fault, how it must be detected, and the safe state that must follow."""
 
     id: str
     """Identifier as in docs/explanation/safety.md."""

@@ -16,7 +16,7 @@ class TestedFault:
     what: str
 
     proved_by: tuple[str, ...]
-    """Tests as pytest names them."""
+    """Tests that prove the reaction, by their names in pytest."""
 
 
 TESTED_FAULTS = (

@@ -157,7 +157,7 @@ class HandFigures:
 
 @dataclass(frozen=True)
 class ScenarioFigures:
-    """Course of one replayed scenario."""
+    """Figures of one scenario that was simulated again (`--replay`)."""
 
     ticks: int
     stopped_tick: int | None

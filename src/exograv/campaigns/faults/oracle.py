@@ -30,7 +30,7 @@ class Judgement:
     """Judgement of one run, one entry per tick."""
 
     wrong: dict[int, str]
-    """Violations of the envelope in words, by tick."""
+    """Violations of the envelope, one sentence per tick, by the number of the tick."""
 
     step_Nm: Float[np.ndarray, " tick"]
     """Largest change of a command from the previous one [N·m]."""

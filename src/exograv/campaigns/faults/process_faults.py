@@ -97,7 +97,7 @@ def _recorded(plan: LivePlan, flown: LiveResult) -> tuple[StruckRun, list[str]]:
 
 
 def _judged(plan: LivePlan, ticks: np.ndarray) -> list[str]:
-    """Violations in consecutive commands, in words."""
+    """Return a sentence for each command that violates the envelope."""
     oracle = EnvelopeOracle(limits(plan.description), plan.person, 1e-9 * plan.period_ns, ROUNDING_NM)
     for tau, q in zip(ticks["tau_commanded"].astype(float), ticks["q_measured"].astype(float), strict=True):
         oracle.note(tau, q, frozenset(), plan.gravity_level)

@@ -25,7 +25,7 @@ DOUBLE_SHARE, SWARM_SHARE = 0.2, 0.1
 """Shares of scenarios with two faults, and with three to five."""
 
 MOVES_SHARE, MOVES_NM = 0.6, 6.0
-"""Share of wearers who move by themselves [-], and the amplitude of their push [N·m]."""
+"""Share of wearers who push against the machine [-], and the amplitude of their push [N·m]."""
 
 HAND_MAX_M_S = 1.0
 """Largest hand speed allowed after a fault with a relaxed arm [m/s]."""

@@ -37,7 +37,7 @@ class CaseTask(Case):
 
     @property
     def case(self) -> Case:
-        """Case of the benchmark."""
+        """Case of the benchmark that this task runs."""
         return Case(**{one.name: getattr(self, one.name) for one in fields(Case)})
 
 
@@ -52,7 +52,7 @@ class IdentifyTask(CaseTask):
 
 @dataclass(frozen=True)
 class IdentifyResult:
-    """Result of one run of a method."""
+    """Result of one method on one wearer."""
 
     time_to_target_s: Annotated[float | None, "time until within the target to the end; NA if never"]
     time_to_coarse_s: Annotated[float | None, "time until within 2.5 times the target to the end"]

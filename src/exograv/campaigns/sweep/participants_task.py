@@ -29,7 +29,7 @@ Constants = dict[str, Annotated[list[float], Several]]
 
 @dataclass(frozen=True)
 class ParticipantsTask:
-    """Settings of one person, from the first session to a flight."""
+    """Settings of one simulated person: training sessions, and the flight after them."""
 
     condition: Annotated[str, "condition of the training"]
     """Condition of the training. `FAMILIARISED`: the person only gets used to the passive machine."""
@@ -55,7 +55,7 @@ class ParticipantsTask:
 
 @dataclass(frozen=True)
 class ParticipantsResult:
-    """Result of one flight."""
+    """Result of one flight of a virtual participant."""
 
     first_window_up_mm: Annotated[float | None, "mean height of the flight's first window"]
     first_touch_up_mm: Annotated[float | None, "height of the flight's first accepted touch"]

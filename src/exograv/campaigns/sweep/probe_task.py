@@ -29,7 +29,7 @@ class ProbeTask:
 
 @dataclass(frozen=True)
 class ProbeResult:
-    """Result of one probe."""
+    """Result of one probe task."""
 
     drawn: Annotated[float | None, "one normal number from the task's own seed"]
 

@@ -40,7 +40,7 @@ class Condition:
     training: Training
     drives: Drives
     left: float
-    """Share of the arm's weight that is left on purpose [-]."""
+    """Share of the arm's weight that the controller deliberately does not carry [-]."""
 
     friction: float
     """Friction relative to the machine's own [-]."""

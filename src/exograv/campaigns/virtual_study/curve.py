@@ -20,7 +20,7 @@ BAND_FROM = 5
 
 GRID = 60
 LEAST_NM = 0.01
-"""Smallest left over on the logarithmic axis [N·m]; anything below counts as this value."""
+"""Smallest left over on the logarithmic axis [N·m]; smaller values are drawn at this value."""
 
 ALIKE = 1e-18
 """Relative squared difference below which places count as equal [-]: rounding."""
@@ -125,7 +125,7 @@ def by_left_over(flights: Sequence[VirtualFlight]) -> TransferCurve:
 
 
 def by_friction(flights: Sequence[VirtualFlight]) -> TransferCurve:
-    """Transfer against friction [N·m], with nothing left on purpose; slope per N·m."""
+    """Return transfer against friction [N·m], for conditions that carry the whole weight; the slope is per N·m."""
     return _curve(_points(flights, "friction_Nm", lambda one: one.left == 0.0), FRICTION)
 
 

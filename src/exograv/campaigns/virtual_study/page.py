@@ -38,7 +38,7 @@ SECONDARY = Text("Secondary. A deviation has no sign and includes scatter, which
 
 @dataclass(frozen=True)
 class Content:
-    """Contents of the page."""
+    """Content of the page of a virtual study."""
 
     outcome: StudyOutcome
 
@@ -48,7 +48,7 @@ class Content:
 
     swept: Sequence[SensitivityPoint] = ()
     swept_usual: float | None = None
-    """Transfer with all constants at their usual values, in the sweep's own shorter sessions."""
+    """Transfer [-] with all constants at their usual values, in the shorter sessions of the sweep."""
     links: Mapping[str, str] = field(default_factory=dict)
     """Links to the study's report and its data set: text and address, preferably relative to the page."""
 
@@ -71,7 +71,7 @@ def write_virtual_page(folder: Path, content: Content) -> tuple[Path, tuple[Path
 
 
 def drawn(content: Content) -> Iterator[Chapter]:
-    """Yield the chapters with a figure, for all data that exist."""
+    """Yield the chapters that have a figure, for all data that exist."""
     found = (
         ("flights", "Deviation in flight", flights.draw(content.flights), flights.TEXT),
         ("windows", "The course of the flight", windows.draw(content.flights), windows.TEXT),
@@ -144,7 +144,7 @@ def tiles(outcome: StudyOutcome) -> list[Tile]:
 
 
 def ends(interval: Sequence[float] | None) -> str:
-    """Return the ends of a 95 % interval in words; empty without one."""
+    """Return the ends of a 95 % interval as text; empty without an interval."""
     return "" if interval is None else f"{number(interval[0])} to {number(interval[1])}"
 
 

@@ -57,7 +57,7 @@ class ParticipantSimulation:
     """Simulation of one career: the sessions and flights of one virtual person, in order."""
 
     def __init__(self, career: Career, options: StudyOptions, folder: Path, progress: Progress):
-        """Begin before the first session. Recordings go into `folder`."""
+        """Prepare the career; no session has run yet. Recordings go into `folder`."""
         self._career, self._options, self._folder, self._progress = career, options, folder, progress
         self._room = SimulatedRoom()
         self._learned: LearnedState | None = None

@@ -51,8 +51,8 @@ class SessionSetup:
     surroundings: Surroundings
     exo: ExoMode
     left_over_Nm: float | None
-    """Left over at the worst shoulder axis, RMS over the held-out postures, weight left on purpose included [N·m]; None
-    without motors."""
+    """Left over at the worst shoulder axis, RMS over the held-out postures [N·m]. It includes weight that the
+    controller deliberately does not carry. None without motors."""
 
     friction_Nm: float | None
     """True Coulomb friction of the machine, mean over its joints [N·m]; None if none is worn."""

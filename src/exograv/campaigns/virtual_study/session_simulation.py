@@ -49,7 +49,8 @@ PASSED_S, PASSED_IN_FLIGHT_S = 0.5, 0.1
 """Steps in which a rest is skipped, on the ground and in flight [s]; an aircraft sends ten samples per second."""
 
 LANDED_S = 60.0
-"""Time after the planned end of a flight at which the session ends [s]; a window incomplete by then stays so."""
+"""Time after the planned end of a flight at which the session ends [s]. A window that is then incomplete stays
+incomplete."""
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -181,7 +182,7 @@ class SimulatedSession:
         return WindowTimes(tuple((origin + w.start_s, origin + w.end_s) for w in windows), LEAD_S["clock"])
 
     def _act(self, ticks: int) -> None:
-        """Run the twin with a person in it who may move."""
+        """Run the twin for some ticks, with a person in it who may move."""
         twin = self._twin
         for k in range(ticks):
             state = twin.read()

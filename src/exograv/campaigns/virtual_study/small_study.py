@@ -27,7 +27,7 @@ class Variant:
 
     @property
     def folder(self) -> str:
-        """Name of the folder. The same constants give the same folder, whatever the variant's name."""
+        """Name of the folder. It depends only on the constants, not on the name of the variant."""
         return "+".join(f"{name}={value:g}" for name, value in sorted(self.constants.items())) or "usual"
 
 

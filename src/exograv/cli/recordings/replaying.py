@@ -137,7 +137,7 @@ def figures(
     found: Mapping[str, Difference],
     instead: ReplayOverrides,
 ) -> ReplayFigures:
-    """Figures of the comparison."""
+    """Return the figures of the comparison of replay and recording."""
     settings, everywhere = run.recording.settings, np.ones(len(columns), bool)
     first = first_difference(columns, run.recording.joints, found)
     others = np.flatnonzero((np.array(columns.safe_state) != again.safe_state) & again.knows_guard)

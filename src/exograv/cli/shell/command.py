@@ -87,7 +87,7 @@ def options_of(kind: type) -> list[Option]:
 
 
 def _documented(kind: type, field: str) -> str:
-    """Return the text below a field in the source of its class."""
+    """Return the docstring of a field, from the source of its class."""
     body = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]
     assert isinstance(body, ast.ClassDef)
     for line, after in pairwise(body.body):

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 Seconds = Callable[[Any], float | None]
-"""Usual duration of a command with these options [s]; None if the options do not determine it."""
+"""Function that returns the usual duration of a command with these options [s]; None if the options do not determine
+it."""
 
 SILENT_BELOW_S = 2.0
 """Shortest duration that is announced [s]."""

@@ -14,7 +14,7 @@ KEPT = 50
 
 @dataclass
 class AlarmBook:
-    """Alarms of one steered session."""
+    """List of the open alarms of one steered session."""
 
     _alarms: tuple[MachineAlarm, ...] = ()
     _raised: int = 0

@@ -69,7 +69,7 @@ class SteeredFlight(Protocol):
         ...
 
     def lease(self, until_s: float, window_left_s: float | None) -> None:
-        """Tell the guard that a page steers until `until_s`, without waiting."""
+        """Tell the guard that a page steers until the time `until_s` [s]. The call does not wait."""
         ...
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:

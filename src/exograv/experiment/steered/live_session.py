@@ -160,7 +160,7 @@ class LiveFlight:
         return why
 
     def don(self, who: DonRequest) -> str:
-        """End all processes and start others. Another side is another machine, which is calibrated first."""
+        """End all processes and start new ones. The other side is another machine, which is calibrated first."""
         side = who.side or self._next.side
         try:
             # The machine is made in this thread, so that the pages show the side of the next arm immediately.

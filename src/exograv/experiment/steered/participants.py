@@ -55,10 +55,11 @@ class ParticipantFiles:
     form: WearerForm
     """Body data and lengths of the wearer."""
     connect: Callable[[int, float], Rig]
-    """Makes the machine in the process that owns it, from a seed and the time of its clock [s]."""
+    """Function that builds the machine, from a seed and the time of the machine's clock [s]. The process that owns the
+    machine calls it."""
     period_s: float
     machine: str
-    """Serial number of the machine, or its replacement."""
+    """Serial number of the machine, or the name that replaces it for the twin."""
     folder: Path | None
 
     def files(self) -> dict[str, StoredParticipant]:

@@ -71,7 +71,7 @@ class RehearsedFlight:
         """Newest messages that a flight would have recorded."""
 
     def now(self) -> float:
-        """Time of its own clock [s]."""
+        """Time of the rehearsal's clock [s]."""
         return self._clock()
 
     def moment(self) -> FlightMoment:

@@ -18,7 +18,7 @@ REMEMBERED = 4096
 KINDS: tuple[ActKind, ...] = get_args(ActKind)
 
 ALWAYS: frozenset[ActKind] = frozenset({"stop", "note", "acknowledge"})
-"""Kinds of acts that move no joint, or let the arm down. They are possible without a lease."""
+"""Kinds of acts that move no joint, or lower the arm. They are possible without a lease."""
 
 EVENTS: Mapping[ActKind, Event] = MappingProxyType(
     {
@@ -30,10 +30,11 @@ EVENTS: Mapping[ActKind, Event] = MappingProxyType(
         "switch_off": Event.SWITCH_OFF,
     }
 )
-"""Event that each kind of act requests. The guard decides about it again."""
+"""Event that each kind of act requests. The guard's process checks the event again."""
 
 LEVEL_IN = frozenset({Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY, Mode.RAMP_IN, Mode.FLOATING})
-"""Modes in which another gravity level may be requested: not on a path, and not while the arm is given back."""
+"""Modes in which another gravity level may be requested: not on a path, and not while the weight returns to the person.
+"""
 
 
 @dataclass(frozen=True)

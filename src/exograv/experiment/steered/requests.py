@@ -24,7 +24,7 @@ READY_S = 30.0
 """Time after the machine was made ready in which the arm may be taken [s]."""
 
 LEASE_S = 1.2
-"""Time without a message from the operator's console after which nobody steers any more [s] (F31)."""
+"""Time without a message from the operator's console after which the lease ends, and no page steers [s] (F31)."""
 
 HEARTBEAT_S = 0.2
 """Period with which `Desk.keep` must be called while the operator's console is alive [s]."""
@@ -44,7 +44,7 @@ Line = Annotated[str, Field(min_length=1, max_length=500)]
 
 
 class _Asked(Settings):
-    """Fields of all acts."""
+    """Fields that every act of a page has."""
 
     id: Identifier
     """Identifier made by the page. A repeated act gets the same answer and is not done again."""
@@ -149,7 +149,7 @@ Act = Annotated[
 """Any act that a page may request."""
 
 ACT: TypeAdapter[Act] = TypeAdapter(Act)
-"""Reads an act with `ACT.validate_python(message)`. It rejects unknown kinds and fields and non-finite numbers."""
+"""Parser of acts: `ACT.validate_python(message)`. It rejects unknown kinds, unknown fields and non-finite numbers."""
 
 
 class Answer(Settings):
@@ -208,5 +208,5 @@ class Desk(Protocol):
         ...
 
     def close(self) -> None:
-        """Let the arm down and end all processes; takes seconds."""
+        """Lower the arm and end all processes. The call takes seconds."""
         ...

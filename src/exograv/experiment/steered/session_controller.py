@@ -87,7 +87,7 @@ class SessionController:
         self._flight.lease(self._lease_until_s, window_left_s)
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
-        """Record a message, by the flight."""
+        """Record a message through the flight."""
         self._flight.write(topic, t, message)
 
     def close(self) -> None:

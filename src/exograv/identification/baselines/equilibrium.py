@@ -29,7 +29,7 @@ RESTS = 1
 
 
 def equilibrium(assembly: Assembly, machine: CalibratedMachine) -> RestingCorrection:
-    """Build the method for this arm in this machine."""
+    """Return the method for this arm in this machine."""
     segments = _columns(assembly)
 
     def gain_of(Y: Float[np.ndarray, "row phi"]) -> Gain:

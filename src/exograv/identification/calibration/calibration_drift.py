@@ -29,7 +29,7 @@ class CalibrationChange:
     """Change of a machine since its calibration; each value with its standard deviation."""
 
     scale: Joints
-    """Torque per current of a motor over that of the calibration [-]."""
+    """Ratio of a motor's present torque per current to that of the calibration [-]."""
 
     scale_sd: Joints
     offset: Joints

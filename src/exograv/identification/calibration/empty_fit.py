@@ -84,7 +84,7 @@ class _Left:
 
 @dataclass(frozen=True)
 class Fit:
-    """Result of a fit."""
+    """Result of one fit of the empty machine: parameters, covariance and noise."""
 
     prior: EmptyPrior
     theta: Unknowns

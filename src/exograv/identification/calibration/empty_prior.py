@@ -57,7 +57,7 @@ class EmptyLayout:
 
     @property
     def tilt(self) -> slice:
-        """Slice of the direction of gravity: its horizontal part over its size (2,) [-]."""
+        """Slice of the direction of gravity: its horizontal components, divided by its magnitude (2,) [-]."""
         start = len(PER_JOINT) * self.joints
         return slice(start, start + 2)
 

@@ -15,7 +15,7 @@ TOLD = 0.5
 """Largest posterior standard deviation of a parameter that the data determined, as a share of the prior's [-]."""
 
 CONFUSED = 0.9
-"""Correlation above which the data cannot separate two parameters [-]."""
+"""Correlation above which the data cannot distinguish two parameters [-]."""
 
 SHOWN = 0.1
 """Smallest weight in a combination that is listed, in prior standard deviations [-]."""

@@ -101,7 +101,7 @@ class Estimate:
 
 @runtime_checkable
 class TorqueModel(Protocol):
-    """Expected torque of a motion, and its derivative with respect to the parameters."""
+    """Interface of a model: the expected torque of a motion, and its derivative with respect to the parameters."""
 
     n_joints: int
     n_parameters: int
@@ -130,7 +130,7 @@ class Method(Protocol):
         ...
 
     def estimate(self) -> Estimate:
-        """Estimate from all samples so far."""
+        """Estimate from all samples up to now."""
         ...
 
 

@@ -15,7 +15,7 @@ RESIDUAL_MIN_NM = 0.01
 
 @dataclass(frozen=True)
 class Springs:
-    """Parameters of the wearer's joint elasticity, for methods with a non-linear law."""
+    """Parameters of the elasticity of the wearer's joints, for methods with a non-linear elastic law."""
 
     stiffness: slice
     """Stiffness of each freedom [N·m/rad]."""

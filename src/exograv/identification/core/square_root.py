@@ -155,7 +155,7 @@ class FilterBank:
         return float(logsumexp(self.log_likelihood) - np.log(self._filters))
 
     def mean(self) -> Float[np.ndarray, " unknown"]:
-        """Mean of the unknowns, weighted over all filters."""
+        """Mean of the unknowns, averaged over all filters with their weights."""
         return self.weights @ np.array([_solved(R, r[:, 0]) for R, r, _, _ in self._each])
 
     def covariance(self) -> Float[np.ndarray, "unknown unknown"]:

@@ -34,7 +34,7 @@ class MotionProblem:
     statistics: Statistics
     criterion: Criterion
     passes: Sequence[float]
-    """Numbers of periods after which the figure of merit is computed; their mean counts."""
+    """Numbers of periods after which the figure of merit is computed; the problem uses the mean of these figures."""
     start_posture: Float[np.ndarray, " joint"] | None = None
     """Fixed coefficients of the first shape: start and end posture of a piece [rad]; None if they are free."""
     samples: int = SAMPLES

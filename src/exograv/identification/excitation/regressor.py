@@ -24,7 +24,7 @@ class RegressorTrajectory:
     """
 
     tau: Series
-    """Expected torque [N·m]."""
+    """Expected torque of the joints [N·m]."""
 
     z: Float[np.ndarray, "sample freedom"]
     """Arm angles [rad]."""

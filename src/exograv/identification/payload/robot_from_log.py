@@ -38,7 +38,7 @@ FELT_MIN = 0.03  # RMS torque per standard deviation, as a share of the residual
 
 @dataclass(frozen=True)
 class RobotFromLog:
-    """Robot as identified from its unloaded log."""
+    """Parameters of a robot, identified from its unloaded log."""
 
     x: Parameters
     """All parameters in the order of `RobotBlocks`; the payload's are zero."""

@@ -36,7 +36,7 @@ ACTS_S, PAUSE_S = 8.0, 2.0
 """Time before a simulated person acts, and duration of a pause [s]."""
 
 Preparing = Callable[[VirtualLaboratory, int, Progress], ControllerKnowledge]
-"""Prepares a laboratory with a seed. A caller with several runs of one laboratory prepares it once."""
+"""Function that prepares a laboratory with a seed. A caller with several runs of one laboratory prepares it once."""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ class AdaptationRates:
     fast_learns: float = constant(0.21, "-", "unverified", SMITH, 0.06, 0.3)
     slow_keeps: float = constant(0.992, "-", "unverified", SMITH, 0.98, 0.998)
     slow_learns: float = constant(0.02, "-", "unverified", SMITH, 0.01, 0.04)
-    """Share of an error that one touch adds."""
+    """Share of an error that the slow state learns from one touch [-]."""
 
     night_keeps: float = constant(0.9, "-", "assumed", "most is kept overnight", 0.7, 1.0)
     """Share of a slow state that remains from one session to the next."""

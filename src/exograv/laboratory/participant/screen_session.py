@@ -21,7 +21,7 @@ from .touch_panel import TouchPanel
 from .touch_screen import SimulatedRoom
 
 EventSource = Callable[[float], Iterable[Event]]
-"""Returns the events that have arrived until a time [s], each once."""
+"""Function that returns the events that have arrived until a time [s]. It returns each event once."""
 
 
 @runtime_checkable

@@ -47,7 +47,7 @@ class BodyKnowledge:
 
     @classmethod
     def of(cls, laboratory: VirtualLaboratory, lower: PerFreedom, upper: PerFreedom) -> "BodyKnowledge":
-        """Make the knowledge of the laboratory's wearer in its machine."""
+        """Build the person's internal model of the laboratory's wearer in its machine."""
         return cls(laboratory.own_arm(), laboratory.worn_inertia(), lower, upper)
 
     def posture_at(self, place: Place) -> PerFreedom:

@@ -48,7 +48,7 @@ READY = (
 
 @dataclass(frozen=True)
 class FlownOnDrives:
-    """Result of a live run on drives, with what the controller knew."""
+    """Result of a live run on drives, with the knowledge of the controller."""
 
     flown: LiveResult
     figures: LiveFigures

@@ -56,5 +56,5 @@ class DrivesUnderTest:
         return TestedMachine(self.description, tree, known, rig, press_software_stop, brake, self.machine.lock_step)
 
     def worn_steps(self, _steps: list[Step], /) -> list[Step]:
-        """Return no steps: `--worn` is refused on drives so far."""
+        """Return no steps: `--worn` is not supported on drives."""
         return []

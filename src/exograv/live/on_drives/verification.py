@@ -83,7 +83,7 @@ def _judged(run: FlownOnDrives, progress: Progress) -> VerificationResult:
 
 
 def _truth(run: FlownOnDrives, verified: VerificationResult) -> list[float] | None:
-    """Return the left over by the truth [N·m]; None if machine and person are real."""
+    """Return the true left over per joint [N·m]; None if machine and person are real."""
     if run.wearer is None or run.flown.learned is None:
         return None
     return run.wearer.left_over_Nm(run.prepared, run.flown.learned.estimate.x, verified.postures)

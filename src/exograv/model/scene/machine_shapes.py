@@ -28,7 +28,7 @@ BEARING = 0.6
 LINK_RADIUS_M, END_LINK_RADIUS_M, STAND_RADIUS_M = 0.016, 0.011, 0.03
 RING_THICKNESS_M, CUFF_HALF_LENGTH_M = 0.012, 0.028
 CLEARANCE_M = 0.02
-"""Gap between a limb and what surrounds it [m]."""
+"""Gap between a limb and the machine's shapes around it [m]."""
 
 ALONG_COSINE, ALONG_M = 0.94, 0.05
 """Axis that runs along a limb: largest angle 20°, largest distance [m]. Its drive is a ring around the limb."""

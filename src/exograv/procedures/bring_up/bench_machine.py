@@ -16,7 +16,7 @@ from exograv.signals import Command, JointState
 
 @dataclass(frozen=True)
 class BenchSample:
-    """Sample of one period."""
+    """Measurement of one period."""
 
     state: JointState
     status: tuple[DriveStatus, ...]

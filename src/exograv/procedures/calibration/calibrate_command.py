@@ -25,7 +25,7 @@ from .options import CalibrateOptions
 from .segment_lengths import settings_of_lengths
 
 TruthAt = Callable[[float], CalibrationTruth]
-"""True values of a simulated machine at a time of its clock [s]."""
+"""Function that returns the true values of a simulated machine at a time of its clock [s]."""
 
 
 @dataclass(frozen=True)

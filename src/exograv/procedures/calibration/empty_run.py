@@ -74,7 +74,7 @@ class EmptyRun:
         self._rows.append((t, q, v, np.zeros(len(q)), current, self._hung.ravel().copy(), True))
 
     def sweeps(self) -> Sweeps:
-        """All samples of the run."""
+        """Return the samples of all motions of the run."""
         columns = [np.array(column) for column in zip(*self._rows, strict=True)]
         return Sweeps(*columns)
 

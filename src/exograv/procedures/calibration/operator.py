@@ -45,7 +45,7 @@ class ComputedOperator:
 
 @dataclass
 class KeyboardOperator:
-    """Person who is asked on the screen and answers with Enter."""
+    """Operator at the keyboard: the program asks on the screen, and the person answers with Enter."""
 
     say: Callable[[str], object]
     answers: TextIO = field(default_factory=lambda: sys.stdin)

@@ -40,7 +40,7 @@ class Identification:
 
     method: Method
     prior: parameters.Parameters
-    """Parameters that the method believed before any motion."""
+    """Mean of the prior: the parameters that the method starts from."""
     prior_covariance: Float[np.ndarray, "parameter parameter"]
     estimates: list[Estimate] = field(default_factory=list)
     """Estimates, one per second."""

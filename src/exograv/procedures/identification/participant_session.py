@@ -44,7 +44,7 @@ NOT_KEPT = (Outcome.NOT_RELAXED, Outcome.NOT_EXCITED)
 
 @dataclass(frozen=True)
 class KeptParticipant:
-    """File of the participant that was written."""
+    """Result of writing a participant's file."""
 
     file: Path
     code: str

@@ -34,7 +34,7 @@ GIVE = "Give a calibration.toml of the participant's machine with --calibration,
 
 @dataclass(frozen=True)
 class Links:
-    """Links of the machine and their source."""
+    """Links of the exported machine, and the source of their parameters."""
 
     phi: Float[np.ndarray, "joint 10"]
     gravity: Float[np.ndarray, " 3"]

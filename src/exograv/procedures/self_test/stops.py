@@ -76,7 +76,7 @@ def _left(bench: SelfTestRun, passed: RecordedTicks) -> float:
 
 
 def _gone(bench: SelfTestRun, passed: RecordedTicks) -> int:
-    """Tick after which all means over 0.1 s are below the allowed torque."""
+    """Return the first tick after which all means over 0.1 s are below the allowed torque."""
     ticks = round(0.1 / bench.tap.period_s)
     v = np.gradient(passed.q, bench.tap.period_s, axis=0)
     means = _means(bench.tau(passed) + bench.damping * _means(v, ticks), ticks)

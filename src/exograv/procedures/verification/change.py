@@ -38,7 +38,7 @@ class ArmChange:
     """Change of the left over since an earlier verification, by joint."""
 
     at_utc: str
-    """Time of the earlier verification."""
+    """Time of the earlier verification (UTC)."""
     minutes: float
     left_over_change_Nm: list[float]
     chance: list[float]

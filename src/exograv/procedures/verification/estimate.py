@@ -152,5 +152,5 @@ def _of(rows: RegressionRows, joint: int) -> RegressionRows:
 
 
 def _covariance(arm: Estimate, model: ArmModel) -> Covariance:
-    """Covariance of the arm; the prior covariance if the method states none."""
+    """Return the covariance of the arm's parameters; the prior covariance if the method states none."""
     return prior(model.assembly, model.machine)[1] if arm.covariance is None else arm.covariance

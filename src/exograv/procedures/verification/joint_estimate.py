@@ -51,7 +51,7 @@ class Unknowns:
 
 @dataclass(frozen=True)
 class JointPasses:
-    """Samples of one joint, with the unknowns of its torque."""
+    """Samples of one joint in all passes, with the unknowns of its torque."""
 
     rows: RegressionRows
     unknowns: Unknowns

@@ -81,7 +81,7 @@ class Verification:
     """Postures of a verification, and the seed of the directions."""
 
     postures: Postures
-    """Postures [rad]."""
+    """Postures at which the passes measure the left over [rad]."""
     seed: int
 
 

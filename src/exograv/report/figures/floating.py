@@ -34,7 +34,7 @@ def draw(recording: Recording) -> Figure | None:
 
 
 def explain(recording: Recording) -> str:
-    """Explain the figure."""
+    """Return the caption that explains how to read the figure."""
     floated = recording.last("/result").get("float") or {}
     drift = floated.get("drift_deg")
     largest = (

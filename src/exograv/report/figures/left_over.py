@@ -52,7 +52,7 @@ def draw(recording: Recording) -> Figure | None:
 
 
 def explain(recording: Recording) -> str:
-    """Explain the figure."""
+    """Return the caption that explains how to read the figure."""
     alone = " The right panel contains only the errors of the arm's model." if len(_scores(recording)) > 1 else ""
     return (
         "Left over is the torque that the person would still have to add to be weightless, here at many postures that "

@@ -40,7 +40,7 @@ class DrawnArm:
 
 @dataclass(frozen=True)
 class MachinePicture:
-    """Content of the picture."""
+    """Content of the picture of a machine and the arm in it."""
 
     title: str
     arms: Sequence[DrawnArm]

@@ -37,7 +37,7 @@ def draw(recording: Recording) -> Figure | None:
 
 
 def explain(recording: Recording) -> str:
-    """Explain the figure."""
+    """Return the caption that explains how to read the figure."""
     return (
         "Each dot is another simulated wearer in another machine, drawn at the same disturbance level and identified "
         "in the same way; the diamond is this run. Further left is better. The other wearers were simulated on "

@@ -53,7 +53,7 @@ def _width(entry: dict) -> float:
 
 
 def explain(recording: Recording) -> str:
-    """Explain the figure."""
+    """Return the caption that explains how to read the figure."""
     results = [entry for entry in recording.last("/result").get("parameters", []) if entry.get("truth") is not None]
     inside = sum(entry["ci95"][0] <= entry["truth"] <= entry["ci95"][1] for entry in results if entry.get("ci95"))
     held = f" At the end the true value lies inside for {inside} of {len(results)} parameters." if results else ""

@@ -40,7 +40,7 @@ def draw(recording: Recording) -> Figure | None:
 
 
 def explain(recording: Recording) -> str:
-    """Explain the figure."""
+    """Return the caption that explains how to read the figure."""
     return (
         "The person sits in the machine and looks towards the viewer and to the side. Blue is the exoskeleton with its "
         "joints, orange the person's arm from shoulder to hand. The two lines differ, because cuffs are soft and the "

@@ -26,7 +26,7 @@ def draw(recording: Recording) -> Figure | None:
 
 
 def explain(recording: Recording) -> str:
-    """Explain the figure."""
+    """Return the caption that explains how to read the figure."""
     words = (
         "While the arm moves, the machine identifies its weight. Each colour is one joint; lower is better. On this "
         "scale equal steps down mean equal factors. Dashed lines are the targets."

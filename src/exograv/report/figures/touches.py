@@ -26,7 +26,7 @@ def draw(recording: Recording) -> Figure | None:
 
 
 def explain(recording: Recording) -> str:
-    """Explain the figure."""
+    """Return the caption that explains how to read the figure."""
     touches, refused = counted(recording), len(_touches(recording)) - len(counted(recording))
     deviation = np.median([touch["deviation_px"] for touch in touches])
     return (

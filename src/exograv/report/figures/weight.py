@@ -31,7 +31,7 @@ def draw(recording: Recording) -> Figure | None:
 
 
 def explain(recording: Recording) -> str:
-    """Explain the figure."""
+    """Return the caption that explains how to read the figure."""
     weight = recording.last("/result")["known_weight"]
     truth = weight.get("true_kg")
     error = f" The error is {1000 * abs(weight['estimated_kg'] - truth):.0f} g." if truth is not None else ""

@@ -82,7 +82,7 @@ def _name_strips(ax: Axes, end: float, codes: Sequence[str]) -> None:
 
 
 def explain(data: StudyData) -> str:
-    """Explain the figure."""
+    """Return the caption that explains how to read the figure."""
     share = "Logarithmic axis" + ("; millimetres on the right" if data.pitch_mm is not None else "")
     return (
         f"Deviation of the touches from the target's centre, {data.compared_words}. Boxes: all touches of a group with "

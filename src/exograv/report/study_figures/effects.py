@@ -62,7 +62,7 @@ def _level(interval: Interval | None) -> str:
 
 
 def explain(findings: StudyFindings) -> str:
-    """Explain the figure."""
+    """Return the caption that explains how to read the figure."""
     first, _ = findings.groups
     return (
         f"Left of 1 the {first} deviate less. The uppermost line is the primary comparison of the study; the others "

@@ -62,7 +62,7 @@ def _deviations(ax: Axes, data: StudyData) -> None:
 
 
 def explain(data: StudyData) -> str:
-    """Explain the figure."""
+    """Return the caption that explains how to read the figure."""
     below = (
         "Below, medians over windows and people of the joints' speed, and of the level by machine or aircraft."
         if len(data.traces)

@@ -23,7 +23,7 @@ LINES = ("-", "--", ":", "-.")
 
 
 def draw(data: StudyData) -> Figure | None:
-    """Draw one panel per group, all on one scale."""
+    """Draw one panel per group, all with the same scale."""
     touches = data.compared
     groups = [group for group in data.groups if group in set(touches["group"])]
     if not groups:
@@ -80,7 +80,7 @@ def _panel(ax: Axes, data: StudyData, group: str, unit: str) -> None:
 
 
 def explain(data: StudyData) -> str:
-    """Explain the figure."""
+    """Return the caption that explains how to read the figure."""
     points, unit = deviations(data.compared, unit_of(data)), unit_of(data)
     above = float(points[:, 1].mean())
     return (

@@ -57,7 +57,7 @@ def _costs(ax: Axes, data: StudyData, kept: pd.DataFrame) -> None:
 
 
 def explain(data: StudyData) -> str:
-    """Explain the figure."""
+    """Return the caption that explains how to read the figure."""
     names = " and ".join(label(group) for group in data.groups)
     return (
         f"Left: median deviation by window, {data.compared_words}; thin lines are people, thick lines {names}. "

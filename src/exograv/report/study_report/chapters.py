@@ -44,7 +44,7 @@ SEALED_LIMIT = (
 
 @dataclass(frozen=True)
 class Content:
-    """Content of the report."""
+    """Content of the study report, from which each chapter takes its part."""
 
     data: StudyData
     found: StudyFindings | None
@@ -75,7 +75,7 @@ def figures(content: Content) -> Iterator[Chapter]:
 
 
 def findings(content: Content) -> Iterator[Chapter]:
-    """Yield the result of the study in words, before any figure."""
+    """Yield the result of the study as sentences, before any figure."""
     if found := content.found:
         said = [Text(found.primary.sentence, "strong"), found.effect.meaning, Bullets(found.limits)]
         yield Chapter("Conclusions and their limits", said)

@@ -80,7 +80,7 @@ def number(value: float) -> str:
 
 
 def with_unit(measure: Measure, of: str = "") -> str:
-    """Return a measure's name in words, its object and its unit."""
+    """Return the name of a measure as text, with its object and its unit."""
     return f"{in_words(measure.name)}{of}" + ("" if measure.unit == "-" else f" [{measure.unit}]")
 
 

@@ -162,7 +162,7 @@ def name_rows(ax: Axes, names: Sequence[str]) -> None:
 
 
 def joint_label(joint: str, separator: str = " ") -> str:
-    """Return the name of a joint in words."""
+    """Return the name of a joint as it is shown in figures."""
     return joint.replace("_", separator)
 
 

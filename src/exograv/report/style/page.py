@@ -91,7 +91,7 @@ class Chapter:
 
 @dataclass(frozen=True)
 class Page:
-    """Content of a page."""
+    """Content of a page: headline, facts, tiles and chapters."""
 
     headline: str
     chapters: Sequence[Chapter]

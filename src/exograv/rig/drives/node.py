@@ -62,7 +62,7 @@ class AskedNode(Node):
     @property
     @abstractmethod
     def stage(self) -> str:
-        """State of the drive in words, for a drive that cannot be switched on."""
+        """Name of the drive's state, for the message about a drive that cannot be switched on."""
 
     @property
     def has_failed(self) -> bool:

@@ -73,7 +73,7 @@ class Drive(Settings):
     """Rated current of the motor; the drive reports and takes per mille of it."""
 
     current_max_A: PositiveFloat
-    """Current to which the drive limits itself."""
+    """Largest current that the drive allows itself [A]."""
 
     brake_Nms_per_rad: NonNegativeFloat
     """Damping with which the drive brakes its joint without valid commands.

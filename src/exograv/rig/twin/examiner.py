@@ -22,7 +22,8 @@ HELD_OUT_SEED = 20_260_101
 Joints = Float[np.ndarray, " joint"]
 Postures = Float[np.ndarray, "posture joint"]
 CurrentsOf = Callable[[Postures], Postures]
-"""Controller at rest: measured joint positions [rad] to motor currents [A], one row per posture."""
+"""Function that returns the motor currents [A] of a controller at rest for measured joint positions [rad], one row per
+posture."""
 
 
 def held_out_postures(description: RigDescription) -> Postures:

@@ -90,7 +90,7 @@ class CommandDecisions:
         self._on_loss = word.on_loss
 
     def why_nobody(self, now_ns: int) -> str:
-        """Return the reason why no page may ask for anything; empty while one steers."""
+        """Return the reason why no page may request anything; empty while a page steers."""
         return say(SENTENCES, "guard.nobody") if now_ns > self._lease_until_ns else ""
 
     def ask(self, event: Event, mode: Mode, *, is_latched: bool, now_ns: int) -> str:

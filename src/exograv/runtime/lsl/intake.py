@@ -34,7 +34,7 @@ class BlockIntake:
             self._ahead_s = float(ticks["now"][-1] - ticks["monotonic"][-1])
 
     def rig_time(self, monotonic: float) -> float:
-        """Time on the rig's clock by the newest tick; 0 before the first [s]."""
+        """Return the time on the rig's clock by the newest tick [s]; 0 before the first tick."""
         return 0.0 if self._ahead_s is None else monotonic + self._ahead_s
 
     def take(self) -> bool:

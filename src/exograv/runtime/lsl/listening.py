@@ -32,7 +32,7 @@ Record = Callable[[str, float, Mapping[str, Any]], object]
 
 @dataclass(frozen=True)
 class ListenedStream:
-    """Figures of one stream."""
+    """Figures of one recorded stream of another device."""
 
     name: str
     type: str

@@ -20,7 +20,7 @@ from .library import lsl
 from .streams import LOOK_S, FoundStream
 
 POLL_S = 0.02
-"""Time between two looks [s]; samples that LSL holds and that were not pulled are lost when a device dies."""
+"""Time between two reads of the stream [s]. Samples that LSL still buffers are lost when the device disappears."""
 
 BLOCK_S = 0.1
 """Longest time that samples wait for others of their block [s]."""

@@ -24,10 +24,11 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 
 Tell = Callable[[Any], object]
-"""Function that takes a message about the work in progress."""
+"""Callback that receives a message about the work in progress."""
 
 Work = Callable[[Task, Tell], Iterable[Result]]
-"""Function that does a task in another process and yields its results; of a module, or a partial of one."""
+"""Function that does a task in another process and yields its results. It must belong to a module, so that it can be
+pickled."""
 
 END_S = 5.0
 """Time for a process to end when asked; then it is killed [s]."""
@@ -205,7 +206,7 @@ class _Numbered(Generic[Task, Result]):
 
 
 def _serve(_job: object, line: Connection) -> None:
-    """Run a process of the pool, until the parent is gone."""
+    """Run tasks in a process of the pool, until the parent process ends."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with contextlib.suppress(EOFError, BrokenPipeError):
         while True:

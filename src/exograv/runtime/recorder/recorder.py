@@ -72,7 +72,7 @@ class RecorderReport:
 
     @property
     def recording_ok(self) -> bool:
-        """True if each tick is on the disk or on its way."""
+        """True if each tick is on the disk or waits to be written."""
         return not self.why
 
 

@@ -114,7 +114,7 @@ class RecorderJob:
 
 @dataclass(frozen=True)
 class RunEnd:
-    """Last message of the parent."""
+    """Last message of the parent: the run has ended."""
 
     timing: TimingMessage | None = None
 
@@ -170,7 +170,7 @@ def _outlast(desk: "_Desk") -> None:
 
 
 class _Desk:
-    """Work of the process between the rings and the file."""
+    """State of the recorder process between the rings and the file."""
 
     def __init__(self, job: RecorderJob, status: Mailbox):
         self._start, self._status, self._sync_us_max = job.start, status, 0.0

@@ -30,7 +30,7 @@ SLOW_EVERY = 10
 """Number of joint states per gravity level and safe state."""
 
 BEHIND = 10
-"""Niceness of the bridge: guard and control come first if they have no real-time rights."""
+"""Niceness of the bridge process: guard and control take precedence even without real-time rights."""
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,7 @@ class AcceptedLevel:
 
 @dataclass(frozen=True)
 class Ros2Figures:
-    """Figures of the bridge."""
+    """Figures of the ROS 2 bridge: published messages, accepted and refused gravity levels."""
 
     joint_states: int | None
     """Number of joint-state messages that were published."""

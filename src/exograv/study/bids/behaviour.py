@@ -66,7 +66,7 @@ def file_name(column: Column) -> str:
 
 
 def described(columns: Sequence[Column]) -> dict[str, Any]:
-    """Return the sidecar of a table."""
+    """Return the descriptions of a table's columns, for its sidecar file."""
     found = dict[str, Any]()
     for column in columns:
         unit = UNITS.get(column.unit, column.unit)

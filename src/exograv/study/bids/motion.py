@@ -96,7 +96,7 @@ def write_motion(
 def write_channels(
     root: Path, place: SessionPlace, system: str, channels: Sequence[MotionChannel], rate_Hz: float
 ) -> None:
-    """Write the description of the columns."""
+    """Write the description of the columns, `_channels.tsv`."""
     write_table(root / place.motion(system, "channels.tsv"), COLUMNS, [channel.row(rate_Hz) for channel in channels])
 
 

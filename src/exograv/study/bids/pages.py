@@ -67,7 +67,7 @@ The name of a session is its protocol and its number among the person's sessions
 
 @dataclass(frozen=True)
 class PageContent:
-    """Content of the pages."""
+    """Content of the pages of a data set."""
 
     settings: StudySettings
     tables: Tables

@@ -112,7 +112,7 @@ def _expanded(paths: Sequence[Path]) -> list[Path]:
 
 
 class _Adding:
-    """State of one call of the command."""
+    """State of one call of `exograv study add`."""
 
     def __init__(self, folder: StudyFolder, options: AddOptions, codes: set[str], settings: StudySettings):
         self._folder, self._options, self._codes, self._settings = folder, options, codes, settings

@@ -25,7 +25,7 @@ NOTE = "source.json"
 BLOCK_BYTES = 1 << 22
 
 Write = Callable[[Path], None]
-"""Function that writes the content of a file."""
+"""Callback that writes the content of a file to a path."""
 
 Kind = Literal["recording", "csv", "xdf"]
 SUFFIXES: dict[str, Kind] = {".mcap": "recording", ".csv": "csv", ".tsv": "csv", ".xdf": "xdf", ".xdfz": "xdf"}
@@ -74,7 +74,7 @@ class SourceNote(Settings):
 
 @dataclass(frozen=True)
 class Source:
-    """Raw file of one session in its place."""
+    """Raw file of one session, and its place in the study's folder."""
 
     path: Path
     note: SourceNote

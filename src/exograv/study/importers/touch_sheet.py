@@ -40,7 +40,7 @@ class SheetPart:
     touches: list[dict[str, Any]] = field(default_factory=list)
     refusals: list[str] = field(default_factory=list)
     seen: set[tuple[str, int]] = field(default_factory=set)
-    """Page and sequence of the touches."""
+    """Page and sequence number of the touches that were read, to find repeated ones."""
 
     def imported(self) -> Imported:
         """Return the session in the form of all importers."""

@@ -45,7 +45,7 @@ def last_reach(path: Path, speed: Speed) -> Reach | None:
 
 
 def path_length(path: Path) -> float:
-    """Length of the path, in the path's unit."""
+    """Return the length of the path, in the path's unit."""
     return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
 

@@ -23,7 +23,7 @@ def columns(table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
 
 
 def middle(table: pd.DataFrame, name: str) -> float:
-    """Median of a column without NA; NaN of an empty column."""
+    """Return the median of a column without NA; NaN for an empty column."""
     known = column(table, name).dropna().to_numpy(float)
     return float(np.median(known)) if len(known) else float("nan")
 

@@ -17,7 +17,7 @@ HEAD = "# Participants by code. Their names are in a separate encrypted file (do
 
 
 class Register(Settings):
-    """Content of the file."""
+    """Content of the file `participants.toml`."""
 
     schema_version: int = VERSION
     participants: list[ParticipantRow] = Field(default=[])

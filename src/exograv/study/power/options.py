@@ -11,7 +11,7 @@ N_MIN, N_LIMIT = 2, 200
 
 @dataclass(frozen=True)
 class CurveOptions:
-    """Resolution of the curve."""
+    """Resolution of the power curve."""
 
     n_max: int = 40
     """Largest number of people per group on the curve."""

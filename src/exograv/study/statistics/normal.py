@@ -52,7 +52,7 @@ def _welch(
 
 
 def welch_interval(first: First, second: Second, level: float = 0.95) -> tuple[float, Interval | None]:
-    """Difference of means, first minus second; no interval with fewer than two people in a group."""
+    """Return the difference of means, first minus second; no interval with fewer than two people in a group."""
     if min(len(first), len(second)) < 2:
         return float(first.mean() - second.mean()), None
     difference, error, freedom = (float(part[0]) for part in _welch(first[None], second[None]))
@@ -134,7 +134,7 @@ def _chi_nodes(freedom: int) -> tuple[Float[np.ndarray, " node"], Float[np.ndarr
 
 
 def _noncentrality(t: float, freedom: int, share: float) -> float:
-    """Noncentrality of the t distribution that has `share` of its probability below `t`."""
+    """Return the noncentrality of the t distribution that has the probability `share` below `t`."""
     miss: Callable[[float], float] = lambda nc: noncentral_t_cdf(t, freedom, nc) - share  # noqa: E731
     low, high = t - 2.0, t + 2.0
     while miss(low) < 0.0:

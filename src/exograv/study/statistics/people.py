@@ -90,12 +90,12 @@ def people_of(counted: pd.DataFrame, groups: tuple[str, str]) -> tuple[Participa
 
 
 def logs_of(people: tuple[ParticipantValue, ...], group: str) -> Float[np.ndarray, " person"]:
-    """Median log deviation of each person of a group."""
+    """Return the median log deviation of each person of a group."""
     return np.array([person.log_median for person in people if person.group == group])
 
 
 def spread_of(counted: pd.DataFrame, group: str) -> Spread:
-    """Quartiles of a group's touches, each person with the same weight."""
+    """Return the quartiles of a group's touches. Each person has the same weight."""
     own: pd.DataFrame = counted.loc[counted["group"] == group]
     if own.empty:
         return Spread(0, 0, None, None)

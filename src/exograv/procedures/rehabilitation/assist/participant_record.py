@@ -25,7 +25,7 @@ class AssistBlock(Settings):
     """Code of the decision's sentence (`task.assist_as_needed.SENTENCES`)."""
 
     gaps: dict[str, int | float]
-    """Values for the gaps of the sentence."""
+    """Values for the placeholders of the sentence."""
 
     after_percent: Percent
     has_failed: bool

@@ -28,7 +28,7 @@ LOOK_TICKS = 20
 
 @dataclass(frozen=True)
 class MirrorFigures:
-    """Figures of a session."""
+    """Figures of a session of mirror therapy."""
 
     outcome: GripOutcome
     waited_s: float
@@ -37,7 +37,7 @@ class MirrorFigures:
 
 @dataclass
 class MirrorResult:
-    """Result of a session."""
+    """Result of a session of mirror therapy."""
 
     state: GripOutcome = GripOutcome.FREE
     pull_max: np.ndarray = field(default_factory=lambda: np.zeros(0))

@@ -65,7 +65,7 @@ class MirrorGuide:
         """True once the target was at the mirror image."""
 
     def lead(self) -> None:
-        """Start to guide the following arm."""
+        """Begin to guide the following arm."""
         self.state = GripOutcome.LED
 
     def let_go(self) -> None:

@@ -28,7 +28,7 @@ class MirrorMap:
     """Index of each joint's mirror image."""
 
     sign: Joints
-    """Sign of the partner's angle [-]."""
+    """Sign that relates a joint's angle to that of its partner [-]."""
 
     lead: Int[np.ndarray, " lead"]
     """Joints of the leading arm."""

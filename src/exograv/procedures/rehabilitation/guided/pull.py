@@ -29,7 +29,7 @@ class PullStrength:
     """Stiffness of the spring [N·m/rad]."""
 
     kd: Joints
-    """Damping [N·m·s/rad]."""
+    """Damping of the pull [N·m·s/rad]."""
 
     tick_kp: Joints
     tick_kd: Joints

@@ -31,7 +31,7 @@ SETTLE_S = 3.0
 
 @dataclass(frozen=True)
 class RepeatFigures:
-    """Figures of a session."""
+    """Figures of a session that repeats a path."""
 
     repetitions: int
     outcome: GripOutcome
@@ -43,16 +43,16 @@ class RepeatFigures:
 
 @dataclass
 class RepeatResult:
-    """Result of a session."""
+    """Result of a session that repeats a path."""
 
     repetitions: int = 0
     """Repetitions that were led to their end."""
     state: GripOutcome = GripOutcome.FREE
     waited_s: float = 0.0
     pull_max: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    """Largest torque of the pull by joint [N·m]."""
+    """Largest torque by which each joint was pulled along the path [N·m]."""
     v_max: float = 0.0
-    """Largest speed of a joint while the arm was held or led, by the observer [rad/s]."""
+    """Largest joint speed while the arm was held or led, estimated by the observer [rad/s]."""
     errors: list[np.ndarray] = field(default_factory=list)
     """Errors from the path while it was repeated, by the machine's encoders, one row per tick [rad]."""
 

@@ -22,7 +22,7 @@ HEAD = """# A path along which a therapist led an arm; `exograv run repeat` lead
 
 
 class TaughtPath(Sealed):
-    """Contents of a path's file."""
+    """Content of the file of a taught path."""
 
     VERSION: ClassVar[int] = 1
     schema_version: int = 1

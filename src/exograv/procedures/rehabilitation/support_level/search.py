@@ -30,12 +30,13 @@ ATTEMPT_S = 6.0
 
 
 Tries = Callable[[int, float], bool]
-"""Function that makes one attempt at a target with a support [share of the weight]; True if the target was reached."""
+"""Callback that makes one attempt at a target with a support [share of the weight]. It returns True if the person
+reached the target."""
 
 
 @dataclass(frozen=True)
 class NeededSupport:
-    """Result of the search."""
+    """Result of the search: the support that the person needs, with its interval."""
 
     posterior: Posterior
     attempts: int

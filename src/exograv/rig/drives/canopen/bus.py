@@ -62,7 +62,7 @@ class Bus:
         """Number of frames that the adapter could not send or receive."""
 
     def send(self, cob: int, data: bytes) -> None:
-        """Send one frame. A full or dead adapter loses it; the missing answers show this."""
+        """Send one frame. A full or disconnected adapter loses the frame; missing answers then show the loss."""
         message = self._message(arbitration_id=cob, data=data, is_extended_id=False, channel=self._mark)
         try:
             self.adapter.send(message)

@@ -39,7 +39,7 @@ class CanopenCycle(Cycle[CanFrame, CanopenNode]):
         """Frames that only a host of these drives sends."""
 
     def tell(self, orders: Sequence[bytes]) -> None:
-        """Send one command to each drive, and our heartbeat."""
+        """Send one command to each drive, and the heartbeat of this computer."""
         for node, data in zip(self._nodes, orders, strict=True):
             self._bus.send(CobId.COMMAND + node.drive.node, data)
         if self._told % self._beat_every == 0:

@@ -88,7 +88,7 @@ class CanopenNode(AskedNode):
 
     @property
     def stage(self) -> str:
-        """State of the drive in words."""
+        """Name of the state of the drive, for messages to the operator."""
         return self.state.value
 
     def ask(self) -> None:
@@ -134,7 +134,7 @@ class CanopenNode(AskedNode):
         return TOLD.pack(self.control, per_mille)
 
     def on_measured(self, data: bytes) -> None:
-        """Take status, position and torque."""
+        """Store the status, position and torque of a received frame."""
         if len(data) < MEASURED.size:
             return
         self._misses = 0
@@ -156,7 +156,7 @@ class CanopenNode(AskedNode):
         self.has_answered = not (self._measured.missing or self._motor.missing)
 
     def on_slow(self, data: bytes) -> None:
-        """Take the temperature of the winding."""
+        """Store the winding temperature of a received frame."""
         if len(data) >= SLOW.size:
             self.temperature_C = 0.1 * SLOW.unpack_from(data)[0]
 

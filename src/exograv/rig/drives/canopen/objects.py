@@ -61,7 +61,7 @@ TEMPERATURE = Entry(0x2101, 0, "h")
 CYCLIC_TORQUE = 10
 """Cyclic synchronous torque, as mode. As bit of `SUPPORTED_MODES` it is one less."""
 IS_402 = 402
-"""Low half of the device type."""
+"""Number of the device profile CiA 402, in the low half of the object "device type"."""
 
 COMMAND = (CONTROL_WORD, TARGET_TORQUE)
 """Objects of the command frame to each drive; `DAMPING` follows if the drive has it."""

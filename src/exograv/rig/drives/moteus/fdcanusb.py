@@ -77,7 +77,7 @@ class Fdcanusb:
         os.close(self._fd)
 
     def send(self, lines: bytes) -> None:
-        """Send whole lines. A full or dead adapter loses them; the missing answers show this."""
+        """Send whole lines. A full or disconnected adapter loses them; missing answers then show the loss."""
         data = SPOILS + lines if self._is_torn else lines
         try:
             sent = os.write(self._fd, data)

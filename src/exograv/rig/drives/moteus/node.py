@@ -45,7 +45,7 @@ class MoteusNode(AskedNode):
 
     @property
     def stage(self) -> str:
-        """Mode of the drive in words."""
+        """Name of the mode of the drive, for messages to the operator."""
         return f"in mode {self.said.mode}"
 
     @property

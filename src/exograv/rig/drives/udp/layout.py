@@ -180,5 +180,5 @@ def length(kind: Type, joints: int) -> int:
 
 
 def is_newer(sequence: int, than: int) -> bool:
-    """Return True if one sequence follows another, across the wrap."""
+    """Return True if `sequence` is newer than `than`, also across the wrap."""
     return 0 < (sequence - than) % SEQUENCES < SEQUENCES // 2

@@ -220,7 +220,7 @@ class Link:
 
 
 def _has_numbers(joints: tuple[Any, ...]) -> bool:
-    """Return True if every drive that the controller hears reports a position and a current."""
+    """Return True if all drives that have contact with the controller report a position and a current."""
     return all(
         math.isfinite(joints[k + POSITION]) and math.isfinite(joints[k + CURRENT])
         for k in range(0, len(joints), STEP)

@@ -80,7 +80,7 @@ def weakened(wearer: Wearer, weakness: Weakness) -> Wearer:
 
 
 def weak_physiology(weakness: Weakness) -> Physiology:
-    """Muscles of the remaining strength, as stiff as a healthy person's within that strength."""
+    """Return muscles with the remaining strength; within it they are as stiff as those of a healthy person."""
     usual = usual_physiology(len(weakness.strength))
     return replace(usual, torque_max=weakness.strength * usual.torque_max)
 

@@ -10,7 +10,7 @@ Standing = Literal["source", "unverified", "assumed", "fitted"]
 
 @dataclass(frozen=True)
 class Constant:
-    """Row of the register of constants."""
+    """Constant of a model of people, as one row of the table of constants."""
 
     name: str
     value: float

@@ -86,7 +86,7 @@ class Points(Settings):
 
 
 class WearerMap(Settings):
-    """Contents of the map."""
+    """Content of the map: for each segment its bodies, and for each freedom its joint."""
 
     title: str
     side: ArmSide

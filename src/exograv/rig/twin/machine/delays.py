@@ -19,7 +19,7 @@ class Delays:
 
     @classmethod
     def of(cls, seconds: float) -> "Delays":
-        """Delays whose sum over sensor and command is `seconds` [s]."""
+        """Return delays of measurement and command whose sum is `seconds` [s]."""
         steps = round(seconds / TIMESTEP)
         return cls(steps - steps // 2, steps // 2)
 

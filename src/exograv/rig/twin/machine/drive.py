@@ -78,7 +78,7 @@ class DriveStep:
     """Result of one step of one drive."""
 
     tau_joint: ca.SX
-    """Torque that reaches the joint [N·m]."""
+    """Torque that the drive applies to the joint [N·m]."""
 
     state_next: ca.SX
     """Next state, in the order of `DRIVE_STATES`."""

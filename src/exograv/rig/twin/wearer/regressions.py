@@ -57,7 +57,7 @@ SAMPLE: Mapping[Sex, SampleBody] = {
 
 @dataclass(frozen=True)
 class SegmentRows:
-    """Data of the sources about one segment of one sex."""
+    """Published data about one segment for one sex."""
 
     mass: Regression
     """Regression of the segment's mass [kg]."""

@@ -47,7 +47,7 @@ class Subframe(NamedTuple):
 
 
 def subframes(data: bytes) -> Iterator[Subframe]:
-    """Yield the complete subframes of a frame. Those before a torn one are valid."""
+    """Yield the complete subframes of a frame. If the frame is cut off, those before the cut are valid."""
     k = 0
     while k < len(data):
         try:
