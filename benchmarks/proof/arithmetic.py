@@ -301,7 +301,9 @@ class Arithmetic:
         """Add that rounding keeps the order of results that share an operand."""
         key = name, same.get_id()
         for earlier, result in self._shared.get(key, []):
-            a, b, c, d = (other, earlier, made, result) if name == "sum" else map(z3.fpAbs, (other, earlier, made, result))
+            a, b, c, d = (
+                (other, earlier, made, result) if name == "sum" else map(z3.fpAbs, (other, earlier, made, result))
+            )
             order = z3.And(z3.Implies(a <= b, c <= d), z3.Implies(b <= a, d <= c))
             self.facts.add(z3.Implies(z3.And(*map(self.finite, (same, other, earlier))), order), made)
         self._shared.setdefault(key, []).append((other, made))

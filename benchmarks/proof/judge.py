@@ -8,7 +8,7 @@ import z3
 
 from .arithmetic import Arithmetic, Value, Whole
 from .execute import Run
-from .properties import HOLDS, Property
+from .properties import HOLDS, PERSON, Property
 from .replay import failing_record
 from .rounded import Rounded
 from .source import Source
@@ -48,7 +48,9 @@ class Verdict:
         return "refuted" in self.promises.values()
 
 
-def judged(source: Source, one: Property, limit_s: float = 240.0, looks: Callable[..., str] = failing_record) -> Verdict:
+def judged(
+    source: Source, one: Property, limit_s: float = 240.0, looks: Callable[..., str] = failing_record
+) -> Verdict:
     """Return the verdict on one property of a source.
 
     Args:
@@ -66,7 +68,7 @@ def judged(source: Source, one: Property, limit_s: float = 240.0, looks: Callabl
         run.call(state, name, _arguments(run, source, name))
     verdict.functions = tuple(dict.fromkeys(run.called))
     run.snapshots["b"] = before
-    for name in one.promises:
+    for name in (*one.promises, *one.settings):  # that settings are not written is proved too
         if time.process_time() - started > limit_s:
             verdict.promises[name] = "undecided"
             continue
@@ -90,6 +92,9 @@ def _prepared(source: Source, one: Property) -> tuple[Run, State, State, z3.Bool
     run.assumed_of_others = list(one.settings)
     run.kept_claims = list(HOLDS) if one.joints is None else []
     state = State({})
+    if PERSON in one.settings:
+        table = "state_of_table"
+        run.after_call["carried"] = lambda after: numbers.facts.add(numbers.truth(run.claim(after, table, run.joint)))
     if one.joints is None:
         count, joint = run.numbers.integer(run.count).term(), Whole(0, run.tracked).term()
         numbers.facts.add(z3.And(count >= 1, count <= run.about.joints, joint >= 0, joint < count))
@@ -98,7 +103,7 @@ def _prepared(source: Source, one: Property) -> tuple[Run, State, State, z3.Bool
 
 
 def _claim(run: Run, state: State, name: str) -> Value:
-    """Return a promise; the only one that is not about numbers alone is that a call which says so starts the descent."""
+    """Return a promise; one is about a call: if it says that too many ticks are missed, a descent starts."""
     if name != "missed ticks stop":
         return run.claim(state, name, run.joint)
     says = [run.numbers.truth(one) for one in run.returned["misses_too_many"]]

@@ -21,7 +21,7 @@ class Property:
     joints: int | None = None
     """Number of joints; None for any number, of which any one is followed."""
     undecided: tuple[str, ...] = ()
-    """Promises that z3 does not decide in time; the report lists them, and `make prove` does not fail for them."""
+    """Promises that z3 does not decide in time: listed in the report, and no failure of `make prove`."""
     numbers: str = "ieee"
     """Arithmetic: "ieee" or "rounded"."""
     before_last: bool = False

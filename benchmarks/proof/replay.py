@@ -1,7 +1,7 @@
 """Counterexamples: records with which the guard itself, run as Python, breaks a promise.
 
-The prover's own counterexample may be spurious, because products are known by laws only. A promise therefore counts as
-refuted only after a run of the real functions. Records are drawn at random first, from the edges of all numbers. If none
+The prover's own counterexample may be spurious, because products are known by laws only. A promise counts as refuted
+only after a run of the real functions. Records are drawn at random first, from the edges of all numbers. If none
 breaks the promise, z3 looks for one with exact arithmetic and one joint.
 """
 
@@ -9,7 +9,7 @@ import itertools
 import math
 import random
 from array import array
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import z3
 
@@ -92,6 +92,14 @@ def _drawn(source: Source, chance: random.Random, one: Property) -> "array[float
     for name in FLAGS:
         _put(about, record, int(places[name]), lambda: float(chance.random() < 0.4))
     record[places["N"]] = chance.choice((1.0, 2.0, 3.0))
+    _draw_state(places, about, record, chance)
+    for k in range(about.used, about.size):
+        record[k] = math.nan if edge else 0.0
+    return record
+
+
+def _draw_state(places: dict, about: Fields, record: "array[float]", chance: random.Random) -> None:
+    """Draw the state of a guard that works, near the edges of its conditions."""
     record[places["STOP"]] *= chance.randint(1, 15)
     for name in KEPT:
         record[places[name]] = float(chance.randint(0, 8))
@@ -113,12 +121,9 @@ def _drawn(source: Source, chance: random.Random, one: Property) -> "array[float
             _put(about, record, int(places[name]), lambda: chance.choice((0.01, 1.0, 6.0)) * chance.gauss(0, 1))
     for name in ("LOW", "HIGH"):
         _put(about, record, int(places[name]), lambda name=name: (8.0 if name == "HIGH" else -8.0) * chance.random())
-    for k in range(about.used, about.size):
-        record[k] = math.nan if edge else 0.0
-    return record
 
 
-def _put(about: Fields, record: "array[float]", place: int, value) -> None:
+def _put(about: Fields, record: "array[float]", place: int, value: Callable[[], float]) -> None:
     for k in range(about.joints if about.is_field(place) else 1):
         record[place + k] = value()
 
