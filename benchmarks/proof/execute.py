@@ -269,8 +269,7 @@ class Run:
         """Note that something must hold here; a turn that stands for many is no place of its own."""
         if self.in_summary or (is_known(claim) and claim):
             return
-        where = f"line {getattr(node, 'lineno', 0)}: {ast.unparse(node)}"
-        self.duties.append((z3.And(list(self.path)), self.numbers.truth(claim), where))
+        self.duties.append((z3.And(list(self.path)), self.numbers.truth(claim), ast.unparse(node)))
 
     def joint_keys(self, state: State) -> list[str]:
         """Return the joints that are followed now."""

@@ -205,8 +205,8 @@ def promise_void(b: Record, r: Record, j: int) -> bool:
 
 
 def promise_level(b: Record, r: Record, j: int) -> bool:
-    """Return True if the level moves by one step at most, as the guard rounds it; a stop or an empty machine holds it."""
-    step, now, before, wanted = r[LEVEL_STEP], r[LEVEL], b[LEVEL], b[LEVEL_WANTED]
+    """Return True if the level moves by one step at most, rounded; a stop or an empty machine holds it."""
+    step, now, before, wanted = abs(r[LEVEL_STEP]), r[LEVEL], b[LEVEL], b[LEVEL_WANTED]
     is_step = now == before + step or now == before - step or (now == wanted and abs(wanted - before) <= step)
     is_moving = b[LEVEL_MOVES] != 0.0 and b[STOP] == 0.0 and b[WORN] != 0.0
     return (is_moving and is_step) or same(now, before)

@@ -6,6 +6,9 @@ MACHINE, PERSON = "setting_of_machine", "setting_of_person"
 HOLDS = ("holds_torque", "holds_stop", "holds_torque_at_stop", "holds_time", "holds_flags", "holds_belief")
 """Claims that are assumed before a call and proved after it, so that they hold always."""
 
+TANK = ("has / needed",)
+"""Division that would be by zero if the tank's energy were not a number: the tank is not proved (guard.md)."""
+
 
 @dataclass(frozen=True)
 class Property:
@@ -38,11 +41,13 @@ PROPERTIES = (
         ("limit",),
         (*HOLDS, "promise_rate", "promise_latch", "promise_speed", "promise_finite_demand",
          "promise_level_kept"),
+        undecided=TANK,
     ),
     Property(
         "second half of a tick",
         ("decide",),
         (*HOLDS, "promise_rate", "promise_latch", "promise_void", "missed ticks stop", "promise_level_kept"),
+        undecided=TANK,
     ),
     Property(
         "first half of a tick",
@@ -58,7 +63,9 @@ PROPERTIES = (
     Property("reset", ("reset",), (*HOLDS, "promise_torque_kept", "promise_reset", "promise_level_kept")),
     Property("descent", ("descend",), ("promise_descent",), extra=("state_of_stop",)),
     Property("duration of the descent", ("descend",), ("promise_progress",), joints=1, numbers="rounded"),
-    Property("descent goes on", ("descend", "descend"), ("promise_fading",), extra=("state_of_stop",), before_last=True),
+    Property(
+        "descent goes on", ("descend", "descend"), ("promise_fading",), extra=("state_of_stop",), before_last=True,
+    ),
     _kept("stop", "trip"),
     _kept("distrust of a joint", "isolate"),
     _kept("begin", "begin"),
@@ -66,7 +73,7 @@ PROPERTIES = (
     _kept("measurement alone", "take_in"),
     Property("first torque", ("begin_torque",), (*HOLDS, "promise_latch")),
     Property("end of a stop", ("leave_stop",), (*HOLDS, "promise_torque_kept")),
-    Property("stops of the joints", ("limit",), ("promise_stops",), settings=(MACHINE, PERSON)),
+    Property("stops of the joints", ("limit",), ("promise_stops",), settings=(MACHINE, PERSON), undecided=TANK),
     Property("person's bounds", ("look",), ("promise_bounds",), settings=(MACHINE, PERSON), extra=("state_of_person",)),
     Property(
         "person's bounds kept", ("bound_and_brake",), ("promise_within",), settings=(MACHINE, PERSON),

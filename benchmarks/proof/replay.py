@@ -26,12 +26,12 @@ EDGES = (0.0, -0.0, 1.0, -1.0, 1e-3, 1e3, 1e308, -1e308, 5e-324, math.nan, math.
 FLAGS = ("STOP", "WITHOUT_MODEL", "LEVEL_MOVES", "DRIVEN", "IN_WALL", "USABLE", "CAME", "SPOKE", "HAS_MOTOR", "WORN",
          "ISOLATED", "POWERLESS", "IGNORED", "JUMPED", "DEAD", "BROKEN", "PARTED", "WRONG", "FAULTY", "HAS_SPEED",
          "IN_CURRENT", "COMPARES", "BY_GAIN", "FAULTY_IN", "BRIDGES")  # fmt: skip
-ONE_MS = {"N": 1.0, "DT": 1e-3, "RATE": 150.0, "V_DAMPING": 4.0, "V_TRIP": 5.0, "DESCENT_S": 3.0, "WALL": 0.2, "WAY": 5e-3,
+ONE_MS = {"N": 1.0, "DT": 1e-3, "RATE": 150.0, "V_DAMPING": 4.0, "V_TRIP": 5.0, "DESCENT_S": 3.0, "WALL": 0.2,
           "MOVING": 5.0, "USED_SLOTS": 26.0, "LATELY": 12.0, "SLOWEST": 30.0, "IN_A_ROW": 10.0, "SPEED": 8.0,
           "STILL_MOST": 20.0, "BIAS_SHARE": 0.01, "REFUSED_MOST": 300.0, "LEAST_OPPOSITE": 1e-3, "WINDOW": 20.0,
           "IN_WINDOW": 3.0, "SECOND": 1000.0, "TORQUE_MAX": 30.0, "DAMPING": 4.0, "ACTIVE": 4.0, "LEAST_ACTIVE": 3.0,
           "LOWER": -1.0, "FREE_LOWER": -0.8, "FREE_UPPER": 0.8, "UPPER": 1.0, "PAST_STOP": 0.1, "V_TRIP_PERSON": 3.0,
-          "DRY": 0.5, "VISCOUS": 0.2, "ERROR": 0.1, "GAIN": 1.0}  # fmt: skip
+          "DRY": 0.5, "VISCOUS": 0.2, "ERROR": 0.1, "GAIN": 1.0, "WAY": 5e-3}  # fmt: skip
 """Settings of a machine with a period of 1 ms."""
 KEPT = ("USED_AT", "TOLD_AT", "BEFORE_AT", "TOLD_COUNT", "BEFORE_COUNT")
 """Places of the rings, which the guard keeps in range."""

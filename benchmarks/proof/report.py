@@ -8,8 +8,8 @@ from .source import Source
 HEAD = """\
 # Proof of the guard
 
-Made by `python benchmarks/proof/prove.py --save docs/results/proof.md`; do not edit. What the words mean, how it is proved
-and what is not proved: [the compiled guard](../explanation/guard.md#proof).
+Made by `python benchmarks/proof/prove.py --save docs/results/proof.md`; do not edit. Method, assumptions, and
+what is not proved: [the compiled guard](../explanation/guard.md#proof).
 
 """
 
