@@ -65,7 +65,7 @@ def judged(
     for k, name in enumerate(one.calls):
         if one.before_last and k == len(one.calls) - 1:
             before = state.copy()
-        run.call(state, name, _arguments(run, source, name))
+        run.call(state, name, _arguments(run, source, name, one.always))
     verdict.functions = tuple(dict.fromkeys(run.called))
     run.snapshots["b"] = before
     for name in (*one.promises, *one.settings):  # that settings are not written is proved too
@@ -110,7 +110,7 @@ def _claim(run: Run, state: State, name: str) -> Value:
     return z3.Implies(z3.Or(says), run.claim(state, "promise_stopped", run.joint))
 
 
-def _arguments(run: Run, source: Source, name: str) -> list:
+def _arguments(run: Run, source: Source, name: str, always: tuple[str, ...]) -> list:
     given = []
     for one in source.functions[name].args.args:
         if one.arg in ("r", "w"):
@@ -122,5 +122,5 @@ def _arguments(run: Run, source: Source, name: str) -> list:
             run.numbers.facts.add(z3.And(reason >= 1.0, reason <= 15.0), reason)
             given.append(reason)
         else:
-            given.append(run.numbers.fresh(one.arg, True))
+            given.append(True if one.arg in always else run.numbers.fresh(one.arg, True))
     return given

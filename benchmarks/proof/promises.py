@@ -20,6 +20,7 @@ def setting_of_machine(r: Record, j: int) -> bool:
         and 0.0001 <= r[DT] <= 0.1
         and 0.0 < r[V_TRIP] < math.inf
         and 0.0 < r[V_DAMPING] < math.inf
+        and (r[WORN] == 0.0 or 0.0 < r[WALL])
     )
 
 
@@ -83,6 +84,11 @@ def state_of_person(r: Record, j: int) -> bool:
 def state_of_table(r: Record, j: int) -> bool:
     """Return True for a plausible torque that is finite; assumed of `carried`, and not proved."""
     return abs(r[CARRIED + j]) <= 1000000.0
+
+
+def state_between_walls(r: Record, j: int) -> bool:
+    """Return True if no joint is in a wall."""
+    return r[IN_WALL] == 0.0
 
 
 def state_of_last(r: Record, j: int) -> bool:

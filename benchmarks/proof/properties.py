@@ -21,6 +21,8 @@ class Property:
     settings: tuple[str, ...] = (MACHINE,)
     extra: tuple[str, ...] = ()
     """Further claims that are assumed before the calls."""
+    always: tuple[str, ...] = ()
+    """Arguments that are True; others are any."""
     joints: int | None = None
     """Number of joints; None for any number, of which any one is followed."""
     undecided: tuple[str, ...] = ()
@@ -75,8 +77,13 @@ PROPERTIES = (
     Property("end of a stop", ("leave_stop",), (*HOLDS, "promise_torque_kept")),
     Property("stops of the joints", ("limit",), ("promise_stops",), settings=(MACHINE, PERSON), undecided=TANK),
     Property("person's bounds", ("look",), ("promise_bounds",), settings=(MACHINE, PERSON), extra=("state_of_person",)),
+    # `limit` asks for braking whenever a joint is in a wall.
     Property(
-        "person's bounds kept", ("bound_and_brake",), ("promise_within",), settings=(MACHINE, PERSON),
-        extra=("state_of_bounds",),
+        "person's bounds between the walls", ("bound_and_brake",), ("promise_within",), settings=(MACHINE, PERSON),
+        extra=("state_of_bounds", "state_between_walls"),
+    ),
+    Property(
+        "person's bounds in a wall", ("bound_and_brake",), ("promise_within",), settings=(MACHINE, PERSON),
+        extra=("state_of_bounds",), always=("brakes",),
     ),
 )  # fmt: skip
