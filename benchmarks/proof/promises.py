@@ -20,7 +20,7 @@ def setting_of_machine(r: Record, j: int) -> bool:
         and 0.0001 <= r[DT] <= 0.1
         and 0.0 < r[V_TRIP] < math.inf
         and 0.0 < r[V_DAMPING] < math.inf
-        and (r[WORN] == 0.0 or 0.0 < r[WALL])
+        and (r[WORN] == 0.0 or r[WALL] > 0.0)
     )
 
 
@@ -133,6 +133,13 @@ def promise_limited(b: Record, r: Record, j: int) -> bool:
     """Return True if any number that the limits before leave, also NaN, becomes a torque within limit and rate."""
     last, step = b[LAST_TAU + j], r[RATE] * r[DT]
     return -r[TORQUE_MAX + j] <= r[TAU + j] <= r[TORQUE_MAX + j] and last - step <= r[TAU + j] <= last + step
+
+
+def promise_first(b: Record, r: Record, j: int) -> bool:
+    """Return True if the rate limit starts from the torque that the machine gives, and from 0 if that is no number."""
+    tau, bound = b[DESIRED + j], r[TORQUE_MAX + j]
+    is_inside = -bound <= tau <= bound
+    return (not is_inside or r[TAU + j] == tau) and (math.isfinite(tau) or r[TAU + j] == 0.0)
 
 
 def promise_torque_kept(b: Record, r: Record, j: int) -> bool:

@@ -73,7 +73,7 @@ PROPERTIES = (
     _kept("begin", "begin"),
     _kept("motion on a path", "drive"),
     _kept("measurement alone", "take_in"),
-    Property("first torque", ("begin_torque",), (*HOLDS, "promise_latch")),
+    Property("first torque", ("begin_torque",), (*HOLDS, "promise_first", "promise_latch")),
     Property("end of a stop", ("leave_stop",), (*HOLDS, "promise_torque_kept")),
     Property("stops of the joints", ("limit",), ("promise_stops",), settings=(MACHINE, PERSON), undecided=TANK),
     Property("person's bounds", ("look",), ("promise_bounds",), settings=(MACHINE, PERSON), extra=("state_of_person",)),
