@@ -255,9 +255,9 @@ class Arithmetic:
             return with_numbers[operator] if operator in with_numbers else one / other
         a, b = self.double(one), self.double(other)
         if operator == "Add":
-            return self._sum(a, b, z3.fpAdd(NEAREST, a, b))
+            return self._sum(a, b)
         if operator == "Sub":
-            return self._sum(a, z3.fpNeg(b), z3.fpSub(NEAREST, a, b))
+            return self._sum(a, z3.simplify(z3.fpNeg(b)))  # the same in IEEE arithmetic, also for zeros
         return self._times(a, b) if operator == "Mult" else self._over(a, b)
 
     def _of_whole(self, operator: str, one: Value, other: Value) -> Value:
@@ -273,7 +273,11 @@ class Arithmetic:
         made = {"Add": terms[0] + terms[1], "Sub": terms[0] - terms[1], "Mult": terms[0] * terms[1]}
         return Whole(0, "", made[operator] if operator in made else terms[0] % terms[1])
 
-    def _sum(self, a: z3.FPRef, b: z3.FPRef, term: z3.FPRef) -> z3.FPRef:
+    def _sum(self, a: z3.FPRef, b: z3.FPRef) -> z3.FPRef:
+        if z3.is_app_of(b, z3.Z3_OP_ITE):
+            test, one, other = b.children()
+            return self.choice(test, self._sum(a, one), self._sum(a, other))
+        term = z3.fpAdd(NEAREST, a, b)
         made, is_new = self._result("sum", z3.FP, term)
         if is_new:
             laws = [
@@ -301,7 +305,9 @@ class Arithmetic:
         """Add that rounding keeps the order of results that share an operand."""
         key = name, same.get_id()
         for earlier, result in self._shared.get(key, []):
-            a, b, c, d = (other, earlier, made, result) if name == "sum" else map(z3.fpAbs, (other, earlier, made, result))
+            a, b, c, d = (
+                (other, earlier, made, result) if name == "sum" else map(z3.fpAbs, (other, earlier, made, result))
+            )
             order = z3.And(z3.Implies(a <= b, c <= d), z3.Implies(b <= a, d <= c))
             self.facts.add(z3.Implies(z3.And(*map(self.finite, (same, other, earlier))), order), made)
         self._shared.setdefault(key, []).append((other, made))

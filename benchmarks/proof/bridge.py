@@ -38,9 +38,13 @@ def bridge_ends(source: Source, effort: int) -> dict[str, str]:
             state, at = State({}), int(places[block])
             state.cells[("r", at + 1, "")] = float(newest)
             tick = state.read(("r", at, ""), run.numbers, "tick")
-            window, most_in = (state.read(("r", int(places[one]), ""), run.numbers, one) for one in ("WINDOW", "IN_WINDOW"))
+            window, most_in = (
+                state.read(("r", int(places[one]), ""), run.numbers, one) for one in ("WINDOW", "IN_WINDOW")
+            )
             second = state.read(("r", int(places["SECOND"]), ""), run.numbers, "SECOND")
-            ends = [run.numbers.truth(run.call(state, "misses_too_many", [Record("r"), at, True])) for _ in range(most + 1)]
+            ends = [
+                run.numbers.truth(run.call(state, "misses_too_many", [Record("r"), at, True])) for _ in range(most + 1)
+            ]
             allowed = z3.And(tick >= 0, most_in >= 0, most_in < window, second > most)
             # The case of the setting is a number in each claim: z3 then needs no arithmetic of products.
             claims = [z3.Implies(most_in == k, z3.Or(ends[: k + 1])) for k in range(most)] + [z3.Or(ends)]

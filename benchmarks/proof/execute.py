@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 import z3
 
 from .arithmetic import Arithmetic, Value, Whole, is_known, whole_of
+from .fields import Fields
 from .loops import run_loop
 from .source import Source
 from .state import Record, State, merged
@@ -23,7 +24,9 @@ class UnknownPythonError(Exception):
     """Python that the prover does not know. Extend the prover or write the guard otherwise."""
 
     def __init__(self, node: ast.AST):
-        super().__init__(f"core.py, line {getattr(node, 'lineno', 0)}: {ast.unparse(node)!r} is not known to the prover.")
+        super().__init__(
+            f"core.py, line {getattr(node, 'lineno', 0)}: {ast.unparse(node)!r} is not known to the prover."
+        )
 
 
 _IS_OF_DOUBLES = z3.Probe("is-qffp")
@@ -168,7 +171,6 @@ class Run:
 
     def value(self, node: ast.expr, state: State) -> Value:
         """Return the value of an expression."""
-        numbers = self.numbers
         match node:
             case ast.Constant(value=bool() | int() | float() as value):
                 return value
@@ -182,6 +184,11 @@ class Run:
                 record = state.names[name].name
                 place = whole_of(self.value(index, state))
                 return self.about.read(self, self.snapshots.get(record, state), record, place, node)
+        return self._computed(node, state)
+
+    def _computed(self, node: ast.expr, state: State) -> Value:
+        numbers = self.numbers
+        match node:
             case ast.UnaryOp(op=ast.USub(), operand=operand):
                 return numbers.negative(self.value(operand, state))
             case ast.UnaryOp(op=ast.UAdd(), operand=operand):
@@ -208,15 +215,26 @@ class Run:
         if is_known(test):
             return self.value(body if test else orelse, state)
         with self.under(test):
-            one = self.value(body, state)
+            one = self._value_if(test, body, state)
         with self.under(self.numbers.negation(test)):
-            other = self.value(orelse, state)
+            other = self._value_if(self.numbers.negation(test), orelse, state)
         return self.numbers.choice(test, one, other)
+
+    def _value_if(self, test: Value, node: ast.expr, state: State) -> Value:
+        """Return a value that is computed only if a condition holds: what it writes is written only then."""
+        other = state.copy()
+        value = self.value(node, other)
+        if other.cells.keys() != state.cells.keys() or any(
+            other.cells[cell] is not state.cells[cell] for cell in other.cells
+        ):
+            self.take(state, merged(test, other, state, self.numbers, self.about.name))
+        return value
 
     def _all_or_any(self, is_all: bool, values: list[ast.expr], state: State) -> Value:
         numbers, made, before = self.numbers, is_all, len(self.path)
-        for one in values:
-            value = self.value(one, state)
+        for k, one in enumerate(values):
+            asked = True if k == 0 else made if is_all else numbers.negation(made)
+            value = self.value(one, state) if is_known(asked) else self._value_if(asked, one, state)
             if not isinstance(value, bool | z3.BoolRef):
                 raise UnknownPythonError(one)
             made = numbers.both(made, value) if is_all else numbers.either(made, value)
@@ -251,8 +269,7 @@ class Run:
         """Note that something must hold here; a turn that stands for many is no place of its own."""
         if self.in_summary or (is_known(claim) and claim):
             return
-        where = f"line {getattr(node, 'lineno', 0)}: {ast.unparse(node)}"
-        self.duties.append((z3.And(list(self.path)), self.numbers.truth(claim), where))
+        self.duties.append((z3.And(list(self.path)), self.numbers.truth(claim), ast.unparse(node)))
 
     def joint_keys(self, state: State) -> list[str]:
         """Return the joints that are followed now."""
@@ -314,6 +331,3 @@ class _Under:
 def _loaded(target: ast.expr) -> ast.expr:
     made = ast.parse(ast.unparse(target), mode="eval").body
     return ast.copy_location(made, target)
-
-
-from .fields import Fields  # noqa: E402

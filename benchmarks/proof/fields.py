@@ -114,6 +114,7 @@ class Fields:
         return run.numbers.fresh(f"{record}[…]")
 
     def _assume_settings(self, run: "Run", state: State, cell: Cell) -> None:
+        # In the state before: a guard that writes a setting must not make the assumption a contradiction.
         for name in run.assumed_of_others:
-            claim = run.claim(state, name, Whole(0, cell[2]))
+            claim = run.claim(State(state.initial), name, Whole(0, cell[2]))
             run.numbers.facts.add(run.numbers.truth(claim))

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import z3
 
 from .arithmetic import Arithmetic, Value, Whole
-from .execute import Run
-from .properties import HOLDS, Property
+from .execute import DEPTHS, Run
+from .properties import HOLDS, PERSON, Property
 from .replay import failing_record
 from .rounded import Rounded
 from .source import Source
@@ -48,7 +48,9 @@ class Verdict:
         return "refuted" in self.promises.values()
 
 
-def judged(source: Source, one: Property, limit_s: float = 240.0, looks: Callable[..., str] = failing_record) -> Verdict:
+def judged(
+    source: Source, one: Property, limit_s: float = 240.0, looks: Callable[..., str] = failing_record
+) -> Verdict:
     """Return the verdict on one property of a source.
 
     Args:
@@ -63,22 +65,27 @@ def judged(source: Source, one: Property, limit_s: float = 240.0, looks: Callabl
     for k, name in enumerate(one.calls):
         if one.before_last and k == len(one.calls) - 1:
             before = state.copy()
-        run.call(state, name, _arguments(run, source, name))
+        run.call(state, name, _arguments(run, source, name, one.always))
     verdict.functions = tuple(dict.fromkeys(run.called))
     run.snapshots["b"] = before
-    for name in one.promises:
+    for name in (*one.promises, *one.settings):  # that settings are not written is proved too
         if time.process_time() - started > limit_s:
             verdict.promises[name] = "undecided"
             continue
         claim = z3.Implies(assumed, run.numbers.truth(_claim(run, state, name)))
-        found, _ = run.check(claim, EFFORT)
-        verdict.promises[name] = "proved" if found == z3.unsat else "undecided"
+        verdict.promises[name] = "undecided"
+        # By laws, then by random runs of the guard, then bit by bit: a wrong guard is found in the second step.
+        if run.check(claim, EFFORT, DEPTHS[:3])[0] == z3.unsat:
+            verdict.promises[name] = "proved"
+        elif example := looks(source, one, name, is_quick=True):
+            verdict.promises[name], verdict.example = "refuted", example
+        elif run.check(claim, EFFORT, DEPTHS[3:])[0] == z3.unsat:
+            verdict.promises[name] = "proved"
+        elif name not in one.undecided and (example := looks(source, one, name)):
+            verdict.promises[name], verdict.example = "refuted", example
     for path, claim, where in run.duties:
         found, _ = run.check(z3.Implies(z3.And(assumed, path), claim), DUTY_EFFORT)
         verdict.duties[where] = "proved" if found == z3.unsat else "undecided"
-    for name, result in verdict.promises.items():
-        if name not in one.undecided and result == "undecided" and (example := looks(source, one, name)):
-            verdict.promises[name], verdict.example = "refuted", example
     verdict.seconds = time.process_time() - started
     return verdict
 
@@ -90,6 +97,9 @@ def _prepared(source: Source, one: Property) -> tuple[Run, State, State, z3.Bool
     run.assumed_of_others = list(one.settings)
     run.kept_claims = list(HOLDS) if one.joints is None else []
     state = State({})
+    if PERSON in one.settings:
+        table = "state_of_table"
+        run.after_call["carried"] = lambda after: numbers.facts.add(numbers.truth(run.claim(after, table, run.joint)))
     if one.joints is None:
         count, joint = run.numbers.integer(run.count).term(), Whole(0, run.tracked).term()
         numbers.facts.add(z3.And(count >= 1, count <= run.about.joints, joint >= 0, joint < count))
@@ -98,14 +108,14 @@ def _prepared(source: Source, one: Property) -> tuple[Run, State, State, z3.Bool
 
 
 def _claim(run: Run, state: State, name: str) -> Value:
-    """Return a promise; the only one that is not about numbers alone is that a call which says so starts the descent."""
+    """Return a promise; one is about a call: if it says that too many ticks are missed, a descent starts."""
     if name != "missed ticks stop":
         return run.claim(state, name, run.joint)
     says = [run.numbers.truth(one) for one in run.returned["misses_too_many"]]
     return z3.Implies(z3.Or(says), run.claim(state, "promise_stopped", run.joint))
 
 
-def _arguments(run: Run, source: Source, name: str) -> list:
+def _arguments(run: Run, source: Source, name: str, always: tuple[str, ...]) -> list:
     given = []
     for one in source.functions[name].args.args:
         if one.arg in ("r", "w"):
@@ -117,5 +127,5 @@ def _arguments(run: Run, source: Source, name: str) -> list:
             run.numbers.facts.add(z3.And(reason >= 1.0, reason <= 15.0), reason)
             given.append(reason)
         else:
-            given.append(run.numbers.fresh(one.arg, True))
+            given.append(True if one.arg in always else run.numbers.fresh(one.arg, True))
     return given

@@ -1,9 +1,9 @@
 """Loops of the guard: a few turns are run, and any number of turns is summarised by what every turn keeps.
 
 A loop over the joints is: any number of turns of other joints, the turn of the followed joint, any number of turns of
-other joints. A summary is a set of relations between the numbers before and after one turn. Each relation is true of no
-turn and of two turns if it is of one, so it is true of any number. The relations are guessed from a fixed list, and each
-is proved of one turn from any state; what cannot be proved is not used.
+other joints. A summary is a set of relations between the numbers before and after one turn. Each relation is true of
+no turn, and of two turns if it is of one, so it is true of any number. The relations are guessed from a fixed list, and
+each is proved of one turn from any state; what cannot be proved is not used.
 """
 
 import ast
@@ -49,9 +49,11 @@ def _is_flag(a: z3.FPRef) -> z3.BoolRef:
 
 @dataclass
 class Summary:
-    """What any number of turns may change, and what it keeps."""
+    """Numbers that any number of turns may change, and the relations that it keeps."""
 
     cells: dict[Cell, list[Relation]]
+    fields: set[tuple[str, int]]
+    """Fields that a turn writes at its own joint."""
     names: dict[str, list[Relation]]
     returns: list[Value] | None
     """Values that a turn may return; None if no turn returns."""
@@ -105,9 +107,7 @@ def _turns_unknown(run: "Run", node: ast.For, state: State, name: str, limits: t
     _apply(run, summary, state, set(run.active))
 
 
-def _summary(
-    run: "Run", node: ast.For, state: State, name: str, limits: tuple[Whole, Whole] | None
-) -> Summary:
+def _summary(run: "Run", node: ast.For, state: State, name: str, limits: tuple[Whole, Whole] | None) -> Summary:
     """Return what any number of turns keeps, from any state."""
     known = {one: repr(value) for one, value in state.names.items() if is_known(value) or isinstance(value, Record)}
     joints = {one: value.joint and "a joint" for one, value in state.names.items() if isinstance(value, Whole)}
@@ -127,12 +127,14 @@ def _names_written(node: ast.For) -> set[str]:
 def _any_state(run: "Run", state: State, changed: set[str]) -> State:
     made = State({})
     for name, value in state.names.items():
-        if isinstance(value, Record) or (isinstance(value, Whole) and value.joint):
-            made.names[name] = value
-        elif is_known(value) and name not in changed:
+        is_counted = isinstance(value, Whole) and run.is_joint_count(value)
+        is_fixed = isinstance(value, Record) or (isinstance(value, Whole) and bool(value.joint))
+        if is_fixed or (name not in changed and (is_known(value) or is_counted)):
             made.names[name] = value
         elif value is not None:
             made.names[name] = run.numbers.fresh(name, value)
+            if isinstance(value, Whole) and name not in changed:
+                made.names[name] = Whole(value.constant, "", made.names[name].rest)  # which keeps its field
     return made
 
 
@@ -160,7 +162,7 @@ def _prove_summary(run: "Run", node: ast.For, before: State, name: str, limits: 
         run.active.remove(joint)
     run.path = path
     cells = {
-        cell: [one for one in _kept(run, before.read(cell, run.numbers, run.about.name(cell)), made)]
+        cell: list(_kept(run, before.read(cell, run.numbers, run.about.name(cell)), made))
         for cell, made in after.cells.items()
         if not cell[2].startswith("o")
     }
@@ -172,7 +174,8 @@ def _prove_summary(run: "Run", node: ast.For, before: State, name: str, limits: 
     returns = None
     if not (is_known(after.done) and not after.done):
         returns = [value for value in (True, False) if _returns(run, after, value)] or [None]
-    return Summary(cells, names, returns, _claims_kept(run, before, after))
+    fields = {cell[:2] for cell in after.cells if cell[2].startswith("o")}
+    return Summary(cells, fields, names, returns, _claims_kept(run, before, after))
 
 
 def _returns(run: "Run", after: State, value: bool) -> bool:
@@ -204,25 +207,29 @@ def _claims_kept(run: "Run", before: State, after: State) -> list[str]:
         kept = [one for one in kept if one not in lost]
 
 
+def _kept_of(numbers: Arithmetic, name: str, old: Value, kept: list[Relation]) -> Value:
+    """Return a new unknown value with the relations to the old one."""
+    made = numbers.fresh(name, old)
+    for one in kept:
+        numbers.facts.add(one(numbers, old, made), made)
+    return made
+
+
 def _apply(run: "Run", summary: Summary, state: State, inside: set[str]) -> None:
     numbers, tracked = run.numbers, Whole(0, run.tracked)
     before = state.copy()
     made, new = state.copy(), list[z3.ExprRef]()
     for cell, kept in summary.cells.items():
         old = before.read(cell, numbers, run.about.name(cell))
-        made.cells[cell] = numbers.fresh(run.about.name(cell))
+        made.cells[cell] = _kept_of(numbers, run.about.name(cell), numbers.double(old), kept)
         new.append(made.cells[cell])
-        for one in kept:
-            numbers.facts.add(one(numbers, old, made.cells[cell]), made.cells[cell])
-        # Joints of the loops around this one: their numbers are not followed through it.
+    # Joints of the loops around this one: their numbers are not followed through it.
+    for record, place in summary.fields | {cell[:2] for cell in summary.cells if cell[2] == run.tracked}:
         for joint in inside - {"", run.tracked}:
-            if cell[2] == run.tracked:
-                made.cells[(cell[0], cell[1], joint)] = numbers.fresh(run.about.name(cell))
+            made.cells[record, place, joint] = numbers.fresh(run.about.name((record, place, joint)))
     for name, kept in summary.names.items():
         if name in before.names:
-            made.names[name] = numbers.fresh(name, before.names[name])
-            for one in kept:
-                numbers.facts.add(one(numbers, before.names[name], made.names[name]), made.names[name])
+            made.names[name] = _kept_of(numbers, name, before.names[name], kept)
     if summary.returns is not None:
         made.done = numbers.fresh("returned", True)
         made.result = summary.returns[0] if summary.returns[0] is not None else numbers.fresh("result", True)

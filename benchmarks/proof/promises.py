@@ -1,4 +1,4 @@
-"""What the guard promises, in the language of its source: `r` is the record after, `b` before, `j` any joint.
+"""Promises of the guard, in the language of its source: `r` is the record after, `b` before, `j` any joint.
 
 The prover reads these functions as it reads the guard, and a counterexample is run through them as Python.
 """
@@ -11,7 +11,7 @@ import math
 
 
 def setting_of_machine(r: Record, j: int) -> bool:
-    """Return True for settings that `Limits` accepts: at most 10⁶ N·m/s, a period of 0.1 to 100 ms, a descent of 60 s."""
+    """Return True for settings of `Limits`: at most 10⁶ N·m/s, a period of 0.1 to 100 ms, a descent of at most 60 s."""
     return (
         0.0 < r[TORQUE_MAX + j] < math.inf
         and 0.0 < r[DAMPING + j] < math.inf
@@ -20,6 +20,7 @@ def setting_of_machine(r: Record, j: int) -> bool:
         and 0.0001 <= r[DT] <= 0.1
         and 0.0 < r[V_TRIP] < math.inf
         and 0.0 < r[V_DAMPING] < math.inf
+        and (r[WORN] == 0.0 or r[WALL] > 0.0)
     )
 
 
@@ -34,7 +35,7 @@ def setting_of_person(r: Record, j: int) -> bool:
         and -1000.0 <= r[LOWER + j] <= r[FREE_LOWER + j] <= r[FREE_UPPER + j] <= r[UPPER + j] <= 1000.0
         and 0.0 < r[WALL] <= 1000.0
         and 0.0 <= r[PAST_STOP] <= 1000.0
-        and 0.0 < r[V_TRIP_PERSON]
+        and r[V_TRIP_PERSON] > 0.0
     )
 
 
@@ -76,8 +77,18 @@ def holds_belief(r: Record, j: int) -> bool:
 
 
 def state_of_person(r: Record, j: int) -> bool:
-    """Return True for the state in which bounds are computed: finite speed, and a table of sensible torques."""
-    return abs(r[KNOWN + j]) <= 1000.0 and abs(r[CARRIED + j]) <= 1000000.0
+    """Return True for a credible speed, as `limit` writes it."""
+    return abs(r[KNOWN + j]) <= 1000.0
+
+
+def state_of_table(r: Record, j: int) -> bool:
+    """Return True for a plausible torque that is finite; assumed of `carried`, and not proved."""
+    return abs(r[CARRIED + j]) <= 1000000.0
+
+
+def state_between_walls(r: Record, j: int) -> bool:
+    """Return True if no joint is in a wall."""
+    return r[IN_WALL] == 0.0
 
 
 def state_of_last(r: Record, j: int) -> bool:
@@ -122,6 +133,13 @@ def promise_limited(b: Record, r: Record, j: int) -> bool:
     """Return True if any number that the limits before leave, also NaN, becomes a torque within limit and rate."""
     last, step = b[LAST_TAU + j], r[RATE] * r[DT]
     return -r[TORQUE_MAX + j] <= r[TAU + j] <= r[TORQUE_MAX + j] and last - step <= r[TAU + j] <= last + step
+
+
+def promise_first(b: Record, r: Record, j: int) -> bool:
+    """Return True if the rate limit starts from the torque that the machine gives, and from 0 if that is no number."""
+    tau, bound = b[DESIRED + j], r[TORQUE_MAX + j]
+    is_inside = -bound <= tau <= bound
+    return (not is_inside or r[TAU + j] == tau) and (math.isfinite(tau) or r[TAU + j] == 0.0)
 
 
 def promise_torque_kept(b: Record, r: Record, j: int) -> bool:
@@ -200,8 +218,8 @@ def promise_void(b: Record, r: Record, j: int) -> bool:
 
 
 def promise_level(b: Record, r: Record, j: int) -> bool:
-    """Return True if the level moves by one step at most, as the guard rounds it; a stop and an empty machine hold it."""
-    step, now, before, wanted = r[LEVEL_STEP], r[LEVEL], b[LEVEL], b[LEVEL_WANTED]
+    """Return True if the level moves by one step at most, rounded; a stop or an empty machine holds it."""
+    step, now, before, wanted = abs(r[LEVEL_STEP]), r[LEVEL], b[LEVEL], b[LEVEL_WANTED]
     is_step = now == before + step or now == before - step or (now == wanted and abs(wanted - before) <= step)
     is_moving = b[LEVEL_MOVES] != 0.0 and b[STOP] == 0.0 and b[WORN] != 0.0
     return (is_moving and is_step) or same(now, before)
@@ -220,9 +238,7 @@ def promise_level_kept(b: Record, r: Record, j: int) -> bool:
 
 def promise_bounds(b: Record, r: Record, j: int) -> bool:
     """Return True if the person's bounds of a joint enclose zero and the torque that carries machine and arm."""
-    return (
-        -math.inf < r[LOW + j] <= 0.0 <= r[HIGH + j] < math.inf and r[LOW + j] <= r[CARRIED + j] <= r[HIGH + j]
-    )
+    return -math.inf < r[LOW + j] <= 0.0 <= r[HIGH + j] < math.inf and r[LOW + j] <= r[CARRIED + j] <= r[HIGH + j]
 
 
 def promise_within(b: Record, r: Record, j: int) -> bool:

@@ -6,6 +6,9 @@ MACHINE, PERSON = "setting_of_machine", "setting_of_person"
 HOLDS = ("holds_torque", "holds_stop", "holds_torque_at_stop", "holds_time", "holds_flags", "holds_belief")
 """Claims that are assumed before a call and proved after it, so that they hold always."""
 
+TANK = ("has / needed",)
+"""Division that would be by zero if the tank's energy were not a number: the tank is not proved (guard.md)."""
+
 
 @dataclass(frozen=True)
 class Property:
@@ -18,10 +21,12 @@ class Property:
     settings: tuple[str, ...] = (MACHINE,)
     extra: tuple[str, ...] = ()
     """Further claims that are assumed before the calls."""
+    always: tuple[str, ...] = ()
+    """Arguments that are True; others are any."""
     joints: int | None = None
     """Number of joints; None for any number, of which any one is followed."""
     undecided: tuple[str, ...] = ()
-    """Promises that z3 does not decide in time; the report lists them, and `make prove` does not fail for them."""
+    """Promises that z3 does not decide in time: listed in the report, and no failure of `make prove`."""
     numbers: str = "ieee"
     """Arithmetic: "ieee" or "rounded"."""
     before_last: bool = False
@@ -38,11 +43,13 @@ PROPERTIES = (
         ("limit",),
         (*HOLDS, "promise_rate", "promise_latch", "promise_speed", "promise_finite_demand",
          "promise_level_kept"),
+        undecided=TANK,
     ),
     Property(
         "second half of a tick",
         ("decide",),
         (*HOLDS, "promise_rate", "promise_latch", "promise_void", "missed ticks stop", "promise_level_kept"),
+        undecided=TANK,
     ),
     Property(
         "first half of a tick",
@@ -58,18 +65,25 @@ PROPERTIES = (
     Property("reset", ("reset",), (*HOLDS, "promise_torque_kept", "promise_reset", "promise_level_kept")),
     Property("descent", ("descend",), ("promise_descent",), extra=("state_of_stop",)),
     Property("duration of the descent", ("descend",), ("promise_progress",), joints=1, numbers="rounded"),
-    Property("descent goes on", ("descend", "descend"), ("promise_fading",), extra=("state_of_stop",), before_last=True),
+    Property(
+        "descent goes on", ("descend", "descend"), ("promise_fading",), extra=("state_of_stop",), before_last=True,
+    ),
     _kept("stop", "trip"),
     _kept("distrust of a joint", "isolate"),
     _kept("begin", "begin"),
     _kept("motion on a path", "drive"),
     _kept("measurement alone", "take_in"),
-    Property("first torque", ("begin_torque",), (*HOLDS, "promise_latch")),
+    Property("first torque", ("begin_torque",), (*HOLDS, "promise_first", "promise_latch")),
     Property("end of a stop", ("leave_stop",), (*HOLDS, "promise_torque_kept")),
-    Property("stops of the joints", ("limit",), ("promise_stops",), settings=(MACHINE, PERSON)),
+    Property("stops of the joints", ("limit",), ("promise_stops",), settings=(MACHINE, PERSON), undecided=TANK),
     Property("person's bounds", ("look",), ("promise_bounds",), settings=(MACHINE, PERSON), extra=("state_of_person",)),
+    # `limit` asks for braking whenever a joint is in a wall.
     Property(
-        "person's bounds kept", ("bound_and_brake",), ("promise_within",), settings=(MACHINE, PERSON),
-        extra=("state_of_bounds",),
+        "person's bounds between the walls", ("bound_and_brake",), ("promise_within",), settings=(MACHINE, PERSON),
+        extra=("state_of_bounds", "state_between_walls"),
+    ),
+    Property(
+        "person's bounds in a wall", ("bound_and_brake",), ("promise_within",), settings=(MACHINE, PERSON),
+        extra=("state_of_bounds",), always=("brakes",),
     ),
 )  # fmt: skip

@@ -8,8 +8,8 @@ from .source import Source
 HEAD = """\
 # Proof of the guard
 
-Made by `python benchmarks/proof/prove.py --save docs/results/proof.md`; do not edit. What the words mean, how it is proved
-and what is not proved: [the compiled guard](../explanation/guard.md#proof).
+Made by `python benchmarks/proof/prove.py --save docs/results/proof.md`; do not edit. Method, assumptions, and
+what is not proved: [the compiled guard](../explanation/guard.md#proof).
 
 """
 
@@ -29,7 +29,10 @@ def page(verdicts: list[Verdict], source: Source) -> str:
     """Return the page of the results."""
     total = sum(len(one.promises) + len(one.duties) for one in verdicts)
     good = sum(result == "proved" for one in verdicts for result in (*one.promises.values(), *one.duties.values()))
-    lines = [f"{good} of {total} claims are proved, in {sum(one.seconds for one in verdicts):.0f} s of processor time.", ""]
+    lines = [
+        f"{good} of {total} claims are proved, in {sum(one.seconds for one in verdicts):.0f} s of processor time.",
+        "",
+    ]
     for one in verdicts:
         functions = ", ".join(f"`{name}`" for name in one.functions if not name.startswith(PREFIXES))
         lines += [f"## {one.name[0].upper()}{one.name[1:]}", "", f"Functions: {functions}. {one.seconds:.0f} s.", ""]
@@ -48,6 +51,8 @@ PREFIXES = ("holds_", "promise_", "setting_", "state_", "same")
 def _meaning(name: str, source: Source) -> str:
     node = source.functions.get(name)
     if node is None:
-        return "The guard's own count of missed ticks ends the bridge." if name.startswith("bridge") else "A stop follows."
+        return (
+            "The guard's own count of missed ticks ends the bridge." if name.startswith("bridge") else "A stop follows."
+        )
     text = " ".join((ast.get_docstring(node) or "").split())
     return text.removeprefix("Return True if ").removeprefix("Return True ").capitalize().replace("|", "∣")

@@ -51,8 +51,9 @@ class Rounded(Arithmetic):
             return super().comparison(operator, one, other)
         for value, sign in ((one, 1), (other, -1)):
             if is_known(value) and not math.isfinite(value):
-                return {"Lt": sign * value < 0, "LtE": sign * value < 0, "Gt": sign * value > 0, "GtE": sign * value > 0,
-                        "Eq": False, "NotEq": True}[operator]  # fmt: skip
+                is_less, is_more = sign * value < 0, sign * value > 0
+                known = {"Lt": is_less, "LtE": is_less, "Gt": is_more, "GtE": is_more, "Eq": False, "NotEq": True}
+                return known[operator]
         a, b = self.double(one), self.double(other)
         return {"Lt": a < b, "LtE": a <= b, "Gt": a > b, "GtE": a >= b, "Eq": a == b, "NotEq": a != b}[operator]
 

@@ -14,7 +14,7 @@ PROMISES = Path(__file__).with_name("promises.py")
 
 @dataclass
 class Source:
-    """Functions of the guard and of its promises: what is proved is the tree, what is replayed is the same tree, run."""
+    """Functions of the guard and of its promises. A proof reads their tree, and a replay runs the same tree."""
 
     tree: ast.Module
     functions: dict[str, ast.FunctionDef] = field(default_factory=dict)

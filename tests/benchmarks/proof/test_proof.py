@@ -1,12 +1,18 @@
 """The proof is honest: the guard that ships passes, a guard with a wrong line is refuted by a run of that guard."""
 
+# ruff: noqa: E402 - without z3 the file is skipped before it imports the prover
+
 import ast
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 
-pytest.importorskip("z3", reason="needs z3-solver: `make prove` installs it")
+z3 = pytest.importorskip("z3", reason="needs z3-solver: `make prove` installs it")
 
+from exograv.safety.envelope import Envelope
+from exograv.safety.limits import Limits
+from exograv.safety.native import core
 from proof.bridge import bridge_ends
 from proof.execute import Run, UnknownPythonError
 from proof.judge import Verdict, judged
@@ -28,7 +34,11 @@ WRONG = {
         "within(within(r[TAU + j], -bound, bound), last - step, last + step)",
         "within(r[TAU + j], -bound, bound)",
     ),
-    "a flipped comparison": ("torque limits", "return low if value < low else high", "return low if value > low else high"),
+    "a flipped comparison": (
+        "torque limits",
+        "return low if value < low else high",
+        "return low if value > low else high",
+    ),
     "a forgotten latch": ("stop", "if r[STOP] == 0.0:\n        r[STOP] = reason", "if True:\n        r[STOP] = reason"),
     "a negated test for NaN": ("first torque", "if math.isfinite(tau) else 0.0", "if not math.isfinite(tau) else 0.0"),
     "a ramp in one step": ("level", "math.copysign(r[LEVEL_STEP], left)", "left"),
@@ -74,7 +84,9 @@ def test_a_bridge_that_does_not_count_its_ticks_is_not_proved():
 
 
 def test_python_that_the_prover_does_not_know_is_an_error_and_no_proof():
-    source = guard(lambda text: text + '\n\ndef other(r: Record) -> None:\n    """Do it."""\n    r[TAU] = r[TAU] ** 2.0\n')
+    source = guard(
+        lambda text: text + '\n\ndef other(r: Record) -> None:\n    """Do it."""\n    r[TAU] = r[TAU] ** 2.0\n'
+    )
     with pytest.raises(UnknownPythonError, match="is not known to the prover"):
         Run(source).call(State({}), "other", [Record("r")])
 
@@ -91,3 +103,36 @@ def test_every_function_that_the_package_calls_is_covered_by_a_property():
     reading = {"is_past_a_stop", "bounded", "carried", "look"}
     proved = {name for one in PROPERTIES if set(HOLDS) <= set(one.promises) for name in one.calls}
     assert called - reading <= proved
+
+
+def test_a_new_guard_begins_with_the_claims_that_its_calls_keep():
+    source = guard()
+    envelope = Envelope(Limits(np.array([30.0, 20.0]), np.array([10.0, 4.0])), 1e-3, library=None)
+    record = envelope.record.numbers
+    for name in (*HOLDS, "setting_of_machine"):
+        assert all(source.run[name](record, joint) for joint in range(2)), name
+
+
+def test_a_guard_that_writes_a_setting_is_not_proved():
+    verdict = verdict_on("end of a stop", "r[STOP] = r[SINCE_STOP] = ", "r[RATE] = r[STOP] = r[SINCE_STOP] = ")
+    assert not verdict.is_good
+
+
+def test_what_is_written_after_or_is_written_only_if_it_is_asked():
+    text = '''
+
+def writes(r: Record) -> bool:
+    """Write a stop."""
+    r[STOP] = 1.0
+    return True
+
+
+def asks(r: Record) -> bool:
+    """Ask for it only without power."""
+    return r[WORN] != 0.0 or writes(r)
+'''
+    run, state = Run(guard(lambda one: one + text)), State({})
+    run.call(state, "asks", [Record("r")])
+    stop, worn = state.read(("r", core.STOP, ""), run.numbers, ""), state.read(("r", core.WORN, ""), run.numbers, "")
+    assert run.proves(z3.Implies(z3.fpIsZero(worn), stop == 1.0))
+    assert not run.proves(stop == 1.0)
