@@ -1,4 +1,4 @@
-"""In real processes the loop in C lowers the arm, whatever happens to control and to the parent of the guard."""
+"""Loop in C in real processes: it lowers the arm whatever happens to control and to the parent of the guard."""
 
 import contextlib
 import os
