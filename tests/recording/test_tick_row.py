@@ -14,7 +14,8 @@ NEEDED = ("closure_slope", "tick_us", "q_measured", "q_reference", "v", "current
 def row(k: int) -> TickRow:
     """Return a row in which every value differs from every other, and from those of other ticks."""
     scalars = [1000.0 * k + place for place in range(len(SCALARS))]
-    return TickRow(*scalars, *(np.arange(JOINTS) + 1000.0 * k + 100.0 + 10.0 * n for n in range(len(JOINT_FIELDS))))
+    arrays = [np.arange(JOINTS) + 1000.0 * k + 100.0 + 10.0 * n for n in range(len(JOINT_FIELDS))]
+    return TickRow._make([*scalars, *arrays])
 
 
 def block() -> TickBlock:

@@ -5,6 +5,7 @@ that hangs, for example in a half-written message of the parent, costs the run (
 """
 
 import ctypes
+import threading
 import time
 from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -57,6 +58,9 @@ It is far more than a busy computer takes from an ordinary process, and the supe
 
 ALONE = "The supervisor of the guard was silent for too long: the arm is let down."
 
+IN_C = "loop in C"
+"""Entry among the granted rights, in the report and in the recording."""
+
 OUTCOMES = {
     Outcome.COMPLETE: LoopOutcome.COMPLETE,
     Outcome.ENDED_EARLY: LoopOutcome.ENDED_EARLY,
@@ -93,6 +97,7 @@ class NativeGuard:
         self._fill(made.gain)
         self._waiting: deque[OrderPlace] = deque()
         self._people: list[GuardedPerson] = []  # the loop uses their tables
+        self._has_begun = threading.Event()
         self._latches: list[StopLatch] = []
         self._modes: list[tuple[str, float]] = []
 
@@ -104,6 +109,8 @@ class NativeGuard:
         """
         with ThreadPoolExecutor(1, "loop") as threads:
             flight = threads.submit(self._fly)
+            # Meanwhile the drives are switched on in Python. This thread must not hold the interpreter's lock then.
+            self._has_begun.wait()
             try:
                 while not flight.done():
                     self.supervise(flight)
@@ -158,12 +165,18 @@ class NativeGuard:
         ctypes.memmove(ctypes.byref(self.drives), ctypes.byref(record), ctypes.sizeof(UdpDrives))
 
     def _fly(self) -> Rights:
-        with realtime(priority=GUARD_PRIORITY) as rights:
-            self.rig.enable()
-            self.hand_over()
-            self._library.loop_run(self.loop)
-            take_back(self.rig, self.drives)
-            return rights
+        try:
+            with realtime(priority=GUARD_PRIORITY) as rights:
+                rights.granted.append(IN_C)
+                self.rig.enable()
+                self.hand_over()
+                self._library.loop_beat(self.loop)
+                self._has_begun.set()
+                self._library.loop_run(self.loop)
+                take_back(self.rig, self.drives)
+                return rights
+        finally:
+            self._has_begun.set()
 
     def _listen(self) -> None:
         try:

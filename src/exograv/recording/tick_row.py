@@ -60,5 +60,5 @@ def tick_row(values: Mapping[str, Any], n_joints: int) -> TickRow:
     values = TICK_DEFAULTS | dict(values)
     if values.keys() != set(TickRow._fields):
         raise ValueError(f"/tick needs {', '.join(TickRow._fields)}; given: {', '.join(values)}.")
-    of_joints = {name: np.full(n_joints, values[name], dtype=float) for name in JOINT_FIELDS}
-    return TickRow(**values | of_joints)
+    of_joints = [np.full(n_joints, values[name], dtype=float) for name in JOINT_FIELDS]
+    return TickRow._make([*(values[name] for name in SCALARS), *of_joints])

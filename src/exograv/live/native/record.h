@@ -1,4 +1,4 @@
-/* Made from the classes in record.py; do not edit. docs/explanation/live_loop.md says how. */
+/* Made from the classes in record.py; do not edit. docs/explanation/realtime.md says how. */
 #pragma once
 #include <stdint.h>
 

@@ -98,7 +98,7 @@ class Twin:
         self._forces = step_forces(self._scene, machine, wearer)
         memory = self._memory = self._forces.inputs
         self._current, self._damping, self._velocity = memory["current"], memory["damping"], self._scene.data.qvel
-        self._valid_until, self._warmth = memoryview(memory["valid_until"]), memoryview(memory["warmth"])
+        self._valid_until, self._warmth = memory["valid_until"].data, memory["warmth"].data
         arms = () if wearer is None else wearer.arms
         ends = np.cumsum([0, *(len(place.freedoms) for place in self._scene.arms)]).tolist()
         self._muscle_torques = [

@@ -64,10 +64,11 @@ def realtime(isolated_cpus: tuple[int, ...] = (), priority: int = PRIORITY) -> I
             _stop_garbage_collector(rights, undo)
             yield rights
             return
-        # The scheduler is set last and reset first, so no part of the set-up runs at real-time priority.
-        _take_cpu(rights, undo, isolated_cpus)
+        # The scheduler is set last and reset first, so no part of the set-up runs at real-time priority. The processor
+        # is taken just before: the slow set-up would wait for real-time processes that are there already.
         _stop_garbage_collector(rights, undo)
         _lock_memory(rights, undo)
+        _take_cpu(rights, undo, isolated_cpus)
         _schedule_fifo(rights, undo, priority)
         yield rights
 

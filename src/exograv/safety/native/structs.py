@@ -7,7 +7,7 @@ import ctypes
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-WARNING = "/* Made from the classes in record.py; do not edit. docs/explanation/live_loop.md says how. */"
+WARNING = "/* Made from the classes in record.py; do not edit. docs/explanation/realtime.md says how. */"
 
 NUMBERS: Mapping[Any, str] = {
     ctypes.c_double: "double",
