@@ -2,7 +2,6 @@
 
 import contextlib
 from collections.abc import Iterator
-from dataclasses import replace
 from multiprocessing import Pipe
 
 import numpy as np
@@ -155,7 +154,7 @@ def test_the_guard_begins_from_the_torque_of_the_tick_that_is_recorded_first(
 ):
     currents = iter([5.0, -5.0, -5.0])
     read = table.rig.read
-    monkeypatch.setattr(table.rig, "read", lambda: replace(read(), current=np.array([next(currents)])))
+    monkeypatch.setattr(table.rig, "read", lambda: read()._replace(current=np.array([next(currents)])))
     table.guarding.begin()
     steps = [(table.tick(answers=True), float(table.rig.commands[-1].tau[0]))[1] for _ in range(2)]
     step = LIMITS.torque_rate_max_Nm_per_s * PERIOD_S

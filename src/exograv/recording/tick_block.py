@@ -1,9 +1,12 @@
 """Buffer of the ticks for the next chunk."""
 
 import struct
+from typing import cast
 
 import numpy as np
 from mcap.opcode import Opcode
+
+from exograv.signals import Joints
 
 from .container import INDEX_ENTRY, MESSAGE, MESSAGE_HEAD
 from .encoding import CDR_HEADER, tick_dtype
@@ -69,10 +72,11 @@ class TickBlock:
             ValueError: An array has another number of joints; or, in the first tick of a stage, it is not of float64.
         """
         n, begin = len(SCALARS), self._staged * self._row_bytes
-        packed = b"".join((self._scalars.pack(*row[:n], self.phase), *row[n:]))
-        if len(packed) != self._row_bytes or (self._staged == 0 and any(one.dtype != np.float64 for one in row[n:])):
+        arrays = cast("tuple[Joints, ...]", row[n:])
+        packed = b"".join((self._scalars.pack(*row[:n], self.phase), *arrays))
+        if len(packed) != self._row_bytes or (self._staged == 0 and any(one.dtype != np.float64 for one in arrays)):
             shapes = ", ".join(
-                f"{name} {one.shape} {one.dtype}" for name, one in zip(JOINT_FIELDS, row[n:], strict=True)
+                f"{name} {one.shape} {one.dtype}" for name, one in zip(JOINT_FIELDS, arrays, strict=True)
             )
             raise ValueError(f"The arrays of a tick must be (joint,) of float64. Given: {shapes}.")
         self._bytes[begin : begin + self._row_bytes] = packed
