@@ -13,7 +13,6 @@ from exograv.errors import RecordingError
 from exograv.recording import Recording, RecordingWriter, read_recording
 from exograv.report.figures.parameters import MOST_PANELS, most_learned
 from exograv.report.figures.postures import distinct_frames, projected
-from exograv.report.figures.timing import limited_share
 from exograv.report.of_recording.headline import headline, tiles
 from exograv.report.of_recording.recording_report import FIGURES, page_of, write_report
 from exograv.report.style.figure_style import averaged, thinned
@@ -197,7 +196,7 @@ def test_a_torque_that_the_envelope_changed_is_counted(tmp_path: Path):
         for k in range(4):
             torques = {"tau_desired": np.array([9.0, 1.0]), "tau_commanded": np.array([9.0 - (k == 2), 1.0])}
             recording.tick(1e-3 * k, closure_slope=0.0, tick_us=50.0, **zero, **torques)
-    np.testing.assert_array_equal(limited_share(read_recording(tmp_path / "a.mcap")), [0.25, 0.0])
+    np.testing.assert_array_equal(read_recording(tmp_path / "a.mcap").computing_times.limited_share, [0.25, 0.0])
 
 
 def test_the_parameters_that_closed_most_are_shown():
