@@ -22,7 +22,6 @@ from exograv.rig.drives.udp.native.record import UdpDrives
 from exograv.runtime.clock.real_time_loop import LEAD_NS, REST_AT_LEAST_EVERY
 from exograv.runtime.clock.realtime import GUARD_PRIORITY, Rights, realtime
 from exograv.runtime.clock.timing import LoopOutcome, Timing
-from exograv.runtime.control_loop.answering import POLL_S
 from exograv.runtime.control_loop.exchange import FeltLevel, PersonUpdate, answer_dtype, state_dtype
 from exograv.runtime.control_loop.guard_commands import PERSON_KNOWN, STOPPED_BEFORE, level_note
 from exograv.runtime.processes.shared_memory import Mailbox
@@ -49,6 +48,12 @@ from .native.record import (
 
 TURN_S = 0.005
 """Longest time between two looks of the supervisor at the loop [s]; a message of the parent comes at once."""
+
+LOOK_S = 100e-6
+"""Time between two looks of the loop for the answer of control [s].
+
+Both share a processor, and the loop has the higher priority: each look interrupts the computation of the answer.
+"""
 
 ALONE_AFTER_S = 2.0
 """Silence of the supervisor after which the loop lets the arm down [s].
@@ -237,7 +242,7 @@ class NativeGuard:
         loop.person_places, loop.person_size = self._person_places.ctypes.data, len(self._person_places)
         loop.joints, loop.modes, loop.periods = job.channels.joints, len(job.mode_names), job.periods
         loop.period_ns, loop.period_s, loop.lead_ns = job.period_ns, self.rig.period_s, LEAD_NS
-        loop.answer_by_ns, loop.poll_ns = answer_by_ns(job.period_ns), round(1e9 * POLL_S)
+        loop.answer_by_ns, loop.poll_ns = answer_by_ns(job.period_ns), round(1e9 * LOOK_S)
         loop.given_up_after, loop.asked_again_every = GIVEN_UP_AFTER, ASKED_AGAIN_EVERY
         loop.rest_at_least_every, loop.alone_after_ns = REST_AT_LEAST_EVERY, round(1e9 * ALONE_AFTER_S)
         # A latch of a real machine ends the run: the operator inspects the machine and repeats its self-test first.
