@@ -76,7 +76,9 @@ def _arguments(source: Source, name: str, record: "array[float]", table: "array[
 
 def _text(source: Source, one: Property, what: str, first: "array[float]", last: "array[float]") -> str:
     about = Fields(source.constants)
-    places = [k for k in range(about.used) if repr(first[k]) != repr(last[k])]
+    # The torque is shown also where it stays: that may be what is wrong.
+    shown = [int(source.constants[name]) for name in ("TAU", "LAST_TAU")]
+    places = shown + [k for k in range(about.used) if repr(first[k]) != repr(last[k]) and k not in shown]
     named = [f"{about.place_name(k)} {first[k]!r} → {last[k]!r}" for k in places]
     return f"{', '.join(one.calls)}: {what}; " + ", ".join(named[:12])
 
