@@ -9,8 +9,10 @@ HOLDS = ("holds_torque", "holds_stop", "holds_torque_at_stop", "holds_time", "ho
 TANK = ("has / needed",)
 """Division that would be by zero if the tank's energy were not a number: the tank is not proved (guard.md)."""
 
-WHOLE = ("promise_rate", "promise_latch", "promise_void", "missed ticks stop", "promise_level_kept", "promise_torque_kept",
-         "promise_level")  # fmt: skip
+WHOLE = (
+    *("promise_rate", "promise_latch", "promise_void", "missed ticks stop"),
+    *("promise_level_kept", "promise_torque_kept", "promise_level"),
+)
 """Promises of a whole half of a tick: z3 has not decided them yet, because places make them mixed with integers."""
 
 
