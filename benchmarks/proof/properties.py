@@ -9,6 +9,12 @@ HOLDS = ("holds_torque", "holds_stop", "holds_torque_at_stop", "holds_time", "ho
 TANK = ("has / needed",)
 """Division that would be by zero if the tank's energy were not a number: the tank is not proved (guard.md)."""
 
+WHOLE = (
+    *("promise_rate", "promise_latch", "promise_void", "missed ticks stop"),
+    *("promise_level_kept", "promise_torque_kept", "promise_level"),
+)
+"""Promises of a whole half of a tick: z3 has not decided them yet, because places make them mixed with integers."""
+
 
 @dataclass(frozen=True)
 class Property:
@@ -49,13 +55,13 @@ PROPERTIES = (
         "second half of a tick",
         ("decide",),
         (*HOLDS, "promise_rate", "promise_latch", "promise_void", "missed ticks stop", "promise_level_kept"),
-        undecided=TANK,
+        undecided=(*TANK, *HOLDS, *WHOLE),
     ),
     Property(
         "first half of a tick",
         ("see",),
         (*HOLDS, "promise_torque_kept", "promise_latch", "promise_level"),
-        extra=("setting_of_level",),
+        extra=("setting_of_level",), undecided=(*HOLDS, *WHOLE),
     ),
     Property("torque limits", ("limit_rate",), ("promise_limited",), holds=(), extra=("state_of_last",)),
     Property(

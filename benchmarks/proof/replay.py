@@ -76,7 +76,9 @@ def _arguments(source: Source, name: str, record: "array[float]", table: "array[
 
 def _text(source: Source, one: Property, what: str, first: "array[float]", last: "array[float]") -> str:
     about = Fields(source.constants)
-    places = [k for k in range(about.used) if repr(first[k]) != repr(last[k])]
+    # The torque is shown also where it stays: that may be what is wrong.
+    shown = [int(source.constants[name]) for name in ("TAU", "LAST_TAU")]
+    places = shown + [k for k in range(about.used) if repr(first[k]) != repr(last[k]) and k not in shown]
     named = [f"{about.place_name(k)} {first[k]!r} → {last[k]!r}" for k in places]
     return f"{', '.join(one.calls)}: {what}; " + ", ".join(named[:12])
 
@@ -117,6 +119,8 @@ def _draw_state(places: dict, about: Fields, record: "array[float]", chance: ran
     record[places["LEVEL_WANTED"]] = record[places["LEVEL"]] + chance.choice((0.0, 1e-4, 0.4, -0.4))
     for name in ("TAU", "LAST_TAU", "TAU_AT_STOP", "CARRIED"):
         _put(about, record, int(places[name]), lambda: 30.0 * chance.choice((-1.0, 1.0, 2.0 * chance.random() - 1.0)))
+    if chance.random() < 0.2:  # a demand beyond the drive's limit, where a function gets one in the place of the torque
+        _put(about, record, int(places["TAU"]), lambda: chance.choice((-60.0, 60.0)))
     for name in ("Q", "V", "KNOWN", "V_SEEN", "Q_GIVEN", "V_GIVEN", "Q_IN"):
         if chance.random() < 0.8:
             _put(about, record, int(places[name]), lambda: chance.choice((0.01, 1.0, 6.0)) * chance.gauss(0, 1))

@@ -40,7 +40,9 @@ def page(verdicts: list[Verdict], source: Source) -> str:
         lines += [f"| {name} | {_meaning(name, source)} | {result} |" for name, result in one.promises.items()]
         if one.duties:
             proved = sum(result == "proved" for result in one.duties.values())
-            lines.append(f"| divisions | No division by zero. | {proved} of {len(one.duties)} proved |")
+            left = ", ".join(f"`{name}`".replace("|", "∣") for name, result in one.duties.items() if result != "proved")
+            left = f"; undecided: {left}" if left else ""
+            lines.append(f"| divisions | No division by zero. | {proved} of {len(one.duties)} proved{left} |")
         lines.append("")
     return HEAD + "\n".join(lines)
 
@@ -55,4 +57,5 @@ def _meaning(name: str, source: Source) -> str:
             "The guard's own count of missed ticks ends the bridge." if name.startswith("bridge") else "A stop follows."
         )
     text = " ".join((ast.get_docstring(node) or "").split())
-    return text.removeprefix("Return True if ").removeprefix("Return True ").capitalize().replace("|", "∣")
+    text = text.removeprefix("Return True if ").removeprefix("Return True ").replace("|", "∣")
+    return text[:1].upper() + text[1:]
