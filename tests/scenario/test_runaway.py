@@ -3,7 +3,6 @@
 The current does not show the fault. A drive's brake is the shorted motor, which has no sign.
 """
 
-
 import numpy as np
 import pytest
 

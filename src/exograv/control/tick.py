@@ -85,8 +85,11 @@ class Tick:
         self._in, self._out, self._evaluate = buffers, compiled.outputs, compiled.evaluate
         names = "q", "v", "q_reference", "v_reference", "a_reference", "x"
         self._written = tuple(buffers[name] for name in names)
-        self._mode, self._tau_desired = buffers["mode"].data, compiled.outputs["tau_desired"]
-        self._slope, self._clearance = compiled.outputs["slope"].data, compiled.outputs["clearance"].data
+        self._mode, self._tau_desired = kernel.numbers(buffers["mode"]), compiled.outputs["tau_desired"]
+        self._slope, self._clearance = (
+            kernel.numbers(compiled.outputs["slope"]),
+            kernel.numbers(compiled.outputs["clearance"]),
+        )
         self._closed = False
 
     @property

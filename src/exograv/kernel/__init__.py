@@ -5,5 +5,6 @@ from .batch import BoundBatch as BoundBatch
 from .compilation import compile as compile
 from .content import content_digest as content_digest
 from .interface import Kernel as Kernel
+from .memory import numbers as numbers
 from .recipe import Recipe as Recipe
 from .recipe import source_digest as source_digest

@@ -48,7 +48,7 @@ class TickBlock:
         scalars = [*SCALARS, "phase"]
         self._scalars = struct.Struct(f"={len(scalars)}d")
         self._stage = np.zeros((STAGED, len(scalars) + n_joints * len(JOINT_FIELDS)))
-        self._bytes = memoryview(self._stage).cast("B") if self._stage.size else memoryview(b"")
+        self._bytes = self._stage.data.cast("B") if self._stage.size else memoryview(b"")
         self._row_bytes = self._stage.strides[0]
         self._columns = [(name, self._stage[:, k]) for k, name in enumerate(scalars)]
         starts = [len(scalars) + k * n_joints for k in range(len(JOINT_FIELDS))]
@@ -73,7 +73,7 @@ class TickBlock:
         """
         n, begin = len(SCALARS), self._staged * self._row_bytes
         arrays = cast("tuple[Joints, ...]", row[n:])
-        packed = b"".join((self._scalars.pack(*row[:n], self.phase), *arrays))
+        packed = b"".join((self._scalars.pack(*row[:n], self.phase), *arrays))  # pyright: ignore[reportArgumentType]
         if len(packed) != self._row_bytes or (self._staged == 0 and any(one.dtype != np.float64 for one in arrays)):
             shapes = ", ".join(
                 f"{name} {one.shape} {one.dtype}" for name, one in zip(JOINT_FIELDS, arrays, strict=True)

@@ -16,8 +16,8 @@ def test_a_mean_is_that_of_all_rows_of_the_period(is_requested: bool):
     for k in range(400):
         rows = generator.standard_normal((7 if is_requested else 4, JOINTS))
         period.append(rows)
-        asked = RequestedMotion(*rows[4:]) if is_requested else None
-        kept = averages.take(Sample(0.001 * k, *rows[:4], asked))
+        asked = RequestedMotion(rows[4], rows[5], rows[6]) if is_requested else None
+        kept = averages.take(Sample(0.001 * k, rows[0], rows[1], rows[2], rows[3], asked))
         if kept is not None:
             expected = np.mean(period, axis=0)
             assert np.array_equal(np.array([kept.q, kept.v, kept.a, kept.tau]), expected[:4])

@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 from jaxtyping import Float
 
+from exograv import kernel
 from exograv.errors import RigError
 from exograv.model.description import RigDescription
 from exograv.rig.twin.machine.drive import OMEGA, TAU_MOTOR, THETA
@@ -98,7 +99,7 @@ class Twin:
         self._forces = step_forces(self._scene, machine, wearer)
         memory = self._memory = self._forces.inputs
         self._current, self._damping, self._velocity = memory["current"], memory["damping"], self._scene.data.qvel
-        self._valid_until, self._warmth = memory["valid_until"].data, memory["warmth"].data
+        self._valid_until, self._warmth = kernel.numbers(memory["valid_until"]), kernel.numbers(memory["warmth"])
         arms = () if wearer is None else wearer.arms
         ends = np.cumsum([0, *(len(place.freedoms) for place in self._scene.arms)]).tolist()
         self._muscle_torques = [
