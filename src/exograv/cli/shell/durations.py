@@ -42,7 +42,10 @@ FLOWN_SESSION_S = 90.0
 """Simulated study: one session in a machine [s]."""
 
 REPORT_S, REPORT_S_PER_MB, EXPORT_S_PER_MB = 15.0, 0.05, 0.08
-"""Report of a study: figures and page; reading of its recordings, and their export [s, s/MB]."""
+"""Report of a study: figures and page; reading of its recordings, and their export [s, s/MB].
+
+The last two are estimates: the times in docs/howto/study.md over a size that was extrapolated from ten sessions.
+"""
 
 
 def _prepared(options: Any) -> float:
