@@ -6,9 +6,6 @@ MACHINE, PERSON = "setting_of_machine", "setting_of_person"
 HOLDS = ("holds_torque", "holds_stop", "holds_torque_at_stop", "holds_time", "holds_flags", "holds_belief")
 """Claims that are assumed before a call and proved after it, so that they hold always."""
 
-TANK = ("has / needed",)
-"""Division that would be by zero if the tank's energy were not a number: the tank is not proved (guard.md)."""
-
 WHOLE = (
     *("promise_rate", "promise_latch", "promise_void", "missed ticks stop"),
     *("promise_level_kept", "promise_torque_kept", "promise_level"),
@@ -49,13 +46,12 @@ PROPERTIES = (
         ("limit",),
         (*HOLDS, "promise_rate", "promise_latch", "promise_speed", "promise_finite_demand",
          "promise_level_kept"),
-        undecided=TANK,
     ),
     Property(
         "second half of a tick",
         ("decide",),
         (*HOLDS, "promise_rate", "promise_latch", "promise_void", "missed ticks stop", "promise_level_kept"),
-        undecided=(*TANK, *HOLDS, *WHOLE),
+        undecided=(*HOLDS, *WHOLE),
     ),
     Property(
         "first half of a tick",
@@ -81,7 +77,7 @@ PROPERTIES = (
     _kept("measurement alone", "take_in"),
     Property("first torque", ("begin_torque",), (*HOLDS, "promise_first", "promise_latch")),
     Property("end of a stop", ("leave_stop",), (*HOLDS, "promise_torque_kept")),
-    Property("stops of the joints", ("limit",), ("promise_stops",), settings=(MACHINE, PERSON), undecided=TANK),
+    Property("stops of the joints", ("limit",), ("promise_stops",), settings=(MACHINE, PERSON)),
     Property("person's bounds", ("look",), ("promise_bounds",), settings=(MACHINE, PERSON), extra=("state_of_person",)),
     # `limit` asks for braking whenever a joint is in a wall.
     Property(

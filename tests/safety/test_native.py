@@ -76,12 +76,11 @@ def test_without_a_compiler_nothing_is_built(tmp_path: Path, monkeypatch: pytest
 
 
 @needs_compiler
-def test_a_library_with_another_layout_of_the_record_is_not_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_library_with_another_layout_of_the_record_is_not_used(tmp_path: Path):
     text = build.SOURCE.read_text(encoding="utf-8")
     other = tmp_path / "core.c"
     other.write_text(text.replace(f"guard_size = {core.SIZE}", "guard_size = 7"), encoding="utf-8")
-    monkeypatch.setattr(build, "SOURCE", other)
-    assert build.build(tmp_path / "guard.so")
+    assert build.build(tmp_path / "guard.so", [other])
     assert library.load(tmp_path / "guard.so") is None
 
 

@@ -231,6 +231,19 @@ def test_a_non_finite_gravity_level_lifts_no_bound_and_spoils_no_tank(level: flo
     assert envelope.person.energy_J == LIMITS.tank_start_J
 
 
+def test_an_energy_that_is_not_a_number_counts_as_an_empty_tank():
+    q, v, push = np.zeros(2), np.array([1.0, 0.0]), np.array([3.0, 0.0])
+    given = []
+    for energy in (math.nan, 0.0):
+        envelope = worn()
+        assert envelope.person is not None
+        envelope.begin(plausible(q))
+        envelope.person.energy_J = energy
+        given.append(envelope.limit(plausible(q) + push, q, v).tolist())
+    assert given[0] == given[1]
+    assert np.isfinite(given[0]).all()
+
+
 def test_at_rest_and_braking_an_overdrawn_tank_takes_nothing_away():
     envelope = worn()
     assert envelope.person is not None

@@ -504,7 +504,7 @@ void guard_afford(double *restrict r)
         }
     }
     needed /= (2.0 * r[RATE]);
-    has = guard_most(r[ENERGY], 0.0);
+    has = guard_most(0.0, r[ENERGY]);
     if ((needed <= has)) {
         return;
     }

@@ -283,7 +283,8 @@ def afford(r: Record) -> None:
         if r[OVER + j] * r[KNOWN + j] > 0.0:
             needed += r[OVER + j] * r[OVER + j] * abs(r[KNOWN + j])
     needed /= 2.0 * r[RATE]
-    has = most(r[ENERGY], 0.0)
+    # In this order an energy that is not a number counts as an empty tank.
+    has = most(0.0, r[ENERGY])
     if needed <= has:
         return
     lost = 1.0 - math.sqrt(has / needed)
