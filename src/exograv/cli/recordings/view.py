@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class View:
     """Options of `exograv data view`."""
 
-    target: Annotated[str, tyro.conf.Positional] = field(default=tyro.MISSING)
+    target: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="MACHINE|FILE")] = field(default=tyro.MISSING)
     """Name of a machine (see `exograv rigs`), path of its folder, or a recording (.mcap)."""
 
     side: SideOption = None

@@ -21,7 +21,7 @@ from exograv.procedures.calibration.options import CalibrateOptions
 from exograv.storage.bring_up_sheet import FILE as SHEET
 from exograv.storage.bring_up_sheet import refuse_not_brought_up
 
-from .connection import Connected, Say, connected
+from .connection import CONNECTING, Connected, Say, connected
 
 
 @contextlib.contextmanager
@@ -39,6 +39,7 @@ def empty_drives(
         ConfigError: The file of the drives or the sheet of the bring-up cannot be used.
         RigError: A drive does not answer, or is not the drive in the file.
     """
+    progress(CONNECTING, 0.0)
     with connected(options, description, say, "A calibration") as machine:
         if not options.simulate:
             refuse_not_brought_up(file.parent / SHEET, description, machine.drives)

@@ -96,7 +96,7 @@ def plot_torque(ax: Axes, rows: Sequence[TorqueRow]) -> None:
 def _plot_arms(ax: Axes, arms: Sequence[DrawnArm], seen: Callable[[Points], Seen], voxel_m: float) -> None:
     """Draw all arms; `seen` maps points of the base frame to the picture."""
     for arm in arms:
-        _plot_region(ax, seen(arm.reach), voxel_m, SKY, "finger tip's reach")
+        _plot_region(ax, seen(arm.reach), voxel_m, SKY, "reach of the fingertip")
         _plot_region(ax, seen(arm.task), voxel_m, GREEN, "in the task workspace")
         ax.plot(*seen(arm.arm).T, color=ORANGE, lw=6.0, alpha=0.85, solid_capstyle="round", label="arm", zorder=3)
         ax.plot(*seen(arm.exo).T, "-o", color=BLUE, lw=2.2, ms=4.5, label="machine", zorder=4)
