@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import z3
 
@@ -49,7 +50,11 @@ class Verdict:
 
 
 def judged(
-    source: Source, one: Property, limit_s: float = 240.0, looks: Callable[..., str] = failing_record
+    source: Source,
+    one: Property,
+    limit_s: float = 240.0,
+    looks: Callable[..., str] = failing_record,
+    tries_all: bool = False,
 ) -> Verdict:
     """Return the verdict on one property of a source.
 
@@ -58,6 +63,7 @@ def judged(
         one: Property.
         limit_s: Processor time after which what is left is undecided [s].
         looks: Search for a record with which the guard breaks a promise.
+        tries_all: True to try what is known to stay undecided; otherwise only the guard is run on random records.
     """
     started = time.process_time()
     verdict = Verdict(one.name, allowed=one.undecided)
@@ -73,21 +79,37 @@ def judged(
             verdict.promises[name] = "undecided"
             continue
         claim = z3.Implies(assumed, run.numbers.truth(_claim(run, state, name)))
-        verdict.promises[name] = "undecided"
-        # By laws, then by random runs of the guard, then bit by bit: a wrong guard is found in the second step.
-        if run.check(claim, EFFORT, DEPTHS[:3])[0] == z3.unsat:
-            verdict.promises[name] = "proved"
-        elif example := looks(source, one, name, is_quick=True):
-            verdict.promises[name], verdict.example = "refuted", example
-        elif run.check(claim, EFFORT, DEPTHS[3:])[0] == z3.unsat:
-            verdict.promises[name] = "proved"
-        elif name not in one.undecided and (example := looks(source, one, name)):
-            verdict.promises[name], verdict.example = "refuted", example
+        search = partial(looks, source, one, name)
+        if name in one.undecided and not tries_all:
+            example = search(is_quick=True)
+            result = "refuted" if example else "undecided"
+        else:
+            result, example = _result(run, claim, search, is_hard=name in one.undecided)
+        verdict.promises[name], verdict.example = result, example or verdict.example
     for path, claim, where in run.duties:
+        if where in one.undecided and not tries_all:
+            verdict.duties[where] = "undecided"
+            continue
         found, _ = run.check(z3.Implies(z3.And(assumed, path), claim), DUTY_EFFORT)
         verdict.duties[where] = "proved" if found == z3.unsat else "undecided"
     verdict.seconds = time.process_time() - started
     return verdict
+
+
+def _result(run: Run, claim: z3.BoolRef, search: Callable[..., str], is_hard: bool) -> tuple[str, str]:
+    """Try a claim by laws, then by random runs of the guard, which find a wrong guard, then bit by bit.
+
+    Returns:
+        Result, and a record with which the guard breaks the promise.
+    """
+    if run.check(claim, EFFORT, DEPTHS[:3])[0] == z3.unsat:
+        return "proved", ""
+    if example := search(is_quick=True):
+        return "refuted", example
+    if run.check(claim, EFFORT, DEPTHS[3:])[0] == z3.unsat:
+        return "proved", ""
+    example = "" if is_hard else search()
+    return ("refuted" if example else "undecided"), example
 
 
 def _prepared(source: Source, one: Property) -> tuple[Run, State, State, z3.BoolRef]:

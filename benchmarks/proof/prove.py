@@ -3,6 +3,7 @@
     python benchmarks/proof/prove.py                          # all, and exit 1 if one is refuted or undecided
     python benchmarks/proof/prove.py --only rate --only latch
     python benchmarks/proof/prove.py --save docs/results/proof.md
+    python benchmarks/proof/prove.py --undecided              # also what z3 has not decided yet
 
 Each property is proved in a process of its own with a time limit. Method and limits: docs/explanation/guard.md.
 """
@@ -12,6 +13,7 @@ import multiprocessing
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -27,10 +29,10 @@ LIMIT_S = 240.0
 LONGEST = ("second half of a tick", "first half of a tick", "envelope")
 
 
-def _judge(name: str) -> Verdict:
+def _judge(name: str, tries_all: bool) -> Verdict:
     if name == MISSED:
         return bridge_verdict(read(CORE))
-    return judged(read(CORE), next(one for one in PROPERTIES if one.name == name), LIMIT_S)
+    return judged(read(CORE), next(one for one in PROPERTIES if one.name == name), LIMIT_S, tries_all=tries_all)
 
 
 def main() -> None:
@@ -38,6 +40,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", action="append", default=[], help="part of the name of a property")
     parser.add_argument("--save", type=Path, help="write the report to this file")
+    parser.add_argument("--undecided", action="store_true", help="also try what is known to stay undecided")
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args()
     # The longest first, so that both processes end at the same time.
@@ -46,7 +49,7 @@ def main() -> None:
     started, verdicts = time.monotonic(), list[Verdict]()
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(options.workers, mp_context=context) as pool:
-        for verdict in pool.map(_judge, names):
+        for verdict in pool.map(partial(_judge, tries_all=options.undecided), names):
             verdicts.append(verdict)
             print(row(verdict), flush=True)
     print(f"{time.monotonic() - started:.0f} s")
