@@ -40,7 +40,7 @@ def test_a_file_that_finds_no_room_is_one_sentence_and_the_old_one_stays(
     target = out / name if name in ("rigs.json", "mine") else out
     out.mkdir()
     if "." in name:
-        (out / name).write_text("old")
+        (out / name).write_text("{}")
     command = [sys.executable, "-B", "-c", LIMITED, str(most_bytes), *words, str(target)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=os.environ | {"COLUMNS": "500"})
     assert done.returncode == 1, done.stderr
@@ -50,7 +50,7 @@ def test_a_file_that_finds_no_room_is_one_sentence_and_the_old_one_stays(
     assert "cannot be" in said[0]
     assert "File too large" in said[0]
     if "." in name:
-        assert (out / name).read_text() == "old"
+        assert (out / name).read_text() == "{}"
     if name == "mine":
         assert list(out.iterdir()) == []
 

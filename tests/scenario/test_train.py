@@ -278,7 +278,7 @@ def test_a_run_that_is_killed_while_it_closes_its_files_gets_its_report_when_it_
     recording = tmp_path / Path(result["recording"]).name
     with recording.open("r+b") as file:
         file.truncate(recording.stat().st_size - 20_000)  # the end of the file with the result was not written
-    words = "--protocol", str(tmp_path / "short.toml"), "--rig", "recupera_like_passive", "--resume"
+    words = "--protocol", str(folder / "short.toml"), "--rig", "recupera_like_passive", "--resume"
     again = trained(tmp_path, *words)
     assert Path(again["report"]).is_file()
     assert {key: again[key] for key in ("touches", "accepted", "windows", "is_complete", "simulated_s")} == {

@@ -115,10 +115,16 @@ void exograv_lanes(const {element} **in, {element} **out, long long count) {{
 
 def _library(function: ca.Function, shared: tuple[str, ...], element: str) -> ctypes.CDLL:
     with tempfile.TemporaryDirectory() as folder:  # a loaded library stays mapped after the folder is gone
-        text, library = Path(folder) / "lanes.c", Path(folder) / "lanes.so"
+        text, code, library = (Path(folder) / f"lanes.{ending}" for ending in ("c", "o", "so"))
         text.write_text(source(function, shared, element))
-        command = [compiler(), *FLAGS, *MORE_FLAGS, "-o", str(library), str(text), "-lmvec", "-lm"]
-        result = subprocess.run(command, capture_output=True, text=True, check=False)
-        if result.returncode != 0:
-            raise Missing(f"{command[0]} rejected the code: {result.stderr.strip().splitlines()[-1]}")
+        # Linked with -ffast-math, gcc adds code that flushes subnormal numbers to zero in the whole process.
+        flags = [flag for flag in FLAGS if flag != "-shared"]
+        _run([compiler(), *flags, *MORE_FLAGS, "-c", "-o", str(code), str(text)])
+        _run([compiler(), *FLAGS, "-o", str(library), str(code), "-lmvec", "-lm"])
         return ctypes.CDLL(str(library))
+
+
+def _run(command: list[str]) -> None:
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    if result.returncode != 0:
+        raise Missing(f"{command[0]} rejected the code: {result.stderr.strip().splitlines()[-1]}")

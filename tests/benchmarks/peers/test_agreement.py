@@ -38,6 +38,15 @@ def test_batches_of_any_size_compute_the_reference(opponent, shape: BatchShape):
     assert Reference(task).error_of(call, shape) <= TOLERANCE[shape.dtype]
 
 
+@pytest.mark.parametrize("opponent", NOT_JAX, ids=lambda opponent: opponent.name)
+def test_no_opponent_flushes_subnormal_numbers_to_zero_in_the_whole_process(opponent):
+    try:
+        opponent.build(plan.task("rnea_4"), BatchShape(13, "float64"))
+    except Missing as missing:
+        pytest.skip(str(missing))
+    assert np.float64(1e-310) * np.float64(0.5) > 0.0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("opponent", OPPONENTS, ids=lambda opponent: opponent.name)
 @pytest.mark.parametrize("name", ["rnea_7", "torque_gradient_7", "tick_aligned_7"])
