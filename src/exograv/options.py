@@ -104,7 +104,8 @@ class PersonCode:
             ConfigError: The text is not a valid code, or it looks like a name.
         """
         if not self.accepts(code):
-            raise ConfigError(f"{flag} is '{code}'; it must have {self.text}. {self.advice}")
+            given = f"'{code}'" if code else "missing"
+            raise ConfigError(f"{flag} is {given}; it must have {self.text}. {self.advice}")
 
 
 @dataclass(frozen=True)
