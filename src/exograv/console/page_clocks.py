@@ -24,7 +24,7 @@ class PageClocks:
     """Clocks of the pages: offset and drift of each against the server's clock."""
 
     def __init__(self) -> None:
-        """Start without clocks."""
+        """Start without the clock of any page."""
         self._pages = dict[str, _Page]()
 
     def ping(self, page: str, ping: Ping, heard: float, answered: float) -> None:

@@ -88,7 +88,7 @@ class _CuffLoad:
 
     @cached_property
     def energy(self) -> ca.SX:
-        """Elastic energy [J]."""
+        """Elastic energy that is stored in the cuff [J]."""
         return 0.5 * (ca.dot(self.f, self.P) + ca.dot(self.kappa, self.rho))
 
     @cached_property

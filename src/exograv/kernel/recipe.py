@@ -64,7 +64,7 @@ class Recipe:
     of: tuple[object, ...]
 
     def __call__(self) -> ca.Function:
-        """Build the function."""
+        """Build the CasADi function from the arguments `of`."""
         return self.build(*self.of)
 
     def name(self) -> str:

@@ -70,7 +70,7 @@ class _Channel:
         return (self._texts or [])[:1]
 
     def messages(self) -> list[Message] | StoredMessages:
-        """Return all messages."""
+        """Return all messages of the channel, in memory or read from the file on demand."""
         if self._texts is None:
             return self._places
         return [restored(self._channel.fields, json.loads(text)) for text in self._texts]
@@ -96,7 +96,7 @@ class _Scan:
 
     @property
     def settings(self) -> Message:
-        """Message of `/settings`."""
+        """Settings of the run: the message of the channel `/settings`."""
         if self._settings is None:
             self._settings = settings_of(self.path, self.channels[SETTINGS.topic].first())
         return self._settings

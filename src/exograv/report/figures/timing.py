@@ -44,7 +44,7 @@ def _mark(ax: Axes, value: float, name: str, colour: str, **line: Any) -> None:
 
 
 def explain(recording: Recording) -> str:
-    """Explain the figure."""
+    """Return the caption that explains how to read the figure."""
     times = recording.computing_times
     p50, p99, p999 = times.percentiles(PERCENTILES)
     late = times.counts[times.values_us > BUDGET_US].sum()

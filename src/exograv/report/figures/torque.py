@@ -36,7 +36,7 @@ def draw(recording: Recording) -> Figure | None:
 
 
 def explain(recording: Recording) -> str:
-    """Explain the figure."""
+    """Return the caption that explains how to read the figure."""
     ticks = _stretch(recording)
     assert ticks is not None
     gap = np.sqrt(np.nanmean((ticks["tau_measured"] - ticks["tau_feedforward"]) ** 2, axis=0))
