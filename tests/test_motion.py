@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exograv.model.description import load_rig
-from exograv.motion import Trajectory, eased_in, fourier, go_to, hold, joined, minimum_jerk, sweep
+from exograv.motion import Passage, Trajectory, eased_in, fourier, go_to, hold, joined, minimum_jerk, sweep
 
 DT = 1e-3
 START = np.array([0.1, -0.2, 0.3, 1.0])
@@ -116,3 +116,15 @@ def test_joined_motions_follow_each_other():
     assert len(way) == 1500
     assert way.seconds == pytest.approx(1.5)
     np.testing.assert_array_equal(way.q[-1], GOAL)
+
+
+def test_a_passage_is_the_same_motion_as_its_table():
+    start, goal, dt = np.array([0.1, -0.4]), np.array([1.0, 0.2]), 2e-3
+    passage = Passage.planned(start, goal, 0.6, 0.5, dt)
+    table = joined([go_to(start, goal, 0.6, dt), hold(goal, 0.5, dt)])
+    assert len(passage) == len(table)
+    for k in range(len(table)):
+        q, v, a = passage.at(k)
+        np.testing.assert_allclose(q, table.q[k], rtol=0, atol=1e-15)
+        np.testing.assert_allclose(v, table.v[k], rtol=0, atol=1e-14)
+        np.testing.assert_allclose(a, table.a[k], rtol=0, atol=1e-12)

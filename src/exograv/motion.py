@@ -53,20 +53,60 @@ def smooth_share(s: np.ndarray) -> np.ndarray:
 def minimum_jerk(q_start: Joints, q_goal: Joints, seconds: float, dt: float) -> Trajectory:
     """Return a motion from rest at `q_start` to rest at `q_goal` [rad], with the profile `smooth_share`."""
     ticks = round(seconds / dt)
-    seconds = ticks * dt  # A whole number of ticks: the last one is at rest at the goal.
     s = np.arange(1, ticks + 1)[:, None] / ticks
-    way = q_goal - q_start
+    # A whole number of ticks: the last one is at rest at the goal.
+    return Trajectory(*_minimum_jerk(q_start, q_goal - q_start, s, ticks * dt), dt)
+
+
+def _minimum_jerk(q_start: Joints, way: Joints, s: np.ndarray, seconds: float) -> tuple[np.ndarray, ...]:
+    """Position, velocity and acceleration at the share `s` of the duration `seconds` [s]."""
     q = q_start + way * smooth_share(s)
     v = way / seconds * (30 * s**2 - 60 * s**3 + 30 * s**4)
     a = way / seconds**2 * (60 * s - 180 * s**2 + 120 * s**3)
-    return Trajectory(q, v, a, dt)
+    return q, v, a
 
 
 def go_to(q_start: Joints, q_goal: Joints, v_max: float, dt: float) -> Trajectory:
     """Return a minimum-jerk motion of at least 0.5 s whose fastest joint does not exceed `v_max` [rad/s]."""
+    return minimum_jerk(q_start, q_goal, _seconds(q_start, q_goal, v_max), dt)
+
+
+def _seconds(q_start: Joints, q_goal: Joints, v_max: float) -> float:
     # 1.875 = 15/8: peak speed over mean speed of a minimum-jerk motion.
-    seconds = max(0.5, 1.875 * float(np.abs(q_goal - q_start).max()) / v_max)
-    return minimum_jerk(q_start, q_goal, seconds, dt)
+    return max(0.5, 1.875 * float(np.abs(q_goal - q_start).max()) / v_max)
+
+
+@dataclass(frozen=True)
+class Passage:
+    """Motion of `go_to` and a rest at its goal, computed tick by tick; a table would take longer than a tick."""
+
+    q_start: Joints
+    """Posture at the start [rad]."""
+
+    q_goal: Joints
+    """Posture at the end [rad]."""
+
+    ticks: int
+    """Duration of the motion without the rest [ticks]."""
+
+    rest_ticks: int
+    """Duration of the rest at the goal [ticks]."""
+
+    dt: float
+    """Period [s]."""
+
+    @classmethod
+    def planned(cls, q_start: Joints, q_goal: Joints, v_max: float, rest_s: float, dt: float) -> "Passage":
+        """Return a passage whose fastest joint does not exceed `v_max` [rad/s], with a rest of `rest_s` [s]."""
+        return cls(q_start, q_goal, round(_seconds(q_start, q_goal, v_max) / dt), round(rest_s / dt), dt)
+
+    def __len__(self) -> int:
+        return self.ticks + self.rest_ticks
+
+    def at(self, tick: int) -> tuple[np.ndarray, ...]:
+        """Return position [rad], velocity [rad/s] and acceleration [rad/s²] at a tick, which counts from 0."""
+        share = np.array(min((tick + 1) / self.ticks, 1.0))
+        return _minimum_jerk(self.q_start, self.q_goal - self.q_start, share, self.ticks * self.dt)
 
 
 def fourier(centre: Joints, sine: Table, cosine: Table, period: float, seconds: float, dt: float) -> Trajectory:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
+from exograv.control.tick import SLOPE_MAX, Tick
 from exograv.laboratory.cooperative_wearer import cooperative_machine
 from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.virtual_laboratory import draw_laboratory
@@ -155,3 +156,36 @@ def test_the_virtual_operator_only_does_what_the_table_allows_and_ends_with_the_
         passed.append(modes.mode)
     assert passed == [Mode.SAFE, Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY]
     assert modes.arm_share == 0.0
+
+
+def test_the_first_answer_after_the_preparation_solves_no_closure_from_a_cold_start(monkeypatch: pytest.MonkeyPatch):
+    laboratory = draw_laboratory("recupera_like", None, LEVEL, SEED)
+    prepared = ideal_knowledge(laboratory, 0.0)
+    control, joints = LiveControl(prepared, 0.0), prepared.assembly.n
+    state, row = np.zeros(1, state_dtype(joints))[0], np.zeros((), answer_dtype(joints))
+    state["q"] = prepared.assembly.description.donning_posture
+    control.prepare(state)
+    cold: list[np.ndarray] = []
+    monkeypatch.setattr(Tick, "close", lambda _tick, q, _x: cold.append(q))
+    control.answer(state, row)
+    assert control.mode is Mode.OFF
+    assert not cold
+    assert row["slope"] < SLOPE_MAX
+
+
+def test_a_preparation_leaves_no_trace_in_the_modes_and_in_the_torque():
+    laboratory = draw_laboratory("recupera_like", None, LEVEL, SEED)
+    prepared = ideal_knowledge(laboratory, 0.0)
+    joints, rows = prepared.assembly.n, []
+    for is_prepared in (True, False):
+        control, state = LiveControl(prepared, 0.0), np.zeros(1, state_dtype(joints))[0]
+        state["q"] = prepared.assembly.description.donning_posture
+        if is_prepared:
+            control.prepare(state)
+        row = np.zeros((), answer_dtype(joints))
+        for k in range(100):
+            state["now"], state["sequence"] = 1e-3 * k, k
+            control.answer(state, row)
+        rows.append(row)
+    assert rows[0]["mode"] == rows[1]["mode"]
+    np.testing.assert_allclose(rows[0]["tau"], rows[1]["tau"], atol=1e-9)

@@ -12,7 +12,7 @@ import numpy as np
 
 from exograv.loop.control_step import ControlStep
 from exograv.recording.encoding import tick_dtype
-from exograv.rig import Powered, may_be_worn
+from exograv.rig import Powered, Rig, may_be_worn
 from exograv.runtime.clock.real_time_loop import run_loop
 from exograv.runtime.clock.realtime import Rights, realtime
 from exograv.runtime.clock.timing import Timing
@@ -36,6 +36,7 @@ def guard_process(job: GuardJob, parent: Connection) -> None:
     guarding = native_guard(job, parent, made) or GuardLoop(job, parent, made)
     try:
         with guarding.rig:
+            show_posture(guarding.rig, job)
             parent.send("ready")
             parent.recv()
             report = guarding.report(*guarding.run())
@@ -43,6 +44,15 @@ def guard_process(job: GuardJob, parent: Connection) -> None:
             parent.send(report)
     finally:
         guarding.close()
+
+
+def show_posture(rig: Rig, job: GuardJob) -> None:
+    """Tell control the posture of the machine before the motors are on, so that its first answer comes in time."""
+    with contextlib.closing(Mailbox(state_dtype(job.channels.joints), job.channels.states)) as states:
+        measured, state = rig.read(), np.zeros((), state_dtype(job.channels.joints))
+        state["sequence"], state["now"], state["safe_state"] = measured.sequence, rig.t, SafeState.NONE
+        state["q"], state["current"] = measured.q, measured.current
+        states.write(state)
 
 
 class GuardLoop:

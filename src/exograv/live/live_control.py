@@ -16,6 +16,7 @@ from exograv.model.wearer_form import WearerForm
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig import Rig
 from exograv.runtime.clock.timing import PERIOD_NS
+from exograv.runtime.control_loop.exchange import answer_dtype
 from exograv.runtime.control_loop.steering import ASKABLE
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard, SafeState
@@ -40,6 +41,9 @@ OPERATOR: Mapping[Mode, Event] = MappingProxyType(
 """
 
 MODES = tuple(Mode)
+
+REHEARSALS = 50
+"""Answers that are computed and discarded before the first tick."""
 
 
 def notes(is_tested: bool) -> dict[str, str]:
@@ -112,21 +116,38 @@ class LiveControl:
         is_steered: bool = False,
     ):
         """Begin with the machine off; a replacement (`is_first` False) begins with the machine in a safe state."""
-        self._is_steered, self._obeyed = is_steered, 0 if is_first else None
+        self._is_steered, self._is_first, self._gravity_level = is_steered, is_first, gravity_level
         self._controller = ArmController(prepared.assembly, prepared.machine, prepared.x, period_s)
-        self._controller.mode.gravity_level = gravity_level
         self._still, self._period_s = np.zeros(prepared.assembly.n), period_s
-        self._modes = ModeMachine() if is_first else ModeMachine(Mode.SAFE)
-        self._rested_s, self._has_begun = 0.0, not is_first
         self._lesson = lesson.lesson() if isinstance(lesson, LiveIdentificationPlan) else lesson
         self._actuators = prepared.machine.actuators
-        self._q_ramp = self._still
-        # The first step solves the closure without a warm start, which takes longer than a tick.
-        posture = prepared.assembly.description.donning_posture
-        self._controller.step(posture, self._still, self._hold(self._still))
-        self._controller = self._controller.again(prepared.x)
-        self._controller.mode.gravity_level = gravity_level
-        self._feedback = OutputFeedback(prepared.assembly.n, period_s, self._controller)
+        self._begin()
+
+    def prepare(self, state: np.void) -> None:
+        """Prepare for the posture in `state`, which stands before the first tick.
+
+        The first answers run code and memory that are cold, and the first step at a posture solves the closure without
+        a warm start. Both take longer than a tick.
+        """
+        if not np.isfinite(state["q"]).all():
+            return
+        row = np.zeros((), answer_dtype(len(self._still)))
+        for _ in range(REHEARSALS):
+            self.answer(state, row)
+        if self._lesson is not None:
+            self._lesson.prepare(state["q"].copy())
+        self._begin()
+        self._controller.step(state["q"], self._still, self._hold(state["q"]))
+
+    def _begin(self) -> None:
+        """Set the state before the first answer."""
+        self._modes = ModeMachine() if self._is_first else ModeMachine(Mode.SAFE)
+        self._rested_s, self._has_begun = 0.0, not self._is_first
+        self._obeyed, self._q_ramp = 0 if self._is_first else None, self._still
+        self._controller = self._controller.again(self._controller.x)
+        self._controller.mode.gravity_level = self._gravity_level
+        self._controller.mode.arm_share = self._modes.arm_share
+        self._feedback = OutputFeedback(len(self._still), self._period_s, self._controller)
         self._feedback.guide = self._guide
 
     @property

@@ -5,14 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from exograv import motion
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Parameters
 from exograv.identification.core.prior import prior
 from exograv.loop.person_limits_manager import LimitsMaker
 from exograv.loop.phases import IDENTIFICATION, VERIFICATION, Phase, phases_of_unknown_arm
 from exograv.model.assembly import Assembly
-from exograv.motion import Trajectory
+from exograv.motion import Passage, Trajectory
 from exograv.procedures.identification.estimator_session import Belief
 from exograv.procedures.identification.identify import V_MOTION, identification_motion
 from exograv.procedures.verification.postures import NONE, Verification, VerificationPasses, all_passes
@@ -54,15 +53,15 @@ class LiveIdentification:
         self._path, self._period_s = identification_motion(assembly, seconds, period_s), period_s
         self._tell, self._newest = tell, newest
         self._row, self._still = np.zeros((), sample_dtype(assembly.n)), np.zeros(assembly.n)
-        self._way = motion.hold(self._path.q[0], 0.0, period_s)
+        self._way = Passage(self._path.q[0], self._path.q[0], 0, 0, period_s)
         self._begun_at = 0.0
         self._found_at = -np.inf
         self.findings = 0
         """Number of findings of the worker that control knows."""
 
     def prepare(self, q: Joints) -> None:
-        """Plan the approach from the posture `q` [rad]; this takes a part of a tick."""
-        self._way = IDENTIFICATION.approach(q, self._path.q[0], self._period_s)
+        """Plan the approach from the posture `q` [rad]."""
+        self._way = IDENTIFICATION.passage(q, self._path.q[0], self._period_s)
 
     def begin(self, now: float) -> None:
         """Begin the motion at time `now` [s]."""
@@ -83,7 +82,7 @@ class LiveIdentification:
             return self._at(self._passes.path, self._tick_of_passes(now))
         tick, way, path = self._tick(now), self._way, self._path
         if tick < len(way):
-            return Reference(way.q[tick], way.v[tick], way.a[tick])
+            return Reference(*way.at(tick))
         return self._at(path, tick - len(way))
 
     def _at(self, path: Trajectory, tick: int) -> Reference:

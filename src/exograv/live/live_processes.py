@@ -12,6 +12,7 @@ from typing import Protocol, runtime_checkable
 from exograv.errors import RigError
 from exograv.loop.pilot import Progress
 from exograv.loop.replay_log import written_person
+from exograv.results import json_value
 from exograv.runtime.clock.timing import PERIOD_NS
 from exograv.runtime.control_loop.answering import ControlInterface
 from exograv.runtime.control_loop.exchange import Channels, PersonUpdate, answer_dtype, state_dtype
@@ -136,8 +137,9 @@ def fly(
         if ros2 is not None:
             stack.callback(ros2.close)
             ros2.begin(recorder, states, line.send)
-        control.await_ready()
         guard.await_ready()
+        control.await_ready()
+        _note_posture(states, recorder)
         if worker is not None:
             worker.await_ready()
         if listening is not None:
@@ -165,6 +167,13 @@ def fly(
             learned=worker.learned,
             passed=worker.passed,
         )
+
+
+def _note_posture(states: Mailbox, recorder: Recorder) -> None:
+    """Record the posture for which control has prepared: a replay prepares for it, too."""
+    if (shown := states.read()) is not None:
+        state = shown[1]
+        recorder.write("/control", float(state["now"]), {"act": "prepare", "q": json_value(state["q"])})
 
 
 def _worker(job: WorkerJob, recorder: Recorder, line: GuardLine, stack: contextlib.ExitStack) -> WorkerKeeper:

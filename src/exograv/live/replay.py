@@ -81,6 +81,7 @@ class LiveReplay:
         prepared = ControllerKnowledge(recorded.assembly, machine, x, 0.0)
         is_steered = bool(live.get("is_steered"))
         self._control = LiveControl(prepared, level, lesson=lesson, period_s=period_s, is_steered=is_steered)
+        self._prepare()
         self._guarding.forget(actuators.torque(self._columns["current"][0]))
 
     def fly(self, progress: Progress) -> ReplayedDecisions:
@@ -113,6 +114,15 @@ class LiveReplay:
         tau = self._row["tau"].copy()
         self._again.tau_desired[k], self.closure_slope = tau, float(self._row["slope"])
         return ControlRequest(believed.sequence, now + COMMAND_LIFE_S, tau)
+
+    def _prepare(self) -> None:
+        """Prepare control as in the run; runs of earlier versions prepared nothing."""
+        for message in self._recorded.control:
+            if message["act"] == "prepare":
+                state = np.zeros(1, state_dtype(len(message["q"])))[0]
+                with readable(self._recorded.recording.path):
+                    state["q"] = message["q"]
+                self._control.prepare(state)
 
     def _told(self, believed: JointState, now: float, safe_state: int) -> np.void:
         state = self._state.copy()

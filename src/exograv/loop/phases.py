@@ -53,6 +53,10 @@ class Phase:
         """Motion from `q` to the phase's first posture [rad], with the rest there, at the period `dt` [s]."""
         return motion.joined([motion.go_to(q, posture, TRAVEL_RAD_S, dt), motion.hold(posture, self.settle_s, dt)])
 
+    def passage(self, q: Joints, posture: Joints, dt: float) -> motion.Passage:
+        """Return the motion of `approach` without its table."""
+        return motion.Passage.planned(q, posture, TRAVEL_RAD_S, self.settle_s, dt)
+
 
 ON_THE_WAY = Phase("move", Drive.ALWAYS)
 """Motion from one phase to the next."""

@@ -40,3 +40,38 @@ def test_control_says_that_it_is_ready_when_it_has_its_rights(monkeypatch: pytes
         control_process(ControlJob(Silent, channels), its)
     assert said_before == [False, True]
     assert ours.recv() == "ready"
+
+
+class Posed(Silent):
+    """Control that wants to know the posture before it answers."""
+
+    def __init__(self, prepared: list[float]):
+        self._prepared = prepared
+
+    def prepare(self, state: np.void) -> None:
+        self._prepared.append(float(state["q"][0]))
+
+
+def test_control_prepares_for_the_posture_of_the_machine_before_it_says_that_it_is_ready():
+    ours, its = Pipe()
+    prepared: list[float] = []
+    states, answers = Mailbox(state_dtype(1)), Mailbox(answer_dtype(1))
+    with contextlib.closing(states), contextlib.closing(answers):
+        state = np.zeros((), state_dtype(1))
+        state["q"] = 0.3
+        states.write(state)
+        ours.send("over")
+        channels = Channels(1, states.name, answers.name, Inlet(1, "", ""))
+        control_process(ControlJob(lambda: Posed(prepared), channels), its)
+    assert prepared == [0.3]
+    assert ours.recv() == "ready"
+
+
+def test_control_without_a_guard_ends_with_the_run():
+    ours, its = Pipe()
+    states, answers = Mailbox(state_dtype(1)), Mailbox(answer_dtype(1))
+    with contextlib.closing(states), contextlib.closing(answers):
+        ours.send("over")
+        channels = Channels(1, states.name, answers.name, Inlet(1, "", ""))
+        control_process(ControlJob(lambda: Posed([]), channels), its)
+        assert not answers.count

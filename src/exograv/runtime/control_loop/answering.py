@@ -18,6 +18,9 @@ from .exchange import Channels, answer_dtype, answered_to, state_dtype
 POLL_S = 20e-6
 """Time between two looks into a mailbox [s]; the kernel adds some 60 µs."""
 
+WAITS_S = 0.005
+"""Time between two looks for the first state of the guard [s]."""
+
 ASK_PARENT_EVERY = 200
 """Looks of an idle process between two checks whether the run is over."""
 
@@ -36,6 +39,15 @@ class ControlInterface(Protocol):
         ...
 
 
+@runtime_checkable
+class Prepared(ControlInterface, Protocol):
+    """Control that prepares for the machine's posture before it has to answer within a tick."""
+
+    def prepare(self, state: np.void) -> None:
+        """Prepare for the posture in `state`, without a limit of time."""
+        ...
+
+
 @dataclass(frozen=True)
 class ControlJob:
     """Start arguments of a control process."""
@@ -51,17 +63,29 @@ def control_process(job: ControlJob, parent: Connection) -> None:
     try:
         control = job.build()
         with realtime(), contextlib.suppress(EOFError):
+            seen = _prepare(control, states, parent) if isinstance(control, Prepared) else 0
             # `ready` is sent after the rights are taken. That takes a fifth of a second, and a guard that began earlier
             # would have no answer.
             parent.send("ready")
-            _answer_all(control, states, answers, job.channels.joints, parent)
+            _answer_all(control, states, answers, job.channels.joints, parent, seen)
     finally:
         states.close()
         answers.close()
 
 
-def _answer_all(control: ControlInterface, states: Mailbox, answers: Mailbox, joints: int, parent: Connection) -> None:
-    row, seen, idle = np.zeros((), answer_dtype(joints)), 0, 0
+def _prepare(control: Prepared, states: Mailbox, parent: Connection) -> int:
+    """Wait for the first state of the guard and prepare for it; return its number, or 0 if the parent ends the run."""
+    while (got := states.read()) is None:
+        if parent.poll(WAITS_S):
+            return 0
+    control.prepare(got[1])
+    return got[0]
+
+
+def _answer_all(
+    control: ControlInterface, states: Mailbox, answers: Mailbox, joints: int, parent: Connection, seen: int
+) -> None:
+    row, idle = np.zeros((), answer_dtype(joints)), 0
     while True:
         got = states.read()
         if got is None or got[0] == seen:
