@@ -14,8 +14,8 @@ from exograv.live.guard_job import GuardedRig
 from exograv.live.live_processes import ProcessParts, Running, fly
 from exograv.recording import read_recording
 from exograv.rig import Rig
-from exograv.runtime.recorder.recorder import Recorder
 from exograv.runtime.control_loop.guard_commands import STOPPED_BEFORE, level_note
+from exograv.runtime.recorder.recorder import Recorder
 from exograv.runtime.ros2.bridge import WANTED
 from exograv.runtime.ros2.bridging import Bridging, Ros2
 from exograv.runtime.ros2.keys import topic_key
