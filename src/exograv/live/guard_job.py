@@ -14,6 +14,9 @@ from exograv.safety.guard import Guard
 LIMITS_NS, LIMITS_SHARE = 350_000, 0.35
 """Time that the guard reserves in a period to limit a torque and to write it [ns], and its largest share [-]."""
 
+NATIVE_LIMITS_NS, NATIVE_LIMITS_SHARE = 150_000, 0.25
+"""The same for the loop in C, which limits and writes in some 30 µs."""
+
 GIVEN_UP_AFTER, ASKED_AGAIN_EVERY = 8, 8
 """Ticks in a row without an answer after which the guard waits in every eighth tick only.
 
@@ -83,6 +86,7 @@ class GuardReport:
     """Modes in order, each with its start since the start of the loop [s]."""
 
 
-def answer_by_ns(period_ns: int) -> int:
-    """Time after the start of a period by which control must have answered [ns]."""
-    return period_ns - round(min(LIMITS_NS, LIMITS_SHARE * period_ns))
+def answer_by_ns(period_ns: int, is_native: bool = False) -> int:
+    """Time after the start of a period by which control must have answered the loop in Python or in C [ns]."""
+    most, share = (NATIVE_LIMITS_NS, NATIVE_LIMITS_SHARE) if is_native else (LIMITS_NS, LIMITS_SHARE)
+    return period_ns - round(min(most, share * period_ns))

@@ -114,8 +114,13 @@ class LiveControl:
         lesson: LiveIdentification | LiveIdentificationPlan | None = None,
         period_s: float = 1e-9 * PERIOD_NS,
         is_steered: bool = False,
+        publishes_later: bool = True,
     ):
-        """Begin with the machine off; a replacement (`is_first` False) begins with the machine in a safe state."""
+        """Begin with the machine off; a replacement (`is_first` False) begins with the machine in a safe state.
+
+        With `publishes_later`, a new estimate of the arm comes into force in `afterwards`; otherwise in the answer.
+        """
+        self._publishes_later, self._found = publishes_later, None
         self._is_steered, self._is_first, self._gravity_level = is_steered, is_first, gravity_level
         self._controller = ArmController(prepared.assembly, prepared.machine, prepared.x, period_s)
         self._still, self._period_s = np.zeros(prepared.assembly.n), period_s
@@ -127,13 +132,17 @@ class LiveControl:
         """Prepare for the posture in `state`, which stands before the first tick.
 
         The first answers run code and memory that are cold, and the first step at a posture solves the closure without
-        a warm start. Both take longer than a tick.
+        a warm start. Both take longer than a tick. The first eigenvalues of a full matrix, in `publish`, take even
+        17 ms: the linear algebra library then reserves 32 MB, and locked memory is filled at once.
         """
         if not np.isfinite(state["q"]).all():
             return
         row = np.zeros((), answer_dtype(len(self._still)))
         for _ in range(REHEARSALS):
             self.answer(state, row)
+            self.afterwards()
+        self._controller.publish(self._controller.x.copy(), state["q"].copy())
+        np.linalg.eigvalsh(np.eye(4) + 0.1)
         if self._lesson is not None:
             self._lesson.prepare(state["q"].copy())
         self._begin()
@@ -169,6 +178,12 @@ class LiveControl:
         if self._lesson is not None and self.mode is Mode.MOVING:
             self._lesson.told(float(state["now"]), state["q"], self._actuators.torque(state["current"]), reference.q)
 
+    def afterwards(self) -> None:
+        """Put a new estimate into force, with a ramp. It takes longer than a tick has left before its answer."""
+        if self._found is not None:
+            self._controller.publish(self._found, self._feedback.q)
+            self._found = None
+
     def forget(self, mode: Mode, arm_share: float) -> None:
         """Restart in a mode with a share of the arm, after a gap in the recording."""
         self._feedback.forget()
@@ -180,7 +195,7 @@ class LiveControl:
         state = self._state
         now = float(state["now"])
         self._follow(state, q, v)
-        self._learn(now, int(state["persons"]), q)
+        self._learn(now, int(state["persons"]))
         reference = self._reference(now, q)
         self._controller.mode.arm_share = self._modes.arm_share
         self._controller.mode.gravity_level = float(state["gravity_level"])
@@ -225,13 +240,15 @@ class LiveControl:
             self._rested_s += self._period_s
         return Event.TAKE_ARM if self._rested_s >= REST_BEFORE_RAMP_S else None
 
-    def _learn(self, now: float, persons: int, q: np.ndarray) -> None:
+    def _learn(self, now: float, persons: int) -> None:
         """Move an unknown arm as soon as the machine carries it; let it float when the guard knows its limits."""
         lesson, modes = self._lesson, self._modes
         if lesson is None:
             return
         if (x := lesson.found()) is not None:
-            self._controller.publish(x, q)
+            self._found = x
+            if not self._publishes_later:
+                self.afterwards()
         phase = lesson.phase(persons)
         if modes.mode is Mode.FLOATING and phase is IDENTIFICATION:
             modes.take(Event.MOVE)

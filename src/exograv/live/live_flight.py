@@ -113,6 +113,7 @@ def settings_of(plan: LivePlan, said: Mapping[str, Any]) -> Mapping[str, object]
                 "machine": asdict(prepared.machine),
                 "x": prepared.x,
                 "person": written_person(plan.person),
+                "publishes_later": True,
                 **({"is_steered": True} if plan.is_steered else {}),
                 **({} if plan.lesson is None else _written_lesson(plan.lesson)),
             },

@@ -242,7 +242,7 @@ class NativeGuard:
         loop.person_places, loop.person_size = self._person_places.ctypes.data, len(self._person_places)
         loop.joints, loop.modes, loop.periods = job.channels.joints, len(job.mode_names), job.periods
         loop.period_ns, loop.period_s, loop.lead_ns = job.period_ns, self.rig.period_s, LEAD_NS
-        loop.answer_by_ns, loop.poll_ns = answer_by_ns(job.period_ns), round(1e9 * LOOK_S)
+        loop.answer_by_ns, loop.poll_ns = answer_by_ns(job.period_ns, is_native=True), round(1e9 * LOOK_S)
         loop.given_up_after, loop.asked_again_every = GIVEN_UP_AFTER, ASKED_AGAIN_EVERY
         loop.rest_at_least_every, loop.alone_after_ns = REST_AT_LEAST_EVERY, round(1e9 * ALONE_AFTER_S)
         # A latch of a real machine ends the run: the operator inspects the machine and repeats its self-test first.

@@ -80,7 +80,10 @@ class LiveReplay:
             self._guarding.feel(level, is_driven=True)
         prepared = ControllerKnowledge(recorded.assembly, machine, x, 0.0)
         is_steered = bool(live.get("is_steered"))
-        self._control = LiveControl(prepared, level, lesson=lesson, period_s=period_s, is_steered=is_steered)
+        self._control = LiveControl(
+            prepared, level, lesson=lesson, period_s=period_s, is_steered=is_steered,
+            publishes_later=bool(live.get("publishes_later")),
+        )  # fmt: skip
         self._prepare()
         self._guarding.forget(actuators.torque(self._columns["current"][0]))
 
@@ -161,6 +164,7 @@ class LiveReplay:
             back = newest - int(state["sequence"])
             if back < REACH and seen >> back & 1:
                 self._control.answer(state, self._row)
+                self._control.afterwards()
         if len(self._waiting) == REACH:
             # Control may have answered older measurements that `seen` does not record, too late for the guard.
             self._settles_at = self._columns.t[k] + SETTLED_S

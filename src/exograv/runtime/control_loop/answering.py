@@ -48,6 +48,15 @@ class Prepared(ControlInterface, Protocol):
         ...
 
 
+@runtime_checkable
+class WorksAfterwards(ControlInterface, Protocol):
+    """Control with work that would delay an answer."""
+
+    def afterwards(self) -> None:
+        """Do the work; called after each answer, in the rest of the period."""
+        ...
+
+
 @dataclass(frozen=True)
 class ControlJob:
     """Start arguments of a control process."""
@@ -86,6 +95,7 @@ def _answer_all(
     control: ControlInterface, states: Mailbox, answers: Mailbox, joints: int, parent: Connection, seen: int
 ) -> None:
     row, idle = np.zeros((), answer_dtype(joints)), 0
+    afterwards = control.afterwards if isinstance(control, WorksAfterwards) else None
     while True:
         got = states.read()
         if got is None or got[0] == seen:
@@ -103,3 +113,5 @@ def _answer_all(
         row["seen"] = answered_to(int(row["seen"]), int(row["sequence"]) - before)
         control.answer(got[1], row)
         answers.write(row)
+        if afterwards is not None:
+            afterwards()

@@ -16,6 +16,13 @@ STALL_S = 0.005
 Real drives do not pause, so the drives' time stands still during a pause.
 """
 
+STEP_AFTER, SHIFT_MAX = 0.1, 0.02
+"""Delay of a step after the host's question, and largest shift of one step towards it, as shares of a step [-].
+
+This process cannot answer while it steps the plant. Drives answer at once; many also synchronise their own cycle with
+the master's.
+"""
+
 LISTEN_S = 0.01
 """Time between two checks of the stop condition in lock-step [s]."""
 
@@ -46,6 +53,7 @@ class SimulatedDevices(ABC):
         self._unplugged: set[int] = set()
         self._is_cut = False
         self._faults = [drive.fault for drive in plant.each]
+        self._asked_at: float | None = None
         self.pauses: list[tuple[float, float]] = []
         """Pauses of `STALL_S` or more: end on the monotonic clock, and length [s]."""
 
@@ -70,7 +78,7 @@ class SimulatedDevices(ABC):
                 self.pauses.append((due, -left))
             self._serve(0.0)  # frames that arrived in the meantime count before the next step
             self._step()
-            due += step_s
+            due += step_s + self._shift(due, step_s)
 
     def unplug(self, joint: int) -> None:
         """Disconnect this drive from the bus; it keeps its power."""
@@ -105,6 +113,18 @@ class SimulatedDevices(ABC):
     @abstractmethod
     def _step_drive(self, joint: int) -> None:
         """Let one drive act by itself after a step of the plant."""
+
+    def _note_question(self) -> None:
+        """Note that the host asks now for the measurement of a new period."""
+        self._asked_at = time.monotonic()
+
+    def _shift(self, due: float, step_s: float) -> float:
+        """Shift of the next step [s], so that steps begin soon after the questions of the host."""
+        if self._asked_at is None:
+            return 0.0
+        early = self._asked_at + STEP_AFTER * step_s - due
+        early -= round(early / step_s) * step_s
+        return min(max(early, -SHIFT_MAX * step_s), SHIFT_MAX * step_s)
 
     def _is_plugged(self, joint: int) -> bool:
         return not self._is_cut and joint not in self._unplugged

@@ -96,6 +96,7 @@ class CanopenDevices(SimulatedDevices):
         if frame.cob & ~KIND:
             return  # an emergency frame
         heard_at = time.monotonic()
+        self._note_question()
         # On a wire the lowest number has priority: a slow frame does not come before another drive's measurement.
         for cob, data in sorted(frame for node in self._plugged() for frame in node.on_sync(now)):
             self._bus.send(cob, data)

@@ -157,6 +157,7 @@ class UdpController(SimulatedDevices):
         return encode(self.session.answer(Type.NAMEPLATE, packet, time.monotonic_ns(), flags), own, tuple(joints))
 
     def _answer_poll(self, packet: Packet) -> bytes:
+        self._note_question()
         if self._lock_step:
             self._step_loop()
         header = self.session.answer(Type.STATE, packet, time.monotonic_ns())
