@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 Joints = Float[np.ndarray, " joint"]
 Table = Float[np.ndarray, "tick joint"]
+Three = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ def minimum_jerk(q_start: Joints, q_goal: Joints, seconds: float, dt: float) -> 
     return Trajectory(*_minimum_jerk(q_start, q_goal - q_start, s, ticks * dt), dt)
 
 
-def _minimum_jerk(q_start: Joints, way: Joints, s: np.ndarray, seconds: float) -> tuple[np.ndarray, ...]:
+def _minimum_jerk(q_start: Joints, way: Joints, s: np.ndarray, seconds: float) -> Three:
     """Position, velocity and acceleration at the share `s` of the duration `seconds` [s]."""
     q = q_start + way * smooth_share(s)
     v = way / seconds * (30 * s**2 - 60 * s**3 + 30 * s**4)
@@ -103,7 +104,7 @@ class Passage:
     def __len__(self) -> int:
         return self.ticks + self.rest_ticks
 
-    def at(self, tick: int) -> tuple[np.ndarray, ...]:
+    def at(self, tick: int) -> Three:
         """Return position [rad], velocity [rad/s] and acceleration [rad/s²] at a tick, which counts from 0."""
         share = np.array(min((tick + 1) / self.ticks, 1.0))
         return _minimum_jerk(self.q_start, self.q_goal - self.q_start, share, self.ticks * self.dt)
