@@ -199,6 +199,11 @@ def test_control_has_of_a_period_what_a_guard_does_not_need_to_write(period_us: 
     assert answer_by_ns(1000 * period_us) == 1000 * by_us
 
 
+@pytest.mark.parametrize(("period_us", "by_us"), [(500, 375), (1000, 850), (2000, 1850)])
+def test_the_loop_in_c_waits_longer_for_control_because_it_writes_faster(period_us: int, by_us: int):
+    assert answer_by_ns(1000 * period_us, is_native=True) == 1000 * by_us
+
+
 def somebody() -> PersonLimits:
     nothing, wide = np.zeros((1, 3)), np.full(1, 30.0)
     plausible = PlausibleTable((LimbTable((0,), 1, nothing, nothing),), wide, wide, wide)
