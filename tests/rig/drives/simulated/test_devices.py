@@ -8,7 +8,7 @@ import pytest
 from exograv.rig.drives.simulated import devices
 from exograv.rig.drives.simulated.devices import SimulatedDevices
 
-STEP_S, STEP_TAKES_S = 1e-3, 0.4e-3
+STEP_S, STEP_TAKES_S, SLOW_STEP_TAKES_S = 1e-3, 0.4e-3, 1.3e-3
 LEARNS_S, SECONDS = 0.1, 0.3
 ANSWERS_IN_S = 0.02e-3
 
@@ -24,10 +24,11 @@ class AskedDevices(SimulatedDevices):
         super().__init__(plant, None)  # pyright: ignore[reportArgumentType]
         self.now, self._next, self._period_s = 0.0, first_s, period_s
         self.waited: list[tuple[float, float]] = []
-        self.steps = 0
+        self.steps, self.slow_step = 0, -1
 
     def _step_plant(self) -> None:
-        self.now, self.steps = self.now + STEP_TAKES_S, self.steps + 1
+        self.now += SLOW_STEP_TAKES_S if self.steps == self.slow_step else STEP_TAKES_S
+        self.steps += 1
 
     def _serve(self, seconds: float) -> None:
         if self._next > self.now + seconds:
@@ -55,3 +56,12 @@ def test_no_question_waits_for_a_step_once_the_rhythm_is_known(
     assert max(waited) < ANSWERS_IN_S
     assert asked.steps == pytest.approx(SECONDS / STEP_S, abs=3)
     assert not asked.pauses
+
+
+@pytest.mark.parametrize("phase", np.linspace(0.0, 0.95, 7))
+def test_a_slow_step_delays_the_next_question_only(phase: float, monkeypatch: pytest.MonkeyPatch):
+    asked = AskedDevices(0.01 + phase * STEP_S, 1e-3)
+    asked.slow_step = 200
+    monkeypatch.setattr(devices, "time", SimpleNamespace(monotonic=lambda: asked.now))
+    asked.run(lambda: asked.now > SECONDS)
+    assert sum(seconds > ANSWERS_IN_S for at, seconds in asked.waited if at > LEARNS_S) <= 2

@@ -23,6 +23,9 @@ This process cannot answer while it steps the plant. Drives answer at once; many
 the master's.
 """
 
+WAITED_S = 30e-6
+"""Time after a step [s]; a question that is read within it may have waited for the end of the step."""
+
 LISTEN_S = 0.01
 """Time between two checks of the stop condition in lock-step [s]."""
 
@@ -54,6 +57,7 @@ class SimulatedDevices(ABC):
         self._is_cut = False
         self._faults = [drive.fault for drive in plant.each]
         self._asked_at: float | None = None
+        self._has_waited, self._stepped_at = False, 0.0
         self.pauses: list[tuple[float, float]] = []
         """Pauses of `STALL_S` or more: end on the monotonic clock, and length [s]."""
 
@@ -78,6 +82,7 @@ class SimulatedDevices(ABC):
                 self.pauses.append((due, -left))
             self._serve(0.0)  # frames that arrived in the meantime count before the next step
             self._step()
+            self._stepped_at = time.monotonic()
             due += step_s + self._shift(due, step_s)
 
     def unplug(self, joint: int) -> None:
@@ -117,11 +122,14 @@ class SimulatedDevices(ABC):
     def _note_question(self) -> None:
         """Note that the host asks now for the measurement of a new period."""
         self._asked_at = time.monotonic()
+        self._has_waited = self._asked_at - self._stepped_at < WAITED_S
 
     def _shift(self, due: float, step_s: float) -> float:
         """Shift of the next step [s], so that steps begin soon after the questions of the host."""
         if self._asked_at is None:
             return 0.0
+        if self._has_waited:
+            return SHIFT_MAX * step_s  # It came at an unknown time before; later steps let it come first.
         early = self._asked_at + STEP_AFTER * step_s - due
         early -= round(early / step_s) * step_s
         return min(max(early, -SHIFT_MAX * step_s), SHIFT_MAX * step_s)

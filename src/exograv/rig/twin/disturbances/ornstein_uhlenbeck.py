@@ -3,8 +3,9 @@
 import numpy as np
 from jaxtyping import Float
 
-BLOCK = 4096
-"""Number of ticks that are drawn at once."""
+BLOCK = 256
+"""Number of ticks that are drawn at once. A longer block would take a large part of a tick, when drives are simulated
+in real time."""
 
 PerEntry = Float[np.ndarray, " entry"]
 

@@ -11,8 +11,8 @@ from exograv.rig.twin.disturbances.streams import stream
 
 from .machine import Machine
 
-BLOCK = 4096
-"""Number of measurements whose noise is drawn at once."""
+BLOCK = 256
+"""Number of measurements whose noise is drawn at once; not more, for the reason given in `ornstein_uhlenbeck`."""
 
 Joints = Float[np.ndarray, " joint"]
 

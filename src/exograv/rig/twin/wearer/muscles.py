@@ -25,7 +25,7 @@ class Muscles:
             unrest.bias_rms, unrest.bias_correlation, period_s, stream(seed, owner, "slow_bias")
         )
         self._burst_stream = stream(seed, owner, "bursts")
-        self._next_burst = self._pause()
+        self._next_burst, self._burst_ticks_max = self._pause(), round(BURST_DURATION[1] / period_s)
         self._overhang = np.zeros((0, self._n))
         self._block = self.next_block()
         self._tick = 0
@@ -44,9 +44,9 @@ class Muscles:
     def _draw_bursts(self) -> Float[np.ndarray, "tick freedom"]:
         """Draw half waves of either sign, each at one joint, that begin at random times.
 
-        The part of a wave behind the end of the block is kept for the next block.
+        The part of a wave behind the end of the block is kept for the next blocks.
         """
-        torque = np.zeros((2 * BLOCK, self._n))
+        torque = np.zeros((BLOCK + max(self._burst_ticks_max, len(self._overhang)), self._n))
         torque[: len(self._overhang)] = self._overhang
         while self._next_burst < BLOCK:
             size = self._burst_stream.uniform(*BURST_TORQUE) * self._burst_stream.choice([-1.0, 1.0])
