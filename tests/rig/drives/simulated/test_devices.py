@@ -16,8 +16,6 @@ ANSWERS_IN_S = 0.02e-3
 class AskedDevices(SimulatedDevices):
     """Drives on a bus without frames, whose host asks in every period; time is counted here."""
 
-    where = "nowhere"
-
     def __init__(self, first_s: float, period_s: float):
         twin = SimpleNamespace(period_s=STEP_S)
         plant = SimpleNamespace(twin=twin, each=(), now=0.0, step=self._step_plant)
@@ -38,6 +36,10 @@ class AskedDevices(SimulatedDevices):
         self.waited.append((self._next, self.now - self._next))
         self._note_question()
         self._next += self._period_s
+
+    @property
+    def where(self) -> str:
+        return "nowhere"
 
     def _close(self) -> None: ...
     def _step_drive(self, joint: int) -> None: ...
