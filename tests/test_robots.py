@@ -239,7 +239,7 @@ def test_a_longer_upper_arm_moves_the_machines_elbow_as_far(rig: str, side: Side
 
 def test_the_documented_links_are_those_of_the_urdf():
     page = PAGE.read_text(encoding="utf-8").replace("−", "-")
-    page = page[page.index("## recupera_like\n") : page.index("## recupera_like_qdd")]
+    page = page[page.index("## recupera_like\n") : page.index("## The other machines")]
     rows = re.findall(r"^\| `(\w+)` \| ([\d.]+) \| ([-\d. ]+) \|", page, flags=re.MULTILINE)
     documented = {name: (float(kg), [float(x) for x in centre.split()]) for name, kg, centre in rows}
     inertials = parts(urdf("recupera_like", "right"), "inertial")

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
+from exograv.cli.shell.next_step import same_machine
 from exograv.laboratory.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
 
 if TYPE_CHECKING:
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
 class NewPath:
     """Options of `exograv run teach`: the file of the path to be taught."""
 
-    path: Path = Path("out/path.toml")
-    """File for the path."""
+    path: Path | None = None
+    """File for the path; path.toml in the folder of --out if none is named."""
 
     code: str | None = None
     """Code of the participant, which is stored with the path. Never a name."""
@@ -30,8 +31,8 @@ class NewPath:
 class TaughtPath:
     """Options of a command that repeats a path: the file of the taught path."""
 
-    path: Path = Path("out/path.toml")
-    """File that `exograv run teach` wrote."""
+    path: Path | None = None
+    """File that `exograv run teach` wrote; path.toml in the folder of --out if none is named."""
 
     code: str | None = None
     """Code of the participant, if the path was taught with one. A path of another participant is refused."""
@@ -42,14 +43,16 @@ def run_teach_command(options: GuidedOptions, new: NewPath, common: OutFolder) -
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.guided.guided_command import run_teach
 
-    code = _code(new.code) or ""
-    refuse_unwritable(new.path, "--path")
+    code, path = _code(new.code) or "", path_in(common.out, new.path)
+    refuse_unwritable(path, "--path or --out")
     with bars() as progress:
-        result = run_teach(options, new.path, code, common.out, progress)
+        result = run_teach(options, path, code, common.out, progress)
     found = result.found
     slower = f", {found.stretched:.1f} times slower than the therapist moved" if found.stretched > 1.0 else ""
     print(f"A path of {found.seconds:.1f} s{slower}: {found.path}")
-    print("Repeat it with: exograv run repeat --path", found.path)
+    more = [] if new.path is None else ["--path", str(new.path)]
+    more += ["--code", code] if code else []
+    print("Repeat it with:", same_machine("run repeat", options, common.out, " ".join(more)))
     return result
 
 
@@ -60,8 +63,9 @@ def run_repeat_command(
     from exograv.cli.shell.terminal import bars
     from exograv.laboratory.guided.guided_command import run_repeat
 
+    path = path_in(common.out, taught.path)
     with bars() as progress:
-        result = run_repeat(options, taught.path, _code(taught.code), common.out, progress)
+        result = run_repeat(options, path, _code(taught.code), common.out, progress)
     found, done = result.found, result.found.session
     print(f"{done.outcome.value} Complete repetitions: {done.repetitions} of {options.repetitions}.")
     say_followed(done.tracking_rms_deg, done.pull_max_Nm, found.guard)
@@ -90,6 +94,11 @@ def say_followed(rms_deg: "Iterable[float]", pull_max_Nm: "Iterable[float]", gua
     rms, pull = max(rms_deg, default=0.0), max(pull_max_Nm)
     print(f"Tracking error {rms:.1f}° RMS at the worst joint; guiding torque at most {pull:.1f} N·m. The guard limited "
           f"{guard.limited_ticks} of {guard.ticks} ticks.")  # fmt: skip
+
+
+def path_in(folder: Path, named: Path | None) -> Path:
+    """Return the file of a taught path: the named one, or path.toml in the folder of --out."""
+    return folder / "path.toml" if named is None else named
 
 
 def _code(typed: str | None) -> str | None:

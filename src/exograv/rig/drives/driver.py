@@ -1,6 +1,13 @@
 """Life cycle of a driver on any bus: opening, clock, measurements, commands, enabling.
 
-docs/howto/rig_test.md tells how to add another bus.
+Another bus needs, with `moteus` as the shortest example (`udp` for one controller of all drives):
+
+1. a `Settings` class, its name in `BUSES` and its field in `DrivesSettings` (`settings.py`);
+2. a `FrameLink`, a `Cycle` (`cycle.py`) and an `AskedNode` (`node.py`);
+3. a `NodesDriver` or `Driver`, whose `_configure` compares each drive with `drives.toml` before any motor is on;
+4. the load of the bus in `bus_load.py`, and the name of the class in `DRIVERS` (`opening.py`);
+5. `SimulatedDevices`, its name in `SIMULATED` (`simulated/opening.py`), and a row in `BUSES` of
+   `tests/rig/drives/conftest.py`.
 """
 
 import time

@@ -6,6 +6,8 @@ lies at a multiple of its own size, so that a C struct has the same layout.
 
 import enum
 import struct
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 MAGIC = 0x56475845
@@ -29,16 +31,36 @@ class Type(enum.IntEnum):
     BYE = 6
 
 
+PURPOSES: Mapping[Type, str] = MappingProxyType(
+    {
+        Type.HELLO: "host: begin a session; `joints` and `grant` are 0",
+        Type.NAMEPLATE: "controller: answer to HELLO, with joints and limits",
+        Type.POLL: "host: ask for the state",
+        Type.STATE: "controller: answer to POLL",
+        Type.COMMAND: "host: currents and damping; not answered",
+        Type.BYE: "host: motors off, end of the session; not answered",
+    }
+)
+"""Sender and purpose of each type of packet."""
+
+
 class Flag(enum.IntFlag):
     """Flags of a packet."""
 
     NONE = 0
     ENABLE = 1
-    """Command: switch the motors on."""
     ACKNOWLEDGE = 2
-    """Command without ENABLE: clear faults whose cause is gone."""
     TAKEN = 4
-    """Nameplate: another host has the controller."""
+
+
+FLAG_MEANINGS: Mapping[Flag, str] = MappingProxyType(
+    {
+        Flag.ENABLE: "in a command: switch the motors on",
+        Flag.ACKNOWLEDGE: "in a command without ENABLE: clear faults whose cause is gone",
+        Flag.TAKEN: "in a nameplate: another host has the controller",
+    }
+)
+"""Meaning of each flag of a packet."""
 
 
 class DriveFlag(enum.IntFlag):
@@ -46,9 +68,16 @@ class DriveFlag(enum.IntFlag):
 
     NONE = 0
     ENABLED = 1
-    """The motor gives the commanded torque."""
     PRESENT = 2
-    """The controller hears the drive; otherwise the drive's numbers have no meaning."""
+
+
+STATUS_MEANINGS: Mapping[DriveFlag, str] = MappingProxyType(
+    {
+        DriveFlag.ENABLED: "the motor gives the commanded torque",
+        DriveFlag.PRESENT: "the drive answers the controller; without this bit the joint's numbers have no meaning",
+    }
+)
+"""Meaning of each status bit of a drive."""
 
 
 class PacketField(NamedTuple):
@@ -66,9 +95,9 @@ FORMATS = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "f32": "f", "f64": "d"
 HEADER = (
     PacketField("magic", "u32", "", f"0x{MAGIC:08x}, the bytes `EXGV`"),
     PacketField("version", "u8", "", f"{VERSION}"),
-    PacketField("type", "u8", "", "type of the packet, below"),
+    PacketField("type", "u8", "", "type of the packet"),
     PacketField("joints", "u8", "", f"number of joints in this packet, 0 to {JOINTS_MAX}"),
-    PacketField("flags", "u8", "", "bits, below"),
+    PacketField("flags", "u8", "", "flags, as bits"),
     PacketField("session", "u32", "", "chosen by the host at random, not 0"),
     PacketField("grant", "u32", "", "chosen by the controller at random for each session, not 0; 0 before the session"),
     PacketField("sequence", "u32", "", "number of the packet among its sender's in this session; 0 follows the last"),
