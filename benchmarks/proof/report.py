@@ -1,6 +1,7 @@
 """Report of the proof: lines for a terminal, and a page."""
 
 import ast
+from collections.abc import Sequence
 
 from .judge import Verdict
 from .source import Source
@@ -26,25 +27,36 @@ def row(one: Verdict) -> str:
 
 
 def page(verdicts: list[Verdict], source: Source) -> str:
-    """Return the page of the results."""
-    total = sum(len(one.promises) + len(one.duties) for one in verdicts)
-    good = sum(result == "proved" for one in verdicts for result in (*one.promises.values(), *one.duties.values()))
+    """Return the page of the results: a row per part of the guard, and a row per claim."""
+    results = [result for one in verdicts for result in (*one.promises.values(), *one.duties.values())]
+    seconds = sum(one.seconds for one in verdicts)
     lines = [
-        f"{good} of {total} claims are proved, in {sum(one.seconds for one in verdicts):.0f} s of processor time.",
+        f"{_proved(results)} of {len(results)} claims are proved, in {seconds:.0f} s of processor time. A claim is "
+        "proved for each part of the guard by itself; the two halves of a tick contain the other parts.",
         "",
+        "| part | functions | claims proved | time, s |",
+        "|---|---|---|---|",
     ]
     for one in verdicts:
-        functions = ", ".join(f"`{name}`" for name in one.functions if not name.startswith(PREFIXES))
-        lines += [f"## {one.name[0].upper()}{one.name[1:]}", "", f"Functions: {functions}. {one.seconds:.0f} s.", ""]
-        lines += ["| claim | meaning | result |", "|---|---|---|"]
-        lines += [f"| {name} | {_meaning(name, source)} | {result} |" for name, result in one.promises.items()]
-        if one.duties:
-            proved = sum(result == "proved" for result in one.duties.values())
-            left = ", ".join(f"`{name}`".replace("|", "∣") for name, result in one.duties.items() if result != "proved")
-            left = f"; undecided: {left}" if left else ""
-            lines.append(f"| divisions | No division by zero. | {proved} of {len(one.duties)} proved{left} |")
-        lines.append("")
-    return HEAD + "\n".join(lines)
+        own = [*one.promises.values(), *one.duties.values()]
+        functions = sum(not name.startswith(PREFIXES) for name in one.functions)
+        lines.append(f"| {one.name} | {functions} | {_proved(own)} of {len(own)} | {one.seconds:.0f} |")
+    lines += ["", "| claim | meaning | proved in parts | undecided in |", "|---|---|---|---|"]
+    for name in dict.fromkeys(name for one in verdicts for name in one.promises):
+        lines.append(_claim(name, _meaning(name, source), [(one.name, one.promises.get(name)) for one in verdicts]))
+    divided = [(one.name, result) for one in verdicts for result in one.duties.values()]
+    lines.append(_claim("divisions", "No division by zero.", divided))
+    return HEAD + "\n".join(lines) + "\n"
+
+
+def _proved(results: list[str]) -> int:
+    return sum(result == "proved" for result in results)
+
+
+def _claim(name: str, meaning: str, results: Sequence[tuple[str, str | None]]) -> str:
+    proved = sum(result == "proved" for _, result in results)
+    undecided = dict.fromkeys(part for part, result in results if result not in ("proved", None))
+    return f"| {name} | {meaning} | {proved} | {', '.join(undecided)} |"
 
 
 PREFIXES = ("holds_", "promise_", "setting_", "state_", "same")
