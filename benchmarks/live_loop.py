@@ -190,7 +190,6 @@ def figures(slices: list[Slice]) -> dict[str, float]:
         "missed": sum(one.missed for one in slices),
         "unanswered": sum(one.unanswered for one in slices),
         "stops": sum(one.stops for one in slices),
-        "slow_bursts": sum(one.slow_bursts for one in slices),
     }
 
 
@@ -212,6 +211,8 @@ def print_load(name: str, found: dict[str, list[Slice]]) -> None:
     rows = {loop: figures(slices) for loop, slices in found.items()}
     print(f"\nload: {name}")
     for loop, row in rows.items():
+        if loop == "bare":
+            row["slow_bursts"] = sum(one.slow_bursts for one in found[loop])
         print(f"  {loop:7s} " + "  ".join(f"{key} {value:g}" for key, value in row.items()))
         if loop != "bare" and "bare" in rows:
             print(f"  {loop:7s} {verdict(row, rows['bare'])}")

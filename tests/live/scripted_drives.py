@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exograv.live.guard_job import GuardedRig, GuardJob
+from exograv.live.guard_job import GuardedRig, GuardJob, answer_by_ns
 from exograv.live.guard_process import GuardLoop
 from exograv.live.native import library
 from exograv.live.native_guard import NativeGuard
@@ -318,6 +318,7 @@ class NativeSide:
         self.library = library.LIBRARY
         parent = one.lines[0]
         self.guarding = NativeGuard(one.job, parent, one.made, one.rig, self.library)  # type: ignore[arg-type]
+        self.guarding.loop.answer_by_ns = answer_by_ns(one.job.period_ns)  # as long as the loop in Python waits
 
         def received(_drives: int, into: int, _size: int, until_ns: int) -> int:
             data = world.receive(until_ns)
