@@ -3,6 +3,7 @@
 import contextlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError
 from typing import Any
 
 from peers.opponents import OPPONENTS
@@ -52,7 +53,7 @@ def versions(report: Report) -> dict[str, str]:
     found = {}
     for opponent in OPPONENTS:
         report({"at": ["versions", opponent.name]})
-        with contextlib.suppress(Missing):
+        with contextlib.suppress(Missing, PackageNotFoundError):
             found[opponent.name] = opponent.version()
     return found
 
