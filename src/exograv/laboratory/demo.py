@@ -1,6 +1,7 @@
 """Demonstration on the twin: calibrate, identify the arm online, float it, estimate a known weight, write a report."""
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -96,7 +97,7 @@ class _Phases:
     findings: DemoFindings
     person: ParticipantFigures
     t: float
-    tick_us: list[float]
+    tick_us: Sequence[float]
 
 
 def run_demo(

@@ -2,7 +2,8 @@
 
 import math
 import time
-from collections.abc import Callable
+from array import array
+from collections.abc import Callable, MutableSequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -74,7 +75,7 @@ class Pilot:
     """Setter of the wearer's limits in the guard; absent if the machine is not worn."""
     key: MachineKey | None = None
     """Key that unlocks a real machine for an arm."""
-    tick_us: list[float] = field(default_factory=list)
+    tick_us: MutableSequence[float] = field(default_factory=lambda: array("d"))
     """Computing time of each decision, guard included [µs]."""
 
     def __post_init__(self):

@@ -146,7 +146,7 @@ class WarmStart:
 
     @property
     def figures(self) -> WarmStartFigures:
-        """Figures for `--json`."""
+        """Evidence for the file, and times to the target [s] with and without the file, for `--json`."""
         warm, cold = self.warm.reached_s, self.cold.reached_s
         return WarmStartFigures(
             code=self.code,

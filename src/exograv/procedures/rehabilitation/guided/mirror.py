@@ -47,7 +47,7 @@ class MirrorResult:
 
     @property
     def figures(self) -> MirrorFigures:
-        """Figures for `--json`."""
+        """State at the end, waiting time [s] and largest pull by joint [N·m], rounded for `--json`."""
         return MirrorFigures(self.state, round(self.waited_s, 2), self.pull_max.round(3))
 
 

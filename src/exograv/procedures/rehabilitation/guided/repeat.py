@@ -58,7 +58,7 @@ class RepeatResult:
 
     @property
     def figures(self) -> RepeatFigures:
-        """Figures for `--json`."""
+        """Repetitions, error [°], waiting time [s], pull [N·m] and speed [rad/s], rounded for `--json`."""
         return RepeatFigures(
             repetitions=self.repetitions,
             outcome=self.state,
