@@ -77,6 +77,9 @@ class SimulatedDevices(ABC):
                 continue
             while (left := due - time.monotonic()) > 0.0:
                 self._serve(left)
+                if self._has_waited:
+                    # It came at an unknown time during the step; one correction of up to half a step is enough.
+                    due, self._has_waited = due + self._early(due, step_s), False
             if left < -STALL_S:
                 due -= left
                 self.pauses.append((due, -left))
@@ -126,13 +129,14 @@ class SimulatedDevices(ABC):
 
     def _shift(self, due: float, step_s: float) -> float:
         """Shift of the next step [s], so that steps begin soon after the questions of the host."""
+        return min(max(self._early(due, step_s), -SHIFT_MAX * step_s), SHIFT_MAX * step_s)
+
+    def _early(self, due: float, step_s: float) -> float:
+        """Time by which a step at `due` [s] comes too early after the host's question [s]; negative if too late."""
         if self._asked_at is None:
             return 0.0
-        if self._has_waited:
-            return SHIFT_MAX * step_s  # It came at an unknown time before; later steps let it come first.
         early = self._asked_at + STEP_AFTER * step_s - due
-        early -= round(early / step_s) * step_s
-        return min(max(early, -SHIFT_MAX * step_s), SHIFT_MAX * step_s)
+        return early - round(early / step_s) * step_s
 
     def _is_plugged(self, joint: int) -> bool:
         return not self._is_cut and joint not in self._unplugged
