@@ -27,7 +27,7 @@ class RoundedBody:
 
 @dataclass(frozen=True)
 class GuardLimits:
-    """Limits of the guard."""
+    """Limits of the guard's envelope, as the settings of a recording state them."""
 
     torque_max_Nm: list[float]
     torque_rate_max_Nm_per_s: float

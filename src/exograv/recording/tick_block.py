@@ -85,7 +85,7 @@ class TickBlock:
             self._settle()
 
     def _settle(self) -> None:
-        """Move the staged ticks into the records."""
+        """Copy the staged ticks, column by column, into the rows that are written to the file."""
         if not self._staged:
             return
         ticks = self._rows["tick"][self._n : self._n + self._staged]

@@ -148,7 +148,7 @@ def _name(text: str) -> str:
 
 
 class Protocol(Settings):
-    """Content of the file: one kind of session."""
+    """Content of a protocol file, which describes one kind of session, such as a training."""
 
     schema_version: Literal[1]
     name: Annotated[str, AfterValidator(_name)]

@@ -86,7 +86,7 @@ class World(Protocol):
         ...
 
     def is_silent(self) -> None:
-        """Stop waiting for answers in lock-step: nothing will answer any more."""
+        """Note that the drives will not answer any more, so that a run in lock-step does not wait for them."""
         ...
 
 

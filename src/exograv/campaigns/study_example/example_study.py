@@ -59,7 +59,7 @@ class ExampleParticipant:
 
     @property
     def files(self) -> tuple[tuple[str, int], ...]:
-        """Protocol and number of each session, in order."""
+        """Protocol and number of each session of this participant, in the order of the sessions."""
         return (*((GROUPS[self.group], k) for k in range(1, self.sessions + 1)), ("flight", 1))
 
     @property

@@ -31,7 +31,7 @@ PerPerson = Float[np.ndarray, " person"]
 
 @dataclass(frozen=True)
 class Medians:
-    """Deviation in flight as in the study's report: every person has the same weight."""
+    """Deviation of the touches in flight [px], as the study's report computes it: every person has the same weight."""
 
     median_px: float | None
     iqr_px: float | None

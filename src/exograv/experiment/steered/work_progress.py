@@ -31,7 +31,7 @@ class CalibrationProgress:
     """Listener of a calibration: it takes the sentences of the phases, and keeps the progress of the whole."""
 
     def __init__(self, now: Callable[[], float]):
-        """Start the clock of the estimate; `now` gives a time [s]."""
+        """Note the start, from which the remaining time is estimated. `now` is a function that returns a time [s]."""
         self._now, self._begun_s, self._share = now, now(), 0.0
         self.work = WorkProgress(
             kind="calibration", phase=say("flight.calibrates"), joint=None, share_done=0.0, left_s=None,

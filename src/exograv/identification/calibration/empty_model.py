@@ -13,7 +13,7 @@ from exograv.model.tree import Tree, inertial_parameters
 from .empty_prior import PER_JOINT, EmptyLayout
 
 AGE_S = 600.0
-"""Time to which the warming parameters refer [s]."""
+"""Unit in which the age of a sample is counted, for the friction of a drive that warms up [s]."""
 
 V_SHARP = 2e-4
 """Replacement of `Friction.v_rest` [rad/s]. It is small so that all used samples have their full friction; samples

@@ -42,7 +42,7 @@ class Incoming:
 
 @dataclass(frozen=True)
 class IncomingFile:
-    """All sessions of a file."""
+    """Sessions that were read from one file, and its lines that belong to none."""
 
     sessions: Sequence[Incoming]
     nowhere: Sequence[str] = ()

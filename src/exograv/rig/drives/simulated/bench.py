@@ -51,7 +51,7 @@ class SimulatedBench:
         return self.is_done
 
     def do(self, line: str) -> None:
-        """Execute one line.
+        """Execute one command line of the bench, such as `hang elbow 1.5`.
 
         Raises:
             RigError: The word, joint, mount or number is not valid.

@@ -73,7 +73,7 @@ class Coupling:
 
 @dataclass(frozen=True)
 class Skeleton:
-    """Rigid structure of one arm."""
+    """Bones of one arm of the simulated wearer, with its side and its kind."""
 
     side: ArmSide
     kind: ArmKind
