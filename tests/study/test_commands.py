@@ -1,5 +1,7 @@
 """The commands of `exograv study` work as described, and report their figures for scripts."""
 
+import contextlib
+import shutil
 from pathlib import Path
 
 import pytest
@@ -16,6 +18,7 @@ from exograv.study.dataset.options import AddOptions
 from exograv.study.dataset.status import PersonStatus, StudyStatus
 from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.participants.codes import is_code
+from exograv.study.participants.identities import changed_identities
 from exograv.study.participants.register import read_register
 
 
@@ -109,3 +112,45 @@ def test_no_heading_and_no_code_of_the_status_is_cut_off(columns: int, monkeypat
     if columns == 80:
         for word in ("participant", "familiarisation", "training", "flight", "missing", "touches", "R7CL9WT", "3–16"):
             assert word in shown
+
+
+@pytest.fixture
+def key(study: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
+    monkeypatch.setattr("builtins.input", lambda prompt: "Somebody" if prompt == "name: " else "")
+    path = study.with_name("key")
+    path.write_text("a long enough passphrase\n")
+    return path
+
+
+def test_an_identity_that_is_added_while_another_is_typed_is_not_lost(
+    study: Path, key: Path, monkeypatch: pytest.MonkeyPatch
+):
+    slow, fast = new(study), new(study)
+    asked: list[str] = []
+
+    def typed(prompt: str) -> str:
+        asked.append(prompt)
+        if len(asked) == 1:
+            run_identity(Identity(study=study, action="add", code=fast, key_file=key))
+        return "Somebody" if prompt == "name: " else ""
+
+    monkeypatch.setattr("builtins.input", typed)
+    run_identity(Identity(study=study, action="add", code=slow, key_file=key))
+    assert run_identity(Identity(study=study, key_file=key))["codes"] == sorted([slow, fast])
+
+
+def test_two_changes_of_the_identities_at_once_are_refused(tmp_path: Path):
+    path, passphrase = tmp_path / "study.identities", "a long enough passphrase"
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(changed_identities(path, passphrase))
+        with pytest.raises(ConfigError, match="Another exograv command"):
+            stack.enter_context(changed_identities(path, passphrase))
+
+
+def test_studies_whose_names_differ_after_a_point_have_identities_of_their_own(study: Path, key: Path):
+    for name in ("flight.2026", "flight.2027"):
+        shutil.copytree(study, study.with_name(name))
+        code = new(study.with_name(name))
+        run_identity(Identity(study=study.with_name(name), action="add", code=code, key_file=key))
+        assert run_identity(Identity(study=study.with_name(name), key_file=key))["codes"] == [code]

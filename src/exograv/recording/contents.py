@@ -58,6 +58,9 @@ class Content(Protocol):
         ...
 
 
+UNPACKED_BYTES_MAX = 64_000_000
+"""Largest size of an unpacked chunk [byte]. The writer's chunks have about 1 MB; 100 kB can unpack to gigabytes."""
+
 CRC_BYTES = 10_000_000
 """Bytes that one step reads."""
 
@@ -254,8 +257,10 @@ def _parts(
 
 
 def _unpacked(chunk: Chunk) -> bytes:
-    # The size is checked first, so that an altered length cannot demand more memory than there is.
-    if chunk.compression != "zstd" or zstandard.frame_content_size(chunk.data) != chunk.uncompressed_size:
+    # The sizes are checked first, so that a chunk cannot demand more memory than there is.
+    if chunk.uncompressed_size > UNPACKED_BYTES_MAX or chunk.compression != "zstd":
+        raise DamageError
+    if zstandard.frame_content_size(chunk.data) != chunk.uncompressed_size:
         raise DamageError
     data = zstandard.decompress(chunk.data)
     if zlib.crc32(data) != chunk.uncompressed_crc:

@@ -2,14 +2,16 @@
 
 import gzip
 import json
+import tracemalloc
 import zipfile
+import zlib
 from pathlib import Path
 
 import pandas as pd
 import pytest
 from tests.study.made_up_sessions import settings, study_with, write_session
 
-from exograv.errors import ConfigError
+from exograv.errors import ConfigError, RecordingError
 from exograv.recording import RecordingWriter
 from exograv.study.dataset.adding import add_files
 from exograv.study.dataset.erasing import erase
@@ -127,3 +129,24 @@ def test_a_word_across_two_pieces_of_a_file_is_found(tmp_path: Path, monkeypatch
     monkeypatch.setattr("exograv.study.participants.searching.PIECE_BYTES", 10)
     (tmp_path / "a.txt").write_text("123456K9RR9PR56789")
     assert [path.name for path, _ in files_with(tmp_path, ["K9RR9PR"])] == ["a.txt"]
+
+
+def test_a_symbolic_link_in_place_of_the_persons_folder_is_refused_before_anything_is_removed(tmp_path: Path):
+    folder, one, _ = full_study(tmp_path)
+    elsewhere = tmp_path / "elsewhere"
+    (folder.sources / one).rename(elsewhere)
+    (folder.sources / one).symlink_to(elsewhere, target_is_directory=True)
+    before = sorted(folder.path.rglob("*"))
+    with pytest.raises(RecordingError, match=r"is a symbolic link to .*elsewhere") as refused:
+        erase(folder, one)
+    assert "None" not in str(refused.value)
+    assert set(before) <= set(folder.path.rglob("*"))
+
+
+def test_a_small_stream_in_a_pdf_that_unpacks_to_much_is_searched_in_pieces(tmp_path: Path):
+    packed = zlib.compress(bytes(300_000_000) + b"K9RR9PR", 9)
+    (tmp_path / "a.pdf").write_bytes(b"%PDF stream\n" + packed + b"\nendstream")
+    tracemalloc.start()
+    assert [path.name for path, _ in files_with(tmp_path, ["K9RR9PR"])] == ["a.pdf"]
+    assert tracemalloc.get_traced_memory()[1] < 100_000_000
+    tracemalloc.stop()

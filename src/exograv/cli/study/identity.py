@@ -44,12 +44,14 @@ def run_identity(command: Identity) -> dict[str, Any]:
     from exograv.study.folder.settings import read_settings
     from exograv.study.folder.study_folder import StudyFolder
     from exograv.study.participants.codes import typed_code
-    from exograv.study.participants.identities import read_identities, write_identities
+    from exograv.study.participants.identities import changed_identities, read_identities
     from exograv.study.participants.register import read_register
 
     folder = StudyFolder(command.study)
     read_settings(folder)
-    path = command.identities or folder.path.absolute().with_suffix(".identities")
+    place = folder.path.absolute()
+    # The whole name counts: studies called flight.2026 and flight.2027 have different files.
+    path = command.identities or place.with_name(f"{place.name}.identities")
     passphrase = _passphrase(command.key_file)
     known = read_identities(path, passphrase) if path.exists() or command.action != "add" else {}
     if command.action == "list":
@@ -63,17 +65,26 @@ def run_identity(command: Identity) -> dict[str, Any]:
         print("\n".join(f"{name}: {value}" for name, value in who.items()))
         return {"participant": code}
     if command.action == "remove":
-        _of(known, code)
-        write_identities(path, passphrase, {one: who for one, who in known.items() if one != code})
+        with changed_identities(path, passphrase) as known:
+            _of(known, code)
+            del known[code]
         print(f"The identity of {code} is removed from this file. Copies of the file elsewhere still have it.")
         return {"participant": code}
     if code not in {row.code for row in read_register(folder)}:
         raise ConfigError(f"{code} is not in the study. `exograv study participant STUDY new` draws a code.")
-    if code in known:
-        raise ConfigError(f"{code} has an identity already. Remove it first if it is wrong.")
-    write_identities(path, passphrase, {**known, code: _asked()})
+    _refuse_known(known, code)
+    who = _asked()
+    # Meanwhile another command may have added an identity: the file is read again under its lock.
+    with changed_identities(path, passphrase) as known:
+        _refuse_known(known, code)
+        known[code] = who
     print(f"The identity is stored in {path}. Keep this file and its passphrase apart from the study.")
     return {"participant": code}
+
+
+def _refuse_known(known: dict[str, dict[str, str]], code: str) -> None:
+    if code in known:
+        raise ConfigError(f"{code} has an identity already. Remove it first if it is wrong.")
 
 
 def _of(known: dict[str, dict[str, str]], code: str) -> dict[str, str]:

@@ -124,6 +124,7 @@ def _remove(folder: StudyFolder, code: str, aside: list[str]) -> tuple[int, int]
     whole += [path for path in folder.derivatives.glob("*") if path not in tables]
     whole += [folder.quarantine / sha256[:16] for sha256 in aside]
     whole += _named(folder, code)
+    _refuse_links(whole)
     count = 0
     for path in whole:
         if not path.exists():
@@ -141,6 +142,20 @@ def _remove(folder: StudyFolder, code: str, aside: list[str]) -> tuple[int, int]
                 "from here."
             ) from error
     return count, len(exports)
+
+
+def _refuse_links(paths: list[Path]) -> None:
+    """Refuse symbolic links: what they point to is outside the study, and an erasure must not leave it unsaid.
+
+    Raises:
+        RecordingError: A path is a symbolic link.
+    """
+    for path in paths:
+        if path.is_symlink():
+            raise RecordingError(
+                f"{path} is a symbolic link to {path.readlink()}, outside the study. Nothing was removed. Remove its "
+                "target by hand, then the link, and erase again."
+            )
 
 
 def _named(folder: StudyFolder, code: str) -> list[Path]:

@@ -81,14 +81,14 @@ def alone(folder: StudyFolder) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def locked(path: Path, busy: str) -> Iterator[None]:
-    """Lock a folder for this process; the lock ends with the process.
+def locked(path: Path, busy: str, name: str = LOCK) -> Iterator[None]:
+    """Lock a folder for this process by a file of that name in it; the lock ends with the process.
 
     Raises:
         ConfigError: Another process holds the lock (message `busy`), or the folder cannot be written.
     """
     try:
-        handle = os.open(path / LOCK, os.O_RDWR | os.O_CREAT, 0o600)
+        handle = os.open(path / name, os.O_RDWR | os.O_CREAT, 0o600)
     except OSError as error:
         raise ConfigError(
             f"{path} cannot be written: {error.strerror}. Check the folder's owner and permissions."

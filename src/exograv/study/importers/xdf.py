@@ -5,10 +5,12 @@ are
 never dejittered. Touches of our own markers take the time in the marker, which is nearer to the touch than a stamp.
 """
 
+import contextlib
 import gzip
 import json
 import logging
 import warnings
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,6 +34,12 @@ NOT_THERE = "No matching streams"
 """Part of pyxdf's message for a sound file that has other streams only."""
 
 MARK = b"XDF:"
+
+UNPACKED_BYTES_MAX, PIECE_BYTES = 1_000_000_000, 1 << 22
+"""Largest size of an unpacked `.xdfz` file [byte], and of the pieces in which it is measured.
+
+A file of a few megabytes can unpack to more than the memory. An hour of 64 channels at 1 kHz takes 1 GB.
+"""
 
 
 @dataclass(frozen=True)
@@ -84,6 +92,7 @@ class _Counting(logging.Handler):
 
 
 def _load(path: Path, name: str) -> tuple[_Stream, int]:
+    _refuse_too_large(path)
     counting, log = _Counting(logging.WARNING), logging.getLogger("pyxdf")
     log.addHandler(counting)
     propagates, log.propagate = log.propagate, False
@@ -112,6 +121,25 @@ def _load(path: Path, name: str) -> tuple[_Stream, int]:
     rate = float((info.get("nominal_srate") or ["0"])[0] or 0.0)
     stamps, values = np.array(streams[0]["time_stamps"]), list(streams[0]["time_series"])
     return _Stream(name, stamps, values, _labels(info), rate), counting.count
+
+
+def _refuse_too_large(path: Path) -> None:
+    """Refuse a packed file that would take the whole memory.
+
+    Raises:
+        RecordingError: The file is larger than `UNPACKED_BYTES_MAX` when it is unpacked.
+    """
+    if path.suffix.lower() != ".xdfz":
+        return
+    size = 0
+    with contextlib.suppress(OSError, EOFError, zlib.error), gzip.open(path) as file:
+        while size <= UNPACKED_BYTES_MAX and (piece := file.read(PIECE_BYTES)):
+            size += len(piece)
+    if size > UNPACKED_BYTES_MAX:
+        raise RecordingError(
+            f"The file holds more than {1e-9 * UNPACKED_BYTES_MAX:g} GB when it is unpacked. Save the stream of the "
+            "touches without the others, and add that file."
+        )
 
 
 def _refuse_other(path: Path) -> None:

@@ -8,7 +8,8 @@ JSON, padded to whole blocks, so that its length reveals little.
 import json
 import secrets
 from base64 import b64decode, b64encode
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -20,6 +21,7 @@ from pydantic import Field, ValidationError
 from exograv.errors import ConfigError
 from exograv.files import write_whole
 from exograv.model.rig_settings import Settings
+from exograv.study.folder.journal import LOCK, locked
 
 MARK = b"exograv identities 1\n"
 COST = 2**17
@@ -63,6 +65,22 @@ def write_identities(path: Path, passphrase: str, identities: Identities, cost: 
     content += b" " * (-len(content) % BLOCK_BYTES)
     sealed = AESGCM(_key(passphrase, salt, cost)).encrypt(nonce, content, head)
     write_whole(path, head + sealed, is_private=True)
+
+
+@contextmanager
+def changed_identities(path: Path, passphrase: str) -> Iterator[dict[str, dict[str, str]]]:
+    """Lock the file, read it, and write it again as the caller has changed it; an error leaves the file as it was.
+
+    Raises:
+        ConfigError: Another command is changing the file, or it cannot be read; see `read_identities`.
+        RecordingError: The file cannot be written.
+    """
+    busy = f"Another exograv command is changing {path}. Try again when that command has ended."
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with locked(path.parent, busy, path.name + LOCK):
+        known = read_identities(path, passphrase) if path.exists() else {}
+        yield known
+        write_identities(path, passphrase, known)
 
 
 def read_identities(path: Path, passphrase: str) -> dict[str, dict[str, str]]:

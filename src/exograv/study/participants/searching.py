@@ -1,5 +1,6 @@
 """Search of a folder for words: in file names, in bytes, and in packed files (Parquet, MCAP, gzip, zip, PDF)."""
 
+import contextlib
 import gzip
 import re
 import zipfile
@@ -120,10 +121,11 @@ def _zip(path: Path) -> Iterator[bytes]:
 
 def _pdf(path: Path) -> Iterator[bytes]:
     for found in re.finditer(rb"stream\r?\n(.*?)\r?\nendstream", path.read_bytes(), re.DOTALL):
-        try:
-            yield zlib.decompress(found[1])
-        except zlib.error:
-            continue
+        unpacker, packed = zlib.decompressobj(), found[1]
+        with contextlib.suppress(zlib.error):
+            while packed:  # in pieces: a small stream can unpack to more than the memory
+                yield unpacker.decompress(packed, PIECE_BYTES)
+                packed = unpacker.unconsumed_tail
 
 
 UNPACKED: dict[str, Callable[[Path], Iterator[bytes]]] = {
