@@ -106,7 +106,7 @@ class Passage:
 
     def at(self, tick: int) -> Three:
         """Return position [rad], velocity [rad/s] and acceleration [rad/s²] at a tick, which counts from 0."""
-        share = np.array(min((tick + 1) / self.ticks, 1.0))
+        share = np.array([min((tick + 1) / self.ticks, 1.0)])
         return _minimum_jerk(self.q_start, self.q_goal - self.q_start, share, self.ticks * self.dt)
 
 
