@@ -20,7 +20,7 @@ class AskedDevices(SimulatedDevices):
         twin = SimpleNamespace(period_s=STEP_S)
         plant = SimpleNamespace(twin=twin, each=(), now=0.0, step=self._step_plant)
         # Not by `__init__`, which takes a whole twin and its drives.
-        self.plant, self._lock_step, self._faults, self.pauses = plant, False, [], []  # pyright: ignore
+        self.plant, self._lock_step, self._faults, self.pauses = plant, False, [], []  # pyright: ignore[reportAttributeAccessIssue]
         self._asked_at, self._has_waited, self._stepped_at = None, False, 0.0
         self.now, self._next, self._period_s = 0.0, first_s, period_s
         self.waited: list[tuple[float, float]] = []
