@@ -199,8 +199,8 @@ CONTROL = Channel(
             "act",
             "string",
             "-",
-            "`pilot` (a machine and its guard begin), `fly` (a controller takes over), `publish`, `force`, `carry`, "
-            "`hang`, `lead` (inputs of a controller), `wear` (limits of the person in the machine), `level` "
+            "`pilot` (a machine and its guard begin), `fly` (a controller takes over), `prepare`, `publish`, `force`, "
+            "`carry`, `hang`, `lead` (inputs of a controller), `wear` (limits of the person in the machine), `level` "
             "(gravity level that the person is to feel)",
         ),
         Field("controller", "integer", "-", "number of the controller, from 0, of the present pilot", optional=True),
@@ -219,7 +219,8 @@ CONTROL = Channel(
             "q",
             "number",
             "rad",
-            "posture in which a change of the parameters must not be felt as a push",
+            "posture in which a change of the parameters must not be felt as a push; of `prepare`, the posture "
+            "for which control prepared before the first tick",
             JOINT,
             optional=True,
         ),
