@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from playwright.sync_api import Route
 from tests.console.serving import Served
 from tests.waiting import wait_until
 
@@ -145,6 +146,28 @@ def test_an_ended_session_shows_at_once_on_all_pages(house: Served, visit: Visit
         text = visitor.page.locator("#away").inner_text()
         assert "The session has ended" in text, visitor.role
         assert_nothing_old(visitor)
+
+
+def test_a_line_lost_while_the_picture_of_the_machine_is_fetched_is_no_error(house: Served, visit: Visit):
+    operator = visit(Role.OPERATOR)
+    page = operator.page
+    held = list[Route]()
+
+    def hold(route: Route) -> None:
+        held.append(route)
+
+    page.route("**/scene", hold)
+    page.reload()
+    operator.sees("body[data-line=open]")
+    for _ in range(200):
+        if held:
+            break
+        page.wait_for_timeout(50)
+    page.route("**/ticket", lambda route: route.abort())
+    house.cut_off(operator.role)
+    operator.sees("body[data-line=gone]", 20.0)
+    held[0].continue_()
+    page.wait_for_timeout(300)  # An error of the page fails the test when it closes.
 
 
 def test_a_server_that_is_killed_leaves_no_old_value_on_any_page(house: Served, visit: Visit):

@@ -193,6 +193,7 @@ async function takePose(pose) {
     } catch {
       described = null; // The next message tries again.
     }
+    if (state === null) return; // The line was lost while the picture was fetched.
   }
   const { joints, gravity_level: level, arm_share: share } = state.shown;
   const position = new Map(joints.map((joint, i) => [joint, pose.q_rad[i]]));
@@ -287,6 +288,7 @@ function wire() {
   };
   at("set-support").onclick = () => setSupport(Number(at("support").value));
   at("don").onclick = () => {
+    if (state === null) return;
     const [code, side] = [at("participants").value, at("side").value];
     // A participant's file belongs to one side.
     const known = code && side === state.shown.side ? { participant: code } : {};
@@ -305,7 +307,7 @@ function wire() {
 }
 
 function versionFor(kind) {
-  return ["make_ready", "take_arm", "identify", "reset"].includes(kind) ? state.shown.version : undefined;
+  return ["make_ready", "take_arm", "identify", "reset"].includes(kind) ? state?.shown.version : undefined;
 }
 
 function links() {

@@ -43,7 +43,7 @@ function isSteering() {
 }
 
 function next() {
-  return NEXT.find(([act]) => state.shown.possible.includes(act));
+  return NEXT.find(([act]) => state?.shown.possible.includes(act));
 }
 
 function take(message) {
@@ -84,6 +84,7 @@ function persons(shown) {
 }
 
 async function put() {
+  if (state === null) return;
   const code = at("person").value;
   // A participant's file belongs to one side.
   const isOther = at("side").value !== state.shown.side;
