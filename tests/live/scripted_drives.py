@@ -26,7 +26,6 @@ from exograv.rig.drives.udp.layout import DriveFlag, Type
 from exograv.rig.drives.udp.native.handover import take_back
 from exograv.rig.drives.udp.native.record import Now, Receive, Send, Sleep
 from exograv.rig.drives.udp.packets import Header, decode, encode
-from exograv.runtime.control_loop.answering import POLL_S
 from exograv.runtime.control_loop.exchange import Channels, answer_dtype, state_dtype
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.recorder.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
@@ -335,7 +334,6 @@ class NativeSide:
         )
         for name, hook in zip(("now_hook", "sleep_hook", "send_hook", "receive_hook"), self._hooks, strict=True):
             setattr(self.guarding.drives, name, ctypes.cast(hook, ctypes.c_void_p).value)
-        self.guarding.loop.poll_ns = round(1e9 * POLL_S)  # as the loop in Python, so that time passes alike
         self.guarding.hand_over()
 
     def order(self, word: object) -> None:

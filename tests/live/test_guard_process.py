@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from exograv.live.guard_job import GIVEN_UP_AFTER, GuardedRig, GuardJob, answer_by_ns
-from exograv.live.guard_process import GuardLoop
+from exograv.live.guard_process import LOST_AFTER, GuardLoop
 from exograv.recording.encoding import tick_dtype
 from exograv.rig.drive_status import DriveStatus
 from exograv.runtime.control_loop.exchange import (
@@ -251,3 +251,38 @@ def test_a_gravity_level_is_recorded_sent_to_control_and_refused_after_a_stop_ev
     assert "refused" in note
     table.tick(answers=True)
     assert table.guard.envelope.person.gravity_level == felt
+
+
+def test_an_error_in_a_tick_becomes_a_descent_that_is_recorded_and_reported(
+    table: Table, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+):
+    for _ in range(5):
+        table.tick(answers=True)
+
+    def fail(*_: object, **__: object) -> None:
+        raise IndexError("mode 99")
+
+    monkeypatch.setattr(table.guarding.hearing, "listen", fail)
+    ended = [table.tick(answers=True) for _ in range(2 * DOWN)]
+    assert ended[-1]
+    assert table.guard.envelope.stop is StopReason.STOP_PRESSED
+    assert ended.index(True) > DOWN // 4
+    assert abs(table.rig.commands[ended.index(True)].tau).max() < 1e-9
+    assert "mode 99" in table.guarding.failure
+    assert "IndexError" in capfd.readouterr().err
+    texts = [row["text"].decode() for row in table.guarding._events.take()]
+    assert table.guarding.failure in texts
+
+
+def test_a_machine_that_cannot_be_read_after_an_error_ends_the_run(table: Table, monkeypatch: pytest.MonkeyPatch):
+    for _ in range(5):
+        table.tick(answers=True)
+
+    def fail() -> None:
+        raise OSError("no network")
+
+    monkeypatch.setattr(table.rig, "read", fail)
+    for _ in range(LOST_AFTER - 1):
+        assert not table.tick(answers=True)
+    with pytest.raises(OSError, match="no network"):
+        table.tick(answers=True)

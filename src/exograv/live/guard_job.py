@@ -1,5 +1,6 @@
 """Parameters and report of the guard's process, for its loop in Python and for its loop in C."""
 
+import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
@@ -16,6 +17,12 @@ LIMITS_NS, LIMITS_SHARE = 350_000, 0.35
 
 NATIVE_LIMITS_NS, NATIVE_LIMITS_SHARE = 150_000, 0.25
 """The same for the loop in C, which limits and writes in some 30 µs."""
+
+LOOK_S = 100e-6
+"""Time between two looks of the loop for the answer of control [s].
+
+Both share a processor, and the loop has the higher priority: each look interrupts the computation of the answer.
+"""
 
 GIVEN_UP_AFTER, ASKED_AGAIN_EVERY = 8, 8
 """Ticks in a row without an answer after which the guard waits in every eighth tick only.
@@ -85,8 +92,17 @@ class GuardReport:
     modes: tuple[tuple[str, float], ...] = ()
     """Modes in order, each with its start since the start of the loop [s]."""
 
+    failure: str = ""
+    """Error in the guard's process that has ended the run; empty if there was none."""
+
 
 def answer_by_ns(period_ns: int, is_native: bool = False) -> int:
     """Time after the start of a period by which control must have answered the loop in Python or in C [ns]."""
     most, share = (NATIVE_LIMITS_NS, NATIVE_LIMITS_SHARE) if is_native else (LIMITS_NS, LIMITS_SHARE)
     return period_ns - round(min(most, share * period_ns))
+
+
+def reported(error: Exception) -> str:
+    """Print the traceback of an error in the guard's process, and return the line for the recording."""
+    traceback.print_exception(error)
+    return f"The guard had an internal error and lets the arm down: {type(error).__name__}: {error}"

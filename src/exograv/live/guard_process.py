@@ -14,11 +14,10 @@ from exograv.loop.control_step import ControlStep
 from exograv.recording.encoding import tick_dtype
 from exograv.rig import Powered, Rig, may_be_worn
 from exograv.runtime.clock.real_time_loop import run_loop
-from exograv.runtime.clock.realtime import Rights, realtime
+from exograv.runtime.clock.realtime import GUARD_PRIORITY, Rights, realtime
 from exograv.runtime.clock.timing import Timing
-from exograv.runtime.control_loop.answering import POLL_S
 from exograv.runtime.control_loop.exchange import UNANSWERED, answer_dtype, state_dtype
-from exograv.runtime.control_loop.guard_commands import BELL, GuardCommands
+from exograv.runtime.control_loop.guard_commands import GuardCommands, GuardInbox
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.runtime.recorder.recorder_process import PHASE, event
 from exograv.safety.guard import ControlRequest, SafeState
@@ -26,8 +25,31 @@ from exograv.safety.modes import Mode
 from exograv.safety.stops import StopReason
 from exograv.signals import JointState
 
-from .guard_job import ASKED_AGAIN_EVERY, GIVEN_UP_AFTER, GuardedRig, GuardJob, GuardReport, StopLatch, answer_by_ns
+from .guard_job import (
+    ASKED_AGAIN_EVERY,
+    GIVEN_UP_AFTER,
+    LOOK_S,
+    GuardedRig,
+    GuardJob,
+    GuardReport,
+    StopLatch,
+    answer_by_ns,
+    reported,
+)
 from .native_guard import native_guard
+
+
+class SilentControl:
+    """Control that does not answer: the guard lets the arm down without it."""
+
+    closure_slope = 0.0
+
+    def answer(self, believed: JointState | None, now: float) -> None:
+        """Return no answer."""
+
+
+LOST_AFTER = 50
+"""Ticks in a row in which the machine could not be read or written after an error, and the run ends."""
 
 
 def guard_process(job: GuardJob, parent: Connection) -> None:
@@ -38,7 +60,10 @@ def guard_process(job: GuardJob, parent: Connection) -> None:
         with guarding.rig:
             show_posture(guarding.rig, job)
             parent.send("ready")
-            parent.recv()
+            try:
+                parent.recv()
+            except EOFError:  # the parent has ended before the start
+                return
             report = guarding.report(*guarding.run())
         with contextlib.suppress(OSError):  # The parent process has ended.
             parent.send(report)
@@ -59,7 +84,7 @@ class GuardLoop:
     """State of the guard process and the tick of its loop, in Python."""
 
     def __init__(self, job: GuardJob, parent: Connection, made: GuardedRig):
-        self._job, self._parent = job, parent
+        self._job = job
         self.rig, self._guard, self._gain = made.rig, made.guard, made.gain
         self._step, self._answer, self._woken = ControlStep(made.guard, made.gain), None, 0
         self.closure_slope = 0.0
@@ -68,8 +93,8 @@ class GuardLoop:
         self._states = Mailbox(state_dtype(channels.joints), channels.states)
         self._answers = Mailbox(answer_dtype(channels.joints), channels.answers)
         self._ticks, self._events = channels.inlet.ticks(), channels.inlet.events()
-        self._bell = None if channels.bell is None else Mailbox(BELL, channels.bell)
-        self.hearing = GuardCommands(self._guard, parent, self._bell, self._note)
+        self._inbox = GuardInbox(channels.parent, parent)
+        self.hearing = GuardCommands(self._guard, self._inbox, self._note)
         self._known_modes = [Mode.__members__.get(name.upper()) for name in job.mode_names]
         self._state, self._row = np.zeros((), state_dtype(channels.joints)), np.zeros((), tick_dtype(channels.joints))
         self._row["cdr_header"] = (0, 1, 0, 0)
@@ -80,6 +105,7 @@ class GuardLoop:
         self._modes: list[tuple[str, float]] = []
         self._unanswered = self._silent = self._started_ns = 0
         self._has_begun = self._was_stopped = False
+        self._lost, self.failure = 0, ""
         # A latch of a real machine ends the run: the operator inspects the machine and repeats its self-test first.
         self._ends_stopped = may_be_worn(self.rig)
         self._resets = not (self._ends_stopped or job.is_steered)
@@ -91,7 +117,7 @@ class GuardLoop:
         Raises:
             RigError: A drive stays off.
         """
-        with realtime() as rights:
+        with realtime(priority=GUARD_PRIORITY) as rights:
             self.begin()
             return run_loop(self.tick, self._job.periods, self._job.period_ns), rights
 
@@ -105,6 +131,41 @@ class GuardLoop:
             self.rig.enable()
 
     def tick(self, period: int) -> bool:
+        """Run one tick; return True to end the loop early. After an error, the guard alone lets the arm down.
+
+        Raises:
+            Exception: The machine could not be read or written in `LOST_AFTER` ticks in a row. The watchdogs of its
+                drives brake the arm.
+        """
+        if not self.failure:
+            try:
+                return self._tick(period)
+            except Exception as error:  # noqa: BLE001 - of any error the arm comes down softly
+                self.failure = reported(error)
+                self._guard.press_stop()
+                with contextlib.suppress(Exception):
+                    self._note(self.rig.t, self.failure)
+        return self._lower(period)
+
+    def _lower(self, period: int) -> bool:
+        """Run a tick of the descent after an error; return True at its end."""
+        woken = time.monotonic_ns()
+        try:
+            state, now = self.rig.read(), self.rig.t
+            decision = self._step.take(state, now, SilentControl())
+            self.rig.write(decision.command)
+        except Exception:
+            self._lost += 1
+            if self._lost >= LOST_AFTER:
+                raise
+            return False
+        self._lost, self._safe_state = 0, decision.safe_state
+        with contextlib.suppress(Exception):  # the error may be in what records
+            self._look_for_stops(period, now, decision.stop)
+            self._record(period, now, state, decision.command.tau, None, woken)
+        return self._guard.envelope.descent_is_over
+
+    def _tick(self, period: int) -> bool:
         """Read the machine, request an answer, decide, write the command, record; return True to end the loop early."""
         woken = self._woken = time.monotonic_ns()
         state, now = self.rig.read(), self.rig.t
@@ -141,13 +202,12 @@ class GuardLoop:
     def report(self, timing: Timing, rights: Rights) -> GuardReport:
         """Return the report at the end of the loop."""
         latches, modes = tuple(self._latches), tuple(self._modes)
-        return GuardReport(timing, rights, latches, self._unanswered, self.rig.t, self._started_ns, modes)
+        return GuardReport(timing, rights, latches, self._unanswered, self.rig.t, self._started_ns, modes, self.failure)
 
     def close(self) -> None:
         """Release the shared memory."""
-        for memory in (self._states, self._answers, self._ticks, self._events, self._bell):
-            if memory is not None:
-                memory.close()
+        for memory in (self._states, self._answers, self._ticks, self._events, self._inbox):
+            memory.close()
 
     def _asked(self, believed: JointState, now: float, woken: int) -> np.void | None:
         """Send the believed state to control, and wait for the answer until the deadline."""
@@ -170,7 +230,7 @@ class GuardLoop:
                 return got[1]
             if time.monotonic_ns() >= until:
                 break
-            time.sleep(POLL_S)
+            time.sleep(LOOK_S)
         self._unanswered += 1
         self._silent += 1
         return None

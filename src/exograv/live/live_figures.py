@@ -156,7 +156,8 @@ def _learned(flown: LiveResult, wearer: SimulatedWearer | None, prepared: Contro
 def outcome_of(report: GuardReport) -> str:
     """Sentences on the end of a run: first the cause and the time of each stop, then the end of the loop."""
     stops = [f"{latch.cause} The guard stopped the machine after {latch.at_s:.3f} s." for latch in report.latches]
-    return " ".join([*stops, report.timing.outcome.value])
+    errors = [report.failure] if report.failure else []
+    return " ".join([*errors, *stops, report.timing.outcome.value])
 
 
 def stall_ms(timing: Timing, period: int) -> float:

@@ -16,7 +16,7 @@ from exograv.results import json_value
 from exograv.runtime.clock.timing import PERIOD_NS
 from exograv.runtime.control_loop.answering import ControlInterface
 from exograv.runtime.control_loop.exchange import Channels, PersonUpdate, answer_dtype, state_dtype
-from exograv.runtime.control_loop.guard_commands import BELL, ENDS, GuardLine
+from exograv.runtime.control_loop.guard_commands import ENDS, GuardLine
 from exograv.runtime.control_loop.worker import WorkerJob
 from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.processes.shared_memory import Mailbox
@@ -31,8 +31,11 @@ from .guard_job import GuardedRig, GuardJob, GuardReport
 from .guard_process import guard_process
 from .worker_supervisor import WorkerKeeper
 
-CHECK_S = 0.25
-"""Period of the parent's checks [s]."""
+CHECK_S, REPLY_S = 0.25, 0.02
+"""Period of the parent's checks, and of its looks for replies of the guard [s]."""
+
+LONGEST_DESCENT_S = 60.0
+"""Time for the guard to let the arm down, after which it is killed [s]: the longest descent that `Limits` may have."""
 
 
 @dataclass(frozen=True)
@@ -121,15 +124,14 @@ def fly(
         RigError: A process died before the loop began, or the guard died during the loop.
     """
     joints = recorder.inlet.n_joints
-    with _memory(joints) as (states, answers, bell), contextlib.ExitStack() as stack:
-        channels = Channels(joints, states.name, answers.name, recorder.inlet, bell.name)
+    with _memory(joints) as (states, answers, line), contextlib.ExitStack() as stack:
+        channels = Channels(joints, states.name, answers.name, recorder.inlet, line.names)
         job = GuardJob(
             parts.guard, channels, round(seconds * 1e9 / parts.period_ns), parts.mode_names, notes=parts.notes,
             period_ns=parts.period_ns, is_steered=parts.is_steered
         )  # fmt: skip
         guard = Supervisor("guard", guard_process, job)
         stack.callback(_end, guard)
-        line = GuardLine(guard.connection, bell)
         control = ControlKeeper(parts.control, parts.control_again, channels, states, answers)
         stack.callback(control.close)
         worker = None if parts.worker is None else _worker(parts.worker, recorder, line, stack)
@@ -144,6 +146,8 @@ def fly(
             worker.await_ready()
         if listening is not None:
             listening.begin(recorder.write)
+        line.beat()
+        stack.callback(_let_down, guard, line)
         guard.send("go")
         begun = time.monotonic()
         started(Running(guard, control, recorder, states, answers, line, worker))
@@ -195,18 +199,32 @@ def _pid(process: Supervisor[GuardJob] | ControlKeeper | Recorder) -> int:
 
 
 def _end(guard: Supervisor[GuardJob]) -> None:
+    """End a guard whose motors are off."""
     if guard.await_exit(2.0) is None:
         guard.kill()
 
 
+def _let_down(guard: Supervisor[GuardJob], line: GuardLine) -> None:
+    """Have a guard that still runs let the arm down, and wait for its end. A further Ctrl-C does not shorten this."""
+    until = time.monotonic() + LONGEST_DESCENT_S
+    with contextlib.suppress(OSError):
+        line.send(ENDS)
+    while guard.is_alive and time.monotonic() < until:
+        with contextlib.suppress(KeyboardInterrupt):
+            line.beat()
+            # The guard ends when its report is read.
+            if guard.next_word(CHECK_S) is not None or guard.has_hung_up:
+                guard.await_exit(CHECK_S)
+
+
 @contextlib.contextmanager
-def _memory(joints: int) -> Iterator[tuple[Mailbox, Mailbox, Mailbox]]:
-    made = Mailbox(state_dtype(joints)), Mailbox(answer_dtype(joints)), Mailbox(BELL)
+def _memory(joints: int) -> Iterator[tuple[Mailbox, Mailbox, GuardLine]]:
+    made = Mailbox(state_dtype(joints)), Mailbox(answer_dtype(joints)), GuardLine()
     try:
         yield made
     finally:
-        for mailbox in made:
-            mailbox.close()
+        for memory in made:
+            memory.close()
 
 
 @runtime_checkable
@@ -227,10 +245,10 @@ def _watched(
     hears: Callable[[object], object],
 ) -> GuardReport:
     """Watch the processes while the loop runs. Ctrl-C presses Stop: the machine lowers the arm before the end."""
-    begun = time.monotonic()
+    begun = checked = time.monotonic()
     while True:
         try:
-            word = guard.next_word(CHECK_S)
+            word = guard.next_word(REPLY_S)
             if isinstance(word, GuardReport):
                 return word
             if guard.has_hung_up:
@@ -238,12 +256,15 @@ def _watched(
                     f"The guard process died (exit status {guard.await_exit(1.0)}). The watchdogs of the drives brake "
                     "the arm."
                 )
-            if word is not None:
-                hears(word)
+            for reply in line.replies():
+                hears(reply)
+            if (now := time.monotonic()) - checked < CHECK_S:
                 continue
+            checked = now
+            line.beat()
             for other in others:
                 if other is not None:
                     other.check()
-            progress("Floating live", min((time.monotonic() - begun) / seconds, 1.0))
+            progress("Floating live", min((now - begun) / seconds, 1.0))
         except KeyboardInterrupt:
             line.send(ENDS)

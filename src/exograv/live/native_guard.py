@@ -1,14 +1,14 @@
 """Guard process whose millisecond runs in C: this file starts the loop, passes orders on, and tells what happened.
 
 The loop has a thread of its own, without the interpreter's lock. It never waits for the supervisor here: a supervisor
-that hangs, for example in a half-written message of the parent, costs the run (the loop lets the arm down), not a tick.
+that hangs costs the run (the loop lets the arm down), not a tick.
 """
 
 import ctypes
 import threading
 import time
 from collections import deque
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from multiprocessing.connection import Connection
 
 import numpy as np
@@ -23,7 +23,7 @@ from exograv.runtime.clock.real_time_loop import LEAD_NS, REST_AT_LEAST_EVERY
 from exograv.runtime.clock.realtime import GUARD_PRIORITY, Rights, realtime
 from exograv.runtime.clock.timing import LoopOutcome, Timing
 from exograv.runtime.control_loop.exchange import FeltLevel, PersonUpdate, answer_dtype, state_dtype
-from exograv.runtime.control_loop.guard_commands import PERSON_KNOWN, STOPPED_BEFORE, level_note
+from exograv.runtime.control_loop.guard_commands import PERSON_KNOWN, STOPPED_BEFORE, GuardInbox, level_note
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.runtime.recorder.recorder_process import PHASE, event
 from exograv.safety.envelope import REASONS
@@ -31,7 +31,17 @@ from exograv.safety.guard import COMMAND_LIFE_S, GRAVITY_LEVEL_S, SafeState
 from exograv.safety.limits import PersonLimits
 from exograv.safety.person import PLACES, GuardedPerson
 
-from .guard_job import ASKED_AGAIN_EVERY, GIVEN_UP_AFTER, GuardedRig, GuardJob, GuardReport, StopLatch, answer_by_ns
+from .guard_job import (
+    ASKED_AGAIN_EVERY,
+    GIVEN_UP_AFTER,
+    LOOK_S,
+    GuardedRig,
+    GuardJob,
+    GuardReport,
+    StopLatch,
+    answer_by_ns,
+    reported,
+)
 from .native import library
 from .native.record import (
     AnswerPlaces,
@@ -47,13 +57,7 @@ from .native.record import (
 )
 
 TURN_S = 0.005
-"""Longest time between two looks of the supervisor at the loop [s]; a message of the parent comes at once."""
-
-LOOK_S = 100e-6
-"""Time between two looks of the loop for the answer of control [s].
-
-Both share a processor, and the loop has the higher priority: each look interrupts the computation of the answer.
-"""
+"""Time between two looks of the supervisor at the loop and at the messages of the parent [s]."""
 
 ALONE_AFTER_S = 2.0
 """Silence of the supervisor after which the loop lets the arm down [s].
@@ -89,8 +93,9 @@ class NativeGuard:
 
     def __init__(self, job: GuardJob, parent: Connection, made: GuardedRig, rig: UdpRig, loop: ctypes.CDLL):
         """Prepare all memory that the loop uses; nothing runs yet."""
-        self.rig, self._job, self._parent, self._guard, self._library = rig, job, parent, made.guard, loop
+        self.rig, self._job, self._guard, self._library = rig, job, made.guard, loop
         self._announce, channels = made.announce, job.channels
+        self._inbox = GuardInbox(channels.parent, parent)
         joints = channels.joints
         self._states = Mailbox(state_dtype(joints), channels.states)
         self._answers = Mailbox(answer_dtype(joints), channels.answers)
@@ -105,6 +110,8 @@ class NativeGuard:
         self._has_begun = threading.Event()
         self._latches: list[StopLatch] = []
         self._modes: list[tuple[str, float]] = []
+        self.failure = ""
+        """Error of the supervisor that has ended the run; empty if there was none."""
 
     def run(self) -> tuple[Timing, Rights]:
         """Switch the motors on, run the loop to its end, and meanwhile supervise it.
@@ -118,7 +125,11 @@ class NativeGuard:
             self._has_begun.wait()
             try:
                 while not flight.done():
-                    self.supervise(flight)
+                    self.supervise()
+                    time.sleep(TURN_S)
+            except Exception as error:  # noqa: BLE001 - of any error the arm comes down softly
+                self.failure = reported(error)
+                self._note(self.loop.now, self.failure)
             finally:
                 # Whatever has happened here, the arm comes down softly before this process ends.
                 self._library.loop_end(self.loop)
@@ -126,16 +137,17 @@ class NativeGuard:
         self.hear()
         return self._measured(), rights
 
-    def supervise(self, flight: "Future[Rights] | None" = None) -> None:
-        """Say that the supervisor lives, pass on what waits, tell what happened, and take one message of the parent."""
+    def supervise(self) -> None:
+        """Give a sign of life, pass on waiting orders, record what happened, and take the messages of the parent."""
         self._library.loop_beat(self.loop)
         while self._waiting and self._library.loop_order(self.loop, self._waiting[0]):
             self._waiting.popleft()
         self.hear()
-        if self._parent.closed:
-            time.sleep(TURN_S)
-        elif self._parent.poll(TURN_S if flight is None or not flight.done() else 0.0):
-            self._listen()
+        if why := self._inbox.why_gone():
+            self._note(self.loop.now, why)
+            self._library.loop_end(self.loop)
+        while (word := self._inbox.take()) is not None:
+            self.order(word)
 
     def hear(self) -> None:
         """Record what has happened in the loop since the last call."""
@@ -155,11 +167,11 @@ class NativeGuard:
     def report(self, timing: Timing, rights: Rights) -> GuardReport:
         """Return the report at the end of the loop."""
         loop, latches, modes = self.loop, tuple(self._latches), tuple(self._modes)
-        return GuardReport(timing, rights, latches, loop.unanswered, self.rig.t, loop.started_ns, modes)
+        return GuardReport(timing, rights, latches, loop.unanswered, self.rig.t, loop.started_ns, modes, self.failure)
 
     def close(self) -> None:
         """Release the shared memory."""
-        for memory in (self._states, self._answers, self._ticks, self._events):
+        for memory in (self._states, self._answers, self._ticks, self._events, self._inbox):
             memory.close()
 
     def hand_over(self) -> None:
@@ -182,14 +194,6 @@ class NativeGuard:
                 return rights
         finally:
             self._has_begun.set()
-
-    def _listen(self) -> None:
-        try:
-            word = self._parent.recv()
-        except EOFError:  # the parent, which alone could end the run, is gone
-            self._parent.close()
-            word = None
-        self.order(word)
 
     def _wear(self, word: PersonLimits | PersonUpdate) -> None:
         is_driven = isinstance(word, PersonUpdate)

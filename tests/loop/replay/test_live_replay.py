@@ -26,6 +26,7 @@ from exograv.recording import RecordingWriter, read_recording
 from exograv.recording.encoding import tick_dtype
 from exograv.results import json_value
 from exograv.runtime.control_loop.exchange import Channels, FeltLevel, answer_dtype, answered_to, state_dtype
+from exograv.runtime.control_loop.guard_commands import ENDS, GuardLine
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.recorder.recorder_process import EVENT, PHASE, RING_EVENTS, RING_TICKS, Inlet
 from exograv.safety.guard import COMMAND_LIFE_S, GRAVITY_LEVEL_S
@@ -96,8 +97,9 @@ def lived(plan: LivePlan, tmp_path_factory: pytest.TempPathFactory) -> Path:
     n, path = len(joints), tmp_path_factory.mktemp("lived") / "live.mcap"
     states, answers = Mailbox(state_dtype(n)), Mailbox(answer_dtype(n))
     ticks, events = Ring(tick_dtype(n), RING_TICKS), Ring(EVENT, RING_EVENTS)
-    channels = Channels(n, states.name, answers.name, Inlet(n, ticks.name, events.name))
-    word, end = Pipe()
+    line = GuardLine()
+    channels = Channels(n, states.name, answers.name, Inlet(n, ticks.name, events.name), line.names)
+    _word, end = Pipe()
     job = GuardJob(partial(guarded_rig, plan), channels, TICKS, LiveControl.mode_names)
     guarding = Forgetful(job, end, job.build())
     guarding.begin()
@@ -106,13 +108,14 @@ def lived(plan: LivePlan, tmp_path_factory: pytest.TempPathFactory) -> Path:
     for period in range(TICKS):
         if period == TOLD_AT:
             told.append((guarding.rig.t, LEVEL_TOLD))
-            word.send(FeltLevel(LEVEL_TOLD))
+            line.send(FeltLevel(LEVEL_TOLD))
         if period == STOP_AT:
-            word.send("stop")
+            line.send(ENDS)
+        line.beat()
         guarding.tick(period)
     guarding.close()
     write(path, joints, settings_of(plan, {"disturbance_level": LEVEL}), ticks, events, told)
-    for memory in (states, answers, ticks, events):
+    for memory in (states, answers, ticks, events, line):
         memory.close()
     return path
 

@@ -1,6 +1,8 @@
 """The guard takes a message in its next tick, executes it if allowed, and replies."""
 
 import contextlib
+import os
+import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from multiprocessing import Pipe
@@ -10,9 +12,16 @@ import numpy as np
 import pytest
 
 from exograv.runtime.control_loop.exchange import EVENT_SHIFT, RESET, STOP_PRESSED, TOLD_LEVEL, FeltLevel, state_dtype
-from exograv.runtime.control_loop.guard_commands import ASK_PARENT_EVERY, BELL, ENDS, GuardCommands, GuardLine
+from exograv.runtime.control_loop.guard_commands import (
+    ASK_PARENT_EVERY,
+    ENDS,
+    PARENT_SILENT,
+    PARENT_SILENT_S,
+    GuardCommands,
+    GuardInbox,
+    GuardLine,
+)
 from exograv.runtime.control_loop.steering import ASKABLE, DescentCommand, GuardReply, GuardRequest, LeaseCommand
-from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import ControlRequest, Guard, SafeState
 from exograv.safety.limits import Limits, PersonLimits
@@ -31,8 +40,9 @@ DOWN = 100
 class Clock:
     now = 0
 
-    def monotonic_ns(self) -> int:
-        return self.now
+    @classmethod
+    def monotonic_ns(cls) -> int:
+        return cls.now
 
 
 @dataclass
@@ -69,7 +79,7 @@ class Room:
         """Send a message, run a tick, and return the guard's reason of refusal; None without a reply."""
         self.line.send(word)
         self.tick()
-        heard = self.ours.recv() if self.ours.poll() else None
+        heard = next(self.line.replies(), None)
         return heard.why if isinstance(heard, GuardReply) else None
 
     @property
@@ -81,16 +91,17 @@ class Room:
 
 @pytest.fixture
 def room(monkeypatch: pytest.MonkeyPatch) -> Iterator[Room]:
-    monkeypatch.setattr("exograv.runtime.control_loop.guard_commands.time", Clock())
+    monkeypatch.setattr(Clock, "now", 0)
+    monkeypatch.setattr("exograv.runtime.control_loop.guard_commands.time", Clock)
     guard = Guard.of_machine(Envelope(LIMITS, PERIOD_S), PERIOD_S)
     nothing, wide = np.zeros((1, 3)), np.full(1, 30.0)
     table = PlausibleTable((LimbTable((0,), 1, nothing, nothing),), wide, wide, wide)
     guard.envelope.person = GuardedPerson(PersonLimits(table, wide, np.full(1, -3.0), np.full(1, 3.0)), 0.0)
     ours, theirs = Pipe()
-    with contextlib.closing(Mailbox(BELL)) as bell, contextlib.closing(ours), contextlib.closing(theirs):
+    with contextlib.closing(GuardLine()) as line, contextlib.closing(ours), contextlib.closing(theirs):
         notes: list[str] = []
-        hearing = GuardCommands(guard, theirs, bell, lambda _t, text: notes.append(text))
-        yield Room(guard, hearing, GuardLine(ours, bell), ours, notes)
+        with contextlib.closing(GuardInbox(line.names, theirs)) as inbox:
+            yield Room(guard, GuardCommands(guard, inbox, lambda _t, text: notes.append(text)), line, ours, notes)
 
 
 def lease(room: Room) -> None:
@@ -111,17 +122,51 @@ def test_messages_are_taken_in_order_one_per_tick(room: Room):
         room.line.send(GuardRequest(number, Event.TEST))
     for number in range(3):
         room.tick()
-        assert room.ours.recv().number == number
-        assert not room.ours.poll()
+        assert [reply.number for reply in room.line.replies()] == [number]
 
 
-def test_the_guard_does_not_poll_the_line_before_a_message_is_announced(room: Room, monkeypatch: pytest.MonkeyPatch):
-    looks: list[int] = []
-    poll = room.hearing._parent.poll
-    monkeypatch.setattr(room.hearing._parent, "poll", lambda: looks.append(room.period) or poll(), raising=False)
-    for _ in range(ASK_PARENT_EVERY):
+def ticks_until_end(room: Room, most: int) -> int:
+    """Return the number of ticks of a millisecond after which the run is asked to end; `most` if it is not."""
+    for k in range(most):
+        Clock.now += 1_000_000
         room.tick()
-    assert len(looks) == 1
+        if room.hearing.is_asked_to_end:
+            return k
+    return most
+
+
+def test_a_silent_parent_means_the_end_and_a_parent_that_gives_signs_of_life_does_not(room: Room):
+    for _ in range(10):
+        room.line.beat()
+        assert ticks_until_end(room, 1000) == 1000
+    late = ticks_until_end(room, 10_000)
+    assert late <= 1000 * PARENT_SILENT_S + ASK_PARENT_EVERY
+    assert room.guard.envelope.stop is StopReason.STOP_PRESSED
+    assert room.notes == [PARENT_SILENT]
+
+
+def test_a_word_or_half_a_word_by_the_pipe_means_the_end(room: Room):
+    os.write(room.ours.fileno(), struct.pack("!i", 1000))
+    assert ticks_until_end(room, 1000) <= ASK_PARENT_EVERY
+    assert room.guard.envelope.stop is StopReason.STOP_PRESSED
+
+
+def test_a_parent_that_reads_no_reply_delays_no_tick_and_gets_the_oldest(room: Room):
+    lease(room)
+    for number in range(2000):
+        room.line.send(FeltLevel(0.5, 10.0, number))
+        room.tick()
+    assert [reply.number for reply in room.line.replies()][:3] == [0, 1, 2]
+    assert room.guard.envelope.stop is None
+
+
+def test_a_sender_whose_guard_takes_nothing_gets_an_error_and_does_not_wait(room: Room):
+    def send_many() -> None:
+        for _ in range(10_000):
+            room.line.send(ENDS)
+
+    with pytest.raises(OSError, match="does not take messages"):
+        send_many()
 
 
 def test_without_its_parent_the_guard_lets_the_arm_down_and_ends_the_run(room: Room):
@@ -209,13 +254,10 @@ def test_an_arm_that_is_carried_when_the_lease_ends_is_given_back(room: Room):
     lease(room)
     room.mode = Mode.FLOATING
     Clock.now = 1_300_000_000
-    try:
-        room.tick()
-        assert any("Nobody steers" in note for note in room.notes)
-        room.hearing.tell(room.state)
-        assert ASKABLE[int(room.state["event"])] is Event.GIVE_BACK
-    finally:
-        Clock.now = 0
+    room.tick()
+    assert any("Nobody steers" in note for note in room.notes)
+    room.hearing.tell(room.state)
+    assert ASKABLE[int(room.state["event"])] is Event.GIVE_BACK
 
 
 def test_the_last_message_lets_the_arm_down_and_ends_the_run(room: Room):

@@ -1,7 +1,7 @@
-"""Signals that end a command: SIGTERM and SIGHUP act like Ctrl-C.
+"""Signals that end a command: SIGTERM, SIGHUP and SIGQUIT act like Ctrl-C.
 
 A real machine then comes down softly, a write is completed, and a bring-up seals its sheet: the same code handles all
-three signals.
+four signals.
 """
 
 import contextlib
@@ -16,11 +16,11 @@ from types import FrameType
 SIGHUP = getattr(signal, "SIGHUP", None)
 """Signal of a closed terminal; None on Windows."""
 
-ENDING = (signal.SIGTERM, *([] if SIGHUP is None else [SIGHUP]))
+ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name))
 
 
 class EndSignals:
-    """Context in which SIGTERM and SIGHUP call the present handler of Ctrl-C. It acts in the main thread only.
+    """Context in which these signals call the present handler of Ctrl-C. It acts in the main thread only.
 
     A signal that is ignored at the start stays ignored, as `nohup` and a simulated drive need it.
     """

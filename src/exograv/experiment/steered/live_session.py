@@ -4,6 +4,7 @@ import contextlib
 import itertools
 import threading
 import time
+import traceback
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -37,7 +38,7 @@ from .view_models import PlotTrace, SkeletonLines
 
 LOOKS_EVERY_S = 0.02
 ANSWER_WITHIN_S = 0.4
-"""Time-out for the guard's answer [s]. The guard answers in milliseconds; an ordinary thread reads its line."""
+"""Time-out for the guard's answer [s]. The guard answers in milliseconds; the parent looks every 20 ms."""
 
 WARNED_S, ENDED_S = 300.0, 15.0
 """Times before the end of a recording [s]: first a warning, then the descent of the arm, which takes 3 s."""
@@ -249,6 +250,10 @@ class LiveFlight:
                     state.failure = say("flight.recording_over")
             except ExogravError as error:
                 state.failure = str(error)
+            except Exception as error:  # noqa: BLE001
+                # The pages must say at once that the session is lost; the traceback is for the terminal.
+                state.failure = say("flight.error", error=f"{type(error).__name__}: {error}")
+                traceback.print_exc()
             state.running = None
 
     def _donned(self, place: PreparedMachine, participant: str | None, identify_s: float) -> RequestedParticipant:

@@ -35,6 +35,10 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         "desk.no_alarm": "There is no alarm with number {number}.",
         "flight.calibrates": "The machine is being calibrated.",
         "flight.starts": "Guard and control are starting.",
+        "flight.error": (
+            "The session of this machine had an internal error and has ended: {error}. Put the person in again to "
+            "continue."
+        ),
         "flight.recording_over": "The recording has ended. Put the person in again to continue.",
         "flight.recording_ends": "The recording ends in less than five minutes; then the arm is let down.",
         "flight.control_again": "The controller failed or did not answer, and was restarted.",

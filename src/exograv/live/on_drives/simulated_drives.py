@@ -31,8 +31,9 @@ def simulated_drives(bus: str, options: Sequence[str]) -> Iterator[Callable[[str
     # Ctrl-C and SIGHUP reach every process of the terminal: the machine must still answer while the arm comes down.
     with end_signals_ignored():
         process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
-        )
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1,
+            start_new_session=True,
+        )  # fmt: skip
     assert process.stdin is not None
     assert process.stdout is not None
     said: queue.Queue[str] = queue.Queue()

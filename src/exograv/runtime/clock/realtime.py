@@ -17,13 +17,14 @@ PRIORITY = 50
 """Priority of SCHED_FIFO, 1 to 99: above all ordinary processes, as in ros2_control (control.ros.org, Determinism)."""
 
 GUARD_PRIORITY = PRIORITY + 10
-"""Priority of the guard's loop in C: above control, so that a control in an endless loop does not delay it."""
+"""Priority of the guard: above control, so that a control in an endless loop does not delay it."""
 
-AWAKE_MAX_US = 500_000
-"""Processor time without a sleep after which the kernel ends the process by SIGXCPU (RLIMIT_RTTIME) [µs].
+AWAKE_MAX_US, CONTROL_AWAKE_MAX_US = 500_000, 100_000
+"""Processor time without a sleep after which the kernel ends a process, and control, by SIGXCPU (RLIMIT_RTTIME) [µs].
 
-On a machine with one processor it is the last guard against a tick that never returns. The loop's own guard comes
-first.
+A real-time process in an endless loop takes its processor from all ordinary processes until then. Control's answers
+before the first tick take up to 30 ms without a sleep. For the guard the limit is the last resort: its loop gives up
+before.
 """
 
 MCL_CURRENT, MCL_FUTURE = 1, 2  # <sys/mman.h>; the same on x86 and Arm
@@ -48,7 +49,9 @@ class Rights:
 
 
 @contextmanager
-def realtime(isolated_cpus: tuple[int, ...] = (), priority: int = PRIORITY) -> Iterator[Rights]:
+def realtime(
+    isolated_cpus: tuple[int, ...] = (), priority: int = PRIORITY, awake_max_us: int = AWAKE_MAX_US
+) -> Iterator[Rights]:
     """Take one processor, switch the garbage collector off, lock memory and ask for SCHED_FIFO, for the calling thread.
 
     A refused right is noted and does not stop the others. On leaving, in any way, all is as before.
@@ -56,6 +59,7 @@ def realtime(isolated_cpus: tuple[int, ...] = (), priority: int = PRIORITY) -> I
     Args:
         isolated_cpus: Processors that the kernel keeps free. The first of them is taken, or else the last allowed one.
         priority: Priority of SCHED_FIFO.
+        awake_max_us: Processor time without a sleep after which the kernel ends this process [µs].
     """
     rights = Rights()
     with ExitStack() as undo:
@@ -69,7 +73,7 @@ def realtime(isolated_cpus: tuple[int, ...] = (), priority: int = PRIORITY) -> I
         _stop_garbage_collector(rights, undo)
         _lock_memory(rights, undo)
         _take_cpu(rights, undo, isolated_cpus)
-        _schedule_fifo(rights, undo, priority)
+        _schedule_fifo(rights, undo, priority, awake_max_us)
         yield rights
 
 
@@ -105,12 +109,12 @@ def _lock_memory(rights: Rights, undo: ExitStack) -> None:
     rights.is_locked = _try(rights, "memory locked", text, lambda: _libc("mlockall")(MCL_CURRENT | MCL_FUTURE))
 
 
-def _schedule_fifo(rights: Rights, undo: ExitStack, priority: int) -> None:
+def _schedule_fifo(rights: Rights, undo: ExitStack, priority: int, awake_max_us: int) -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_RTTIME)
     undo.callback(resource.setrlimit, resource.RLIMIT_RTTIME, (soft, hard))
     undo.callback(os.sched_setscheduler, 0, os.sched_getscheduler(0), os.sched_getparam(0))
     stated = [limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY]
-    resource.setrlimit(resource.RLIMIT_RTTIME, (min([AWAKE_MAX_US, *stated]), hard))
+    resource.setrlimit(resource.RLIMIT_RTTIME, (min([awake_max_us, *stated]), hard))
     text = (
         "Real-time scheduling is refused ({reason}): set '@realtime - rtprio 99' in /etc/security/limits.conf, "
         f"join that group and log in again; {CONTAINER} --cap-add=sys_nice --ulimit rtprio=99."

@@ -9,7 +9,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from exograv.runtime.clock.realtime import realtime
+from exograv.runtime.clock.realtime import CONTROL_AWAKE_MAX_US, realtime
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.safety.guard import COMMAND_LIFE_S
 
@@ -71,7 +71,7 @@ def control_process(job: ControlJob, parent: Connection) -> None:
     answers = Mailbox(answer_dtype(job.channels.joints), job.channels.answers)
     try:
         control = job.build()
-        with realtime(), contextlib.suppress(EOFError):
+        with realtime(awake_max_us=CONTROL_AWAKE_MAX_US), contextlib.suppress(EOFError):
             seen = _prepare(control, states, parent) if isinstance(control, Prepared) else 0
             # `ready` is sent after the rights are taken. That takes a fifth of a second, and a guard that began earlier
             # would have no answer.

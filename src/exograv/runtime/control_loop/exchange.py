@@ -27,6 +27,15 @@ UNANSWERED = (
 
 
 @dataclass(frozen=True)
+class MessageNames:
+    """Names of the shared memory between the guard and its parent."""
+
+    messages: str
+    replies: str
+    pulse: str
+
+
+@dataclass(frozen=True)
 class Channels:
     """Names of the shared memory between guard, control and recorder."""
 
@@ -34,8 +43,8 @@ class Channels:
     states: str
     answers: str
     inlet: Inlet
-    bell: str | None = None
-    """Name of the mailbox by which the guard's parent announces messages; None if there is none."""
+    parent: MessageNames | None = None
+    """Messages between the guard and its parent; None if there are none."""
 
 
 @dataclass(frozen=True)

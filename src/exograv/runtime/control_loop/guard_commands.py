@@ -1,27 +1,48 @@
-"""Messages from the parent to the guard's process during the loop, and their execution."""
+"""Messages from the parent to the guard's process during the loop, and their execution.
 
+Both directions are rings in shared memory, so that no process waits for another one. The pipe of the process carries
+the start and the report only. In the loop, anything that comes by it, or its end, means that the run has to end.
+"""
+
+import errno
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from multiprocessing.connection import Connection
+from typing import Any
 
 import numpy as np
 
-from exograv.runtime.processes.shared_memory import Mailbox
+from exograv.runtime.processes.shared_memory import Mailbox, MessageRing
 from exograv.safety.guard import Guard, SafeState
 from exograv.safety.limits import PersonLimits
 from exograv.safety.modes import Event, Mode
 from exograv.safety.person import GuardedPerson
 from exograv.sentence import say, support_text
 
-from .exchange import EVENT_SHIFT, RESET, STOP_PRESSED, TOLD_LEVEL, TOLD_PERSON, FeltLevel, PersonUpdate
+from .exchange import (
+    EVENT_SHIFT,
+    RESET,
+    STOP_PRESSED,
+    TOLD_LEVEL,
+    TOLD_PERSON,
+    FeltLevel,
+    MessageNames,
+    PersonUpdate,
+)
 from .steering import ASKABLE, SENTENCES, CommandDecisions, DescentCommand, GuardReply, GuardRequest, LeaseCommand
 
 ASK_PARENT_EVERY = 200
-"""Ticks between two looks at the connection without an announcement, to check that the parent lives."""
+"""Ticks between two checks that the parent lives."""
 
-BELL = np.dtype("<u8")
-"""Counter of the messages that were sent."""
+PARENT_SILENT_S = 2.0
+"""Time without a sign of life of the parent, after which the guard lets the arm down and ends the run [s].
+
+The parent gives four signs in a second. A busy computer delays an ordinary process by some tenths of a second.
+"""
+
+PULSE = np.dtype("<u8")
+"""Counter of the parent's signs of life."""
 
 ENDS = "stop"
 """Message that lets the arm down and ends the run."""
@@ -34,6 +55,11 @@ STOPPED_BEFORE = "the run was stopped before, or the arm is being moved."
 """Reason why a felt level is refused."""
 
 
+PARENT_GONE = "The session of this machine has ended: the arm is let down."
+PARENT_SILENT = f"The session of this machine gave no sign of life for {PARENT_SILENT_S:g} s: the arm is let down."
+"""Notes of a guard whose parent is gone or silent."""
+
+
 def level_note(gravity_level: float, why: str) -> str:
     """Note of a request for a felt level; `why` is the reason of a refusal, or empty."""
     support = support_text(gravity_level)
@@ -41,37 +67,104 @@ def level_note(gravity_level: float, why: str) -> str:
 
 
 class GuardLine:
-    """Parent's end of the connection; the guard takes one message per tick, from the next tick on. Thread-safe."""
+    """Parent's end of the messages; the guard takes one message per tick, from the next tick on. Thread-safe."""
 
-    def __init__(self, connection: Connection, bell: Mailbox):
-        self._connection, self._bell, self._lock, self._sent = connection, bell, threading.Lock(), 0
+    def __init__(self) -> None:
+        """Create the shared memory."""
+        self._messages, self._replies, self._pulse = MessageRing(), MessageRing(), Mailbox(PULSE)
+        self._lock, self._beats, self._is_closed = threading.Lock(), 0, False
 
-    def send(self, word: object) -> None:
+    @property
+    def names(self) -> MessageNames:
+        """Names of the shared memory, for the guard's process."""
+        return MessageNames(self._messages.name, self._replies.name, self._pulse.name)
+
+    def send(self, message: object) -> None:
         """Send a message and return before the guard takes it.
 
         Raises:
-            OSError: The guard's process has ended.
+            OSError: The run is over, or the guard has not taken the last messages.
         """
         with self._lock:
-            self._connection.send(word)
-            self._sent += 1
-            self._bell.write(np.uint64(self._sent))
+            if self._is_closed:
+                raise OSError(errno.EPIPE, "The run is over")
+            if not self._messages.put(message):
+                raise OSError(errno.ENOBUFS, "The guard does not take messages any more")
+
+    def beat(self) -> None:
+        """Give a sign of life; call it several times a second."""
+        with self._lock:
+            self._beats += 1
+            self._pulse.write(np.uint64(self._beats))
+
+    def replies(self) -> Iterator[Any]:
+        """Yield the replies that have arrived."""
+        while (reply := self._replies.take()) is not None:
+            yield reply
+
+    def close(self) -> None:
+        """Release the shared memory; messages are refused from now on."""
+        with self._lock:
+            self._is_closed = True
+            for memory in (self._messages, self._replies, self._pulse):
+                memory.close()
+
+
+class GuardInbox:
+    """Guard's end of the messages. Nothing here waits, whatever the parent does."""
+
+    def __init__(self, names: MessageNames | None, parent: Connection):
+        """Open the shared memory; without names only the end of the parent is heard."""
+        self._parent, self._is_over = parent, False
+        self._messages = self._replies = self._pulse = None
+        if names is not None:
+            self._messages, self._replies = MessageRing(names.messages), MessageRing(names.replies)
+            self._pulse = Mailbox(PULSE, names.pulse)
+        self._beats, self._beat_ns = 0, time.monotonic_ns()
+
+    def take(self) -> Any:
+        """Return the oldest message; None if there is none."""
+        return None if self._messages is None else self._messages.take()
+
+    def reply(self, message: object) -> None:
+        """Reply to the parent; a parent that does not read loses the reply."""
+        if self._replies is not None:
+            self._replies.put(message)
+
+    def why_gone(self) -> str:
+        """Reason to end the run because of the parent, once; empty if the parent lives."""
+        if self._is_over:
+            return ""
+        now, beats = time.monotonic_ns(), self._beats if self._pulse is None else self._pulse.count
+        if beats != self._beats or self._pulse is None:
+            self._beats, self._beat_ns = beats, now
+        # Nothing comes by the pipe in the loop: it has ended, or the parent is out of order.
+        why = (
+            PARENT_GONE if self._parent.poll() else PARENT_SILENT if now - self._beat_ns > 1e9 * PARENT_SILENT_S else ""
+        )
+        self._is_over = bool(why)
+        return why
+
+    def close(self) -> None:
+        """Release the shared memory."""
+        for memory in (self._messages, self._replies, self._pulse):
+            if memory is not None:
+                memory.close()
 
 
 class GuardCommands:
     """Guard's end of the connection: executes the messages."""
 
-    def __init__(self, guard: Guard, parent: Connection, bell: Mailbox | None, note: Callable[[float, str], object]):
+    def __init__(self, guard: Guard, inbox: GuardInbox, note: Callable[[float, str], object]):
         """Start without a message.
 
         Args:
             guard: Guard that executes the messages.
-            parent: Connection to the parent.
-            bell: Mailbox with the parent's counter of messages; None if there is none.
+            inbox: Messages of the parent.
             note: Function that records a line of this time [s].
         """
-        self._guard, self._parent, self._bell, self._note = guard, parent, bell, note
-        self._steering, self._heard, self._has_latched, self._is_delivered = CommandDecisions(), 0, False, True
+        self._guard, self._inbox, self._note = guard, inbox, note
+        self._steering, self._has_latched, self._is_delivered = CommandDecisions(), False, True
         self.acts = 0
         """Acts since the last recorded tick, as `acts` there."""
         self.persons = 0
@@ -88,16 +181,11 @@ class GuardCommands:
             is_answered: True if control answers.
         """
         self._look_after_lease(mode, now)
-        is_rung = self._bell is not None and self._bell.count != self._heard
-        if self._parent.closed or not (is_rung or period % ASK_PARENT_EVERY == 0) or not self._parent.poll():
-            return
-        try:
-            word = self._parent.recv()
-        except EOFError:  # the parent, which alone could end the run, is gone
-            self._parent.close()
-            word = ENDS
-        self._heard += 1
-        self.hear(word, now, mode, is_answered=is_answered)
+        if period % ASK_PARENT_EVERY == 0 and (why := self._inbox.why_gone()):
+            self._note(now, why)
+            self.hear(ENDS, now, mode, is_answered=is_answered)
+        elif (word := self._inbox.take()) is not None:
+            self.hear(word, now, mode, is_answered=is_answered)
 
     def hear(self, word: object, now: float, mode: Mode | None = None, *, is_answered: bool = True) -> None:
         """Execute a message: person in the machine, felt level, operator's request, or end of the run."""
@@ -173,7 +261,7 @@ class GuardCommands:
 
     def _answer(self, number: int, why: str, now: float, what: str) -> None:
         self._note(now, f"{what}: {why or 'done.'}")
-        self._parent.send(GuardReply(number, why))
+        self._inbox.reply(GuardReply(number, why))
 
     def _wear(self, word: PersonLimits | PersonUpdate, now: float) -> None:
         before, limits = self._guard.envelope.person, word.person if isinstance(word, PersonUpdate) else word
@@ -198,4 +286,4 @@ class GuardCommands:
             self.acts |= TOLD_LEVEL
         self._note(now, level_note(word.gravity_level, why))
         if word.number is not None:
-            self._parent.send(GuardReply(word.number, why))
+            self._inbox.reply(GuardReply(word.number, why))

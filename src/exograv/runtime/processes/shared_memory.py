@@ -1,15 +1,20 @@
-"""Shared memory of processes: a mailbox for the newest value, a ring for all values in order. No process waits.
+"""Shared memory of processes: a mailbox for the newest value, rings for values and messages. No process waits.
 
 One process writes, others read. A count is written after the value that it counts. On x86 a reader sees them in that
 order, and checks its copy against the count again. A processor that reorders stores (Arm) would need a barrier, which
 Python does not have.
 """
 
+import pickle
 from dataclasses import dataclass
 from multiprocessing.shared_memory import SharedMemory
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+
+from exograv.errors import RigError
+
+from .spawn import start_resource_tracker
 
 SLOTS = 4
 """Number of slots of a mailbox; the newest value stays unchanged until `SLOTS` − 1 newer ones are written."""
@@ -51,6 +56,7 @@ class _Block:
         Raises:
             FileNotFoundError: There is no block with this name.
         """
+        start_resource_tracker()
         size = _HEAD.itemsize + count * row.itemsize
         memory = SharedMemory(name, create=name is None, size=size if name is None else 0)
         head = np.ndarray(1, _HEAD, memory.buf)
@@ -215,4 +221,71 @@ class Ring:
 
     def close(self) -> None:
         """Release the ring; if its creator does so, the values are gone for all."""
+        self._block.close(forget=self._is_maker)
+
+
+PART_BYTES = 4096 - 8
+"""Bytes of a message in one slot of a message ring."""
+
+PARTS = 512
+"""Slots of a message ring: 2 MB, four times the limits of a person on nine joints."""
+
+_PART = np.dtype([("size", "<u8"), ("data", "V", PART_BYTES)])
+
+
+class MessageRing:
+    """Pickled messages of one writer in order, for one reader. Neither process ever waits for the other.
+
+    A message takes as many slots as it needs. They count only when all of them are written, so the reader never meets a
+    part of a message, even if the writer dies while it writes.
+    """
+
+    def __init__(self, name: str | None = None):
+        """Create a ring, or open the one with this name.
+
+        Raises:
+            FileNotFoundError: There is no ring with this name.
+        """
+        self._is_maker = name is None
+        self._block = _Block.of(_PART, PARTS, name)
+
+    @property
+    def name(self) -> str:
+        """Name by which another process opens the ring."""
+        return self._block.memory.name
+
+    def put(self, message: object) -> bool:
+        """Write a message; return False if there is no room, because the reader has not taken the last ones."""
+        data, head = pickle.dumps(message), self._block.head
+        written, parts = int(head["written"][0]), -(-len(data) // PART_BYTES)
+        if written + parts - int(head["acknowledged"][0]) > PARTS:
+            head["lost"] += 1
+            return False
+        for k in range(parts):
+            part = data[k * PART_BYTES : (k + 1) * PART_BYTES].ljust(PART_BYTES, b"\0")
+            self._block.rows[(written + k) % PARTS] = (len(data), part)
+        head["written"] = written + parts
+        return True
+
+    def take(self) -> Any:
+        """Return the oldest message, and free its slots; None if there is none.
+
+        Raises:
+            RigError: The memory does not hold a whole message.
+        """
+        head = self._block.head[0]
+        taken, waiting = int(head["acknowledged"]), int(head["written"]) - int(head["acknowledged"])
+        if waiting == 0:
+            return None
+        size = int(self._block.rows[taken % PARTS]["size"])
+        parts = -(-size // PART_BYTES)
+        if not 0 < parts <= waiting <= PARTS:
+            raise RigError(f"A message of {size} bytes takes {parts} slots, and {waiting} of {PARTS} are written.")
+        rows = self._block.rows[np.arange(taken, taken + parts) % PARTS]
+        data = np.ascontiguousarray(rows["data"]).tobytes()[:size]
+        self._block.head["acknowledged"] = taken + parts
+        return pickle.loads(data)
+
+    def close(self) -> None:
+        """Release the ring; if its creator does so, the messages are gone for both."""
         self._block.close(forget=self._is_maker)

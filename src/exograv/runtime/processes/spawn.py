@@ -1,20 +1,25 @@
 """Start of processes with a connection to their parent.
 
-Only the parent reacts to Ctrl-C, to a closed terminal (SIGHUP) and to SIGTERM, even during the start of a process.
-These signals reach all processes of a terminal or of a service at once, and the guard must lower the arm meanwhile.
+Only the parent reacts to Ctrl-C, Ctrl-Z, SIGQUIT, a closed terminal (SIGHUP) and SIGTERM, even during the start of a
+process. These signals reach all processes of a terminal or of a service at once, and the guard must lower the arm
+meanwhile. Each process therefore has a session of its own, without the terminal.
 """
 
 import contextlib
 import multiprocessing
+import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
 from functools import partial
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any
 
-END_SIGNALS = (signal.SIGINT, signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else []))
+END_SIGNALS = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)
+)
 """Signals by which a person or a service ends a command."""
 
 
@@ -46,6 +51,8 @@ def _begin(
 ) -> None:
     for number in END_SIGNALS:
         signal.signal(number, signal.SIG_IGN)  # another thread than the main one may have started it
+    if hasattr(os, "setsid"):
+        os.setsid()
     if heeds_terminate:
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
     target(job, parent)
@@ -63,3 +70,18 @@ def end_signals_ignored() -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def start_resource_tracker() -> None:
+    """Start Python's process that deletes shared memory of processes that were killed; no terminal ends it.
+
+    Python itself protects it from Ctrl-C and SIGTERM only. The other signals are blocked here in the calling thread,
+    and the new process inherits that.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        return  # Windows has no such process
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP))
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
