@@ -16,7 +16,7 @@ from exograv.loop.interrupt import HeldInterrupt
 from exograv.recording.interrupt import uninterrupted
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="Windows has no SIGHUP, and its SIGTERM calls no handler")
-BOTH = pytest.mark.parametrize("strike", [signal.SIGTERM, signal.SIGHUP])
+BOTH = pytest.mark.parametrize("strike", [signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT])
 IN_TERMINAL = """\
 import fcntl, sys, termios, time
 fcntl.ioctl(0, termios.TIOCSCTTY, 0)  # the end of this terminal then sends SIGHUP to this process

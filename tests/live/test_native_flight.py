@@ -6,7 +6,7 @@ import signal
 import socket
 import struct
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import chain
@@ -65,6 +65,19 @@ class Push:
     def answer(self, state: np.void, row: np.ndarray) -> None:
         row["mode"], row["slope"], row["tau"] = 0, 0.0, TAU
         row["v"], row["tau_feedforward"], row["q_reference"] = 0.0, 0.0, np.nan
+
+
+class Spin(Push):
+    """Control that enters an endless loop within its 500th answer."""
+
+    def __init__(self):
+        self._left = 500
+
+    def answer(self, state: np.void, row: np.ndarray) -> None:
+        super().answer(state, row)
+        self._left -= 1
+        while self._left <= 0:
+            pass
 
 
 def guarded(path: Path, is_worn: bool) -> GuardedRig:
@@ -153,7 +166,7 @@ class Flight:
 
 
 @contextlib.contextmanager
-def flying(folder: Path, is_worn: bool = True) -> Iterator[Flight]:
+def flying(folder: Path, is_worn: bool = True, control_of: Callable[[], Push] = Push) -> Iterator[Flight]:
     with contextlib.ExitStack() as stack:
         opened = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
         opened.bind(("127.0.0.1", 0))
@@ -170,7 +183,7 @@ def flying(folder: Path, is_worn: bool = True) -> Iterator[Flight]:
         drives.await_ready()
         guard = Supervisor("guard", guard_process, job)
         stack.callback(guard.end, 10.0)
-        control = Supervisor("control", control_process, ControlJob(Push, channels))
+        control = Supervisor("control", control_process, ControlJob(control_of, channels))
         stack.callback(control.end, 10.0)
         control.await_ready()
         guard.await_ready()
@@ -204,6 +217,18 @@ def test_a_killed_control_costs_a_descent(tmp_path: Path):
     assert [latch.cause for latch in report.latches] == ["Control did not answer in time."]
     assert np.abs(rows["tau_commanded"][-1]).max() < 1e-6
     assert (rows["safe_state"] > 0).any()
+
+
+def test_a_control_in_an_endless_loop_delays_no_tick_and_is_ended(tmp_path: Path):
+    with flying(tmp_path, control_of=Spin) as flight:
+        report = flight.report()
+        rows = flight.recorded()
+        ended = wait_until(lambda: flight.control.exit_status, "the kernel ends control")
+    assert [latch.cause for latch in report.latches] == ["Control did not answer in time."]
+    assert np.abs(rows["tau_commanded"][-1]).max() < 1e-6
+    if report.rights.is_fifo:
+        assert ended == -signal.SIGXCPU
+        assert np.diff(rows["monotonic"][-250:]).max() < 0.010
 
 
 @pytest.mark.slow

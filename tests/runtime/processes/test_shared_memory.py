@@ -1,13 +1,16 @@
 """Another process reads complete values, the newest or all in order; a writer never waits, and counts lost values."""
 
+import contextlib
 import multiprocessing
 import os
 import signal
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
 
-from exograv.runtime.processes.shared_memory import SLOTS, Mailbox, Ring
+from exograv.errors import RigError
+from exograv.runtime.processes.shared_memory import PART_BYTES, PARTS, SLOTS, Mailbox, MessageRing, Ring
 
 VALUE = np.dtype([("sequence", "<u8"), ("q", "<f8", (7,))])
 CAPACITY = 32
@@ -133,3 +136,42 @@ def test_memory_that_does_not_exist_is_not_made_by_its_reader():
         Mailbox(VALUE, "exograv-nobody")
     with pytest.raises(FileNotFoundError):
         Ring(VALUE, CAPACITY, "exograv-nobody")
+
+
+@pytest.fixture
+def ends() -> Iterator[tuple[MessageRing, MessageRing]]:
+    with contextlib.closing(MessageRing()) as writer, contextlib.closing(MessageRing(writer.name)) as reader:
+        yield writer, reader
+
+
+def test_messages_of_any_size_arrive_in_order(ends: tuple[MessageRing, MessageRing]):
+    writer, reader = ends
+    sizes = [0, 1, PART_BYTES - 100, PART_BYTES, PART_BYTES + 1, 40 * PART_BYTES]
+    for _ in range(20):  # around the end of the ring several times
+        for size in sizes:
+            assert writer.put(os.urandom(1)[:1] * size)
+        assert [len(reader.take()) for _ in sizes] == sizes
+    assert reader.take() is None
+
+
+def test_a_message_without_room_is_refused_whole_and_the_others_stay(ends: tuple[MessageRing, MessageRing]):
+    writer, reader = ends
+    assert writer.put(1)
+    assert not writer.put(bytes(PARTS * PART_BYTES))
+    assert writer.put(2)
+    assert [reader.take(), reader.take(), reader.take()] == [1, 2, None]
+
+
+@pytest.mark.parametrize("size", [0, 2 * PART_BYTES, 2**63])
+def test_a_size_that_the_memory_cannot_hold_is_an_error_and_no_wait(ends: tuple[MessageRing, MessageRing], size: int):
+    writer, reader = ends
+    writer.put("word")
+    writer._block.rows["size"][0] = size
+    with pytest.raises(RigError, match=f"of {size} bytes"):
+        reader.take()
+
+
+def test_a_message_of_a_writer_that_dies_within_it_is_never_seen(ends: tuple[MessageRing, MessageRing]):
+    writer, reader = ends
+    writer._block.rows[0] = (3 * PART_BYTES, b"\1" * PART_BYTES)  # the first of three slots, and no count
+    assert reader.take() is None

@@ -2,7 +2,10 @@
 
 import os
 import signal
+import subprocess
+import sys
 from multiprocessing.connection import Connection
+from pathlib import Path
 
 import pytest
 from tests.waiting import wait_until
@@ -37,3 +40,38 @@ def test_the_parent_hears_these_signals_as_before():
     assert [signal.getsignal(number) for number in END_SIGNALS] == before
     process.kill()
     process.join(SOON_S)
+
+
+def says_its_session(_job: object, parent: Connection) -> None:
+    parent.send((os.getpid(), os.getsid(0), os.getpgid(0)))
+    parent.recv()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Windows has no sessions")
+def test_a_process_has_a_session_of_its_own_so_that_no_key_of_a_terminal_stops_it():
+    process, line = spawned("child", says_its_session, None)
+    pid, session, group = line.recv()
+    assert session == group == pid != os.getsid(0)
+    line.send("over")
+    process.join(SOON_S)
+
+
+DELETES = """
+import os, signal
+from exograv.runtime.processes.shared_memory import Mailbox
+import numpy as np
+made = Mailbox(np.dtype("<u8"))
+print(made.name, flush=True)
+os.killpg(0, signal.SIGHUP)
+"""
+
+
+@pytest.mark.skipif(not Path("/dev/shm").is_dir(), reason="needs shared memory that is shown as files")
+def test_a_closed_terminal_that_kills_a_process_leaves_no_shared_memory():
+    child = subprocess.run(
+        [sys.executable, "-c", DELETES], start_new_session=True, capture_output=True, text=True, check=False
+    )
+    assert child.returncode == -signal.SIGHUP
+    name = child.stdout.strip().lstrip("/")
+    assert name
+    wait_until(lambda: not (Path("/dev/shm") / name).exists(), "the memory is deleted", SOON_S)
