@@ -1,4 +1,4 @@
-"""Page of your own that steers a session of `exograv run console`: it logs in, takes the lease and makes the machine ready.
+"""Page of your own that steers a session of `exograv run console`: log in, take the lease, make the machine ready.
 
 python examples/console_page/page.py LINK
 """
@@ -11,6 +11,7 @@ from typing import Any
 from urllib.request import Request, urlopen
 
 from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Origin
 
 
 def post(address: str, body: Any, cookie: str = "") -> HTTPResponse:
@@ -47,7 +48,7 @@ def main(link: str) -> None:
     cookie = post(f"{origin}/enter", {"token": token}).headers["Set-Cookie"].split(";")[0]
     ticket = json.load(post(f"{origin}/operator/ticket", None, cookie))["ticket"]
     address = f"{origin.replace('http', 'ws', 1)}/operator/line"
-    with connect(address, origin=origin, additional_headers={"Cookie": cookie}) as line:
+    with connect(address, origin=Origin(origin), additional_headers={"Cookie": cookie}) as line:
         ask(line, "hello", "welcome", ticket=ticket, page="my-page-1")
         measure_clock(line)
         print(ask(line, "steer", "answer", id="steer-0001"))
