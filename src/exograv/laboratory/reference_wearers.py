@@ -73,8 +73,8 @@ def compare(options: DemoOptions, is_fresh: bool, joints: Sequence[str], left_ov
         )
     if not (is_fresh and options.side is None and options.wearer_model is None and options.donning == 0):
         return WearerComparison(
-            "The other simulated wearers were drawn, calibrated and identified afresh on the machine's first side. "
-            "This run was not, so it has no comparison."
+            "This run has no comparison. The runs to compare with use the machine's first side, its own calibration, "
+            "the usual arm model and an arm that is not known yet. This run differs in one of these."
         )
     rows = [row for row in reference["wearers"] if "left_over_Nm" in row and row["seed"] != options.seed]
     others = [row["left_over_Nm"] for row in rows]

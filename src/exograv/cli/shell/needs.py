@@ -18,8 +18,13 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "arm weigh": ("twin",),
     "arm verify": ("control", "recording"),
     "run live": ("control", "recording"),
+    "run train": ("twin", "study"),
+    "run assist": ("twin", "study"),
+    "run support-level": ("twin", "study"),
+    "study example": ("twin", "study"),
     "data view": ("control", "recording"),
     "dev drive-sim": ("twin",),
+    "dev sweep": ("twin", "study"),
 }
 """Extras that a command cannot do without. Other commands name the first missing package when they use it."""
 
