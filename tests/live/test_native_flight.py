@@ -1,6 +1,8 @@
 """Loop in C in real processes: it lowers the arm whatever happens to control and to the parent of the guard."""
 
 import contextlib
+import errno
+import itertools
 import os
 import signal
 import socket
@@ -19,9 +21,11 @@ from tests.waiting import wait_until
 
 from exograv.live.guard_job import GuardedRig, GuardJob, GuardReport
 from exograv.live.guard_process import guard_process
+from exograv.live.live_processes import LiveResult, ProcessParts, fly
 from exograv.live.native import library
 from exograv.live.native_guard import ALONE, IN_C
 from exograv.model.description import load_rig
+from exograv.recording import read_recording
 from exograv.recording.encoding import tick_dtype
 from exograv.rig.drives.settings import Drives, load_drives
 from exograv.rig.drives.udp.host import UdpRig
@@ -30,9 +34,16 @@ from exograv.rig.drives.udp.packets import Header, Packet, decode, encode, name_
 from exograv.runtime.clock.realtime import GUARD_PRIORITY
 from exograv.runtime.control_loop.answering import ControlJob, control_process
 from exograv.runtime.control_loop.exchange import Channels, answer_dtype, state_dtype
-from exograv.runtime.control_loop.guard_commands import ENDS, PARENT_GONE
+from exograv.runtime.control_loop.guard_commands import (
+    ENDS,
+    PARENT_GONE,
+    PARENT_SILENT,
+    PARENT_SILENT_S,
+    GuardLine,
+)
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.processes.supervisor import Supervisor
+from exograv.runtime.recorder.recorder import Recorder
 from exograv.runtime.recorder.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard
@@ -165,14 +176,20 @@ class Flight:
         return any(reason.value in self.texts() for reason in StopReason)
 
 
+def drives_file(folder: Path, opened: socket.socket) -> Path:
+    """Bind the socket, and return a settings file for drives behind it."""
+    opened.bind(("127.0.0.1", 0))
+    path = folder / "drives.toml"
+    text = EXAMPLE.read_text(encoding="utf-8")
+    path.write_text(text.replace("port = 47100", f"port = {opened.getsockname()[1]}"), encoding="utf-8")
+    return path
+
+
 @contextlib.contextmanager
 def flying(folder: Path, is_worn: bool = True, control_of: Callable[[], Push] = Push) -> Iterator[Flight]:
     with contextlib.ExitStack() as stack:
         opened = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
-        opened.bind(("127.0.0.1", 0))
-        path = folder / "drives.toml"
-        text = EXAMPLE.read_text(encoding="utf-8")
-        path.write_text(text.replace("port = 47100", f"port = {opened.getsockname()[1]}"), encoding="utf-8")
+        path = drives_file(folder, opened)
         drives = Supervisor("drives", standing_drives, (opened, path))
         stack.callback(drives.end, 10.0, "over")
         rings = Ring(tick_dtype(N), RING_TICKS), Ring(EVENT, RING_EVENTS)
@@ -274,3 +291,58 @@ def test_without_a_wearer_the_loop_goes_on_after_a_stop_and_asks_control_again(t
         wait_until(lambda: bool(flight.recorded()[-50:]["seen"].any()), "control answers again")
         flight.guard.send(ENDS)
         assert len(flight.report().latches) == 1
+
+
+@dataclass
+class Session:
+    """Session over guard, control and recorder, as a command runs it."""
+
+    path: Path
+    drives: Path
+
+    def run(self, progress: Callable[[str, float], None], seconds: float = 20.0) -> LiveResult:
+        parts = ProcessParts(partial(guarded, self.drives, True), Push, Push, Push.mode_names)
+        with Recorder(self.path, RIG.joints, {"rig": RIG.name}, seconds) as recorder:
+            return fly(parts, seconds, recorder, progress)
+
+    def commanded(self) -> np.ndarray:
+        """Return the recorded torque of the first joint (tick,) [N·m]; the arm was carried, and came down softly."""
+        tau = read_recording(self.path).ticks["tau_commanded"][:, 0]
+        if (tau == TAU).sum() < 100:
+            pytest.skip("The computer paused, and the guard stopped the machine before it carried.")
+        return tau
+
+
+@pytest.fixture
+def session(tmp_path: Path) -> Iterator[Session]:
+    with contextlib.ExitStack() as stack:
+        opened = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+        path = drives_file(tmp_path, opened)
+        drives = Supervisor("drives", standing_drives, (opened, path))
+        stack.callback(drives.end, 10.0, "over")
+        drives.await_ready()
+        yield Session(tmp_path / "live.mcap", path)
+
+
+def test_an_error_of_the_session_lowers_the_arm_before_any_process_is_ended(session: Session):
+    def fail(phase: str, share: float) -> None:
+        if phase == "Floating live" and share > 0.05:
+            raise OSError(errno.EMFILE, "Too many open files")
+
+    with pytest.raises(OSError, match="Too many open files"):
+        session.run(fail)
+    tau = session.commanded()
+    falls = np.flatnonzero(np.diff(tau) < 0.0)
+    assert abs(tau[-1]) < 0.02 * TAU
+    assert len(falls) > 100, "a descent of 0.2 s takes 200 ticks"
+
+
+def test_a_session_that_gives_no_sign_of_life_loses_the_arm_softly(session: Session, monkeypatch: pytest.MonkeyPatch):
+    beat, beats = GuardLine.beat, itertools.count()
+    # As if Ctrl-Z had stopped it after its first sign of life.
+    monkeypatch.setattr(GuardLine, "beat", lambda line: None if next(beats) else beat(line))
+    result = session.run(lambda *_: None)
+    assert [latch.cause for latch in result.report.latches] == [StopReason.STOP_PRESSED.value]
+    assert result.report.latches[0].at_s == pytest.approx(PARENT_SILENT_S, abs=1.0)
+    assert abs(session.commanded()[-1]) < 0.02 * TAU
+    assert PARENT_SILENT in [event["text"] for event in read_recording(session.path).messages("/event")]

@@ -267,4 +267,5 @@ def _watched(
                     other.check()
             progress("Floating live", min((now - begun) / seconds, 1.0))
         except KeyboardInterrupt:
-            line.send(ENDS)
+            with contextlib.suppress(OSError):  # a guard that takes nothing any more misses the signs of life, too
+                line.send(ENDS)
