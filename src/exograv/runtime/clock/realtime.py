@@ -22,9 +22,9 @@ GUARD_PRIORITY = PRIORITY + 10
 AWAKE_MAX_US, CONTROL_AWAKE_MAX_US = 500_000, 100_000
 """Processor time without a sleep after which the kernel ends a process, and control, by SIGXCPU (RLIMIT_RTTIME) [µs].
 
-A real-time process in an endless loop takes its processor from all ordinary processes until then. Control's answers
-before the first tick take up to 30 ms without a sleep. For the guard the limit is the last resort: its loop gives up
-before.
+A real-time process in an endless loop takes its processor from all ordinary processes until then. Control has the lower
+limit from its first tick on; its preparation takes longer. For the guard the limit is the last resort: its loop gives
+up before.
 """
 
 MCL_CURRENT, MCL_FUTURE = 1, 2  # <sys/mman.h>; the same on x86 and Arm
@@ -49,9 +49,7 @@ class Rights:
 
 
 @contextmanager
-def realtime(
-    isolated_cpus: tuple[int, ...] = (), priority: int = PRIORITY, awake_max_us: int = AWAKE_MAX_US
-) -> Iterator[Rights]:
+def realtime(isolated_cpus: tuple[int, ...] = (), priority: int = PRIORITY) -> Iterator[Rights]:
     """Take one processor, switch the garbage collector off, lock memory and ask for SCHED_FIFO, for the calling thread.
 
     A refused right is noted and does not stop the others. On leaving, in any way, all is as before.
@@ -59,7 +57,6 @@ def realtime(
     Args:
         isolated_cpus: Processors that the kernel keeps free. The first of them is taken, or else the last allowed one.
         priority: Priority of SCHED_FIFO.
-        awake_max_us: Processor time without a sleep after which the kernel ends this process [µs].
     """
     rights = Rights()
     with ExitStack() as undo:
@@ -73,8 +70,16 @@ def realtime(
         _stop_garbage_collector(rights, undo)
         _lock_memory(rights, undo)
         _take_cpu(rights, undo, isolated_cpus)
-        _schedule_fifo(rights, undo, priority, awake_max_us)
+        _schedule_fifo(rights, undo, priority)
         yield rights
+
+
+def limit_awake(most_us: int) -> None:
+    """Have the kernel end this process after so much processor time without a sleep in real time [µs]."""
+    if sys.platform.startswith("linux"):
+        soft, hard = resource.getrlimit(resource.RLIMIT_RTTIME)
+        stated = [limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY]
+        resource.setrlimit(resource.RLIMIT_RTTIME, (min([most_us, *stated]), hard))
 
 
 # Each function registers its undo before the step: an interrupt between the two leaves no change behind.
@@ -109,12 +114,11 @@ def _lock_memory(rights: Rights, undo: ExitStack) -> None:
     rights.is_locked = _try(rights, "memory locked", text, lambda: _libc("mlockall")(MCL_CURRENT | MCL_FUTURE))
 
 
-def _schedule_fifo(rights: Rights, undo: ExitStack, priority: int, awake_max_us: int) -> None:
+def _schedule_fifo(rights: Rights, undo: ExitStack, priority: int) -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_RTTIME)
     undo.callback(resource.setrlimit, resource.RLIMIT_RTTIME, (soft, hard))
     undo.callback(os.sched_setscheduler, 0, os.sched_getscheduler(0), os.sched_getparam(0))
-    stated = [limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY]
-    resource.setrlimit(resource.RLIMIT_RTTIME, (min([awake_max_us, *stated]), hard))
+    limit_awake(AWAKE_MAX_US)
     text = (
         "Real-time scheduling is refused ({reason}): set '@realtime - rtprio 99' in /etc/security/limits.conf, "
         f"join that group and log in again; {CONTAINER} --cap-add=sys_nice --ulimit rtprio=99."

@@ -9,7 +9,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from exograv.runtime.clock.realtime import CONTROL_AWAKE_MAX_US, realtime
+from exograv.runtime.clock.realtime import CONTROL_AWAKE_MAX_US, limit_awake, realtime
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.safety.guard import COMMAND_LIFE_S
 
@@ -71,8 +71,9 @@ def control_process(job: ControlJob, parent: Connection) -> None:
     answers = Mailbox(answer_dtype(job.channels.joints), job.channels.answers)
     try:
         control = job.build()
-        with realtime(awake_max_us=CONTROL_AWAKE_MAX_US), contextlib.suppress(EOFError):
+        with realtime(), contextlib.suppress(EOFError):
             seen = _prepare(control, states, parent) if isinstance(control, Prepared) else 0
+            limit_awake(CONTROL_AWAKE_MAX_US)
             # `ready` is sent after the rights are taken. That takes a fifth of a second, and a guard that began earlier
             # would have no answer.
             parent.send("ready")
