@@ -59,7 +59,6 @@ class Run:
         self.count = float(joints) if joints is not None else self.numbers.fresh("N")
         self.joint: Value = 0 if joints is not None else Whole(0, TRACKED)
         """Joint that the promises are about."""
-        self.called = list[str]()
         self.after_call: dict[str, Callable[[State], None]] = {}
 
     # --- functions ---
@@ -67,7 +66,6 @@ class Run:
     def call(self, state: State, name: str, arguments: list[Value]) -> Value:
         """Run a function of the source, and return its value."""
         node = self.source.functions[name]
-        self.called.append(name)
         outer = state.names, state.done, state.result
         state.names = {one.arg: value for one, value in zip(node.args.args, arguments, strict=True)}
         state.done, state.result = False, None

@@ -32,7 +32,6 @@ class Verdict:
     """Divisions that must not be by zero, and their result."""
     allowed: tuple[str, ...] = ()
     """Promises that may stay undecided; they are listed."""
-    functions: tuple[str, ...] = ()
     seconds: float = 0.0
     example: str = ""
     """Places of the record with which the guard itself breaks a promise."""
@@ -72,7 +71,6 @@ def judged(
         if one.before_last and k == len(one.calls) - 1:
             before = state.copy()
         run.call(state, name, _arguments(run, source, name, one.always))
-    verdict.functions = tuple(dict.fromkeys(run.called))
     run.snapshots["b"] = before
     for name in (*one.promises, *one.settings):  # that settings are not written is proved too
         if time.process_time() - started > limit_s:

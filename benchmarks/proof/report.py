@@ -27,23 +27,26 @@ def row(one: Verdict) -> str:
 
 
 def page(verdicts: list[Verdict], source: Source) -> str:
-    """Return the page of the results: a row per part of the guard, and a row per claim."""
-    results = [result for one in verdicts for result in (*one.promises.values(), *one.duties.values())]
-    seconds = sum(one.seconds for one in verdicts)
+    """Return the page of the results: the parts of the guard, and a row per claim."""
+    results = {one.name: [*one.promises.values(), *one.duties.values()] for one in verdicts}
+    every = [result for own in results.values() for result in own]
+    done = [part for part, own in results.items() if _proved(own) == len(own)]
+    open_ = [f"{part} ({_proved(own)} of {len(own)})" for part, own in results.items() if part not in done]
     lines = [
-        f"{_proved(results)} of {len(results)} claims are proved, in {seconds:.0f} s of processor time. A claim is "
-        "proved for each part of the guard by itself; the two halves of a tick contain the other parts.",
+        f"{_proved(every)} of {len(every)} claims are proved, in {sum(one.seconds for one in verdicts):.0f} s of "
+        "processor time. A claim is proved for each part of the guard by itself; the two halves of a tick contain the "
+        "other parts.",
         "",
-        "| part | functions | claims proved | time, s |",
+        f"- All claims are proved for: {', '.join(done)}.",
+        f"- Some claims are undecided for: {', '.join(open_) or 'no part'}.",
+        "",
+        "| claim | meaning | proved in parts | undecided in |",
         "|---|---|---|---|",
     ]
-    for one in verdicts:
-        own = [*one.promises.values(), *one.duties.values()]
-        functions = sum(not name.startswith(PREFIXES) for name in one.functions)
-        lines.append(f"| {one.name} | {functions} | {_proved(own)} of {len(own)} | {one.seconds:.0f} |")
-    lines += ["", "| claim | meaning | proved in parts | undecided in |", "|---|---|---|---|"]
-    for name in dict.fromkeys(name for one in verdicts for name in one.promises):
-        lines.append(_claim(name, _meaning(name, source), [(one.name, one.promises.get(name)) for one in verdicts]))
+    lines += [
+        _claim(name, _meaning(name, source), [(one.name, one.promises.get(name)) for one in verdicts])
+        for name in dict.fromkeys(name for one in verdicts for name in one.promises)
+    ]
     divided = [(one.name, result) for one in verdicts for result in one.duties.values()]
     lines.append(_claim("divisions", "No division by zero.", divided))
     return HEAD + "\n".join(lines) + "\n"
@@ -57,9 +60,6 @@ def _claim(name: str, meaning: str, results: Sequence[tuple[str, str | None]]) -
     proved = sum(result == "proved" for _, result in results)
     undecided = dict.fromkeys(part for part, result in results if result not in ("proved", None))
     return f"| {name} | {meaning} | {proved} | {', '.join(undecided)} |"
-
-
-PREFIXES = ("holds_", "promise_", "setting_", "state_", "same")
 
 
 def _meaning(name: str, source: Source) -> str:

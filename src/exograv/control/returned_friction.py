@@ -14,7 +14,7 @@ from exograv.dynamics.friction import Friction, Joints
 
 SHARE = 0.8
 """Compensated share of the least friction [-]. The rest covers effects that calibration does not see, as
-ripple (docs/explanation/safety.md)."""
+ripple (docs/explanation/friction.md)."""
 
 WARMED = 0.9
 """Smallest friction of a warm machine over that of the cold one [-]; it falls by this much in a good laboratory."""

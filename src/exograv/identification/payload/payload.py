@@ -19,8 +19,7 @@ from exograv.model.tree import Frame, Tree, from_pseudo_inertia, inertial_parame
 PAYLOAD = slice(0, 10)
 """Inertial parameters of the payload about the origin of its frame, in that frame."""
 
-# kg, kg·m, kg·m²: wide, because almost nothing is known of a payload of a hand or small robot
-# (docs/explanation/identification.md).
+# kg, kg·m, kg·m²: wide, because almost nothing is known of a payload of a hand or small robot.
 MASS_SD, FIRST_MOMENT_SD, INERTIA_SD = 3.0, 0.3, 0.1
 NOTHING = inertial_parameters(0.1, np.zeros(3), 1e-3 * np.eye(3))
 """Prior mean: a body of negligible mass that is physically possible."""
