@@ -112,6 +112,7 @@ def run_demo(
         RecordingError: The folder cannot be written.
     """
     start = time.perf_counter()
+    files.refuse_method(options.method)
     laboratory = draw_laboratory(
         options.rig,
         options.side,

@@ -26,7 +26,12 @@ from exograv.options import (
     TwinOptions,
     Within,
 )
-from exograv.procedures.identification.method_names import MethodName, MotionName, TorqueSourceName
+from exograv.procedures.identification.method_names import (
+    MethodName,
+    MotionName,
+    TorqueSourceName,
+    refuse_without_uncertainty,
+)
 
 MovementName = Literal["pointing", "recorded"]
 Kilograms = tyro.conf.arg(metavar="KG")
@@ -73,6 +78,11 @@ class IdentifyOptions(Options):
     ] = None
 
     donning: Donning = 0
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.motion == "adaptive":
+            refuse_without_uncertainty("--motion adaptive", self.method)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,8 @@
 
 from typing import Literal
 
+from exograv.errors import ConfigError
+
 MethodName = Literal[
     "recursive",
     "gradient",
@@ -21,9 +23,38 @@ MethodName = Literal[
 ]
 """Identification methods; docs/explanation/identification_methods.md describes each."""
 
+WITHOUT_UNCERTAINTY: frozenset[MethodName] = frozenset(
+    {
+        "gradient",
+        "gradient-full",
+        "adam",
+        "gradient-prior",
+        "nlms",
+        "kaczmarz",
+        "least-squares",
+        "average",
+        "full",
+        "equilibrium",
+    }
+)
+"""Methods that state no uncertainty before their motion is over."""
+
 TorqueSourceName = Literal["current", "commanded"]
 
 MotionName = Literal["designed", "adaptive", "fourier", "fixed"]
 """Motion of the arm during identification (docs/explanation/excitation.md): the machine's own motion, pieces planned
 on the way for the parameters that are still uncertain, D-optimal harmonics, or one joint after the other.
 """
+
+
+def refuse_without_uncertainty(option: str, method: MethodName) -> None:
+    """Check before a run that the method states the uncertainty that an option needs.
+
+    Raises:
+        ConfigError: The method states no uncertainty.
+    """
+    if method in WITHOUT_UNCERTAINTY:
+        raise ConfigError(
+            f"{option} needs a method that states its uncertainty; '{method}' does not. Use --method recursive, or "
+            f"leave out {option}."
+        )

@@ -6,6 +6,8 @@ from typing import Annotated
 
 from exograv.options import Acts, Options, PersonCode
 
+from .method_names import MethodName, refuse_without_uncertainty
+
 
 @dataclass(frozen=True)
 class ParticipantOptions(Options):
@@ -19,6 +21,16 @@ class ParticipantOptions(Options):
 
     participant: Path | None = None
     """File of an earlier donning (`--keep`) to start from."""
+
+    def refuse_method(self, method: MethodName) -> None:
+        """Check before a run that a method's estimate can be kept, or continued from a file.
+
+        Raises:
+            ConfigError: The method states no uncertainty.
+        """
+        for option, file in (("--keep", self.keep), ("--participant", self.participant)):
+            if file is not None:
+                refuse_without_uncertainty(option, method)
 
 
 NO_FILES = ParticipantOptions()

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.errors import ConfigError
 from exograv.identification.core.interface import Estimate, Outcome
 from exograv.identification.core.prior import prior
 from exograv.model.anthropometry import Body
@@ -101,18 +100,8 @@ class ParticipantRun:
         return belief
 
     def listen(self, identifier: Identifier) -> None:
-        """Add the observers of the file before the motion begins.
-
-        Raises:
-            ConfigError: The method states no uncertainty, so that its estimate cannot be kept or continued.
-        """
+        """Add the observers of the file before the motion begins."""
         method = identifier.result.method
-        wants = [name for name in ("keep", "participant") if getattr(self.options, name) is not None]
-        if wants and method.estimate().covariance is None:
-            raise ConfigError(
-                f"--{wants[0]} needs a method that states its uncertainty; '{method.name}' does not. "
-                "Use --method recursive."
-            )
         if self.options.keep is not None:
             self._held_out = HeldOutError(identifier.model.again(), lambda: method.estimate().x)
             identifier.followers.append(self._held_out)
