@@ -1,12 +1,14 @@
 """A command names the one that usually follows, with the same machine, as words that the command line accepts."""
 
+import shlex
 from pathlib import Path
 
 import pytest
 
 from exograv import cli
-from exograv.cli.shell.next_step import same_machine
+from exograv.laboratory.guided.options import MirrorOptions
 from exograv.live.options import RigTestOptions
+from exograv.options import MachineOptions, same_machine
 from exograv.procedures.calibration.options import CalibrateOptions
 
 
@@ -30,3 +32,15 @@ def test_the_next_command_has_the_machine_of_the_last_one(command: str):
 def test_a_real_machine_keeps_its_file_of_drives():
     options = CalibrateOptions(drives=Path("drives.toml"))
     assert same_machine("rig self-test", options) == "exograv rig self-test --drives drives.toml"
+
+
+def test_a_machine_that_is_the_default_of_one_command_only_is_named():
+    options = MirrorOptions()
+    assert options.rig != MachineOptions.rig
+    assert same_machine("rig calibrate", options) == f"exograv rig calibrate {options.rig}"
+
+
+def test_a_path_with_a_space_stays_one_word():
+    options = CalibrateOptions(drives=Path("my drives.toml"))
+    words = shlex.split(same_machine("rig self-test", options, Path("my bench")))
+    assert words[-4:] == ["--drives", "my drives.toml", "--out", "my bench"]

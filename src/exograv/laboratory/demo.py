@@ -16,6 +16,7 @@ from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.phases import WEIGHING
 from exograv.loop.pilot import Progress
 from exograv.model.arm import held_weight
+from exograv.options import calibration_command
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import Identification
 from exograv.procedures.identification.float_arm import Drift, float_arm
@@ -230,7 +231,8 @@ def _stored_calibration(
     if options.calibration == AUTO:
         file = kept_file(laboratory, day_seed(options.seed, options.donning))
         return None if file is None else take_kept(file, laboratory), file
-    return take_calibration(options.calibration, laboratory.description, laboratory.serial, datetime.now(UTC)), None
+    make, now = calibration_command(options), datetime.now(UTC)
+    return take_calibration(options.calibration, laboratory.description, laboratory.serial, now, make), None
 
 
 def _known_machine(run: _Run) -> tuple[ControllerKnowledge, list[CalibrationRow]]:

@@ -27,7 +27,7 @@ from exograv.procedures.self_test.bench import TestedMachine
 from exograv.recording import RecordingWriter
 from exograv.rig.twin import Twin
 from exograv.rig.twin.world.surroundings import Surroundings
-from exograv.storage.calibration_file import take_calibration
+from exograv.storage.calibration_file import MAKE, take_calibration
 
 from .truth_score import Examination, Postures
 from .twin_calibration import EmptyTwin, PilotOf, pilots
@@ -97,12 +97,15 @@ class Preparation:
         """Function that makes the pilot of a twin whose motors have given gains."""
         return pilots(self.laboratory.description, self.progress, self.recording, self.is_realtime)
 
-    def calibrated(self, file: Path | None = None, assembly: Assembly | None = None) -> ControllerKnowledge:
+    def calibrated(
+        self, file: Path | None = None, assembly: Assembly | None = None, make: str = MAKE
+    ) -> ControllerKnowledge:
         """Know the machine by its stored calibration, or calibrate it now where no `file` is given.
 
         Args:
             file: Of the machine's calibration.
             assembly: Machine and arm as told to the software; with the wearer's own body data where absent.
+            make: Command that calibrates this machine, for the advice in a message.
 
         Raises:
             ConfigError: The file is damaged, foreign or stale.
@@ -111,7 +114,7 @@ class Preparation:
         if file is None:
             return self.known(*self.calibrate(), assembly)
         laboratory = self.laboratory
-        taken = take_calibration(file, laboratory.description, laboratory.serial, datetime.now(UTC))
+        taken = take_calibration(file, laboratory.description, laboratory.serial, datetime.now(UTC), make)
         return self.known(taken.whole.calibration(), 0.0, assembly)
 
     def calibrate(self) -> tuple[Calibration, float]:

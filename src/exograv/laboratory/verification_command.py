@@ -5,6 +5,7 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 from exograv.loop.pilot import Progress
+from exograv.options import calibration_command
 from exograv.procedures.identification.controller_knowledge import MOTION_S
 from exograv.procedures.identification.identify import identification_motion
 from exograv.procedures.verification.change import read_former
@@ -39,7 +40,7 @@ def run_verification(options: VerifyOptions, progress: Progress) -> VerifyResult
     laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed)
     former = None if options.before is None else read_former(options.before, laboratory.description.name)
     preparation = Preparation(laboratory, options.seed, progress)
-    worn = preparation.worn(preparation.calibrated(options.calibration))
+    worn = preparation.worn(preparation.calibrated(options.calibration, make=calibration_command(options)))
     identifier = worn.identifier()
     found = worn.identify(identifier)
     pilot, controller = worn.pilot, worn.controller

@@ -12,6 +12,7 @@ from exograv.loop.pilot import Progress
 from exograv.model.anthropometry import Body
 from exograv.model.arm import WeightPlace
 from exograv.model.support import assemble
+from exograv.options import calibration_command
 from exograv.procedures.identification.controller_knowledge import MOTION_S
 from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge
 from exograv.procedures.weighing.first_motion import first_motion
@@ -107,7 +108,8 @@ def _weigh_all(
 ) -> float:
     """Fill `found`; return the rig's clock at the end [s]."""
     preparation = Preparation(laboratory, options.seed, progress)
-    worn = preparation.worn(preparation.calibrated(options.calibration, assemble(laboratory.description, body)))
+    assembly = assemble(laboratory.description, body)
+    worn = preparation.worn(preparation.calibrated(options.calibration, assembly, calibration_command(options)))
     twin, pilot, controller = worn.twin, worn.pilot, worn.controller
     model = ArmModel(worn.known.assembly, worn.known.machine)
     judge, gentle = ArmJudge(model), first_motion(pilot, controller, model)

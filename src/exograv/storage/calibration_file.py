@@ -21,7 +21,8 @@ FRICTION_AGE_MAX = timedelta(hours=12)
 CLOCK_ERROR = timedelta(minutes=10)
 """Largest time by which the clock that wrote a file may be ahead."""
 OPTION = "--calibration or --out"
-AGAIN = "Calibrate again: `exograv rig calibrate`."
+MAKE = "exograv rig calibrate"
+"""Command that calibrates a machine, if the reader of the file does not know the options of this machine."""
 HEAD = """\
 # Calibration of an empty machine, written by `exograv rig calibrate` (docs/howto/calibration.md). Each value has its
 # standard deviation beside it (_sd). Do not edit: content_sha256 seals the values, and a changed file is refused.
@@ -51,38 +52,47 @@ def refuse_other_than_calibration(path: Path) -> None:
     refuse_other_kind(path, StoredCalibration, HEAD, OPTION)
 
 
-def read_calibration(path: Path) -> StoredCalibration:
+def read_calibration(path: Path, make: str = MAKE) -> StoredCalibration:
     """Read a calibration file.
+
+    Args:
+        path: The file.
+        make: Command that makes the calibration, for the advice in a message.
 
     Raises:
         ConfigError: The file cannot be read, is of another version, or its values do not match its hash.
     """
-    give = "Calibrate this machine first (`exograv rig calibrate`), or give its calibration.toml with --calibration."
-    return read_sealed(path, StoredCalibration, give, AGAIN)
+    give = f"Calibrate this machine first (`{make}`), or give its calibration.toml with --calibration."
+    return read_sealed(path, StoredCalibration, give, _again(make))
+
+
+def _again(make: str) -> str:
+    return f"Calibrate again: `{make}`."
 
 
 def refuse_unfit(
-    path: Path, whole: StoredCalibration, description: RigDescription, machine: str, now: datetime
+    path: Path, whole: StoredCalibration, description: RigDescription, machine: str, now: datetime, make: str = MAKE
 ) -> None:
-    """Refuse a calibration of another machine, or one that is too old.
+    """Refuse a calibration of another machine, or one that is too old. `make` calibrates this machine.
 
     Raises:
         ConfigError: The calibration is of another machine, too old, or from the future.
     """
-    now_here = identity_of(description, machine)
-    refuse_other_machine(path, whole.identity, now_here, f"Give this machine's own file with --calibration. {AGAIN}")
+    present, again = identity_of(description, machine), _again(make)
+    what_to_do = f"Give this machine's own file with --calibration. {again}"
+    refuse_other_machine(path, whole.identity, present, what_to_do)
     joints = tuple(row.joint for row in whole.joints)
     if joints != description.joints:
         raise ConfigError(f"{path} has the joints {', '.join(joints)}; they must be {', '.join(description.joints)}.")
     age = now - whole.measured.at_utc
     if age > GAIN_AGE_MAX:
         raise ConfigError(
-            f"{path} is stale: it was measured {age.days} days ago; {GAIN_AGE_MAX.days} days are allowed. {AGAIN}"
+            f"{path} is stale: it was measured {age.days} days ago; {GAIN_AGE_MAX.days} days are allowed. {again}"
         )
     if -min(age, now - whole.measured.friction_at_utc) > CLOCK_ERROR:
         raise ConfigError(
             f"{path} is from the future: measured at {whole.measured.friction_at_utc:%Y-%m-%d %H:%M} UTC, now it is "
-            f"{now:%Y-%m-%d %H:%M} UTC. Set the clock. {AGAIN}"
+            f"{now:%Y-%m-%d %H:%M} UTC. Set the clock. {again}"
         )
 
 
@@ -145,12 +155,14 @@ class TakenCalibration:
         return CalibrationUsed("stored", self.whole.content_sha256, at_utc, friction_at_utc, self.warning)
 
 
-def take_calibration(file: Path, description: RigDescription, machine: str, now: datetime) -> TakenCalibration:
-    """Read a calibration, and check that it is of this machine and recent.
+def take_calibration(
+    file: Path, description: RigDescription, machine: str, now: datetime, make: str = MAKE
+) -> TakenCalibration:
+    """Read a calibration, and check that it is of this machine and recent. `make` calibrates this machine.
 
     Raises:
         ConfigError: The calibration is damaged, of another machine or too old.
     """
-    whole = read_calibration(file)
-    refuse_unfit(file, whole, description, machine, now)
+    whole = read_calibration(file, make)
+    refuse_unfit(file, whole, description, machine, now, make)
     return TakenCalibration(whole, friction_warning(whole, now))

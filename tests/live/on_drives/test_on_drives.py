@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from exograv import cli
 from exograv.errors import ConfigError
 from exograv.live.on_drives.connection import drives_with_hands, serial_of
 from exograv.live.on_drives.float_command import fly_on_drives
@@ -91,3 +92,28 @@ def test_live_on_drives_asks_for_a_motion_and_for_everything_about_the_person(tm
 
     assert "--identify" in refusal(0.0, PersonForm(1.7, 60.0, "female"))
     assert "--body-mass, --sex" in refusal(20.0, PersonForm(1.7))
+
+
+@pytest.mark.parametrize(
+    ("options", "command"),
+    [
+        (MachineOptions(simulate=True, seed=7), "exograv rig calibrate --seed 7 --simulate --out {folder}"),
+        (MachineOptions(drives=Path("d.toml")), "exograv rig calibrate --drives d.toml --out {folder}"),
+        (
+            MachineOptions(rig="recupera_like_7", drives=Path("d.toml"), simulate=True),
+            "exograv rig calibrate recupera_like_7 --drives d.toml --simulate --out {folder}",
+        ),
+    ],
+)
+def test_without_a_calibration_a_run_on_drives_names_the_whole_command_that_makes_one(
+    options: MachineOptions, command: str, tmp_path: Path
+):
+    live = LiveOptions(**vars(options), identify_s=60.0)
+    person = PersonForm(height_m=1.75, mass_kg=70.0, sex="female")
+    with pytest.raises(ConfigError) as refused:
+        fly_on_drives(live, person, tmp_path, lambda _text, _share: None, print)
+    said = str(refused.value)
+    assert f"`{command.format(folder=tmp_path)}`" in said
+    parsed = cli.parsed(*cli.resolved(said.split("`")[1].split()[1:]))
+    assert (parsed.rig, parsed.simulate, parsed.drives) == (options.rig, options.simulate, options.drives)
+    assert parsed.out / "calibration.toml" == live.calibration_in(tmp_path)

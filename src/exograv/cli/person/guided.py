@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
-from exograv.cli.shell.next_step import same_machine
 from exograv.laboratory.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
+from exograv.options import same_machine
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -8,6 +8,7 @@ from typing import Any
 
 from exograv.errors import RecordingError
 from exograv.files import replace_file
+from exograv.options import OUT
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class Common:
 class OutFolder(Common):
     """Options of a command that writes recordings, reports or pictures."""
 
-    out: Path = Path("out")
+    out: Path = OUT
     """Folder for recordings and reports."""
 
 

@@ -10,9 +10,10 @@ from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.live.arm_worker import LearnedArm
 from exograv.loop.machine_limits import limits, refuse_motorless
-from exograv.options import Side
+from exograv.options import Side, calibration_command
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin.twin import PERIOD
+from exograv.storage.calibration_file import read_calibration
 
 from .options import SteeredOptions
 from .participants import ParticipantFiles
@@ -26,9 +27,11 @@ class PreparedMachine:
         """Draw the machine without calibrating it. Without `side` the machine has its first side.
 
         Raises:
-            ConfigError: The rig or an option is not valid.
+            ConfigError: The rig or an option is not valid, or the calibration cannot be read.
         """
-        self._options = options
+        self._options, self._make = options, calibration_command(options)
+        if options.calibration is not None:
+            read_calibration(options.calibration, self._make)  # Refused now, and not on the page minutes later.
         self.laboratory = draw_laboratory(options.rig, side, options.level, options.seed, donning=options.donning)
         self.description = self.laboratory.description
         refuse_motorless(self.description)
@@ -56,7 +59,7 @@ class PreparedMachine:
         """
         options = self._options
         if options.calibration is not None:
-            return Preparation(self.laboratory, options.seed).calibrated(options.calibration)
+            return Preparation(self.laboratory, options.seed).calibrated(options.calibration, make=self._make)
         self.calibrating = CalibrationProgress(time.monotonic)
         try:
             return Preparation(self.laboratory, options.seed, self.calibrating).calibrated()

@@ -22,6 +22,7 @@ from exograv.loop.phases import ARM_CHECK, LAYING_DOWN, Drive
 from exograv.loop.pilot import Pilot, Progress
 from exograv.loop.replay_log import read_machine
 from exograv.model.assembly import Assembly
+from exograv.options import calibration_command
 from exograv.procedures.identification.controller_knowledge import MOTION_S, ControllerKnowledge
 from exograv.procedures.identification.options import ParticipantOptions
 from exograv.procedures.identification.participant_session import KeptParticipant, ParticipantRun
@@ -127,7 +128,7 @@ def tested_machine(
         ExogravError: The calibration was refused, or the file is of another machine.
     """
     preparation = Preparation(laboratory, options.seed, progress)
-    known = preparation.calibrated(options.calibration)
+    known = preparation.calibrated(options.calibration, make=calibration_command(options))
     steps, busy_s = test_machine(preparation.under_test(known), progress)
     failed = [step for step in steps if not (step.passed or step.locks_only)]
     if failed:

@@ -22,6 +22,7 @@ from exograv.model.anthropometry import Body
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.support import assemble
 from exograv.model.wearer_form import WearerForm
+from exograv.options import calibration_command
 from exograv.procedures.calibration.segment_lengths import settings_of_lengths
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess
@@ -86,13 +87,14 @@ def fly_on_drives(
     told = _told(description, person, options.simulate) if wearer is None else _told_virtual(wearer, person)
     refuse_small_disk(folder / "live.mcap", len(description.joints), options.loop_s)
     calibration = options.calibration_in(folder)
-    read_calibration(calibration)  # A missing file is refused before any drive is opened.
+    make = calibration_command(options, folder)
+    read_calibration(calibration, make)  # A missing file is refused before any drive is opened.
     progress(CONNECTING, 0.0)
     with contextlib.ExitStack() as stack:
         worn = drives_with_hands(options, description, say, "A live run", ("--worn",), in_real_time=True)
         drives, _ = stack.enter_context(worn)
         serial, period_s = serial_of(options, drives), drives.period_s
-        known = take_calibration(calibration, description, serial, datetime.now(UTC)).whole
+        known = take_calibration(calibration, description, serial, datetime.now(UTC), make).whole
         key = MachineKey(folder / PASS, description, serial, known.content_sha256)
         assembly, machine = assemble(description, told.body), known.calibration().machine
         prepared = ControllerKnowledge(assembly, machine, table_guess(assembly, machine), 0.0, known.calibration())

@@ -10,9 +10,11 @@ from typing import Protocol
 
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.model.description import RigDescription, load_rig
+from exograv.options import OUT, calibration_command
 from exograv.results import MERGED
 from exograv.storage.calibration_file import (
     identity_of,
+    read_calibration,
     refuse_other_than_calibration,
     take_calibration,
     write_calibration,
@@ -94,9 +96,12 @@ def calibrate_and_keep(
     refuse_joints_without_motor(description)
     lengths = settings_of_lengths(description, options.lengths)
     refuse_other_than_calibration(file)
+    make = calibration_command(options, file.parent if options.calibration is None else OUT)
+    if options.recheck:
+        read_calibration(file, make)  # A missing file is refused before any drive is opened.
     with connect(description) as machine:
         if options.recheck:
-            before = take_calibration(file, description, machine.serial, now).whole
+            before = take_calibration(file, description, machine.serial, now, make).whole
             calibration, t = machine.recheck(before.calibration(), before.measured.lengths_m)
             again = {"friction_at_utc": now, "running_s": round(t, 3)}
             measured = before.measured.model_copy(update=again)

@@ -10,9 +10,10 @@ from typing import Protocol
 
 from exograv.loop.pilot import Progress
 from exograv.model.description import RigDescription, load_rig
+from exograv.options import calibration_command
 from exograv.procedures.calibration.breakaway_checks import refuse_joints_without_motor
 from exograv.rig import may_be_worn
-from exograv.storage.calibration_file import TakenCalibration, take_calibration
+from exograv.storage.calibration_file import MAKE, TakenCalibration, take_calibration
 from exograv.storage.calibration_schema import StoredCalibration
 from exograv.storage.self_test_pass import FILE, NOT_NEEDED, MachineKey, withdraw_pass, write_pass
 from exograv.storage.self_test_step import Step, tried
@@ -100,7 +101,8 @@ def self_test_and_unlock(
     progress("Connecting to the machine", 0.0)
     with connect(description) as machine:
         taken: list[TakenCalibration] = []
-        steps = tried("hashes", lambda: hashes(options.calibration_in(folder), description, machine.serial, now, taken))
+        file, make = options.calibration_in(folder), calibration_command(options, folder)
+        steps = tried("hashes", lambda: hashes(file, description, machine.serial, now, taken, make))
         for name, act in _of_computer(folder, description, progress):
             steps += tried(name, act)
         busy_s, note = 0.0, NOT_NEEDED if taken else "locked: hashes"
@@ -129,14 +131,16 @@ def self_test_and_unlock(
 
 
 def hashes(
-    file: Path, description: RigDescription, serial: str, now: datetime, taken: list[TakenCalibration]
+    file: Path, description: RigDescription, serial: str, now: datetime, taken: list[TakenCalibration], make: str = MAKE
 ) -> list[Step]:
     """Compare the hashes of the present files with those of the calibration, and append the calibration to `taken`.
+
+    `make` is the command that calibrates this machine.
 
     Raises:
         ConfigError: A file differs, is damaged or is too old.
     """
-    taken.append(take_calibration(file, description, serial, now.astimezone(UTC)))
+    taken.append(take_calibration(file, description, serial, now.astimezone(UTC), make))
     seal = taken[0].whole.content_sha256
     return [
         Step("hash of rig.toml and URDF", True, description.sha256[:12], "as in the calibration"),
