@@ -53,7 +53,7 @@ def test_an_interrupted_bring_up_has_not_passed_and_names_its_step(tmp_path: Pat
     assert read.interrupted_at == "nudges"
     assert not read.passed
     with pytest.raises(ConfigError, match="interrupted at the step “nudges”"):
-        refuse_not_brought_up(path, RIG, drives)
+        refuse_not_brought_up(path, RIG, drives, "exograv rig test")
 
 
 def test_a_sheet_of_version_1_is_still_read_and_its_seal_holds():

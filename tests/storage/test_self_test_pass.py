@@ -180,3 +180,9 @@ def test_a_stop_in_flight_locks_the_machine(key: MachineKey):
         flying.run(BreakawayPush(np.zeros(1)), hold(np.zeros(1), 0.01, 0.001), "", trip)
     with pytest.raises(RigError, match="a fault has stopped it"):
         unlock(flying.rig, key)
+
+
+def test_a_locked_machine_is_refused_with_the_whole_command_of_its_self_test(key: MachineKey):
+    test = "exograv rig self-test --drives drives.toml --out bench"
+    with pytest.raises(RigError, match=rf"`{test}`"):
+        unlock(Metal(), replace(key, test=test), NOON)

@@ -62,7 +62,7 @@ def run_calibration(
         if options.is_on_drives:
             from exograv.live.on_drives.calibration import empty_drives
 
-            return empty_drives(options, file, description, _truth(options, description), progress, say)
+            return empty_drives(options, folder, description, _truth(options, description), progress, say)
         from exograv.laboratory.calibration_command import EmptyTwinMachine
 
         return nullcontext(EmptyTwinMachine(options, description, progress))

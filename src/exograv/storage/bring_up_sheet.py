@@ -101,13 +101,13 @@ def write_sheet(
     return whole
 
 
-def refuse_not_brought_up(path: Path, description: RigDescription, drives: Drives) -> None:
-    """Refuse to calibrate a real machine whose bring-up with these drives has not passed.
+def refuse_not_brought_up(path: Path, description: RigDescription, drives: Drives, bring_up: str) -> None:
+    """Refuse to calibrate a real machine whose bring-up with these drives has not passed. `bring_up` is its command.
 
     Raises:
         ConfigError: The bring-up has not passed, or the sheet is damaged or of another machine.
     """
-    again = "Bring the machine up first: `exograv rig test` with these drives, in the same --out."
+    again = f"Bring the machine up first: `{bring_up}`."
     if not path.is_file():
         raise ConfigError(f"{path} is missing: no bring-up of this machine has passed. {again}")
     whole = read_sealed(path, BringUpSheet, again, again)

@@ -20,7 +20,8 @@ from .sealed_file import Sealed, read_sealed, sealed, write_sealed
 
 FILE = "self_test.toml"
 NOT_NEEDED = "not needed: twin"
-AGAIN = "Run `exograv rig self-test`, with nobody in the machine."
+TEST = "exograv rig self-test"
+"""Command that tests a machine, if the options of this machine are not known."""
 HEAD = """\
 # A self-test that has passed, written by `exograv rig self-test` (docs/explanation/safety.md). It unlocks this machine
 # on this computer until midnight. Do not edit: content_sha256 seals the values, and a changed file is refused.
@@ -69,6 +70,14 @@ class MachineKey:
 
     host: str = platform.node()
 
+    test: str = TEST
+    """Command that tests this machine, for the advice in a message."""
+
+    @property
+    def again(self) -> str:
+        """Advice for a locked machine."""
+        return _again(self.test)
+
 
 def write_pass(key: MachineKey, now: datetime, arm_weighed: bool = False) -> None:
     """Write that the self-test has passed; `now` knows its time zone.
@@ -95,7 +104,7 @@ def withdraw_pass(file: Path, cause: str) -> None:
     """
     if not file.exists():
         return
-    whole = read_sealed(file, SelfTestPass, AGAIN, AGAIN)
+    whole = read_sealed(file, SelfTestPass, _again(TEST), _again(TEST))
     changed = whole.model_copy(update={"withdrawn": PassWithdrawal(cause=cause)})
     write_sealed(file, sealed(changed), HEAD, "--out")
 
@@ -117,9 +126,10 @@ def unlock(rig: Rig, key: MachineKey | None, now: datetime | None = None) -> str
     if library.LIBRARY is None:
         raise RigError(f"The machine is locked: {library.NOT_COMPILED}")
     if key is None or not key.file.is_file():
-        raise RigError(f"The machine is locked: no self-test has passed here. {AGAIN}")
-    whole = read_sealed(key.file, SelfTestPass, AGAIN, AGAIN)
-    refuse_other_machine(key.file, whole.identity, identity_of(key.description, key.machine), AGAIN)
+        again = _again(TEST) if key is None else key.again
+        raise RigError(f"The machine is locked: no self-test has passed here. {again}")
+    whole = read_sealed(key.file, SelfTestPass, key.again, key.again)
+    refuse_other_machine(key.file, whole.identity, identity_of(key.description, key.machine), key.again)
     _refuse_old(whole, key, now or datetime.now().astimezone())
     return f"passed at {whole.passing.at.isoformat()}"
 
@@ -137,4 +147,8 @@ def _refuse_old(whole: SelfTestPass, key: MachineKey, now: datetime) -> None:
     elif passing.at > now:
         why = f"its self-test is from the future ({passing.at:%H:%M}, now it is {now:%H:%M})"
     if why:
-        raise RigError(f"The machine is locked: {why}. {AGAIN}")
+        raise RigError(f"The machine is locked: {why}. {key.again}")
+
+
+def _again(test: str) -> str:
+    return f"Run `{test}`, with nobody in the machine."

@@ -55,16 +55,17 @@ def test_only_a_bring_up_of_these_drives_that_has_passed_allows_a_calibration(tm
 
     def refusal() -> str:
         with pytest.raises(ConfigError) as error:
-            refuse_not_brought_up(path, RIG, drives)
+            refuse_not_brought_up(path, RIG, drives, "exograv rig test --drives drives.toml --by INITIALS")
         return str(error.value)
 
     assert "missing" in refusal()
+    assert "`exograv rig test --drives drives.toml --by INITIALS`" in refusal()
     write_sheet(path, RIG, drives, [GOOD, BAD], "ab", NOW, simulated=False)
     assert "failed" in refusal()
     write_sheet(path, RIG, drives, [GOOD], "", NOW, simulated=True)
     assert "simulated" in refusal()
     write_sheet(path, RIG, drives, [GOOD], "ab", NOW, simulated=False)
-    refuse_not_brought_up(path, RIG, drives)
+    refuse_not_brought_up(path, RIG, drives, "exograv rig test --drives drives.toml --by INITIALS")
     file = tmp_path / "drives.toml"
     file.write_text(file.read_text(encoding="utf-8") + "\n# changed\n", encoding="utf-8")
     drives = load_drives(file, RIG)

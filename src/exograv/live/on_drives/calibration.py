@@ -15,6 +15,7 @@ from exograv.loop.pilot import Pilot, Progress
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
+from exograv.options import same_machine
 from exograv.procedures.calibration.calibrate import calibrate_machine, recheck_machine
 from exograv.procedures.calibration.calibrate_command import TruthAt
 from exograv.procedures.calibration.options import CalibrateOptions
@@ -27,13 +28,13 @@ from .connection import CONNECTING, Connected, Say, connected
 @contextlib.contextmanager
 def empty_drives(
     options: CalibrateOptions,
-    file: Path,
+    folder: Path,
     description: RigDescription,
     truth: TruthAt | None,
     progress: Progress,
     say: Say,
 ) -> Iterator["EmptyDrives"]:
-    """Connect to the drives of an empty machine. A real machine must have passed its bring-up.
+    """Connect to the drives of an empty machine. A real machine must have passed its bring-up in `folder`.
 
     Raises:
         ConfigError: The file of the drives or the sheet of the bring-up cannot be used.
@@ -42,7 +43,8 @@ def empty_drives(
     progress(CONNECTING, 0.0)
     with connected(options, description, say, "A calibration") as machine:
         if not options.simulate:
-            refuse_not_brought_up(file.parent / SHEET, description, machine.drives)
+            bring_up = same_machine("rig test", options, folder, "--by INITIALS")
+            refuse_not_brought_up(folder / SHEET, description, machine.drives, bring_up)
         yield EmptyDrives(description, machine, truth, progress)
 
 

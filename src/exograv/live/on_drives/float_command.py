@@ -22,7 +22,7 @@ from exograv.model.anthropometry import Body
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.support import assemble
 from exograv.model.wearer_form import WearerForm
-from exograv.options import calibration_command
+from exograv.options import calibration_command, same_machine
 from exograv.procedures.calibration.segment_lengths import settings_of_lengths
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess
@@ -95,7 +95,13 @@ def fly_on_drives(
         drives, _ = stack.enter_context(worn)
         serial, period_s = serial_of(options, drives), drives.period_s
         known = take_calibration(calibration, description, serial, datetime.now(UTC), make).whole
-        key = MachineKey(folder / PASS, description, serial, known.content_sha256)
+        key = MachineKey(
+            folder / PASS,
+            description,
+            serial,
+            known.content_sha256,
+            test=same_machine("rig self-test", options, folder),
+        )
         assembly, machine = assemble(description, told.body), known.calibration().machine
         prepared = ControllerKnowledge(assembly, machine, table_guess(assembly, machine), 0.0, known.calibration())
         progress("Computing limits for an unknown arm", 0.0)

@@ -9,7 +9,7 @@ from exograv.identification.core.arm_model import ArmModel
 from exograv.live.options import LiveOptions, PersonForm
 from exograv.loop.pilot import Progress
 from exograv.model.description import load_rig
-from exograv.options import CalibratedOptions
+from exograv.options import CalibratedOptions, same_machine
 from exograv.procedures.identification.controller_knowledge import MOTION_S
 from exograv.procedures.identification.simulated_wearer import SimulatedWearer
 from exograv.procedures.verification.change import read_former
@@ -50,7 +50,7 @@ def run_verification_on_drives(
     live = LiveOptions(**worn, seconds=FLOATS_S, identify_s=MOTION_S)
     run = fly_on_drives(live, person, folder, progress, say, wearer, is_verified=True)
     at = datetime.now(UTC)
-    verified = _judged(run, progress)
+    verified = _judged(run, progress, same_machine("rig self-test", options, folder))
     description, learned = run.prepared.assembly.description, run.figures.identified
     assert learned is not None
     return compared(
@@ -69,14 +69,14 @@ def run_verification_on_drives(
     )
 
 
-def _judged(run: FlownOnDrives, progress: Progress) -> VerificationResult:
+def _judged(run: FlownOnDrives, progress: Progress, test: str) -> VerificationResult:
     learned, passed, asked = run.flown.learned, run.flown.passed, run.verification
     if learned is None or passed is None or asked is None:
         latches = run.flown.report.latches
         why = f"it stopped after {latches[0].at_s:.1f} s: {latches[0].cause}" if latches else "the run ended early."
         raise RigError(
             f"The machine did not lead the arm past all postures; {why} Recording until then: {run.flown.path}. After "
-            "a stop test the machine again (`exograv rig self-test`), then repeat."
+            f"a stop test the machine again (`{test}`), then repeat."
         )
     model = ArmModel(run.prepared.assembly, run.prepared.machine)
     return evaluate_passes(model, learned.estimate, asked.postures, passed.heard, passed.seconds, progress)
