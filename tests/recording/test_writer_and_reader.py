@@ -1,7 +1,9 @@
 """A recording gives back its input, survives an abrupt end, and reports what is wrong with a file."""
 
+import json
 import resource
 import struct
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +13,7 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 
 from exograv.errors import RecordingError
-from exograv.recording import RecordingWriter, read_recording
+from exograv.recording import RecordingWriter, open_recording, read_recording
 from exograv.recording.encoding import tick_dtype
 from exograv.recording.schema import TICK
 
@@ -243,3 +245,30 @@ def test_a_recording_without_settings_is_refused(tmp_path: Path):
 def test_a_missing_file_is_a_readable_error(tmp_path: Path):
     with pytest.raises(RecordingError, match="cannot be read"):
         read_recording(tmp_path / "none.mcap")
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("joints", 3, "'joints' is 3, not a list of values of the type string"),
+        ("joints", [1, 2], r"'joints' is \[1, 2\], not a list of values of the type string"),
+        ("joints", None, "'joints' is missing"),
+        ("joints", ["elbow_flexion"], "name 1 joints, and its ticks have another number"),
+        ("rig", 7, "'rig' is 7, not of the type string"),
+        ("seed", True, "'seed' is true, not of the type integer"),
+        ("schema_version", "3", "'schema_version' is \"3\", not of the type integer"),
+    ],
+)
+@pytest.mark.parametrize("read", [read_recording, open_recording])
+def test_settings_of_a_wrong_type_are_refused_with_their_name_and_value(
+    read: Callable[[Path], object], name: str, value: object, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    path = write(tmp_path / "a.mcap", 3)
+
+    def altered(text: bytes) -> dict[str, object]:
+        message = json.JSONDecoder().decode(text.decode())
+        return message | {name: value} if "joints" in message else message
+
+    monkeypatch.setattr("exograv.recording.reader.json.loads", altered)
+    with pytest.raises(RecordingError, match=said):
+        read(path)

@@ -14,10 +14,10 @@ from exograv.errors import RecordingError
 from .computing_times import FIELDS, ComputingTimes, computing_times
 from .contents import Contents, FileEnding, examine
 from .device_stream import DeviceStream, joined
-from .encoding import restored, unpacked_ticks
+from .encoding import restored, unpacked_ticks, wrong_value
 from .fields import Message
 from .file_content import read_content
-from .schema import CHANNELS, PACKED_VERSION, TICK
+from .schema import CHANNELS, PACKED_VERSION, SETTINGS, TICK
 from .stored_ticks import StoredTicks
 from .stream_block import TOPICS, StreamBlock, unpacked, value_type_of
 
@@ -162,14 +162,17 @@ def settings_of(path: Path, messages: list[bytes]) -> Message:
     """Return the settings of the run, from the messages of `/settings`.
 
     Raises:
-        RecordingError: The message is missing, or of a version that this exograv does not read.
+        RecordingError: The message is missing or damaged, or of a version that this exograv does not read.
     """
     if not messages:
         raise RecordingError(
             f"{path} holds no /settings: exograv did not write it, or it was cut before its first chunk."
         )
     settings = json.loads(messages[0])
-    if settings.get("schema_version") not in READABLE:
+    wrong = wrong_value(SETTINGS.fields, settings)
+    if wrong is not None:
+        raise RecordingError(f"{path} is damaged: in its /settings {wrong} Give the recording as exograv wrote it.")
+    if settings["schema_version"] not in READABLE:
         raise RecordingError(
             f"{path} has version {settings.get('schema_version')} of the recording format; this exograv reads up to "
             f"{PACKED_VERSION}. Read it with the version that wrote it: {settings.get('versions', 'unknown')}."

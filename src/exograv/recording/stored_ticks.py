@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from .contents import ChunkPart, parts_at
-from .encoding import TICK_DEFAULTS, tick_dtype
+from .encoding import TICK_DEFAULTS, stored_rows, tick_dtype
 from .file_content import read_content
 from .schema import TICK
 
@@ -68,7 +68,7 @@ class StoredTicks:
 
 def chosen(data: bytes | np.ndarray, fields: Collection[str], n_joints: int, version: int) -> np.ndarray:
     """Return these fields of ticks, from their rows or unpacked columns; missing fields have their defaults."""
-    stored = data if isinstance(data, np.ndarray) else np.frombuffer(data, tick_dtype(n_joints, version))
+    stored = data if isinstance(data, np.ndarray) else stored_rows(data, n_joints, version)
     whole = tick_dtype(n_joints)
     ticks = np.zeros(len(stored), [(name, whole[name]) for name in whole.names or () if name in fields])
     for name in ticks.dtype.names or ():

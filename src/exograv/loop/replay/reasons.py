@@ -51,7 +51,7 @@ def _substituted(instead: ReplayOverrides) -> list[str]:
 def _other_rig(recorded: RecordedRun) -> list[str]:
     """Sentences about changes of the machine's folder since the run. The replay uses the recorded files."""
     settings = recorded.recording.settings
-    hashes, name = settings.get("hashes") or {}, settings["rig"]
+    hashes, name = settings.get("hashes") or {}, settings.get("rig", recorded.description.name)
     if hashes.get("rig") != recorded.description.sha256:
         return ["The machine's files in the recording do not match the hash in the recording."]
     options = (settings.get("settings") or {}).get("options") or {}
