@@ -40,13 +40,13 @@ def write_participant(path: Path, whole: StoredParticipant) -> None:
     write_sealed(path, whole, HEAD, "--keep")
 
 
-def refuse_other_than_participant(path: Path) -> None:
-    """Check before a run that its participant's file will not replace another kind of file.
+def refuse_other_than_participant(path: Path, option: str = "--keep") -> None:
+    """Check before a run that its participant's file will not replace another kind of file. `option` sets its place.
 
     Raises:
         ConfigError: There is a file of another kind.
     """
-    refuse_other_kind(path, StoredParticipant, HEAD, "--keep")
+    refuse_other_kind(path, StoredParticipant, HEAD, option)
 
 
 def read_participant(path: Path) -> StoredParticipant:

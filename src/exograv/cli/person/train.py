@@ -3,7 +3,7 @@
 import sys
 from typing import TYPE_CHECKING
 
-from exograv.cli.shell.base_options import OutFolder
+from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
 from exograv.experiment.train.options import TrainOptions
 
 if TYPE_CHECKING:
@@ -18,6 +18,8 @@ def run_train_command(options: TrainOptions, common: OutFolder) -> "TrainResult"
     from exograv.cli.shell.terminal import bars
     from exograv.experiment.train.train_command import how_to_go_on, run_training
 
+    if options.person_file is not None:
+        refuse_unwritable(options.person_file, "--person-file")
     try:
         with bars() as progress:
             result = run_training(options, common.out, progress)

@@ -160,7 +160,7 @@ def known_arm(
     pilot, controller, twin = worn.pilot, worn.controller, worn.twin
     twin.put_surroundings(False)
     model = ArmModel(assembly, machine)
-    judge, person = ArmJudge(model), _person_run(options, laboratory, assembly)
+    judge, person = ArmJudge(model), person_run(options, laboratory, assembly)
     pilot.begin(ARM_CHECK)
     gentle = first_motion(pilot, controller, model)
     check = judge.judge([gentle], laboratory.body.mass_kg)
@@ -235,7 +235,12 @@ def _kept(machine: CalibratedMachine, found: Estimate) -> KnownPerson:
     return KnownPerson.of(machine, found.x, covariance)
 
 
-def _person_run(options: TrainOptions, laboratory: VirtualLaboratory, assembly: Assembly) -> ParticipantRun:
+def person_run(options: TrainOptions, laboratory: VirtualLaboratory, assembly: Assembly) -> ParticipantRun:
+    """Read the person's file, if there is one.
+
+    Raises:
+        ConfigError: The file is damaged, belongs to another machine or person, or is of another kind.
+    """
     file = options.person_file
     files = ParticipantOptions(
         keep=file,
@@ -243,7 +248,9 @@ def _person_run(options: TrainOptions, laboratory: VirtualLaboratory, assembly: 
         participant=file if file is not None and file.exists() else None,
     )
     now = datetime.now(UTC).replace(microsecond=0)
-    return ParticipantRun(files, assembly, laboratory.serial, laboratory.body, now)
+    return ParticipantRun(
+        files, assembly, laboratory.serial, laboratory.body, now, keep_option="--person-file"
+    )
 
 
 def _refuse_other_arm(check: ArmCheck) -> None:

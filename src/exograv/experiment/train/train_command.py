@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 from exograv.dynamics.actuator import ActuatorGain
@@ -17,12 +18,14 @@ from exograv.laboratory.result_rows import TwinRun
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot, Progress
+from exograv.options import calibration_command
 from exograv.recording import RecordingWriter
 from exograv.recording.disk import refuse_small_disk
 from exograv.results import MERGED, json_value
 from exograv.rig.twin import Twin, day_seed
 from exograv.rig.twin.twin import PERIOD
 from exograv.safety.envelope import Envelope
+from exograv.storage.calibration_file import take_calibration
 from exograv.storage.session_checkpoint import SESSION_FILE, KeptSession, checkpoint_path, read_kept, refuse_kept
 from exograv.task.events import Interrupted, Resume, Start
 from exograv.task.plan import TaskPlan
@@ -31,7 +34,16 @@ from exograv.task.run import TaskRun
 from exograv.task.totals import TotalsFigures
 
 from .options import TrainOptions
-from .preparation import PREPARATION, PreparationFigures, Ready, known_again, known_arm, recording_only, tested_machine
+from .preparation import (
+    PREPARATION,
+    PreparationFigures,
+    Ready,
+    known_again,
+    known_arm,
+    person_run,
+    recording_only,
+    tested_machine,
+)
 from .recording_pilot import RecordingPilot
 from .request import TrainingRequest, asked_for
 from .verification import verify_between
@@ -104,6 +116,7 @@ class _Training:
         self._room = SimulatedRoom()
         self._plan = TaskPlan(self._asked.loaded, self._asked.exo, self._room.calibration)
         self._assembly = self._laboratory.assembly()
+        self._refuse_files()
         self._surroundings = self._room.around(self._assembly, protocol.target)
 
     def run(self) -> TrainResult:
@@ -171,6 +184,14 @@ class _Training:
             report=report,
             recording=self._recording_path,
         )
+
+    def _refuse_files(self) -> None:
+        """Check the files of machine and person before the recording begins, and not after minutes of preparation."""
+        options, laboratory = self._options, self._laboratory
+        person_run(options, laboratory, self._assembly)
+        if options.calibration is not None:
+            make, now = calibration_command(options), datetime.now(UTC)
+            take_calibration(options.calibration, laboratory.description, laboratory.serial, now, make)
 
     def _refuse_machine(self) -> None:
         description = self._laboratory.description

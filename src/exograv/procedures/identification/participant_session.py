@@ -73,6 +73,8 @@ class ParticipantRun:
     now: datetime
     before: StoredParticipant | None = None
     returning: WarmStart | None = None
+    keep_option: str = "--keep"
+    """Option that sets the place of the file, for the advice in a message."""
     _held_out: HeldOutError | None = None
 
     def __post_init__(self):
@@ -82,7 +84,7 @@ class ParticipantRun:
             ConfigError: A file is damaged, belongs to another machine or person, or is of another kind.
         """
         if self.options.keep is not None:
-            refuse_other_than_participant(self.options.keep)
+            refuse_other_than_participant(self.options.keep, self.keep_option)
         path = self.options.participant
         if path is None:
             return
