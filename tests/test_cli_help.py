@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import os
 import subprocess
 import sys
 
@@ -72,3 +73,26 @@ def test_every_option_has_a_help_text(path: str):
 def test_the_reader_of_a_help_may_close_the_pipe_at_once():
     result = subprocess.run([sys.executable, "-c", CLOSED_PIPE], capture_output=True, text=True, check=True)
     assert result.stdout == ""
+
+
+class Terminal(io.StringIO):
+    """Output that looks like a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize(("no_color", "is_coloured"), [("1", False), ("", True)])
+def test_a_help_has_colours_on_a_terminal_only_without_no_color(
+    no_color: str, is_coloured: bool, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setenv("TERM", "xterm-256color")
+    monkeypatch.setenv("NO_COLOR", no_color)
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setattr(sys, "argv", ["exograv", "run", "live", "--help"])
+    text = Terminal()
+    with contextlib.redirect_stdout(text), contextlib.suppress(SystemExit):
+        cli.main()
+    assert "--gravity-level" in text.getvalue()
+    assert ("\x1b[" in text.getvalue()) == is_coloured
+    assert os.environ["TERM"] == "xterm-256color"

@@ -256,7 +256,7 @@ def parsed(path: str, words: list[str]) -> Any:
         defaults = with_settings(Path(file), path, ACTIONS, words)
     config = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.SuppressFixed)
     try:
-        with wrapped_output() if set(words) & set(HELP) else nullcontext():
+        with heeded_no_color(), wrapped_output() if set(words) & set(HELP) else nullcontext():
             return tyro.cli(kind, prog=f"exograv {path}", args=words, default=defaults, config=config)
     except SystemExit as end:
         if end.code:
@@ -348,6 +348,20 @@ def _entry(name: str, about: str, indent: int, column: int) -> list[str]:
         return [" " * indent + name, *_wrapped(about, indent + 4)]
     first, *more = _wrapped(about, column)
     return [f"{' ' * indent}{name}".ljust(column) + first.strip(), *more]
+
+
+@contextmanager
+def heeded_no_color() -> Iterator[None]:
+    """Parse without colours if NO_COLOR is set. tyro does not read it, but writes no colours if TERM is dumb."""
+    before = os.environ.get("TERM")
+    if not os.environ.get("NO_COLOR") or before is None:
+        yield
+        return
+    os.environ["TERM"] = "dumb"
+    try:
+        yield
+    finally:
+        os.environ["TERM"] = before
 
 
 @contextmanager
