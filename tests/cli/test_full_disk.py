@@ -28,16 +28,17 @@ main()
     [
         (("report", str(RECORDING), "--out"), "floating.html", 20_000),
         (("rigs", "--json"), "rigs.json", 500),
+        (("view", str(RECORDING), "--no-browser", "--page"), "page.html", 20_000),
         (("rig", "new", str(robots_folder() / "recupera_like" / "right.urdf"), "--out"), "mine", 500),
         (("study", "init"), "", 10),
     ],
-    ids=["report", "json", "new rig", "study"],
+    ids=["report", "json", "page", "new rig", "study"],
 )
 def test_a_file_that_finds_no_room_is_one_sentence_and_the_old_one_stays(
     words: tuple[str, ...], name: str, most_bytes: int, tmp_path: Path
 ):
     out = tmp_path / "out"
-    target = out / name if name in ("rigs.json", "mine") else out
+    target = out / name if name in ("rigs.json", "page.html", "mine") else out
     out.mkdir()
     if "." in name:
         (out / name).write_text("{}")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from exograv.cli.shell.base_options import Common, refuse_unwritable
+from exograv.cli.shell.base_options import Common, refuse_unwritable, write_whole
 from exograv.errors import ConfigError
 from exograv.options import Sex, SideOption
 
@@ -70,7 +70,7 @@ def _show(command: View, data: "ViewData") -> dict[str, Any]:
     if command.page is None:
         serve_page(served_page(data), command.port, command.browser, lambda line: print(line, flush=True))
     else:
-        command.page.write_text(single_page(data), encoding="utf-8")
+        write_whole(command.page, single_page(data), "--page")
         print(f"Page: {command.page}")
     return {"target": command.target, "page": None if command.page is None else str(command.page)}
 

@@ -75,6 +75,15 @@ def write_json(path: Path, result: dict[str, Any], option: str = "--json") -> No
             f"{path} is not written: a figure is infinite or not a number ({error}). The method diverged; "
             "the recording shows when."
         ) from error
+    write_whole(path, text, option)
+
+
+def write_whole(path: Path, text: str, option: str) -> None:
+    """Write a file completely, or leave the old one as it was.
+
+    Raises:
+        RecordingError: The file cannot be written.
+    """
     # A pipe or a device such as /dev/stdout cannot be replaced.
     is_file = path.is_file() or not path.exists()
     _with_file(path, lambda: replace_file(path, text) if is_file else path.write_text(text, encoding="utf-8"), option)
