@@ -248,9 +248,7 @@ def person_run(options: TrainOptions, laboratory: VirtualLaboratory, assembly: A
         participant=file if file is not None and file.exists() else None,
     )
     now = datetime.now(UTC).replace(microsecond=0)
-    return ParticipantRun(
-        files, assembly, laboratory.serial, laboratory.body, now, keep_option="--person-file"
-    )
+    return ParticipantRun(files, assembly, laboratory.serial, laboratory.body, now, keep_option="--person-file")
 
 
 def _refuse_other_arm(check: ArmCheck) -> None:
