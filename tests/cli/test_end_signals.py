@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import pytest
 from tests.waiting import SOON_S
 
-from exograv.cli.shell.end_signals import EndSignals, terminal_may_close
+from exograv.cli.shell.end_signals import ENDING, EndSignals, terminal_may_close
 from exograv.loop.interrupt import HeldInterrupt
 from exograv.recording.interrupt import uninterrupted
 
@@ -34,7 +34,7 @@ with EndSignals() as signals:
 @pytest.fixture(autouse=True)
 def as_in_a_terminal() -> Iterator[None]:
     """Handle the signals as a terminal's shell does; a test run may ignore them."""
-    fresh = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL, signal.SIGHUP: signal.SIG_DFL}
+    fresh = {signal.SIGINT: signal.default_int_handler} | dict.fromkeys(ENDING, signal.SIG_DFL)
     before = {number: signal.signal(number, handler) for number, handler in fresh.items()}
     yield
     for number, handler in before.items():
