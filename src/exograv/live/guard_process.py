@@ -14,7 +14,7 @@ from exograv.loop.control_step import ControlStep
 from exograv.recording.encoding import tick_dtype
 from exograv.rig import Powered, Rig, may_be_worn
 from exograv.runtime.clock.real_time_loop import run_loop
-from exograv.runtime.clock.realtime import GUARD_PRIORITY, Rights, realtime
+from exograv.runtime.clock.realtime import GUARD_PRIORITY, PRIORITY, Rights, realtime
 from exograv.runtime.clock.timing import Timing
 from exograv.runtime.control_loop.exchange import UNANSWERED, answer_dtype, state_dtype
 from exograv.runtime.control_loop.guard_commands import GuardCommands, GuardInbox
@@ -117,7 +117,9 @@ class GuardLoop:
         Raises:
             RigError: A drive stays off.
         """
-        with realtime(priority=GUARD_PRIORITY) as rights:
+        # A twin computes its physics in this process. On one processor a higher priority would leave control too little
+        # time, and nobody is in a twin.
+        with realtime(priority=GUARD_PRIORITY if self._ends_stopped else PRIORITY) as rights:
             self.begin()
             return run_loop(self.tick, self._job.periods, self._job.period_ns), rights
 
