@@ -31,8 +31,13 @@ from .virtual_laboratory import draw_laboratory
 Say = Callable[[str], None]
 
 
-def run_drive_sim(options: DriveSimOptions, folder: Path, say: Say) -> None:
-    """Serve until the input `quit`, or Ctrl-C.
+def run_drive_sim(
+    options: DriveSimOptions,
+    folder: Path,
+    say: Say,
+    examine: Callable[[SimulatedDevices], object] = lambda _: None,
+) -> None:
+    """Serve until the input `quit`, or Ctrl-C; `examine` gets the drives before the first step.
 
     Raises:
         ConfigError: An option or a file is not valid.
@@ -48,6 +53,7 @@ def run_drive_sim(options: DriveSimOptions, folder: Path, say: Say) -> None:
     device = make(plant, drives, lock_step=options.lock_step, say=say)
     bench = SimulatedBench(drives.joints, plant, device, say)
     bench.listen(sys.stdin)
+    examine(device)
     say(_greeting(options, drives, device, file))
     with device, _punctual(options.lock_step):
         device.run(bench.obey)

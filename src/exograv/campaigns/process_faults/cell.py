@@ -1,0 +1,112 @@
+"""Cell of the matrix: one process, one fault and one state; and the orders of one flight, in a file."""
+
+import enum
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from exograv.errors import ConfigError
+
+ORDERS = "EXOGRAV_PROCESS_FAULT"
+"""Environment variable with the file of `FlightOrders`. It also marks every process of the session."""
+
+
+class Process(enum.StrEnum):
+    """Process that is struck."""
+
+    GUARD = "guard"
+    CONTROL = "control"
+    WORKER = "worker"
+    RECORDER = "recorder"
+    PARENT = "parent"
+    SESSION = "session"
+    """All processes at once, as a terminal or a suspended computer does."""
+    CONSOLE = "console"
+    LSL = "lsl"
+    ROS2 = "ros2"
+
+
+class Fault(enum.StrEnum):
+    """Fault of a process."""
+
+    KILL = "kill"
+    STOP = "stop"
+    SPIN = "spin"
+    HANGUP = "hup"
+    TERMINATE = "term"
+    QUIT = "quit"
+    EXCEPTION = "exception"
+    HALF_WORD = "half-word"
+    FULL_PIPE = "full-pipe"
+    MEMORY = "memory"
+    DISK = "disk"
+    CTRL_Z = "ctrl-z"
+    SUSPEND = "suspend"
+
+
+class State(enum.StrEnum):
+    """State of the session at the strike."""
+
+    FLOATING = "floating"
+    MOVING = "moving"
+    DESCENDING = "descending"
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One process × fault × state."""
+
+    process: Process
+    fault: Fault
+    state: State
+
+    @property
+    def name(self) -> str:
+        """Name as in `--only`, such as control:kill:floating."""
+        return f"{self.process}:{self.fault}:{self.state}"
+
+    @classmethod
+    def of(cls, name: str) -> "Cell":
+        """Read a name.
+
+        Raises:
+            ConfigError: A part of the name does not exist.
+        """
+        parts = name.lower().split(":")
+        kinds = (Process, Fault, State)
+        for part, kind in zip([*parts, "", "", ""], kinds, strict=False):
+            if part not in tuple(kind):
+                allowed = ", ".join(kind)
+                raise ConfigError(
+                    f"--only is '{name}': there is no {kind.__name__.lower()} '{part}'. Give PROCESS:FAULT:STATE, such "
+                    f"as control:kill:floating; here allowed: {allowed}."
+                )
+        if len(parts) != len(kinds):
+            raise ConfigError(f"--only is '{name}'; give exactly PROCESS:FAULT:STATE, such as control:kill:floating.")
+        return cls(Process(parts[0]), Fault(parts[1]), State(parts[2]))
+
+
+@dataclass(frozen=True)
+class FlightOrders:
+    """Orders of one flight for the processes of its session."""
+
+    cell: str
+    folder: str
+    """Folder in which the processes write their notes."""
+    participant: str
+    """File of the prepared participant."""
+    drives: str
+    """The file drives.toml of the simulated drives."""
+    seconds: float
+    """Duration of the loop [s]."""
+    motion_s: float
+    """Duration of an identification motion [s]; 0 for an arm that is known."""
+
+    def write(self, path: Path) -> None:
+        """Write the orders to a file."""
+        path.write_text(json.dumps(asdict(self)), encoding="utf-8")
+
+    @classmethod
+    def read(cls, path: Path) -> "FlightOrders":
+        """Read the orders of a flight."""
+        return cls(**json.loads(path.read_text(encoding="utf-8")))

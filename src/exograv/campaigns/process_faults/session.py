@@ -1,0 +1,110 @@
+"""Session of the campaign: `exograv run live --simulate` with a prepared participant, and hooks in its processes.
+
+The command, its terminal, its signals and all its processes are the product's. Only the preparation is replaced: the
+participant is known already, so that the arm floats after seconds, and the simulated drives belong to the campaign.
+"""
+
+import contextlib
+import os
+import pickle
+import runpy
+import signal
+import sys
+from collections.abc import Callable
+from datetime import datetime
+from functools import partial
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Any
+
+from exograv.api import rig_factory
+from exograv.live.live_control import LivePlan
+from exograv.live.live_figures import live_figures
+from exograv.live.live_flight import fly_plan, lesson_plan
+from exograv.live.on_drives import float_command
+from exograv.live.on_drives.float_command import FlownOnDrives
+from exograv.live.options import LiveOptions, PersonForm
+from exograv.loop.pilot import Progress
+from exograv.rig.drives.opening import open_drives
+from exograv.rig.drives.settings import load_drives
+from exograv.runtime.processes import spawn, supervisor
+from exograv.runtime.ros2.streaming import NO_STREAMING
+from exograv.storage.self_test_pass import FILE as PASS
+from exograv.storage.self_test_pass import MachineKey, write_pass
+
+from . import hooks
+from .cell import ORDERS, Cell, Fault, FlightOrders, Process
+from .notes import write_note
+from .participant import PreparedParticipant
+
+SERIAL = "simulated drives of the process faults"
+
+
+def main() -> None:
+    """Run the command `exograv run live` with the orders of the environment."""
+    orders = FlightOrders.read(Path(os.environ[ORDERS]))
+    lines: dict[str, Connection] = {}
+    setattr(supervisor, "spawned", partial(_spawned, lines))
+    setattr(float_command, "fly_on_drives", partial(fly_prepared, orders))
+    setattr(rig_factory, "simulated_wearer", lambda _options: None)
+    _install_in_parent(orders, lines)
+    words = ["run", "live", "--simulate", "--identify", "10", "--out", orders.folder]
+    sys.argv = ["exograv", *words, "--json", str(Path(orders.folder) / "live.json")]
+    runpy.run_module("exograv.cli", run_name="__main__", alter_sys=True)
+
+
+def fly_prepared(
+    orders: FlightOrders, options: LiveOptions, _person: PersonForm, folder: Path, progress: Progress, *_: Any
+) -> FlownOnDrives:
+    """Fly the prepared participant on the campaign's simulated drives.
+
+    Raises:
+        RigError: As `fly_on_drives`.
+    """
+    known: PreparedParticipant = pickle.loads(Path(orders.participant).read_bytes())
+    drives = load_drives(Path(orders.drives), known.description)
+    key = MachineKey(folder / PASS, known.description, SERIAL, "")
+    write_pass(key, datetime.now().astimezone())
+    prepared, person = (known.unknown, known.anyone) if orders.motion_s else (known.prepared, known.person)
+    with contextlib.ExitStack() as stack:
+        period_s = drives.period_s
+        lesson = lesson_plan(prepared, orders.motion_s, period_s, stack) if orders.motion_s else None
+        machine, period_ns = partial(open_drives, drives), round(1e9 * period_s)
+        plan = LivePlan(known.description, known.form, prepared, person, 0.0, machine, period_ns, lesson, key)
+        flown = fly_plan(plan, orders.seconds, folder, {}, progress, lambda _: None, is_tested=True)
+    figures = live_figures(options.rig, flown, None, prepared, "passed", NO_STREAMING, None, machine=SERIAL)
+    return FlownOnDrives(flown, figures, prepared, None, None)
+
+
+def _spawned(
+    lines: dict[str, Connection], name: str, target: Callable[[Any, Connection], object], job: object, **named: bool
+) -> tuple[BaseProcess, Connection]:
+    """Start a process as the product does, with the hook of the campaign around its target."""
+    process, line = spawn.spawned(name, partial(hooks.struck_target, name, target), job, **named)
+    lines[name] = line
+    return process, line
+
+
+def _install_in_parent(orders: FlightOrders, lines: dict[str, Connection]) -> None:
+    write_note(orders.folder, "process", name=Process.PARENT, pid=os.getpid())
+    cell = Cell.of(orders.cell)
+    if cell.process is Process.PARENT and cell.fault is not Fault.FULL_PIPE:
+        hooks.install(orders, cell)
+    elif cell.fault is Fault.HALF_WORD:
+        signal.signal(hooks.STRIKE, lambda *_: hooks.write_half_word(orders.folder, lines[cell.process]))
+    elif cell.process is Process.PARENT:
+        signal.signal(hooks.STRIKE, lambda *_: _fill_terminal(orders.folder))
+    elif cell.fault is Fault.FULL_PIPE:
+        signal.signal(hooks.STRIKE, lambda *_: hooks.read_nothing(orders.folder))
+
+
+def _fill_terminal(folder: str) -> None:
+    """Write more to the terminal than a reader who has stopped reading lets through."""
+    write_note(folder, "struck")
+    sys.stderr.write("A long line of the session. " * 40_000 + "\n")
+    sys.stderr.flush()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,162 @@
+"""Expected outcome of each cell: the one table of this campaign."""
+
+import enum
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import cycle
+from types import MappingProxyType
+
+from .cell import Cell, Fault, Process, State
+
+
+class Outcome(enum.StrEnum):
+    """Reaction to a fault, seen from outside."""
+
+    LOWERED = "lowered"
+    """The guard lowers the arm softly, within its descent and the drives' time-out."""
+
+    BRAKED = "braked"
+    """The drives brake by their own watchdog, because no command comes any more."""
+
+    GOES_ON = "goes on"
+    """The session goes on. It ends as usual when Stop is pressed later."""
+
+
+@dataclass(frozen=True)
+class Expected:
+    """Expected reaction to a fault."""
+
+    outcomes: tuple[Outcome, ...]
+    """Outcomes that protect the person."""
+
+    budget_ms: float | None
+    """Longest time from the strike to the beginning of a descent or of the brakes [ms]; None if none is required."""
+
+    why: str
+    """Reason for this outcome, as a clause."""
+
+    exits: tuple[int, ...] | None = (0,)
+    """Allowed exit codes of the command, negative for a signal; None for any."""
+
+
+LOWERED, BRAKED, GOES_ON = (Outcome.LOWERED,), (Outcome.BRAKED,), (Outcome.GOES_ON,)
+EITHER = (Outcome.GOES_ON, Outcome.LOWERED)
+
+CONTROL_MS = 10.0
+"""Budget for a control that is silent, as F15 in docs/explanation/safety.md [ms]."""
+
+DRIVES_MS = 30.0
+"""Budget for drives without commands, as F17: their watchdog, and a tick of the drives [ms]."""
+
+ALONE_MS = 2200.0
+"""Budget for a silent supervisor of the guard: 2 s, and one turn on a busy computer [ms]."""
+
+PARENT_MS = 400.0
+"""Budget for a parent that has ended: the guard looks at its connection every 200 ticks, then the descent begins [ms]."""
+
+_P, _F = Process, Fault
+_UNAWARE = "children take no end signals: only the parent ends a session"
+_REPLACED = "it is replaced"
+
+EXPECTED: Mapping[tuple[Process, Fault], Expected] = MappingProxyType(
+    {
+        (_P.GUARD, _F.KILL): Expected(BRAKED, DRIVES_MS, "no command reaches the drives", (1,)),
+        (_P.GUARD, _F.STOP): Expected(BRAKED, DRIVES_MS, "no command reaches the drives", None),
+        (_P.GUARD, _F.SPIN): Expected(LOWERED, ALONE_MS, "the loop notes that its supervisor is silent", None),
+        (_P.GUARD, _F.TERMINATE): Expected(GOES_ON, None, _UNAWARE),
+        (_P.GUARD, _F.EXCEPTION): Expected(LOWERED, PARENT_MS, "an exception of the guard becomes a descent", (0, 1)),
+        (_P.GUARD, _F.HALF_WORD): Expected(EITHER, ALONE_MS, "the loop never waits for the rest of a word", None),
+        (_P.GUARD, _F.FULL_PIPE): Expected(EITHER, ALONE_MS, "the loop never waits for the parent to read", None),
+        (_P.GUARD, _F.MEMORY): Expected(EITHER, None, "the loop allocates no memory in a tick", None),
+        (_P.CONTROL, _F.KILL): Expected(LOWERED, CONTROL_MS, "control is silent"),
+        (_P.CONTROL, _F.STOP): Expected(LOWERED, CONTROL_MS, "control is silent"),
+        (_P.CONTROL, _F.SPIN): Expected(LOWERED, CONTROL_MS, "control is silent"),
+        (_P.CONTROL, _F.TERMINATE): Expected(GOES_ON, None, _UNAWARE),
+        (_P.CONTROL, _F.EXCEPTION): Expected(LOWERED, CONTROL_MS, "control ends, so it is silent"),
+        (_P.CONTROL, _F.HALF_WORD): Expected(EITHER, 500.0, "control may wait for the rest of the word, and be silent"),
+        (_P.CONTROL, _F.MEMORY): Expected(EITHER, None, "control may be silent"),
+        (_P.WORKER, _F.KILL): Expected(GOES_ON, None, _REPLACED),
+        (_P.WORKER, _F.STOP): Expected(GOES_ON, None, "the guard does not need it"),
+        (_P.WORKER, _F.SPIN): Expected(GOES_ON, None, "the guard does not need it"),
+        (_P.WORKER, _F.TERMINATE): Expected(GOES_ON, None, _UNAWARE),
+        (_P.WORKER, _F.EXCEPTION): Expected(GOES_ON, None, _REPLACED),
+        (_P.WORKER, _F.HALF_WORD): Expected(GOES_ON, None, "the guard does not need it"),
+        (_P.WORKER, _F.FULL_PIPE): Expected(GOES_ON, None, "the guard does not need it"),
+        (_P.WORKER, _F.MEMORY): Expected(GOES_ON, None, _REPLACED),
+        (_P.RECORDER, _F.KILL): Expected(GOES_ON, None, _REPLACED),
+        (_P.RECORDER, _F.STOP): Expected(GOES_ON, None, "ticks wait in the ring"),
+        (_P.RECORDER, _F.SPIN): Expected(GOES_ON, None, "ticks wait in the ring"),
+        (_P.RECORDER, _F.TERMINATE): Expected(GOES_ON, None, _UNAWARE),
+        (_P.RECORDER, _F.EXCEPTION): Expected(GOES_ON, None, _REPLACED),
+        (_P.RECORDER, _F.HALF_WORD): Expected(GOES_ON, None, "ticks wait in the ring"),
+        (_P.RECORDER, _F.MEMORY): Expected(GOES_ON, None, _REPLACED),
+        (_P.RECORDER, _F.DISK): Expected(GOES_ON, None, "the operator is told that the recording ends here"),
+        (_P.PARENT, _F.KILL): Expected(LOWERED, PARENT_MS, "the guard sees that the parent is gone", (-9,)),
+        (_P.PARENT, _F.STOP): Expected(GOES_ON, None, "a parent that stands still disturbs no tick", None),
+        (_P.PARENT, _F.SPIN): Expected(GOES_ON, None, "a parent that hangs disturbs no tick", None),
+        (_P.PARENT, _F.TERMINATE): Expected(LOWERED, PARENT_MS, "SIGTERM acts like Ctrl-C", (0, 143)),
+        (_P.PARENT, _F.EXCEPTION): Expected(LOWERED, PARENT_MS, "the parent asks before it kills", (1,)),
+        (_P.PARENT, _F.HALF_WORD): Expected(GOES_ON, None, "a parent that waits disturbs no tick", None),
+        (_P.PARENT, _F.FULL_PIPE): Expected(GOES_ON, None, "a parent that cannot print disturbs no tick", None),
+        (_P.PARENT, _F.MEMORY): Expected(EITHER, None, "a parent without memory may end the session", None),
+        (_P.SESSION, _F.HANGUP): Expected(LOWERED, PARENT_MS, "a closed terminal acts like Ctrl-C", (0, 129)),
+        (_P.SESSION, _F.QUIT): Expected(LOWERED, PARENT_MS, "the guard outlives Ctrl-\\", (-3, 0, 131)),
+        (_P.SESSION, _F.CTRL_Z): Expected(EITHER, PARENT_MS, "the guard outlives Ctrl-Z", None),
+        (_P.SESSION, _F.SUSPEND): Expected(BRAKED, DRIVES_MS, "no command reaches the drives", None),
+    }
+)
+"""Expected reaction by process and fault. In a descent, `LOWERED` and `GOES_ON` both mean that the descent goes on."""
+
+ABSENT: Mapping[Process, str] = MappingProxyType(
+    {
+        Process.CONSOLE: "`run live` has no console; the console is a parent of its own (`run console`)",
+        Process.LSL: "LSL has no process of its own: the recorder publishes",
+        Process.ROS2: "the bridge to ROS 2 runs only with `--ros2` and a Zenoh router",
+    }
+)
+"""Processes that are not in this session, with the reason."""
+
+
+def reason_absent(cell: Cell) -> str:
+    """Return the reason why a cell cannot be flown; empty if it can."""
+    if cell.process in ABSENT:
+        return ABSENT[cell.process]
+    if (cell.process, cell.fault) not in EXPECTED:
+        return NOT_POSSIBLE.get(cell.fault, f"the fault {cell.fault} of the process {cell.process} has no meaning")
+    if cell.process is Process.WORKER and cell.state is State.FLOATING:
+        return ""
+    return ""
+
+
+NOT_POSSIBLE: Mapping[Fault, str] = MappingProxyType(
+    {
+        Fault.FULL_PIPE: "this process sends nothing to its parent while the loop runs",
+        Fault.DISK: "only the recorder writes to the disk while the loop runs",
+        Fault.HANGUP: "a terminal sends it to all processes: session:hup",
+        Fault.QUIT: "a terminal sends it to all processes: session:quit",
+        Fault.CTRL_Z: "a terminal sends it to all processes: session:ctrl-z",
+        Fault.SUSPEND: "a computer suspends all processes: session:suspend",
+    }
+)
+"""Reason why most processes cannot have this fault."""
+
+
+def needs_motion(cell: Cell) -> bool:
+    """Return True if the session needs an identification motion: to be struck in it, or to have a worker."""
+    return cell.state is State.MOVING or cell.process is Process.WORKER
+
+
+def all_cells() -> list[Cell]:
+    """Return all cells that can be flown."""
+    return [Cell(process, fault, state) for process, fault in EXPECTED for state in State]
+
+
+def covering_cells() -> list[Cell]:
+    """Return one cell for each pair of process and fault, with rotated states."""
+    states = {process: cycle(State) for process in Process}
+    # A floating worker has nothing to do, and the flight to there takes half a minute.
+    states[Process.WORKER] = cycle((State.MOVING, State.MOVING, State.DESCENDING))
+    for number, process in enumerate(Process):
+        for _ in range(number % len(State)):
+            next(states[process])
+    return [Cell(process, fault, next(states[process])) for process, fault in EXPECTED]
