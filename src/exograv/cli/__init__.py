@@ -50,6 +50,7 @@ from exograv.cli.shell.needs import refuse_missing
 from exograv.cli.shell.spellings import present_spelling, value_of
 from exograv.cli.simulation.benchmark_identification import run_benchmark_identification
 from exograv.cli.simulation.faults import run_faults_command
+from exograv.cli.simulation.process_faults import run_process_faults_command
 from exograv.cli.simulation.simulate_study import run_simulate_study
 from exograv.cli.simulation.sweep import run_sweep_command
 from exograv.cli.simulation.transparency import run_transparency_command
@@ -133,6 +134,7 @@ GROUPS: dict[str, Group] = {
             "benchmark-identification": run_benchmark_identification,
             "sweep": run_sweep_command,
             "faults": run_faults_command,
+            "process-faults": run_process_faults_command,
             "transparency": run_transparency_command,
             "validate-participant": run_validate_participant,
             "drive-sim": run_drive_sim_command,

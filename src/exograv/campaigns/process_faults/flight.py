@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from exograv.errors import RecordingError, RigError
-from exograv.live.on_drives.simulated_drives import GREETING, READY_MAX_S
+from exograv.live.on_drives.simulated_drives import GREETING
 from exograv.model.description import RigDescription
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.recording import read_recording
@@ -27,7 +27,7 @@ from .evidence import FlightEvidence, RecordedTicks
 from .notes import read_notes
 from .strikes import IN_HOOK, Struck, Target, strike
 from .table import Expected, Outcome, needs_motion
-from .watching import acknowledged_ticks, end_all, left_memory, memory_of, processes_of, send_all
+from .watching import acknowledged_ticks, end_all, forget_memory, left_memory, memory_of, processes_of, send_all
 
 STATE_MAX_S = 90.0
 """Longest time from the start of the session to the state [s]."""
@@ -42,6 +42,9 @@ LEFT_S = 2.0
 """Time after the end of the command until all its processes have ended [s]."""
 
 LOOK_S = 0.02
+
+LOG_MAX_S = 20.0
+"""Time in which the drives write their log [s]."""
 
 
 @dataclass(frozen=True)
@@ -105,8 +108,13 @@ def fly(cell: Cell, expected: Expected, ground: Ground, folder: Path) -> FlightE
     folder.mkdir(parents=True, exist_ok=True)
     drives = written(folder, ground.description)
     log = folder / "drives.npz"
-    with _drives(ground, drives, log):
+    log.unlink(missing_ok=True)
+    process = _Drives(ground, drives, log)
+    try:
         evidence = _flown(cell, expected, ground, drives, folder)
+    finally:
+        process.end()
+    process.refuse_dead()
     ticks, why = _recorded(folder / "live.mcap")
     return FlightEvidence(DrivesLog.read(log), ticks=ticks, recording_why=why, **evidence)
 
@@ -125,12 +133,15 @@ def _flown(cell: Cell, expected: Expected, ground: Ground, drives: Path, folder:
         left = [] if why else end_all(orders, LEFT_S)
         end_all(orders, 0.0)
     output = b"".join(session.output).decode(errors="replace")
+    left_in_memory = left_memory(memory)
+    forget_memory(left_in_memory)
+    names = {int(note["pid"]): str(note["name"]) for note in session.notes("process")}
     started = Counter(note["name"] for note in session.notes("process"))
     if found["struck_t"] is not None:
         found["ended_s"] = ended - found["struck_t"]
     return found | {
-        "acknowledged": session.acknowledged, "output": output, "left_processes": tuple(left),
-        "left_memory": tuple(left_memory(memory)), "restarts": dict(started),
+        "acknowledged": session.acknowledged, "output": output, "restarts": dict(started),
+        "left_processes": tuple(names.get(pid, "another") for pid in left), "left_memory": tuple(left_in_memory),
     }  # fmt: skip
 
 
@@ -206,36 +217,39 @@ def _session(orders: Path, folder: Path) -> Iterator[Session]:
         reader.join(2.0)
 
 
-@contextlib.contextmanager
-def _drives(ground: Ground, drives: Path, log: Path) -> Iterator[None]:
-    words = [str(drives), str(ground.description.folder), str(ground.level), str(ground.wearer_seed), str(log)]
-    process = subprocess.Popen(
-        [sys.executable, "-m", f"{__package__}.drives", *words],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, process_group=0,
-    )  # fmt: skip
-    assert process.stdin is not None
-    assert process.stdout is not None
-    lines = process.stdout
-    said = ""
-    until = time.monotonic() + READY_MAX_S
-    while GREETING not in said:
-        line = lines.readline()
-        said += line
-        if not line or time.monotonic() > until:
-            process.kill()
-            raise RigError(f"The simulated drives of the process faults do not start. Their output: {said.strip()}")
-    threading.Thread(target=lambda: [None for _ in lines], daemon=True).start()
-    try:
-        yield
-    finally:
+class _Drives:
+    """Process of the simulated drives. It starts beside the session, which opens its bus seconds later."""
+
+    def __init__(self, ground: Ground, drives: Path, log: Path):
+        words = [str(drives), str(ground.description.folder), str(ground.level), str(ground.wearer_seed), str(log)]
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", f"{__package__}.drives", *words],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, process_group=0,
+        )  # fmt: skip
+        self.said: list[str] = []
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def refuse_dead(self) -> None:
+        """Raise a RigError if the drives did not start."""
+        if self._process.poll() is not None and GREETING not in "".join(self.said):
+            raise RigError(f"The simulated drives of the process faults do not start: {''.join(self.said).strip()}")
+
+    def end(self) -> None:
+        """End the drives, which write their log."""
+        assert self._process.stdin is not None
         with contextlib.suppress(OSError):
-            process.stdin.write("quit\n")
-            process.stdin.flush()
+            self._process.stdin.write("quit\n")
+            self._process.stdin.flush()
         try:
-            process.wait(20.0)
+            self._process.wait(LOG_MAX_S)
         except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+            self._process.kill()
+            self._process.wait()
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            self.said.append(line)
 
 
 def _recorded(path: Path) -> tuple[RecordedTicks | None, str]:

@@ -168,7 +168,7 @@ def _end_faults(expected: Expected, evidence: FlightEvidence) -> list[str]:
         allowed = " or ".join(str(code) for code in expected.exits)
         faults.append(f"exit code {evidence.exit_code}, expected: {allowed}")
     if evidence.left_processes:
-        faults.append(f"processes that did not end: {len(evidence.left_processes)}")
+        faults.append(f"processes that did not end: {', '.join(evidence.left_processes)}")
     if evidence.left_memory:
         faults.append(f"left in /dev/shm: {', '.join(evidence.left_memory)}")
     return faults

@@ -123,8 +123,6 @@ def reason_absent(cell: Cell) -> str:
         return ABSENT[cell.process]
     if (cell.process, cell.fault) not in EXPECTED:
         return NOT_POSSIBLE.get(cell.fault, f"the fault {cell.fault} of the process {cell.process} has no meaning")
-    if cell.process is Process.WORKER and cell.state is State.FLOATING:
-        return ""
     return ""
 
 

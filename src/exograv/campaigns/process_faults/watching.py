@@ -5,7 +5,7 @@ import os
 import re
 import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,9 @@ import numpy as np
 from .cell import ORDERS
 
 MEMORY = Path("/dev/shm")
+TRACKER_S = 2.0
+"""Time for a tracker to delete the memory of a session that has ended [s]."""
+
 _MAPPED = re.compile(r"/dev/shm/(\S+)")
 
 
@@ -30,12 +33,12 @@ def _is_zombie(folder: Path) -> bool:
     return (folder / "stat").read_text().rpartition(")")[2].split()[0] == "Z"
 
 
-def words_of(pid: int) -> str:
-    """Return the command line of a process; empty if it has ended."""
+def is_tracker(pid: int) -> bool:
+    """Return True for a process of Python that deletes shared memory when its session has ended."""
     try:
-        return Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace").strip()
+        return b"resource_tracker" in Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:
-        return ""
+        return False
 
 
 def memory_of(pids: list[int]) -> set[str]:
@@ -68,11 +71,24 @@ def send_all(pids: list[int], number: signal.Signals) -> None:
             os.kill(pid, number)
 
 
-def end_all(orders: Path, patience_s: float) -> list[str]:
-    """Wait for the end of all processes of a session, then kill the rest; return their command lines."""
+def end_all(orders: Path, patience_s: float) -> list[int]:
+    """Wait for the end of all processes of a session, then kill the rest and return their identifiers."""
+    left = _left_after(orders, patience_s)
+    killed = [pid for pid in left if not is_tracker(pid)]
+    send_all(killed, signal.SIGKILL)
+    # A tracker ends with its session. It deletes the memory that the killed processes have left.
+    send_all(_left_after(orders, TRACKER_S), signal.SIGKILL)
+    return killed
+
+
+def _left_after(orders: Path, patience_s: float) -> list[int]:
     until = time.monotonic() + patience_s
     while (left := list(processes_of(orders))) and time.monotonic() < until:
         time.sleep(0.05)
-    told = [words_of(pid) for pid in left]
-    send_all(left, signal.SIGKILL)
-    return told
+    return left
+
+
+def forget_memory(names: Iterable[str]) -> None:
+    """Delete shared memory that a session has left."""
+    for name in names:
+        (MEMORY / name).unlink(missing_ok=True)

@@ -1,0 +1,46 @@
+"""Options of the matrix of process faults."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import tyro
+
+from exograv.errors import ConfigError
+from exograv.options import Level, Options, Seed, Within
+
+from .cell import Cell
+
+
+@dataclass(frozen=True)
+class ProcessFaultOptions(Options):
+    """Options of `exograv dev process-faults`."""
+
+    cells: Literal["covering", "all"] = "covering"
+    """Cells to fly: each process with each fault once, in rotated states; or all states."""
+
+    only: Annotated[tuple[str, ...], tyro.conf.arg(metavar="PROCESS:FAULT:STATE")] = ()
+    """Cells to fly in place of `--cells`, such as control:kill:floating. Can be repeated."""
+
+    seed: Seed = 0
+    level: Level = 2
+
+    tries: Annotated[int, Within(1, 10)] = 3
+    """Largest number of flights of a cell whose session ended before the strike."""
+
+    resume: bool = False
+    """Continue an interrupted campaign with the verdicts in the folder of `--out`."""
+
+    def __post_init__(self):
+        super().__post_init__()
+        if len(set(self.only)) < len(self.only):
+            raise ConfigError("--only names a cell twice. Name each cell once.")
+        _ = self.chosen  # An unknown cell is refused before the participant is prepared.
+
+    @property
+    def chosen(self) -> list[Cell]:
+        """Cells of `--only`, in the order of the options.
+
+        Raises:
+            ConfigError: A cell does not exist.
+        """
+        return [Cell.of(name) for name in self.only]

@@ -1,0 +1,113 @@
+"""The judge of process faults accepts a soft descent in time, and names each thing that is wrong with a flight."""
+
+import numpy as np
+import pytest
+
+from exograv.campaigns.process_faults.cell import Cell
+from exograv.campaigns.process_faults.evidence import FlightEvidence
+from exograv.campaigns.process_faults.judge import CellVerdict, judge
+from exograv.campaigns.process_faults.table import EXPECTED
+
+from tests.campaigns.process_faults.made_up_process_flights import MACHINE, STRUCK_S, Course, evidence_of
+
+SOFT = Course(descends_s=0.004)
+
+
+def judged(name: str, evidence: FlightEvidence) -> CellVerdict:
+    cell = Cell.of(name)
+    return judge(cell, EXPECTED[cell.process, cell.fault], evidence, MACHINE)
+
+
+def test_a_soft_descent_in_time_is_as_expected():
+    verdict = judged("control:kill:floating", evidence_of(SOFT))
+    assert (verdict.status, verdict.seen, verdict.faults) == ("as expected", "lowered", ())
+    assert verdict.reaction_ms == pytest.approx(4.5, abs=1.0)
+
+
+def test_a_descent_after_its_budget_is_not_as_expected():
+    verdict = judged("control:kill:floating", evidence_of(Course(descends_s=0.025)))
+    assert verdict.status == "not as expected"
+    assert "budget 10" in verdict.faults[0]
+
+
+def test_a_pause_of_the_simulated_drives_is_added_to_the_budget():
+    late = evidence_of(Course(descends_s=0.025))
+    paused = late.drives._replace(pause_t=np.array([STRUCK_S + 0.02]), pause_s=np.array([0.018]))
+    assert judged("control:kill:floating", evidence_of(Course(descends_s=0.025), drives=paused)).faults == ()
+
+
+def test_drives_that_brake_instead_of_a_descent_are_not_as_expected():
+    verdict = judged("control:kill:floating", evidence_of(Course(silent_s=0.0)))
+    assert (verdict.status, verdict.seen) == ("not as expected", "braked")
+
+
+def test_drives_that_brake_in_the_middle_of_a_descent_are_seen_as_braking():
+    assert judged("parent:exception:floating", evidence_of(Course(0.05, silent_s=2.0))).seen == "braked"
+
+
+def test_a_dead_guard_is_as_expected_only_if_the_drives_brake():
+    assert judged("guard:kill:floating", evidence_of(Course(silent_s=0.0), exit_code=1)).status == "as expected"
+    assert judged("guard:kill:floating", evidence_of(Course(), exit_code=1)).seen == "goes on"
+    assert judged("guard:kill:floating", evidence_of(Course(), exit_code=1)).status == "not as expected"
+
+
+def test_a_few_late_commands_are_no_braking():
+    evidence = evidence_of(Course())
+    braking = evidence.drives.is_braking.copy()
+    braking[1200:1230] = 1.0  # 30 ms
+    evidence = evidence_of(Course(), drives=evidence.drives._replace(is_braking=braking))
+    assert judged("recorder:kill:floating", evidence).status == "as expected"
+
+
+def test_a_descent_by_a_later_stop_is_no_reaction_to_the_strike():
+    evidence = evidence_of(Course(descends_s=2.6), released_t=STRUCK_S + 2.5)
+    assert judged("recorder:kill:floating", evidence).seen == "goes on"
+    assert judged("control:kill:floating", evidence).status == "not as expected"
+
+
+def test_a_torque_that_grows_in_a_descent_is_found():
+    verdict = judged("control:kill:floating", evidence_of(Course(0.004, extra_Nm=2.0)))
+    assert any("grows in the descent" in fault for fault in verdict.faults)
+
+
+def test_a_step_beyond_the_rate_limit_is_found():
+    verdict = judged("recorder:kill:floating", evidence_of(Course(steps_Nm=0.5)))
+    assert any("a step of" in fault for fault in verdict.faults)
+
+
+def test_a_torque_above_the_drives_is_found():
+    evidence = evidence_of(SOFT)
+    strong = evidence.drives._replace(command_current=evidence.drives.command_current + 12.0)
+    assert any("above" in fault for fault in judged("control:kill:floating", evidence_of(SOFT, drives=strong)).faults)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"ticks": None, "recording_why": "empty"}, "cannot be read: empty"),
+        ({"acknowledged": 10_000_000}, "were acknowledged"),
+        ({"left_memory": ("psm_1",)}, "/dev/shm: psm_1"),
+        ({"left_processes": ("guard",)}, "did not end: guard"),
+        ({"exit_code": None}, "did not end, also not after Stop"),
+        ({"exit_code": 1}, "exit code 1"),
+    ],
+)
+def test_each_thing_that_is_left_or_lost_is_named(change: dict, words: str):
+    # Without a recording the reaction is not visible either, so only the words count.
+    verdict = judged("recorder:kill:floating", evidence_of(Course(), **change))
+    assert any(words in fault for fault in verdict.faults), verdict.faults
+    assert verdict.status == "not as expected"
+
+
+def test_in_a_descent_the_descent_must_go_on_to_its_end():
+    pressed = STRUCK_S - 0.4
+    assert judged("recorder:kill:descending", evidence_of(Course(-0.4), pressed_t=pressed)).status == "as expected"
+    braked = evidence_of(Course(-0.4, silent_s=0.0), pressed_t=pressed)
+    assert judged("recorder:kill:descending", braked).seen == "braked"
+
+
+def test_a_session_that_ended_before_the_strike_is_never_passed():
+    evidence = evidence_of(SOFT, stopped_before="the guard stopped the machine", struck_t=None)
+    verdict = judged("control:kill:floating", evidence)
+    assert (verdict.status, verdict.is_bad) == ("not flown", True)
+    assert judged("control:spin:floating", evidence_of(SOFT, struck_t=None)).status == "not flown"
