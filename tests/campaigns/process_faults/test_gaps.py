@@ -2,18 +2,19 @@
 
 import numpy as np
 import pytest
+from tests.campaigns.process_faults.made_up_process_flights import STRUCK_S, Course, evidence_of
 
 from exograv.campaigns.process_faults.evidence import RecordedTicks
 from exograv.campaigns.process_faults.gaps import TickGaps, gaps_of, pooled
-
-from tests.campaigns.process_faults.made_up_process_flights import STRUCK_S, Course, evidence_of
 
 
 def test_a_missing_tick_after_the_strike_is_the_worst_gap():
     ticks = evidence_of(Course()).ticks
     assert ticks is not None
     late = np.abs(ticks.t - STRUCK_S - 0.5) > 2.5e-3
-    gaps = gaps_of(evidence_of(Course(), ticks=RecordedTicks(ticks.t[late], ticks.safe_state[late], ticks.sequence[late])))
+    gaps = gaps_of(
+        evidence_of(Course(), ticks=RecordedTicks(ticks.t[late], ticks.safe_state[late], ticks.sequence[late]))
+    )
     assert (gaps.p50_ms, gaps.worst_ms, gaps.source) == (1.0, pytest.approx(6.0, abs=0.01), "recording")
 
 

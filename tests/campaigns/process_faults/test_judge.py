@@ -1,14 +1,16 @@
 """The judge of process faults accepts a soft descent in time, and names each thing that is wrong with a flight."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from tests.campaigns.process_faults.made_up_process_flights import MACHINE, STRUCK_S, Course, evidence_of
 
 from exograv.campaigns.process_faults.cell import Cell
 from exograv.campaigns.process_faults.evidence import FlightEvidence
 from exograv.campaigns.process_faults.judge import CellVerdict, judge
 from exograv.campaigns.process_faults.table import EXPECTED
-
-from tests.campaigns.process_faults.made_up_process_flights import MACHINE, STRUCK_S, Course, evidence_of
+from exograv.safety.stops import StopReason
 
 SOFT = Course(descends_s=0.004)
 
@@ -111,3 +113,15 @@ def test_a_session_that_ended_before_the_strike_is_never_passed():
     verdict = judged("control:kill:floating", evidence)
     assert (verdict.status, verdict.is_bad) == ("not flown", True)
     assert judged("control:spin:floating", evidence_of(SOFT, struck_t=None)).status == "not flown"
+
+
+def test_a_stop_by_late_simulated_drives_proves_nothing_unless_the_guard_itself_was_late():
+    evidence = evidence_of(Course(descends_s=1.5))
+    assert evidence.ticks is not None
+    ticks = replace(evidence.ticks, stop=StopReason.MACHINE_SILENT.value)
+    assert judged("recorder:kill:floating", replace(evidence, ticks=ticks)).status == "not flown"
+    late = np.abs(ticks.t - STRUCK_S - 1.45) > 4e-3
+    slow = replace(ticks, t=ticks.t[late], safe_state=ticks.safe_state[late], sequence=ticks.sequence[late])
+    assert judged("recorder:kill:floating", replace(evidence, ticks=slow)).status == "not as expected"
+    other = replace(ticks, stop=StopReason.CONTROL_SILENT.value)
+    assert judged("recorder:kill:floating", replace(evidence, ticks=other)).status == "not as expected"

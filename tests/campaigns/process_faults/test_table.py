@@ -27,7 +27,9 @@ def test_a_cell_that_does_not_exist_is_refused_with_those_that_do(name: str):
         ProcessFaultOptions(only=(name,))
 
 
-@pytest.mark.parametrize("name", ["console:kill:floating", "lsl:kill:floating", "ros2:stop:moving", "control:disk:moving"])
+@pytest.mark.parametrize(
+    "name", ["console:kill:floating", "lsl:kill:floating", "ros2:stop:moving", "control:disk:moving"]
+)
 def test_a_cell_that_cannot_be_flown_says_why(name: str):
     assert reason_absent(Cell.of(name))
     assert not reason_absent(Cell.of("control:kill:floating"))

@@ -14,10 +14,13 @@ from jaxtyping import Float
 
 from exograv.laboratory.drive_sim import run_drive_sim
 from exograv.laboratory.options import DriveSimOptions
+from exograv.live.on_drives.simulated_drives import GREETING
 from exograv.rig.drives.simulated.devices import SimulatedDevices
 from exograv.rig.drives.udp.layout import Flag, Type
 from exograv.rig.drives.udp.packets import decode
 from exograv.rig.drives.udp.simulated.controller import UdpController
+
+from .notes import write_note
 
 KIND_AT = 5
 """Byte of a packet that is its type."""
@@ -90,9 +93,12 @@ class DrivesExaminer:
             np.array([t for t, _ in enabled]),
             np.array([current for _, current in enabled]).reshape(-1, joints),
             np.array([t for t, _ in self._steps]),
-            *np.split(steps[:, :-1], 3, axis=1),
+            steps[:, :joints],
+            steps[:, joints : 2 * joints],
+            steps[:, 2 * joints : -1],
             steps[:, -1],
-            *np.array(device.pauses).reshape(-1, 2).T,
+            np.array([end for end, _ in device.pauses]),
+            np.array([length for _, length in device.pauses]),
         )
 
     def _note_step(self) -> None:
@@ -107,7 +113,13 @@ def main(drives: str, rig: str, level: str, seed: str, log: str) -> None:
     """Serve until the input `quit`, then write the log."""
     examiner = DrivesExaminer()
     options = DriveSimOptions(rig, drives=Path(drives), level=int(level), seed=int(seed), worn=True)
-    run_drive_sim(options, Path(log).parent, lambda line: print(line, flush=True), examiner.examine)
+
+    def say(line: str) -> None:
+        print(line, flush=True)
+        if line.startswith(GREETING):
+            write_note(Path(log).parent, "drives")
+
+    run_drive_sim(options, Path(log).parent, say, examiner.examine)
     examiner.log().write(Path(log))
 
 

@@ -31,6 +31,8 @@ class RecordedTicks:
     """Safe state of each tick, as `SafeState`."""
     sequence: np.ndarray
     """Number of the measurement of each tick."""
+    stop: str = ""
+    """Reason of the first stop, as a sentence; empty without a stop."""
 
 
 @dataclass(frozen=True)

@@ -1,33 +1,27 @@
 """Flight of one cell: drives and session in processes of their own, the state, the strike, and the end."""
 
-import contextlib
-import os
 import signal
-import subprocess
-import sys
-import threading
 import time
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from exograv.errors import RecordingError, RigError
-from exograv.live.on_drives.simulated_drives import GREETING
+from exograv.errors import RecordingError
 from exograv.model.description import RigDescription
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.recording import read_recording
-from exograv.rig.drives.settings import load_drives
 
-from .cell import ORDERS, Cell, Fault, FlightOrders, Process, State
+from .cell import Cell, Fault, FlightOrders, Process, State
 from .drives import DrivesLog
+from .drives_process import DrivesProcess
 from .evidence import FlightEvidence, RecordedTicks
-from .notes import read_notes
 from .strikes import IN_HOOK, Struck, Target, strike
+from .struck_session import Session, struck_session
 from .table import Expected, Outcome, needs_motion
-from .watching import acknowledged_ticks, end_all, forget_memory, left_memory, memory_of, processes_of, send_all
+from .watching import end_all, forget_memory, left_memory, memory_of, processes_of, send_all
 
 STATE_MAX_S = 90.0
 """Longest time from the start of the session to the state [s]."""
@@ -41,11 +35,6 @@ GOES_ON_S, ENDS_S, STOPS_S = 2.5, 9.0, 12.0
 LEFT_S = 2.0
 """Time after the end of the command until all its processes have ended [s]."""
 
-LOOK_S = 0.02
-
-LOG_MAX_S = 20.0
-"""Time in which the drives write their log [s]."""
-
 
 @dataclass(frozen=True)
 class Ground:
@@ -55,48 +44,6 @@ class Ground:
     description: RigDescription
     level: int
     wearer_seed: int
-
-
-@dataclass
-class Session:
-    """Session of a flight, seen from outside."""
-
-    process: "subprocess.Popen[bytes]"
-    orders: Path
-    folder: Path
-    output: list[bytes] = field(default_factory=list)
-    may_read: threading.Event = field(default_factory=threading.Event)
-    acknowledged: int = 0
-
-    def read(self) -> None:
-        """Read the terminal's output until its end; pause while `may_read` is not set."""
-        assert self.process.stdout is not None
-        while self.may_read.wait() and (data := os.read(self.process.stdout.fileno(), 65536)):
-            self.output.append(data)
-
-    def look(self) -> None:
-        """Note what is acknowledged now, then wait a little."""
-        for note in self.notes("ring"):
-            self.acknowledged = acknowledged_ticks(note["name"], self.acknowledged)
-        time.sleep(LOOK_S)
-
-    def notes(self, kind: str) -> list[dict]:
-        """Return the notes of one kind so far."""
-        return [note for note in read_notes(self.folder) if note["kind"] == kind]
-
-    def await_end(self, within_s: float) -> bool:
-        """Return True if the command ends in time."""
-        until = time.monotonic() + within_s
-        while self.process.poll() is None and time.monotonic() < until:
-            self.look()
-        return self.process.poll() is not None
-
-    def press_stop(self) -> float:
-        """Press Ctrl-C at the terminal of the session; return the time."""
-        t = time.monotonic()
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self.process.pid, signal.SIGINT)
-        return t
 
 
 def fly(cell: Cell, expected: Expected, ground: Ground, folder: Path) -> FlightEvidence:
@@ -109,7 +56,8 @@ def fly(cell: Cell, expected: Expected, ground: Ground, folder: Path) -> FlightE
     drives = written(folder, ground.description)
     log = folder / "drives.npz"
     log.unlink(missing_ok=True)
-    process = _Drives(ground, drives, log)
+    of_machine = (ground.description.folder, ground.level, ground.wearer_seed)
+    process = DrivesProcess([str(word) for word in (drives, *of_machine, log)])
     try:
         evidence = _flown(cell, expected, ground, drives, folder)
     finally:
@@ -119,13 +67,13 @@ def fly(cell: Cell, expected: Expected, ground: Ground, folder: Path) -> FlightE
     return FlightEvidence(DrivesLog.read(log), ticks=ticks, recording_why=why, **evidence)
 
 
-def _flown(cell: Cell, expected: Expected, ground: Ground, drives: Path, folder: Path) -> dict:
+def _flown(cell: Cell, expected: Expected, ground: Ground, drives: Path, folder: Path) -> dict[str, Any]:
     motion_s = 10.0 if needs_motion(cell) else 0.0
     orders = folder / "orders.json"
     FlightOrders(cell.name, str(folder), str(ground.participant), str(drives), 60.0, motion_s).write(orders)
-    with _session(orders, folder) as session:
+    with struck_session(orders, folder) as session:
         why, pressed = _brought_into(cell, session)
-        found: dict = {"struck_t": None, "stopped_before": why, "pressed_t": pressed}
+        found: dict[str, Any] = {"struck_t": None, "stopped_before": why, "pressed_t": pressed}
         memory = memory_of(list(processes_of(orders)))
         if not why:
             found |= _struck(cell, expected, session)
@@ -147,20 +95,11 @@ def _flown(cell: Cell, expected: Expected, ground: Ground, drives: Path, folder:
 
 def _brought_into(cell: Cell, session: Session) -> tuple[str, float | None]:
     """Wait for the state; return the reason why it was not reached (or empty), and the time of Stop."""
-    mode = "moving" if cell.state is State.MOVING or cell.process is Process.WORKER else "floating"
-    until = time.monotonic() + STATE_MAX_S
-    while not session.notes("mode") or mode not in (modes := [note["name"] for note in session.notes("mode")]):
-        if session.process.poll() is not None or time.monotonic() > until:
-            return f"the session did not reach the mode {mode}", None
-        if "safe" in (note["name"] for note in session.notes("mode")):
-            return f"the guard stopped the machine before the mode {mode}", None
-        session.look()
-    if cell.process is Process.WORKER and cell.state is State.FLOATING:
-        while modes[-1] != "floating" and "safe" not in modes and time.monotonic() < until:
-            session.look()
-            modes = [note["name"] for note in session.notes("mode")]
+    for mode in _way(cell):
+        if why := _await_mode(session, mode):
+            return why, None
     time.sleep(SETTLED_S)
-    if "safe" in (note["name"] for note in session.notes("mode")) or session.process.poll() is not None:
+    if "safe" in session.modes or session.process.poll() is not None:
         return "the guard stopped the machine before the strike", None
     if cell.state is not State.DESCENDING:
         return "", None
@@ -169,13 +108,33 @@ def _brought_into(cell: Cell, session: Session) -> tuple[str, float | None]:
     return "", pressed
 
 
-def _struck(cell: Cell, expected: Expected, session: Session) -> dict:
+def _way(cell: Cell) -> tuple[str, ...]:
+    """Modes on the way to the state of a cell."""
+    if not needs_motion(cell):
+        return ("floating",)
+    return ("moving", "floating") if cell.state is State.FLOATING else ("moving",)
+
+
+def _await_mode(session: Session, mode: str) -> str:
+    """Wait until a mode is the present one; return the reason if it does not come, or empty."""
+    until = time.monotonic() + STATE_MAX_S
+    while (modes := session.modes)[-1:] != [mode]:
+        if session.process.poll() is not None or time.monotonic() > until:
+            return f"the session did not reach the mode {mode}"
+        if "safe" in modes:
+            return f"the guard stopped the machine before the mode {mode}"
+        session.look()
+    return ""
+
+
+def _struck(cell: Cell, expected: Expected, session: Session) -> dict[str, Any]:
     pids = {note["name"]: int(note["pid"]) for note in session.notes("process")}
     if cell.fault is Fault.FULL_PIPE and cell.process is Process.PARENT:
         session.may_read.clear()
     made = strike(cell, Target(pids, list(processes_of(session.orders)), session.folder / "live.mcap"))
-    has_ended = session.await_end(GOES_ON_S if Outcome.GOES_ON in expected.outcomes else ENDS_S)
-    found = {"struck_t": _time_of(cell, made, session), "resumed_t": made.resumed_t}
+    goes_on = cell.state is not State.DESCENDING and Outcome.GOES_ON in expected.outcomes
+    has_ended = session.await_end(GOES_ON_S if goes_on else ENDS_S)
+    found: dict[str, Any] = {"struck_t": _time_of(cell, made, session), "resumed_t": made.resumed_t}
     if not has_ended:
         session.may_read.set()
         stopped = [] if cell.process is Process.GUARD else list(processes_of(session.orders))
@@ -195,67 +154,12 @@ def _time_of(cell: Cell, made: Struck, session: Session) -> float | None:
     return float(notes[0]["t"]) if notes else None
 
 
-@contextlib.contextmanager
-def _session(orders: Path, folder: Path) -> Iterator[Session]:
-    words = [sys.executable, "-m", f"{__package__}.session"]
-    environment = {**os.environ, ORDERS: str(orders), "COLUMNS": "200"}
-    pipe, nothing = subprocess.PIPE, subprocess.DEVNULL
-    # A group of its own in the campaign's terminal session: an orphaned group would ignore Ctrl-Z.
-    process = subprocess.Popen(
-        words, stdin=nothing, stdout=pipe, stderr=subprocess.STDOUT, env=environment, process_group=0
-    )
-    session = Session(process, orders, folder)
-    session.may_read.set()
-    reader = threading.Thread(target=session.read, daemon=True)
-    reader.start()
-    try:
-        yield session
-    finally:
-        end_all(orders, 0.0)
-        process.wait()
-        session.may_read.set()
-        reader.join(2.0)
-
-
-class _Drives:
-    """Process of the simulated drives. It starts beside the session, which opens its bus seconds later."""
-
-    def __init__(self, ground: Ground, drives: Path, log: Path):
-        words = [str(drives), str(ground.description.folder), str(ground.level), str(ground.wearer_seed), str(log)]
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", f"{__package__}.drives", *words],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, process_group=0,
-        )  # fmt: skip
-        self.said: list[str] = []
-        threading.Thread(target=self._read, daemon=True).start()
-
-    def refuse_dead(self) -> None:
-        """Raise a RigError if the drives did not start."""
-        if self._process.poll() is not None and GREETING not in "".join(self.said):
-            raise RigError(f"The simulated drives of the process faults do not start: {''.join(self.said).strip()}")
-
-    def end(self) -> None:
-        """End the drives, which write their log."""
-        assert self._process.stdin is not None
-        with contextlib.suppress(OSError):
-            self._process.stdin.write("quit\n")
-            self._process.stdin.flush()
-        try:
-            self._process.wait(LOG_MAX_S)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-
-    def _read(self) -> None:
-        assert self._process.stdout is not None
-        for line in self._process.stdout:
-            self.said.append(line)
-
-
 def _recorded(path: Path) -> tuple[RecordedTicks | None, str]:
     try:
-        ticks = read_recording(path).ticks
+        recording = read_recording(path)
     except (RecordingError, OSError) as error:
         return None, str(error)
+    ticks = recording.ticks
+    stop = next((str(event["text"]) for event in recording.messages("/event") if event["kind"] == "stop"), "")
     states = ticks["safe_state"].astype(int) - 1
-    return RecordedTicks(ticks["monotonic"].astype(float), states, ticks["sequence"].astype(np.int64)), ""
+    return RecordedTicks(ticks["monotonic"].astype(float), states, ticks["sequence"].astype(np.int64), stop), ""

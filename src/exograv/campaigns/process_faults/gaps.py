@@ -54,7 +54,10 @@ def pooled(each: Iterable[TickGaps]) -> TickGaps:
 def _figures(counts: Counter[int], source: str) -> TickGaps:
     lengths = np.array(sorted(counts))
     share = np.cumsum([counts[length] for length in lengths.tolist()]) / counts.total()
-    p50, p99 = (float(lengths[np.searchsorted(share, level)]) for level in (0.5, 0.99))
     to_ms = 1e-3 * STEP_US
+
+    def quantile(level: float) -> float:
+        return round(to_ms * float(lengths[np.searchsorted(share, level)]), 2)
+
     histogram = {str(length): counts[length] for length in lengths.tolist()}
-    return TickGaps(*(round(to_ms * one, 2) for one in (p50, p99, float(lengths[-1]))), source, histogram)
+    return TickGaps(quantile(0.5), quantile(0.99), quantile(1.0), source, histogram)

@@ -39,7 +39,7 @@ UNREAD_S = 4.0
 """Time for which the parent reads no message [s]."""
 
 
-class StrikeInTick(Exception):
+class StrikeInTickError(Exception):
     """Exception of the campaign, raised inside a tick."""
 
 
@@ -68,7 +68,7 @@ class Hook:
     def _act(self) -> None:
         write_note(self._folder, "struck")
         if self._fault is Fault.EXCEPTION:
-            raise StrikeInTick("The campaign of process faults raises this exception inside a tick.")
+            raise StrikeInTickError("The campaign of process faults raises this exception inside a tick.")
         while True:
             pass
 
@@ -114,7 +114,7 @@ def tick_of(place: str) -> tuple[type, str]:
     module, _, path = place.partition(":")
     owner, _, name = path.partition(".")
     found = getattr(importlib.import_module(module), owner, None)
-    if not hasattr(found, name):
+    if not isinstance(found, type) or not hasattr(found, name):
         raise ConfigError(f"Process faults: {place} does not exist. Correct the table TICKS in {__name__}.")
     return found, name
 

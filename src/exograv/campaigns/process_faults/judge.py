@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from exograv.safety.guard import SafeState
+from exograv.safety.stops import StopReason
 
 from .cell import Cell, Fault, Process, State
 from .evidence import FlightEvidence, MachineFigures
@@ -13,7 +14,10 @@ from .table import Expected, Outcome
 from .torque import torque_faults
 
 BRAKES_FOR_S = 0.05
-"""Duration of braking that counts as the drives' own watchdog [s]; a few late commands make the drives brake shorter."""
+"""Duration of braking that counts as the drives' own watchdog [s]. A few late commands cause a shorter one."""
+
+LATE_WITHIN_S, IN_TIME_S = 0.1, 2e-3
+"""Time before a stop in which the guard's own ticks are looked at, and gap between two of them that is in time [s]."""
 
 SHARE_OF_DESCENT = 0.9
 """Share of the descent that must have passed before the drives may brake [-]."""
@@ -61,6 +65,8 @@ def judge(cell: Cell, expected: Expected, evidence: FlightEvidence, machine: Mac
         why = evidence.stopped_before or "the hook did not act"
         return CellVerdict(cell.name, "not flown", faults=(f"not flown: {why}",))
     seen = reaction(cell, evidence, machine)
+    if cell.state is not State.DESCENDING and seen.outcome is Outcome.LOWERED and drives_were_late(evidence):
+        return CellVerdict(cell.name, "not flown", faults=("not flown: the simulated drives were late",))
     reaction_ms = None if seen.at is None else round(1e3 * (seen.at - evidence.struck_t), 1)
     stall_ms = round(_stall_ms(evidence, machine), 1)
     faults = [
@@ -122,6 +128,21 @@ def descent_at(evidence: FlightEvidence) -> float | None:
     begun = float(ticks.t[after[0]])
     sent = evidence.drives.command_t[evidence.drives.command_t >= begun]
     return float(sent[0]) if len(sent) else begun
+
+
+def drives_were_late(evidence: FlightEvidence) -> bool:
+    """Return True if the guard stopped because the simulated drives answered late, though its own ticks were in time.
+
+    The drives are a process of this computer, too: such a flight proves nothing about the strike.
+    """
+    ticks = evidence.ticks
+    if ticks is None or ticks.stop != StopReason.MACHINE_SILENT.value:
+        return False
+    stopped = np.flatnonzero((ticks.safe_state >= SafeState.DESCENT) & (ticks.t >= (evidence.struck_t or 0.0)))
+    if not len(stopped):
+        return False
+    before = ticks.t[(ticks.t >= ticks.t[stopped[0]] - LATE_WITHIN_S) & (ticks.t <= ticks.t[stopped[0]])]
+    return bool(np.diff(before).max(initial=0.0) < IN_TIME_S)
 
 
 def recording_faults(cell: Cell, evidence: FlightEvidence) -> list[str]:

@@ -1,5 +1,6 @@
 """Options of the matrix of process faults."""
 
+import sys
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -32,6 +33,8 @@ class ProcessFaultOptions(Options):
 
     def __post_init__(self):
         super().__post_init__()
+        if not sys.platform.startswith("linux"):
+            raise ConfigError(f"exograv dev process-faults needs Linux, and this is {sys.platform}.")
         if len(set(self.only)) < len(self.only):
             raise ConfigError("--only names a cell twice. Name each cell once.")
         _ = self.chosen  # An unknown cell is refused before the participant is prepared.

@@ -45,9 +45,9 @@ def main() -> None:
     """Run the command `exograv run live` with the orders of the environment."""
     orders = FlightOrders.read(Path(os.environ[ORDERS]))
     lines: dict[str, Connection] = {}
-    setattr(supervisor, "spawned", partial(_spawned, lines))
-    setattr(float_command, "fly_on_drives", partial(fly_prepared, orders))
-    setattr(rig_factory, "simulated_wearer", lambda _options: None)
+    supervisor.spawned = partial(_spawned, lines)
+    float_command.fly_on_drives = partial(fly_prepared, orders)
+    rig_factory.simulated_wearer = lambda _options: None
     _install_in_parent(orders, lines)
     words = ["run", "live", "--simulate", "--identify", "10", "--out", orders.folder]
     sys.argv = ["exograv", *words, "--json", str(Path(orders.folder) / "live.json")]

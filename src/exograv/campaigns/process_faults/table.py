@@ -52,7 +52,7 @@ ALONE_MS = 2200.0
 """Budget for a silent supervisor of the guard: 2 s, and one turn on a busy computer [ms]."""
 
 PARENT_MS = 400.0
-"""Budget for a parent that has ended: the guard looks at its connection every 200 ticks, then the descent begins [ms]."""
+"""Budget for a parent that has ended [ms]: the guard looks at its connection every 200 ticks."""
 
 _P, _F = Process, Fault
 _UNAWARE = "children take no end signals: only the parent ends a session"

@@ -50,7 +50,9 @@ def growth_faults(evidence: FlightEvidence, machine: MachineFigures, descent_t: 
     if growth.size and growth.max() > 0.0:
         tick, joint = np.unravel_index(growth.argmax(), growth.shape)
         after = float(t[t > descent_t + SETTLES_S][tick] - descent_t)
-        return [f"the torque of joint {joint} grows in the descent: {growth.max():.2f} N·m too much after {after:.2f} s"]
+        return [
+            f"the torque of joint {joint} grows in the descent: {growth.max():.2f} N·m too much after {after:.2f} s"
+        ]
     return []
 
 

@@ -42,4 +42,3 @@ def show_matrix(result: "MatrixFigures") -> None:
         for fault in verdict.faults:
             console.print(f"    {fault}", highlight=False, markup=False, soft_wrap=True)
     console.print(result.summary(), highlight=False, soft_wrap=True)
-
