@@ -31,6 +31,7 @@ LONGER = {
     "study simulate": (["--processes", "4"], ["--processes", "1"]),
     "data streams": (["--record", "EEG", "--seconds", "5"], ["--record", "EEG", "--seconds", "9"]),
     "dev benchmark-identification": (["--levels", "2"], ["--levels", "1,2,3"]),
+    "dev process-faults": (["--only", "control:kill:floating"], ["--cells", "all"]),
     "dev faults": (["--scenarios", "10"], ["--scenarios", "1000"]),
     "dev transparency": (["--machines", "1"], ["--machines", "5"]),
     "dev validate-participant": (["--people", "1"], ["--people", "6"]),

@@ -1,6 +1,7 @@
 """The cells cover each pair of process and fault once, name themselves, and refuse what does not exist."""
 
 import pytest
+import tyro
 
 from exograv.campaigns.process_faults.cell import Cell, Process, State
 from exograv.campaigns.process_faults.hooks import TICKS, tick_of
@@ -48,3 +49,8 @@ def test_a_tick_that_the_product_has_renamed_is_an_error():
 
 def test_every_process_of_a_session_has_a_tick():
     assert set(TICKS) == {process for process, _ in EXPECTED} - {Process.SESSION}
+
+
+def test_only_can_be_repeated_on_the_command_line():
+    words = ["--only", "control:kill:floating", "--only", "guard:kill:moving"]
+    assert [cell.name for cell in tyro.cli(ProcessFaultOptions, args=words).planned] == words[1::2]

@@ -21,7 +21,7 @@ from .gaps import TickGaps
 from .judge import CellVerdict, judge
 from .options import ProcessFaultOptions
 from .participant import PreparedParticipant, drawn_seed, participant_file
-from .table import ABSENT, EXPECTED, all_cells, covering_cells, reason_absent
+from .table import ABSENT, EXPECTED, reason_absent
 
 FILE, FLIGHTS = "process_faults.jsonl", "flights"
 
@@ -32,13 +32,6 @@ class MatrixCampaign(ProcessFaultOptions):
 
     out: Path = Path("out")
     """Folder of verdicts, results and flights."""
-
-    @property
-    def planned(self) -> list[Cell]:
-        """Cells of this campaign, in the order of the flights."""
-        if self.only:
-            return self.chosen
-        return covering_cells() if self.cells == "covering" else all_cells()
 
     @property
     def identity(self) -> dict[str, object]:

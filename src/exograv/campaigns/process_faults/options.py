@@ -7,9 +7,10 @@ from typing import Annotated, Literal
 import tyro
 
 from exograv.errors import ConfigError
-from exograv.options import Level, Options, Seed, Within
+from exograv.options import Level, Options, Repeated, Seed, Within
 
 from .cell import Cell
+from .table import all_cells, covering_cells
 
 
 @dataclass(frozen=True)
@@ -19,7 +20,7 @@ class ProcessFaultOptions(Options):
     cells: Literal["covering", "all"] = "covering"
     """Cells to fly: each process with each fault once, in rotated states; or all states."""
 
-    only: Annotated[tuple[str, ...], tyro.conf.arg(metavar="PROCESS:FAULT:STATE")] = ()
+    only: Annotated[Repeated, tyro.conf.arg(metavar="PROCESS:FAULT:STATE")] = ()
     """Cells to fly in place of `--cells`, such as control:kill:floating. Can be repeated."""
 
     seed: Seed = 0
@@ -47,3 +48,10 @@ class ProcessFaultOptions(Options):
             ConfigError: A cell does not exist.
         """
         return [Cell.of(name) for name in self.only]
+
+    @property
+    def planned(self) -> list[Cell]:
+        """Cells of this campaign, in the order of the flights."""
+        if self.only:
+            return self.chosen
+        return covering_cells() if self.cells == "covering" else all_cells()

@@ -45,7 +45,8 @@ def main() -> None:
     """Run the command `exograv run live` with the orders of the environment."""
     orders = FlightOrders.read(Path(os.environ[ORDERS]))
     lines: dict[str, Connection] = {}
-    supervisor.spawned = partial(_spawned, lines)
+    # The product takes this name from the module at each start of a process.
+    setattr(supervisor, "spawned", partial(_spawned, lines))  # noqa: B010 - pyright refuses the plain assignment
     float_command.fly_on_drives = partial(fly_prepared, orders)
     rig_factory.simulated_wearer = lambda _options: None
     _install_in_parent(orders, lines)

@@ -32,6 +32,9 @@ STAGE_0_S, STREAM_S, METHOD_S = 20.0, 8.0, 6.0
 SCENARIO_S, FAULT_PERSON_S, STRIKE_S = 0.5, 40.0, 60.0
 """Fault campaign: one scenario, preparation of one person, one strike of each kind on a live run [s]."""
 
+CELL_S = 20.0
+"""Process faults: one cell, from the start of its session to the end of all its processes [s]."""
+
 SESSION_S, FLIGHT_S = 1.9, 10.5
 """Example study: one session before the flight, and one flight, on one core [s].
 
@@ -103,6 +106,10 @@ def _benchmark(options: Any) -> float:
     wearers = places * (options.wearers + options.streams) * (10 if options.break_down else 1)
     seconds = STAGE_0_S * wearers + STREAM_S * wearers + METHOD_S * wearers * len(options.methods)
     return seconds / options.processes
+
+
+def _process_faults(options: Any) -> float:
+    return FAULT_PERSON_S + CELL_S * len(options.planned)
 
 
 def _faults(options: Any) -> float:
@@ -189,6 +196,7 @@ DURATIONS: dict[str, Seconds] = {
     "data sync": lambda options: _by_size(options, 0.1, "file"),
     "dev benchmark-identification": _benchmark,
     "dev faults": _faults,
+    "dev process-faults": _process_faults,
     "dev transparency": _transparency,
     "dev validate-participant": lambda options: 15.0 * options.people,
 }
