@@ -54,7 +54,7 @@ class State(enum.StrEnum):
 
 @dataclass(frozen=True)
 class Cell:
-    """One process × fault × state."""
+    """Cell of the matrix: process × fault × state."""
 
     process: Process
     fault: Fault

@@ -81,6 +81,7 @@ def _flown(cell: Cell, expected: Expected, ground: Ground, drives: Path, folder:
         left = [] if why else end_all(orders, LEFT_S)
         end_all(orders, 0.0)
     output = b"".join(session.output).decode(errors="replace")
+    (folder / "terminal.txt").write_text(output, encoding="utf-8")
     left_in_memory = left_memory(memory)
     forget_memory(left_in_memory)
     names = {int(note["pid"]): str(note["name"]) for note in session.notes("process")}

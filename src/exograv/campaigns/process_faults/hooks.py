@@ -19,7 +19,7 @@ from typing import Any
 from exograv.errors import ConfigError
 
 from .cell import ORDERS, Cell, Fault, FlightOrders, Process
-from .notes import write_note
+from .notes import read_notes, write_note
 
 STRIKE = signal.SIGUSR1
 
@@ -34,6 +34,9 @@ TICKS: dict[str, tuple[str, ...]] = {
 
 FULL_BYTES = 8_000_000
 """Size of a message that fills every pipe [byte]."""
+
+DRIVES_MAX_S = 60.0
+"""Longest time in which the guard waits for the start of the simulated drives [s]."""
 
 UNREAD_S = 4.0
 """Time for which the parent reads no message [s]."""
@@ -120,7 +123,10 @@ def tick_of(place: str) -> tuple[type, str]:
 
 
 def announcing(folder: str, build: Callable[[], Any]) -> Any:
-    """Build the guarded rig, which notes each mode that begins."""
+    """Build the guarded rig, which notes each mode that begins, when the drives are there."""
+    until = time.monotonic() + DRIVES_MAX_S
+    while not any(note["kind"] == "drives" for note in read_notes(folder)) and time.monotonic() < until:
+        time.sleep(0.02)
     made = build()
     assert is_dataclass(made)
     return replace(made, announce=lambda mode: write_note(folder, "mode", name=mode))  # type: ignore[type-var]

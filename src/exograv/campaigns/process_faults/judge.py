@@ -38,7 +38,7 @@ class CellVerdict:
     stall_ms: float = 0.0
     """Delay by the computer itself near the strike [ms], added to the budget."""
     faults: tuple[str, ...] = ()
-    """What is not as expected, one sentence each; or the reason why the cell was not flown."""
+    """Sentences about all that is not as expected, or the reason why the cell was not flown."""
     exit_code: int | None = None
     ended_s: float | None = None
     tries: int = 1
