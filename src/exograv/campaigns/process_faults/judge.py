@@ -63,7 +63,8 @@ def judge(cell: Cell, expected: Expected, evidence: FlightEvidence, machine: Mac
     """Judge one flight."""
     if evidence.stopped_before or evidence.struck_t is None:
         why = evidence.stopped_before or "the hook did not act"
-        return CellVerdict(cell.name, "not flown", faults=(f"not flown: {why}",))
+        stop = "" if evidence.ticks is None or not evidence.ticks.stop else f" ({evidence.ticks.stop})"
+        return CellVerdict(cell.name, "not flown", faults=(f"not flown: {why}{stop}",))
     seen = reaction(cell, evidence, machine)
     if cell.state is not State.DESCENDING and seen.outcome is Outcome.LOWERED and drives_were_late(evidence):
         return CellVerdict(cell.name, "not flown", faults=("not flown: the simulated drives were late",))

