@@ -43,6 +43,10 @@ SERIAL = "simulated drives of the process faults"
 
 def main() -> None:
     """Run the command `exograv run live` with the orders of the environment."""
+    # A campaign in the background, or under nohup, hands on that it ignores Ctrl-C and SIGHUP. A terminal does not.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    for number in (signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP):
+        signal.signal(number, signal.SIG_DFL)
     orders = FlightOrders.read(Path(os.environ[ORDERS]))
     lines: dict[str, Connection] = {}
     # The product takes this name from the module at each start of a process.
