@@ -32,8 +32,8 @@ SETTLED_S, INTO_DESCENT_S = 0.6, 0.4
 GOES_ON_S, ENDS_S, STOPS_S = 2.5, 9.0, 12.0
 """Time in which a session must go on; in which it must end by itself; and in which it must end after Stop [s]."""
 
-LEFT_S = 2.0
-"""Time after the end of the command until all its processes have ended [s]."""
+LEFT_S = 8.0
+"""Time after the end of the command until all its processes have ended [s]: a killed parent leaves a descent of 3 s."""
 
 
 @dataclass(frozen=True)
