@@ -29,8 +29,11 @@ STATE_MAX_S = 90.0
 SETTLED_S, INTO_DESCENT_S = 0.6, 0.4
 """Time in a state before the strike, and time in a descent before it [s]."""
 
-GOES_ON_S, ENDS_S, STOPS_S = 2.5, 9.0, 12.0
-"""Time in which a session must go on; in which it must end by itself; and in which it must end after Stop [s]."""
+GOES_ON_S, ENDS_S, STOPS_S = 2.5, 9.0, 45.0
+"""Time in which a session must go on; in which it must end by itself; and in which it must end after Stop [s].
+
+After Stop, the parent gives a recorder that hangs 30 s before it is killed.
+"""
 
 LEFT_S = 8.0
 """Time after the end of the command until all its processes have ended [s]: a killed parent leaves a descent of 3 s."""
