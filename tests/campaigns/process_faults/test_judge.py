@@ -77,6 +77,14 @@ def test_a_step_beyond_the_rate_limit_is_found():
     assert any("a step of" in fault for fault in verdict.faults)
 
 
+def test_commands_without_torque_that_enable_the_drives_are_no_step():
+    evidence = evidence_of(SOFT)
+    current = evidence.drives.command_current.copy()
+    current[:3] = 0.0
+    enabled = evidence.drives._replace(command_current=current)
+    assert judged("control:kill:floating", evidence_of(SOFT, drives=enabled)).faults == ()
+
+
 def test_a_torque_above_the_drives_is_found():
     evidence = evidence_of(SOFT)
     strong = evidence.drives._replace(command_current=evidence.drives.command_current + 12.0)

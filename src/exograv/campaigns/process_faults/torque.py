@@ -57,10 +57,11 @@ def growth_faults(evidence: FlightEvidence, machine: MachineFigures, descent_t: 
 
 
 def _rate_faults(drives: DrivesLog, tau: np.ndarray, machine: MachineFigures) -> list[str]:
-    """Compare consecutive commands, without the one that enables the drives: it asks for no torque."""
-    step = np.abs(np.diff(tau[1:], axis=0)).max(axis=1, initial=0.0)
+    """Compare consecutive commands from the first torque on. Before it, commands without torque enable the drives."""
+    first = int((tau != 0.0).any(axis=1).argmax()) if len(tau) else 0
+    step = np.abs(np.diff(tau[first:], axis=0)).max(axis=1, initial=0.0)
     # A tick whose command was lost on the way has limited its torque, too.
-    passed_s = np.maximum(np.diff(drives.command_t[1:]), machine.period_s) + JITTER_S
+    passed_s = np.maximum(np.diff(drives.command_t[first:]), machine.period_s) + JITTER_S
     over = step - machine.torque_rate_max_Nm_per_s * passed_s - ROUNDING_NM
     if over.max(initial=-np.inf) <= 0.0:
         return []
