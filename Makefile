@@ -143,6 +143,8 @@ lock: setup-dev
 	$(COMPILE) --group docs --constraints requirements-dev.lock --output-file requirements-docs.lock
 	$(COMPILE) --group bench --constraints requirements-dev.lock --output-file requirements-bench.lock
 	$(COMPILE) --group prove --constraints requirements-dev.lock --output-file requirements-prove.lock
+	$(COMPILE) --group audit --constraints requirements-dev.lock --output-file requirements-audit.lock
+	$(COMPILE) --group fuzz --constraints requirements-dev.lock --output-file requirements-fuzz.lock
 
 clean:
 	rm -rf $(VENV) out dist docs/_build docs/reference/generated .pytest_cache .ruff_cache .hypothesis .import_linter_cache
