@@ -56,7 +56,7 @@ def ask(service: str, packages: Collection[Package]) -> Advisories:
         # All versions are known: pip must resolve and install nothing.
         options = ["--disable-pip", "--no-deps", "--progress-spinner", "off", "--format", "json", "--desc", "on"]
         _run([*command, *options, "--output", str(answer), "--requirement", str(asked)], SERVICE_S)
-        # The exit code is 1 for an advisory, and also for a service that cannot be reached: only the file tells them apart.
+        # The exit code is 1 for an advisory, and also for a service that cannot be reached: the file tells them apart.
         if answer.exists():
             found |= answers(json.loads(answer.read_text(encoding="utf-8")))
     return found

@@ -2,9 +2,9 @@
 
 import contextlib
 
-from console_fuzz import Nonsense
 from pydantic import ValidationError
 
+from console_fuzz import Nonsense
 from exograv.console.messages import ActMessage, read_message
 from exograv.console.permissions import ACTS
 from exograv.experiment.steered.requests import ACT

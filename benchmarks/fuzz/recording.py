@@ -113,7 +113,7 @@ def mutate(data: bytes, size: int, seed: int, change: Callable[[bytes, int], byt
             del chunk[k]
         elif what < 0.9:
             number = dice.randrange(len(inside.channels))
-            topic, encoding, schema = inside.channels[number]
+            schema = inside.channels[number][2]
             schema.name = change(schema.name.encode(), 40).decode(errors="ignore")
         else:
             return change(data, size)

@@ -2,9 +2,8 @@
 
 import random
 
-from udp_attack import Attack, sealed
-
 from exograv.rig.drives.udp.packets import RefusedError, decode, encode, nameplates, refuse_wrong_command
+from udp_attack import Attack, sealed
 
 PACKETS = 200
 

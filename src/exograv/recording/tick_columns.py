@@ -58,6 +58,10 @@ NEEDS = {"tau_commanded": "tau_desired", "tau_measured": "current"}
 """Field from which another one may be predicted."""
 
 
+OF_METHOD = {"tau_commanded": OF_OTHER, "tau_measured": OF_CURRENT}
+"""Method of the prediction from another field."""
+
+
 def unpack(data: bytes, fields: Sequence[str] | None = None) -> np.ndarray:
     """Return the ticks (tick,) of a message that `pack` has made.
 
@@ -69,6 +73,8 @@ def unpack(data: bytes, fields: Sequence[str] | None = None) -> np.ndarray:
         ValueError: The message is not complete, or has an unknown method.
     """
     n, n_joints, version = HEAD.unpack_from(data)
+    if len(data) != packed_size(n, n_joints, version):  # checked first: a small message must not ask for much memory
+        raise ValueError(f"{n} ticks of {n_joints} joints do not have {len(data)} bytes.")
     kind = tick_dtype(n_joints, version)
     if fields is not None:
         wanted = {*fields, *(NEEDS[name] for name in fields if name in NEEDS)}
@@ -83,13 +89,27 @@ def unpack(data: bytes, fields: Sequence[str] | None = None) -> np.ndarray:
     sizes = {field.name: tick_dtype(1, version)[field.name].base.itemsize for field in TICK.fields}
     for (name, joint), method in zip(columns, methods, strict=True):
         size = sizes[name]
+        if method >= ORDERS and OF_METHOD.get(name if joint is not None else "") != method:
+            raise ValueError(f"Column {name} has the unknown method {method}.")
         if name in (kind.names or ()):
             planes = np.frombuffer(data, np.uint8, n * size, start).reshape(size, n)
             _unpack_column(ticks, (name, joint), method, planes, factors)
-        elif len(data) < start + n * size:
-            raise ValueError(f"Column {name} is not complete.")
         start += n * size
     return ticks
+
+
+def packed_size(n: int, n_joints: int, version: int) -> int:
+    """Return the size of a message with `n` ticks [byte].
+
+    Raises:
+        ValueError: The version of the table is unknown, or lacks a field of the present one.
+    """
+    if not max(field.since for field in TICK.fields) <= version <= SCHEMA_VERSION:
+        raise ValueError(f"Columns cannot have version {version} of the table.")
+    one = tick_dtype(1, version)
+    factors = {field.name: n_joints if field.size else 1 for field in TICK.fields}
+    row = sum(one[name].base.itemsize * count for name, count in factors.items())
+    return HEAD.size + sum(factors.values()) + 8 * n_joints + n * row
 
 
 def _unpack_column(
@@ -100,10 +120,8 @@ def _unpack_column(
     if method < ORDERS:
         for _ in range(method):
             numbers = np.cumsum(numbers, dtype=numbers.dtype)
-    elif (predicted := dict(_predicted(ticks, *which, factors)).get(method)) is not None:
-        numbers = numbers + predicted
     else:
-        raise ValueError(f"Column {which[0]} has the unknown method {method}.")
+        numbers = numbers + dict(_predicted(ticks, *which, factors))[method]
     column[:] = _values(numbers, column.dtype)
 
 
