@@ -5,6 +5,7 @@ import contextlib
 from pydantic import ValidationError
 
 from console_fuzz import Nonsense
+from exograv.console.limits import MESSAGE_MAX_BYTES
 from exograv.console.messages import ActMessage, read_message
 from exograv.console.permissions import ACTS
 from exograv.experiment.steered.requests import ACT
@@ -16,7 +17,8 @@ def seeds() -> list[bytes]:
     """Return messages of benchmarks/console_fuzz.py."""
     nonsense = Nonsense(1000)
     batches = [nonsense.batch() for _ in range(MESSAGES // 10)]
-    return [text.encode() if isinstance(text, str) else text for batch in batches for text in batch][:MESSAGES]
+    texts = [text.encode() if isinstance(text, str) else text for batch in batches for text in batch]
+    return [text for text in texts if len(text) < MESSAGE_MAX_BYTES][:MESSAGES]
 
 
 def read(data: bytes) -> None:

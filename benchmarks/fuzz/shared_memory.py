@@ -31,7 +31,14 @@ def read(data: bytes) -> None:
     reader = _READERS[data[0] % len(_READERS)] if data else _READERS[0]
     memory = reader._block.memory.buf
     content = data[1 : 1 + len(memory)]
-    memory[:] = content + bytes(len(memory) - len(content))
+    memory[: len(content)] = content
+    try:
+        _take_all(reader)
+    finally:
+        memory[: len(content)] = bytes(len(content))
+
+
+def _take_all(reader: Mailbox | Ring | MessageRing) -> None:
     with contextlib.suppress(RigError):
         if isinstance(reader, Mailbox):
             reader.read()

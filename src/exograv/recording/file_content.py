@@ -67,8 +67,8 @@ def foreign_messages_refused(path: Path) -> Iterator[None]:
         yield
     except FOREIGN as error:
         raise RecordingError(
-            f"{path} has a message that no version of exograv writes ({type(error).__name__}: {error}). Another program "
-            "has changed the file: take the copy that exograv wrote."
+            f"{path} has a message that no version of exograv writes ({type(error).__name__}: {error}). Another "
+            "program has changed the file: take the copy that exograv wrote."
         ) from error
 
 

@@ -86,7 +86,7 @@ def unpack(data: bytes, fields: Sequence[str] | None = None) -> np.ndarray:
     methods = data[HEAD.size : HEAD.size + len(columns)]
     start = HEAD.size + len(columns)
     factors, start = np.frombuffer(data, "<f8", n_joints, start), start + 8 * n_joints
-    sizes = {field.name: tick_dtype(1, version)[field.name].base.itemsize for field in TICK.fields}
+    sizes = _sizes(version)
     for (name, joint), method in zip(columns, methods, strict=True):
         size = sizes[name]
         if method >= ORDERS and OF_METHOD.get(name if joint is not None else "") != method:
@@ -106,10 +106,15 @@ def packed_size(n: int, n_joints: int, version: int) -> int:
     """
     if not max(field.since for field in TICK.fields) <= version <= SCHEMA_VERSION:
         raise ValueError(f"Columns cannot have version {version} of the table.")
+    counts, sizes = {field.name: n_joints if field.size else 1 for field in TICK.fields}, _sizes(version)
+    row = sum(sizes[name] * count for name, count in counts.items())
+    return HEAD.size + sum(counts.values()) + 8 * n_joints + n * row
+
+
+def _sizes(version: int) -> dict[str, int]:
+    """Return the size of a value of each field [byte]."""
     one = tick_dtype(1, version)
-    factors = {field.name: n_joints if field.size else 1 for field in TICK.fields}
-    row = sum(one[name].base.itemsize * count for name, count in factors.items())
-    return HEAD.size + sum(factors.values()) + 8 * n_joints + n * row
+    return {field.name: one[field.name].base.itemsize for field in TICK.fields}
 
 
 def _unpack_column(
