@@ -56,8 +56,7 @@ def bound_memory() -> None:
 
 def run_target(name: str, seconds: int) -> None:
     """Fuzz one target in this process; Atheris ends the process."""
-    import atheris  # pyright: ignore[reportMissingImports]
-
+    atheris: Any = importlib.import_module("atheris")
     with atheris.instrument_imports(include=list(TARGETS[name])):
         one = target(name)
     corpus = OUT / name / "corpus"

@@ -1,8 +1,8 @@
 """Readers of shared memory that was overwritten: only a `RigError` is allowed.
 
 The first byte of an input chooses the reader. The rest is combined (exclusive or) with memory of ordinary content: a
-zero leaves a byte as it is. Atheris sees the numbers that are compared and would forge check sums, which no damage does; so
-the check sum here also depends on the input.
+zero leaves a byte as it is. Atheris sees the numbers that are compared and would forge check sums, which no damage
+does; so the check sum here also depends on the input.
 """
 
 import atexit
@@ -35,7 +35,8 @@ def read(data: bytes) -> None:
     """Overwrite the memory of a reader, and read it until it is empty or an error ends it."""
     kind, change = (data[0] if data else 0) % len(_READERS), data[1:]
     reader, salt = _READERS[kind], zlib.crc32(data)
-    memory = np.frombuffer(reader._block.memory.buf, np.uint8)
+    buffer: Any = reader._block.memory.buf
+    memory = np.frombuffer(buffer, np.uint8)
     touched = memory[: len(change)]
     module: Any = shared_memory
     module.zlib = SimpleNamespace(crc32=lambda content: zlib.crc32(content, salt))

@@ -209,8 +209,7 @@ class _Executed:
 def test_damaged_bytes_of_a_message_never_reach_pickle(ends: tuple[MessageRing, MessageRing]):
     writer, reader = ends
     writer.put(bytes(1000))
-    data = pickle.dumps(_Executed())
-    writer._block.memory.buf[40 : 40 + len(data)] = data  # after the head of the ring, and size and check sum
+    writer._block.rows["data"][0] = pickle.dumps(_Executed()).ljust(PART_BYTES, b"\0")
     with pytest.raises(RigError, match="wrong check sum"):
         reader.take()
 
