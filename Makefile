@@ -16,7 +16,7 @@ test test-slow: export PYTHONDONTWRITEBYTECODE :=
 # A worker that has nothing left takes from the others; at first each has a run of neighbours, which share fixtures.
 ON_ALL_CORES := --numprocesses auto --dist worksteal
 
-.PHONY: help docs dist demo setup setup-dev test test-slow check prove format bench bench-setup lock clean
+.PHONY: help docs dist demo setup setup-dev test test-slow check prove audit fuzz format bench bench-setup lock clean
 .DELETE_ON_ERROR:
 
 help:
@@ -24,6 +24,8 @@ help:
 	@echo "make test       tests, without the slow ones and further seeds (make test-slow: all of them)"
 	@echo "make check      style, types, the direction of imports, and the language"
 	@echo "make prove      prove the guard's promises on its source (ten minutes at most)"
+	@echo "make audit      packages of the lock files (CycloneDX) and known advisories about them, in out/audit"
+	@echo "make fuzz       give changed bytes to every reader of foreign bytes, one minute each (SECONDS=600: ten)"
 	@echo "make docs       the documentation as a site, in docs/_build/html"
 	@echo "make dist       wheel and source archive in dist, checked, installed into an empty environment and started"
 	@echo "make format     put the code into the common form"
@@ -75,6 +77,15 @@ bench: setup
 prove: $(VENV)/installed-prove
 	$(BIN)/python benchmarks/proof/prove.py
 	$(BIN)/python -m pytest -m "slow or not slow" tests/benchmarks/proof
+
+# It publishes and never fails: an advisory that appears today says nothing about the change under test.
+audit: $(VENV)/installed-audit
+	$(BIN)/python benchmarks/audit.py
+
+SECONDS ?= 60
+
+fuzz: $(VENV)/installed-fuzz
+	$(BIN)/python benchmarks/fuzz/run.py --seconds $(SECONDS)
 
 bench-setup: $(VENV)/installed-bench
 
@@ -133,6 +144,17 @@ $(VENV)/installed-prove: requirements-prove.lock | $(VENV)/installed-dev
 	@$(PIP) $(LOCKED) --requirement requirements-prove.lock
 	@touch $@
 
+$(VENV)/installed-audit: requirements-audit.lock | $(VENV)/installed
+	@echo "Installing the tools of make audit; this takes some seconds, once."
+	@$(PIP) $(LOCKED) --requirement requirements-audit.lock
+	@touch $@
+
+# The seeds of the console's messages come from its test with real connections, which needs the packages of the tests.
+$(VENV)/installed-fuzz: requirements-fuzz.lock | $(VENV)/installed-dev
+	@echo "Installing the fuzzer of make fuzz; this takes some seconds, once."
+	@$(PIP) $(LOCKED) --requirement requirements-fuzz.lock
+	@touch $@
+
 # One resolution for Python 3.11 and newer on every platform; later files keep to the versions of earlier ones.
 COMPILE = $(BIN)/uv pip compile --quiet --no-config --universal --python-version 3.11 --generate-hashes \
   --no-annotate --custom-compile-command "make lock" --upgrade --extra all pyproject.toml
@@ -143,6 +165,8 @@ lock: setup-dev
 	$(COMPILE) --group docs --constraints requirements-dev.lock --output-file requirements-docs.lock
 	$(COMPILE) --group bench --constraints requirements-dev.lock --output-file requirements-bench.lock
 	$(COMPILE) --group prove --constraints requirements-dev.lock --output-file requirements-prove.lock
+	$(COMPILE) --group audit --constraints requirements-dev.lock --output-file requirements-audit.lock
+	$(COMPILE) --group fuzz --constraints requirements-dev.lock --output-file requirements-fuzz.lock
 
 clean:
 	rm -rf $(VENV) out dist docs/_build docs/reference/generated .pytest_cache .ruff_cache .hypothesis .import_linter_cache

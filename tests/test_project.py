@@ -12,7 +12,8 @@ import exograv
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "exograv"
-LOCKS = ("requirements.lock", "requirements-dev.lock", "requirements-bench.lock", "requirements-prove.lock")
+FURTHER = ("bench", "prove", "audit", "fuzz")
+LOCKS = ("requirements.lock", "requirements-dev.lock", *(f"requirements-{group}.lock" for group in FURTHER))
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 MAP = (ROOT / "docs" / "explanation" / "map.md").read_text(encoding="utf-8")

@@ -217,6 +217,8 @@ def _chunk(
     """Yield a chunk's parts; return the end of its index, or None if the file ends before it."""
     parts: dict[int, list[np.ndarray]] = {}
     ticks = yield from _parts(_unpacked(chunk), place[0], found.topics, fields, parts)
+    if not parts:  # our writer writes no empty chunk
+        raise DamageError
     index = {channel: np.concatenate(entries) for channel, entries in parts.items()}
     expected = MessageIndexes(index, place[1])
     stored = content[place[1] : place[1] + len(expected.records)]

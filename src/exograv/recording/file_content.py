@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import struct
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
@@ -49,6 +50,26 @@ def read_content(path: Path) -> Iterator[FileContent]:
                 f"{path} is not an MCAP file. A recording of exograv ends in .mcap and begins with its mark."
             )
         yield content
+
+
+FOREIGN = (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError, RecursionError, struct.error)
+"""Errors that a message with a right check sum can raise if another program has written it."""
+
+
+@contextlib.contextmanager
+def foreign_messages_refused(path: Path) -> Iterator[None]:
+    """Refuse a file whose chunks are good, but whose messages are not those of exograv's writer.
+
+    Raises:
+        RecordingError: A message in the block could not be understood.
+    """
+    try:
+        yield
+    except FOREIGN as error:
+        raise RecordingError(
+            f"{path} has a message that no version of exograv writes ({type(error).__name__}: {error}). Another "
+            "program has changed the file: take the copy that exograv wrote."
+        ) from error
 
 
 def _unreadable(path: Path, error: OSError) -> str:

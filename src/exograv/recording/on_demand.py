@@ -9,7 +9,7 @@ import numpy as np
 from .contents import ChunkPart, Contents, parts_in
 from .encoding import restored, tick_dtype
 from .fields import Message
-from .file_content import read_content
+from .file_content import foreign_messages_refused, read_content
 from .reader import Recording, remark_on, settings_of, stream_types, streams_of
 from .schema import CHANNELS, SETTINGS, TICK
 from .stored_messages import StoredMessages
@@ -28,7 +28,12 @@ def open_recording(path: Path) -> Recording:
     Raises:
         RecordingError: The file is missing, is not a recording of exograv, or has an unknown version.
     """
-    scan = _Scan(Path(path))
+    with foreign_messages_refused(Path(path)):
+        return _scanned(Path(path))
+
+
+def _scanned(path: Path) -> Recording:
+    scan = _Scan(path)
     with read_content(scan.path) as content:
         for part in parts_in(content, scan.found, ("t", "phase")):
             scan.take(part)

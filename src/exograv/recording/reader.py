@@ -16,7 +16,7 @@ from .contents import Contents, FileEnding, examine
 from .device_stream import DeviceStream, joined
 from .encoding import restored, unpacked_ticks, wrong_value
 from .fields import Message
-from .file_content import read_content
+from .file_content import foreign_messages_refused, read_content
 from .schema import CHANNELS, PACKED_VERSION, SETTINGS, TICK
 from .stored_ticks import StoredTicks
 from .stream_block import TOPICS, StreamBlock, unpacked, value_type_of
@@ -112,6 +112,11 @@ def read_recording(path: Path) -> Recording:
         RecordingError: The file is missing, is not a recording of exograv, or has an unknown version.
     """
     path = Path(path)
+    with foreign_messages_refused(path):
+        return _read(path)
+
+
+def _read(path: Path) -> Recording:
     parts: defaultdict[str, list[bytes]] = defaultdict(list)
     packed = bytearray()  # a whole session has two gigabytes: never keep them twice in memory
 

@@ -9,7 +9,7 @@ from typing import overload
 from .contents import chunk_data, message_data
 from .encoding import restored
 from .fields import Channel, Message
-from .file_content import read_content
+from .file_content import foreign_messages_refused, read_content
 
 
 class StoredMessages(Sequence[Message]):
@@ -41,7 +41,8 @@ class StoredMessages(Sequence[Message]):
         if self._last[0] != chunk:
             with read_content(self._path) as content:
                 self._last = chunk, chunk_data(content, chunk)
-        return restored(self._fields, json.loads(message_data(self._last[1], offset)))
+        with foreign_messages_refused(self._path):
+            return restored(self._fields, json.loads(message_data(self._last[1], offset)))
 
     def __iter__(self) -> Iterator[Message]:
         yield from (self[k] for k in range(len(self)))

@@ -9,7 +9,7 @@ import numpy as np
 
 from .contents import ChunkPart, parts_at
 from .encoding import TICK_DEFAULTS, stored_rows, tick_dtype
-from .file_content import read_content
+from .file_content import foreign_messages_refused, read_content
 from .schema import TICK
 
 
@@ -53,10 +53,11 @@ class StoredTicks:
         """Yield these fields of all ticks, or of those of one phase, chunk by chunk.
 
         Raises:
-            RecordingError: The file is gone.
+            RecordingError: The file is gone, or another program has written its ticks.
         """
         needed = (*fields, "phase") if phase is not None else tuple(fields)
-        with read_content(self.path) as content:
+        # The first pass has unpacked other fields: a message of another number of joints shows only here.
+        with read_content(self.path) as content, foreign_messages_refused(self.path):
             for chunk, first, last in zip(self._chunks, self._first, self._last, strict=True):
                 if phase is not None and not first <= phase <= last:
                     continue

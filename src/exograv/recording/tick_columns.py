@@ -58,6 +58,10 @@ NEEDS = {"tau_commanded": "tau_desired", "tau_measured": "current"}
 """Field from which another one may be predicted."""
 
 
+OF_METHOD = {"tau_commanded": OF_OTHER, "tau_measured": OF_CURRENT}
+"""Method of the prediction from another field."""
+
+
 def unpack(data: bytes, fields: Sequence[str] | None = None) -> np.ndarray:
     """Return the ticks (tick,) of a message that `pack` has made.
 
@@ -69,6 +73,8 @@ def unpack(data: bytes, fields: Sequence[str] | None = None) -> np.ndarray:
         ValueError: The message is not complete, or has an unknown method.
     """
     n, n_joints, version = HEAD.unpack_from(data)
+    if len(data) != packed_size(n, n_joints, version):  # checked first: a small message must not ask for much memory
+        raise ValueError(f"{n} ticks of {n_joints} joints do not have {len(data)} bytes.")
     kind = tick_dtype(n_joints, version)
     if fields is not None:
         wanted = {*fields, *(NEEDS[name] for name in fields if name in NEEDS)}
@@ -80,16 +86,35 @@ def unpack(data: bytes, fields: Sequence[str] | None = None) -> np.ndarray:
     methods = data[HEAD.size : HEAD.size + len(columns)]
     start = HEAD.size + len(columns)
     factors, start = np.frombuffer(data, "<f8", n_joints, start), start + 8 * n_joints
-    sizes = {field.name: tick_dtype(1, version)[field.name].base.itemsize for field in TICK.fields}
+    sizes = _sizes(version)
     for (name, joint), method in zip(columns, methods, strict=True):
         size = sizes[name]
+        if method >= ORDERS and OF_METHOD.get(name if joint is not None else "") != method:
+            raise ValueError(f"Column {name} has the unknown method {method}.")
         if name in (kind.names or ()):
             planes = np.frombuffer(data, np.uint8, n * size, start).reshape(size, n)
             _unpack_column(ticks, (name, joint), method, planes, factors)
-        elif len(data) < start + n * size:
-            raise ValueError(f"Column {name} is not complete.")
         start += n * size
     return ticks
+
+
+def packed_size(n: int, n_joints: int, version: int) -> int:
+    """Return the size of a message with `n` ticks [byte].
+
+    Raises:
+        ValueError: The version of the table is unknown, or lacks a field of the present one.
+    """
+    if not max(field.since for field in TICK.fields) <= version <= SCHEMA_VERSION:
+        raise ValueError(f"Columns cannot have version {version} of the table.")
+    counts, sizes = {field.name: n_joints if field.size else 1 for field in TICK.fields}, _sizes(version)
+    row = sum(sizes[name] * count for name, count in counts.items())
+    return HEAD.size + sum(counts.values()) + 8 * n_joints + n * row
+
+
+def _sizes(version: int) -> dict[str, int]:
+    """Return the size of a value of each field [byte]."""
+    one = tick_dtype(1, version)
+    return {field.name: one[field.name].base.itemsize for field in TICK.fields}
 
 
 def _unpack_column(
@@ -100,10 +125,8 @@ def _unpack_column(
     if method < ORDERS:
         for _ in range(method):
             numbers = np.cumsum(numbers, dtype=numbers.dtype)
-    elif (predicted := dict(_predicted(ticks, *which, factors)).get(method)) is not None:
-        numbers = numbers + predicted
     else:
-        raise ValueError(f"Column {which[0]} has the unknown method {method}.")
+        numbers = numbers + dict(_predicted(ticks, *which, factors))[method]
     column[:] = _values(numbers, column.dtype)
 
 

@@ -3,6 +3,7 @@
 import contextlib
 import multiprocessing
 import os
+import pickle
 import signal
 from collections.abc import Iterator
 
@@ -111,6 +112,27 @@ def test_a_full_ring_counts_dropped_values_and_keeps_its_own(ring: Ring):
     assert ring.put(value(100))
 
 
+def test_a_reader_that_was_overtaken_gets_each_value_that_is_still_there_once(ring: Ring):
+    watcher = Ring(VALUE, CAPACITY, ring.name)
+    for k in range(3 * CAPACITY):
+        ring.put(value(k))
+        ring.acknowledge(k)
+    assert watcher.take()["sequence"].tolist() == list(range(2 * CAPACITY, 3 * CAPACITY))
+    assert len(watcher.take()) == 0
+    watcher.close()
+
+
+@pytest.mark.parametrize("count", [2**40, 2**62, 2**64 - 1])
+def test_a_damaged_count_of_a_ring_asks_for_no_more_rows_than_the_ring_has(ring: Ring, count: int):
+    ring._block.head["written"] = count
+    assert len(ring.take()) == CAPACITY
+
+
+def test_a_damaged_count_below_the_values_taken_gives_none(ring: Ring):
+    ring._taken, ring._block.head["written"] = 2**63, 0
+    assert len(ring.take()) == 0
+
+
 def _take_and_die(name: str, acknowledged: int) -> None:
     one = Ring(VALUE, CAPACITY, name)
     one.take()
@@ -173,5 +195,29 @@ def test_a_size_that_the_memory_cannot_hold_is_an_error_and_no_wait(ends: tuple[
 
 def test_a_message_of_a_writer_that_dies_within_it_is_never_seen(ends: tuple[MessageRing, MessageRing]):
     writer, reader = ends
-    writer._block.rows[0] = (3 * PART_BYTES, b"\1" * PART_BYTES)  # the first of three slots, and no count
+    writer._block.rows[0] = (3 * PART_BYTES, 0, b"\1" * PART_BYTES)  # the first of three slots, and no count
     assert reader.take() is None
+
+
+class _Executed:
+    """Object whose pickle executes code when it is loaded."""
+
+    def __reduce__(self):
+        return pytest.fail, ("pickle has executed a message of damaged memory",)
+
+
+def test_damaged_bytes_of_a_message_never_reach_pickle(ends: tuple[MessageRing, MessageRing]):
+    writer, reader = ends
+    writer.put(bytes(1000))
+    writer._block.rows["data"][0] = pickle.dumps(_Executed()).ljust(PART_BYTES, b"\0")
+    with pytest.raises(RigError, match="wrong check sum"):
+        reader.take()
+
+
+@pytest.mark.parametrize("taken", [2**63 - 1, 2**64 - 2])
+def test_a_damaged_count_of_messages_is_an_error_of_the_rig(ends: tuple[MessageRing, MessageRing], taken: int):
+    writer, reader = ends
+    writer.put("word")
+    writer._block.head["acknowledged"], writer._block.head["written"] = taken, taken + 1
+    with pytest.raises(RigError):
+        reader.take()

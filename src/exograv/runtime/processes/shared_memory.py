@@ -6,6 +6,7 @@ Python does not have.
 """
 
 import pickle
+import zlib
 from dataclasses import dataclass
 from multiprocessing.shared_memory import SharedMemory
 from typing import Any, NamedTuple
@@ -204,9 +205,15 @@ class Ring:
         return self._capacity - (self.written - self.acknowledged)
 
     def take(self, most: int | None = None) -> np.ndarray:
-        """Return copies of the values since the last take, oldest first, at most `most` of them."""
-        until = self.written if most is None else min(self.written, self._taken + most)
-        index = np.arange(self._taken, until) % self._capacity
+        """Return copies of the values since the last take, oldest first, at most `most` of them.
+
+        A reader that does not acknowledge may be overtaken: it continues with the oldest value that is still there.
+        """
+        written = self.written
+        first = max(self._taken, written - self._capacity)
+        until = written if most is None else min(written, first + most)
+        # Counts of damaged memory may exceed an index of NumPy, so only the places are arrays.
+        index = (first % self._capacity + np.arange(max(until - first, 0))) % self._capacity
         self._taken = until
         return self._block.rows[index]
 
@@ -224,20 +231,21 @@ class Ring:
         self._block.close(forget=self._is_maker)
 
 
-PART_BYTES = 4096 - 8
+PART_BYTES = 4096 - 16
 """Bytes of a message in one slot of a message ring."""
 
 PARTS = 512
 """Slots of a message ring: 2 MB, four times the limits of a person on nine joints."""
 
-_PART = np.dtype([("size", "<u8"), ("data", "V", PART_BYTES)])
+_PART = np.dtype([("size", "<u8"), ("crc", "<u8"), ("data", "V", PART_BYTES)])
 
 
 class MessageRing:
     """Pickled messages of one writer in order, for one reader. Neither process ever waits for the other.
 
     A message takes as many slots as it needs. They count only when all of them are written, so the reader never meets a
-    part of a message, even if the writer dies while it writes.
+    part of a message, even if the writer dies while it writes. A check sum (CRC-32) keeps damaged bytes from `pickle`,
+    which could execute them.
     """
 
     def __init__(self, name: str | None = None):
@@ -261,9 +269,10 @@ class MessageRing:
         if written + parts - int(head["acknowledged"][0]) > PARTS:
             head["lost"] += 1
             return False
+        crc = zlib.crc32(data)
         for k in range(parts):
             part = data[k * PART_BYTES : (k + 1) * PART_BYTES].ljust(PART_BYTES, b"\0")
-            self._block.rows[(written + k) % PARTS] = (len(data), part)
+            self._block.rows[(written + k) % PARTS] = (len(data), crc, part)
         head["written"] = written + parts
         return True
 
@@ -271,7 +280,7 @@ class MessageRing:
         """Return the oldest message, and free its slots; None if there is none.
 
         Raises:
-            RigError: The memory does not hold a whole message.
+            RigError: The memory does not hold a whole message, or its check sum is wrong.
         """
         head = self._block.head[0]
         taken, waiting = int(head["acknowledged"]), int(head["written"]) - int(head["acknowledged"])
@@ -281,8 +290,10 @@ class MessageRing:
         parts = -(-size // PART_BYTES)
         if not 0 < parts <= waiting <= PARTS:
             raise RigError(f"A message of {size} bytes takes {parts} slots, and {waiting} of {PARTS} are written.")
-        rows = self._block.rows[np.arange(taken, taken + parts) % PARTS]
+        rows = self._block.rows[(taken % PARTS + np.arange(parts)) % PARTS]
         data = np.ascontiguousarray(rows["data"]).tobytes()[:size]
+        if zlib.crc32(data) != int(rows["crc"][0]):
+            raise RigError(f"A message of {size} bytes has a wrong check sum: the shared memory was overwritten.")
         self._block.head["acknowledged"] = taken + parts
         return pickle.loads(data)
 
