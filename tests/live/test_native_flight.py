@@ -19,9 +19,10 @@ import numpy as np
 import pytest
 from tests.waiting import wait_until
 
+from exograv.errors import RigError
 from exograv.live.guard_job import GuardedRig, GuardJob, GuardReport
 from exograv.live.guard_process import guard_process
-from exograv.live.live_processes import LiveResult, ProcessParts, fly
+from exograv.live.live_processes import LiveResult, ProcessParts, Running, fly
 from exograv.live.native import library
 from exograv.live.native_guard import ALONE, IN_C
 from exograv.model.description import load_rig
@@ -300,10 +301,15 @@ class Session:
     path: Path
     drives: Path
 
-    def run(self, progress: Callable[[str, float], None], seconds: float = 20.0) -> LiveResult:
+    def run(
+        self,
+        progress: Callable[[str, float], None],
+        seconds: float = 20.0,
+        started: Callable[[Running], object] = lambda _: None,
+    ) -> LiveResult:
         parts = ProcessParts(partial(guarded, self.drives, True), Push, Push, Push.mode_names)
         with Recorder(self.path, RIG.joints, {"rig": RIG.name}, seconds) as recorder:
-            return fly(parts, seconds, recorder, progress)
+            return fly(parts, seconds, recorder, progress, started)
 
     def commanded(self) -> np.ndarray:
         """Return the recorded torque of the first joint (tick,) [N·m]; the arm was carried, and came down softly."""
@@ -346,3 +352,17 @@ def test_a_session_that_gives_no_sign_of_life_loses_the_arm_softly(session: Sess
     assert result.report.latches[0].at_s == pytest.approx(PARENT_SILENT_S, abs=1.0)
     assert abs(session.commanded()[-1]) < 0.02 * TAU
     assert PARENT_SILENT in [event["text"] for event in read_recording(session.path).messages("/event")]
+
+
+def test_a_guard_that_hangs_is_ended_and_the_recording_is_kept(session: Session, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("exograv.live.live_processes.HANGS_S", 1.0)
+    guards = list[int]()
+    started = lambda running: guards.append(running.guard.pid)  # noqa: E731 - a function would be longer
+
+    def stop(phase: str, share: float) -> None:
+        if phase == "Floating live" and share > 0.05:
+            os.kill(guards[0], signal.SIGSTOP)
+
+    with pytest.raises(RigError, match=r"guard process died .* brake the arm"):
+        session.run(stop, started=started)
+    assert session.commanded()[-1] == TAU

@@ -34,6 +34,12 @@ from .worker_supervisor import WorkerKeeper
 CHECK_S, REPLY_S = 0.25, 0.02
 """Period of the parent's checks, and of its looks for replies of the guard [s]."""
 
+HANGS_S, ENABLES_S = 10.0, 60.0
+"""Time without a tick after which a guard hangs, in the loop and before its first tick [s].
+
+The guard may switch drives on before the first tick, and off after the last one, at the pace of the drives.
+"""
+
 LONGEST_DESCENT_S = 60.0
 """Time for the guard to let the arm down, after which it is killed [s]: the longest descent that `Limits` may have."""
 
@@ -147,13 +153,13 @@ def fly(
         if listening is not None:
             listening.begin(recorder.write)
         line.beat()
-        stack.callback(_let_down, guard, line)
+        stack.callback(_let_down, guard, line, recorder)
         guard.send("go")
         begun = time.monotonic()
         started(Running(guard, control, recorder, states, answers, line, worker))
         pids = {"guard": guard, "control": control, "recorder": recorder}
         footprint = Footprint({"session": os.getpid} | {name: partial(_pid, one) for name, one in pids.items()})
-        others = (recorder, control, worker, footprint, listening, ros2)
+        others = (GuardWatch(guard, recorder), recorder, control, worker, footprint, listening, ros2)
         report = _watched(guard, line, others, progress, seconds, hears)
         wall_s = time.monotonic() - begun
         if worker is not None:
@@ -204,14 +210,16 @@ def _end(guard: Supervisor[GuardJob]) -> None:
         guard.kill()
 
 
-def _let_down(guard: Supervisor[GuardJob], line: GuardLine) -> None:
+def _let_down(guard: Supervisor[GuardJob], line: GuardLine, recorder: Recorder) -> None:
     """Have a guard that still runs let the arm down, and wait for its end. A further Ctrl-C does not shorten this."""
     until = time.monotonic() + LONGEST_DESCENT_S
     with contextlib.suppress(OSError):
         line.send(ENDS)
+    watch = GuardWatch(guard, recorder)
     while guard.is_alive and time.monotonic() < until:
         with contextlib.suppress(KeyboardInterrupt):
             line.beat()
+            watch.check()
             # The guard ends when its report is read.
             if guard.next_word(CHECK_S) is not None or guard.has_hung_up:
                 guard.await_exit(CHECK_S)
@@ -225,6 +233,24 @@ def _memory(joints: int) -> Iterator[tuple[Mailbox, Mailbox, GuardLine]]:
     finally:
         for memory in made:
             memory.close()
+
+
+@dataclass
+class GuardWatch:
+    """Check that the guard runs its loop. A guard that hangs is killed; the watchdogs of the drives brake the arm."""
+
+    guard: Supervisor[GuardJob]
+    recorder: Recorder
+    _seen: int = 0
+    _changed_s: float = field(default_factory=time.monotonic)
+
+    def check(self) -> None:
+        """Kill the guard if it has recorded no tick for too long."""
+        now, written = time.monotonic(), self.recorder.written
+        if written != self._seen:
+            self._seen, self._changed_s = written, now
+        elif now - self._changed_s > (HANGS_S if written else ENABLES_S):
+            self.guard.kill()
 
 
 @runtime_checkable

@@ -138,6 +138,11 @@ class Recorder:
         return self._child.pid
 
     @property
+    def written(self) -> int:
+        """Number of ticks that were handed over so far."""
+        return self._ticks.written
+
+    @property
     def failure(self) -> str:
         """Reason why no more data can be written; empty if all is well. Reading it has no effect."""
         return self._failure or self._said("why").decode()
