@@ -124,6 +124,29 @@ def test_no_acknowledged_tick_is_missing_or_repeated_after_kills_at_random_momen
     assert found["recorded"] == found["put"] > 0
 
 
+def test_a_recorder_that_hangs_is_replaced_and_no_tick_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("exograv.runtime.recorder.recorder.HANGS_S", 0.5)
+    path = tmp_path / "a.mcap"
+    with recording(path) as (recorder, control):
+        control.put(100)
+        wait_until(lambda: recorder.check().acknowledged == 100, "100 ticks on disk")
+        os.kill(recorder.pid, signal.SIGSTOP)
+        control.put(100)
+        report = wait_until(lambda: (now := recorder.check()).acknowledged == 200 and now, "200 ticks on disk")
+        assert (report.restarts, report.lost, report.why) == (1, 0, "")
+    assert read_recording(path).ticks["sequence"].tolist() == list(range(200))
+
+
+def test_a_recorder_without_work_does_not_count_as_hanging(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("exograv.runtime.recorder.recorder.HANGS_S", 0.2)
+    with recording(tmp_path / "a.mcap") as (recorder, control):
+        for _ in range(5):
+            control.put(10)
+            wait_until(lambda: recorder.check().waiting == 0, "ticks on disk")
+            time.sleep(0.3)
+        assert recorder.check().restarts == 0
+
+
 def test_events_are_there_once_after_the_recorder_was_killed(tmp_path: Path):
     with recording(tmp_path / "a.mcap") as (recorder, control):
         for k in range(3):

@@ -35,6 +35,12 @@ from .recorder_process import EVENT, GAVE_UP, RING_EVENTS, RING_TICKS, STATUS, I
 TICKS_WAITING_MAX = TICKS_PER_S
 """Ticks in transit from which on the disk is slow; the alarm comes within 1 s (docs/explanation/safety.md, F19)."""
 
+HANGS_S = 10.0
+"""Time without a further tick on the disk, while ticks wait, after which a recorder that is alive is replaced [s].
+
+A slow disk rarely takes longer for a sync, and the ring holds more than that.
+"""
+
 FRUITLESS_MAX = 3
 """Recorders in a row that may end without one tick on disk; the cause would stop the next one too."""
 
@@ -122,6 +128,7 @@ class Recorder:
             path, tuple(joints), dict(settings), self.inlet, self._status.name, 1, sync_every_s, outlets, devices
         )
         self._failure, self._safe_at_start = "", 0
+        self._safe, self._safe_since_s = 0, time.monotonic()
         self._messages: list[tuple[str, float, dict[str, Any]]] = []
         self._one_at_a_time = threading.RLock()
         self._child = Supervisor("recorder", record, self._job, FRUITLESS_MAX - 1)
@@ -152,7 +159,17 @@ class Recorder:
         self._failure = self.failure
         if not self._failure and not self._child.is_alive:
             self._replace()
+        self._end_hanging()
         return self._report()
+
+    def _end_hanging(self) -> None:
+        """Kill a recorder that writes nothing although ticks wait. The next check replaces it when it has ended."""
+        safe, now = self._ticks.acknowledged, time.monotonic()
+        if safe != self._safe or safe == self._ticks.written:
+            self._safe, self._safe_since_s = safe, now
+        elif now - self._safe_since_s > HANGS_S:
+            self._safe_since_s = now
+            self._child.kill()
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
         """Have an occasional message of the time `t` [s] recorded, also across a replacement of the recorder.
