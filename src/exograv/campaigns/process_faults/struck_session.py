@@ -87,3 +87,5 @@ def struck_session(orders: Path, folder: Path) -> Iterator[Session]:
         process.wait()
         session.may_read.set()
         reader.join(2.0)
+        assert process.stdout is not None
+        process.stdout.close()
