@@ -130,7 +130,7 @@ def promise_rate(b: Record, r: Record, j: int) -> bool:
 
 
 def promise_limited(b: Record, r: Record, j: int) -> bool:
-    """Return True if the new torque is within torque and rate limit, for any number that earlier limits gave, or NaN."""
+    """Return True if the new torque is within torque and rate limit, for any result of earlier limits or NaN."""
     last, step = b[LAST_TAU + j], r[RATE] * r[DT]
     return -r[TORQUE_MAX + j] <= r[TAU + j] <= r[TORQUE_MAX + j] and last - step <= r[TAU + j] <= last + step
 
