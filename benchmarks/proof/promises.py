@@ -11,7 +11,7 @@ import math
 
 
 def setting_of_machine(r: Record, j: int) -> bool:
-    """Return True for settings of `Limits`: at most 10⁶ N·m/s, a period of 0.1 to 100 ms, a descent of at most 60 s."""
+    """Return True if `Limits` allows the settings: rate up to 10⁶ N·m/s, period 0.1–100 ms, descent up to 60 s."""
     return (
         0.0 < r[TORQUE_MAX + j] < math.inf
         and 0.0 < r[DAMPING + j] < math.inf
@@ -25,7 +25,7 @@ def setting_of_machine(r: Record, j: int) -> bool:
 
 
 def setting_of_person(r: Record, j: int) -> bool:
-    """Return True for the settings that `PersonLimits` accepts, of at most 1000 N·m and 1000 rad."""
+    """Return True if `PersonLimits` allows the settings, and no torque or angle is above 1000 N·m or 1000 rad."""
     return (
         0.0 < r[ACTIVE + j] <= 1000.0
         and 0.0 < r[LEAST_ACTIVE + j] <= 3.0
@@ -48,22 +48,22 @@ def holds_torque(r: Record, j: int) -> bool:
 
 
 def holds_stop(r: Record, j: int) -> bool:
-    """Return True if the reason of the stop is none or one of the 15."""
+    """Return True if there is no stop, or the number of its reason is 1 to 15."""
     return r[STOP] == 0.0 or 1.0 <= r[STOP] <= 15.0
 
 
 def holds_torque_at_stop(r: Record, j: int) -> bool:
-    """Return True if the torque from which a descent fades is finite and within the drive's limit."""
+    """Return True if the torque at the start of a descent is finite and within the drive's limit."""
     return r[STOP] == 0.0 or -r[TORQUE_MAX + j] <= r[TAU_AT_STOP + j] <= r[TORQUE_MAX + j]
 
 
 def holds_time(r: Record, j: int) -> bool:
-    """Return True if the time of the descent is a finite number, from 0 on; beyond 1e17 s a period adds nothing."""
+    """Return True if the time since the start of the descent is between 0 and 1e17 s."""
     return 0.0 <= r[SINCE_STOP] <= 1e17
 
 
 def holds_flags(r: Record, j: int) -> bool:
-    """Return True if the flags of the descent are flags."""
+    """Return True if each flag of the descent (joint isolated, joint without torque, no model) is 0 or 1."""
     return (
         (r[ISOLATED + j] == 0.0 or r[ISOLATED + j] == 1.0)
         and (r[POWERLESS + j] == 0.0 or r[POWERLESS + j] == 1.0)
@@ -72,7 +72,7 @@ def holds_flags(r: Record, j: int) -> bool:
 
 
 def holds_belief(r: Record, j: int) -> bool:
-    """Return True if the position and the speed in force are finite."""
+    """Return True if the position and the speed that the guard uses are finite."""
     return math.isfinite(r[Q + j]) and math.isfinite(r[V + j])
 
 
@@ -111,7 +111,7 @@ def state_of_bounds(r: Record, j: int) -> bool:
 
 
 def same(a: float, b: float) -> bool:
-    """Return True for equal numbers, and for two that are no numbers."""
+    """Return True if the numbers are equal, or both are NaN."""
     return a == b or (math.isnan(a) and math.isnan(b))
 
 
@@ -124,31 +124,31 @@ def setting_of_level(r: Record, j: int) -> bool:
 
 
 def promise_rate(b: Record, r: Record, j: int) -> bool:
-    """Return True if the torque moved no farther than the rate allows, rounded as the guard rounds it."""
+    """Return True if the torque changed by at most rate · period, in the guard's own floating-point arithmetic."""
     step = r[RATE] * r[DT]
     return b[TAU + j] - step <= r[TAU + j] <= b[TAU + j] + step
 
 
 def promise_limited(b: Record, r: Record, j: int) -> bool:
-    """Return True if any number that the limits before leave, also NaN, becomes a torque within limit and rate."""
+    """Return True if the new torque is within torque and rate limit, for any result of earlier limits or NaN."""
     last, step = b[LAST_TAU + j], r[RATE] * r[DT]
     return -r[TORQUE_MAX + j] <= r[TAU + j] <= r[TORQUE_MAX + j] and last - step <= r[TAU + j] <= last + step
 
 
 def promise_first(b: Record, r: Record, j: int) -> bool:
-    """Return True if the rate limit starts from the torque that the machine gives, and from 0 if that is no number."""
+    """Return True if the rate limit starts from the machine's present torque, or from 0 if this is not finite."""
     tau, bound = b[DESIRED + j], r[TORQUE_MAX + j]
     is_inside = -bound <= tau <= bound
     return (not is_inside or r[TAU + j] == tau) and (math.isfinite(tau) or r[TAU + j] == 0.0)
 
 
 def promise_torque_kept(b: Record, r: Record, j: int) -> bool:
-    """Return True if the outgoing torque is the same."""
+    """Return True if the call does not change the outgoing torque."""
     return r[TAU + j] == b[TAU + j]
 
 
 def promise_latch(b: Record, r: Record, j: int) -> bool:
-    """Return True if a stop stays, with its reason, its torque, and its distrusted joints."""
+    """Return True if the call does not end a stop, and keeps its reason, its torque and its distrusted joints."""
     return b[STOP] == 0.0 or (
         r[STOP] == b[STOP]
         and r[TAU_AT_STOP + j] == b[TAU_AT_STOP + j]
@@ -160,7 +160,7 @@ def promise_latch(b: Record, r: Record, j: int) -> bool:
 
 
 def promise_reset(b: Record, r: Record, j: int) -> bool:
-    """Return True if a stop ends only after the descent, with a usable measurement, while a trusted joint stands."""
+    """Return True if a stop ends only after the descent, with a usable measurement and every trusted joint at rest."""
     return (
         b[STOP] == 0.0
         or r[STOP] == b[STOP]
@@ -173,12 +173,12 @@ def promise_reset(b: Record, r: Record, j: int) -> bool:
 
 
 def promise_progress(b: Record, r: Record, j: int) -> bool:
-    """Return True if a descent advances by the period in a tick, but for 1e-12 s of rounding, until it is over."""
+    """Return True if a tick advances the time of a descent by at least the period minus 1e-12 s, until its end."""
     return r[STOP] == 0.0 or b[SINCE_STOP] >= r[DESCENT_S] or r[SINCE_STOP] >= b[SINCE_STOP] + r[DT] - 1e-12
 
 
 def promise_descent(b: Record, r: Record, j: int) -> bool:
-    """Return True if a descent asks for a part of the torque at the stop, and for nothing at its end."""
+    """Return True if a descent requests at most the torque at the stop, with the same sign, and zero at its end."""
     is_part = abs(r[WANTED + j]) <= abs(r[TAU_AT_STOP + j])
     is_along = r[WANTED + j] == 0.0 or (r[WANTED + j] > 0.0) == (r[TAU_AT_STOP + j] > 0.0)
     is_nothing = r[SINCE_STOP] >= r[DESCENT_S] or r[WITHOUT_MODEL] != 0.0 or r[POWERLESS + j] != 0.0
@@ -186,18 +186,18 @@ def promise_descent(b: Record, r: Record, j: int) -> bool:
 
 
 def promise_fading(b: Record, r: Record, j: int) -> bool:
-    """Return True if a descent never asks for more than in the tick before."""
+    """Return True if a descent requests no larger torque than in the previous tick."""
     return abs(r[WANTED + j]) <= abs(b[WANTED + j])
 
 
 def promise_speed(b: Record, r: Record, j: int) -> bool:
-    """Return True if a joint above the largest speed starts the descent, and is left to its drive without torque."""
+    """Return True if a joint above the largest speed starts the descent. The guard gives this joint no torque."""
     is_fast = abs(r[V + j]) > r[V_TRIP] or (r[WORN] != 0.0 and abs(r[V + j]) > r[V_TRIP_PERSON])
     return not is_fast or (r[STOP] != 0.0 and r[ISOLATED + j] != 0.0 and r[POWERLESS + j] != 0.0)
 
 
 def promise_finite_demand(b: Record, r: Record, j: int) -> bool:
-    """Return True if a request, position or speed that is no finite number starts the descent."""
+    """Return True if a request, position or speed that is not finite starts the descent."""
     is_finite = math.isfinite(b[DESIRED + j]) and (
         b[ISOLATED + j] != 0.0 or (math.isfinite(b[Q_GIVEN + j]) and math.isfinite(b[V_GIVEN + j]))
     )
@@ -205,20 +205,20 @@ def promise_finite_demand(b: Record, r: Record, j: int) -> bool:
 
 
 def promise_stops(b: Record, r: Record, j: int) -> bool:
-    """Return True if a worn joint beyond its stop by more than the person's limit starts the descent."""
+    """Return True if a joint of a worn machine that is too far beyond its mechanical stop starts the descent."""
     is_past = r[Q + j] > r[UPPER + j] + r[PAST_STOP] or r[Q + j] < r[LOWER + j] - r[PAST_STOP]
     return r[WORN] == 0.0 or not is_past or r[STOP] != 0.0
 
 
 def promise_void(b: Record, r: Record, j: int) -> bool:
-    """Return True if only a valid request to this measurement, in time, replaces the torque that is asked for."""
+    """Return True if the requested torque changes only by a valid, timely request that answers this measurement."""
     is_valid = b[SPOKE] != 0.0 and b[ANSWERS] == b[SEQUENCE_IN] and b[NOW] <= b[VALID_UNTIL] and b[USABLE] != 0.0
     is_as_promised = same(r[HELD + j], b[ANSWER_IN + j] if is_valid else b[HELD + j])
     return is_as_promised and same(r[DESIRED + j], r[HELD + j])
 
 
 def promise_level(b: Record, r: Record, j: int) -> bool:
-    """Return True if the level moves by one step at most, rounded; a stop or an empty machine holds it."""
+    """Return True if the gravity level changes by at most one step, and not at all in a stop or without a wearer."""
     step, now, before, wanted = abs(r[LEVEL_STEP]), r[LEVEL], b[LEVEL], b[LEVEL_WANTED]
     is_step = now == before + step or now == before - step or (now == wanted and abs(wanted - before) <= step)
     is_moving = b[LEVEL_MOVES] != 0.0 and b[STOP] == 0.0 and b[WORN] != 0.0
@@ -226,13 +226,13 @@ def promise_level(b: Record, r: Record, j: int) -> bool:
 
 
 def promise_level_between(b: Record, r: Record, j: int) -> bool:
-    """Return True if the level does not pass the wanted one."""
+    """Return True if the gravity level does not pass the requested one."""
     now, before, wanted = r[LEVEL], b[LEVEL], b[LEVEL_WANTED]
     return before <= now <= wanted or wanted <= now <= before or same(now, before)
 
 
 def promise_level_kept(b: Record, r: Record, j: int) -> bool:
-    """Return True if the level is the same."""
+    """Return True if the call does not change the gravity level."""
     return same(r[LEVEL], b[LEVEL])
 
 
@@ -242,7 +242,7 @@ def promise_bounds(b: Record, r: Record, j: int) -> bool:
 
 
 def promise_within(b: Record, r: Record, j: int) -> bool:
-    """Return True if the torque is within the person's bounds."""
+    """Return True if the outgoing torque is within the person's bounds."""
     return r[WORN] == 0.0 or r[LOW + j] <= r[TAU + j] <= r[HIGH + j]
 
 

@@ -34,8 +34,8 @@ def page(verdicts: list[Verdict], source: Source) -> str:
     open_ = [f"{part} ({_proved(own)} of {len(own)})" for part, own in results.items() if part not in done]
     lines = [
         f"{_proved(every)} of {len(every)} claims are proved, in {sum(one.seconds for one in verdicts):.0f} s of "
-        "processor time. A claim is proved for each part of the guard by itself; the two halves of a tick contain the "
-        "other parts.",
+        "processor time. A part of the guard is one of its functions, or several calls of one. Each part is proved by "
+        "itself. The two halves of a tick call most of these functions.",
         "",
         f"- All claims are proved for: {', '.join(done)}.",
         f"- Some claims are undecided for: {', '.join(open_) or 'no part'}.",
@@ -48,7 +48,7 @@ def page(verdicts: list[Verdict], source: Source) -> str:
         for name in dict.fromkeys(name for one in verdicts for name in one.promises)
     ]
     divided = [(one.name, result) for one in verdicts for result in one.duties.values()]
-    lines.append(_claim("divisions", "No division by zero.", divided))
+    lines.append(_claim("divisions", "The guard never divides by zero.", divided))
     return HEAD + "\n".join(lines) + "\n"
 
 
@@ -66,7 +66,9 @@ def _meaning(name: str, source: Source) -> str:
     node = source.functions.get(name)
     if node is None:
         return (
-            "The guard's own count of missed ticks ends the bridge." if name.startswith("bridge") else "A stop follows."
+            "The bridge ends at the latest after the allowed number of missed ticks."
+            if name.startswith("bridge")
+            else "Too many missed ticks start a stop."
         )
     text = " ".join((ast.get_docstring(node) or "").split())
     text = text.removeprefix("Return True if ").removeprefix("Return True ").replace("|", "∣")

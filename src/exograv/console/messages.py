@@ -121,7 +121,7 @@ class PageTouch(Settings):
     """Origin of the page's `performance.now`, the property `performance.timeOrigin` [ms since 1970]."""
 
     at: PageTime
-    """`timeStamp` of the event [s]."""
+    """Time of the event since the page was opened, the property `timeStamp` [s]."""
 
     sequence: Annotated[int, Field(ge=0, le=1_000_000)]
     x_px: Pixels

@@ -146,7 +146,7 @@ class PairFigures:
 
 @dataclass(frozen=True)
 class HandFigures:
-    """Hand speeds of relaxed arms after a stop by a single fault, while the wearer does not push [m/s]."""
+    """Hand speeds of relaxed arms after a stop that one fault caused, while the wearer does not push [m/s]."""
 
     runs: int
     max: float | None

@@ -116,7 +116,10 @@ class TruthWatch:
             course.extra_way_deg = float(np.rad2deg(np.abs(q[:until] - q[0]).max()))
 
     def _sum_up_hand(self, sights: Sequence[TruthSample]) -> None:
-        """Compute the hand speeds from the safe state on. After a push the hand needs time to slow down."""
+        """Compute the largest hand speeds after the first stop or braking [m/s], with and without a push.
+
+        A tick within `RELEASE_MS` after a push counts as pushed, because the hand needs time to slow down.
+        """
         course, release = self.course, RELEASE_MS // self.course.period_ms
         protected = [tick for tick in (course.stopped_tick, course.braked_tick) if tick is not None]
         pushed_tick = -release - 1

@@ -133,7 +133,7 @@ class LiveFlight:
         return SkeletonLines(q_rad=tuple(q.tolist()), exo=(points(exo),), arm=(points(arm),))
 
     def scene(self) -> SceneDescription | None:
-        """Describe the picture of this machine, set to this person."""
+        """Describe the picture of this machine with this person in it; None before there is one."""
         return self._state.scene
 
     def ask(self, event: Event) -> str:

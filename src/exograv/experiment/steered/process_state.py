@@ -54,7 +54,7 @@ class ProcessState:
 
     @property
     def scene(self) -> SceneDescription:
-        """Picture of the machine, set to the person of the plan, or to the next person before there is a plan."""
+        """Picture of the machine with the person of the plan in it; before there is a plan, with the next person."""
         who = self.place.laboratory.form if self.plan is None else self.plan.told
         if self._scene is None or self._scene[0] is not who:
             self._scene = who, describe_scene(self.place.description, who.body, who.lengths)

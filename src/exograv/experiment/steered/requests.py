@@ -1,8 +1,7 @@
 """Requests of the pages to a steered session, the answers, and the interface of the desk that takes them.
 
 The module needs no process, engine or control, so that a server, a test and a rehearsal can use it.
-    `view_models.py` has
-the data that the pages show.
+`view_models.py` has the data that the pages show.
 """
 
 from collections.abc import Mapping
@@ -33,9 +32,8 @@ WINDOW_S = 22.0
 """Longest time after the loss of the lease in which an open window may be finished without an operator [s]."""
 
 Who = Literal["operator", "therapist", "participant", "viewer"]
-"""Role of the page that sent an act. The server knows the role, not the page. The server's table states which role may
-
-    request what; here the role is only recorded.
+"""Role of the page that sent an act. The server sets the role, and a table of the server states which role may request
+which act. Here the role is only recorded.
 """
 
 Identifier = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{8,64}$")]
@@ -61,7 +59,7 @@ class _Seen(_Asked):
 
 
 class DonRequest(_Seen):
-    """Change of the person or the arm, while the machine is off. The new person has a file, or is unknown."""
+    """Request to change the person or the arm, while the machine is off. The new person has a file, or is unknown."""
 
     kind: Literal["don"] = "don"
     participant: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{3,16}$")] | None = None
@@ -88,7 +86,7 @@ class TakeArm(_Seen):
 
 
 class Identify(_Seen):
-    """Step two for an unknown arm: the machine takes it, moves it, identifies it, and lets it float."""
+    """Request for step two with an unknown arm: the machine takes, moves and identifies the arm, then lets it float."""
 
     kind: Literal["identify"] = "identify"
 
@@ -100,14 +98,17 @@ class GiveBack(_Asked):
 
 
 class Stop(_Asked):
-    """Soft descent of the arm. The latch stays until a reset. Never refused, but not an emergency stop."""
+    """Request for a soft descent of the arm. It is never refused, and a stop lasts until a reset.
+
+    It is not an emergency stop.
+    """
 
     kind: Literal["stop"] = "stop"
     why: Line = "Stop was pressed."
 
 
 class Reset(_Seen):
-    """Release of the latch. The machine is then off, and nothing starts."""
+    """Request to end a stop. The machine is off afterwards, and no motion starts."""
 
     kind: Literal["reset"] = "reset"
 
@@ -119,7 +120,7 @@ class SwitchOff(_Asked):
 
 
 class SetLevel(_Asked):
-    """Change of the felt share of the arm's weight, by the guard's ramp or by a slower one."""
+    """Request to change the felt share of the arm's weight [-], with the guard's ramp or a slower one."""
 
     kind: Literal["set_level"] = "set_level"
     gravity_level: Level

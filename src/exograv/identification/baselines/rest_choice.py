@@ -55,7 +55,7 @@ def best_rests(statics: RestStatics, gain_of: GainOf, count: int) -> Float[np.nd
 
 
 def _elastic_squares(statics: RestStatics, balances: Sequence[Balance]) -> Float[np.ndarray, "posture freedom"]:
-    """Mean square of the elastic torque K z − c of each freedom [N²·m²], over the prior."""
+    """Mean square of the elastic torque K z − c of each freedom under the prior distribution [N²·m²]."""
     layout = ParameterLayout.of(statics.assembly)
     mean, covariance = prior(statics.assembly, statics.machine)
     K, c = layout.stiffness, layout.spring_offset

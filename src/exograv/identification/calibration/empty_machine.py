@@ -42,7 +42,7 @@ class Calibration:
 
     machine: CalibratedMachine
     tilt: Float[np.ndarray, " 2"]
-    """Tilt of the base: horizontal part of gravity along x and y of the base, over the size of gravity [-]."""
+    """Tilt of the base: components of gravity along x and y of the base, divided by the magnitude of gravity [-]."""
     tilt_sd: Float[np.ndarray, " 2"]
     offset: Joints
     """Encoder offsets: measured minus true position [rad]."""

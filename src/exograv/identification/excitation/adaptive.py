@@ -33,7 +33,7 @@ class MotionPiece:
 
     path: Trajectory
     merit: float
-    """Predicted left over after the piece, worst joint over its target [-]."""
+    """Value of the criterion: predicted left over / target [-]; the joint with the largest ratio dominates."""
 
 
 class Planner:

@@ -71,7 +71,7 @@ Square = Float[np.ndarray, "unknown unknown"]
 
 
 class LeftOverCriterion:
-    """Predicted left over after a motion over its target, dominated by the worst joint [-]; 1 is the target."""
+    """Norm over the joints of predicted left over / target [-]; the largest ratio dominates, and 1 is the target."""
 
     def __init__(self, prediction: LeftOverPrediction, covariance: Covariance, places: Sequence[Place]):
         self.root = square_root(covariance)

@@ -92,7 +92,10 @@ def _shoulder(assembly: Assembly, poses: list[Pose], side: ArmSide) -> Vector:
 
 
 def _arm_line(assembly: Assembly, limb: Limb, shoulder: Vector) -> tuple[list[Vector], Vector]:
-    """Shoulder, elbow, wrist and finger tip in the fastened cuffs, and the direction of the thumb, in the base."""
+    """Return the positions of shoulder, elbow, wrist and fingertip, and the direction of the thumb, in the base.
+
+    The arm is in the fastened cuffs, in its donning posture. Positions are in metres; the direction has length 1.
+    """
     arm = assembly.arm
     poses = body_poses(arm.tree, _arm_positions(arm, assembly.description.arm_donning_posture), shoulder)
     frames = [arm.tree.frame(limb.prefix + name) for name in PLACES]

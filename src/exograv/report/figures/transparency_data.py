@@ -15,7 +15,7 @@ class MachineEffort:
     tracking_error_deg: Sequence[float]
     """RMS error of the path by joint [deg]."""
     practice: int
-    """Number of repetitions until the path was kept."""
+    """Number of repetitions until the arm followed the path."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class ConditionEffort:
     effort_Nms: float
     by_joint_Nms: Sequence[float]
     tracking_error_deg: float
-    """Error of the path of the worst joint [deg]."""
+    """RMS error of the path at the joint with the largest error [deg]."""
     squared_N2m2s: float
     machines: Sequence[MachineEffort]
 
@@ -48,6 +48,7 @@ class OffPath:
     condition: str
     seed: int
     tracking_error_deg: float
+    """RMS error of the path at the joint with the largest error [deg]."""
 
 
 @dataclass(frozen=True)

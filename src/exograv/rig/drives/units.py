@@ -43,7 +43,11 @@ class Units:
         return self._sign * measured
 
     def drive_currents(self, command: Command) -> Joints:
-        """Currents in the drives' directions and within their limits [A]; raises as `within_limits`."""
+        """Currents in the drives' directions, limited to the drives' largest currents [A].
+
+        Raises:
+            RigError: A current or a damping is not finite.
+        """
         return self._sign * self.within_limits(command)
 
     def within_limits(self, command: Command) -> Joints:

@@ -93,7 +93,7 @@ def _matching(there: Sequence[FoundStream], wanted: str) -> list[FoundStream]:
 
 
 def formats(streams: Sequence[FoundStream]) -> tuple[StreamFormat, ...]:
-    """Return the channels of the recording, one per stream, with unique names."""
+    """Return channel and value type of each stream in the recording. Each channel name is unique."""
     topics = list[str]()
     for stream in streams:
         first = topic = TOPICS + (re.sub(r"[^A-Za-z0-9_-]+", "_", stream.name) or "stream")

@@ -90,7 +90,7 @@ def pace_share(touches: pd.DataFrame) -> float:
 
 
 def session_measures(touches: pd.DataFrame, windows: int) -> dict[str, float]:
-    """Compute the session's measures that need only its touches and the number of complete windows."""
+    """Compute the measures of a session from touches and the number of complete windows. Names contain the units."""
     points = deviations(touches, "px")
     direction, strength = mean_direction(directions_deg(points))
     return {

@@ -22,7 +22,7 @@ KEPT = ("t", "gravity_level", "arm_share", "q_measured", "tau_measured")
 
 @dataclass(frozen=True)
 class Window:
-    """Complete window, on the recording's own clock."""
+    """Complete window of a session. Times are on the clock of the recording."""
 
     window: int
     attempt: int

@@ -38,10 +38,10 @@ class CompareSettings:
     bayes: bool = True
 
     def __post_init__(self):
-        """Reject settings that cannot be compared.
+        """Check the settings.
 
         Raises:
-            ConfigError: A setting is invalid; the message names the setting.
+            ConfigError: Both groups have the same name, or `alpha` is not between 0 and 0.5.
         """
         if self.groups[0] == self.groups[1]:
             raise ConfigError(f"Both groups are '{self.groups[0]}'; give two different groups of study.toml.")
