@@ -128,7 +128,8 @@ class Recorder:
             path, tuple(joints), dict(settings), self.inlet, self._status.name, 1, sync_every_s, outlets, devices
         )
         self._failure, self._safe_at_start = "", 0
-        self._safe, self._safe_since_s = 0, time.monotonic()
+        self._safe: int = 0
+        self._stuck_since_s: float | None = None
         self._messages: list[tuple[str, float, dict[str, Any]]] = []
         self._one_at_a_time = threading.RLock()
         self._child = Supervisor("recorder", record, self._job, FRUITLESS_MAX - 1)
@@ -166,9 +167,11 @@ class Recorder:
         """Kill a recorder that writes nothing although ticks wait. The next check replaces it when it has ended."""
         safe, now = self._ticks.acknowledged, time.monotonic()
         if safe != self._safe or safe == self._ticks.written:
-            self._safe, self._safe_since_s = safe, now
-        elif now - self._safe_since_s > HANGS_S:
-            self._safe_since_s = now
+            self._safe, self._stuck_since_s = safe, None
+        elif self._stuck_since_s is None:
+            self._stuck_since_s = now
+        elif now - self._stuck_since_s > HANGS_S:
+            self._stuck_since_s = None
             self._child.kill()
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
