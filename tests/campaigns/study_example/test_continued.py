@@ -14,7 +14,7 @@ from exograv.campaigns.study_example import example_study
 from exograv.campaigns.study_example.example_study import ExampleParticipant, make_example
 from exograv.campaigns.study_example.options import ExampleOptions
 from exograv.cli.study.showing import show_status
-from exograv.errors import ConfigError
+from exograv.errors import ConfigError, RecordingError
 from exograv.report.study_report.chapters import Content, notices
 from exograv.study.dataset.adding import add_files
 from exograv.study.dataset.status import study_status
@@ -35,6 +35,7 @@ class Sessions:
     def __init__(self) -> None:
         self.done = list[str]()
         self.interrupted_at = -1
+        self.interruption: BaseException = KeyboardInterrupt()
 
     def __call__(self, somebody: ExampleParticipant, _tell: object, folder: Path) -> Iterator[list[Path]]:
         paths = list[Path]()
@@ -42,7 +43,7 @@ class Sessions:
             said = settings(somebody.code, protocol, number, command="exograv study example --simulate")
             paths.append(write_session(folder / f"{somebody.code}_{protocol}_{number:02d}.mcap", said))
             if len(self.done) == self.interrupted_at:
-                raise KeyboardInterrupt
+                raise self.interruption
         self.done.append(somebody.code)
         yield paths
 
@@ -111,6 +112,17 @@ def test_a_participant_whose_sessions_are_only_partly_added_is_completed(
         with pytest.raises(KeyboardInterrupt):
             make_example(OPTIONS, tmp_path / "again", told, workers=1)
     make_example(OPTIONS, tmp_path / "again", told, workers=1)
+    assert content(tmp_path / "again") == content(tmp_path / "whole")
+
+
+def test_a_full_disk_is_told_with_the_advice_that_the_same_command_continues(tmp_path: Path, sessions: Sessions):
+    sessions.interruption = RecordingError("The disk is full.")
+    sessions.interrupted_at = 1
+    with pytest.raises(RecordingError, match=r"The disk is full\. The sessions .* the same command continues"):
+        make_example(OPTIONS, tmp_path / "again", told, workers=1)
+    sessions.interrupted_at = -1
+    make_example(OPTIONS, tmp_path / "again", told, workers=1)
+    make_example(OPTIONS, tmp_path / "whole", told, workers=1)
     assert content(tmp_path / "again") == content(tmp_path / "whole")
 
 

@@ -47,6 +47,9 @@ LOST = (
 )
 
 
+KEPT = "The sessions that were added stay in {path}. When the cause is removed, the same command continues."
+
+
 @dataclass(frozen=True)
 class ExampleParticipant:
     """Participant of the example."""
@@ -83,6 +86,13 @@ def make_example(options: ExampleOptions, path: Path, progress: Progress, worker
         ConfigError: The folder is not empty, or another command uses it.
         RecordingError: The disk is full. Added recordings stay, and the same command continues.
     """
+    try:
+        return _completed(options, path, progress, workers or os.cpu_count() or 1)
+    except RecordingError as error:
+        raise RecordingError(f"{error} {KEPT.format(path=path)}") from error
+
+
+def _completed(options: ExampleOptions, path: Path, progress: Progress, workers: int) -> StudyFolder:
     everybody = _people(options)
     with example_folder(path, options, partial(_begin, options=options, everybody=everybody)) as (folder, place):
         there = {source.note.key for source in placed_sources(folder)}
@@ -98,7 +108,7 @@ def make_example(options: ExampleOptions, path: Path, progress: Progress, worker
             progress(SIMULATING, simulated / total)
 
         # The study's files are added in the order of participants.
-        arriving = results_of(work, left, workers or os.cpu_count() or 1, tell, LOST)
+        arriving = results_of(work, left, workers, tell, LOST)
         for paths in in_order(arriving):
             progress(ADDING, done / total)
             outcomes = add_files(folder, paths, AddOptions())
