@@ -8,7 +8,6 @@ import contextlib
 import random
 import tempfile
 from collections.abc import Callable
-from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
 
@@ -82,20 +81,21 @@ def _messages(chunk: bytes, numbers: dict[int, int]) -> list[tuple[int, bytes]]:
 
 def sealed(inside: Inside) -> bytes:
     """Return a recording with this content, with right check sums and indexes."""
-    stream = BytesIO()
-    file = ChunkedFile(stream)
-    file.begin()
-    for topic, encoding, schema in inside.channels:
-        file.add_channel(topic, encoding, schema)
-    for chunk in inside.chunks:
-        records, index = bytearray(), dict[int, list[tuple[int, int]]]()
-        for channel, body in chunk:
-            index.setdefault(channel, []).append((MESSAGE_HEAD.unpack_from(body)[2], len(records)))
-            records += RECORD_HEAD.pack(Opcode.MESSAGE, len(body)) + body
-        if chunk:
-            file.add_chunk(bytes(records), {key: np.array(rows, INDEX_ENTRY) for key, rows in index.items()})
-    file.finish()
-    return stream.getvalue()
+    with tempfile.TemporaryFile() as stream:
+        file = ChunkedFile(stream)
+        file.begin()
+        for topic, encoding, schema in inside.channels:
+            file.add_channel(topic, encoding, schema)
+        for chunk in inside.chunks:
+            records, index = bytearray(), dict[int, list[tuple[int, int]]]()
+            for channel, body in chunk:
+                index.setdefault(channel, []).append((MESSAGE_HEAD.unpack_from(body)[2], len(records)))
+                records += RECORD_HEAD.pack(Opcode.MESSAGE, len(body)) + body
+            if chunk:
+                file.add_chunk(bytes(records), {key: np.array(rows, INDEX_ENTRY) for key, rows in index.items()})
+        file.finish()
+        stream.seek(0)
+        return stream.read()
 
 
 def mutate(data: bytes, size: int, seed: int, change: Callable[[bytes, int], bytes]) -> bytes:

@@ -1,12 +1,14 @@
 """Campaign of process faults: fly each cell, repeat flights that ended before the strike, and keep the verdicts."""
 
 import pickle
+import sys
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from exograv import __version__
+from exograv.errors import ConfigError
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Progress
 from exograv.recording.code import code_sha256
@@ -45,8 +47,11 @@ def run_matrix(campaign: MatrixCampaign, progress: Progress) -> MatrixFigures:
     Ctrl-C ends the campaign with the verdicts so far.
 
     Raises:
+        ConfigError: The computer does not run Linux.
         ExogravError: The participant could not be prepared, or the simulated drives do not start.
     """
+    if not sys.platform.startswith("linux"):
+        raise ConfigError(f"exograv dev process-faults needs the signals of Linux, and this is {sys.platform}.")
     folder = campaign.out.resolve()
     rows = CheckpointRows(folder / FILE, campaign.identity, campaign.resume, asdict, verdict_of)
     done = {verdict.cell: verdict for verdict in rows.rows}

@@ -21,7 +21,7 @@ from exograv.errors import ConfigError
 from .cell import ORDERS, Cell, Fault, FlightOrders, Process
 from .notes import read_notes, write_note
 
-STRIKE = signal.SIGUSR1
+STRIKE = getattr(signal, "SIGUSR1", signal.SIGTERM)  # Windows has no SIGUSR1, and the campaign needs Linux
 
 TICKS: dict[str, tuple[str, ...]] = {
     Process.GUARD: ("exograv.live.native_guard:NativeGuard.supervise", "exograv.live.guard_process:GuardLoop.tick"),

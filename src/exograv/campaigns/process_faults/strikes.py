@@ -1,13 +1,14 @@
 """Strikes at a session from outside: signals, limits of the kernel, and the signal that wakes a hook."""
 
 import os
-import resource
 import signal
+import sys
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from exograv.campaigns.faults.strikes import FULL_BYTES
 
@@ -15,19 +16,23 @@ from . import hooks
 from .cell import Cell, Fault, Process
 from .watching import send_all
 
+if TYPE_CHECKING or sys.platform.startswith("linux"):
+    import resource  # not on Windows
+
 SUSPENDED_S = 2.0
 """Duration of a suspend of all processes [s]."""
 
-SIGNALS: Mapping[Fault, signal.Signals] = MappingProxyType(
+SIGNALS: Mapping[Fault, str] = MappingProxyType(
     {
-        Fault.KILL: signal.SIGKILL,
-        Fault.STOP: signal.SIGSTOP,
-        Fault.HANGUP: signal.SIGHUP,
-        Fault.TERMINATE: signal.SIGTERM,
-        Fault.QUIT: signal.SIGQUIT,
-        Fault.CTRL_Z: signal.SIGTSTP,
+        Fault.KILL: "SIGKILL",
+        Fault.STOP: "SIGSTOP",
+        Fault.HANGUP: "SIGHUP",
+        Fault.TERMINATE: "SIGTERM",
+        Fault.QUIT: "SIGQUIT",
+        Fault.CTRL_Z: "SIGTSTP",
     }
 )
+"""Names of the signals that are faults by themselves; Windows has few of them."""
 
 IN_HOOK = (Fault.SPIN, Fault.EXCEPTION, Fault.HALF_WORD, Fault.FULL_PIPE)
 """Faults that a hook in a process of the session makes; the hook notes their time."""
@@ -57,7 +62,7 @@ def strike(cell: Cell, target: Target) -> Struck:
         return _suspend(target)
     t = time.monotonic()
     if cell.process is Process.SESSION:
-        os.killpg(target.pids[Process.PARENT], SIGNALS[cell.fault])
+        os.killpg(target.pids[Process.PARENT], getattr(signal, SIGNALS[cell.fault]))
     elif cell.fault in IN_HOOK:
         _wake_hooks(cell, target)
     elif cell.fault is Fault.MEMORY:
@@ -65,7 +70,7 @@ def strike(cell: Cell, target: Target) -> Struck:
     elif cell.fault is Fault.DISK:
         _limit(target.pids[cell.process], resource.RLIMIT_FSIZE, target.recording.stat().st_size + FULL_BYTES)
     else:
-        os.kill(target.pids[cell.process], SIGNALS[cell.fault])
+        os.kill(target.pids[cell.process], getattr(signal, SIGNALS[cell.fault]))
     return Struck(t)
 
 
