@@ -159,7 +159,7 @@ def fly(
         started(Running(guard, control, recorder, states, answers, line, worker))
         pids = {"guard": guard, "control": control, "recorder": recorder}
         footprint = Footprint({"session": os.getpid} | {name: partial(_pid, one) for name, one in pids.items()})
-        others = (GuardWatch(guard, recorder), recorder, control, worker, footprint, listening, ros2)
+        others = (GuardWatch(guard.kill, recorder.offered), recorder, control, worker, footprint, listening, ros2)
         report = _watched(guard, line, others, progress, seconds, hears)
         wall_s = time.monotonic() - begun
         if worker is not None:
@@ -215,7 +215,7 @@ def _let_down(guard: Supervisor[GuardJob], line: GuardLine, recorder: Recorder) 
     until = time.monotonic() + LONGEST_DESCENT_S
     with contextlib.suppress(OSError):
         line.send(ENDS)
-    watch = GuardWatch(guard, recorder)
+    watch = GuardWatch(guard.kill, recorder.offered)
     while guard.is_alive and time.monotonic() < until:
         with contextlib.suppress(KeyboardInterrupt):
             line.beat()
@@ -239,18 +239,22 @@ def _memory(joints: int) -> Iterator[tuple[Mailbox, Mailbox, GuardLine]]:
 class GuardWatch:
     """Check that the guard runs its loop. A guard that hangs is killed; the watchdogs of the drives brake the arm."""
 
-    guard: Supervisor[GuardJob]
-    recorder: Recorder
+    kill: Callable[[], None]
+    """Function that kills the guard."""
+
+    ticks: Callable[[], int]
+    """Function that returns the number of ticks of its loop so far."""
+
     _seen: int = 0
     _changed_s: float = field(default_factory=time.monotonic)
 
     def check(self) -> None:
-        """Kill the guard if it has recorded no tick for too long."""
-        now, written = time.monotonic(), self.recorder.written
-        if written != self._seen:
-            self._seen, self._changed_s = written, now
-        elif now - self._changed_s > (HANGS_S if written else ENABLES_S):
-            self.guard.kill()
+        """Kill the guard if its loop has run no tick for too long."""
+        now, ticks = time.monotonic(), self.ticks()
+        if ticks != self._seen:
+            self._seen, self._changed_s = ticks, now
+        elif now - self._changed_s > (HANGS_S if ticks else ENABLES_S):
+            self.kill()
 
 
 @runtime_checkable

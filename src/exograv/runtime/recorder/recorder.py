@@ -145,10 +145,9 @@ class Recorder:
         """Process identifier of the recorder."""
         return self._child.pid
 
-    @property
-    def written(self) -> int:
-        """Number of ticks that were handed over so far."""
-        return self._ticks.written
+    def offered(self) -> int:
+        """Return the number of ticks of the loop so far, with those that found the ring full."""
+        return self._ticks.written + self._ticks.lost
 
     @property
     def failure(self) -> str:

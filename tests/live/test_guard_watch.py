@@ -1,0 +1,59 @@
+"""The parent ends a guard whose loop stands still, and no guard whose ticks only find no room in the recording."""
+
+from dataclasses import dataclass
+
+import pytest
+
+from exograv.live.live_processes import ENABLES_S, HANGS_S, GuardWatch
+
+
+@dataclass
+class Clock:
+    now: float = 0.0
+
+    def monotonic(self) -> float:
+        return self.now
+
+
+@dataclass
+class Loop:
+    """Mock of the guard's loop."""
+
+    offered: int = 0
+    killed: int = 0
+
+    def kill(self) -> None:
+        self.killed += 1
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    clock = Clock()
+    monkeypatch.setattr("exograv.live.live_processes.time", clock)
+    return clock
+
+
+def watch_of(loop: Loop, clock: Clock) -> GuardWatch:
+    return GuardWatch(loop.kill, lambda: loop.offered, 0, clock.now)
+
+
+def test_a_loop_that_ticks_is_not_ended(clock: Clock):
+    loop = Loop()
+    watch = watch_of(loop, clock)
+    for _ in range(200):
+        loop.offered, clock.now = loop.offered + 1, clock.now + 1.0
+        watch.check()
+    assert loop.killed == 0
+
+
+@pytest.mark.parametrize(("offered", "limit_s"), [(0, ENABLES_S), (5, HANGS_S)])
+def test_a_loop_that_stands_still_is_ended_after_its_limit(clock: Clock, offered: int, limit_s: float):
+    loop = Loop(offered)
+    watch = watch_of(loop, clock)
+    watch.check()
+    clock.now = 0.9 * limit_s
+    watch.check()
+    assert loop.killed == 0
+    clock.now = 1.1 * limit_s
+    watch.check()
+    assert loop.killed == 1
