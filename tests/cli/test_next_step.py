@@ -8,7 +8,8 @@ import pytest
 from exograv import cli
 from exograv.laboratory.guided.options import MirrorOptions
 from exograv.live.options import RigTestOptions
-from exograv.options import MachineOptions, same_machine
+from exograv.next_command import same_machine
+from exograv.options import MachineOptions
 from exograv.procedures.calibration.options import CalibrateOptions
 
 

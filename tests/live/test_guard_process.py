@@ -12,6 +12,7 @@ from exograv.live.guard_process import LOST_AFTER, GuardLoop
 from exograv.recording.encoding import tick_dtype
 from exograv.rig.drive_status import DriveStatus
 from exograv.runtime.control_loop.exchange import (
+    STOP_PRESSED,
     TOLD_LEVEL,
     Channels,
     FeltLevel,
@@ -272,6 +273,8 @@ def test_an_error_in_a_tick_becomes_a_descent_that_is_recorded_and_reported(
     assert "IndexError" in capfd.readouterr().err
     texts = [row["text"].decode() for row in table.guarding._events.take()]
     assert table.guarding.failure in texts
+    # A replay needs the act, in the tick in which the descent begins.
+    assert np.count_nonzero(table.guarding._ticks.take()["acts"] & STOP_PRESSED) == 1
 
 
 def test_a_machine_that_cannot_be_read_after_an_error_ends_the_run(table: Table, monkeypatch: pytest.MonkeyPatch):

@@ -16,7 +16,7 @@ from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.phases import WEIGHING
 from exograv.loop.pilot import Progress
 from exograv.model.arm import held_weight
-from exograv.options import calibration_command
+from exograv.next_command import calibration_command
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import Identification
 from exograv.procedures.identification.float_arm import Drift, float_arm

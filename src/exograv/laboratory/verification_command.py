@@ -5,7 +5,7 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 from exograv.loop.pilot import Progress
-from exograv.options import calibration_command
+from exograv.next_command import calibration_command
 from exograv.procedures.identification.controller_knowledge import MOTION_S
 from exograv.procedures.identification.identify import identification_motion
 from exograv.procedures.verification.change import read_former

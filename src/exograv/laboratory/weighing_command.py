@@ -12,7 +12,7 @@ from exograv.loop.pilot import Progress
 from exograv.model.anthropometry import Body
 from exograv.model.arm import WeightPlace
 from exograv.model.support import assemble
-from exograv.options import calibration_command
+from exograv.next_command import calibration_command
 from exograv.procedures.identification.controller_knowledge import MOTION_S
 from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge
 from exograv.procedures.weighing.first_motion import first_motion

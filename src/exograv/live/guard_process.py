@@ -38,6 +38,9 @@ from .guard_job import (
 )
 from .native_guard import native_guard
 
+LOST_AFTER = 50
+"""Ticks in a row in which the machine could not be read or written after an error, and the run ends."""
+
 
 class SilentControl:
     """Control that does not answer: the guard lets the arm down without it."""
@@ -45,11 +48,7 @@ class SilentControl:
     closure_slope = 0.0
 
     def answer(self, believed: JointState | None, now: float) -> None:
-        """Return no answer."""
-
-
-LOST_AFTER = 50
-"""Ticks in a row in which the machine could not be read or written after an error, and the run ends."""
+        """Return None in every tick."""
 
 
 def guard_process(job: GuardJob, parent: Connection) -> None:
@@ -144,7 +143,7 @@ class GuardLoop:
                 return self._tick(period)
             except Exception as error:  # noqa: BLE001 - of any error the arm comes down softly
                 self.failure = reported(error)
-                self._guard.press_stop()
+                self.hearing.press_stop()
                 with contextlib.suppress(Exception):
                     self._note(self.rig.t, self.failure)
         return self._lower(period)

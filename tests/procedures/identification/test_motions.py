@@ -18,7 +18,7 @@ from exograv.motion import Trajectory
 from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import build_method, table_guess
 from exograv.procedures.identification.identify import identification_motion
-from exograv.procedures.identification.method_names import WITHOUT_UNCERTAINTY, MethodName, MotionName
+from exograv.procedures.identification.method_names import WITH_UNCERTAINTY, MethodName, MotionName
 from exograv.procedures.identification.motions import motion_parts
 
 DT = 0.01
@@ -78,4 +78,4 @@ def test_nothing_is_planned_from_a_method_that_states_no_uncertainty(assembly: A
 def test_the_names_without_uncertainty_are_the_methods_that_state_none_before_their_motion(
     assembly: Assembly, machine: CalibratedMachine, name: MethodName
 ):
-    assert (build_method(name, assembly, machine).estimate().covariance is None) == (name in WITHOUT_UNCERTAINTY)
+    assert (build_method(name, assembly, machine).estimate().covariance is not None) == (name in WITH_UNCERTAINTY)

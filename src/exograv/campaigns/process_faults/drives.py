@@ -54,7 +54,7 @@ class DrivesLog(NamedTuple):
 
     @classmethod
     def read(cls, path: Path) -> "DrivesLog":
-        """Read a log."""
+        """Read a log that `write` has written."""
         with np.load(path) as file:
             return cls(*(file[name] for name in cls._fields))
 
@@ -78,7 +78,7 @@ class DrivesExaminer:
                 packets.append((now, data))
             return receive(data, sender, now)
 
-        device.receive = noted  # type: ignore[method-assign]
+        device.receive = noted  # type: ignore[method-assign] - the drives of this process alone are examined
         device.plant.watch = self._note_step
 
     def log(self) -> DrivesLog:

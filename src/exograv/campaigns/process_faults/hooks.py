@@ -129,7 +129,7 @@ def announcing(folder: str, build: Callable[[], Any]) -> Any:
         time.sleep(0.02)
     made = build()
     assert is_dataclass(made)
-    return replace(made, announce=lambda mode: write_note(folder, "mode", name=mode))  # type: ignore[type-var]
+    return replace(made, announce=lambda mode: write_note(folder, "mode", name=mode))  # type: ignore[type-var] - the assertion above does not tell pyright the class
 
 
 def write_half_word(folder: str, line: Connection) -> None:

@@ -60,7 +60,7 @@ class Seen:
 
 
 def judge(cell: Cell, expected: Expected, evidence: FlightEvidence, machine: MachineFigures) -> CellVerdict:
-    """Judge one flight."""
+    """Return the verdict on one flight: outcome, torque, recording and end against the expected reaction."""
     if evidence.stopped_before or evidence.struck_t is None:
         why = evidence.stopped_before or "the hook did not act"
         stop = "" if evidence.ticks is None or not evidence.ticks.stop else f" ({evidence.ticks.stop})"

@@ -40,7 +40,7 @@ IN_HOOK = (Fault.SPIN, Fault.EXCEPTION, Fault.HALF_WORD, Fault.FULL_PIPE)
 
 @dataclass(frozen=True)
 class Target:
-    """Session to strike."""
+    """Running session of the campaign, as a strike sees it from outside."""
 
     pids: Mapping[str, int]
     """Identifier of each process by name."""

@@ -74,11 +74,11 @@ class Grid(Settings):
 
     def __len__(self) -> int:
         """Return the number of tasks."""
-        raise NotImplementedError
+        raise NotImplementedError  # each kind of task has its own; pydantic's class cannot be abstract
 
     def groups(self) -> Iterator[Sequence[Any]]:
         """Yield the settings of all tasks lazily, in groups that share work."""
-        raise NotImplementedError
+        raise NotImplementedError  # each kind of task has its own; pydantic's class cannot be abstract
 
 
 Run = Callable[[Sequence[SweepTask]], Iterator[tuple[SweepTask, Any]]]

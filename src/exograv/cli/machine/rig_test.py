@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder
 from exograv.live.options import RigTestOptions
-from exograv.options import same_machine
+from exograv.next_command import same_machine
 
 if TYPE_CHECKING:
     from exograv.live.on_drives.bring_up_command import BringUpResult

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
-from exograv.options import same_machine
+from exograv.next_command import same_machine
 from exograv.procedures.self_test.options import SelfTestOptions
 
 if TYPE_CHECKING:

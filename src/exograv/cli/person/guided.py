@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
 from exograv.laboratory.guided.options import GuidedOptions, MirrorOptions, RepeatOptions
-from exograv.options import same_machine
+from exograv.next_command import same_machine
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -250,8 +250,7 @@ class LiveFlight:
                     state.failure = say("flight.recording_over")
             except ExogravError as error:
                 state.failure = str(error)
-            except Exception as error:  # noqa: BLE001
-                # The pages must say at once that the session is lost; the traceback is for the terminal.
+            except Exception as error:  # noqa: BLE001 - the pages must say of any error that the session is lost
                 state.failure = say("flight.error", error=f"{type(error).__name__}: {error}")
                 traceback.print_exc()
             state.running = None

@@ -10,7 +10,8 @@ from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.live.arm_worker import LearnedArm
 from exograv.loop.machine_limits import limits, refuse_motorless
-from exograv.options import Side, calibration_command
+from exograv.next_command import calibration_command
+from exograv.options import Side
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin.twin import PERIOD
 from exograv.storage.calibration_file import read_calibration

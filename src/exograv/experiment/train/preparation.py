@@ -22,7 +22,7 @@ from exograv.loop.phases import ARM_CHECK, LAYING_DOWN, Drive
 from exograv.loop.pilot import Pilot, Progress
 from exograv.loop.replay_log import read_machine
 from exograv.model.assembly import Assembly
-from exograv.options import calibration_command
+from exograv.next_command import calibration_command
 from exograv.procedures.identification.controller_knowledge import MOTION_S, ControllerKnowledge
 from exograv.procedures.identification.options import ParticipantOptions
 from exograv.procedures.identification.participant_session import KeptParticipant, ParticipantRun

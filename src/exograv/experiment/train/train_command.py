@@ -18,7 +18,7 @@ from exograv.laboratory.result_rows import TwinRun
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot, Progress
-from exograv.options import calibration_command
+from exograv.next_command import calibration_command
 from exograv.recording import RecordingWriter
 from exograv.recording.disk import refuse_small_disk
 from exograv.results import MERGED, json_value

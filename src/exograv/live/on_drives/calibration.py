@@ -15,7 +15,7 @@ from exograv.loop.pilot import Pilot, Progress
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
-from exograv.options import same_machine
+from exograv.next_command import same_machine
 from exograv.procedures.calibration.calibrate import calibrate_machine, recheck_machine
 from exograv.procedures.calibration.calibrate_command import TruthAt
 from exograv.procedures.calibration.options import CalibrateOptions

@@ -22,7 +22,7 @@ from exograv.model.anthropometry import Body
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.support import assemble
 from exograv.model.wearer_form import WearerForm
-from exograv.options import calibration_command, same_machine
+from exograv.next_command import calibration_command, same_machine
 from exograv.procedures.calibration.segment_lengths import settings_of_lengths
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess

@@ -9,7 +9,8 @@ from exograv.identification.core.arm_model import ArmModel
 from exograv.live.options import LiveOptions, PersonForm
 from exograv.loop.pilot import Progress
 from exograv.model.description import load_rig
-from exograv.options import CalibratedOptions, same_machine
+from exograv.next_command import same_machine
+from exograv.options import CalibratedOptions
 from exograv.procedures.identification.controller_knowledge import MOTION_S
 from exograv.procedures.identification.simulated_wearer import SimulatedWearer
 from exograv.procedures.verification.change import read_former

@@ -10,7 +10,8 @@ from typing import Protocol
 
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.model.description import RigDescription, load_rig
-from exograv.options import OUT, calibration_command
+from exograv.next_command import calibration_command
+from exograv.options import OUT
 from exograv.results import MERGED
 from exograv.storage.calibration_file import (
     identity_of,

@@ -23,21 +23,8 @@ MethodName = Literal[
 ]
 """Identification methods; docs/explanation/identification_methods.md describes each."""
 
-WITHOUT_UNCERTAINTY: frozenset[MethodName] = frozenset(
-    {
-        "gradient",
-        "gradient-full",
-        "adam",
-        "gradient-prior",
-        "nlms",
-        "kaczmarz",
-        "least-squares",
-        "average",
-        "full",
-        "equilibrium",
-    }
-)
-"""Methods that state no uncertainty before their motion is over."""
+WITH_UNCERTAINTY: frozenset[MethodName] = frozenset({"recursive", "rls", "ekf", "oracle", "anthropometric"})
+"""Methods that state the uncertainty of their estimate while the motion goes on."""
 
 TorqueSourceName = Literal["current", "commanded"]
 
@@ -53,7 +40,7 @@ def refuse_without_uncertainty(option: str, method: MethodName) -> None:
     Raises:
         ConfigError: The method states no uncertainty.
     """
-    if method in WITHOUT_UNCERTAINTY:
+    if method not in WITH_UNCERTAINTY:
         raise ConfigError(
             f"{option} needs a method that states its uncertainty; '{method}' does not. Use --method recursive, or "
             f"leave out {option}."

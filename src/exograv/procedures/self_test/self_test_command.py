@@ -10,7 +10,7 @@ from typing import Protocol
 
 from exograv.loop.pilot import Progress
 from exograv.model.description import RigDescription, load_rig
-from exograv.options import calibration_command
+from exograv.next_command import calibration_command
 from exograv.procedures.calibration.breakaway_checks import refuse_joints_without_motor
 from exograv.rig import may_be_worn
 from exograv.storage.calibration_file import MAKE, TakenCalibration, take_calibration

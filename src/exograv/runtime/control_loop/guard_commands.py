@@ -199,11 +199,11 @@ class GuardCommands:
             why = self._ask(word.event, mode or Mode.OFF, is_answered=is_answered)
             self._answer(word.number, why, now, word.event.value)
         elif isinstance(word, DescentCommand):
-            self._press_stop()
+            self.press_stop()
             self._answer(word.number, "", now, "operator: stop")
         else:
             self.is_asked_to_end = True
-            self._press_stop()
+            self.press_stop()
 
     def latched(self) -> None:
         """Take note that the guard has stopped."""
@@ -232,7 +232,8 @@ class GuardCommands:
             self._note(now, text)
         return is_left
 
-    def _press_stop(self) -> None:
+    def press_stop(self) -> None:
+        """Start the descent, and note the act for the recording."""
         self.acts |= STOP_PRESSED
         self._guard.press_stop()
 
@@ -243,7 +244,7 @@ class GuardCommands:
         if why:
             self._note(now, why)
             if self._steering.is_to_stop:
-                self._press_stop()
+                self.press_stop()
 
     def _ask(self, event: Event, mode: Mode, *, is_answered: bool) -> str:
         is_latched = self._guard.envelope.stop is not None
