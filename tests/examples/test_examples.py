@@ -1,9 +1,12 @@
 """Every numbered example runs to its end, alone, and prints the expected line."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
+from tests.console.of_process import console
 from tests.preloaded import script
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("[0-9]*.py"))
@@ -35,3 +38,11 @@ def test_the_example_runs_to_its_end(path: Path, tmp_path: Path):
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONWARNINGS": "error"}
     run = script(path, folder=tmp_path, environment=environment)
     assert PRINTED[path.name[:2]] in run.stdout
+
+
+@pytest.mark.slow
+def test_the_page_of_the_example_steers_a_console(tmp_path: Path):
+    page = Path(__file__).parents[2] / "examples" / "console_page" / "page.py"
+    with console("--rehearse", "--out", tmp_path) as (_process, link):
+        run = subprocess.run([sys.executable, page, link], capture_output=True, text=True, check=True)
+    assert run.stdout.count("'taken': True") == 2
