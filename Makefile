@@ -42,20 +42,21 @@ demo: setup
 # CI is set; `make test-slow` always.
 SHAPES := --jaxtyping-packages=exograv,peers,beartype.beartype
 
-# Pages want a computer of their own: a person's touches have their times. `make test-slow`, and a server that others
-# share, run them one by one.
-PAGES := -m pytest tests/browser
+# Pages and flights want a computer of their own: a person's touches have their times, and a real-time process takes its
+# processor from others. `make test-slow`, and a server that others share, run them one by one; else flights are one group.
+ALONE := tests/browser tests/live
+NOT_ALONE := $(ALONE:%=--ignore=%)
 
 # A server also runs what takes seconds: whole sessions, further seeds of a sweep, all examples of a property.
 FAST := $(if $(CI),not slow,not slow and not long)
 
 test: setup-dev
-	$(BIN)/python -m pytest -m "$(FAST)" --ignore=tests/browser $(ON_ALL_CORES) $(if $(CI),$(SHAPES))
-	$(BIN)/python $(PAGES) $(if $(CI),$(SHAPES),--numprocesses 2)
+	$(BIN)/python -m pytest -m "$(FAST)" $(NOT_ALONE) $(ON_ALL_CORES) $(if $(CI),$(SHAPES))
+	$(BIN)/python -m pytest -m "$(FAST)" $(ALONE) $(if $(CI),$(SHAPES),--numprocesses 2 --dist loadgroup)
 
 test-slow: setup-dev
-	$(BIN)/python -m pytest --ignore=tests/browser $(ON_ALL_CORES) $(SHAPES)
-	$(BIN)/python $(PAGES) $(SHAPES)
+	$(BIN)/python -m pytest $(NOT_ALONE) $(ON_ALL_CORES) $(SHAPES)
+	$(BIN)/python -m pytest $(ALONE) $(SHAPES)
 
 check: setup-dev
 	$(BIN)/ruff check
