@@ -36,13 +36,13 @@ typedef struct {
 typedef struct {
     char name[EXOGRAV_NAME_BYTES];
     float current_rated_A, current_max_A, brake_Nms_per_rad;
-    uint32_t reserved;
+    uint32_t counts_samples; /* 1 if the states count the samples of this drive */
 } exograv_nameplate_joint;
 
 typedef struct {
     double position, motor_position; /* [rad] */
     float current, temperature;      /* [A], [deg C] */
-    uint16_t status, fault, code, reserved;
+    uint16_t status, fault, code, samples;
 } exograv_state_joint;
 
 typedef struct {

@@ -20,12 +20,12 @@
 #define PERIOD_US 1000u
 #define WATCHDOG_US 20000u
 
-/* These values must equal those of drives.toml: name, rated and greatest current [A], brake [N m s/rad]. */
+/* These values must equal those of drives.toml: name, rated and greatest current [A], brake [N m s/rad]; samples are counted. */
 static const exograv_nameplate_joint PLATES[JOINTS] = {
-    {"shoulder_flexion", 3.0f, 9.0f, 10.0f, 0},
-    {"shoulder_abduction", 3.0f, 9.0f, 10.0f, 0},
-    {"shoulder_rotation", 2.2f, 6.7f, 10.0f, 0},
-    {"elbow_flexion", 2.2f, 6.7f, 4.0f, 0},
+    {"shoulder_flexion", 3.0f, 9.0f, 10.0f, 1},
+    {"shoulder_abduction", 3.0f, 9.0f, 10.0f, 1},
+    {"shoulder_rotation", 2.2f, 6.7f, 10.0f, 1},
+    {"elbow_flexion", 2.2f, 6.7f, 4.0f, 1},
 };
 
 typedef struct {
@@ -33,7 +33,7 @@ typedef struct {
     float current;         /* current in the motor [A] */
     float asked, damping;  /* from the last command */
     int64_t told, until;   /* arrival of the last command, and end of its life [us] */
-    uint16_t fault;
+    uint16_t fault, samples;
     bool enabled;
 } motor;
 
@@ -80,6 +80,7 @@ static void motor_step(motor *m, const exograv_nameplate_joint *plate, int64_t n
     const double push = PER_AMPERE * m->current - WEIGHT * sin(m->q);
     m->v = (m->v + dt / INERTIA * push) / (1.0 + dt / INERTIA * (damping + FRICTION));
     m->q += dt * m->v;
+    m->samples++; /* with a real drive: only when its sensors were read anew */
 }
 
 /* ---- the protocol ---- */
@@ -154,6 +155,7 @@ static size_t state(controller *c, uint8_t *answer, const exograv_header *asked,
         joint->temperature = (float)m->temperature;
         joint->status = (uint16_t)(EXOGRAV_DRIVE_PRESENT | (m->enabled ? EXOGRAV_DRIVE_ENABLED : 0));
         joint->fault = m->fault;
+        joint->samples = m->samples;
     }
     memcpy(answer, &own, offsetof(exograv_state, joint) + sizeof(exograv_state_joint) * JOINTS);
     const size_t length = finish(c, answer, EXOGRAV_STATE_BYTES(JOINTS), EXOGRAV_STATE, 0, asked, now);
@@ -341,11 +343,11 @@ static void print_layout(void) {
     AT(header, session), AT(header, grant), AT(header, sequence), AT(header, answers), AT(header, time_ns);
     AT(nameplate, watchdog_us), AT(nameplate, period_us), AT(nameplate, joint);
     AT(nameplate_joint, name), AT(nameplate_joint, current_rated_A), AT(nameplate_joint, current_max_A);
-    AT(nameplate_joint, brake_Nms_per_rad), AT(nameplate_joint, reserved);
+    AT(nameplate_joint, brake_Nms_per_rad), AT(nameplate_joint, counts_samples);
     AT(state, command), AT(state, refused), AT(state, joint);
     AT(state_joint, position), AT(state_joint, motor_position), AT(state_joint, current);
     AT(state_joint, temperature), AT(state_joint, status), AT(state_joint, fault), AT(state_joint, code);
-    AT(state_joint, reserved);
+    AT(state_joint, samples);
     AT(command, age_us), AT(command, life_us), AT(command, joint);
     AT(command_joint, current), AT(command_joint, damping);
     printf("size hello %zu\nsize state %zu\nsize command %zu\nsize bye %zu\n", (size_t)EXOGRAV_HELLO_BYTES,

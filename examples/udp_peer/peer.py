@@ -47,7 +47,7 @@ class Motor:
     def __init__(self, rated, most, brake):
         self.rated, self.most, self.brake = rated, most, brake
         self.q, self.v, self.current, self.temperature = 0.0, 0.0, 0.0, 25.0
-        self.fault, self.enabled = 0, False
+        self.fault, self.enabled, self.samples = 0, False, 0
         self.asked, self.damping, self.told_at, self.until = 0.0, 0.0, 0.0, 0.0
 
     def off(self, fault=0):
@@ -73,6 +73,7 @@ class Motor:
         # The damping is that of the coming step (implicit Euler), so the step is stable for any damping.
         self.v = (self.v + dt / self.INERTIA * push) / (1.0 + dt / self.INERTIA * (damping + self.FRICTION))
         self.q += dt * self.v
+        self.samples = (self.samples + 1) % 2**16  # with a real drive: only when its sensors were read anew
 
 
 class Controller:
@@ -159,13 +160,13 @@ class Controller:
         for motor in self.motors:
             status = PRESENT | (ENABLED if motor.enabled else 0)
             numbers = motor.q, math.nan, motor.current, motor.temperature
-            body += STATE_JOINT.pack(*numbers, status, motor.fault, 0, 0)
+            body += STATE_JOINT.pack(*numbers, status, motor.fault, 0, motor.samples)
         self.states[(self.sequence + 1) % STATES] = (self.sequence + 1) % 2**32, now
         return self._packet(STATE, 0, self.session, self.grant, asked, now, body)
 
     def _nameplate(self, flags, session, grant, asked, now):
         body = OWN.pack(round(1e6 * WATCHDOG_S), round(1e6 * PERIOD_S))
-        body += b"".join(NAMEPLATE_JOINT.pack(name.encode(), *numbers, 0) for name, *numbers in PLATES)
+        body += b"".join(NAMEPLATE_JOINT.pack(name.encode(), *numbers, 1) for name, *numbers in PLATES)
         filled = body.ljust(HELLO_BYTES - HEADER.size - 4, b"\0")
         return self._packet(NAMEPLATE, flags, session, grant, asked, now, filled)
 

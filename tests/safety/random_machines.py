@@ -138,7 +138,11 @@ def draw_history(rng: np.random.Generator, m: Machines, ticks: int) -> History:
     spikes = happens()[..., None] & (rng.random(every) < 0.5)
     q = np.where(spikes, q + rng.choice([0.4, -0.01, 1e3, 0.03], every), q)
     q = _extreme(rng, q, happens())
-    measured = _extreme(rng, rng.normal(0.0, 1.0, every), happens(0.5))
+    measured = rng.normal(0.0, 1.0, every)
+    coarse = rng.choice([0.0, 0.2, 2.0], (machines, joints))  # a coarse sensor often keeps its value
+    measured = np.where(coarse > 0.0, np.round(measured / np.fmax(coarse, 1e-9)) * coarse, measured)
+    q, measured = _frozen_images(rng, q, measured)
+    measured = _extreme(rng, measured, happens(0.5))
     sequence = np.arange(ticks)[:, None] * np.ones(machines, dtype=int)
     now = sequence * m.period + rng.uniform(0.0, 1e-4, shape)
     t = now - rng.uniform(0.0, 3e-4, shape)
@@ -187,6 +191,16 @@ def _frozen(rng: np.random.Generator, q: np.ndarray, rarity: np.ndarray) -> np.n
         joint, length = rng.integers(q.shape[2]), rng.integers(15, 60)
         q[k : k + length, machine, joint] = q[k, machine, joint]
     return q
+
+
+def _frozen_images(rng: np.random.Generator, q: np.ndarray, measured: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Freeze all signals of some machines, and of single joints, for about the time after which they are found."""
+    q, measured = q.copy(), measured.copy()
+    for k, machine in np.argwhere(rng.random(q.shape[:2]) < 0.001):
+        joints, length = (slice(None), int(rng.integers(q.shape[2])))[int(rng.integers(2))], rng.integers(30, 120)
+        for signal in (q, measured):
+            signal[k : k + length, machine, joints] = signal[k, machine, joints]
+    return q, measured
 
 
 def _extreme(rng: np.random.Generator, values: np.ndarray, where: np.ndarray) -> np.ndarray:

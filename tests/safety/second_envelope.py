@@ -228,6 +228,38 @@ class Missed:
         self.ring[:, where], self.row[where] = False, 0
 
 
+class SecondImage:
+    """Joints whose signals keep all their bits, and whether sensors with noise would do so."""
+
+    def __init__(self, machines: Machines):
+        shape = machines.torque_max.shape
+        self.step = (machines.period / (1.0 + machines.period))[:, None]
+        self.most, self.most_alone = (ticks_in(ms, machines.period)[:, None] for ms in (40.0, 80.0))
+        self.q, self.torque = np.full(shape, np.nan), np.full(shape, np.nan)
+        self.ticks, self.log_chance = np.zeros(shape, dtype=int), np.zeros(shape)
+        self.share, self.turns, self.slope = np.ones(shape), np.zeros(shape), np.zeros(shape)
+
+    def see(self, tick: Tick, where: np.ndarray, believed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return machines whose whole image is frozen, and joints that are frozen alone."""
+        here = where[:, None] & np.ones_like(believed)
+        change = tick.measured - self.torque
+        same = (change == 0.0) & (tick.q == self.q)
+        self.q, self.torque = np.where(here, tick.q, self.q), np.where(here, tick.measured, self.torque)
+        self.share = np.where(here, (1.0 - self.step) * self.share + self.step * same, self.share)
+        self.ticks = np.where(here, np.where(same, self.ticks + 1, 0), self.ticks)
+        noisy = self.turns >= 0.25
+        longer = np.maximum(self.log_chance + np.where(noisy, np.log(self.share), 0.0), 2.0 * np.log(1e-10))
+        self.log_chance = np.where(here, np.where(same, longer, 0.0), self.log_chance)
+        changed = here & (np.abs(change) > 0.0)
+        back = np.sign(change) == -np.sign(self.slope)
+        self.turns = np.where(changed, (1.0 - self.step) * self.turns + self.step * back, self.turns)
+        self.slope = np.where(changed, change, self.slope)
+        together = np.where(believed, self.log_chance, 0.0).sum(axis=1)
+        long = (~believed | (self.ticks >= self.most)).all(axis=1)
+        whole = where & believed.any(axis=1) & long & (together < np.log(1e-10))
+        return whole, here & believed & (self.ticks >= self.most_alone) & (self.log_chance < np.log(1e-10))
+
+
 class SecondIngress:
     """Choice of the measurements that are used, and of the joints that are distrusted."""
 
@@ -245,6 +277,7 @@ class SecondIngress:
         self.uses = np.zeros(shape, dtype=int)
         self.same = np.zeros(shape, dtype=int)
         self.far = np.zeros(shape, dtype=int)
+        self.image = SecondImage(machines)
 
     def see(self, tick: Tick, isolated: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return machines whose measurement is used, and joints that jumped, are frozen, or gave non-finite values."""
@@ -264,10 +297,12 @@ class SecondIngress:
         reach = np.where(self.far > 0, then, at_first)
         off = good[:, None] & believed & (self.uses > 0) & (np.abs(tick.q - last) > reach)
         self.far = np.where(good[:, None] & believed, np.where(off, self.far + 1, 0), self.far)
-        used = good & ~off.any(axis=1)
+        passed = good & ~off.any(axis=1)
+        whole, alone = self.image.see(tick, passed, believed)
+        used = passed & ~whole
         self.used_at = np.where(used, tick.t, self.used_at)
         dead = self._use(tick.q, used[:, None] & believed, last)
-        return used, off & (self.far >= 3), dead, no_number
+        return used, off & (self.far >= 3), dead | (alone & used[:, None]), no_number
 
     def _used(self, ago: int | np.ndarray) -> np.ndarray:
         """Position `ago` uses before, 1 for the last one."""

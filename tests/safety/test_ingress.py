@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exograv.errors import ConfigError
-from exograv.safety.ingress import FROZEN_MS, Ingress, IngressResult
+from exograv.safety.ingress import FROZEN_MS, KEPT_JOINT_MS, KEPT_MS, Ingress, IngressResult
 from exograv.safety.native.core import AGE_MAX_S, JUMPS_MAX
 from exograv.safety.stops import StopReason
 from exograv.signals import JointState, TorqueSource
@@ -192,3 +192,49 @@ def test_an_exact_encoder_and_one_that_is_not_watched_are_taken(count: float):
     ingress = Ingress([count], DT, V_TRIP)
     ingress.see(state(0, [0.0]), 0.0)
     assert (ingress.see(state(1, [1.0]), DT).state is None) == (count == 0.0)
+
+
+def imaged(frozen: list[int], noise: float = 0.05, step: float = 0.0, seconds: float = 2.0) -> list[IngressResult]:
+    """Return the checks of three joints whose image freezes at the end; `step` is the resolution of the currents."""
+    rng, ingress, found = np.random.default_rng(8), Ingress([FINE] * 3, DT, V_TRIP), []
+    ticks = round(seconds / DT)
+    for k in range(ticks + 300):
+        q = 0.1 * np.sin(0.02 * k * np.arange(1, 4) * DT)
+        current = np.array([1.0, -0.5, 0.2]) + rng.normal(0.0, noise, 3) if noise else np.sin(0.01 * k) * np.ones(3)
+        current = step * np.round(current / step) if step else current
+        if k >= ticks:
+            q[frozen], current[frozen] = then[0][frozen], then[1][frozen]
+        then = q, current
+        one = JointState(k * DT, k, q, current, np.full(3, np.nan), TorqueSource.CURRENT)
+        found.append(ingress.see(one, k * DT))
+    return found[ticks:]
+
+
+@pytest.mark.parametrize("step", [0.0, 0.05], ids=["fine currents", "currents in steps of their noise"])
+def test_a_machine_whose_image_freezes_counts_as_silent_after_forty_milliseconds(step: float):
+    found = imaged([0, 1, 2], step=step)
+    assert [one.state is not None for one in found[:KEPT_MS]] == [True] * KEPT_MS
+    assert not any(one.state is not None for one in found[KEPT_MS:])
+    assert not any(one.found for one in found)
+
+
+def test_a_board_whose_image_freezes_alone_is_found_after_eighty_milliseconds():
+    found = imaged([1])
+    first = next(k for k, one in enumerate(found) if one.found)
+    assert (first, found[first].found) == (KEPT_JOINT_MS, ((StopReason.ENCODER_DEAD, 1),))
+
+
+@pytest.mark.parametrize("frozen", [[0, 1, 2], [1]])
+def test_a_machine_without_noise_may_stand_still_to_the_last_bit(frozen: list[int]):
+    assert not any(one.found or one.state is None for one in imaged(frozen, noise=0.0))
+
+
+def test_a_machine_that_was_just_switched_on_is_not_judged_before_its_noise_is_known():
+    assert not any(one.found for one in imaged([1], seconds=0.05)[: 2 * KEPT_JOINT_MS])
+
+
+def test_quiet_sensors_with_coarse_steps_are_given_the_time_that_chance_needs():
+    # Nine of ten values of such a current equal the one before.
+    found = imaged([1], noise=0.05, step=0.3)
+    first = next((k for k, one in enumerate(found) if one.found), None)
+    assert first is None or first > KEPT_JOINT_MS

@@ -37,6 +37,15 @@ From such a motion a joint cannot come to rest within one count. That would take
 no motor brakes an arm so hard.
 """
 
+KEPT_MS, KEPT_JOINT_MS = 40, 80
+"""Time after which a machine, and a single joint, counts as a frozen image if no signal has changed a bit [ms].
+
+Only signals with noise are judged, and only if intact ones would keep their bits so long with a chance of 1e-10.
+"""
+
+NOISE_S = 1.0
+"""Time constant of the shares from which that chance is computed [s]."""
+
 COARSEST_COUNT_RAD = 2.0 * math.pi / 2**13
 """Encoder count of a machine that does not state its own [rad].
 
@@ -44,7 +53,9 @@ It is the coarsest of the machines that we know.
 """
 
 _SCALARS = [core.WAY, core.MOVING, core.USED_SLOTS, core.SEQUENCE, core.T_USED, core.DROPPED, core.USABLE, core.USED_AT]
+_SCALARS += [core.FROZEN_MOST, core.FROZEN_JOINT, core.NOISE_STEP]
 _FIELDS = [core.REACH, core.SLACK, core.LEAST_WAY, core.IGNORED, core.JUMPS]
+_FIELDS += range(core.KEPT_TICKS, core.USED, core.JOINTS)
 _RING = range(core.USED, core.TOLD)
 PLACES = np.array([*_SCALARS, *places(_FIELDS), *_RING])
 """Places of the record that belong to the ingress."""
@@ -95,6 +106,14 @@ class Ingress:
         record.put(core.SLACK, (JUMP_SHARE - 1.0) * way + counts)
         clear = FROZEN_FROM_RAD_S * moving * period_s
         record.put(core.LEAST_WAY, np.maximum(clear, MOVING_COUNTS * counts))
+        is_watched = all(map(math.isfinite, counts_rad))
+        r[core.FROZEN_MOST] = ticks_of(KEPT_MS, period_s) if is_watched else math.inf
+        r[core.FROZEN_JOINT] = ticks_of(KEPT_JOINT_MS, period_s) if is_watched else math.inf
+        r[core.NOISE_STEP] = period_s / (NOISE_S + period_s)
+        record.put(core.KEPT_SHARE, 1.0)
+        record.put(core.KEPT_CHANCE, 1.0)
+        for field in (core.Q_KEPT, core.MOTOR_KEPT, core.TORQUE_KEPT):
+            record.put(field, np.nan)
         # Comparisons with NaN are false, so values that were not seen yet raise no finding.
         record.view[_RING] = np.nan
 

@@ -43,6 +43,9 @@ class Driver:
     plates: dict[str, float]
     """Values that drives on this bus report, by key, each with a wrong value."""
 
+    counts_samples: bool
+    """True if drives on this bus say which of their samples they report."""
+
     sets_watchdogs: bool
     """True if drives on this bus take the watchdog of the file; otherwise they report their own."""
 
@@ -53,6 +56,7 @@ BUSES = {
         ("port = 47100", "port = {port}"),
         ("node = 4\n", "node = 4\nsign = -1\n"),
         {"current_rated_A": 2.5, "current_max_A": 12.0, "brake_Nms_per_rad": 1.0},
+        counts_samples=True,
         sets_watchdogs=False,
     ),
     "canopen": Driver(
@@ -60,6 +64,7 @@ BUSES = {
         ('"239.74.163.2"', '"239.74.163.2:{port}"'),
         ("node = 4\nsign = -1\n", "node = 4\n"),
         {"current_rated_A": 2.5},
+        counts_samples=False,
         sets_watchdogs=True,
     ),
     "moteus": Driver(
@@ -67,6 +72,7 @@ BUSES = {
         ('path = "fdcanusb"', 'path = "{folder}/fdcanusb"'),
         ("node = 4\n", "node = 4\nsign = -1\n"),
         {"current_max_A": 12.0, "brake_Nms_per_rad": 1.0},
+        counts_samples=False,
         sets_watchdogs=False,
     ),
 }
@@ -178,7 +184,7 @@ def bench(served: tuple[str, Path, DeviceProcess]) -> Iterator[DeviceProcess]:
     device = served[2]
     device.forget_lines()
     yield device
-    for order in ("mend", "release", *(f"plug {joint}" for joint in load_rig("recupera_like").joints)):
+    for order in ("mend", "release", *(f"{act} {joint}" for act in ("plug", "thaw") for joint in load_rig("recupera_like").joints)):
         device.do(order)
 
 

@@ -138,6 +138,21 @@ def test_a_recorder_that_hangs_is_replaced_and_no_tick_is_missing(tmp_path: Path
     assert read_recording(path).ticks["sequence"].tolist() == list(range(200))
 
 
+def test_a_recorder_that_hangs_at_the_end_is_replaced_and_no_tick_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr("exograv.runtime.recorder.recorder.HANGS_S", 0.5)
+    path = tmp_path / "a.mcap"
+    with recording(path) as (recorder, control):
+        control.put(100)
+        wait_until(lambda: recorder.check().acknowledged == 100, "100 ticks on disk")
+        os.kill(recorder.pid, signal.SIGSTOP)
+        control.put(100)
+        report = recorder.finish()
+        assert (report.acknowledged, report.restarts, report.why) == (200, 1, "")
+    assert read_recording(path).ticks["sequence"].tolist() == list(range(200))
+
+
 def test_ticks_are_counted_also_while_the_ring_is_full(tmp_path: Path):
     with recording(tmp_path / "a.mcap") as (recorder, control):
         os.kill(recorder.pid, signal.SIGSTOP)

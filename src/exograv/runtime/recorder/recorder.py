@@ -163,7 +163,7 @@ class Recorder:
         return self._report()
 
     def _end_hanging(self) -> None:
-        """Kill a recorder that writes nothing although ticks wait. The next check replaces it when it has ended."""
+        """Kill a recorder that writes nothing although ticks wait. It is replaced after it has ended."""
         safe, now = self._ticks.acknowledged, time.monotonic()
         if safe != self._safe or safe == self._ticks.written:
             self._safe, self._stuck_since_s = safe, None
@@ -194,6 +194,7 @@ class Recorder:
             if self._child.await_exit(0.1):
                 self._replace()
                 self._say_end(timing)
+            self._end_hanging()
             if time.monotonic() > until:
                 self._child.kill()
                 self._failure = (

@@ -6,7 +6,7 @@ static inline long modulo(long a, long b) { long rest = a % b; return rest < 0 ?
 static inline long smaller(long a, long b) { return b < a ? b : a; }
 
 /* Number of places of a record: a library that was made from another layout is not used. */
-const long guard_size = 6410;
+const long guard_size = 6541;
 
 #define JOINTS 16
 #define SLOTS 128
@@ -43,106 +43,117 @@ const long guard_size = 6410;
 #define WINDOW 28
 #define IN_WINDOW 29
 #define SECOND 30
-#define CAME 31
-#define SEQUENCE_IN 32
-#define T_IN 33
-#define NOW 34
-#define IN_CURRENT 35
-#define HAS_MOTOR 36
-#define SPOKE 37
-#define ANSWERS 38
-#define VALID_UNTIL 39
-#define STOP 40
-#define SINCE_STOP 41
-#define WITHOUT_MODEL 42
-#define CLIPPED 43
-#define LEVEL 44
-#define LEVEL_WANTED 45
-#define LEVEL_STEP 46
-#define LEVEL_MOVES 47
-#define DRIVEN 48
-#define ENERGY 49
-#define IN_WALL 50
-#define SEQUENCE 51
-#define T_USED 52
-#define DROPPED 53
-#define USABLE 54
-#define USED_AT 55
-#define TOLD_AT 56
-#define TOLD_COUNT 57
-#define BEFORE_AT 58
-#define BEFORE_COUNT 59
-#define SPEED_T 60
-#define HAS_SPEED 61
-#define BRIDGES 62
-#define SAFE_STATE 63
-#define MACHINE_MISSES 64
-#define CONTROL_MISSES 77
-#define _FIELDS 90
-#define TORQUE_MAX 90
-#define DAMPING 106
-#define ACTIVE 122
-#define LEAST_ACTIVE 138
-#define LOWER 154
-#define UPPER 170
-#define FREE_LOWER 186
-#define FREE_UPPER 202
-#define DRY 218
-#define VISCOUS 234
-#define ERROR 250
-#define REACH 266
-#define SLACK 282
-#define LEAST_WAY 298
-#define GAIN 314
-#define Q_IN 330
-#define CURRENT_IN 346
-#define TAU_IN 362
-#define Q_MOTOR_IN 378
-#define FAULTY_IN 394
-#define ANSWER_IN 410
-#define DESIRED 426
-#define Q_GIVEN 442
-#define V_GIVEN 458
-#define TAU 474
-#define TAU_AT_STOP 490
-#define ISOLATED 506
-#define POWERLESS 522
-#define Q 538
-#define V 554
-#define KNOWN 570
-#define CARRIED 586
-#define FRICTION 602
-#define LOW 618
-#define HIGH 634
-#define LAST_TAU 650
-#define WANTED 666
-#define OVER 682
-#define IGNORED 698
-#define JUMPS 714
-#define JUMPED 730
-#define DEAD 746
-#define BROKEN 762
-#define PARTED 778
-#define WRONG 794
-#define FIRST 810
-#define PARTED_TICKS 826
-#define LAST 842
-#define STILL 858
-#define MOTOR_THEN 874
-#define OFF_TICKS 890
-#define BIAS 906
-#define REFUSED_TICKS 922
-#define HELD 938
-#define Q_SEEN 954
-#define V_SEEN 970
-#define V_FILTER 986
-#define Q_FILTER 1002
-#define FAULTY 1018
-#define USED 1034
-#define TOLD 3082
-#define BEFORE 5130
-#define MOTOR_BEFORE 5770
-#define SIZE 6410
+#define FROZEN_MOST 31
+#define FROZEN_JOINT 32
+#define NOISE_STEP 33
+#define CAME 34
+#define SEQUENCE_IN 35
+#define T_IN 36
+#define NOW 37
+#define IN_CURRENT 38
+#define HAS_MOTOR 39
+#define SPOKE 40
+#define ANSWERS 41
+#define VALID_UNTIL 42
+#define STOP 43
+#define SINCE_STOP 44
+#define WITHOUT_MODEL 45
+#define CLIPPED 46
+#define LEVEL 47
+#define LEVEL_WANTED 48
+#define LEVEL_STEP 49
+#define LEVEL_MOVES 50
+#define DRIVEN 51
+#define ENERGY 52
+#define IN_WALL 53
+#define SEQUENCE 54
+#define T_USED 55
+#define DROPPED 56
+#define USABLE 57
+#define USED_AT 58
+#define TOLD_AT 59
+#define TOLD_COUNT 60
+#define BEFORE_AT 61
+#define BEFORE_COUNT 62
+#define SPEED_T 63
+#define HAS_SPEED 64
+#define BRIDGES 65
+#define SAFE_STATE 66
+#define MACHINE_MISSES 67
+#define CONTROL_MISSES 80
+#define _FIELDS 93
+#define TORQUE_MAX 93
+#define DAMPING 109
+#define ACTIVE 125
+#define LEAST_ACTIVE 141
+#define LOWER 157
+#define UPPER 173
+#define FREE_LOWER 189
+#define FREE_UPPER 205
+#define DRY 221
+#define VISCOUS 237
+#define ERROR 253
+#define REACH 269
+#define SLACK 285
+#define LEAST_WAY 301
+#define GAIN 317
+#define Q_IN 333
+#define CURRENT_IN 349
+#define TAU_IN 365
+#define Q_MOTOR_IN 381
+#define FAULTY_IN 397
+#define ANSWER_IN 413
+#define DESIRED 429
+#define Q_GIVEN 445
+#define V_GIVEN 461
+#define TAU 477
+#define TAU_AT_STOP 493
+#define ISOLATED 509
+#define POWERLESS 525
+#define Q 541
+#define V 557
+#define KNOWN 573
+#define CARRIED 589
+#define FRICTION 605
+#define LOW 621
+#define HIGH 637
+#define LAST_TAU 653
+#define WANTED 669
+#define OVER 685
+#define IGNORED 701
+#define JUMPS 717
+#define JUMPED 733
+#define DEAD 749
+#define BROKEN 765
+#define PARTED 781
+#define WRONG 797
+#define FIRST 813
+#define PARTED_TICKS 829
+#define LAST 845
+#define STILL 861
+#define MOTOR_THEN 877
+#define OFF_TICKS 893
+#define BIAS 909
+#define REFUSED_TICKS 925
+#define HELD 941
+#define Q_SEEN 957
+#define V_SEEN 973
+#define V_FILTER 989
+#define Q_FILTER 1005
+#define FAULTY 1021
+#define KEPT_TICKS 1037
+#define KEPT_SHARE 1053
+#define KEPT_CHANCE 1069
+#define TURNS 1085
+#define Q_KEPT 1101
+#define MOTOR_KEPT 1117
+#define TORQUE_KEPT 1133
+#define CHANGE_BEFORE 1149
+#define USED 1165
+#define TOLD 3213
+#define BEFORE 5261
+#define MOTOR_BEFORE 5901
+#define SIZE 6541
 #define NOT_FINITE 1
 #define TOO_FAST 2
 #define NO_MEASUREMENT 3
@@ -166,6 +177,8 @@ const long guard_size = 6410;
 #define WALL_AHEAD_S 0.1
 #define AGE_MAX_S 0.003
 #define JUMPS_MAX 3.0
+#define UNLIKELY 1e-10
+#define LEAST_TURNS 0.25
 #define AGREE_RAD 0.035
 #define TORQUE_OFF_NM 3.0
 #define TORQUE_BIAS_NM 2.0
@@ -207,6 +220,9 @@ void guard_take_in(double *restrict r);
 void guard_ignore_isolated(double *restrict r, long slots);
 int guard_is_broken(double *restrict r);
 int guard_has_jumped(double *restrict r);
+int guard_is_frozen(double *restrict r);
+void guard_keep(double *restrict r, long j);
+int guard_is_stuck(double *restrict r, long j);
 int guard_is_dead(double *restrict r, long j, long at, long slots);
 void guard_compare(double *restrict r);
 void guard_compare_encoders(double *restrict r);
@@ -794,7 +810,7 @@ void guard_take_in(double *restrict r)
     if ((!(fabs((r[NOW] - r[T_IN])) <= AGE_MAX_S))) {
         return;
     }
-    if ((guard_is_broken(r) || guard_has_jumped(r))) {
+    if ((guard_is_broken(r) || guard_has_jumped(r) || guard_is_frozen(r))) {
         return;
     }
     at = modulo(((long)(r[USED_AT]) + 1), slots);
@@ -807,7 +823,7 @@ void guard_take_in(double *restrict r)
     const long t4 = (long)(r[N]);
     for (j = 0; j < t4; j += 1) {
         r[((USED + (at * JOINTS)) + j)] = ((r[(IGNORED + j)] != 0.0) ? NAN : r[(Q_IN + j)]);
-        r[(DEAD + j)] = (guard_is_dead(r, j, at, slots) ? 1.0 : 0.0);
+        r[(DEAD + j)] = ((guard_is_dead(r, j, at, slots) || guard_is_stuck(r, j)) ? 1.0 : 0.0);
     }
 }
 
@@ -876,6 +892,77 @@ int guard_has_jumped(double *restrict r)
         }
     }
     return is_far;
+}
+
+int guard_is_frozen(double *restrict r)
+{
+    int is_any;
+    int is_long;
+    double chance;
+    long j;
+    const int t1 = 0;
+    const int t2 = 1;
+    const double t3 = 1.0;
+    is_any = t1;
+    is_long = t2;
+    chance = t3;
+    const long t4 = (long)(r[N]);
+    for (j = 0; j < t4; j += 1) {
+        guard_keep(r, j);
+        if ((r[(IGNORED + j)] == 0.0)) {
+            const int t5 = 1;
+            const double t6 = (chance * r[(KEPT_CHANCE + j)]);
+            is_any = t5;
+            chance = t6;
+            is_long = (is_long && (r[(KEPT_TICKS + j)] >= r[FROZEN_MOST]));
+        }
+    }
+    return (is_any && is_long && (chance < UNLIKELY));
+}
+
+void guard_keep(double *restrict r, long j)
+{
+    double q;
+    double motor;
+    double torque;
+    double change;
+    int is_kept;
+    double turned;
+    const double t1 = r[(Q_IN + j)];
+    const double t2 = ((r[HAS_MOTOR] != 0.0) ? r[(Q_MOTOR_IN + j)] : 0.0);
+    q = t1;
+    motor = t2;
+    torque = ((r[IN_CURRENT] != 0.0) ? r[(CURRENT_IN + j)] : r[(TAU_IN + j)]);
+    change = (torque - r[(TORQUE_KEPT + j)]);
+    is_kept = ((change == 0.0) && (q == r[(Q_KEPT + j)]) && ((motor == r[(MOTOR_KEPT + j)]) || isnan(motor)));
+    const double t3 = q;
+    const double t4 = motor;
+    const double t5 = torque;
+    r[(Q_KEPT + j)] = t3;
+    r[(MOTOR_KEPT + j)] = t4;
+    r[(TORQUE_KEPT + j)] = t5;
+    r[(KEPT_SHARE + j)] += (r[NOISE_STEP] * ((is_kept ? 1.0 : 0.0) - r[(KEPT_SHARE + j)]));
+    if (is_kept) {
+        r[(KEPT_TICKS + j)] += 1.0;
+        if ((r[(TURNS + j)] >= LEAST_TURNS)) {
+            r[(KEPT_CHANCE + j)] = guard_most((r[(KEPT_CHANCE + j)] * r[(KEPT_SHARE + j)]), (UNLIKELY * UNLIKELY));
+        }
+    } else {
+        const double t6 = 0.0;
+        const double t7 = 1.0;
+        r[(KEPT_TICKS + j)] = t6;
+        r[(KEPT_CHANCE + j)] = t7;
+    }
+    if (((change > 0.0) || (change < 0.0))) {
+        turned = (((change * r[(CHANGE_BEFORE + j)]) < 0.0) ? 1.0 : 0.0);
+        r[(TURNS + j)] += (r[NOISE_STEP] * (turned - r[(TURNS + j)]));
+        r[(CHANGE_BEFORE + j)] = change;
+    }
+}
+
+int guard_is_stuck(double *restrict r, long j)
+{
+    return ((r[(IGNORED + j)] == 0.0) && (r[(KEPT_TICKS + j)] >= r[FROZEN_JOINT]) && (r[(KEPT_CHANCE + j)] < UNLIKELY));
 }
 
 int guard_is_dead(double *restrict r, long j, long at, long slots)

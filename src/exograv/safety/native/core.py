@@ -31,19 +31,19 @@ MISSES = 11
 (
     N, DT, RATE, V_DAMPING, V_TRIP, DESCENT_S, WORN, WALL, PAST_STOP, V_TRIP_PERSON, TANK_START, TANK_MAX, PATH_W,
     DRIVEN_W, DRIVEN_J, WAY, MOVING, USED_SLOTS, COMPARES, BY_GAIN, LATELY, SLOWEST, IN_A_ROW, SPEED, STILL_MOST,
-    BIAS_SHARE, REFUSED_MOST, LEAST_OPPOSITE, WINDOW, IN_WINDOW, SECOND,
-) = range(31)  # fmt: skip
+    BIAS_SHARE, REFUSED_MOST, LEAST_OPPOSITE, WINDOW, IN_WINDOW, SECOND, FROZEN_MOST, FROZEN_JOINT, NOISE_STEP,
+) = range(34)  # fmt: skip
 
 # Input of a tick: from the machine, then from control.
-CAME, SEQUENCE_IN, T_IN, NOW, IN_CURRENT, HAS_MOTOR, SPOKE, ANSWERS, VALID_UNTIL = range(31, 40)
+CAME, SEQUENCE_IN, T_IN, NOW, IN_CURRENT, HAS_MOTOR, SPOKE, ANSWERS, VALID_UNTIL = range(34, 43)
 
 # State of the guard.
 (
     STOP, SINCE_STOP, WITHOUT_MODEL, CLIPPED, LEVEL, LEVEL_WANTED, LEVEL_STEP, LEVEL_MOVES, DRIVEN, ENERGY, IN_WALL,
     SEQUENCE, T_USED, DROPPED, USABLE, USED_AT, TOLD_AT, TOLD_COUNT, BEFORE_AT, BEFORE_COUNT, SPEED_T,
     HAS_SPEED, BRIDGES, SAFE_STATE,
-) = range(40, 64)  # fmt: skip
-MACHINE_MISSES, CONTROL_MISSES = 64, 64 + 2 + MISSES
+) = range(43, 67)  # fmt: skip
+MACHINE_MISSES, CONTROL_MISSES = 67, 67 + 2 + MISSES
 """Missed ticks: number of the tick, place of the newest miss, and the ticks of the last misses."""
 
 _FIELDS = CONTROL_MISSES + 2 + MISSES
@@ -54,8 +54,9 @@ _FIELDS = CONTROL_MISSES + 2 + MISSES
     TAU, TAU_AT_STOP, ISOLATED, POWERLESS, Q, V, KNOWN, CARRIED, FRICTION, LOW, HIGH, LAST_TAU, WANTED, OVER,
     IGNORED, JUMPS, JUMPED, DEAD, BROKEN, PARTED, WRONG, FIRST, PARTED_TICKS, LAST, STILL, MOTOR_THEN, OFF_TICKS, BIAS,
     REFUSED_TICKS, HELD, Q_SEEN, V_SEEN, V_FILTER, Q_FILTER, FAULTY,
-) = range(_FIELDS, _FIELDS + 59 * JOINTS, JOINTS)  # fmt: skip
-USED = _FIELDS + 59 * JOINTS
+    KEPT_TICKS, KEPT_SHARE, KEPT_CHANCE, TURNS, Q_KEPT, MOTOR_KEPT, TORQUE_KEPT, CHANGE_BEFORE,
+) = range(_FIELDS, _FIELDS + 67 * JOINTS, JOINTS)  # fmt: skip
+USED = _FIELDS + 67 * JOINTS
 """Ring of the last used positions [rad]."""
 TOLD = USED + SLOTS * JOINTS
 """Ring of the last commanded torques [N·m]."""
@@ -84,6 +85,11 @@ AGE_MAX_S = 0.003
 """Largest age of a measurement that is used [s]."""
 JUMPS_MAX = 3.0
 """Jumps in a row that are a fault; fewer are a spike."""
+UNLIKELY = 1e-10
+"""Chance below which signals that keep all bits are a frozen image of the machine, and not quiet sensors."""
+LEAST_TURNS = 0.25
+"""Least share of the changes of a measured torque that turn back, by which it has noise: half and more of the changes
+of noise turn back, and hardly any of a smooth signal."""
 AGREE_RAD = 0.035
 """Largest difference between the two encoders of a joint [rad]: 2°, far more than the compliance of a gear."""
 TORQUE_OFF_NM, TORQUE_BIAS_NM = 3.0, 2.0
@@ -467,13 +473,13 @@ def take_in(r: Record) -> None:
     # A time in the future is not of this clock, and would excuse any jump.
     if not abs(r[NOW] - r[T_IN]) <= AGE_MAX_S:
         return
-    if is_broken(r) or has_jumped(r):
+    if is_broken(r) or has_jumped(r) or is_frozen(r):
         return
     at = (int(r[USED_AT]) + 1) % slots
     r[USED_AT], r[T_USED], r[USABLE] = at, r[T_IN], 1.0
     for j in range(int(r[N])):
         r[USED + at * JOINTS + j] = math.nan if r[IGNORED + j] != 0.0 else r[Q_IN + j]
-        r[DEAD + j] = 1.0 if is_dead(r, j, at, slots) else 0.0
+        r[DEAD + j] = 1.0 if is_dead(r, j, at, slots) or is_stuck(r, j) else 0.0
 
 
 def ignore_isolated(r: Record, slots: int) -> None:
@@ -515,6 +521,46 @@ def has_jumped(r: Record) -> bool:
         for j in range(int(r[N])):
             r[JUMPED + j] = 1.0 if r[JUMPS + j] >= JUMPS_MAX else 0.0
     return is_far
+
+
+def is_frozen(r: Record) -> bool:
+    """Return True if the signals of all trusted joints have kept all bits for so long that their image is frozen.
+
+    A machine whose signals have no noise is not judged: it may stand still to the last bit.
+    """
+    is_any, is_long, chance = False, True, 1.0
+    for j in range(int(r[N])):
+        keep(r, j)
+        if r[IGNORED + j] == 0.0:
+            is_any, chance = True, chance * r[KEPT_CHANCE + j]
+            is_long = is_long and r[KEPT_TICKS + j] >= r[FROZEN_MOST]
+    return is_any and is_long and chance < UNLIKELY
+
+
+def keep(r: Record, j: int) -> None:
+    """Update how long the signals of a joint have kept all bits, and the chance of that with intact sensors."""
+    q, motor = r[Q_IN + j], r[Q_MOTOR_IN + j] if r[HAS_MOTOR] != 0.0 else 0.0
+    torque = r[CURRENT_IN + j] if r[IN_CURRENT] != 0.0 else r[TAU_IN + j]
+    change = torque - r[TORQUE_KEPT + j]
+    # Comparisons with NaN are false: a joint that was not seen yet has not kept its bits.
+    is_kept = change == 0.0 and q == r[Q_KEPT + j] and (motor == r[MOTOR_KEPT + j] or math.isnan(motor))
+    r[Q_KEPT + j], r[MOTOR_KEPT + j], r[TORQUE_KEPT + j] = q, motor, torque
+    r[KEPT_SHARE + j] += r[NOISE_STEP] * ((1.0 if is_kept else 0.0) - r[KEPT_SHARE + j])
+    if is_kept:
+        r[KEPT_TICKS + j] += 1.0
+        if r[TURNS + j] >= LEAST_TURNS:
+            r[KEPT_CHANCE + j] = most(r[KEPT_CHANCE + j] * r[KEPT_SHARE + j], UNLIKELY * UNLIKELY)
+    else:
+        r[KEPT_TICKS + j], r[KEPT_CHANCE + j] = 0.0, 1.0
+    if change > 0.0 or change < 0.0:
+        turned = 1.0 if change * r[CHANGE_BEFORE + j] < 0.0 else 0.0
+        r[TURNS + j] += r[NOISE_STEP] * (turned - r[TURNS + j])
+        r[CHANGE_BEFORE + j] = change
+
+
+def is_stuck(r: Record, j: int) -> bool:
+    """Return True if the image of one trusted joint is frozen."""
+    return r[IGNORED + j] == 0.0 and r[KEPT_TICKS + j] >= r[FROZEN_JOINT] and r[KEPT_CHANCE + j] < UNLIKELY
 
 
 def is_dead(r: Record, j: int, at: int, slots: int) -> bool:

@@ -105,6 +105,19 @@ def test_a_drive_that_is_unplugged_is_faulty_and_stays_off_until_somebody_enable
     assert are_on(bench) == [True] * 4
 
 
+def test_a_drive_that_repeats_its_last_sample_is_faulty_where_samples_are_counted(rig: Any, bench: Any, driver: Any):
+    rig.enable()
+    drive(rig, 0.05, CURRENT)
+    bench.do("freeze shoulder_rotation")
+    assert drive(rig, 0.015, CURRENT).faulty == ()
+    state = drive(rig, 0.02, CURRENT)
+    assert state.faulty == ((2,) if driver.counts_samples else ())
+    assert (DriveFault.LOST in rig.status()[2].fault) == driver.counts_samples
+    bench.do("thaw shoulder_rotation")
+    rig.enable()
+    assert drive(rig, 0.05, CURRENT).faulty == ()
+
+
 def test_where_nobody_is_expected_to_answer_time_passes_all_are_lost_and_the_drives_brake(
     rig: Any, bench: Any, drives: Drives
 ):

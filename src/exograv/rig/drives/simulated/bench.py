@@ -16,6 +16,7 @@ hang MOUNT KG   hang a weight at a mount of the machine; 0 removes it
 turn JOINT NM   turn a joint by hand with this torque; 0 lets go
 unplug JOINT    disconnect this drive from the bus; plug JOINT: connect it again
 cut             disconnect the cable to the host; mend: connect it again
+freeze JOINT    let this drive repeat its last sample, while its motor goes on; thaw JOINT: new samples again
 fail JOINT      internal fault of this drive
 heat JOINT C    set the temperature of its winding
 press           hardware stop: every drive is off and brakes; release: close its line again
@@ -65,6 +66,8 @@ class SimulatedBench:
             "plug": lambda joint: self._front.plug(self._joint(joint)),
             "cut": self._front.cut,
             "mend": self._front.mend,
+            "freeze": lambda joint: self._plant.freeze(self._joint(joint)),
+            "thaw": lambda joint: self._plant.thaw(self._joint(joint)),
             "fail": lambda joint: self._plant.each[self._joint(joint)].fail(DriveFault.INTERNAL),
             "heat": self._heat,
             "press": self._plant.press_stop,
@@ -110,7 +113,7 @@ class SimulatedBench:
         return self._joints.index(name)
 
 
-_WORDS_AFTER = {"hang": 2, "turn": 2, "heat": 2, "unplug": 1, "plug": 1, "fail": 1}
+_WORDS_AFTER = {"hang": 2, "turn": 2, "heat": 2, "unplug": 1, "plug": 1, "freeze": 1, "thaw": 1, "fail": 1}
 
 
 def _number(text: str) -> float:

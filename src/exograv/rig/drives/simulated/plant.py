@@ -71,6 +71,7 @@ class Plant:
         """Action of a simulated person in the machine, called before each step."""
         self._measured = twin.read()
         self._sequence, self._ahead_s = 0, 0.0
+        self._frozen: dict[int, tuple[JointState, int]] = {}
         self.watch: Callable[[], object] | None = None
         """Callback for examiners, called after each step."""
 
@@ -115,20 +116,36 @@ class Plant:
         """Measurement of the twin's sensors, in the joints' own directions; for examiners."""
         return self._measured
 
+    def freeze(self, joint: int) -> None:
+        """Let a drive report its present sample from now on, while its motor goes on."""
+        self._frozen[joint] = self._image(joint)
+
+    def thaw(self, joint: int) -> None:
+        """Let a drive report new samples again."""
+        self._frozen.pop(joint, None)
+
+    def _image(self, joint: int) -> tuple[JointState, int]:
+        """Newest sample that a drive reports, and its number."""
+        return self._frozen.get(joint, (self._measured, self._sequence))
+
+    def sample(self, joint: int) -> int:
+        """Return the number of the newest sample that a drive reports."""
+        return self._image(joint)[1]
+
     def position(self, joint: int) -> float:
         """Position at the drive's encoder on the joint [rad], in the drive's direction and from its own zero."""
-        return float((self._measured.q[joint] - self._offset[joint]) * self._of_encoder[joint])
+        return float((self._image(joint)[0].q[joint] - self._offset[joint]) * self._of_encoder[joint])
 
     def motor_position(self, joint: int) -> float:
         """Position at the encoder on the motor's shaft [rad]; that of the joint's encoder if there is none."""
-        q_motor = self._measured.q_motor
+        q_motor = self._image(joint)[0].q_motor
         if q_motor is None:
             return self.position(joint)
         return float((q_motor[joint] - self._offset[joint]) * self._of_encoder[joint])
 
     def current(self, joint: int) -> float:
         """Return the current that the drive measures in its motor [A], in its own direction, whatever the torque is."""
-        return float(self._measured.current[joint] / self._of_current[joint])
+        return float(self._image(joint)[0].current[joint] / self._of_current[joint])
 
     def press_stop(self) -> None:
         """Press the hardware stop: every drive is off and brakes."""

@@ -19,13 +19,19 @@ from exograv.rig.drives.settings import Drive, Drives, UdpBus
 from exograv.signals import Command
 
 from .layout import STATE_JOINT, DriveFlag, Flag, is_newer
-from .link import CODE, CURRENT, FAULT, MOTOR_POSITION, POSITION, PRESENT, STATUS, TEMPERATURE, Link
-from .nameplate import refuse_other_controller
+from .link import CODE, CURRENT, FAULT, MOTOR_POSITION, POSITION, PRESENT, SAMPLES, STATUS, TEMPERATURE, Link
+from .nameplate import agreed_nameplates
 
 LOST_S = 0.005
 """Time without any answer after which all joints are lost [s].
 
 It is five periods: more than the three that a guard bridges, and less than the first drive's watchdog.
+"""
+
+STALE_S = 0.02
+"""Age of a drive's newest sample after which the drive counts as lost [s], where the controller counts samples.
+
+A controller may sample a drive more slowly than the host polls it.
 """
 
 PATIENCE_S = 0.3
@@ -45,21 +51,32 @@ class UdpNode(Node):
     def __init__(self, drive: Drive):
         super().__init__(drive, 1)
         self.current, self.fault = math.nan, DriveFault.LOST
+        self.counts_samples, self.sample, self.sampled_at = False, -1, -math.inf
+        """Whether the controller counts samples of this drive; the newest sample, and when it came first [s]."""
 
     @property
     def is_on(self) -> bool:
         """True if the drive gives the commanded torque."""
         return self.is_wanted
 
-    def take(self, said: tuple[Any, ...]) -> None:
+    def take(self, said: tuple[Any, ...], t: float) -> None:
         """Store the part of a controller's state that belongs to this drive.
 
         If the controller has no contact with the drive, the last valid position is kept and the current is set to zero.
+        A drive whose newest sample is too old is lost.
+
+        Args:
+            said: Fields of the drive in the state.
+            t: Time of the poll that the state answers [s].
         """
         self._misses, self.code, self.temperature_C = 0, said[CODE], said[TEMPERATURE]
         self.is_wanted, self.fault = _bits(said[STATUS] & STATUSES, said[FAULT] & FAULTS)
         if said[STATUS] & PRESENT:
             self.position, self.motor_position, self.current = said[POSITION], said[MOTOR_POSITION], said[CURRENT]
+            if said[SAMPLES] != self.sample:
+                self.sample, self.sampled_at = said[SAMPLES], t
+            elif self.counts_samples and t - self.sampled_at > STALE_S:
+                self.fault, self.is_wanted = self.fault | DriveFault.LOST, False
         else:
             self.current = 0.0
 
@@ -111,7 +128,9 @@ class UdpRig(Driver[UdpNode]):
 
     def _begin(self) -> None:
         """Shake hands with the controller, and wait for a first measurement."""
-        refuse_other_controller(self._link.hello(PATIENCE_S), self._drives)
+        plates = agreed_nameplates(self._link.hello(PATIENCE_S), self._drives)
+        for node, plate in zip(self._nodes, plates, strict=True):
+            node.counts_samples, node.sample = plate.counts_samples, -1
         ends = self.t + PATIENCE_S
         self._heard_at = -math.inf
         while self._heard_at == -math.inf:
@@ -139,7 +158,7 @@ class UdpRig(Driver[UdpNode]):
             return None
         self._heard_at, self._taken = answer.t, answer.packet.own[0]
         for k, node in enumerate(self._nodes):
-            node.take(answer.packet.joints[STEP * k : STEP * (k + 1)])
+            node.take(answer.packet.joints[STEP * k : STEP * (k + 1)], answer.t)
         return Asked(answer.t, answer.tick)
 
     def _tell(self, command: Command, currents: list[float], damping: list[float]) -> None:

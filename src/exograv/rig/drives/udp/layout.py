@@ -114,7 +114,7 @@ NAMEPLATE_JOINT = (
     PacketField("current_rated_A", "f32", "A", "continuous current of the motor"),
     PacketField("current_max_A", "f32", "A", "limit that the drive applies itself"),
     PacketField("brake_Nms_per_rad", "f32", "N·m·s/rad", "damping with which the drive brakes by itself"),
-    PacketField("reserved", "u32", "", "0"),
+    PacketField("counts_samples", "u32", "", "1 if the states count the samples of this drive, 0 if not"),
 )
 STATE = (
     PacketField("command", "u32", "", "sequence of the newest accepted command, 0 if none"),
@@ -133,7 +133,7 @@ STATE_JOINT = (
     PacketField("status", "u16", "", "bits, below"),
     PacketField("fault", "u16", "", "bits, below"),
     PacketField("code", "u16", "", "error code of the maker, 0 for none"),
-    PacketField("reserved", "u16", "", "0"),
+    PacketField("samples", "u16", "", "number of the newest sample of this drive; 0 follows the last"),
 )
 COMMAND = (
     PacketField("age_us", "u32", "µs", "time from sending the poll of the answered state to sending this packet"),

@@ -4,7 +4,7 @@ from exograv.errors import ConfigError
 from exograv.rig.drives.nameplate import refuse_other_value
 from exograv.rig.drives.settings import Drives
 
-from .packets import Packet, RefusedError, nameplates
+from .packets import Nameplate, Packet, RefusedError, nameplates
 
 PLATE = (
     ("rated current", "current_rated_A", "A"),
@@ -14,8 +14,8 @@ PLATE = (
 """Quantity of each drive, its key, and its unit."""
 
 
-def refuse_other_controller(packet: Packet, drives: Drives) -> None:
-    """Refuse a controller whose joints, currents, brakes, watchdog or period differ from the file.
+def agreed_nameplates(packet: Packet, drives: Drives) -> list[Nameplate]:
+    """Return the nameplates of a controller whose joints, currents, brakes, watchdog and period equal the file's.
 
     Raises:
         ConfigError: A value differs. The message names the joint, both values and the next step.
@@ -41,3 +41,4 @@ def refuse_other_controller(packet: Packet, drives: Drives) -> None:
         for what, key, unit in PLATE:
             said, stated = getattr(plate, key), getattr(drive, key)
             refuse_other_value(f"{what} of joint {plate.joint}", said, key, stated, unit)
+    return plates

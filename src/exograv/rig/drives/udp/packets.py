@@ -125,6 +125,8 @@ class Nameplate(NamedTuple):
     current_rated_A: float
     current_max_A: float
     brake_Nms_per_rad: float
+    counts_samples: bool
+    """True if the states say which sample of the drive they carry."""
 
 
 def nameplates(packet: Packet) -> list[Nameplate]:
@@ -135,9 +137,9 @@ def nameplates(packet: Packet) -> list[Nameplate]:
     """
     step, plates = len(NAMEPLATE_JOINT), []
     for k in range(packet.header.joints):
-        name, rated, most, brake, _ = packet.joints[k * step : (k + 1) * step]
+        name, rated, most, brake, counts = packet.joints[k * step : (k + 1) * step]
         try:
-            plates.append(Nameplate(name.rstrip(b"\0").decode("utf-8"), rated, most, brake))
+            plates.append(Nameplate(name.rstrip(b"\0").decode("utf-8"), rated, most, brake, counts == 1))
         except UnicodeDecodeError as error:
             raise RefusedError(Refusal.NUMBER) from error
     return plates

@@ -236,8 +236,9 @@ static const udp_asked *collect(udp_drives *drives, uint8_t *newest, int64_t unt
     return found;
 }
 
-/* Take the part of one drive. A drive that the controller does not hear keeps its last position. */
-static void take_joint(udp_joint *joint, const uint8_t *said)
+/* Take the part of one drive. A drive that the controller does not hear keeps its last position, and one whose newest
+   sample is too old is lost. */
+static void take_joint(udp_joint *joint, const uint8_t *said, double t, double stale_s)
 {
     const int status = u16_at(said, UDP_STATE_JOINT_STATUS_AT);
     joint->code = u16_at(said, UDP_STATE_JOINT_CODE_AT);
@@ -248,6 +249,14 @@ static void take_joint(udp_joint *joint, const uint8_t *said)
         joint->position = f64_at(said, UDP_STATE_JOINT_POSITION_AT);
         joint->motor_position = f64_at(said, UDP_STATE_JOINT_MOTOR_POSITION_AT);
         joint->current = f32_at(said, UDP_STATE_JOINT_CURRENT_AT);
+        const int64_t sample = u16_at(said, UDP_STATE_JOINT_SAMPLES_AT);
+        if (sample != joint->sample) {
+            joint->sample = sample;
+            joint->sampled_at = t;
+        } else if (joint->counts_samples && t - joint->sampled_at > stale_s) {
+            joint->fault |= UDP_LOST;
+            joint->is_wanted = 0;
+        }
     } else {
         joint->fault |= UDP_LOST;
         joint->current = 0.0;
@@ -297,7 +306,8 @@ void udp_read(udp_drives *drives)
         drives->heard_at = asked->t;
         drives->taken = u32_at(newest, UDP_STATE_COMMAND_AT);
         for (int64_t j = 0; j < drives->joints; j++)
-            take_joint(&drives->each[j], newest + UDP_STATE_JOINTS_AT + j * UDP_STATE_JOINT_BYTES);
+            take_joint(&drives->each[j], newest + UDP_STATE_JOINTS_AT + j * UDP_STATE_JOINT_BYTES, asked->t,
+                       drives->stale_s);
         measure(drives, asked);
     }
     drives->faulty = 0;

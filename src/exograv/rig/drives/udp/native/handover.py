@@ -2,7 +2,7 @@
 
 from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.settings import UdpBus
-from exograv.rig.drives.udp.host import LOST_S, UdpRig
+from exograv.rig.drives.udp.host import LOST_S, STALE_S, UdpRig
 from exograv.signals import JointState
 
 from .record import COUNTS, UdpAsked, UdpDrives
@@ -20,6 +20,7 @@ def handed_over(rig: UdpRig) -> UdpDrives:
         answer_ns=round(1e9 * rig._answer_s),
         began_s=clock._began,
         lost_s=LOST_S,
+        stale_s=STALE_S,
         watchdog_s=drives.watchdog_s,
         session=link._session,
         grant=link._grant,
@@ -60,6 +61,7 @@ def take_back(rig: UdpRig, record: UdpDrives) -> None:
         node.position, node.motor_position, node.current = joint.position, joint.motor_position, joint.current
         node.temperature_C, node.code, node.is_wanted = joint.temperature, joint.code, bool(joint.is_wanted)
         node.fault = DriveFault(joint.fault)
+        node.sample, node.sampled_at = joint.sample, joint.sampled_at
     before = rig._state
     faulty = tuple(j for j in range(n) if record.faulty >> j & 1)
     fields = [rig._none + 0.0 for _ in range(3)]
@@ -83,5 +85,6 @@ def _hand_over_joints(rig: UdpRig, record: UdpDrives) -> None:
         joint.position, joint.motor_position, joint.current = node.position, node.motor_position, node.current
         joint.temperature, joint.code, joint.is_wanted = node.temperature_C, node.code, node.is_wanted
         joint.fault = int(node.fault)
+        joint.counts_samples, joint.sample, joint.sampled_at = node.counts_samples, node.sample, node.sampled_at
         record.q[j], record.joint_current[j] = state.q[j], state.current[j]
         record.q_motor[j] = 0.0 if state.q_motor is None else state.q_motor[j]

@@ -51,7 +51,7 @@
 #define UDP_STATE_JOINT_STATUS_AT 24
 #define UDP_STATE_JOINT_FAULT_AT 26
 #define UDP_STATE_JOINT_CODE_AT 28
-#define UDP_STATE_JOINT_RESERVED_AT 30
+#define UDP_STATE_JOINT_SAMPLES_AT 30
 #define UDP_STATE_JOINTS_AT 40
 #define UDP_STATE_JOINT_BYTES 32
 #define UDP_COMMAND_AGE_US_AT 32
@@ -75,6 +75,9 @@ typedef struct udp_joint {
     int64_t fault;
     int64_t code;
     int64_t is_wanted;
+    int64_t counts_samples;
+    int64_t sample;
+    double sampled_at;
 } udp_joint;
 
 typedef struct udp_drives {
@@ -88,6 +91,7 @@ typedef struct udp_drives {
     int64_t answer_ns;
     double began_s;
     double lost_s;
+    double stale_s;
     double watchdog_s;
     uint32_t session;
     uint32_t grant;

@@ -42,6 +42,9 @@ class UdpJoint(ctypes.Structure):
         ("fault", ctypes.c_int64),
         ("code", ctypes.c_int64),
         ("is_wanted", ctypes.c_int64),
+        ("counts_samples", ctypes.c_int64),
+        ("sample", ctypes.c_int64),
+        ("sampled_at", ctypes.c_double),
     ]
 
 
@@ -60,6 +63,7 @@ class UdpDrives(ctypes.Structure):
         ("answer_ns", ctypes.c_int64),
         ("began_s", ctypes.c_double),
         ("lost_s", ctypes.c_double),
+        ("stale_s", ctypes.c_double),
         ("watchdog_s", ctypes.c_double),
         ("session", ctypes.c_uint32),
         ("grant", ctypes.c_uint32),

@@ -26,6 +26,9 @@ from exograv.rig.drives.udp.packets import (
 
 from .session import Address, UdpSession
 
+SAMPLES = 2**16
+"""Count of samples after which the counter in a state starts again."""
+
 STATES = 32
 """Number of past states that a command may answer."""
 
@@ -151,7 +154,7 @@ class UdpController(SimulatedDevices):
         drives, joints = self._drives, []
         for drive in drives.each:
             joints += [
-                name_bytes(drive.joint), drive.current_rated_A, drive.current_max_A, drive.brake_Nms_per_rad, 0
+                name_bytes(drive.joint), drive.current_rated_A, drive.current_max_A, drive.brake_Nms_per_rad, 1
             ]  # fmt: skip
         own = (round(1e6 * drives.watchdog_s), round(1e6 * drives.period_s))
         return encode(self.session.answer(Type.NAMEPLATE, packet, time.monotonic_ns(), flags), own, tuple(joints))
@@ -176,7 +179,7 @@ class UdpController(SimulatedDevices):
                 flags |= DriveFlag.PRESENT
             else:
                 flags, fault = DriveFlag.NONE, DriveFault.LOST
-            status = (drive.temperature_C, int(flags), int(fault), 0, 0)
+            status = (drive.temperature_C, int(flags), int(fault), 0, plant.sample(joint) % SAMPLES)
             said += [plant.position(joint), motor, plant.current(joint), *status]
         return tuple(said)
 
