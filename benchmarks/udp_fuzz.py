@@ -176,6 +176,7 @@ class Simulated:
             measured=SimpleNamespace(q_motor=None),
             position=lambda joint: 0.0,
             current=lambda joint: 0.0,
+            sample=lambda joint: 0,
         )
         plant: Any = self._plant
         self._controller = UdpController(plant, drives, say=lambda line: None)

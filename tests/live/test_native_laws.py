@@ -278,14 +278,12 @@ def test_the_headers_are_those_of_the_classes(made):
 
 @pytest.mark.skipif(build.compiler() is None, reason="needs a C compiler")
 def test_a_loop_with_another_layout_is_not_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    class Longer(ctypes.Structure):
-        _fields_ = [*record.LiveLoop._fields_, ("more", ctypes.c_double)]
-
     path = tmp_path / "loop.native"
     if not library.build_loop(path):
         pytest.skip("the loop in C needs Linux")
     assert library.load(path) is not None
-    monkeypatch.setattr(library, "LiveLoop", Longer)
+    constants = record.constants()
+    monkeypatch.setattr(record, "constants", lambda: {**constants, "GUARD_N": 7})
     assert library.load(path) is None
     assert library.load(tmp_path / "missing.native") is None
 

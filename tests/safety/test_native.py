@@ -76,10 +76,10 @@ def test_without_a_compiler_nothing_is_built(tmp_path: Path, monkeypatch: pytest
 
 
 @needs_compiler
-def test_a_library_with_another_layout_of_the_record_is_not_used(tmp_path: Path):
-    text = build.SOURCE.read_text(encoding="utf-8")
+def test_a_library_that_was_made_from_another_source_is_not_used(tmp_path: Path):
+    source = to_c.SOURCE.read_text(encoding="utf-8")
     other = tmp_path / "core.c"
-    other.write_text(text.replace(f"guard_size = {core.SIZE}", "guard_size = 7"), encoding="utf-8")
+    other.write_text(to_c.translated(source.replace("SHARE_MAX, MARGIN_NM = 1.3", "SHARE_MAX, MARGIN_NM = 1.4")))
     assert build.build(tmp_path / "guard.so", [other])
     assert library.load(tmp_path / "guard.so") is None
 

@@ -184,7 +184,11 @@ def bench(served: tuple[str, Path, DeviceProcess]) -> Iterator[DeviceProcess]:
     device = served[2]
     device.forget_lines()
     yield device
-    for order in ("mend", "release", *(f"{act} {joint}" for act in ("plug", "thaw") for joint in load_rig("recupera_like").joints)):
+    for order in (
+        "mend",
+        "release",
+        *(f"{act} {joint}" for act in ("plug", "thaw") for joint in load_rig("recupera_like").joints),
+    ):
         device.do(order)
 
 

@@ -37,6 +37,8 @@ class Fault(enum.StrEnum):
     QUIT = "quit"
     EXCEPTION = "exception"
     HALF_WORD = "half-word"
+    HALF_MESSAGE = "half-message"
+    """The memory of the messages to this process holds a message that is not whole."""
     FULL_PIPE = "full-pipe"
     MEMORY = "memory"
     DISK = "disk"

@@ -13,6 +13,7 @@ from exograv.errors import RecordingError
 from exograv.model.description import RigDescription
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.recording import read_recording
+from exograv.runtime.recorder.recorder import HANGS_S
 
 from .cell import Cell, Fault, FlightOrders, Process, State
 from .drives import DrivesLog
@@ -30,10 +31,10 @@ SETTLED_S, INTO_DESCENT_S = 0.6, 0.4
 """Time in a state before the strike, and time in a descent before it [s]."""
 
 GOES_ON_S, ENDS_S, STOPS_S = 2.5, 9.0, 45.0
-"""Time in which a session must go on; in which it must end by itself; and in which it must end after Stop [s].
+"""Time in which a session must go on; in which it must end by itself; and in which it must end after Stop [s]."""
 
-After Stop, the parent gives a recorder that hangs 30 s before it is killed.
-"""
+REPLACES_S = HANGS_S + 4.0
+"""Time in which a session must end by itself whose recorder hangs and has to be replaced first [s]."""
 
 LEFT_S = 8.0
 """Time after the end of the command until all its processes have ended [s]: a killed parent leaves a descent of 3 s."""
@@ -137,7 +138,8 @@ def _struck(cell: Cell, expected: Expected, session: Session) -> dict[str, Any]:
         session.may_read.clear()
     made = strike(cell, Target(pids, list(processes_of(session.orders)), session.folder / "live.mcap"))
     goes_on = cell.state is not State.DESCENDING and Outcome.GOES_ON in expected.outcomes
-    has_ended = session.await_end(GOES_ON_S if goes_on else ENDS_S)
+    ends_s = REPLACES_S if cell.process is Process.RECORDER else ENDS_S
+    has_ended = session.await_end(GOES_ON_S if goes_on else ends_s)
     found: dict[str, Any] = {"struck_t": _time_of(cell, made, session), "resumed_t": made.resumed_t}
     if not has_ended:
         session.may_read.set()

@@ -8,6 +8,7 @@ import importlib
 import os
 import signal
 import struct
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import is_dataclass, replace
@@ -17,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from exograv.errors import ConfigError
+from exograv.runtime.processes.shared_memory import PART_BYTES, MessageRing
 
 from .cell import ORDERS, Cell, Fault, FlightOrders, Process
 from .notes import read_notes, write_note
@@ -34,6 +36,12 @@ TICKS: dict[str, tuple[str, ...]] = {
 
 FULL_BYTES = 8_000_000
 """Size of a message that fills every pipe [byte]."""
+
+SENDERS: dict[str, tuple[str, str]] = {
+    Process.GUARD: ("exograv.runtime.control_loop.guard_commands:GuardLine.beat", "_messages"),
+    Process.PARENT: ("exograv.runtime.control_loop.guard_commands:GuardInbox.why_gone", "_replies"),
+}
+"""By receiver of messages in shared memory: function that its sender calls again and again, and the memory."""
 
 DRIVES_MAX_S = 60.0
 """Longest time in which the guard waits for the start of the simulated drives [s]."""
@@ -88,6 +96,8 @@ def struck_target(name: str, target: Callable[[Any, Connection], object], job: A
         install(orders, cell)
     if cell.fault is Fault.HALF_WORD and cell.process is Process.PARENT and name == Process.GUARD:
         signal.signal(STRIKE, lambda *_: write_half_word(orders.folder, line))
+    if cell.fault is Fault.HALF_MESSAGE and cell.process is Process.PARENT and name == Process.GUARD:
+        install_half_message(orders, cell)
     if cell.fault is Fault.FULL_PIPE and name == cell.process:
         signal.signal(STRIKE, lambda *_: fill_pipe(orders.folder, line))
     target(job, line)
@@ -106,6 +116,35 @@ def install(orders: FlightOrders, cell: Cell) -> None:
     for place in TICKS[cell.process]:
         owner, name = tick_of(place)
         setattr(owner, name, hook.within(getattr(owner, name)))
+
+
+def install_half_message(orders: FlightOrders, cell: Cell) -> None:
+    """Let this process write half a message to the struck process, after its signal.
+
+    Raises:
+        ConfigError: The product has no such function any more.
+    """
+    place, memory = SENDERS[cell.process]
+    owner, name = tick_of(place)
+    sends, is_due = getattr(owner, name), threading.Event()
+    signal.signal(STRIKE, lambda *_: is_due.set())
+
+    @wraps(sends)
+    def struck(sender: Any, *arguments: Any) -> Any:
+        if is_due.is_set():
+            is_due.clear()
+            write_note(orders.folder, "struck")
+            write_half_message(getattr(sender, memory))
+        return sends(sender, *arguments)
+
+    setattr(owner, name, struck)
+
+
+def write_half_message(ring: MessageRing) -> None:
+    """Count a message as written of which only the first bytes are there."""
+    block, written = ring._block, int(ring._block.head["written"][0])
+    block.rows[written % len(block.rows)] = (PART_BYTES // 2, 0, b"half")
+    block.head["written"] = written + 1
 
 
 def tick_of(place: str) -> tuple[type, str]:

@@ -95,7 +95,10 @@ def _spawned(
 def _install_in_parent(orders: FlightOrders, lines: dict[str, Connection]) -> None:
     write_note(orders.folder, "process", name=Process.PARENT, pid=os.getpid())
     cell = Cell.of(orders.cell)
-    if cell.process is Process.PARENT and cell.fault is not Fault.FULL_PIPE:
+    if cell.fault is Fault.HALF_MESSAGE:
+        if cell.process is Process.GUARD:
+            hooks.install_half_message(orders, cell)
+    elif cell.process is Process.PARENT and cell.fault is not Fault.FULL_PIPE:
         hooks.install(orders, cell)
     elif cell.fault is Fault.HALF_WORD:
         signal.signal(hooks.STRIKE, lambda *_: hooks.write_half_word(orders.folder, lines[cell.process]))

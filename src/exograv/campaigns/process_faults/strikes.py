@@ -34,7 +34,7 @@ SIGNALS: Mapping[Fault, str] = MappingProxyType(
 )
 """Names of the signals that are faults by themselves; Windows has few of them."""
 
-IN_HOOK = (Fault.SPIN, Fault.EXCEPTION, Fault.HALF_WORD, Fault.FULL_PIPE)
+IN_HOOK = (Fault.SPIN, Fault.EXCEPTION, Fault.HALF_WORD, Fault.HALF_MESSAGE, Fault.FULL_PIPE)
 """Faults that a hook in a process of the session makes; the hook notes their time."""
 
 
@@ -84,9 +84,11 @@ def _suspend(target: Target) -> Struck:
 
 
 def _wake_hooks(cell: Cell, target: Target) -> None:
-    """Wake the hook of the process that acts: the other end of a pipe for a half-written word."""
+    """Wake the hook of the process that acts: the sender of a half-written word or message."""
     ends = {Process.PARENT: Process.GUARD}
-    acts = ends.get(cell.process, Process.PARENT) if cell.fault is Fault.HALF_WORD else cell.process
+    acts = (
+        ends.get(cell.process, Process.PARENT) if cell.fault in (Fault.HALF_WORD, Fault.HALF_MESSAGE) else cell.process
+    )
     if cell.fault is Fault.FULL_PIPE and cell.process is not Process.PARENT:
         os.kill(target.pids[Process.PARENT], hooks.STRIKE)
     os.kill(target.pids[acts], hooks.STRIKE)

@@ -5,9 +5,11 @@ import os
 import sys
 from pathlib import Path
 
-from exograv.rig.drives.udp.native.record import UdpDrives
+from exograv.rig.drives.udp.native import record as udp_record
 from exograv.safety.native import build
+from exograv.safety.native.structs import layout_in
 
+from . import record
 from .record import HappeningPlace, LiveLoop, OrderPlace
 
 COMPILED = Path(__file__).with_name("loop.native")
@@ -31,8 +33,11 @@ def load(path: Path = COMPILED) -> ctypes.CDLL | None:
     if not path.exists():
         return None
     library = ctypes.CDLL(str(path))
-    sizes = (ctypes.c_int64 * 2).in_dll(library, "loop_sizes")
-    if list(sizes) != [ctypes.sizeof(LiveLoop), ctypes.sizeof(UdpDrives)]:
+    try:
+        layouts = (ctypes.c_int64 * 2).in_dll(library, "loop_layouts")
+    except ValueError:  # a library from before check sums
+        return None
+    if list(layouts) != [layout_in(record.text()), layout_in(udp_record.text())]:
         return None
     loop, number = ctypes.POINTER(LiveLoop), ctypes.c_int64
     for name, (arguments, result) in {

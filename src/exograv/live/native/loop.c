@@ -9,8 +9,8 @@
 #include "../../rig/drives/udp/native/drives.h"
 #include "mailbox.h"
 
-/* Sizes of the records: a library that was made from another layout is not used. */
-const int64_t loop_sizes[2] = {sizeof(live_loop), sizeof(udp_drives)};
+/* Check sums of both records and of all constants: a library that was made from others is not used. */
+const int64_t loop_layouts[2] = {LAYOUT_OF_LIVE_LOOP, LAYOUT_OF_UDP_DRIVES};
 
 #define PUT_AT(data, at, type, value)                                                                                 \
     do {                                                                                                              \

@@ -169,9 +169,14 @@ class Recorder:
             self._safe, self._stuck_since_s = safe, None
         elif self._stuck_since_s is None:
             self._stuck_since_s = now
-        elif now - self._stuck_since_s > HANGS_S:
+        elif now - self._stuck_since_s > (HANGS_S if self._has_started else START_MAX_S):
             self._stuck_since_s = None
             self._child.kill()
+
+    @property
+    def _has_started(self) -> bool:
+        """True if the present recorder has said its status."""
+        return int(self._said("start")) == self._child.restarts + 1
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
         """Have an occasional message of the time `t` [s] recorded, also across a replacement of the recorder.

@@ -5,8 +5,8 @@
 static inline long modulo(long a, long b) { long rest = a % b; return rest < 0 ? rest + b : rest; }
 static inline long smaller(long a, long b) { return b < a ? b : a; }
 
-/* Number of places of a record: a library that was made from another layout is not used. */
-const long guard_size = 6541;
+/* Check sum of core.py: a library that was made from another source is not used. */
+const long long guard_source = 3586251652;
 
 #define JOINTS 16
 #define SLOTS 128

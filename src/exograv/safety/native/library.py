@@ -4,25 +4,32 @@ import ctypes
 import os
 from pathlib import Path
 
-from . import core
 from .build import COMPILED_NAME
+from .structs import check_sum
 
 Library = ctypes.CDLL
 
 COMPILED = Path(__file__).with_name(COMPILED_NAME)
+SOURCE = Path(__file__).with_name("core.py")
 
 
 def load(path: Path = COMPILED) -> Library | None:
-    """Load the compiled guard; None if there is no file, or if it was made from another layout of the record."""
+    """Load the compiled guard; None if there is no file, or if it was made from another source."""
     if not path.exists():
         return None
     library = ctypes.CDLL(str(path))
+    try:
+        made_from = ctypes.c_longlong.in_dll(library, "guard_source").value
+    except ValueError:  # a library from before check sums
+        return None
+    if made_from != check_sum(SOURCE.read_text(encoding="utf-8")):
+        return None
     pointer = ctypes.c_void_p
     for name, arguments in {"see": 1, "decide": 2, "limit": 2, "reset": 1}.items():
         function = getattr(library, f"guard_{name}")
         function.argtypes, function.restype = [pointer] * arguments, ctypes.c_int if name == "reset" else None
     library.guard_carried.argtypes, library.guard_carried.restype = [pointer, pointer, ctypes.c_double], None
-    return library if ctypes.c_long.in_dll(library, "guard_size").value == core.SIZE else None
+    return library
 
 
 LIBRARY = None if os.environ.get("EXOGRAV_GUARD") == "source" else load()

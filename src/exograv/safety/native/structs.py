@@ -4,6 +4,7 @@ Each room that owns C code writes its header from its own classes; a test fails 
 """
 
 import ctypes
+import zlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -19,6 +20,11 @@ NUMBERS: Mapping[Any, str] = {
 }
 
 
+def check_sum(text: str) -> int:
+    """Return the CRC-32 of a text, by which a library tells from which source it was made."""
+    return zlib.crc32(text.encode())
+
+
 def declaration(record: type[ctypes.Structure]) -> str:
     """Return the C struct with the fields of a ctypes class, which must be numbers, arrays, or structs."""
     lines = [f"    {_field(name, kind)};" for name, kind, *_ in record._fields_]
@@ -28,11 +34,25 @@ def declaration(record: type[ctypes.Structure]) -> str:
 def header(
     records: Sequence[type[ctypes.Structure]], constants: Mapping[str, float | int], includes: Sequence[str] = ()
 ) -> str:
-    """Return a C header with constants and structs, in this order."""
+    """Return a C header with constants and structs, in this order.
+
+    Its constant `LAYOUT_OF_…`, with the name of the last record, is the check sum of all that follows.
+    """
     defines = [f"#define {name} {value!r}" for name, value in constants.items()]
     included = [f'#include "{name}"' for name in includes]
-    parts = [WARNING, "#pragma once", "#include <stdint.h>", *included, "", *defines, "", *map(declaration, records)]
-    return "\n".join(parts)
+    body = "\n".join([*included, "", *defines, "", *map(declaration, records)])
+    layout = f"#define LAYOUT_OF_{c_name(records[-1]).upper()} {check_sum(body)}"
+    return "\n".join([WARNING, "#pragma once", "#include <stdint.h>", layout, body])
+
+
+def layout_in(text: str) -> int:
+    """Return the check sum that a C header states.
+
+    Raises:
+        ValueError: It states none.
+    """
+    stated = next((line for line in text.splitlines() if line.startswith("#define LAYOUT_OF_")), "")
+    return int(stated.rpartition(" ")[2])
 
 
 def c_name(record: type[ctypes.Structure]) -> str:

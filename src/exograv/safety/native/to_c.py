@@ -12,6 +12,7 @@ import math
 from pathlib import Path
 
 from . import core
+from .structs import check_sum
 
 SOURCE = Path(__file__).with_name("core.py")
 TARGET = Path(__file__).with_name("core.c")
@@ -24,8 +25,8 @@ HEADER = """\
 static inline long modulo(long a, long b) { long rest = a % b; return rest < 0 ? rest + b : rest; }
 static inline long smaller(long a, long b) { return b < a ? b : a; }
 
-/* Number of places of a record: a library that was made from another layout is not used. */
-const long guard_size = SIZE_OF_RECORD;
+/* Check sum of core.py: a library that was made from another source is not used. */
+const long long guard_source = CHECK_SUM_OF_SOURCE;
 """
 
 TYPES = {"Record": "double *restrict", "float": "double", "int": "long", "bool": "int", "None": "void"}
@@ -59,7 +60,7 @@ def translated(source: str) -> str:
     prototypes = [f"{one.signature};" for one in parts]
     return "\n".join(
         [
-            HEADER.replace("SIZE_OF_RECORD", str(core.SIZE)),
+            HEADER.replace("CHECK_SUM_OF_SOURCE", str(check_sum(source))),
             *defines,
             "",
             *prototypes,

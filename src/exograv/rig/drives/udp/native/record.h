@@ -1,6 +1,7 @@
 /* Made from the classes in record.py; do not edit. docs/explanation/realtime.md says how. */
 #pragma once
 #include <stdint.h>
+#define LAYOUT_OF_UDP_DRIVES 4289238001
 
 #define UDP_MAGIC 1447516229
 #define UDP_VERSION 1
