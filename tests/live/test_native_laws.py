@@ -1,7 +1,6 @@
 """The loop in C: never two commands in a period, never a torn or stale answer, never a torque that is no number."""
 
 import contextlib
-import ctypes
 from collections.abc import Iterator
 from pathlib import Path
 

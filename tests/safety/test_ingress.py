@@ -199,7 +199,7 @@ def imaged(
 ) -> list[IngressResult]:
     """Return the checks of three joints whose image freezes at the end; `step` is the resolution of the currents."""
     rng, ingress, found = np.random.default_rng(8), Ingress([FINE] * 3, DT, V_TRIP), []
-    ticks = round(seconds / DT)
+    ticks, then = round(seconds / DT), (np.zeros(3), np.zeros(3))
     for k in range(ticks + 300):
         q = way * np.sin(0.02 * k * np.arange(1, 4) * DT)
         current = np.array([1.0, -0.5, 0.2]) + rng.normal(0.0, noise, 3) if noise else np.sin(0.01 * k) * np.ones(3)
