@@ -41,7 +41,7 @@ SENDERS: dict[str, tuple[str, str]] = {
     Process.GUARD: ("exograv.runtime.control_loop.guard_commands:GuardLine.beat", "_messages"),
     Process.PARENT: ("exograv.runtime.control_loop.guard_commands:GuardInbox.why_gone", "_replies"),
 }
-"""By receiver of messages in shared memory: function that its sender calls again and again, and the memory."""
+"""Function that the sender of messages in shared memory calls again and again, and the memory, by receiver."""
 
 DRIVES_MAX_S = 60.0
 """Longest time in which the guard waits for the start of the simulated drives [s]."""
