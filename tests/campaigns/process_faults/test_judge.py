@@ -28,8 +28,25 @@ def test_a_soft_descent_in_time_is_as_expected():
 
 def test_a_descent_after_its_budget_is_not_as_expected():
     verdict = judged("control:kill:floating", evidence_of(Course(descends_s=0.025)))
-    assert verdict.status == "not as expected"
+    assert verdict.status == "late"
     assert "budget 10" in verdict.faults[0]
+    assert (verdict.is_bad(), verdict.is_bad(on_shared=True)) == (True, False)
+
+
+@pytest.mark.parametrize(
+    ("reason", "status"), [(StopReason.CONTROL_SILENT, "late"), (StopReason.TOO_FAST, "not as expected")]
+)
+def test_only_a_descent_that_a_pause_explains_counts_as_late(reason: StopReason, status: str):
+    evidence = evidence_of(SOFT)
+    assert evidence.ticks is not None
+    stopped = replace(evidence, ticks=replace(evidence.ticks, stop=reason.value))
+    verdict = judged("recorder:kill:floating", stopped)
+    assert verdict.status == status
+    assert verdict.is_bad(on_shared=True) == (status == "not as expected")
+
+
+def test_brakes_in_place_of_a_descent_are_bad_on_a_shared_computer_too():
+    assert judged("control:kill:floating", evidence_of(Course(silent_s=0.0))).is_bad(on_shared=True)
 
 
 def test_a_pause_of_the_simulated_drives_is_added_to_the_budget():
@@ -119,7 +136,7 @@ def test_in_a_descent_the_descent_must_go_on_to_its_end():
 def test_a_session_that_ended_before_the_strike_is_never_passed():
     evidence = evidence_of(SOFT, stopped_before="the guard stopped the machine", struck_t=None)
     verdict = judged("control:kill:floating", evidence)
-    assert (verdict.status, verdict.is_bad) == ("not flown", True)
+    assert (verdict.status, verdict.is_bad()) == ("not flown", True)
     assert judged("control:spin:floating", evidence_of(SOFT, struck_t=None)).status == "not flown"
 
 

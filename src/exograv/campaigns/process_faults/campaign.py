@@ -69,7 +69,7 @@ def run_matrix(campaign: MatrixCampaign, progress: Progress) -> MatrixFigures:
     verdicts = [done[cell.name] for cell in cells if cell.name in done]
     absent = [] if campaign.only else [absent_verdict(Cell(one, Fault.KILL, State.FLOATING)) for one in ABSENT]
     missing = [cell.name for cell in cells if cell.name not in done]
-    figures = figures_of([*verdicts, *absent], missing, campaign.seed, campaign.level)
+    figures = figures_of([*verdicts, *absent], missing, campaign.seed, campaign.level, campaign.shared)
     figures.write(folder)
     return figures
 

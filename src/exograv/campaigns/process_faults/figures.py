@@ -24,6 +24,8 @@ class MatrixFigures:
     flown: int
     """Number of cells that were struck and judged."""
     as_expected: int
+    late: list[str]
+    """Cells with a reaction after its budget, or with a descent that a pause of the computer explains."""
     not_as_expected: list[str]
     not_flown: list[str]
     """Cells whose session always ended before the strike. They prove nothing."""
@@ -33,12 +35,14 @@ class MatrixFigures:
     """Gaps between two ticks of the guard while another process spins."""
     seed: int
     level: int
+    on_shared: bool
+    """True if a pause of the computer makes no cell bad."""
     cells: list[CellVerdict]
 
     @property
     def is_bad(self) -> bool:
-        """True if a cell is not as expected, or was not flown."""
-        return bool(self.not_as_expected or self.not_flown or self.missing)
+        """True if a cell is bad, or is missing."""
+        return bool(self.missing) or any(one.is_bad(self.on_shared) for one in self.cells)
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
@@ -59,7 +63,8 @@ class MatrixFigures:
     def summary(self) -> str:
         """Return the counts and the gaps beside a spinning process."""
         said = (
-            f"{self.flown} cells flown: {self.as_expected} as expected, {len(self.not_as_expected)} not as expected. "
+            f"{self.flown} cells flown: {self.as_expected} as expected, {len(self.late)} late, "
+            f"{len(self.not_as_expected)} not as expected. "
             f"{len(self.not_flown)} sessions ended before the strike, {len(self.missing)} cells are left."
         )
         gaps = self.spinning
@@ -71,18 +76,21 @@ class MatrixFigures:
         )
 
 
-def figures_of(verdicts: Sequence[CellVerdict], missing: Sequence[str], seed: int, level: int) -> MatrixFigures:
+def figures_of(
+    verdicts: Sequence[CellVerdict], missing: Sequence[str], seed: int, level: int, on_shared: bool = False
+) -> MatrixFigures:
     """Return the figures of a campaign; `missing` are the cells without a verdict."""
     by_status = {
         status: [one.cell for one in verdicts if one.status == status]
-        for status in ("as expected", "not as expected", "not flown")
+        for status in ("as expected", "late", "not as expected", "not flown")
     }
-    good, bad, not_flown = by_status.values()
+    good, late, bad, not_flown = by_status.values()
     # A supervisor of the guard that spins shares the guard's process; it is no neighbour.
     spin = [one.gaps for one in verdicts if f":{Fault.SPIN}:" in one.cell and not one.cell.startswith("guard")]
     spinning = replace(pooled(spin), histogram={})
     return MatrixFigures(
-        len(good) + len(bad), len(good), bad, not_flown, list(missing), spinning, seed, level, list(verdicts)
+        len(good) + len(late) + len(bad), len(good), late, bad, not_flown, list(missing), spinning, seed, level,
+        on_shared, list(verdicts),
     )
 
 

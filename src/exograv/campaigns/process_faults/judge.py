@@ -23,13 +23,17 @@ SHARE_OF_DESCENT = 0.9
 """Share of the descent that must have passed before the drives may brake [-]."""
 
 
+PAUSES = (StopReason.CONTROL_SILENT.value, StopReason.MACHINE_SILENT.value)
+"""Reasons of a stop for which nothing but the computer need be slow."""
+
+
 @dataclass(frozen=True)
 class CellVerdict:
     """Verdict on one cell."""
 
     cell: str
     status: str
-    """"as expected", "not as expected", "not flown" or "not in this session"."""
+    """"as expected", "late", "not as expected", "not flown" or "not in this session"."""
     seen: str = ""
     """Outcome that was seen."""
     expected: str = ""
@@ -44,10 +48,14 @@ class CellVerdict:
     tries: int = 1
     gaps: TickGaps = field(default_factory=TickGaps)
 
-    @property
-    def is_bad(self) -> bool:
-        """True if the cell was flown and is not as expected, or could not be flown."""
-        return self.status in ("not as expected", "not flown")
+    def is_bad(self, on_shared: bool = False) -> bool:
+        """Return True if the cell was flown and is not as expected, or could not be flown.
+
+        Args:
+            on_shared: True for a computer that others use, too. What a pause of it can cause is not bad then: a late
+                reaction, and a session that ended before its strike.
+        """
+        return self.status == "not as expected" or (not on_shared and self.status in ("late", "not flown"))
 
 
 @dataclass(frozen=True)
@@ -70,21 +78,22 @@ def judge(cell: Cell, expected: Expected, evidence: FlightEvidence, machine: Mac
         return CellVerdict(cell.name, "not flown", faults=("not flown: the simulated drives were late",))
     reaction_ms = None if seen.at is None else round(1e3 * (seen.at - evidence.struck_t), 1)
     stall_ms = round(_stall_ms(evidence, machine), 1)
+    late, wrong = _outcome_faults(cell, expected, seen, reaction_ms, stall_ms, evidence)
     faults = [
-        *_outcome_faults(cell, expected, seen, reaction_ms, stall_ms),
+        *wrong,
         *torque_faults(evidence, machine, _descent_begin(cell, seen, evidence)),
         *recording_faults(cell, evidence),
         *_end_faults(expected, evidence),
     ]
     return CellVerdict(
         cell.name,
-        "not as expected" if faults else "as expected",
+        "not as expected" if faults else "late" if late else "as expected",
         seen.outcome.value,
         " or ".join(outcome.value for outcome in expected.outcomes),
         None if cell.state is State.DESCENDING and seen.outcome is Outcome.LOWERED else reaction_ms,
         expected.budget_ms,
         stall_ms,
-        tuple(faults),
+        (*late, *faults),
         evidence.exit_code,
         None if evidence.ended_s is None else round(evidence.ended_s, 2),
         gaps=gaps_of(evidence),
@@ -161,18 +170,22 @@ def recording_faults(cell: Cell, evidence: FlightEvidence) -> list[str]:
 
 
 def _outcome_faults(
-    cell: Cell, expected: Expected, seen: Seen, reaction_ms: float | None, stall_ms: float
-) -> list[str]:
+    cell: Cell, expected: Expected, seen: Seen, reaction_ms: float | None, stall_ms: float, evidence: FlightEvidence
+) -> tuple[list[str], list[str]]:
+    """Return findings that a pause of the computer explains, and others."""
     allowed = set(expected.outcomes)
     if cell.state is State.DESCENDING and Outcome.GOES_ON in allowed:
         allowed.add(Outcome.LOWERED)
     if seen.outcome not in allowed:
         after = "" if reaction_ms is None else f" after {reaction_ms:g} ms"
-        return [f"{seen.outcome}{after}, expected: {' or '.join(sorted(allowed))}, because {expected.why}"]
+        said = [f"{seen.outcome}{after}, expected: {' or '.join(sorted(allowed))}, because {expected.why}"]
+        stop = "" if evidence.ticks is None else evidence.ticks.stop
+        return (said, []) if seen.outcome is Outcome.LOWERED and stop in PAUSES else ([], said)
     is_timed = seen.at is not None and not (cell.state is State.DESCENDING and seen.outcome is Outcome.LOWERED)
     if is_timed and expected.budget_ms is not None and (reaction_ms or 0.0) > expected.budget_ms + stall_ms:
-        return [f"{seen.outcome} after {reaction_ms:g} ms; budget {expected.budget_ms:g} and stall {stall_ms:g} ms"]
-    return []
+        said = [f"{seen.outcome} after {reaction_ms:g} ms; budget {expected.budget_ms:g} and stall {stall_ms:g} ms"]
+        return said, []
+    return [], []
 
 
 def _descent_begin(cell: Cell, seen: Seen, evidence: FlightEvidence) -> float | None:

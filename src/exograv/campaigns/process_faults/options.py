@@ -29,6 +29,9 @@ class ProcessFaultOptions(Options):
     tries: Annotated[int, Within(1, 10)] = 3
     """Largest number of flights of a cell whose session ended before the strike."""
 
+    shared: bool = False
+    """Others use this computer, too: a late reaction and a session that ended before its strike do not fail."""
+
     resume: bool = False
     """Continue an interrupted campaign with the verdicts in the folder of `--out`."""
 
