@@ -147,6 +147,6 @@ def test_a_stop_by_late_simulated_drives_proves_nothing_unless_the_guard_itself_
     assert judged("recorder:kill:floating", replace(evidence, ticks=ticks)).status == "not flown"
     late = np.abs(ticks.t - STRUCK_S - 1.45) > 4e-3
     slow = replace(ticks, t=ticks.t[late], safe_state=ticks.safe_state[late], sequence=ticks.sequence[late])
-    assert judged("recorder:kill:floating", replace(evidence, ticks=slow)).status == "late"
+    assert judged("recorder:kill:floating", replace(evidence, ticks=slow, acknowledged=0)).status == "late"
     other = replace(ticks, stop=StopReason.CONTROL_SILENT.value)
     assert judged("recorder:kill:floating", replace(evidence, ticks=other)).status == "late"
