@@ -17,6 +17,7 @@ from exograv.model.description import load_rig
 from exograv.model.support import assemble, sample_postures
 from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import table_guess
+from exograv.safety.plausible import Features, PlausibleTable
 
 BODY = Body(1.78, 75.0, "male")
 ERROR_MAX_NM = 0.15
@@ -98,6 +99,24 @@ def test_a_margin_covers_nine_in_ten_of_the_arms_that_are_believed_possible_at_a
     # For a normal distribution three deviations would hold 99 %. The cuffs make the posture nonlinear: 94 %.
     assert within[usable[1:]].mean() > 0.9
     assert (maker.table(mean, margin=margin).error > margin).all()
+
+
+@pytest.mark.parametrize("joints", [4, 6, 7])
+def test_the_weight_of_links_in_series_is_fitted_whether_or_not_the_limb_needs_a_potential(joints: int):
+    rng = np.random.default_rng(joints)
+    weight = Features(joints, 3)  # the weight of links has a potential: it is exact with up to four factors
+    numbers = rng.normal(size=weight.count)
+    postures = rng.uniform(-1.2, 1.2, (room.PER_NUMBER * room._numbers_of_a_joint(joints), joints))
+    products = np.array([weight.of(q)[weight.kept] for q in postures])
+    torque = np.zeros((len(postures), joints))
+    for j in range(joints):
+        places, slopes = weight.slopes(j, products)
+        torque[:, j] = slopes @ numbers[places]
+    chain = room._chain(tuple(range(joints)), postures, torque, -0.5 * torque)
+    assert (chain.potential_factors > 0) == (joints > 5)
+    table = PlausibleTable((chain,), *[np.zeros(joints)] * 3)
+    found = [table.torque(q, 0.4) for q in postures[:50]]
+    np.testing.assert_allclose(found, 0.7 * torque[:50], atol=1e-5)
 
 
 def test_an_arm_that_lies_in_its_cuffs_almost_nowhere_has_no_table(worn, monkeypatch: pytest.MonkeyPatch):
