@@ -106,7 +106,7 @@ def test_the_weight_of_links_in_series_is_fitted_whether_or_not_the_limb_needs_a
     rng = np.random.default_rng(joints)
     weight = Features(joints, 3)  # the weight of links has a potential: it is exact with up to four factors
     numbers = rng.normal(size=weight.count)
-    postures = rng.uniform(-1.2, 1.2, (room.PER_NUMBER * room._numbers_of_a_joint(joints), joints))
+    postures = rng.uniform(-1.2, 1.2, (room.PER_NUMBER * room.numbers_of_a_joint(joints), joints))
     products = np.array([weight.of(q)[weight.kept] for q in postures])
     torque = np.zeros((len(postures), joints))
     for j in range(joints):

@@ -65,7 +65,7 @@ class TableMaker:
         """
         self._assembly, self._machine = assembly, machine
         self.resting = RestingTorque(assembly, machine)
-        most = max(_numbers_of_a_joint(len(joints)) for joints in _chains(assembly))
+        most = max(numbers_of_a_joint(len(joints)) for joints in _chains(assembly))
         self._postures = _postures(assembly, PER_NUMBER * most + CHECKED)
         self._x, self._z = x, self.resting.cold_start(self._postures, x)
 
@@ -166,19 +166,19 @@ def _chains(assembly: Assembly) -> list[tuple[int, ...]]:
     return [tuple(j for j in root if root[j] == first) for first in sorted(set(root.values()))]
 
 
-def _row_factors(joints: int) -> int:
+def row_factors(joints: int) -> int:
     """Largest number of factors of a product in a joint's own row."""
     return max(k for k in range(1, MOST_FACTORS + 1) if k == 1 or Features(joints, k).count <= ROW_MOST)
 
 
-def _numbers_of_a_joint(joints: int) -> int:
-    """Number of unknown numbers per joint of a limb, in rows and potential."""
-    most = _row_factors(joints)
+def numbers_of_a_joint(joints: int) -> int:
+    """Return the number of unknown numbers per joint of a limb, in rows and potential."""
+    most = row_factors(joints)
     return Features(joints, most).count + -(-Features(joints, MOST_FACTORS, most + 1).count // joints)
 
 
 def _chain(joints: tuple[int, ...], postures: Postures, exo: Postures, arm: Postures) -> LimbTable:
-    at, most = list(joints), _row_factors(len(joints))
+    at, most = list(joints), row_factors(len(joints))
     in_row, further = Features(len(joints), most), Features(len(joints), MOST_FACTORS, most + 1)
     both = [(all_of[in_row.kept], all_of[further.kept]) for all_of in map(in_row.of, postures[:, at])]
     F, products = (np.array(part) for part in zip(*both, strict=True))

@@ -51,7 +51,7 @@ class Features:
     def slopes(
         self, j: int, products: Float[np.ndarray, "posture product"]
     ) -> tuple[Int[np.ndarray, " some"], Float[np.ndarray, "posture some"]]:
-        """Derivatives of the kept products by the angle of joint `j`.
+        """Return the derivatives of the kept products by the angle of joint `j`.
 
         Returns:
             Places among the kept products that depend on the angle, and their derivatives.

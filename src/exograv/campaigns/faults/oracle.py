@@ -152,5 +152,5 @@ def _products(q: Rows) -> Float[np.ndarray, "tick product"]:
 
 
 def _dependences(joints: int) -> Bool[np.ndarray, "product joint"]:
-    """True where a product depends on the angle of a joint."""
+    """Return True where a product depends on the angle of a joint."""
     return np.arange(3**joints)[:, None] // 3 ** np.arange(joints) % 3 > 0

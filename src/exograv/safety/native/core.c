@@ -183,6 +183,7 @@ double guard_most(double a, double b);
 double guard_within(double value, double low, double high);
 double guard_whole(double value);
 void guard_carried(double *restrict r, double *restrict w, double level);
+double guard_row_sum(double *restrict w, long row, long value, long products);
 void guard_multiply(double *restrict w, long value, long run, long runs);
 void guard_derive(double *restrict w, long value, long pull, long run, long runs);
 void guard_look(double *restrict r, double *restrict w);
@@ -277,15 +278,6 @@ void guard_carried(double *restrict r, double *restrict w, double level)
     long k;
     long j;
     double q;
-    long row;
-    double a;
-    double b;
-    double c;
-    double d;
-    double e;
-    double f;
-    double g;
-    double h;
     double tau;
     long cosine;
     long sine;
@@ -337,32 +329,12 @@ void guard_carried(double *restrict r, double *restrict w, double level)
         }
         const long t12 = joints;
         for (j = 0; j < t12; j += 1) {
-            row = (now + (j * products));
-            a = 0.0;
-            b = 0.0;
-            c = 0.0;
-            d = 0.0;
-            e = 0.0;
-            f = 0.0;
-            g = 0.0;
-            h = 0.0;
-            const long t13 = products;
-            for (k = 0; k < t13; k += 8) {
-                a += (w[(row + k)] * w[(value + k)]);
-                b += (w[((row + k) + 1)] * w[((value + k) + 1)]);
-                c += (w[((row + k) + 2)] * w[((value + k) + 2)]);
-                d += (w[((row + k) + 3)] * w[((value + k) + 3)]);
-                e += (w[((row + k) + 4)] * w[((value + k) + 4)]);
-                f += (w[((row + k) + 5)] * w[((value + k) + 5)]);
-                g += (w[((row + k) + 6)] * w[((value + k) + 6)]);
-                h += (w[((row + k) + 7)] * w[((value + k) + 7)]);
-            }
-            tau = (((a + e) + (c + g)) + ((b + f) + (d + h)));
+            tau = guard_row_sum(w, (now + (j * products)), value, products);
             if ((leaves > 0)) {
-                const long t14 = (1 + (2 * j));
-                const long t15 = (2 + (2 * j));
-                cosine = t14;
-                sine = t15;
+                const long t13 = (1 + (2 * j));
+                const long t14 = (2 + (2 * j));
+                cosine = t13;
+                sine = t14;
                 tau += ((w[(pull + sine)] * w[(value + cosine)]) - (w[(pull + cosine)] * w[(value + sine)]));
             }
             r[(CARRIED + (long)(w[(index + j)]))] = tau;
@@ -370,6 +342,39 @@ void guard_carried(double *restrict r, double *restrict w, double level)
         at = (value + values);
     }
     w[1] = level;
+}
+
+double guard_row_sum(double *restrict w, long row, long value, long products)
+{
+    double a;
+    double b;
+    double c;
+    double d;
+    double e;
+    double f;
+    double g;
+    double h;
+    long k;
+    a = 0.0;
+    b = 0.0;
+    c = 0.0;
+    d = 0.0;
+    e = 0.0;
+    f = 0.0;
+    g = 0.0;
+    h = 0.0;
+    const long t1 = products;
+    for (k = 0; k < t1; k += 8) {
+        a += (w[(row + k)] * w[(value + k)]);
+        b += (w[((row + k) + 1)] * w[((value + k) + 1)]);
+        c += (w[((row + k) + 2)] * w[((value + k) + 2)]);
+        d += (w[((row + k) + 3)] * w[((value + k) + 3)]);
+        e += (w[((row + k) + 4)] * w[((value + k) + 4)]);
+        f += (w[((row + k) + 5)] * w[((value + k) + 5)]);
+        g += (w[((row + k) + 6)] * w[((value + k) + 6)]);
+        h += (w[((row + k) + 7)] * w[((value + k) + 7)]);
+    }
+    return (((a + e) + (c + g)) + ((b + f) + (d + h)));
 }
 
 void guard_multiply(double *restrict w, long value, long run, long runs)
@@ -470,18 +475,12 @@ void guard_derive(double *restrict w, long value, long pull, long run, long runs
             b += (two * w[(((value + parent) + k) + 1)]);
             c += (three * w[((value + parent) + k)]);
             d += (four * w[(((value + parent) + k) + 1)]);
-            const double t13 = w[((pull + parent) + k)];
-            const double t14 = w[(((pull + parent) + k) + 1)];
-            first = t13;
-            second = t14;
-            const double t15 = (first + ((one * even) + (three * odd)));
-            const double t16 = (second + ((two * even) + (four * odd)));
-            first = t15;
-            second = t16;
-            const double t17 = first;
-            const double t18 = second;
-            w[((pull + parent) + k)] = t17;
-            w[(((pull + parent) + k) + 1)] = t18;
+            first = (w[((pull + parent) + k)] + ((one * even) + (three * odd)));
+            second = (w[(((pull + parent) + k) + 1)] + ((two * even) + (four * odd)));
+            const double t13 = first;
+            const double t14 = second;
+            w[((pull + parent) + k)] = t13;
+            w[(((pull + parent) + k) + 1)] = t14;
         }
         w[(pull + cosine)] += (a + b);
         w[((pull + cosine) + 1)] += (c + d);

@@ -175,25 +175,29 @@ def carried(r: Record, w: Record, level: float) -> None:
                 w[pull + k] = w[pull - values + k]
             derive(w, value, pull, run, runs)
         for j in range(joints):
-            row = now + j * products
-            # Eight sums, which a processor computes at the same time.
-            a = b = c = d = e = f = g = h = 0.0
-            for k in range(0, products, 8):
-                a += w[row + k] * w[value + k]
-                b += w[row + k + 1] * w[value + k + 1]
-                c += w[row + k + 2] * w[value + k + 2]
-                d += w[row + k + 3] * w[value + k + 3]
-                e += w[row + k + 4] * w[value + k + 4]
-                f += w[row + k + 5] * w[value + k + 5]
-                g += w[row + k + 6] * w[value + k + 6]
-                h += w[row + k + 7] * w[value + k + 7]
-            tau = ((a + e) + (c + g)) + ((b + f) + (d + h))
+            tau = row_sum(w, now + j * products, value, products)
             if leaves > 0:
                 cosine, sine = 1 + 2 * j, 2 + 2 * j
                 tau += w[pull + sine] * w[value + cosine] - w[pull + cosine] * w[value + sine]
             r[CARRIED + int(w[index + j])] = tau
         at = value + values
     w[1] = level
+
+
+def row_sum(w: Record, row: int, value: int, products: int) -> float:
+    """Return the sum of a joint's numbers times products."""
+    # Eight sums, which a processor computes at the same time.
+    a = b = c = d = e = f = g = h = 0.0
+    for k in range(0, products, 8):
+        a += w[row + k] * w[value + k]
+        b += w[row + k + 1] * w[value + k + 1]
+        c += w[row + k + 2] * w[value + k + 2]
+        d += w[row + k + 3] * w[value + k + 3]
+        e += w[row + k + 4] * w[value + k + 4]
+        f += w[row + k + 5] * w[value + k + 5]
+        g += w[row + k + 6] * w[value + k + 6]
+        h += w[row + k + 7] * w[value + k + 7]
+    return ((a + e) + (c + g)) + ((b + f) + (d + h))
 
 
 def multiply(w: Record, value: int, run: int, runs: int) -> None:
@@ -230,8 +234,8 @@ def derive(w: Record, value: int, pull: int, run: int, runs: int) -> None:
             b += two * w[value + parent + k + 1]
             c += three * w[value + parent + k]
             d += four * w[value + parent + k + 1]
-            first, second = w[pull + parent + k], w[pull + parent + k + 1]
-            first, second = first + (one * even + three * odd), second + (two * even + four * odd)
+            first = w[pull + parent + k] + (one * even + three * odd)
+            second = w[pull + parent + k + 1] + (two * even + four * odd)
             w[pull + parent + k], w[pull + parent + k + 1] = first, second
         w[pull + cosine] += a + b
         w[pull + cosine + 1] += c + d
