@@ -101,12 +101,33 @@ def test_a_margin_covers_nine_in_ten_of_the_arms_that_are_believed_possible_at_a
     assert (maker.table(mean, margin=margin).error > margin).all()
 
 
+def test_seven_joints_with_a_potential_have_no_larger_error_than_with_all_products_in_the_rows(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    description = load_rig("recupera_like_7")
+    assembly = assemble(description, BODY)
+    machine = nominal_machine(description, assembly.exo.phi)
+    x = table_guess(assembly, machine)
+    maker = TableMaker(assembly, machine, x)
+    with_potential = maker.table(x)
+    monkeypatch.setattr(room, "row_factors", lambda _joints: room.MOST_FACTORS)
+    in_rows = maker.table(x)
+    assert with_potential.chains[0].potential.size > in_rows.chains[0].potential.size == 0
+    assert with_potential.error.max() < in_rows.error.max()
+    lower, upper = np.array([(joint.lower, joint.upper) for joint in assembly.exo.joints]).T
+    q = np.random.default_rng(3).uniform(lower, upper, (300, assembly.n))
+    resting = RestingTorque(assembly, machine)
+    found = resting(q, np.tile(x, (len(q), 1)), resting.cold_start(q, x))
+    off = np.abs([with_potential.torque(one, 0.0) for one in q] - found.tau_desired)[found.is_closed]
+    assert (off <= with_potential.error).mean() > 0.99
+
+
 @pytest.mark.parametrize("joints", [4, 6, 7])
 def test_the_weight_of_links_in_series_is_fitted_whether_or_not_the_limb_needs_a_potential(joints: int):
     rng = np.random.default_rng(joints)
     weight = Features(joints, 3)  # the weight of links has a potential: it is exact with up to four factors
     numbers = rng.normal(size=weight.count)
-    postures = rng.uniform(-1.2, 1.2, (room.PER_NUMBER * room.numbers_of_a_joint(joints), joints))
+    postures = rng.uniform(-1.2, 1.2, (room.PER_FEATURE * Features(joints, 4).count, joints))
     products = np.array([weight.of(q)[weight.kept] for q in postures])
     torque = np.zeros((len(postures), joints))
     for j in range(joints):

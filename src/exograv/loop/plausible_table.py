@@ -19,16 +19,15 @@ MOST_FACTORS = 4
 contains the missing products."""
 
 ROW_MOST = 256
-"""Largest number of products with numbers of their own for each joint; products with more factors are in the potential.
+"""Largest number of products in the row of a joint. Products with more factors are in the limb's potential, where the
+joints share their numbers: the time of a tick grows with the numbers. Up to five joints need no potential."""
 
-The work of a tick grows with the numbers. Five joints need no potential."""
-
-PER_NUMBER = 4
-"""Number of fitted postures per number of a joint: those of its row, and its share of the potential's."""
+PER_FEATURE = 4
+"""Number of fitted postures per feature."""
 
 RIDGE_SHARE = 1e-12
-"""Weight of the potential's size in its fit, as a share of the mean variance of its slopes. Over a narrow range of
-angles some products hardly differ."""
+"""Weight of the potential's size in its fit, as a share of the mean variance of its slopes [-]. Over a narrow range of
+angles some products hardly differ. Shares from 1e-14 to 1e-9 gave the same errors (recupera_like_7)."""
 
 CHECKED = 2048
 """Number of postures for the error, apart from the fitted ones. With a probability of 1 − 10⁻⁶ at most 0.7 % of all
@@ -65,8 +64,8 @@ class TableMaker:
         """
         self._assembly, self._machine = assembly, machine
         self.resting = RestingTorque(assembly, machine)
-        most = max(numbers_of_a_joint(len(joints)) for joints in _chains(assembly))
-        self._postures = _postures(assembly, PER_NUMBER * most + CHECKED)
+        most = max(Features(len(joints), MOST_FACTORS).count for joints in _chains(assembly))
+        self._postures = _postures(assembly, PER_FEATURE * most + CHECKED)
         self._x, self._z = x, self.resting.cold_start(self._postures, x)
 
     def table(self, x: Parameters, payload: Phi | None = None, margin: Joints | None = None) -> PlausibleTable:
@@ -169,12 +168,6 @@ def _chains(assembly: Assembly) -> list[tuple[int, ...]]:
 def row_factors(joints: int) -> int:
     """Largest number of factors of a product in a joint's own row."""
     return max(k for k in range(1, MOST_FACTORS + 1) if k == 1 or Features(joints, k).count <= ROW_MOST)
-
-
-def numbers_of_a_joint(joints: int) -> int:
-    """Return the number of unknown numbers per joint of a limb, in rows and potential."""
-    most = row_factors(joints)
-    return Features(joints, most).count + -(-Features(joints, MOST_FACTORS, most + 1).count // joints)
 
 
 def _chain(joints: tuple[int, ...], postures: Postures, exo: Postures, arm: Postures) -> LimbTable:
