@@ -17,6 +17,7 @@ from exograv.model.description import load_rig
 from exograv.model.support import assemble, sample_postures
 from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import table_guess
+from exograv.safety.plausible import Features, PlausibleTable
 
 BODY = Body(1.78, 75.0, "male")
 ERROR_MAX_NM = 0.15
@@ -98,6 +99,45 @@ def test_a_margin_covers_nine_in_ten_of_the_arms_that_are_believed_possible_at_a
     # For a normal distribution three deviations would hold 99 %. The cuffs make the posture nonlinear: 94 %.
     assert within[usable[1:]].mean() > 0.9
     assert (maker.table(mean, margin=margin).error > margin).all()
+
+
+def test_seven_joints_with_a_potential_have_no_larger_error_than_with_all_products_in_the_rows(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    description = load_rig("recupera_like_7")
+    assembly = assemble(description, BODY)
+    machine = nominal_machine(description, assembly.exo.phi)
+    x = table_guess(assembly, machine)
+    maker = TableMaker(assembly, machine, x)
+    with_potential = maker.table(x)
+    monkeypatch.setattr(room, "row_factors", lambda _joints: room.MOST_FACTORS)
+    in_rows = maker.table(x)
+    assert with_potential.chains[0].potential.size > in_rows.chains[0].potential.size == 0
+    assert with_potential.error.max() < in_rows.error.max()
+    lower, upper = np.array([(joint.lower, joint.upper) for joint in assembly.exo.joints]).T
+    q = np.random.default_rng(3).uniform(lower, upper, (300, assembly.n))
+    resting = RestingTorque(assembly, machine)
+    found = resting(q, np.tile(x, (len(q), 1)), resting.cold_start(q, x))
+    off = np.abs([with_potential.torque(one, 0.0) for one in q] - found.tau_desired)[found.is_closed]
+    assert (off <= with_potential.error).mean() > 0.99
+
+
+@pytest.mark.parametrize("joints", [4, 6, 7])
+def test_the_weight_of_links_in_series_is_fitted_whether_or_not_the_limb_needs_a_potential(joints: int):
+    rng = np.random.default_rng(joints)
+    weight = Features(joints, 3)  # the weight of links has a potential: it is exact with up to four factors
+    numbers = rng.normal(size=weight.count)
+    postures = rng.uniform(-1.2, 1.2, (room.PER_FEATURE * Features(joints, 4).count, joints))
+    products = np.array([weight.of(q)[weight.kept] for q in postures])
+    torque = np.zeros((len(postures), joints))
+    for j in range(joints):
+        places, slopes = weight.slopes(j, products)
+        torque[:, j] = slopes @ numbers[places]
+    chain = room._chain(tuple(range(joints)), postures, torque, -0.5 * torque)
+    assert (chain.potential_factors > 0) == (joints > 5)
+    table = PlausibleTable((chain,), *[np.zeros(joints)] * 3)
+    found = [table.torque(q, 0.4) for q in postures[:50]]
+    np.testing.assert_allclose(found, 0.7 * torque[:50], atol=1e-5)
 
 
 def test_an_arm_that_lies_in_its_cuffs_almost_nowhere_has_no_table(worn, monkeypatch: pytest.MonkeyPatch):

@@ -13,8 +13,8 @@ from exograv.safety.plausible import Features, LimbTable, PlausibleTable
 
 def some_limits() -> PersonLimits:
     generator = np.random.default_rng(0)
-    products = generator.normal(size=(2, 2, Features(2, 1).count))
-    table = PlausibleTable((LimbTable((0, 1), 1, *products),), *generator.uniform(size=(3, 2)))
+    products, potential = generator.normal(size=(2, 2, Features(2, 1).count)), generator.normal(size=(2, 4))
+    table = PlausibleTable((LimbTable((0, 1), 1, *products, 2, potential),), *generator.uniform(size=(3, 2)))
     return PersonLimits(table, np.array([8.0, 4.0]), np.array([-1.0, 0.0]), np.array([1.0, 2.0]))
 
 
@@ -33,3 +33,13 @@ def test_limits_are_read_back_to_the_last_bit():
         q = np.array([0.3, 1.1])
         assert again.v_trip_rad_s == limits.v_trip_rad_s
         assert np.array_equal(again.table.torque(q, 0.4), limits.table.torque(q, 0.4))
+
+
+def test_limits_that_version_0_1_recorded_have_no_potential():
+    message = json.loads(as_json(some_limits()))
+    for limb in message["table"]["chains"]:
+        del limb["potential"], limb["potential_factors"]
+    (limb,) = read_person(message).table.chains
+    (expected,) = some_limits().table.chains
+    assert limb.potential.size == limb.potential_factors == 0
+    assert np.array_equal(limb.exo, expected.exo)

@@ -83,12 +83,16 @@ class Trace:
 def draw_machines(rng: np.random.Generator, machines: int, joints: int) -> Machines:
     """Draw machines, about half of them worn; some have limits, tables and encoders that no real machine has."""
     each, every = (machines,), (machines, joints)
-    halves = ([0, 2], [3, 1]) if joints == 4 else (list(range(joints)),)
+    limbs = (([0, 2], [3, 1]), ([2, 0, 3, 1],))[int(rng.integers(2))] if joints == 4 else (list(range(joints)),)
     chains = []
-    for part in halves:
+    for part in limbs:
         most = int(rng.integers(1, len(part) + 1))
-        shape = (machines, len(part), sum(math.comb(len(part), k) * 2**k for k in range(most + 1)))
-        chains.append((part, most, rng.normal(0.0, 3.0, shape), rng.normal(0.0, 4.0, shape)))
+        potential_factors = int(rng.integers(most, len(part) + 1))  # without a potential if both are equal
+        counts = [math.comb(len(part), k) * 2**k for k in range(len(part) + 1)]
+        shape = (machines, len(part), sum(counts[: most + 1]))
+        potential = rng.normal(0.0, 2.0, (machines, 2, sum(counts[most + 1 : potential_factors + 1])))
+        rows = rng.normal(0.0, 3.0, shape), rng.normal(0.0, 4.0, shape)
+        chains.append((part, most, *rows, potential_factors, potential))
     v_trip = rng.choice([5.0, 5.0, 2.0], each)
     lower = rng.uniform(-2.5, -0.5, every)
     tank_max = rng.uniform(0.1, 1.5, each)
@@ -221,7 +225,10 @@ def first_envelope(m: Machines, k: int, library: Library | None = LIBRARY) -> En
     )
     envelope = Envelope(limits, float(m.period[k]), library)
     if m.worn[k]:
-        chains = tuple(LimbTable(tuple(joints), most, exo[k], arm[k]) for joints, most, exo, arm in m.chains)
+        chains = tuple(
+            LimbTable(tuple(joints), most, exo[k], arm[k], further, potential[k])
+            for joints, most, exo, arm, further, potential in m.chains
+        )
         table = PlausibleTable(chains, m.error[k], m.dry[k], m.viscous[k])
         angles = {"wall_rad": float(m.wall[k]), "trip_rad": float(m.trip[k])}
         angles |= {"v_trip_rad_s": float(m.own_trip[k]), "path_W": float(m.path[k])}

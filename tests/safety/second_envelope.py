@@ -29,8 +29,9 @@ class Machines:
 
     worn: np.ndarray
     """True if a person is in the machine; the fields below belong to this person."""
-    chains: Sequence[tuple[list[int], int, np.ndarray, np.ndarray]]
-    """Joints, largest number of factors in a product, table of the machine and of the arm."""
+    chains: Sequence[tuple[list[int], int, np.ndarray, np.ndarray, int, np.ndarray]]
+    """Joints, largest number of factors in a product, table of the machine and of the arm, largest number of factors in
+    a product of the potential, and potential of machine and arm (machine, part, product)."""
     error: np.ndarray
     dry: np.ndarray
     viscous: np.ndarray
@@ -66,14 +67,19 @@ class Tick:
     """Gravity level."""
 
 
-def products(q: np.ndarray, most_factors: int) -> np.ndarray:
-    """Products of one factor per joint out of 1, cos and sin (machine, product), the first joint's changing fastest."""
+def products(q: np.ndarray, least_factors: int, most_factors: int, of: int | None = None) -> np.ndarray:
+    """Products of one factor per joint out of 1, cos and sin (machine, product), the first joint's changing fastest.
+
+    With `of`, their derivatives by the angle of this joint.
+    """
     found, factors = np.ones((len(q), 1)), np.zeros(1, dtype=int)
-    for angle in q.T:
+    for joint, angle in enumerate(q.T):
         three = np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=1)
+        if joint == of:
+            three = np.stack([np.zeros_like(angle), -np.sin(angle), np.cos(angle)], axis=1)
         found = (three[:, :, None] * found[:, None, :]).reshape(len(q), -1)
         factors = np.add.outer([0, 1, 1], factors).ravel()
-    return found[:, factors <= most_factors]
+    return found[:, (factors >= least_factors) & (factors <= most_factors)]
 
 
 def any_joint(joints: np.ndarray) -> np.ndarray:
@@ -172,9 +178,13 @@ class SecondEnvelope:
         m = self.m
         level = np.clip(np.nan_to_num(level, nan=0.0), 0.0, 1.8)
         self.carried = np.empty_like(tau)
-        for joints, most_factors, machine, arm in m.chains:
-            table = machine + (1.0 - level)[:, None, None] * arm
-            self.carried[:, joints] = np.einsum("bjf,bf->bj", table, products(self.q[:, joints], most_factors))
+        for joints, most_factors, machine, arm, potential_factors, potential in m.chains:
+            table, q = machine + (1.0 - level)[:, None, None] * arm, self.q[:, joints]
+            self.carried[:, joints] = np.einsum("bjf,bf->bj", table, products(q, 0, most_factors))
+            weight = potential[:, 0] + (1.0 - level)[:, None] * potential[:, 1]
+            for number, joint in enumerate(joints):
+                slopes = products(q, most_factors + 1, potential_factors, number)
+                self.carried[:, joint] += (weight * slopes).sum(axis=1)
         p, self.friction = self.carried, m.dry + m.viscous * np.abs(v)
         room = self.friction + m.error
         high = np.maximum(p, 0.0) + np.minimum(0.3 * np.maximum(p, 0.0) + 3.0, m.active) + room

@@ -11,6 +11,8 @@ import pytest
 from exograv.safety.envelope import Envelope
 from exograv.safety.limits import Limits
 from exograv.safety.native import build, core, library, to_c
+from exograv.safety.plausible import Features, LimbTable, PlausibleTable
+from exograv.safety.record import GuardRecord
 
 from .random_machines import draw_history, draw_machines, first_guards
 
@@ -58,6 +60,26 @@ def test_the_compiled_guard_and_its_source_keep_the_same_record_to_the_last_bit(
         for each, into in zip((compiled, None), hashes, strict=True):
             first_guards(machines, history, each, into)
     np.testing.assert_array_equal(hashes[0], hashes[1])
+
+
+@needs_compiler
+@pytest.mark.parametrize(("joints", "most", "further"), [(7, 2, 4), (9, 2, 4), (9, 1, 3), (10, 1, 2), (7, 4, 0)])
+def test_the_compiled_guard_and_its_source_carry_limbs_of_many_joints_alike_to_the_last_bit(
+    joints: int, most: int, further: int, compiled: ctypes.CDLL
+):
+    rng = np.random.default_rng(joints)
+    numbers = Features(joints, most).count, Features(joints, further, most + 1).count
+    rows, potential = rng.normal(size=(2, joints, numbers[0])), rng.normal(size=(2, numbers[1]))
+    chain = LimbTable(tuple(rng.permutation(joints).tolist()), most, *rows, further, potential)
+    table = PlausibleTable((chain,), *[np.ones(joints)] * 3)
+    found = []
+    for each in (compiled, None):
+        record, packed = GuardRecord(joints, 1e-3, each), table.packed()
+        for k, level in enumerate((0.0, 0.0, 1.8)):
+            record.put(core.Q, 0.3 * np.arange(joints) - k)
+            record.carried(packed, level)
+            found.append((record.numbers.tobytes(), np.nan_to_num(packed).tobytes()))
+    assert found[:3] == found[3:]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """The guard's table gives the weight of a chain, exactly where the products can, and refuses invalid entries."""
 
+import math
 from dataclasses import replace
 from itertools import combinations
 
@@ -73,6 +74,63 @@ def test_features_are_the_products_with_at_most_so_many_factors(joints: int, fac
     np.testing.assert_allclose(np.sort(features.of(q)[features.kept]), np.sort(products), atol=1e-12)
 
 
+def sum_of(numbers: np.ndarray, features: Features, q: np.ndarray) -> float:
+    """Sum of products at a posture [rad]."""
+    return float(numbers @ features.of(q)[features.kept])
+
+
+@pytest.mark.parametrize(("joints", "most", "further"), [(2, 1, 2), (3, 1, 3), (4, 2, 4), (5, 2, 4), (3, 2, 4)])
+def test_each_joint_carries_the_slope_of_the_potential_beside_its_own_sum(joints: int, most: int, further: int):
+    rng, step = np.random.default_rng(joints), 1e-6
+    in_row, in_potential = Features(joints, most), Features(joints, further, most + 1)
+    exo, arm = rng.normal(size=(2, joints, in_row.count))
+    potential = rng.normal(size=(2, in_potential.count))
+    chain = LimbTable(tuple(reversed(range(joints))), most, exo, arm, further, potential)
+    table = PlausibleTable((chain,), *[np.zeros(joints)] * 3)
+    for gravity_level in (0.3, 1.0):
+        q = rng.uniform(-3.0, 3.0, joints)
+        rows, whole = exo + (1.0 - gravity_level) * arm, potential[0] + (1.0 - gravity_level) * potential[1]
+        own = [sum_of(row, in_row, q) for row in rows]
+        ways = step * np.eye(joints)
+        slopes = [sum_of(whole, in_potential, q + way) - sum_of(whole, in_potential, q - way) for way in ways]
+        found = table.torque(q[::-1], gravity_level)[::-1]
+        np.testing.assert_allclose(found, np.add(own, np.array(slopes) / (2.0 * step)), atol=1e-7)
+
+
+def torque_of_version_0_1(chain: LimbTable, q: np.ndarray, gravity_level: float) -> list[float]:
+    """Torque of a table without a potential, summed in the order of version 0.1, whose recordings are replayed."""
+    joints = len(chain.joints)
+    level, ordered = [(-1, 0, 1.0)], [(0, 1.0)]  # last joint, place in `Features`, and product
+    for _ in range(min(joints, chain.most_factors)):
+        level = [
+            (j, place + digit * 3**j, product * function(q[j]))
+            for j in range(joints)
+            for digit, function in ((1, math.cos), (2, math.sin))
+            for last, place, product in level
+            if last < j
+        ]
+        ordered += [(place, product) for _, place, product in level]
+    kept, torque = Features(joints, chain.most_factors).kept.tolist(), list[float]()
+    for exo, arm in zip(chain.exo.tolist(), chain.arm.tolist(), strict=True):
+        sums = [0.0] * 8
+        for k, (place, product) in enumerate(ordered):
+            at = kept.index(place)
+            sums[k % 8] += (exo[at] + (1.0 - gravity_level) * arm[at]) * product
+        a, b, c, d, e, f, g, h = sums
+        torque.append(((a + e) + (c + g)) + ((b + f) + (d + h)))
+    return torque
+
+
+@pytest.mark.parametrize(("joints", "most"), [(1, 1), (2, 1), (3, 3), (4, 4), (5, 4), (7, 2)])
+def test_a_table_of_version_0_1_gives_the_same_torque_to_the_last_bit(joints: int, most: int):
+    rng = np.random.default_rng(most)
+    chain = LimbTable(tuple(range(joints)), most, *rng.normal(size=(2, joints, Features(joints, most).count)))
+    table = PlausibleTable((chain,), *[np.zeros(joints)] * 3)
+    for gravity_level in (0.0, 0.4):
+        q = rng.uniform(-3.0, 3.0, joints)
+        assert table.torque(q, gravity_level) == torque_of_version_0_1(chain, q, gravity_level)
+
+
 @pytest.mark.parametrize(
     ("change", "word"),
     [
@@ -81,6 +139,7 @@ def test_features_are_the_products_with_at_most_so_many_factors(joints: int, fac
         ({"error": np.zeros(3), "dry": np.zeros(3), "viscous": np.zeros(3)}, "each of 3 once"),
         ({"chains": (replace(TABLE.chains[0], arm=np.full((2, 9), np.inf)),)}, "not finite"),
         ({"chains": (replace(TABLE.chains[0], exo=np.where(np.eye(2, 9), np.nan, 1.0)),)}, "not finite"),
+        ({"chains": (replace(TABLE.chains[0], potential=np.full((2, 4), np.nan)),)}, "not finite"),
     ],
 )
 def test_an_invalid_table_is_refused(change: dict, word: str):

@@ -18,8 +18,16 @@ MOST_FACTORS = 4
 """Largest number of joints whose sines and cosines are multiplied. Four joints are exact; beyond that the table's error
 contains the missing products."""
 
+ROW_MOST = 256
+"""Largest number of products in the row of a joint. Products with more factors are in the limb's potential, where the
+joints share their numbers: the time of a tick grows with the numbers. Up to five joints need no potential."""
+
 PER_FEATURE = 4
 """Number of fitted postures per feature."""
+
+RIDGE_SHARE = 1e-12
+"""Weight of the potential's size in its fit, as a share of the mean variance of its slopes [-]. Over a narrow range of
+angles some products hardly differ. Shares from 1e-14 to 1e-9 gave the same errors (recupera_like_7)."""
 
 CHECKED = 2048
 """Number of postures for the error, apart from the fitted ones. With a probability of 1 − 10⁻⁶ at most 0.7 % of all
@@ -157,11 +165,44 @@ def _chains(assembly: Assembly) -> list[tuple[int, ...]]:
     return [tuple(j for j in root if root[j] == first) for first in sorted(set(root.values()))]
 
 
+def row_factors(joints: int) -> int:
+    """Largest number of factors of a product in a joint's own row."""
+    return max(k for k in range(1, MOST_FACTORS + 1) if k == 1 or Features(joints, k).count <= ROW_MOST)
+
+
 def _chain(joints: tuple[int, ...], postures: Postures, exo: Postures, arm: Postures) -> LimbTable:
-    at, features = list(joints), Features(len(joints), MOST_FACTORS)
-    F = np.array([features.of(q)[features.kept] for q in postures[:, at]])
-    table = np.linalg.lstsq(F, np.hstack([exo[:, at], arm[:, at]]), rcond=None)[0].T
-    return LimbTable(joints, MOST_FACTORS, table[: len(at)], table[len(at) :])
+    at, most = list(joints), row_factors(len(joints))
+    in_row, further = Features(len(joints), most), Features(len(joints), MOST_FACTORS, most + 1)
+    both = [(all_of[in_row.kept], all_of[further.kept]) for all_of in map(in_row.of, postures[:, at])]
+    F, products = (np.array(part) for part in zip(*both, strict=True))
+    torque = np.stack([exo[:, at], arm[:, at]], axis=2)
+    if further.count == 0:
+        table = np.linalg.lstsq(F, np.hstack([exo[:, at], arm[:, at]]), rcond=None)[0].T
+        return LimbTable(joints, most, table[: len(at)], table[len(at) :])
+    potential = _potential(F, further, products, torque)
+    for j in range(len(at)):
+        places, slopes = further.slopes(j, products)
+        torque[:, j] -= slopes @ potential[places]
+    table = np.linalg.lstsq(F, np.hstack([torque[:, :, 0], torque[:, :, 1]]), rcond=None)[0].T
+    return LimbTable(joints, most, table[: len(at)], table[len(at) :], MOST_FACTORS, potential.T)
+
+
+def _potential(
+    F: Float[np.ndarray, "posture feature"],
+    further: Features,
+    products: Float[np.ndarray, "posture further"],
+    torque: Float[np.ndarray, "posture joint part"],
+) -> Float[np.ndarray, "further part"]:
+    """Fit the potential to what the rows of the joints, sums of `F`, leave of the torque (least squares)."""
+    basis = np.linalg.qr(F)[0]
+    normal, right = np.zeros((further.count, further.count)), np.zeros((further.count, torque.shape[2]))
+    for j in range(torque.shape[1]):
+        places, slopes = further.slopes(j, products)
+        slopes -= basis @ (basis.T @ slopes)
+        normal[np.ix_(places, places)] += slopes.T @ slopes
+        right[places] += slopes.T @ torque[:, j]
+    normal[np.diag_indices(further.count)] += RIDGE_SHARE * np.trace(normal) / further.count
+    return np.linalg.solve(normal, right)
 
 
 def _dry(

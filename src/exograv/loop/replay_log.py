@@ -152,14 +152,22 @@ def _is_endless(value: object) -> bool:
 def read_person(message: Mapping[str, Any]) -> PersonLimits:
     """Read the guard's limits of the person, exact to the last bit."""
     table = message["table"]
-    chains = tuple(
-        LimbTable(tuple(one["joints"]), one["most_factors"], np.array(one["exo"]), np.array(one["arm"]))
-        for one in table["chains"]
-    )
+    chains = tuple(_limb(one) for one in table["chains"])
     bounds = {name: np.array(table[name]) for name in ("error", "dry", "viscous")}
     arrays = {name: np.array(message[name]) for name in ("active_max_Nm", "q_lower", "q_upper")}
     rest = {name: value for name, value in message.items() if name not in {"table", *arrays}}
     return PersonLimits(table=PlausibleTable(chains, **bounds), **arrays, **rest)
+
+
+def _limb(message: Mapping[str, Any]) -> LimbTable:
+    arrays = {name: np.array(message[name]) for name in ("exo", "arm", "potential") if name in message}
+    # Recordings up to version 0.1 have no potential: all products are in the rows, in the same order of summation.
+    return LimbTable(
+        tuple(message["joints"]),
+        message["most_factors"],
+        potential_factors=message.get("potential_factors", 0),
+        **arrays,
+    )
 
 
 def versions() -> dict[str, str]:

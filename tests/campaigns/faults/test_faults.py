@@ -67,7 +67,8 @@ def test_a_torque_beyond_the_bounds_may_only_come_back_as_fast_as_it_can():
 def test_the_oracle_reads_the_same_table_as_the_guard_without_its_code():
     generator = np.random.default_rng(0)
     size = (3, Features(3, 2).count)
-    chain = LimbTable((0, 2, 1), 2, generator.normal(size=size), generator.normal(size=size))
+    potential = generator.normal(size=(2, Features(3, 3, 3).count))
+    chain = LimbTable((0, 2, 1), 2, generator.normal(size=size), generator.normal(size=size), 3, potential)
     table = PlausibleTable((chain,), np.zeros(3), np.zeros(3), np.zeros(3))
     q, level = generator.uniform(-3.0, 3.0, (20, 3)), generator.uniform(0.0, 1.8, 20)
     of_guard = [table.torque(one, at) for one, at in zip(q, level, strict=True)]

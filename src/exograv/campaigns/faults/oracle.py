@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 
 from exograv.safety.limits import Limits, PersonLimits
 from exograv.safety.native.core import MARGIN_NM, SHARE_MAX
-from exograv.safety.plausible import LimbTable, PlausibleTable
+from exograv.safety.plausible import PlausibleTable
 
 Joints = Float[np.ndarray, " joint"]
 Rows = Float[np.ndarray, "tick joint"]
@@ -128,17 +128,29 @@ def carrying(table: PlausibleTable, q: Rows, gravity_level: Float[np.ndarray, " 
     """Torque of `table.torque` at each posture [rad], computed without the guard's code [N·m]."""
     tau = np.empty_like(q)
     for chain in table.chains:
-        joints = list(chain.joints)
-        features = _features(chain, q[:, joints])
-        tau[:, joints] = features @ chain.exo.T + (1.0 - gravity_level)[:, None] * (features @ chain.arm.T)
+        joints, most = list(chain.joints), chain.most_factors
+        depends = _dependences(len(joints))
+        factors, arm_share = depends.sum(axis=1), (1.0 - gravity_level)[:, None]
+        features = _products(q[:, joints])[:, factors <= most]
+        tau[:, joints] = features @ chain.exo.T + arm_share * (features @ chain.arm.T)
+        further = (most < factors) & (factors <= chain.potential_factors)
+        for j, joint in enumerate(joints if further.any() else []):
+            # The derivative of a sine or a cosine is its value a quarter turn ahead.
+            ahead = q[:, joints] + 0.5 * np.pi * (np.arange(len(joints)) == j)
+            both = (_products(ahead) * depends[:, j])[:, further] @ chain.potential.T
+            tau[:, joint] += both[:, 0] + arm_share[:, 0] * both[:, 1]
     return tau
 
 
-def _features(chain: LimbTable, q: Rows) -> Float[np.ndarray, "tick feature"]:
-    """Products of 1, cos or sin of each joint with a limited number of factors; the first joint changes fastest."""
-    products, factors = np.ones((len(q), 1)), np.zeros(1)
+def _products(q: Rows) -> Float[np.ndarray, "tick product"]:
+    """Products of 1, cos or sin of each joint; the first joint changes fastest."""
+    products = np.ones((len(q), 1))
     for column in q.T:
         each = np.stack([np.ones_like(column), np.cos(column), np.sin(column)], axis=1)
         products = (each[:, :, None] * products[:, None, :]).reshape(len(q), -1)
-        factors = np.concatenate([factors, factors + 1.0, factors + 1.0])
-    return products[:, factors <= chain.most_factors]
+    return products
+
+
+def _dependences(joints: int) -> Bool[np.ndarray, "product joint"]:
+    """Return True where a product depends on the angle of a joint."""
+    return np.arange(3**joints)[:, None] // 3 ** np.arange(joints) % 3 > 0

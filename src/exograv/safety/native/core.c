@@ -196,6 +196,9 @@ double guard_most(double a, double b);
 double guard_within(double value, double low, double high);
 double guard_whole(double value);
 void guard_carried(double *restrict r, double *restrict w, double level);
+double guard_row_sum(double *restrict w, long row, long value, long products);
+void guard_multiply(double *restrict w, long value, long run, long runs);
+void guard_derive(double *restrict w, long value, long pull, long run, long runs);
 void guard_look(double *restrict r, double *restrict w);
 void guard_drive(double *restrict r, int is_driven);
 int guard_is_past_a_stop(double *restrict r);
@@ -277,33 +280,23 @@ void guard_carried(double *restrict r, double *restrict w, double level)
     long t1;
     long joints;
     long products;
+    long values;
+    long leaves;
+    long ahead;
     long runs;
     long index;
     long run;
     long exo;
     long size;
     long now;
-    long factors;
     long value;
+    long pull;
     long k;
     long j;
     double q;
-    long i;
-    long parent;
-    long count;
+    double tau;
     long cosine;
-    long child;
-    double even;
-    double odd;
-    long row;
-    double a;
-    double b;
-    double c;
-    double d;
-    double e;
-    double f;
-    double g;
-    double h;
+    long sine;
     at = 2;
     const long t2 = (long)(w[0]);
     for (t1 = 0; t1 < t2; t1 += 1) {
@@ -312,75 +305,202 @@ void guard_carried(double *restrict r, double *restrict w, double level)
         const long t5 = (long)(w[(at + 2)]);
         joints = t3;
         products = t4;
-        runs = t5;
-        index = (at + 3);
+        values = t5;
+        const long t6 = (long)(w[(at + 3)]);
+        const long t7 = (long)(w[(at + 4)]);
+        const long t8 = (long)(w[(at + 5)]);
+        leaves = t6;
+        ahead = t7;
+        runs = t8;
+        index = (at + 6);
         run = (index + joints);
         exo = (run + (4 * runs));
         size = (joints * products);
+        if ((leaves > 0)) {
+            size += ((2 * values) + leaves);
+        }
         now = (exo + (2 * size));
-        factors = (now + size);
-        value = (factors + (2 * joints));
+        value = (now + size);
+        pull = ((value - leaves) - values);
         if ((level != w[1])) {
-            const long t6 = size;
-            for (k = 0; k < t6; k += 1) {
+            const long t9 = size;
+            for (k = 0; k < t9; k += 1) {
                 w[(now + k)] = (w[(exo + k)] + ((1.0 - level) * w[((exo + size) + k)]));
             }
         }
-        const long t7 = joints;
-        for (j = 0; j < t7; j += 1) {
-            q = r[(Q + (long)(w[(index + j)]))];
-            w[(factors + (2 * j))] = cos(q);
-            w[((factors + (2 * j)) + 1)] = sin(q);
-        }
         w[value] = 1.0;
-        const long t8 = runs;
-        for (i = 0; i < t8; i += 1) {
-            const long t9 = (value + (long)(w[(run + (4 * i))]));
-            const long t10 = (long)(w[((run + (4 * i)) + 1)]);
-            parent = t9;
-            count = t10;
-            cosine = (factors + (2 * (long)(w[((run + (4 * i)) + 2)])));
-            child = (value + (long)(w[((run + (4 * i)) + 3)]));
-            const double t11 = w[cosine];
-            const double t12 = w[(cosine + 1)];
-            even = t11;
-            odd = t12;
-            const long t13 = count;
-            for (k = 0; k < t13; k += 1) {
-                w[(child + k)] = (w[(parent + k)] * even);
-            }
-            const long t14 = count;
-            for (k = 0; k < t14; k += 1) {
-                w[((child + count) + k)] = (w[(parent + k)] * odd);
-            }
+        const long t10 = joints;
+        for (j = 0; j < t10; j += 1) {
+            q = r[(Q + (long)(w[(index + j)]))];
+            w[((value + 1) + (2 * j))] = cos(q);
+            w[((value + 2) + (2 * j))] = sin(q);
         }
-        const long t15 = joints;
-        for (j = 0; j < t15; j += 1) {
-            row = (now + (j * products));
-            a = 0.0;
-            b = 0.0;
-            c = 0.0;
-            d = 0.0;
-            e = 0.0;
-            f = 0.0;
-            g = 0.0;
-            h = 0.0;
-            const long t16 = products;
-            for (k = 0; k < t16; k += 8) {
-                a += (w[(row + k)] * w[(value + k)]);
-                b += (w[((row + k) + 1)] * w[((value + k) + 1)]);
-                c += (w[((row + k) + 2)] * w[((value + k) + 2)]);
-                d += (w[((row + k) + 3)] * w[((value + k) + 3)]);
-                e += (w[((row + k) + 4)] * w[((value + k) + 4)]);
-                f += (w[((row + k) + 5)] * w[((value + k) + 5)]);
-                g += (w[((row + k) + 6)] * w[((value + k) + 6)]);
-                h += (w[((row + k) + 7)] * w[((value + k) + 7)]);
+        guard_multiply(w, value, run, ahead);
+        if ((leaves > 0)) {
+            const long t11 = values;
+            for (k = 0; k < t11; k += 1) {
+                w[(pull + k)] = w[((pull - values) + k)];
             }
-            r[(CARRIED + (long)(w[(index + j)]))] = (((a + e) + (c + g)) + ((b + f) + (d + h)));
+            guard_derive(w, value, pull, run, runs);
         }
-        at = (value + products);
+        const long t12 = joints;
+        for (j = 0; j < t12; j += 1) {
+            tau = guard_row_sum(w, (now + (j * products)), value, products);
+            if ((leaves > 0)) {
+                const long t13 = (1 + (2 * j));
+                const long t14 = (2 + (2 * j));
+                cosine = t13;
+                sine = t14;
+                tau += ((w[(pull + sine)] * w[(value + cosine)]) - (w[(pull + cosine)] * w[(value + sine)]));
+            }
+            r[(CARRIED + (long)(w[(index + j)]))] = tau;
+        }
+        at = (value + values);
     }
     w[1] = level;
+}
+
+double guard_row_sum(double *restrict w, long row, long value, long products)
+{
+    double a;
+    double b;
+    double c;
+    double d;
+    double e;
+    double f;
+    double g;
+    double h;
+    long k;
+    a = 0.0;
+    b = 0.0;
+    c = 0.0;
+    d = 0.0;
+    e = 0.0;
+    f = 0.0;
+    g = 0.0;
+    h = 0.0;
+    const long t1 = products;
+    for (k = 0; k < t1; k += 8) {
+        a += (w[(row + k)] * w[(value + k)]);
+        b += (w[((row + k) + 1)] * w[((value + k) + 1)]);
+        c += (w[((row + k) + 2)] * w[((value + k) + 2)]);
+        d += (w[((row + k) + 3)] * w[((value + k) + 3)]);
+        e += (w[((row + k) + 4)] * w[((value + k) + 4)]);
+        f += (w[((row + k) + 5)] * w[((value + k) + 5)]);
+        g += (w[((row + k) + 6)] * w[((value + k) + 6)]);
+        h += (w[((row + k) + 7)] * w[((value + k) + 7)]);
+    }
+    return (((a + e) + (c + g)) + ((b + f) + (d + h)));
+}
+
+void guard_multiply(double *restrict w, long value, long run, long runs)
+{
+    long i;
+    long parent;
+    long count;
+    long cosine;
+    long child;
+    double even;
+    double odd;
+    long k;
+    double one;
+    double two;
+    const long t1 = runs;
+    for (i = 0; i < t1; i += 1) {
+        const long t2 = (value + (long)(w[(run + (4 * i))]));
+        const long t3 = (long)(w[((run + (4 * i)) + 1)]);
+        parent = t2;
+        count = t3;
+        const long t4 = (value + (long)(w[((run + (4 * i)) + 2)]));
+        const long t5 = (value + (long)(w[((run + (4 * i)) + 3)]));
+        cosine = t4;
+        child = t5;
+        const double t6 = w[cosine];
+        const double t7 = w[(cosine + 1)];
+        even = t6;
+        odd = t7;
+        const long t8 = count;
+        for (k = 0; k < t8; k += 2) {
+            const double t9 = w[(parent + k)];
+            const double t10 = w[((parent + k) + 1)];
+            one = t9;
+            two = t10;
+            const double t11 = (one * even);
+            const double t12 = (two * even);
+            w[(child + k)] = t11;
+            w[((child + k) + 1)] = t12;
+            const double t13 = (one * odd);
+            const double t14 = (two * odd);
+            w[((child + count) + k)] = t13;
+            w[(((child + count) + k) + 1)] = t14;
+        }
+    }
+}
+
+void guard_derive(double *restrict w, long value, long pull, long run, long runs)
+{
+    long back;
+    long i;
+    long parent;
+    long count;
+    long cosine;
+    long child;
+    double even;
+    double odd;
+    double a;
+    double b;
+    double c;
+    double d;
+    long k;
+    double one;
+    double two;
+    double three;
+    double four;
+    double first;
+    double second;
+    const long t1 = runs;
+    for (back = 0; back < t1; back += 1) {
+        i = ((runs - 1) - back);
+        const long t2 = (long)(w[(run + (4 * i))]);
+        const long t3 = (long)(w[((run + (4 * i)) + 1)]);
+        parent = t2;
+        count = t3;
+        const long t4 = (long)(w[((run + (4 * i)) + 2)]);
+        const long t5 = (pull + (long)(w[((run + (4 * i)) + 3)]));
+        cosine = t4;
+        child = t5;
+        const double t6 = w[(value + cosine)];
+        const double t7 = w[((value + cosine) + 1)];
+        even = t6;
+        odd = t7;
+        a = 0.0;
+        b = 0.0;
+        c = 0.0;
+        d = 0.0;
+        const long t8 = count;
+        for (k = 0; k < t8; k += 2) {
+            const double t9 = w[(child + k)];
+            const double t10 = w[((child + k) + 1)];
+            one = t9;
+            two = t10;
+            const double t11 = w[((child + count) + k)];
+            const double t12 = w[(((child + count) + k) + 1)];
+            three = t11;
+            four = t12;
+            a += (one * w[((value + parent) + k)]);
+            b += (two * w[(((value + parent) + k) + 1)]);
+            c += (three * w[((value + parent) + k)]);
+            d += (four * w[(((value + parent) + k) + 1)]);
+            first = (w[((pull + parent) + k)] + ((one * even) + (three * odd)));
+            second = (w[(((pull + parent) + k) + 1)] + ((two * even) + (four * odd)));
+            const double t13 = first;
+            const double t14 = second;
+            w[((pull + parent) + k)] = t13;
+            w[(((pull + parent) + k) + 1)] = t14;
+        }
+        w[(pull + cosine)] += (a + b);
+        w[((pull + cosine) + 1)] += (c + d);
+    }
 }
 
 void guard_look(double *restrict r, double *restrict w)

@@ -145,55 +145,106 @@ def whole(value: float) -> float:
 def carried(r: Record, w: Record, level: float) -> None:
     """Write the torque that carries machine and arm at the positions `Q`, where the arm feels `level` of its weight.
 
-    `w` holds for each limb: number of joints, of products and of runs; the joints; the runs; three tables (machine,
-    arm, their sum at the level in force); and places for factors and products. The first product is 1. A run makes
-    products of neighbours: first product of the parents, their number, joint, first product of the children. Each
-    parent times the cosine of the joint is a child, and after these each parent times the sine. The number of products
-    is a multiple of 8.
+    The torque of a joint is a sum over its row: numbers times products of sines and cosines. A limb of many joints also
+    has a potential, a sum of products with more factors, whose derivative by the joint is added.
+
+    `w` holds for each limb: number of joints, of products in a row (a multiple of 8), of values, of leaves, of runs
+    that make values, and of all runs; the joints; the runs; three tables (machine, arm, their sum at the level in
+    force); and the values. The first values are 1, then cosine and sine of each joint, then further products. A table
+    holds a row per joint and, if there are leaves, the potential: its numbers for the values, places for `derive`, and
+    its numbers for the leaves, which are products that are no values.
     """
     at = 2
     for _ in range(int(w[0])):
-        joints, products, runs = int(w[at]), int(w[at + 1]), int(w[at + 2])
-        index = at + 3
+        joints, products, values = int(w[at]), int(w[at + 1]), int(w[at + 2])
+        leaves, ahead, runs = int(w[at + 3]), int(w[at + 4]), int(w[at + 5])
+        index = at + 6
         run = index + joints
         exo = run + 4 * runs
         size = joints * products
+        if leaves > 0:
+            size += 2 * values + leaves
         now = exo + 2 * size
-        factors = now + size
-        value = factors + 2 * joints
+        value = now + size
+        pull = value - leaves - values
         if level != w[1]:
             for k in range(size):
                 w[now + k] = w[exo + k] + (1.0 - level) * w[exo + size + k]
+        w[value] = 1.0
         for j in range(joints):
             q = r[Q + int(w[index + j])]
-            w[factors + 2 * j] = math.cos(q)
-            w[factors + 2 * j + 1] = math.sin(q)
-        w[value] = 1.0
-        for i in range(runs):
-            parent, count = value + int(w[run + 4 * i]), int(w[run + 4 * i + 1])
-            cosine = factors + 2 * int(w[run + 4 * i + 2])
-            child = value + int(w[run + 4 * i + 3])
-            even, odd = w[cosine], w[cosine + 1]
-            for k in range(count):
-                w[child + k] = w[parent + k] * even
-            for k in range(count):
-                w[child + count + k] = w[parent + k] * odd
+            w[value + 1 + 2 * j] = math.cos(q)
+            w[value + 2 + 2 * j] = math.sin(q)
+        multiply(w, value, run, ahead)
+        if leaves > 0:
+            for k in range(values):
+                w[pull + k] = w[pull - values + k]
+            derive(w, value, pull, run, runs)
         for j in range(joints):
-            row = now + j * products
-            # Eight sums, which a processor computes at the same time.
-            a = b = c = d = e = f = g = h = 0.0
-            for k in range(0, products, 8):
-                a += w[row + k] * w[value + k]
-                b += w[row + k + 1] * w[value + k + 1]
-                c += w[row + k + 2] * w[value + k + 2]
-                d += w[row + k + 3] * w[value + k + 3]
-                e += w[row + k + 4] * w[value + k + 4]
-                f += w[row + k + 5] * w[value + k + 5]
-                g += w[row + k + 6] * w[value + k + 6]
-                h += w[row + k + 7] * w[value + k + 7]
-            r[CARRIED + int(w[index + j])] = ((a + e) + (c + g)) + ((b + f) + (d + h))
-        at = value + products
+            tau = row_sum(w, now + j * products, value, products)
+            if leaves > 0:
+                cosine, sine = 1 + 2 * j, 2 + 2 * j
+                tau += w[pull + sine] * w[value + cosine] - w[pull + cosine] * w[value + sine]
+            r[CARRIED + int(w[index + j])] = tau
+        at = value + values
     w[1] = level
+
+
+def row_sum(w: Record, row: int, value: int, products: int) -> float:
+    """Return the sum of a joint's numbers times products."""
+    # Eight sums, which a processor computes at the same time.
+    a = b = c = d = e = f = g = h = 0.0
+    for k in range(0, products, 8):
+        a += w[row + k] * w[value + k]
+        b += w[row + k + 1] * w[value + k + 1]
+        c += w[row + k + 2] * w[value + k + 2]
+        d += w[row + k + 3] * w[value + k + 3]
+        e += w[row + k + 4] * w[value + k + 4]
+        f += w[row + k + 5] * w[value + k + 5]
+        g += w[row + k + 6] * w[value + k + 6]
+        h += w[row + k + 7] * w[value + k + 7]
+    return ((a + e) + (c + g)) + ((b + f) + (d + h))
+
+
+def multiply(w: Record, value: int, run: int, runs: int) -> None:
+    """Make products of products.
+
+    A run makes neighbours of neighbours: first parent, number of parents (even), cosine of the joint, and first child.
+    Each parent times the cosine is a child, and after these each parent times the sine, which follows the cosine.
+    """
+    for i in range(runs):
+        parent, count = value + int(w[run + 4 * i]), int(w[run + 4 * i + 1])
+        cosine, child = value + int(w[run + 4 * i + 2]), value + int(w[run + 4 * i + 3])
+        even, odd = w[cosine], w[cosine + 1]
+        for k in range(0, count, 2):
+            one, two = w[parent + k], w[parent + k + 1]
+            w[child + k], w[child + k + 1] = one * even, two * even
+            w[child + count + k], w[child + count + k + 1] = one * odd, two * odd
+
+
+def derive(w: Record, value: int, pull: int, run: int, runs: int) -> None:
+    """Add to the numbers of a potential what its products depend on each cosine and sine (reverse differentiation).
+
+    The last run comes first: a number is complete when the run that made its product is reached.
+    """
+    for back in range(runs):
+        i = runs - 1 - back
+        parent, count = int(w[run + 4 * i]), int(w[run + 4 * i + 1])
+        cosine, child = int(w[run + 4 * i + 2]), pull + int(w[run + 4 * i + 3])
+        even, odd = w[value + cosine], w[value + cosine + 1]
+        a = b = c = d = 0.0
+        for k in range(0, count, 2):
+            one, two = w[child + k], w[child + k + 1]
+            three, four = w[child + count + k], w[child + count + k + 1]
+            a += one * w[value + parent + k]
+            b += two * w[value + parent + k + 1]
+            c += three * w[value + parent + k]
+            d += four * w[value + parent + k + 1]
+            first = w[pull + parent + k] + (one * even + three * odd)
+            second = w[pull + parent + k + 1] + (two * even + four * odd)
+            w[pull + parent + k], w[pull + parent + k + 1] = first, second
+        w[pull + cosine] += a + b
+        w[pull + cosine + 1] += c + d
 
 
 # --- person -----------------------------------------------------------------------------------------------------------
