@@ -128,7 +128,7 @@ class Pilot:
         with HeldInterrupt(may_be_worn(self.rig)) as interrupt:
             for k, values in enumerate(zip(trajectory.q, trajectory.v, trajectory.a, strict=True)):
                 reference = Reference(*values)
-                if native is not None and k < NATIVE_FROM:
+                if native is not None and not is_bound and k < NATIVE_FROM:
                     is_bound = native.begin(self.feedback, controller, trajectory)
                 if native is not None and is_bound and native.may_run:
                     moment = self._native_tick(native, controller, reference, k)
