@@ -13,6 +13,9 @@ GATE = 2.5
 BLOCK_SAMPLES = 50
 """Measurements per QR update in a batch [-]."""
 
+NEGLIGIBLE = 1e-12
+"""Weight below which a filter adds nothing to mean and covariance but rounding error [-]."""
+
 REFLECTORS = 12
 """Block size of reflectors in LAPACK [-]; the fastest of 2 to 49 at 51 unknowns."""
 
@@ -29,8 +32,9 @@ class FilterBank:
     row have unit variance and are uncorrelated. They enter the information of ξ: an upper triangle R and a right side r
     with R ξ = r + unit noise. The QR update keeps the information positive.
 
-    `considered` further right sides pass through the same updates: the effect of each possible model error on the
-    estimate (Schmidt's consider covariance). They widen the covariance and do not change the mean.
+    Each joint has `considered` possible model errors. Their effect on the estimate widens the covariance and does not
+    change the mean (Schmidt's consider covariance). It is R⁻¹ R⁻ᵀ Σ Hᵀ E, with the whitened rows H of a joint and the
+    whitened errors E of the same joint: a sum of products, which costs a tenth of further right sides of the QR update.
 
     Source: Bierman 1977, Factorization Methods for Discrete Sequential Estimation, ch. V (square-root information
     filter); whitening by the innovations of the noise's own filter after Kailath 1968, IEEE TAC 13:646.
@@ -43,19 +47,21 @@ class FilterBank:
         correlation_s: float,
         considered: int = 0,
     ):
-        self._n, self._considered = unknowns, considered
+        self._n = unknowns
         self._variance = disturbance_sd**2
         self._filters, self._joints = disturbance_sd.shape
         self._correlation_s = correlation_s
-        sides = 1 + considered
         # Transposed: LAPACK works on columns, in place.
         self._R = np.tile(np.eye(unknowns), (self._filters, 1, 1)).transpose(0, 2, 1)
-        self._r = np.zeros((self._filters, sides, unknowns)).transpose(0, 2, 1)
-        self._measured = np.zeros((self._filters, unknowns + sides, self._joints)).transpose(0, 2, 1)
+        self._r = np.zeros((self._filters, 1, unknowns)).transpose(0, 2, 1)
+        self._measured = np.zeros((self._filters, unknowns + 1, self._joints)).transpose(0, 2, 1)
         views = (self._R, self._r, self._measured[:, :, :unknowns], self._measured[:, :, unknowns:])
         self._each = list(zip(*views, strict=True))
         self._block = min(REFLECTORS, unknowns)
-        self._slow = _SlowDisturbance(self._variance, unknowns + sides)
+        self._slow = _SlowDisturbance(self._variance, unknowns + 1 + considered)
+        self._effect = np.zeros((self._filters, self._joints, unknowns, considered))
+        self._not_added: list[Float[np.ndarray, "filter joint column"]] = []
+        """Whitened rows whose products are not in `_effect` yet: they are added when the covariance is asked for."""
         self.log_likelihood = np.zeros(self._filters)
         """Logarithm of the likelihood of the data for each assumed size."""
 
@@ -74,10 +80,15 @@ class FilterBank:
             H: Derivative of the measurement with respect to the unknowns.
             y: Measurement.
             noise_sd: Standard deviation of the white measurement noise.
-            errors: Effect of each considered model error on the measurement, at one standard deviation.
+            errors: Effect of each joint's considered model errors on its measurement, at one standard deviation.
         """
         rows = self._columns(H, y, errors)
-        self._measured[:], spread = self._slow.innovations(self._keep(dt), rows, noise_sd**2)
+        whitened, spread = self._slow.innovations(self._keep(dt), rows, noise_sd**2)
+        self._measured[:] = whitened[:, :, : self._n + 1]
+        if self._effect.size:
+            self._not_added.append(whitened)
+            if len(self._not_added) == BLOCK_SAMPLES:
+                self._add_waiting()
         before = _log_determinant(self._R)
         unexplained = np.array([self._absorb(*each) for each in self._each])
         self.log_likelihood += before - _log_determinant(self._R) - np.log(spread).sum(axis=1) - 0.5 * unexplained
@@ -91,15 +102,17 @@ class FilterBank:
         errors: Float[np.ndarray, "sample joint considered"] | None = None,
     ) -> None:
         """Take many measurements. Same result as repeated `update` up to rounding, about ten times as fast."""
-        n, width = self._n, self._n + 1 + self._considered
+        n = self._n
         keep = np.exp(-dt / self._correlation_s)
         whitened, total = self._slow.all_innovations(keep, self._columns(H, y, errors), noise_sd**2)
         spreads = 0.5 * np.log(total).sum(axis=(0, 2))
         before = _log_determinant(self._R)
         for f, (R, r, _, _) in enumerate(self._each):
-            for block in np.array_split(whitened[:, f], max(1, len(dt) // BLOCK_SAMPLES)):
-                together = block.reshape(-1, width)
+            for block in np.array_split(whitened[:, f, :, : n + 1], max(1, len(dt) // BLOCK_SAMPLES)):
+                together = block.reshape(-1, n + 1)
                 self.log_likelihood[f] -= 0.5 * self._absorb(R, r, together[:, :n], together[:, n:])
+        if self._effect.size:
+            self._add_effect(whitened)
         self.log_likelihood += before - _log_determinant(self._R) - spreads
 
     def _absorb(self, R: np.ndarray, r: np.ndarray, seen: np.ndarray, right: np.ndarray) -> float:
@@ -160,14 +173,28 @@ class FilterBank:
 
     def covariance(self) -> Float[np.ndarray, "unknown unknown"]:
         """Covariance of the unknowns, including the spread between filters and the effect of the considered errors."""
+        self._add_waiting()
         weights = self.weights
-        solutions = np.array([_solved(R, r) for R, r, _, _ in self._each])
-        means, moved = solutions[:, :, :1], solutions[:, :, 1:]
-        inverse = np.array([_solved(R, np.eye(self._n)) for R, _, _, _ in self._each])
+        counts = np.flatnonzero(weights > NEGLIGIBLE)
+        weights, n = weights[counts], self._n
+        means = np.array([_solved(self._R[f], self._r[f]) for f in counts])
+        inverse = np.array([_solved(self._R[f], np.eye(n)) for f in counts])
+        effect = self._effect[counts].transpose(0, 2, 1, 3).reshape(len(counts), n, -1)
+        moved = inverse @ (inverse.transpose(0, 2, 1) @ effect)
         spread = means - np.tensordot(weights, means, axes=1)
         columns = np.sqrt(weights)[:, None, None] * np.concatenate([inverse, moved, spread], axis=2)
-        half = columns.transpose(1, 0, 2).reshape(self._n, -1)
+        half = columns.transpose(1, 0, 2).reshape(n, -1)
         return half @ half.T
+
+    def _add_waiting(self) -> None:
+        if self._not_added:
+            self._add_effect(np.array(self._not_added))
+            self._not_added.clear()
+
+    def _add_effect(self, whitened: Float[np.ndarray, "sample filter joint column"]) -> None:
+        """Add the products of rows and considered errors of these samples."""
+        by_joint = whitened.transpose(1, 2, 0, 3)
+        self._effect += by_joint[..., : self._n].swapaxes(-1, -2) @ by_joint[..., self._n + 1 :]
 
     def predicted(self, dt: float, H: Float[np.ndarray, "joint unknown"]) -> tuple[Joints, Joints]:
         """Mean and standard deviation of the next noise-free measurement, by the most likely filter."""
@@ -183,7 +210,7 @@ class FilterBank:
 
     def _columns(self, H: np.ndarray, y: np.ndarray, errors: np.ndarray | None) -> np.ndarray:
         if errors is None:
-            errors = np.zeros((*y.shape, self._considered))
+            errors = np.zeros((*y.shape, self._effect.shape[-1]))
         return np.concatenate([H, y[..., None], errors], axis=-1)
 
 

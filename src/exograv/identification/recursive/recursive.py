@@ -115,7 +115,7 @@ class Recursive:
         if kept is None:
             return
         if self._discrepancy is not None:
-            self._errors.append(self._discrepancy.errors(kept.q, kept.v))
+            self._errors.append(self._discrepancy.errors_of_joint(kept.q, kept.v))
         self._take(kept)
         self._history.append(kept)
         if sample.t >= self._relinearise_t:
@@ -224,7 +224,7 @@ class Recursive:
         return np.union1d(likely, around)
 
     def _empty_bank(self, considers: bool = True) -> FilterBank:
-        considered = self._discrepancy.count if considers and self._discrepancy is not None else 0
+        considered = self._discrepancy.count_of_joint if considers and self._discrepancy is not None else 0
         disturbance = self._scales[:, None] * self._noise.disturbance_sd
         return FilterBank(self._free, disturbance, self._noise.disturbance_correlation_s, considered)
 
