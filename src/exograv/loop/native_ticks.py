@@ -72,7 +72,7 @@ class NativeTicks:
 
     @property
     def may_run(self) -> bool:
-        """True if the next tick may run in native code: nobody has read its measurement yet, and no stop is in force."""
+        """True if the next tick may run in native code: its measurement was not read yet, and no stop is in force."""
         return self._rig.is_unread and self._guard.envelope.stop is None
 
     def run(self, k: int, reference: Reference, acts: int, recording: RecordingWriter | None) -> JointState | None:
