@@ -1,5 +1,7 @@
 """Arithmetic of the recursive filter: a bank of square-root information filters with coloured disturbances."""
 
+import math
+
 import numpy as np
 from jaxtyping import Float
 from scipy.linalg import get_lapack_funcs
@@ -144,17 +146,13 @@ class FilterBank:
     ) -> tuple[Float[np.ndarray, "sample joint"], Float[np.ndarray, " sample"]]:
         """Return `held_back` of many measurements, from residuals y − H ξ at known ξ and the most likely size."""
         best = int(np.argmax(self.log_likelihood))
-        stationary, mean = self._variance[best], np.zeros(self._joints)
-        variance, gated, surprise = stationary, np.empty_like(noise_sd), np.empty_like(noise_sd)
-        keep = np.exp(-dt / self._correlation_s)
-        for k in range(len(dt)):
-            mean, variance = keep[k] * mean, keep[k] ** 2 * variance + (1.0 - keep[k] ** 2) * stationary
-            off = residual[k] - mean
-            surprise[k] = np.abs(off) / np.sqrt(variance + noise_sd[k] ** 2)
-            white = np.maximum(noise_sd[k] ** 2, (off / GATE) ** 2 - variance)
-            mean, variance = mean + variance / (variance + white) * off, variance * white / (variance + white)
-            gated[k] = np.sqrt(white)
-        return gated, surprise.max(axis=1)
+        keep, columns = np.exp(-dt / self._correlation_s).tolist(), zip(residual.T, noise_sd.T, strict=True)
+        each = [
+            _held_back(keep, of_joint.tolist(), (sd**2).tolist(), stationary)
+            for (of_joint, sd), stationary in zip(columns, self._variance[best].tolist(), strict=True)
+        ]
+        white, surprise = np.array(each).transpose(1, 2, 0)
+        return np.sqrt(white), surprise.max(axis=1)
 
     @property
     def weights(self) -> Float[np.ndarray, " filter"]:
@@ -256,6 +254,25 @@ class _SlowDisturbance:
         self._variance = variance
         whitened /= np.sqrt(totals)[..., None]
         return whitened, totals
+
+
+def _held_back(
+    keep: list[float], residual: list[float], noise_variance: list[float], stationary: float
+) -> tuple[list[float], list[float]]:
+    """Variance of the noise with which each sample of one joint is taken, and its original innovation.
+
+    On one joint's numbers in order, plain Python takes a fifth of the time of NumPy.
+    """
+    mean, variance, whites, surprises = 0.0, stationary, list[float](), list[float]()
+    for kept, value, noise in zip(keep, residual, noise_variance, strict=True):
+        mean, variance = kept * mean, kept * kept * variance + (1.0 - kept * kept) * stationary
+        off = value - mean
+        surprises.append(abs(off) / math.sqrt(variance + noise))
+        white = max(noise, (off / GATE) ** 2 - variance)
+        gain = variance / (variance + white)
+        mean, variance = mean + gain * off, gain * white
+        whites.append(white)
+    return whites, surprises
 
 
 def _gated(off: Joints, expected_sd: Joints, noise_sd: Joints) -> tuple[Joints, float]:
