@@ -55,9 +55,9 @@ class NativeTicks:
         if type(feedback) is not OutputFeedback or not observer.is_started or observer.native is None:
             return False
         law: NativeLaw | None = getattr(controller, "native_law", None)
-        tables = path.q, path.v, path.a
-        if law is None or not all(one.flags.c_contiguous and one.dtype == np.float64 for one in tables):
+        if law is None:
             return False
+        tables = tuple(np.ascontiguousarray(one, dtype=float) for one in (path.q, path.v, path.a))
         step, self._feedback, self._controller, self._law = self._step, feedback, controller, law
         step.observer, step.observer_memory = observer.native.function, observer.native.memory
         step.q_measured, step.q_observed, step.v_observed = map(_address, (observer.measured, observer.q, observer.v))

@@ -55,8 +55,10 @@ def pack(ticks: np.ndarray) -> bytes:
     for which in _columns(n_joints):
         method, numbers = of_columns[which], _integers(_column(ticks, *which))
         if method >= ORDERS:
-            numbers = numbers - dict(_predicted(ticks, *which, factors))[method]
-        for _ in range(method % ORDERS):
+            numbers, order = numbers - dict(_predicted(ticks, *which, factors))[method], 0
+        else:
+            order = method
+        for _ in range(order):
             numbers = _differences(numbers)
         methods.append(method)
         planes.append(_unsigned(numbers).view(np.uint8).reshape(n, -1).T.tobytes())
