@@ -60,7 +60,7 @@ class FilterBank:
         views = (self._R, self._r, self._measured[:, :, :unknowns], self._measured[:, :, unknowns:])
         self._each = list(zip(*views, strict=True))
         self._block = min(REFLECTORS, unknowns)
-        self._slow = _SlowDisturbance(self._variance, unknowns + 1 + considered)
+        self._slow = SlowDisturbance(self._variance, unknowns + 1 + considered)
         self._effect = np.zeros((self._filters, self._joints, unknowns, considered))
         self._not_added: list[Float[np.ndarray, "filter joint column"]] = []
         """Whitened rows whose products are not in `_effect` yet: they are added when the covariance is asked for."""
@@ -212,7 +212,7 @@ class FilterBank:
         return np.concatenate([H, y[..., None], errors], axis=-1)
 
 
-class _SlowDisturbance:
+class SlowDisturbance:
     """Scalar Kalman filters of the disturbance, one per filter and joint, applied to all columns at once."""
 
     def __init__(self, variance: Float[np.ndarray, "filter joint"], columns: int):
@@ -237,7 +237,7 @@ class _SlowDisturbance:
         self,
         keep: Float[np.ndarray, " sample"],
         rows: Float[np.ndarray, "sample joint column"],
-        noise_variance: Float[np.ndarray, "sample joint"],
+        noise_variance: Float[np.ndarray, "sample *filter joint"],
     ) -> tuple[Float[np.ndarray, "sample filter joint column"], Float[np.ndarray, "sample filter joint"]]:
         """Normalised innovations of several samples in order, and their variances."""
         totals = np.empty((len(keep), *self._variance.shape))
