@@ -1,4 +1,4 @@
-"""Compile the guard, its loop and the tick in lock-step when the package is built or installed; give the wheel the tag of its platform."""
+"""Compile guard, loop and tick when the package is built or installed; give the wheel the tag of its platform."""
 
 import importlib.util
 import sys

@@ -7,6 +7,7 @@ import numpy as np
 from exograv.control.native_law import NativeLaw
 from exograv.motion import Trajectory
 from exograv.recording import RecordingWriter
+from exograv.recording.tick_row import JOINT_FIELDS, SCALARS
 from exograv.rig import Rig
 from exograv.rig.native_period import NativelySimulated, NativePeriod
 from exograv.safety.guard import COMMAND_LIFE_S, Guard
@@ -31,7 +32,8 @@ class NativeTicks:
         self._tau_measured, self._tau_commanded = np.empty(joints), np.empty(joints)
         self._no_torque = np.full(joints, np.nan)
         self._no_torque.flags.writeable = False
-        self._scratch = np.empty(record.CONSTANTS["ROW_SCALARS"] + joints * len(record.JOINT_FIELDS))
+        self._scratch = np.empty(len(SCALARS) + 1 + joints * len(JOINT_FIELDS))
+        """Row of a tick that is not recorded."""
         self._step = step = record.LockStep()
         self._tick, self._address = library.lock_step_tick, ctypes.addressof(step)
         self._kept: tuple[object, ...] = ()  # the record holds addresses only

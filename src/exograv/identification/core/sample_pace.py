@@ -56,7 +56,7 @@ class Averages:
             self._start_t = sample.t
             self._is_plain = all(one.dtype == np.float64 and one.flags.c_contiguous for one in values)
         # Bytes of plain arrays are joined in a third of the time that NumPy takes for some numbers.
-        self._rows.append(b"".join(values) if self._is_plain else np.concatenate(values, dtype=float).tobytes())
+        self._rows.append(_bytes(values) if self._is_plain else np.concatenate(values, dtype=float).tobytes())
         gap_s, self._before_t = sample.t - self._before_t, sample.t
         if sample.t + gap_s - self._start_t < self._least_s:
             return None
@@ -64,3 +64,7 @@ class Averages:
         q, v, a, tau, *of_asked = rows.mean(axis=0).reshape(-1, len(sample.q))
         self._rows.clear()
         return Sample(0.5 * (self._start_t + sample.t), q, v, a, tau, RequestedMotion(*of_asked) if of_asked else None)
+
+
+def _bytes(arrays: tuple[np.ndarray, ...]) -> bytes:
+    return b"".join(arrays)  # pyright: ignore[reportArgumentType] - the stub lacks the buffer of an array

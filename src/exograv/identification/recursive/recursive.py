@@ -45,6 +45,7 @@ FRESH_STEPS = 4
 REWEIGHTINGS = 2
 """Number of times the samples are reweighted by their residuals, at each linearisation [-]."""
 
+
 @dataclass(frozen=True)
 class _Linear:
     """Samples as linear measurements of the unknowns."""
