@@ -1,4 +1,4 @@
-"""Compile the guard and its loop when the package is built or installed; give the wheel the tag of its platform."""
+"""Compile guard, loop and tick when the package is built or installed; give the wheel the tag of its platform."""
 
 import importlib.util
 import sys
@@ -11,6 +11,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 PACKAGE = Path("src/exograv")
 NATIVE = PACKAGE / "safety/native"
 LOOP = PACKAGE / "live/native"
+LOCK_STEP = PACKAGE / "loop/native"
 LOOP_SOURCES = (LOOP / "loop.c", PACKAGE / "rig/drives/udp/native/drives.c")
 
 
@@ -35,6 +36,8 @@ class GuardBuildHook(BuildHookInterface):
             )
             return
         build_data["artifacts"].append(str(NATIVE / compiled.name))
+        build.build(Path(self.root) / LOCK_STEP / "lock_step.native", [Path(self.root) / LOCK_STEP / "lock_step.c"])
+        build_data["artifacts"].append(str(LOCK_STEP / "lock_step.native"))
         # The loop uses functions of Linux. Elsewhere the live loop runs as Python.
         if sys.platform.startswith("linux"):
             build.build(Path(self.root) / LOOP / "loop.native", [Path(self.root) / one for one in LOOP_SOURCES])

@@ -6,7 +6,8 @@
                                                       # run; on a busy computer only the ratio is meaningful
 
 An arm floats in the twin, and the run is recorded. Each part is timed by a wrapper around its function, whose
-own time (0.1 µs) is in the part. "Rest" is the whole tick without the parts.
+own time (0.1 µs) is in the part. "Rest" is the whole tick without the parts. The parts are those of a tick in Python;
+"whole tick in C" is the same tick in native code, with its record.
 """
 
 import argparse
@@ -77,13 +78,20 @@ def measure(rig: str, arm: str | None, seconds: float, share: float, folder: Pat
     owner, attribute = (pilot, "_record") if recorded == "_record" else (recording, "tick")
     setattr(owner, attribute, timed(taken["recording"], getattr(owner, attribute)))
     whole: list[int] = []
-    pilot._tick = timed(whole, pilot._tick)
+    in_python, in_c = pilot._tick, getattr(pilot, "_native_tick", None)
+    native, pilot._native = getattr(pilot, "_native", None), None
+    pilot._tick = timed(whole, in_python)
     still = motion.hold(pilot.q.copy(), seconds, twin.period_s)
     pilot.run(controller, still, "")
-    recording.close()
     found = {name: float(np.percentile(one, share)) * 1e-3 for name, one in taken.items()}
     found["rest"] = float(np.percentile(whole, share)) * 1e-3 - sum(found.values())
     found["whole tick"] = float(np.percentile(whole, share)) * 1e-3
+    if native is not None and in_c is not None:
+        pilot._native, of_native = native, list[int]()
+        pilot._native_tick = timed(of_native, in_c)
+        pilot.run(controller, still, "")
+        found["whole tick in C"] = float(np.percentile(of_native, share)) * 1e-3
+    recording.close()
     return found
 
 
@@ -116,8 +124,8 @@ def main() -> None:
             rounds[name].append(json.loads(done.stdout.splitlines()[-1]))
     print(f"{options.rig}: least of {options.rounds} rounds, percentile {options.percentile:g} [µs]")
     print(f"{'':16}" + "".join(f"{name:>10}" for name in trees) + ("     ratio" if len(trees) > 1 else ""))
-    for part in (*PARTS, "rest", "whole tick"):
-        least = [min(one[part] for one in found) for found in rounds.values()]
+    for part in (*PARTS, "rest", "whole tick", "whole tick in C"):
+        least = [min(one.get(part, float("nan")) for one in found) for found in rounds.values()]
         ratio = f"{least[0] / least[1]:10.2f}" if len(least) > 1 else ""
         print(f"{part:16}" + "".join(f"{value:10.1f}" for value in least) + ratio)
 

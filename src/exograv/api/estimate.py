@@ -201,9 +201,9 @@ def identify(
     velocity = None if velocity is None else _between(velocity, steps)
     session = EstimatorSession(assembly, machine, method, dt / steps)
     for k in range(len(position)):
-        estimate = session.take(position[k], torque[k], None, None if velocity is None else velocity[k])
-        if estimate is not None and session.is_to_note:
-            session.judge(estimate)
+        x = session.take(position[k], torque[k], None, None if velocity is None else velocity[k])
+        if x is not None and session.is_to_note:
+            session.judge(session.estimate())
     session.judge(session.last())
     found = session.close()
     last = found.last

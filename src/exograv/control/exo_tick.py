@@ -12,6 +12,7 @@ from exograv.model.tree import Tree, inertial_parameters
 from exograv.signals import Reference
 
 from .controller_acts import ControllerAct, EmptyControllerRecord, HangWeight
+from .native_law import NativeLaw
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -43,17 +44,19 @@ class ExoTick:
         arguments = [q, v, q_reference, v_reference, a_reference, weights]
         function = ca.Function("exo_tick", arguments, [desired, feedforward], names, ["tau_desired", "tau_feedforward"])
         self._kernel = kernel.compile(function)
+        self._written = tuple(self._kernel.inputs[name] for name in names[:5])
+        self._tau_desired = self._kernel.outputs["tau_desired"]
+        self.tau_feedforward: Joints = self._kernel.outputs["tau_feedforward"]
+        """Motor torque that the model predicts [N·m]."""
+        native = self._kernel.native
+        self.native_law = native and NativeLaw(self._tau_desired, self.tau_feedforward, native, self._written)
+        """This controller for a caller in C; None if there is no native code."""
         self.closure_slope = 0.0
         """Remaining gradient of the closure [N·m]: zero, because the empty machine has no loop."""
         self.clearance = 1.0
         """Distance from a singular posture [-]: 1, because there is no arm."""
         self.acts: list[ControllerAct] = []
         """Commands since the last recording of commands."""
-
-    @property
-    def tau_feedforward(self) -> Joints:
-        """Motor torque that the model predicts [N·m]."""
-        return self._kernel.outputs["tau_feedforward"]
 
     def described(self) -> EmptyControllerRecord:
         """Describe this controller for a recording, which holds the machine's own files."""
@@ -66,13 +69,11 @@ class ExoTick:
 
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
         """Compute the desired torque (joint,) [N·m]; arguments as in `Tick.step`."""
-        buffers = self._kernel.inputs
-        buffers["q"][:] = q
-        buffers["v"][:] = v
-        buffers["q_reference"][:] = reference.q
-        buffers["v_reference"][:] = reference.v
-        buffers["a_reference"][:] = reference.a
-        return self._kernel()["tau_desired"]
+        in_q, in_v, in_q_reference, in_v_reference, in_a_reference = self._written
+        in_q[:], in_v[:] = q, v
+        in_q_reference[:], in_v_reference[:], in_a_reference[:] = reference
+        self._kernel.evaluate()
+        return self._tau_desired
 
 
 def empty_gains(description: RigDescription, tree: Tree) -> tuple[Joints, Joints]:

@@ -1,6 +1,7 @@
 """Ramp of new parameters into the loop, so that the wearer feels no push."""
 
 import math
+from array import array
 
 import numpy as np
 
@@ -15,25 +16,31 @@ class Handover:
 
     def __init__(self, x: Parameters, dt: float):
         self._dt = dt
-        self._start = x.copy()
-        self._goal = x.copy()
-        self._ticks = 0
-        self._tick = 0
+        self.start, self.goal = x.copy(), x.copy()
+        """Ends of the ramp."""
+        self.counts = array("q", [0, 0])
+        """Number of ticks that have passed on the ramp, and its length. Native code advances the same ramp."""
         self.x = x.copy()
         """Active parameters. Every mixture of two physical arms is physical."""
 
+    def force(self, x: Parameters) -> None:
+        """Put `x` in force at once, without a ramp."""
+        self.start[:] = self.goal[:] = self.x[:] = x
+        self.counts[0] = self.counts[1] = 0
+
     def publish(self, x: Parameters, torque_change_Nm: float) -> None:
         """Start a ramp to `x`; its largest torque change in the present posture is `torque_change_Nm`."""
-        self._start[:] = self.x
-        self._goal[:] = x
+        self.start[:] = self.x
+        self.goal[:] = x
         seconds = max(RAMP_MIN_S, abs(torque_change_Nm) / TORQUE_RATE_MAX_Nm_per_s)
-        self._ticks, self._tick = math.ceil(seconds / self._dt), 0
+        self.counts[0], self.counts[1] = 0, math.ceil(seconds / self._dt)
 
     def step(self) -> Parameters:
         """Advance the ramp by one tick and return the parameters."""
-        if self._tick < self._ticks:
-            self._tick += 1
-            np.subtract(self._goal, self._start, out=self.x)
-            self.x *= self._tick / self._ticks
-            self.x += self._start
+        passed, ticks = self.counts
+        if passed < ticks:
+            self.counts[0] = passed = passed + 1
+            np.subtract(self.goal, self.start, out=self.x)
+            self.x *= passed / ticks
+            self.x += self.start
         return self.x

@@ -14,7 +14,10 @@ class Observer:
 
     def __init__(self, joints: int, dt: float, bandwidth_Hz: float = 30.0):
         self._kernel = kernel.compile(observer_function(joints, dt, bandwidth_Hz), carry={"q": "q_next", "v": "v_next"})
-        self._started = False
+        self.is_started = False
+        """True after the first reading."""
+        self.native = self._kernel.native
+        """One update for a caller in C, after the first reading; None if there is no native code."""
         self._measured = self._kernel.inputs["q_measured"]
         self.q: Joints = self._kernel.inputs["q"]
         """Estimated position [rad]."""
@@ -23,12 +26,17 @@ class Observer:
 
     def update(self, q_measured: Joints) -> None:
         """Update `q` and `v` with one encoder reading [rad]."""
-        if not self._started:
+        if not self.is_started:
             self.q[:] = q_measured
-            self._started = True
+            self.is_started = True
             return
         self._measured[:] = q_measured
         self._kernel.evaluate()
+
+    @property
+    def measured(self) -> Joints:
+        """Memory of the encoder reading [rad], for a caller of `native`."""
+        return self._measured
 
 
 def observer_function(joints: int, dt: float, bandwidth_Hz: float) -> ca.Function:

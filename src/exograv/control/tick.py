@@ -17,6 +17,8 @@ from exograv.model.assembly import Assembly
 from exograv.model.loops import TWIST_COSINE_MIN, LoopSolver, away_from_singular, clearance
 from exograv.signals import Reference
 
+from .handover import Handover
+from .native_law import NativeLaw
 from .returned_friction import returned_friction
 
 Joints = Float[np.ndarray, " joint"]
@@ -137,6 +139,23 @@ class Tick:
                 self._evaluate()
         self._evaluate()
         return self._tau_desired
+
+    def native_law(self, x: Handover, payload: Handover) -> NativeLaw | None:
+        """Return this law for a caller in C, which advances both ramps; None before the first step."""
+        if not self._closed or self._kernel.native is None:
+            return None
+        *motion, in_x = self._written
+        ramps = (payload, self.payload), (x, in_x)
+        out = self._out
+        return NativeLaw(
+            self._tau_desired,
+            out["tau_feedforward"],
+            self._kernel.native,
+            tuple(motion),
+            self._in["mode"],
+            out["slope"],
+            ramps,
+        )
 
     def at_rest(self, q: Joints, x: Parameters, z_start: Freedoms) -> tuple[Joints, Joints, Freedoms]:
         """Compute the desired torque at rest at a posture `q`. Use it for planning and checks, not in the loop.

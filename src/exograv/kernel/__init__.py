@@ -5,6 +5,7 @@ from .batch import BoundBatch as BoundBatch
 from .compilation import compile as compile
 from .content import content_digest as content_digest
 from .interface import Kernel as Kernel
+from .interface import NativeCall as NativeCall
 from .memory import numbers as numbers
 from .recipe import Recipe as Recipe
 from .recipe import source_digest as source_digest

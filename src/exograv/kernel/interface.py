@@ -7,6 +7,20 @@ import numpy as np
 
 
 @dataclass(frozen=True)
+class NativeCall:
+    """Compiled function for a caller in C: `function(memory)` evaluates it once, with the copies of `carry`.
+
+    Both addresses hold as long as the kernel that they belong to.
+    """
+
+    function: int
+    """Address of the function."""
+
+    memory: int
+    """Address of its argument: the table of all its buffers."""
+
+
+@dataclass(frozen=True)
 class Kernel:
     """Compiled function. Write into `inputs`, call, read `outputs`: fixed memory, valid as long as the kernel."""
 
@@ -37,6 +51,9 @@ class Kernel:
 
     again: Callable[[], "Kernel"]
     """Function that returns another kernel of the same program with its own memory, without compiling."""
+
+    native: NativeCall | None = None
+    """The same evaluation for a caller in C; None on the virtual machine."""
 
     def __call__(self) -> Mapping[str, np.ndarray]:
         """Evaluate once on the contents of `inputs` and return `outputs`."""

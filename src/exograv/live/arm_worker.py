@@ -117,11 +117,11 @@ class ArmWorker:
             self._learner.interrupt()
         found = None
         for _ in range(ticks):
-            estimate = self._learner.take(sample["q"], sample["tau"], sample["q_asked"])
-            if estimate is not None:
-                found = estimate.x
+            x = self._learner.take(sample["q"], sample["tau"], sample["q_asked"])
+            if x is not None:
+                found = x
                 if self._learner.is_to_note:
-                    self._judge(estimate)
+                    self._judge(self._learner.estimate())
         return found
 
     def _ask_about(self, sample: Sample) -> None:

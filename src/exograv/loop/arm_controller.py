@@ -17,6 +17,7 @@ from exograv.control.controller_acts import (
     PublishParameters,
 )
 from exograv.control.handover import Handover
+from exograv.control.native_law import NativeLaw
 from exograv.control.tick import ControlMode, Tick
 from exograv.dynamics import parameters
 from exograv.dynamics.machine import CalibratedMachine
@@ -92,6 +93,11 @@ class ArmController:
         self._tick.payload[:] = self._payloads.step()
         return self._tick.step(q, v, reference, self._handover.step())
 
+    @property
+    def native_law(self) -> NativeLaw | None:
+        """This controller for a caller in C; None before the first step."""
+        return self._tick.native_law(self._handover, self._payloads)
+
     def forget(self) -> None:
         """Search the arm's posture with a cold start in the next step. Needed after a gap in the measurements."""
         self._tick.forget()
@@ -115,7 +121,7 @@ class ArmController:
 
     def put_in_force(self, x: parameters.Parameters) -> None:
         """Put parameters in force at once, without a ramp. Only before anything is driven, or to test the guard."""
-        self._handover = Handover(x, self._dt)
+        self._handover.force(x)
         self.acts.append(ForceParameters(x.copy()))
 
     def let_lead(self, side: ArmSide | None) -> None:

@@ -75,7 +75,7 @@ class OutputFeedback:
 
     def forget(self) -> None:
         """Begin with a new observer, because the last measurement is too old."""
-        observer = self._observer = Observer(self._joints, self._period_s)
+        observer = self.observer = Observer(self._joints, self._period_s)
         self.q: Joints = observer.q
         """Observed position; overwritten in each step [rad]."""
         self.v: Joints = observer.v
@@ -94,7 +94,7 @@ class OutputFeedback:
 
     def step(self, q_measured: Joints) -> Joints:
         """Desired torque [N·m] for a measured position [rad]. The controller overwrites the array in the next step."""
-        self._observer.update(q_measured)
+        self.observer.update(q_measured)
         if self.guide is not None:
             self.reference = self.guide(self.q, self.v)
         return self.controller.step(self.q, self.v, self.reference)

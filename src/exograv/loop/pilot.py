@@ -24,8 +24,9 @@ from exograv.signals import JointState, Reference
 from exograv.storage.self_test_pass import MachineKey, unlock, withdraw_pass
 
 from .arm_controller import ArmController
-from .control_step import ControlStep, Decision
+from .control_step import CLOSURE_SLOPE_MAX, ControlStep, Decision
 from .interrupt import HeldInterrupt
+from .native_ticks import NativeTicks
 from .output_feedback import Controller, Guide, OutputFeedback
 from .person_limits_manager import PersonLimitsManager
 from .phases import Phase
@@ -37,6 +38,8 @@ Progress = Callable[[str, float], None]
 """Callback with a sentence and the finished share [-], called from time to time."""
 
 PROGRESS_TICKS = 200
+NATIVE_FROM = 3
+"""Number of ticks in which native code may take over: a controller's first ticks start from cold in Python."""
 NEAR_SINGULAR_TEXT = (
     "The arm is near a posture in which its angles are ill-defined (abduction near 90°). It is carried, not identified."
 )
@@ -89,6 +92,8 @@ class Pilot:
         is_known = bool((self.actuators.gain_sd <= GAIN_SD_KNOWN * np.abs(self.actuators.gain)).all())
         self.guard = Guard.of_machine(self.envelope, period_s, self.actuators.gain.tolist(), is_known)
         self._step = ControlStep(self.guard, self.actuators.gain)
+        self._native = NativeTicks.of(self.rig, self.guard, self.actuators.gain)
+        """The same ticks in native code; None if a part has none."""
         self._near_singular = False
         self._account = None if self.recording is None else ReplayLog(self.recording, self.actuators, period_s)
         self._stop_known = self.envelope.stop
@@ -119,10 +124,16 @@ class Pilot:
             unlock(self.rig, self.key)
         if isinstance(self.rig, Powered) and self.envelope.stop is None:
             self._switch_on(self.rig)
+        native, is_bound = self._native if guide is None else None, False
         with HeldInterrupt(may_be_worn(self.rig)) as interrupt:
             for k, values in enumerate(zip(trajectory.q, trajectory.v, trajectory.a, strict=True)):
                 reference = Reference(*values)
-                moment = self._tick(controller, reference, guide)
+                if native is not None and not is_bound and k < NATIVE_FROM:
+                    is_bound = native.begin(self.feedback, controller, trajectory)
+                if native is not None and is_bound and native.may_run:
+                    moment = self._native_tick(native, controller, reference, k)
+                else:
+                    moment = self._tick(controller, reference, guide)
                 if listener is not None and moment is not None:
                     listener(moment)
                 if interrupt.has_come:
@@ -179,6 +190,35 @@ class Pilot:
         feedforward = controller.tau_feedforward
         return TickSample(
             believed, feedback.q, feedback.v, tau_measured, decision.command.tau, feedforward, feedback.reference
+        )
+
+    def _native_tick(
+        self, native: NativeTicks, controller: Controller, reference: Reference, k: int
+    ) -> TickSample | None:
+        """Run one tick as `_tick`, in native code."""
+        t, recording = self.rig.t, self.recording
+        if self._account is not None:
+            self._account.note(t, controller, self.envelope.person)
+        acts = ASTRAY if self.envelope.stop is not self._stop_known else 0
+        believed = native.run(k, reference, acts, recording)
+        if not controller.closure_slope < CLOSURE_SLOPE_MAX:
+            self.guard.lose_model()
+        self.tick_us.append(native.tick_us)
+        self._stop_known = self.envelope.stop
+        self._watch_posture(controller.clearance, t)
+        if self.pace is not None:
+            self.pace.wait()
+        if believed is None:
+            return None
+        self.q, feedback = believed.q, self.feedback
+        return TickSample(
+            believed,
+            feedback.q,
+            feedback.v,
+            native.tau_measured,
+            native.tau_commanded,
+            controller.tau_feedforward,
+            reference,
         )
 
     def _record(

@@ -49,7 +49,7 @@ class TickBlock:
         self._scalars = struct.Struct(f"={len(scalars)}d")
         self._stage = np.zeros((STAGED, len(scalars) + n_joints * len(JOINT_FIELDS)))
         self._bytes = self._stage.data.cast("B") if self._stage.size else memoryview(b"")
-        self._row_bytes = self._stage.strides[0]
+        self._row_bytes, self._address = self._stage.strides[0], self._stage.ctypes.data
         self._columns = [(name, self._stage[:, k]) for k, name in enumerate(scalars)]
         starts = [len(scalars) + k * n_joints for k in range(len(JOINT_FIELDS))]
         self._columns += [
@@ -80,6 +80,17 @@ class TickBlock:
             )
             raise ValueError(f"The arrays of a tick must be (joint,) of float64. Given: {shapes}.")
         self._bytes[begin : begin + self._row_bytes] = packed
+        self.end_row()
+
+    def next_row(self) -> int:
+        """Address of the next row of the stage: scalars, phase, joint fields, all of 64 bits, for a caller in C.
+
+        `end_row` adds the row.
+        """
+        return self._address + self._staged * self._row_bytes
+
+    def end_row(self) -> None:
+        """Add the row that was written at `next_row`."""
         self._staged += 1
         if self._staged == STAGED or self.is_full:
             self._settle()

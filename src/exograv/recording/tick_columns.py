@@ -8,9 +8,10 @@ Integers wrap around, so every step can be undone to the last bit, for NaN too.
 
 import struct
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
-from jaxtyping import Shaped
+from jaxtyping import Float32, Int, Shaped
 
 from .encoding import CDR_HEADER, tick_dtype
 from .schema import SCHEMA_VERSION, TICK
@@ -28,6 +29,9 @@ HEAD = struct.Struct("<III")
 ORDERS = 7
 """Differences from order 0 to 6; with higher ones the rounding of smooth signals grows faster than they shrink."""
 
+TRIED = 400
+"""Number of values in the middle of a chunk on which the methods of a column are compared."""
+
 OF_OTHER = 7
 """Method of `tau_commanded`: difference to `tau_desired` of the same tick, which the guard seldom changes."""
 
@@ -35,6 +39,7 @@ OF_CURRENT = 8
 """Method of `tau_measured`: difference to `current` times a factor, rounded to float32."""
 
 Column = Shaped[np.ndarray, " tick"]
+Columns = Int[np.ndarray, "column tick"]
 
 
 def pack(ticks: np.ndarray) -> bytes:
@@ -46,11 +51,17 @@ def pack(ticks: np.ndarray) -> bytes:
     n, n_joints = len(ticks), ticks["current"].shape[1]
     factors = _factors(ticks)
     methods, planes = bytearray(), list[bytes]()
-    for name, joint in _columns(n_joints):
-        column = _column(ticks, name, joint)
-        method, numbers = _best(column, _predicted(ticks, name, joint, factors))
+    of_columns = _methods(ticks, factors)
+    for which in _columns(n_joints):
+        method, numbers = of_columns[which], _integers(_column(ticks, *which))
+        if method >= ORDERS:
+            numbers, order = numbers - dict(_predicted(ticks, *which, factors))[method], 0
+        else:
+            order = method
+        for _ in range(order):
+            numbers = _differences(numbers)
         methods.append(method)
-        planes.append(numbers.view(np.uint8).reshape(n, -1).T.tobytes())
+        planes.append(_unsigned(numbers).view(np.uint8).reshape(n, -1).T.tobytes())
     return b"".join([HEAD.pack(n, n_joints, SCHEMA_VERSION), bytes(methods), factors.tobytes(), *planes])
 
 
@@ -158,27 +169,53 @@ def _predicted(
         yield OF_CURRENT, _integers(torque)
 
 
-def _best(column: Column, predicted: Iterator[tuple[int, np.ndarray]]) -> tuple[int, np.ndarray]:
-    """Return the method that leaves the fewest bits, and its unsigned numbers."""
-    numbers = _integers(column)
-    found = [(_bits(left), method, left) for method, left in ((m, _unsigned(numbers - of)) for m, of in predicted)]
-    for order in range(ORDERS):
-        left = _unsigned(numbers)
-        found.append((_bits(left), order, left))
-        if order > 1 and found[-1][0] > found[-2][0]:
-            break  # noise: each further difference is larger
-        before, numbers = numbers, numbers.copy()
-        numbers[1:] -= before[:-1]
-    _, method, left = min(found, key=lambda one: one[0])
-    return method, left
+def _methods(ticks: np.ndarray, factors: np.ndarray) -> dict[tuple[str, int | None], int]:
+    """Return the method of each column that leaves the fewest bits in the middle of the chunk."""
+    begin = max(0, (len(ticks) - TRIED) // 2)
+    ticks = ticks[begin : begin + TRIED]
+    columns = list(_columns(ticks["current"].shape[1]))
+    kinds = [ticks[name].dtype.base for name, _ in columns]
+    found = dict[tuple[str, int | None], int]()
+    # Columns of one type together: on so few values, a call of NumPy takes longer than its work.
+    for kind in dict.fromkeys(kinds):
+        alike = [which for which, one in zip(columns, kinds, strict=True) if one == kind]
+        numbers = _integers(np.array([_column(ticks, *which) for which in alike]))
+        orders, least = _best_orders(numbers)
+        for which, column, order, bits in zip(alike, numbers, orders.tolist(), least, strict=True):
+            others = [(_bits(_unsigned(column - of)), method) for method, of in _predicted(ticks, *which, factors)]
+            found[which] = next((method for left, method in others if left <= bits), order)
+    return found
 
 
-def _bits(numbers: np.ndarray) -> float:
-    """Estimate the bits that a compressor needs."""
-    return float(np.log2(numbers.astype(np.float32) + np.float32(1.0)).sum())
+def _best_orders(numbers: Columns) -> tuple[Int[np.ndarray, " column"], Float32[np.ndarray, " column"]]:
+    """Return the order of difference that leaves the fewest bits, and these bits, of each column."""
+    before = _bits(_unsigned(numbers))
+    least, orders, tried = before.copy(), np.zeros(len(numbers), int), np.arange(len(numbers))
+    for order in range(1, ORDERS):
+        numbers = _differences(numbers)
+        now = _bits(_unsigned(numbers))
+        is_less = now < least[tried]
+        least[tried[is_less]], orders[tried[is_less]] = now[is_less], order
+        if order > 1:
+            goes_on = now <= before  # noise: each further difference is larger
+            numbers, now, tried = numbers[goes_on], now[goes_on], tried[goes_on]
+        before = now
+    return orders, least
 
 
-def _integers(values: Column) -> np.ndarray:
+def _differences(numbers: np.ndarray) -> np.ndarray:
+    """Return the first number, then the step from each number to the next, along the last axis."""
+    steps = numbers.copy()
+    steps[..., 1:] -= numbers[..., :-1]
+    return steps
+
+
+def _bits(numbers: np.ndarray) -> Any:
+    """Estimate the bits that a compressor needs, along the last axis."""
+    return np.log2(numbers.astype(np.float32) + np.float32(1.0)).sum(axis=-1)
+
+
+def _integers(values: Shaped[np.ndarray, "*column tick"]) -> np.ndarray:
     """Return integers in the order of the values: from one number to the next it is a step of 1."""
     values = np.ascontiguousarray(values)
     integers = values.view(f"<i{values.dtype.itemsize}")

@@ -146,6 +146,28 @@ class RecordingWriter:
         if self._ticks.is_full:
             self._flush()
 
+    def next_row(self) -> int:
+        """Address of the next row of 64-bit numbers: the fields of `TickRow`, with the phase before the arrays.
+
+        Native code writes the row there, and `end_row` records it. This replaces a `tick_row`.
+        """
+        return self._ticks.next_row()
+
+    def end_row(self) -> None:
+        """Record the row that was written at `next_row`.
+
+        Raises:
+            RecordingError: The disk is full or gone.
+        """
+        self._ticks.end_row()
+        if self._ticks.is_full:
+            self._flush()
+
+    @property
+    def phase_number(self) -> int:
+        """Number of the phase that the next ticks belong to."""
+        return self._ticks.phase
+
     def ticks(self, rows: np.ndarray) -> None:
         """Record packed ticks (tick,) of `encoding.tick_dtype`, each with its own `phase`.
 

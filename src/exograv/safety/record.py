@@ -94,6 +94,11 @@ class GuardRecord:
         else:
             self._library.guard_carried(self.numbers.buffer_info()[0], table.buffer_info()[0], gravity_level)
 
+    @property
+    def library(self) -> Library | None:
+        """Compiled guard that the tick uses; None if the Python source runs."""
+        return self._library
+
     def memory(self) -> tuple[int, int]:
         """Addresses of the record and of its table, for a loop in C. They hold while both objects live."""
         return self.numbers.buffer_info()[0], self._table.buffer_info()[0]

@@ -89,7 +89,8 @@ def test_the_bank_is_the_mixture_of_its_filters_by_their_evidence(seed: int):
 def test_considered_errors_widen_the_covariance_by_what_they_do_to_the_mean_and_leave_the_mean_alone(seed: int):
     stream = Stream(seed)
     bank, dense = fed(stream, SIZES[1:2], CONSIDERED), Dense(stream, SIZES[1])
-    moved = dense.gain @ stream.errors.reshape(-1, CONSIDERED)
+    of_all = np.array([block_diag(*errors[:, None, :]) for errors in stream.errors])
+    moved = dense.gain @ of_all.reshape(-1, JOINTS * CONSIDERED)
     np.testing.assert_allclose(bank.mean(), dense.mean, atol=SAME)
     np.testing.assert_allclose(bank.covariance(), dense.covariance + moved @ moved.T, atol=SAME)
 

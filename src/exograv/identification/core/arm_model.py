@@ -42,6 +42,8 @@ class ArmModel:
         self.n_joints, self.n_parameters = assembly.n, self._layout.count
         self._kernel = kernel.compile(kernel.Recipe(_torque_and_derivative, (assembly, machine)))
         self._solver = LoopSolver(assembly)
+        self._abductions = [limb.freedoms.start + 1 for limb in assembly.arm.limbs]
+        self._coulomb = np.asarray(machine.friction.coulomb)
         self._forget()
 
     @property
@@ -57,6 +59,7 @@ class ArmModel:
         return other
 
     def _forget(self) -> None:
+        self._inputs, self._outputs = tuple(self._kernel.inputs.values()), tuple(self._kernel.outputs.values())
         self._q_before: Joints | None = None
         self._is_lost = False
         self._z = np.zeros(self.assembly.n_freedoms)
@@ -114,8 +117,11 @@ class ArmModel:
         self, motion: tuple[Joints, Joints, Joints], x: Parameters
     ) -> tuple[Joints, Float[np.ndarray, "joint parameter"], float]:
         """Torque, its derivative, and largest remaining gradient of the cuff energy [N·m]; updates posture and load."""
-        tau, derivative, self._z[:], self._G[:], slope = self._kernel.of(*motion, self._z, x)
-        return tau, derivative, float(np.abs(slope).max())
+        for memory, values in zip(self._inputs, (*motion, self._z, x), strict=True):
+            memory[:] = values
+        self._kernel.evaluate()
+        tau, derivative, self._z[:], self._G[:], slope = self._outputs
+        return tau.copy(), derivative.copy(), float(np.abs(slope).max())
 
     def direction_uncertainty(self, v: Joints) -> Joints:
         """Return the standard deviation of the torque [N·m]: the whole Coulomb torque at rest, zero in clear motion.
@@ -124,9 +130,8 @@ class ArmModel:
         """
         if self._is_lost:
             return np.full(self.n_joints, SINGULAR_SD)
-        abductions = self._z[[limb.freedoms.start + 1 for limb in self.assembly.arm.limbs]]
-        singular = float((np.cos(abductions) ** 2).min()) < NEAR_SINGULAR
-        return np.asarray(self.machine.friction.coulomb) / np.cosh(v / SLOW_V) ** 2 + singular * SINGULAR_SD
+        singular = float((np.cos(self._z[self._abductions]) ** 2).min()) < NEAR_SINGULAR
+        return self._coulomb / np.cosh(v / SLOW_V) ** 2 + singular * SINGULAR_SD
 
 
 def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca.Function:

@@ -44,7 +44,7 @@ class Discrepancy:
         self._phases = generator.uniform(0.0, 2 * np.pi, 2 * features)
         self._features, self._sd, self._turning_sd = features, sd, sd if turning else np.zeros_like(sd)
         self.count = 2 * features * len(sd)
-        """Number of independent errors."""
+        """Number of independent errors of all joints together."""
 
     @classmethod
     def of_machine(cls, residual_sd: Joints) -> "Discrepancy":
@@ -54,11 +54,19 @@ class Discrepancy:
         """
         return cls(np.hypot(CLOSURE_ERROR_NM, residual_sd), POSTURE_LENGTH_RAD, FEATURES)
 
-    def errors(self, q: Joints, v: Joints) -> Float[np.ndarray, "joint considered"]:
-        """Torque [N·m] of each error at one standard deviation, at posture `q` [rad] and velocity `v` [rad/s]."""
+    @property
+    def count_of_joint(self) -> int:
+        """Number of independent errors of one joint."""
+        return 2 * self._features
+
+    def errors_of_joint(self, q: Joints, v: Joints) -> Float[np.ndarray, "joint considered"]:
+        """Torque [N·m] of each joint's own errors at one standard deviation, at posture `q` and velocity `v`."""
         n, values = self._features, np.cos(self._frequencies @ q + self._phases)
         turning = np.outer(self._turning_sd * np.tanh(v / TURNS_RAD_S), values[n:])
-        by_joint = np.hstack([np.outer(self._sd, values[:n]), turning])
-        errors = np.zeros((len(q), len(q), 2 * n))
-        errors[np.arange(len(q)), np.arange(len(q))] = np.sqrt(2.0 / n) * by_joint
+        return np.sqrt(2.0 / n) * np.hstack([np.outer(self._sd, values[:n]), turning])
+
+    def errors(self, q: Joints, v: Joints) -> Float[np.ndarray, "joint considered"]:
+        """Torque [N·m] of all errors at one standard deviation, at posture `q` [rad] and velocity `v` [rad/s]."""
+        errors = np.zeros((len(q), len(q), self.count_of_joint))
+        errors[np.arange(len(q)), np.arange(len(q))] = self.errors_of_joint(q, v)
         return errors.reshape(len(q), -1)

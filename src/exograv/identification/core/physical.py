@@ -2,6 +2,7 @@
 
 import numpy as np
 from jaxtyping import Float
+from scipy.linalg import get_lapack_funcs
 
 from exograv.model.tree import is_physical, pseudo_inertia
 
@@ -15,6 +16,8 @@ deviation counts 1.
 BARRIER_STEP = 10.0
 STEPS_MAX = 50  # per barrier weight; about ten are needed
 DECREMENT_MIN = 1e-6
+
+(_posv,) = get_lapack_funcs(("posv",), dtype=np.float64)  # solution with a positive definite matrix
 
 UNITS = np.array([pseudo_inertia(unit) for unit in np.eye(10)])
 """Pseudo-inertia of each unit parameter vector."""
@@ -68,7 +71,7 @@ def _nearest_behind(barrier: float, phi: Entries, goal: Entries, information: In
     for _ in range(STEPS_MAX):
         slope, curvature = _barrier_derivatives(phi)
         slope = information @ (phi - goal) + barrier * slope
-        step = -np.linalg.solve(information + barrier * curvature, slope)
+        step = -_posv(information + barrier * curvature, slope)[1]
         decrement = max(float(-slope @ step) / barrier, 0.0)
         if decrement < DECREMENT_MIN:
             break
@@ -79,10 +82,12 @@ def _nearest_behind(barrier: float, phi: Entries, goal: Entries, information: In
 
 def _barrier_derivatives(phi: Entries) -> tuple[Entries, Information]:
     """Gradient and Hessian of −Σ log det of the bodies' pseudo-inertias."""
-    slope, curvature = np.zeros(len(phi)), np.zeros((len(phi), len(phi)))
-    for i in range(0, len(phi), 10):
-        block = slice(i, i + 10)
-        ratios = np.linalg.solve(pseudo_inertia(phi[block]), UNITS)
-        slope[block] = -np.trace(ratios, axis1=1, axis2=2)
-        curvature[block, block] = np.einsum("kij,lji->kl", ratios, ratios)
-    return slope, curvature
+    bodies = len(phi) // 10
+    inverse = np.linalg.inv((phi.reshape(bodies, 10) @ UNITS.reshape(10, 16)).reshape(bodies, 4, 4))
+    ratios = inverse[:, None] @ UNITS
+    slope = -ratios[:, :, range(4), range(4)].sum(axis=2).ravel()
+    turned = ratios.swapaxes(2, 3).reshape(bodies, 10, 16)
+    curvature = np.zeros((bodies, 10, bodies, 10))
+    each = np.arange(bodies)
+    curvature[each, :, each] = ratios.reshape(bodies, 10, 16) @ turned.swapaxes(1, 2)
+    return slope, curvature.reshape(len(phi), len(phi))

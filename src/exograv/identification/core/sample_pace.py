@@ -39,7 +39,8 @@ class Averages:
 
     def __init__(self, period_s: float):
         self._least_s = (1.0 - EARLY) * period_s
-        self._values: list[np.ndarray] = []
+        self._rows: list[bytes] = []
+        self._is_plain = False
         self._start_t = self._before_t = -np.inf
 
     def take(self, sample: Sample) -> Sample | None:
@@ -47,14 +48,23 @@ class Averages:
 
         A sample is the last one if the next, at the same distance as the previous one, would lie outside the period.
         """
-        if not self._values:
-            self._start_t = sample.t
         asked = sample.asked
-        rows = (sample.q, sample.v, sample.a, sample.tau)
-        self._values.append(np.concatenate(rows if asked is None else (*rows, asked.q, asked.v, asked.a)))
+        values = (sample.q, sample.v, sample.a, sample.tau)
+        if asked is not None:
+            values = (*values, asked.q, asked.v, asked.a)
+        if not self._rows:
+            self._start_t = sample.t
+            self._is_plain = all(one.dtype == np.float64 and one.flags.c_contiguous for one in values)
+        # Bytes of plain arrays are joined in a third of the time that NumPy takes for some numbers.
+        self._rows.append(_bytes(values) if self._is_plain else np.concatenate(values, dtype=float).tobytes())
         gap_s, self._before_t = sample.t - self._before_t, sample.t
         if sample.t + gap_s - self._start_t < self._least_s:
             return None
-        q, v, a, tau, *of_asked = np.mean(self._values, axis=0).reshape(-1, len(sample.q))
-        self._values.clear()
+        rows = np.frombuffer(b"".join(self._rows)).reshape(len(self._rows), -1)
+        q, v, a, tau, *of_asked = rows.mean(axis=0).reshape(-1, len(sample.q))
+        self._rows.clear()
         return Sample(0.5 * (self._start_t + sample.t), q, v, a, tau, RequestedMotion(*of_asked) if of_asked else None)
+
+
+def _bytes(arrays: tuple[np.ndarray, ...]) -> bytes:
+    return b"".join(arrays)  # pyright: ignore[reportArgumentType] - the stub lacks the buffer of an array

@@ -1,5 +1,7 @@
 """Arithmetic of the recursive filter: a bank of square-root information filters with coloured disturbances."""
 
+import math
+
 import numpy as np
 from jaxtyping import Float
 from scipy.linalg import get_lapack_funcs
@@ -12,6 +14,9 @@ GATE = 2.5
 
 BLOCK_SAMPLES = 50
 """Measurements per QR update in a batch [-]."""
+
+NEGLIGIBLE = 1e-12
+"""Weight below which a filter adds nothing to mean and covariance but rounding error [-]."""
 
 REFLECTORS = 12
 """Block size of reflectors in LAPACK [-]; the fastest of 2 to 49 at 51 unknowns."""
@@ -29,8 +34,9 @@ class FilterBank:
     row have unit variance and are uncorrelated. They enter the information of ξ: an upper triangle R and a right side r
     with R ξ = r + unit noise. The QR update keeps the information positive.
 
-    `considered` further right sides pass through the same updates: the effect of each possible model error on the
-    estimate (Schmidt's consider covariance). They widen the covariance and do not change the mean.
+    Each joint has `considered` possible model errors. Their effect on the estimate widens the covariance and does not
+    change the mean (Schmidt's consider covariance). It is R⁻¹ R⁻ᵀ Σ Hᵀ E, with the whitened rows H of a joint and the
+    whitened errors E of the same joint: a sum of products, which costs a tenth of further right sides of the QR update.
 
     Source: Bierman 1977, Factorization Methods for Discrete Sequential Estimation, ch. V (square-root information
     filter); whitening by the innovations of the noise's own filter after Kailath 1968, IEEE TAC 13:646.
@@ -43,19 +49,21 @@ class FilterBank:
         correlation_s: float,
         considered: int = 0,
     ):
-        self._n, self._considered = unknowns, considered
+        self._n = unknowns
         self._variance = disturbance_sd**2
         self._filters, self._joints = disturbance_sd.shape
         self._correlation_s = correlation_s
-        sides = 1 + considered
         # Transposed: LAPACK works on columns, in place.
         self._R = np.tile(np.eye(unknowns), (self._filters, 1, 1)).transpose(0, 2, 1)
-        self._r = np.zeros((self._filters, sides, unknowns)).transpose(0, 2, 1)
-        self._measured = np.zeros((self._filters, unknowns + sides, self._joints)).transpose(0, 2, 1)
+        self._r = np.zeros((self._filters, 1, unknowns)).transpose(0, 2, 1)
+        self._measured = np.zeros((self._filters, unknowns + 1, self._joints)).transpose(0, 2, 1)
         views = (self._R, self._r, self._measured[:, :, :unknowns], self._measured[:, :, unknowns:])
         self._each = list(zip(*views, strict=True))
         self._block = min(REFLECTORS, unknowns)
-        self._slow = _SlowDisturbance(self._variance, unknowns + sides)
+        self._slow = SlowDisturbance(self._variance, unknowns + 1 + considered)
+        self._effect = np.zeros((self._filters, self._joints, unknowns, considered))
+        self._not_added: list[Float[np.ndarray, "filter joint column"]] = []
+        """Whitened rows whose products are not in `_effect` yet: they are added when the covariance is asked for."""
         self.log_likelihood = np.zeros(self._filters)
         """Logarithm of the likelihood of the data for each assumed size."""
 
@@ -74,10 +82,15 @@ class FilterBank:
             H: Derivative of the measurement with respect to the unknowns.
             y: Measurement.
             noise_sd: Standard deviation of the white measurement noise.
-            errors: Effect of each considered model error on the measurement, at one standard deviation.
+            errors: Effect of each joint's considered model errors on its measurement, at one standard deviation.
         """
         rows = self._columns(H, y, errors)
-        self._measured[:], spread = self._slow.innovations(self._keep(dt), rows, noise_sd**2)
+        whitened, spread = self._slow.innovations(self._keep(dt), rows, noise_sd**2)
+        self._measured[:] = whitened[:, :, : self._n + 1]
+        if self._effect.size:
+            self._not_added.append(whitened)
+            if len(self._not_added) == BLOCK_SAMPLES:
+                self._add_waiting()
         before = _log_determinant(self._R)
         unexplained = np.array([self._absorb(*each) for each in self._each])
         self.log_likelihood += before - _log_determinant(self._R) - np.log(spread).sum(axis=1) - 0.5 * unexplained
@@ -91,15 +104,17 @@ class FilterBank:
         errors: Float[np.ndarray, "sample joint considered"] | None = None,
     ) -> None:
         """Take many measurements. Same result as repeated `update` up to rounding, about ten times as fast."""
-        n, width = self._n, self._n + 1 + self._considered
+        n = self._n
         keep = np.exp(-dt / self._correlation_s)
         whitened, total = self._slow.all_innovations(keep, self._columns(H, y, errors), noise_sd**2)
         spreads = 0.5 * np.log(total).sum(axis=(0, 2))
         before = _log_determinant(self._R)
         for f, (R, r, _, _) in enumerate(self._each):
-            for block in np.array_split(whitened[:, f], max(1, len(dt) // BLOCK_SAMPLES)):
-                together = block.reshape(-1, width)
+            for block in np.array_split(whitened[:, f, :, : n + 1], max(1, len(dt) // BLOCK_SAMPLES)):
+                together = block.reshape(-1, n + 1)
                 self.log_likelihood[f] -= 0.5 * self._absorb(R, r, together[:, :n], together[:, n:])
+        if self._effect.size:
+            self._add_effect(whitened)
         self.log_likelihood += before - _log_determinant(self._R) - spreads
 
     def _absorb(self, R: np.ndarray, r: np.ndarray, seen: np.ndarray, right: np.ndarray) -> float:
@@ -131,17 +146,13 @@ class FilterBank:
     ) -> tuple[Float[np.ndarray, "sample joint"], Float[np.ndarray, " sample"]]:
         """Return `held_back` of many measurements, from residuals y − H ξ at known ξ and the most likely size."""
         best = int(np.argmax(self.log_likelihood))
-        stationary, mean = self._variance[best], np.zeros(self._joints)
-        variance, gated, surprise = stationary, np.empty_like(noise_sd), np.empty_like(noise_sd)
-        keep = np.exp(-dt / self._correlation_s)
-        for k in range(len(dt)):
-            mean, variance = keep[k] * mean, keep[k] ** 2 * variance + (1.0 - keep[k] ** 2) * stationary
-            off = residual[k] - mean
-            surprise[k] = np.abs(off) / np.sqrt(variance + noise_sd[k] ** 2)
-            white = np.maximum(noise_sd[k] ** 2, (off / GATE) ** 2 - variance)
-            mean, variance = mean + variance / (variance + white) * off, variance * white / (variance + white)
-            gated[k] = np.sqrt(white)
-        return gated, surprise.max(axis=1)
+        keep, columns = np.exp(-dt / self._correlation_s).tolist(), zip(residual.T, noise_sd.T, strict=True)
+        each = [
+            _held_back(keep, of_joint.tolist(), (sd**2).tolist(), stationary)
+            for (of_joint, sd), stationary in zip(columns, self._variance[best].tolist(), strict=True)
+        ]
+        white, surprise = np.array(each).transpose(1, 2, 0)
+        return np.sqrt(white), surprise.max(axis=1)
 
     @property
     def weights(self) -> Float[np.ndarray, " filter"]:
@@ -160,14 +171,28 @@ class FilterBank:
 
     def covariance(self) -> Float[np.ndarray, "unknown unknown"]:
         """Covariance of the unknowns, including the spread between filters and the effect of the considered errors."""
+        self._add_waiting()
         weights = self.weights
-        solutions = np.array([_solved(R, r) for R, r, _, _ in self._each])
-        means, moved = solutions[:, :, :1], solutions[:, :, 1:]
-        inverse = np.array([_solved(R, np.eye(self._n)) for R, _, _, _ in self._each])
+        counts = np.flatnonzero(weights > NEGLIGIBLE)
+        weights, n = weights[counts], self._n
+        means = np.array([_solved(self._R[f], self._r[f]) for f in counts])
+        inverse = np.array([_solved(self._R[f], np.eye(n)) for f in counts])
+        effect = self._effect[counts].transpose(0, 2, 1, 3).reshape(len(counts), n, -1)
+        moved = inverse @ (inverse.transpose(0, 2, 1) @ effect)
         spread = means - np.tensordot(weights, means, axes=1)
         columns = np.sqrt(weights)[:, None, None] * np.concatenate([inverse, moved, spread], axis=2)
-        half = columns.transpose(1, 0, 2).reshape(self._n, -1)
+        half = columns.transpose(1, 0, 2).reshape(n, -1)
         return half @ half.T
+
+    def _add_waiting(self) -> None:
+        if self._not_added:
+            self._add_effect(np.array(self._not_added))
+            self._not_added.clear()
+
+    def _add_effect(self, whitened: Float[np.ndarray, "sample filter joint column"]) -> None:
+        """Add the products of rows and considered errors of these samples."""
+        by_joint = whitened.transpose(1, 2, 0, 3)
+        self._effect += by_joint[..., : self._n].swapaxes(-1, -2) @ by_joint[..., self._n + 1 :]
 
     def predicted(self, dt: float, H: Float[np.ndarray, "joint unknown"]) -> tuple[Joints, Joints]:
         """Mean and standard deviation of the next noise-free measurement, by the most likely filter."""
@@ -183,11 +208,11 @@ class FilterBank:
 
     def _columns(self, H: np.ndarray, y: np.ndarray, errors: np.ndarray | None) -> np.ndarray:
         if errors is None:
-            errors = np.zeros((*y.shape, self._considered))
+            errors = np.zeros((*y.shape, self._effect.shape[-1]))
         return np.concatenate([H, y[..., None], errors], axis=-1)
 
 
-class _SlowDisturbance:
+class SlowDisturbance:
     """Scalar Kalman filters of the disturbance, one per filter and joint, applied to all columns at once."""
 
     def __init__(self, variance: Float[np.ndarray, "filter joint"], columns: int):
@@ -212,7 +237,7 @@ class _SlowDisturbance:
         self,
         keep: Float[np.ndarray, " sample"],
         rows: Float[np.ndarray, "sample joint column"],
-        noise_variance: Float[np.ndarray, "sample joint"],
+        noise_variance: Float[np.ndarray, "sample *filter joint"],
     ) -> tuple[Float[np.ndarray, "sample filter joint column"], Float[np.ndarray, "sample filter joint"]]:
         """Normalised innovations of several samples in order, and their variances."""
         totals = np.empty((len(keep), *self._variance.shape))
@@ -229,6 +254,25 @@ class _SlowDisturbance:
         self._variance = variance
         whitened /= np.sqrt(totals)[..., None]
         return whitened, totals
+
+
+def _held_back(
+    keep: list[float], residual: list[float], noise_variance: list[float], stationary: float
+) -> tuple[list[float], list[float]]:
+    """Variance of the noise with which each sample of one joint is taken, and its original innovation.
+
+    On one joint's numbers in order, plain Python takes a fifth of the time of NumPy.
+    """
+    mean, variance, whites, surprises = 0.0, stationary, list[float](), list[float]()
+    for kept, value, noise in zip(keep, residual, noise_variance, strict=True):
+        mean, variance = kept * mean, kept * kept * variance + (1.0 - kept * kept) * stationary
+        off = value - mean
+        surprises.append(abs(off) / math.sqrt(variance + noise))
+        white = max(noise, (off / GATE) ** 2 - variance)
+        gain = variance / (variance + white)
+        mean, variance = mean + gain * off, gain * white
+        whites.append(white)
+    return whites, surprises
 
 
 def _gated(off: Joints, expected_sd: Joints, noise_sd: Joints) -> tuple[Joints, float]:

@@ -31,7 +31,7 @@ class Forecast:
     def left_over(self, path: Trajectory, times: Sequence[float]) -> Mapping[float, Joints]:
         """Predicted left over (joint,) [N·m] after each of `times` [s], in rising order."""
         bank = FilterBank(
-            self._root.shape[1], self._statistics.disturbance_sd[None, :], CORRELATION_S, self._field.count
+            self._root.shape[1], self._statistics.disturbance_sd[None, :], CORRELATION_S, self._field.count_of_joint
         )
         self._model.restart()
         stride, found, remaining = round(STEP_S / path.dt), {}, list(times)
@@ -41,9 +41,8 @@ class Forecast:
             _, derivative = self._model.linearise(sample, self._x)
             white = np.sqrt(self._statistics.white / (stride * path.dt))
             noise = np.hypot(white, self._model.direction_uncertainty(sample.v))
-            bank.update(
-                stride * path.dt, derivative @ self._root, nothing, noise, self._field.errors(sample.q, sample.v)
-            )
+            errors = self._field.errors_of_joint(sample.q, sample.v)
+            bank.update(stride * path.dt, derivative @ self._root, nothing, noise, errors)
             while remaining and sample.t + stride * path.dt >= remaining[0] - 1e-9:
                 found[remaining.pop(0)] = self._left_over.rms(self._root @ bank.covariance() @ self._root.T)
         return found

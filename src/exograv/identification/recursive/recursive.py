@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from exograv.identification.core.discrepancy import Discrepancy
 from exograv.identification.core.instrument import Instrumented
-from exograv.identification.core.interface import Covariance, Estimate, Joints, Parameters, Sample, TorqueModel
+from exograv.identification.core.interface import Covariance, Estimate, Parameters, Sample, TorqueModel
 from exograv.identification.core.noise import Noise
 from exograv.identification.core.physical import PhysicalProjection
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
@@ -44,9 +44,6 @@ FRESH_STEPS = 4
 
 REWEIGHTINGS = 2
 """Number of times the samples are reweighted by their residuals, at each linearisation [-]."""
-
-_Row = tuple[float, np.ndarray, Joints, Joints]
-"""Time since the previous row [s], derivative, measurement, and its noise."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +112,7 @@ class Recursive:
         if kept is None:
             return
         if self._discrepancy is not None:
-            self._errors.append(self._discrepancy.errors(kept.q, kept.v))
+            self._errors.append(self._discrepancy.errors_of_joint(kept.q, kept.v))
         self._take(kept)
         self._history.append(kept)
         if sample.t >= self._relinearise_t:
@@ -165,17 +162,23 @@ class Recursive:
 
     def _linearised(self) -> "_Linear":
         """Return all samples, linearised at the newest estimate."""
-        self._model.restart()
-        x, before, rows = self._x.copy(), -np.inf, []
-        for sample in self._history:
-            rows.append(self._row(sample, x, min(sample.t - before, 1.0)))
-            before = sample.t
-        dt, H, y, noise_sd = (np.array(column) for column in zip(*rows, strict=True))
-        return _Linear(dt, H, y, noise_sd, np.array(self._errors) if self._errors else None)
+        history, x, model = self._history, self._x.copy(), self._model
+        model.restart()
+        rows = [(*model.linearise(sample, x), model.direction_uncertainty(sample.v)) for sample in history]
+        tau, derivative, uncertainty = (np.array(column) for column in zip(*rows, strict=True))
+        t, measured = np.array([sample.t for sample in history]), np.array([sample.tau for sample in history])
+        dt = np.minimum(np.diff(t, prepend=-np.inf), 1.0)
+        flat = derivative.reshape(-1, len(x))
+        H = (flat @ self._unwhiten).reshape(*tau.shape, -1)
+        y = measured - tau + (flat @ (x - self._mean)).reshape(tau.shape)
+        errors = np.array(self._errors) if self._errors else None
+        return _Linear(dt, H, y, self._noise_sd(dt[:, None], uncertainty), errors)
 
     def _take(self, sample: Sample) -> None:
         dt = min(sample.t - self._history[-1].t, 1.0) if self._history else 1.0
-        _, H, y, noise_sd = self._row(sample, self._x, dt)
+        tau, derivative = self._model.linearise(sample, self._x)
+        noise_sd = self._noise_sd(dt, self._model.direction_uncertainty(sample.v))
+        H, y = derivative @ self._unwhiten, sample.tau - tau + derivative @ (self._x - self._mean)
         noise_sd, surprise = self._bank.held_back(dt, H, y, noise_sd)
         self._samples += 1
         self._rejected += int(surprise > 2 * GATE)
@@ -183,13 +186,18 @@ class Recursive:
         if self._samples % 5 == 0:
             self._x = self._plausible()
 
-    def _row(self, sample: Sample, x: Parameters, dt: float) -> "_Row":
-        """Return one sample as measurement of the unknowns, linearised at `x`, `dt` seconds after the previous one."""
-        tau, derivative = self._model.linearise(sample, x)
+    def _noise_sd(
+        self, dt: float | Float[np.ndarray, "sample 1"], uncertainty: Float[np.ndarray, "*sample joint"]
+    ) -> Float[np.ndarray, "*sample joint"]:
+        """Noise of samples `dt` after those before them [s], with this uncertainty of the direction of motion [N·m]."""
         # Correlated residuals carry less information: the variance grows by the number of samples per correlation time.
         repeats = np.maximum(self._noise.correlation_s / dt, 1.0)
-        noise_sd = np.hypot(self._noise.sd * np.sqrt(repeats), self._model.direction_uncertainty(sample.v))
-        return dt, derivative @ self._unwhiten, sample.tau - tau + derivative @ (x - self._mean), noise_sd
+        return np.hypot(self._noise.sd * np.sqrt(repeats), uncertainty)
+
+    def parameters(self) -> Parameters:
+        """Return the parameters of `estimate`; without their covariance this takes a tenth of the time."""
+        x = self._mean + self._unwhiten @ self._bank.mean()
+        return (x if self._project.is_physical(x) else self._project(x, self.covariance()))[: self._told]
 
     def estimate(self) -> Estimate:
         """Return the estimate, with bodies projected onto physically possible ones."""
@@ -224,7 +232,7 @@ class Recursive:
         return np.union1d(likely, around)
 
     def _empty_bank(self, considers: bool = True) -> FilterBank:
-        considered = self._discrepancy.count if considers and self._discrepancy is not None else 0
+        considered = self._discrepancy.count_of_joint if considers and self._discrepancy is not None else 0
         disturbance = self._scales[:, None] * self._noise.disturbance_sd
         return FilterBank(self._free, disturbance, self._noise.disturbance_correlation_s, considered)
 

@@ -7,6 +7,7 @@ starts to move is the breakaway friction.
 import numpy as np
 from jaxtyping import Float
 
+from exograv.control.native_law import NativeLaw
 from exograv.dynamics.at_rest import carrying_torque, hanging_posture, weight_stiffness
 from exograv.identification.calibration.empty_prior import COULOMB, usual_friction
 from exograv.loop.pilot import TickSample
@@ -69,6 +70,8 @@ class BreakawayPush:
     def __init__(self, held: Joints):
         self.tau_feedforward = held
         self.tau = held.copy()
+        self.native_law = NativeLaw(self.tau, held)
+        """This controller for a caller in C: its torque changes only between ticks."""
 
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
         """Return the push torque [N·m]; measurements are ignored."""

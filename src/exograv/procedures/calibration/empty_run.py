@@ -151,8 +151,16 @@ class _Watch:
 
     def __call__(self, moment: TickSample) -> None:
         self._run.listen(moment)
-        self.fastest = [max(so_far, abs(v)) for so_far, v in zip(self.fastest, moment.v.tolist(), strict=True)]
-        asked, q = next(self._asked), moment.q.tolist()
+        asked, q, fastest, is_near = next(self._asked), moment.q.tolist(), self.fastest, True
+        for joint, v in enumerate(moment.v.tolist()):
+            if not -fastest[joint] <= v <= fastest[joint]:
+                fastest[joint] = max(fastest[joint], abs(v))
+            is_near = is_near and abs(asked[joint] - q[joint]) <= self._allowed[joint]
+        if not is_near:
+            self._judge(asked, q)
+
+    def _judge(self, asked: list[float], q: list[float]) -> None:
+        """Stop the machine where the joint that is farthest from its reference is too far away."""
         apart = [abs(a - b) / most for a, b, most in zip(asked, q, self._allowed, strict=True)]
         worst = max(apart)
         if worst > 1.0 and self._run.pilot.envelope.stop is None:

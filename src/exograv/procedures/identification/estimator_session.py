@@ -134,7 +134,9 @@ class EstimatorSession:
         self._filter = SampleFilter(assembly.n, period_s)
         self._published = self._noted = 0.0
 
-    def take(self, q: Joints, tau: Joints, q_asked: Joints | None, v: Joints | None = None) -> Estimate | None:
+    def take(
+        self, q: Joints, tau: Joints, q_asked: Joints | None, v: Joints | None = None
+    ) -> parameters.Parameters | None:
         """Take one tick.
 
         Args:
@@ -144,7 +146,7 @@ class EstimatorSession:
             v: Measured velocity [rad/s]; differentiated from `q` if None.
 
         Returns:
-            Estimate to publish; None in ticks in which none is due.
+            Parameters to publish; None in ticks in which none are due.
         """
         sample = self._filter.update(q, tau, q_asked, v)
         if not self._filter.settled:
@@ -155,6 +157,11 @@ class EstimatorSession:
         if self._is_offline or sample.t - self._published < PUBLISH_S - 1e-9:
             return None
         self._published = sample.t
+        method = self.result.method
+        return method.parameters() if isinstance(method, Recursive) else method.estimate().x
+
+    def estimate(self) -> Estimate:
+        """Return the estimate of the parameters that were published last, for `judge`."""
         return self.result.method.estimate()
 
     def interrupt(self) -> None:
@@ -163,7 +170,7 @@ class EstimatorSession:
 
     @property
     def is_to_note(self) -> bool:
-        """True if the estimate just published is due to be judged, once a second."""
+        """True if the estimate of the parameters just published is due to be judged, once a second."""
         if self._published - self._noted <= NOTE_S - 1e-9:
             return False
         self._noted = self._published

@@ -71,12 +71,12 @@ class Identifier:
         self._ticks += 1
         if self._pilot.recording is not None and self._ticks % SKELETON_TICKS == 0:
             record_skeleton(self._pilot, self._controller, moment)
-        estimate = self._learner.take(moment.state.q, tau, moment.reference.q)
-        if estimate is None:
+        x = self._learner.take(moment.state.q, tau, moment.reference.q)
+        if x is None:
             return
-        self._controller.publish(estimate.x, moment.q)
+        self._controller.publish(x, moment.q)
         if self._learner.is_to_note:
-            self._judge(estimate, moment.state.t)
+            self._judge(self._learner.estimate(), moment.state.t)
 
     def finish(self, moment_t: float) -> Identification:
         """Judge the final estimate, and return the result."""

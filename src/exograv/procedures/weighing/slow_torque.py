@@ -1,8 +1,8 @@
 """Information of a motion about unknowns while a restless wearer adds a slow torque: a batch solution in closed form.
 
 Each joint's torque is y = H ξ + b + noise with unknowns ξ and an Ornstein–Uhlenbeck disturbance b. The size of b is not
-known: several sizes are assumed and weighted by the data. This is the batch form of `identification.square_root`: it is
-faster for about ten seconds of motion, and the information can be combined with any prior.
+known: several sizes are assumed and weighted by the data. This is the batch form of `identification.square_root`: all
+rows of a motion enter at once, and the information can be combined with any prior.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.linalg import solve_triangular
 
-from exograv.identification.core.square_root import GATE
+from exograv.identification.core.square_root import GATE, SlowDisturbance
 from exograv.identification.recursive.recursive import USUAL_SCALES as SCALES
 
 CORRELATION_S = 3.0  # of the slow torque; people: 1-5 s (docs/explanation/arm.md)
@@ -77,27 +77,41 @@ def motion_information(
             deviations is increased until they do not (Huber).
         correlation_s: Correlation time of the slow torque [s].
     """
-    joints = range(len(usual_sd))
-    each = (
-        [_of_joint(rows, j, scale * usual_sd[j], correlation_s, expected) for rows in motions for j in joints]
-        for scale in SCALES
-    )
-    return [reduce(add, parts) for parts in each]
+    sizes = np.asarray(SCALES)[:, None] * usual_sd
+    each = [_of_motion(rows, sizes, correlation_s, expected) for rows in motions]
+    return [reduce(add, parts) for parts in zip(*each, strict=True)]
 
 
-def _of_joint(rows: RegressionRows, j: int, sd: float, correlation_s: float, expected: Vector | None) -> Information:
-    slow = sd**2 * np.exp(-np.abs(rows.t[:, None] - rows.t) / correlation_s)
-    noise, H, y = rows.noise[:, j], rows.H[:, j], rows.y[:, j]
-    root = np.linalg.cholesky(slow + np.diag(noise**2))
+def _of_motion(
+    rows: RegressionRows, sizes: Float[np.ndarray, "size joint"], correlation_s: float, expected: Vector | None
+) -> list[Information]:
+    """Return the information of one motion, for each assumed size of the slow torque of each joint [N·m].
+
+    The slow torque is a Markov process, so a scalar Kalman filter whitens the rows: whitened rows are innovations.
+    """
+    keep = np.exp(-np.diff(rows.t, prepend=rows.t[0]) / correlation_s)
+    noise = np.repeat((rows.noise**2)[:, None], len(sizes), axis=1)
     if expected is not None:
-        # Each whitened sample is the innovation after the samples before it.
-        surprise = solve_triangular(root, y - H @ expected, lower=True)
-        beyond = np.maximum((surprise / GATE) ** 2 - 1.0, 0.0) * np.diag(root) ** 2
-        root = np.linalg.cholesky(slow + np.diag(noise**2 + beyond))
-    white = solve_triangular(root, np.column_stack([H, y]), lower=True)
-    H, y = white[:, :-1], white[:, -1]
-    constant = -0.5 * float(y @ y) - float(np.log(np.diag(root)).sum())
-    return Information(H.T @ H, H.T @ y, constant)
+        off = (rows.y - rows.H @ expected)[..., None]
+        surprise, variance = SlowDisturbance(sizes**2, 1).all_innovations(keep, off, noise)
+        noise += np.maximum((surprise[..., 0] / GATE) ** 2 - 1.0, 0.0) * variance
+    columns = np.concatenate([rows.H, rows.y[..., None]], axis=-1)
+    white, variance = SlowDisturbance(sizes**2, columns.shape[-1]).all_innovations(keep, columns, noise)
+    constants = -0.5 * ((white[..., -1] ** 2).sum(axis=(0, 2)) + np.log(variance).sum(axis=(0, 2)))
+    return [_summed(white[:, k], float(constant)) for k, constant in enumerate(constants)]
+
+
+def _summed(white: Float[np.ndarray, "sample joint column"], constant: float) -> Information:
+    """Sum the products of whitened rows; the last column is the measurement."""
+    unknowns = white.shape[-1] - 1
+    matrix, vector = np.zeros((unknowns, unknowns)), np.zeros(unknowns)
+    for of_joint in np.moveaxis(white, 1, 0):
+        # Most unknowns belong to one joint, and are zero in the rows of the others.
+        used = np.flatnonzero(of_joint[:, :-1].any(axis=0))
+        H = of_joint[:, used]
+        matrix[np.ix_(used, used)] += H.T @ H
+        vector[used] += H.T @ of_joint[:, -1]
+    return Information(matrix, vector, constant)
 
 
 def believed(information: Sequence[Information], mean: Vector, variance: Vector, considered: int = 0) -> Belief:

@@ -14,12 +14,14 @@ from jaxtyping import Float
 from exograv import kernel
 from exograv.errors import RigError
 from exograv.model.description import RigDescription
+from exograv.rig.native_period import NativeMuscles, NativePeriod
 from exograv.rig.twin.machine.drive import OMEGA, TAU_MOTOR, THETA
 from exograv.rig.twin.machine.machine import Machine
 from exograv.rig.twin.machine.sensors import Sensors
 from exograv.rig.twin.wearer.muscles import Muscles
 from exograv.rig.twin.wearer.wearer import Wearer
 from exograv.rig.twin.world.cuff_sensors import CuffSensors, Wrenches
+from exograv.rig.twin.world.engine_code import engine_addresses, engine_halves
 from exograv.rig.twin.world.forces import measured_truth, pass_clock, step_forces
 from exograv.rig.twin.world.scene import TIMESTEP, build_scene
 from exograv.rig.twin.world.statics import Statics
@@ -183,9 +185,54 @@ class Twin:
             first_half(model, data)
             evaluate()
             second_half(model, data)
+        self.end_native(not math.isfinite(sum(self._velocity.tolist())))
+
+    @cached_property
+    def native_period(self) -> NativePeriod | None:
+        """Period for a caller in C; None if there is no native code, or in a subclass with a period of its own."""
+        halves, forces, sensors = engine_halves(), self._forces.native, self._sensors.native
+        if type(self) is not Twin or halves is None or forces is None or sensors is None:
+            return None
+        memory = self._memory
+        return NativePeriod(
+            sensors,
+            self._sensors.noise,
+            self._sensors.noise_now,
+            self._sensors.measured,
+            forces,
+            halves,
+            engine_addresses(self._scene.model, self._scene.data),
+            SUBSTEPS,
+            self._velocity,
+            self._current,
+            self._damping,
+            memory["valid_until"],
+            tuple(NativeMuscles(muscles.block, tau) for muscles, tau in self._muscle_torques),
+        )
+
+    @property
+    def is_unread(self) -> bool:
+        """True if this period has not been measured yet."""
+        return self._measured is None
+
+    def begin_native(self) -> tuple[float, int, int, int]:
+        """Prepare one period of native code, as `rig.native_period.NativelySimulated` says."""
+        row = 0
+        for muscles, _ in self._muscle_torques:
+            row = muscles.advance()  # the same for both arms
+        t = self.t
+        self._warmth[0] = 1.0 - np.exp(-t / WARM_UP_TIME)
+        return t, self._steps // SUBSTEPS, self._sensors.advance(), row
+
+    def end_native(self, has_diverged: bool) -> None:
+        """Note that the machine has advanced by one period.
+
+        Raises:
+            RigError: The simulation has diverged.
+        """
         self._steps += SUBSTEPS
         self._measured = None
-        if not math.isfinite(sum(self._velocity.tolist())):
+        if has_diverged:
             raise RigError(
                 f"The twin diverged before {self.t:.3f} s: a velocity is not finite. The cause is usually a command "
                 "outside every limit; look at the commands before this time."

@@ -27,20 +27,31 @@ class Sensors:
         """
         self._kernel = kernel.compile(_measurement(machine, truth), memory)
         outputs = self._kernel.outputs
-        self._q, self._current, self._q_motor = outputs["q_measured"], outputs["current"], outputs["q_motor"]
+        self.measured = outputs["q_measured"], outputs["current"], outputs["q_motor"]
+        """Memory of the newest measurement: position [rad], current [A] and motor position [rad]."""
+        self.native = self._kernel.native
+        """One measurement for a caller in C, with the noise in `noise_now`; None if there is no native code."""
+        self.noise_now: Joints = self._kernel.inputs["noise"]
+        """Memory of the noise of one measurement [A]."""
         self._noise_sd = _per_gain(machine.sensors.current_noise, np.abs(machine.drives.gain))  # [A]
         self._stream = stream(seed, "run", "current_noise")
-        self._noise = self._draw_noise()
+        self.noise = self._draw_noise()
+        """Noise of the present block of measurements [A]; the next block overwrites it."""
         self._reading = 0
 
     def measure(self) -> tuple[Joints, Joints, Joints]:
         """Measure positions [rad], currents [A] and motor positions [rad] now."""
-        if self._reading == BLOCK:
-            self._noise, self._reading = self._draw_noise(), 0
-        self._kernel.inputs["noise"][:] = self._noise[self._reading]
-        self._reading += 1
+        self.noise_now[:] = self.noise[self.advance()]
         self._kernel.evaluate()
-        return self._q.copy(), self._current.copy(), self._q_motor.copy()
+        q, current, q_motor = self.measured
+        return q.copy(), current.copy(), q_motor.copy()
+
+    def advance(self) -> int:
+        """Count one measurement, and return its row in `noise`."""
+        if self._reading == BLOCK:
+            self.noise[:], self._reading = self._draw_noise(), 0
+        self._reading += 1
+        return self._reading - 1
 
     def _draw_noise(self) -> Float[np.ndarray, "reading joint"]:
         return self._noise_sd * self._stream.standard_normal((BLOCK, len(self._noise_sd)))

@@ -27,15 +27,20 @@ class Muscles:
         self._burst_stream = stream(seed, owner, "bursts")
         self._next_burst, self._burst_ticks_max = self._pause(), round(BURST_DURATION[1] / period_s)
         self._overhang = np.zeros((0, self._n))
-        self._block = self.next_block()
+        self.block = self.next_block()
+        """Torques of the present block of periods [N·m]; the next block overwrites them."""
         self._tick = 0
 
     def next_torque(self) -> Float[np.ndarray, " freedom"]:
         """Torque at the arm's joints for the next period [N·m]; a view, valid until the next call."""
+        return self.block[self.advance()]
+
+    def advance(self) -> int:
+        """Advance by one period, and return its row in `block`."""
         if self._tick == BLOCK:
-            self._block, self._tick = self.next_block(), 0
+            self.block[:], self._tick = self.next_block(), 0
         self._tick += 1
-        return self._block[self._tick - 1]
+        return self._tick - 1
 
     def next_block(self) -> Float[np.ndarray, "tick freedom"]:
         """Torque at the arm's joints for the next `BLOCK` periods [N·m]."""
