@@ -71,3 +71,11 @@ def test_every_mixture_of_two_arms_is_an_arm(part: slice):
     handover = Handover(start, DT)
     handover.publish(goal, 5.0)
     assert all(is_physical(x[part]) for x in ramp(handover, 1.1))
+
+
+def test_parameters_put_in_force_at_once_end_a_ramp():
+    handover, goal = Handover(np.zeros(44), DT), np.full(44, 2.0)
+    handover.publish(np.ones(44), 3.0)
+    ramp(handover, 0.1)
+    handover.force(goal)
+    np.testing.assert_array_equal(ramp(handover, 0.1), np.tile(goal, (100, 1)))

@@ -1,5 +1,6 @@
 """Native code gives the bits of the virtual machine: for each operation, zero, infinity and NaN, at any length."""
 
+import ctypes
 import sys
 from collections.abc import Iterator
 
@@ -149,3 +150,18 @@ def test_a_thousand_calls_leave_no_reference_behind():
     for _ in range(1000):
         compiled.evaluate()
     assert abs(sys.getrefcount(None) - before) < 100
+
+
+def test_a_caller_in_c_gets_the_bits_of_a_caller_in_python():
+    x = ca.SX.sym("x", 3)
+    made = native.compile(ca.Function("sums", [x], [x + 0.1, ca.sin(x)], ["x"], ["next", "sine"]), carry={"x": "next"})
+    assert made.native is not None
+    other = made.again()
+    assert other.native is not None
+    call = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(other.native.function)
+    for _ in range(3):
+        made.evaluate()
+        call(other.native.memory)
+    np.testing.assert_array_equal(other.outputs["sine"], made.outputs["sine"])
+    np.testing.assert_array_equal(other.inputs["x"], made.inputs["x"])
+    assert virtual_machine.compile(ca.Function("one", [x], [x], ["x"], ["y"])).native is None

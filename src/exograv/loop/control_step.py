@@ -85,10 +85,15 @@ class ControlStep:
         submitted = control.answer(believed, now)
         guarded = guard.decide(submitted, now)
         tau, stop, slope = guarded.tau, guard.envelope.stop, control.closure_slope
-        # The loss of the model is reported after the decision: this step's torque is limited already, and the stop
-        # begins with the next step.
-        if not slope < CLOSURE_SLOPE_MAX:
-            guard.lose_model()
+        self.check_model(slope)
         sequence = NO_MEASUREMENT if state is None else state.sequence
         command = Command(now, sequence, now + COMMAND_LIFE_S, tau, tau / self._gain, guarded.drive_damping)
         return Decision(believed, submitted, command, guarded.safe_state, stop, slope)
+
+    def check_model(self, closure_slope: float) -> None:
+        """Report to the guard that control's model no longer fits the machine, if its loops are not closed [N·m].
+
+        Call it after the decision: this step's torque is limited already, and the stop begins with the next step.
+        """
+        if not closure_slope < CLOSURE_SLOPE_MAX:
+            self.guard.lose_model()

@@ -24,7 +24,7 @@ from exograv.signals import JointState, Reference
 from exograv.storage.self_test_pass import MachineKey, unlock, withdraw_pass
 
 from .arm_controller import ArmController
-from .control_step import CLOSURE_SLOPE_MAX, ControlStep, Decision
+from .control_step import ControlStep, Decision
 from .interrupt import HeldInterrupt
 from .native_ticks import NativeTicks
 from .output_feedback import Controller, Guide, OutputFeedback
@@ -201,8 +201,7 @@ class Pilot:
             self._account.note(t, controller, self.envelope.person)
         acts = ASTRAY if self.envelope.stop is not self._stop_known else 0
         believed = native.run(k, reference, acts, recording)
-        if not controller.closure_slope < CLOSURE_SLOPE_MAX:
-            self.guard.lose_model()
+        self._step.check_model(controller.closure_slope)
         self.tick_us.append(native.tick_us)
         self._stop_known = self.envelope.stop
         self._watch_posture(controller.clearance, t)

@@ -52,3 +52,10 @@ def test_the_field_belongs_to_the_method_and_not_to_the_data():
     one, other = Discrepancy(SD, 0.5, 16), Discrepancy(SD, 0.5, 16)
     np.testing.assert_array_equal(one.errors(q, FORTH), other.errors(q, FORTH))
     assert one.count == 2 * 16 * 4 == one.errors(q, FORTH).shape[1]
+
+
+def test_the_errors_of_a_joint_are_its_part_of_all_errors():
+    q = np.array([0.1, -0.4, 0.7, 1.0])
+    whole = FIELD.errors(q, FORTH).reshape(4, 4, FIELD.count_of_joint)
+    np.testing.assert_array_equal(whole[range(4), range(4)], FIELD.errors_of_joint(q, FORTH))
+    assert FIELD.count == 4 * FIELD.count_of_joint

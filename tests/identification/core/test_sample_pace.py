@@ -27,3 +27,17 @@ def test_a_mean_is_that_of_all_rows_of_the_period(is_requested: bool):
             means += 1
             period.clear()
     assert means >= 4
+
+
+def test_a_mean_is_the_same_for_arrays_of_any_layout():
+    generator, plain, strided = np.random.default_rng(0), Averages(BATCH_PERIOD_S), Averages(BATCH_PERIOD_S)
+    means = 0
+    for k in range(200):
+        rows = generator.standard_normal((4, JOINTS))
+        one = plain.take(Sample(0.001 * k, rows[0], rows[1], rows[2], rows[3]))
+        other = strided.take(Sample(0.001 * k, *(np.repeat(row, 2)[::2] for row in rows)))
+        assert (one is None) == (other is None)
+        if one is not None and other is not None:
+            means += 1
+            np.testing.assert_array_equal([one.q, one.v, one.a, one.tau], [other.q, other.v, other.a, other.tau])
+    assert means > 1

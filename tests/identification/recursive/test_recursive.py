@@ -292,3 +292,10 @@ def test_a_residual_that_lasts_longer_says_less(monkeypatch: pytest.MonkeyPatch)
             method.update(sample)
         sds.append(method.estimate().sd[[1, 2, 3, 10]])
     assert (sds[1] > sds[0]).all()
+
+
+@pytest.mark.parametrize("seconds", [2.0, 20.0])
+def test_parameters_for_a_controller_are_those_of_the_estimate(seconds: float):
+    for seed in range(3):
+        method = taught(stream(drawn(seed), seed, seconds))
+        np.testing.assert_array_equal(method.parameters(), method.estimate().x)
