@@ -58,7 +58,8 @@ def _proved(results: list[str]) -> int:
 
 def _claim(name: str, meaning: str, results: Sequence[tuple[str, str | None]]) -> str:
     proved = sum(result == "proved" for _, result in results)
-    undecided = dict.fromkeys(part for part, result in results if result not in ("proved", None))
+    open_ = [part.removesuffix(" of a tick") for part, result in results if result not in ("proved", None)]
+    undecided = dict.fromkeys(open_)
     return f"| {name} | {meaning} | {proved} | {', '.join(undecided)} |"
 
 

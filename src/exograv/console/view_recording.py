@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from exograv.errors import RecordingError
+from exograv.loop.replay.recorded_run import readable
 from exograv.model.anthropometry import Body
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.scene import describe_scene
@@ -42,7 +43,8 @@ def recorded_view(path: Path, rig: str | None, side: Side | None) -> ViewData:
                 f"{path} is of a machine with the joints {', '.join(recording.joints)}; {description.name} has "
                 f"{', '.join(description.joints)}. Give the recorded machine with --rig."
             )
-        body = Body(**told["body"]) if "body" in told else NOMINAL
+        with readable(path):
+            body = Body(**told["body"]) if "body" in told else NOMINAL
         scene = describe_scene(description, body, told.get("lengths_m"))
     about = [str(recording.settings.get("command", "")), recording.remark or ""]
     title = f"{path.name}: {description.settings.title}"
