@@ -40,7 +40,7 @@ MACHINE = (
     *_numbers("gravity", size=(3,), optional=False),
     *_numbers("rotor_inertia", "residual_sd", "correlation_s", size=JOINT, optional=False),
 )
-"""Machine as calibrated."""
+"""Fields of a calibrated machine."""
 
 LIMB = (
     Field("joints", "integer", "-", "", LIST),
@@ -56,7 +56,7 @@ PERSON = (
     *_numbers("active_max_Nm", "q_lower", "q_upper", size=JOINT, optional=False),
     *EACH_NUMBER,
 )
-"""The guard's limits of a person."""
+"""Fields of the guard's limits of a person."""
 
 VERIFICATION = (*_numbers("postures", size=("any", "joint"), optional=False), Field("seed", "integer", "-", ""))
 LIVE = (
@@ -69,7 +69,7 @@ LIVE = (
     Field("is_steered", "boolean", "-", "", optional=True),
     Field("publishes_later", "boolean", "-", "", optional=True),
 )
-"""Start values of guard and control in a live run."""
+"""Fields of the start values of guard and control in a live run."""
 
 TOLD = (_object("body", BODY, optional=False), _object("lengths_m", EACH_NUMBER, optional=False))
 OPTIONS = (*_texts("rig", "participant"), *_integers("session", "windows"))

@@ -101,15 +101,19 @@ def written(path: Path, joints: Any, settings: Any, messages: Any, ticks: np.nda
     with RecordingWriter(path, joints, kept) as recording:
         for message in messages:
             recording.write("/control", message["t"], {k: v for k, v in message.items() if k != "t"})
-        recording.phase(0.0, "float")
+        for name in ("calibrate", "identify"):
+            recording.phase(0.0, name)
         recording.ticks(ticks)
     return path.read_bytes()
 
 
 def use(path: Path) -> None:
     """Read a recording as report, view and replay do; errors of exograv are allowed."""
-    for reader in (lambda: page_of(read_recording(path)), lambda: recorded_view(path, None, None),
-                   lambda: run_replay(path, None, nothing, AS_RECORDED)):
+    for reader in (
+        lambda: page_of(read_recording(path)),
+        lambda: recorded_view(path, None, None),
+        lambda: run_replay(path, None, nothing, AS_RECORDED),
+    ):
         try:
             reader()
         except ExogravError:
@@ -118,6 +122,7 @@ def use(path: Path) -> None:
 
 def test_hunt(lockstep: bytes, live: bytes, tmp_path: Path):
     import collections, os, time, traceback, warnings
+
     warnings.simplefilter("ignore")
     topics = os.environ.get("HUNT", "/settings").split(",")
     bad = collections.Counter()
