@@ -45,7 +45,7 @@ def recorded_view(path: Path, rig: str | None, side: Side | None) -> ViewData:
             )
         with readable(path):
             body = Body(**told["body"]) if "body" in told else NOMINAL
-        scene = describe_scene(description, body, told.get("lengths_m"))
+            scene = describe_scene(description, body, told.get("lengths_m"))
     about = [str(recording.settings.get("command", "")), recording.remark or ""]
     title = f"{path.name}: {description.settings.title}"
     return ViewData(title, ". ".join(filter(None, about)), scene, recording.is_simulated, motion_of(recording))
