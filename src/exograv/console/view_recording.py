@@ -1,4 +1,4 @@
-"""Recording for the page of `exograv view`: machine, person and motion."""
+"""Recording for the page of `exograv data view`: machine, person and motion."""
 
 import contextlib
 import tempfile

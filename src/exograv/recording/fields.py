@@ -40,6 +40,9 @@ class Field:
     known: "tuple[Field, ...]" = ()
     """Fields that a reader uses of an `object` with any content; `EACH` describes all fields without their own row."""
 
+    is_positive: bool = False
+    """True if a number must be above zero and finite."""
+
     holes: bool = False
     """True if a list may hold null for a value that is not finite."""
 

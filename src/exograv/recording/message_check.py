@@ -1,6 +1,7 @@
 """Check of JSON messages against the table of channels, at every depth that the table describes."""
 
 import json
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -37,17 +38,20 @@ def read_message(path: Path, channel: Channel, text: bytes, settings: Mapping[st
         ValueError: The text is no JSON.
     """
     message = json.loads(text)
-    if settings is None:
-        wrong = wrong_value(channel.fields, message)
-    elif settings["schema_version"] < SINCE:
+    if settings is not None and settings["schema_version"] < SINCE:
         return restored(channel.fields, message)
-    else:
-        wrong = wrong_value(channel.fields, message, len(settings["joints"]))
+    wrong = wrong_value(channel.fields, message, _joints_of(message if settings is None else settings))
     if wrong is not None:
         raise RecordingError(
             f"{path} is damaged: in its {channel.topic} {wrong} Give the recording as exograv wrote it."
         )
     return message if settings is None else restored(channel.fields, message)
+
+
+def _joints_of(settings: object) -> int | None:
+    """Return the number of joints that settings name; None if they name none."""
+    joints = settings.get("joints") if isinstance(settings, Mapping) else None
+    return len(joints) if isinstance(joints, list) else None
 
 
 def wrong_value(fields: tuple[Field, ...], message: object, n_joints: int | None = None, place: str = "") -> str | None:
@@ -81,12 +85,14 @@ def wrong_value(fields: tuple[Field, ...], message: object, n_joints: int | None
     return None
 
 
-def _wrong(field: Field, value: object, name: str, n_joints: int | None) -> str | None:
+def _wrong(field: Field, value: Any, name: str, n_joints: int | None) -> str | None:
     """Return a sentence about a value that is not of the kind of a field; None if it is."""
     if field.size:
         return next(_wrong_in_list(field, value, name, n_joints), None)
     if not _is_of(field.type, value):
         return f"'{name}' is {_shown(value)}, not of the type {field.type}."
+    if field.is_positive and not 0.0 < value < math.inf:
+        return f"'{name}' is {value}; it must be above 0."
     inside = field.fields or field.known
     return wrong_value(inside, value, n_joints, f"{name}.") if inside else None
 

@@ -60,7 +60,7 @@ PERSON = (
 
 VERIFICATION = (*_numbers("postures", size=("any", "joint"), optional=False), Field("seed", "integer", "-", ""))
 LIVE = (
-    *_numbers("period_s", optional=False),
+    Field("period_s", "number", "s", "", is_positive=True),
     _object("machine", MACHINE, optional=False),
     *_numbers("x", size=LIST, optional=False),
     _object("person", PERSON, optional=False),
@@ -76,7 +76,7 @@ OPTIONS = (*_texts("rig", "participant"), *_integers("session", "windows"))
 ROOMS = (_object("rig_files", EACH_TEXT), _object("told", TOLD), _object("options", OPTIONS), _object("live", LIVE))
 """Settings of all rooms, as far as another room than the writer reads them."""
 
-PER_JOINT = _numbers(EACH, size=JOINT)
+PER_JOINT = (Field(EACH, "number", "N·m", "", JOINT, optional=True, holes=True),)
 LEFT_OVER = (_object("total", PER_JOINT), _object("arm", PER_JOINT))
 IDENTIFICATION = (*_texts("outcome"), *_numbers("time_to_target_s", "motion_s"))
 COMPARISON = (

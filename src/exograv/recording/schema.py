@@ -112,6 +112,7 @@ ESTIMATE = Channel(
             JOINT,
             optional=True,
             nullable=True,
+            holes=True,
         ),
         Field("outcome", "string", "-", "the estimator's sentence for the operator"),
     ),
@@ -125,8 +126,8 @@ LEFT_OVER = Channel(
     (
         T,
         Field("motion_s", "number", "s", "seconds of motion since the first sample of the identification"),
-        Field("total", "number", "N·m", "exoskeleton and arm, RMS over the held-out postures", JOINT),
-        Field("arm", "number", "N·m", "arm alone, RMS over the held-out postures", JOINT, optional=True),
+        Field("total", "number", "N·m", "exoskeleton and arm, RMS over the held-out postures", JOINT, holes=True),
+        Field("arm", "number", "N·m", "arm alone, RMS over the held-out postures", JOINT, optional=True, holes=True),
     ),
 )
 
@@ -263,7 +264,7 @@ CONTROL = Channel(
             "of a new controller: `empty` (machine alone), `arm`, `other` (its torque cannot be replayed)",
             optional=True,
         ),
-        Field("period_s", "number", "s", "of a pilot: time between two ticks", optional=True),
+        Field("period_s", "number", "s", "of a pilot: time between two ticks", optional=True, is_positive=True),
         Field(
             "actuators",
             "object",

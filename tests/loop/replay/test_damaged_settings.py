@@ -149,6 +149,7 @@ def test_a_damaged_value_at_any_depth_leads_to_a_result_or_to_an_error_of_exogra
     path, failed, n = tmp_path / "damaged.mcap", [], 0
     data = request.getfixturevalue(kind)
     import time
+
     t0 = time.time()
     for what, file in damaged(data, topic, ()):
         path.write_bytes(file)
@@ -160,7 +161,10 @@ def test_a_damaged_value_at_any_depth_leads_to_a_result_or_to_an_error_of_exogra
                 use(path)
         except Exception as error:
             import traceback
+
             at = [f for f in traceback.extract_tb(error.__traceback__) if "exograv" in f.filename][-1]
-            failed.append(f"{what}: {type(error).__name__}: {str(error)[:80]} {at.filename.split('exograv/')[-1]}:{at.lineno}")
+            failed.append(
+                f"{what}: {type(error).__name__}: {str(error)[:80]} {at.filename.split('exograv/')[-1]}:{at.lineno}"
+            )
             print(failed[-1], flush=True)
     assert failed == []
