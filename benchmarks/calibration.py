@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from exograv.errors import ExogravError
+from seeds import loaded, seed_range
 
 FRICTION = ("coulomb_Nm", "viscous", "breakaway", "load_share", "asymmetry_Nm", "v_stribeck_rad_per_s")
 RELATIVE = ("gain", "coulomb_Nm", "viscous", "breakaway", "v_stribeck_rad_per_s")
@@ -170,11 +171,10 @@ def main() -> None:
     parser.add_argument("--load", type=Path, nargs="*")
     options = parser.parse_args()
     if options.load:
-        show([result for path in options.load for result in json.loads(path.read_text())])
+        show(loaded(options.load))
         return
-    first, _, last = options.seeds.partition("-")
     results = []
-    for seed in range(int(first), int(last or first) + 1):
+    for seed in seed_range(options.seeds):
         for rig in options.rigs.split(","):
             results.append(run(rig, options.level, seed, options.worn))
             if options.save:

@@ -27,6 +27,7 @@ from exograv.procedures.identification.participant_session import ParticipantRun
 from exograv.results import json_value
 from exograv.rig.twin import day_seed
 from exograv.study.targets import TARGET_NM
+from seeds import loaded, seed_range
 
 ASKED_S = (10.0, 20.0, 60.0)
 SECONDS = 61.0  # the sample filter settles within the first second
@@ -109,11 +110,10 @@ def main() -> None:
     parser.add_argument("--load", type=Path, nargs="*")
     options = parser.parse_args()
     if options.load:
-        show([result for path in options.load for result in json.loads(path.read_text())])
+        show(loaded(options.load))
         return
-    first, _, last = options.seeds.partition("-")
     results = []
-    for seed in range(int(first), int(last or first) + 1):
+    for seed in seed_range(options.seeds):
         start = time.perf_counter()
         try:
             results.append(run(options.rig, options.level, seed))

@@ -46,6 +46,7 @@ from exograv.recording.rounding import percentiles, rounded
 from exograv.rig.twin import Disturbances, Twin, draw_machine, draw_wearer
 from exograv.rig.twin.examiner import held_out_postures, rms
 from exograv.study.targets import TARGET_NM
+from seeds import loaded, seed_range
 
 RIG = "recupera_like_7"
 LEAST, MOST = 4, 7
@@ -259,13 +260,12 @@ def main() -> None:
     parser.add_argument("--load", type=Path, nargs="*")
     options = parser.parse_args()
     if options.load:
-        show([result for path in options.load for result in json.loads(path.read_text())])
+        show(loaded(options.load))
         return
-    first, _, last = options.seeds.partition("-")
     without = tuple(filter(None, options.without.split(",")))
     jobs = [
         Job(n, seed, options.level, options.seconds, without)
-        for seed in range(int(first), int(last or first) + 1)
+        for seed in seed_range(options.seeds)
         for n in map(int, options.joints.split(","))
     ]
     results = []

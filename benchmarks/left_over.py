@@ -17,6 +17,7 @@ import numpy as np
 
 from exograv.errors import ExogravError
 from exograv.results import json_value
+from seeds import loaded, seed_range
 
 COARSE = 2.5  # ratio of the coarse target to the fine one: 0.5 and 0.25 N·m
 
@@ -88,10 +89,9 @@ def main() -> None:
     parser.add_argument("--load", type=Path, nargs="*")
     options = parser.parse_args()
     if options.load:
-        show([result for path in options.load for result in json.loads(path.read_text())])
+        show(loaded(options.load))
         return
-    first, _, last = options.seeds.partition("-")
-    seeds = range(int(first), int(last or first) + 1)
+    seeds = seed_range(options.seeds)
     methods, common = options.methods.split(","), (options.rig, options.level)
     jobs = [(*common, seed, method, options.seconds) for method in methods for seed in seeds]
     with ProcessPoolExecutor(options.processes) as pool:

@@ -33,6 +33,7 @@ from exograv.procedures.identification.estimator_session import build_method
 from exograv.procedures.identification.identify import identification_motion
 from exograv.procedures.identification.motions import motion_parts
 from exograv.study.targets import TARGET_NM
+from seeds import seed_range
 
 AT_S = (20, 60, 120)
 
@@ -161,8 +162,8 @@ def main() -> None:
     if options.load is not None:
         show(json.loads(options.load.read_text()))
         return
-    first, _, last = options.seeds.partition("-")
-    cases = population(options.profile, options.level, int(last or first) - int(first) + 1, int(first))
+    seeds = seed_range(options.seeds)
+    cases = population(options.profile, options.level, len(seeds), seeds[0])
     show(measure(cases, options.motions.split(","), options.seconds, options.save))
 
 

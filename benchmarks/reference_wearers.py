@@ -29,6 +29,7 @@ from exograv.recording import read_recording
 from exograv.recording.rounding import rounded
 from exograv.rig.twin import day_seed
 from exograv.study.targets import TARGET_NM
+from seeds import seed_range
 
 
 def wearer_row(options: DemoOptions) -> dict[str, Any]:
@@ -96,8 +97,7 @@ def main() -> None:
         demo = read_recording(given.recording).last("/result")["left_over_rms_Nm"]["total"]["identified"]
         print(f"here {row['left_over_Nm']}, demo {demo}: {'the same' if row['left_over_Nm'] == demo else 'DIFFERENT'}")
         return
-    first, _, last = given.seeds.partition("-")
-    seeds = range(int(first), int(last or first) + 1)
+    seeds = seed_range(given.seeds)
     if seeds[0] < 100:
         parser.error(f"--seeds {given.seeds}: take 100 or more; lower seeds are for demos.")
     options = DemoOptions(rig=given.rig, level=given.level)

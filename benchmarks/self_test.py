@@ -18,6 +18,8 @@ from typing import Any
 
 import numpy as np
 
+from seeds import seed_range
+
 RIGS = "recupera_like,recupera_like_qdd"
 NOTHING = "nothing"
 RUN_SEED = 50_000
@@ -84,12 +86,12 @@ def wanted(options: argparse.Namespace) -> Iterator[tuple[str, int, int, str]]:
     """Yield the tasks: each fault, then healthy machines."""
     from self_test_faults import HIDDEN
 
-    machines = [(rig, level) for level in _span(options.levels) for rig in options.rigs.split(",")]
-    for seed in _span(options.faults):
+    machines = [(rig, level) for level in seed_range(options.levels) for rig in options.rigs.split(",")]
+    for seed in seed_range(options.faults):
         for fault in HIDDEN:
             for rig, level in machines:
                 yield rig, level, seed, fault
-    for seed in _span(options.seeds):
+    for seed in seed_range(options.seeds):
         for rig, level in machines:
             yield rig, level, seed, NOTHING
 
@@ -123,11 +125,6 @@ def show(results: dict[str, dict[str, Any]]) -> None:
     for name in sorted({name for _, result in healthy for name in result["figures"]}):
         values = np.abs([result["figures"][name] for _, result in healthy if name in result["figures"]])
         print(f"  {name:42} median {np.median(values):.3g}, worst {values.max():.3g}, least {values.min():.3g}")
-
-
-def _span(text: str) -> range:
-    first, _, last = text.partition("-")
-    return range(int(first), int(last or first) + 1) if first else range(0)
 
 
 def main() -> None:

@@ -15,6 +15,7 @@ from pathlib import Path
 from exograv.campaigns.benchmark_identification.cases import by_machine, population
 from exograv.campaigns.benchmark_identification.streams import RecordedStream, calibrate, record_stream
 from exograv.errors import ExogravError
+from seeds import seed_range
 
 
 def save(recorded: RecordedStream, folder: Path) -> Path:
@@ -41,8 +42,8 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=120.0)
     parser.add_argument("--folder", type=Path, required=True)
     options = parser.parse_args()
-    first, _, last = options.seeds.partition("-")
-    cases = population(options.profile, options.level, int(last or first) - int(first) + 1, int(first))
+    seeds = seed_range(options.seeds)
+    cases = population(options.profile, options.level, len(seeds), seeds[0])
 
     def silent(_text: str, _share: float) -> None:
         """Ignore progress: one line per stream is enough."""

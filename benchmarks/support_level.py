@@ -16,6 +16,8 @@ from typing import Any
 
 import numpy as np
 
+from seeds import seed_range
+
 STRENGTHS, SYNERGY_MAX = (0.04, 0.12), 0.4
 """Ranges of a wearer's drawn strength and synergy; every second wearer has no synergy."""
 
@@ -121,8 +123,7 @@ def main() -> None:
     file: Path | None = options.load or options.save
     rows: list[dict[str, Any]] = json.loads(file.read_text()) if file is not None and file.exists() else []
     if not options.load:
-        first, _, last = options.seeds.partition("-")
-        for seed in range(int(first), int(last or first) + 1):
+        for seed in seed_range(options.seeds):
             asked = {"rig": options.rig, "level": options.level, "seed": seed, "repeats": options.repeats}
             if any(asked.items() <= row.items() for row in rows):
                 continue

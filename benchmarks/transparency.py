@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from seeds import seed_range
+
 STEPS = {
     "zero_g": "own inertia and elasticity",
     "dam_ideal_no_friction": "+ inertia of the machine",
@@ -91,8 +93,7 @@ def main() -> None:
         for result in loaded.get("profiles", {"": loaded}).values():
             show(result)
         return
-    first, _, last = options.seeds.partition("-")
-    seeds, rigs = list(range(int(first), int(last or first) + 1)), options.rigs.split(",")
+    seeds, rigs = seed_range(options.seeds), options.rigs.split(",")
     jobs = [(rig, options.level, seed, options.movement) for rig in rigs for seed in seeds]
     with ProcessPoolExecutor(options.processes) as pool:
         runs = list(pool.map(run, *zip(*jobs, strict=True)))

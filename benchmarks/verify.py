@@ -16,6 +16,7 @@ import numpy as np
 from scipy.stats import binom
 
 from exograv.errors import ExogravError
+from seeds import loaded, seed_range
 
 
 def run(rig: str, level: int, seed: int) -> dict[str, Any]:
@@ -34,10 +35,9 @@ def run(rig: str, level: int, seed: int) -> dict[str, Any]:
 
 def jobs(options: argparse.Namespace) -> Iterator[tuple[str, int, int]]:
     """Yield every run of the command line."""
-    first, _, last = options.seeds.partition("-")
     for rig in options.rigs.split(","):
         for level in map(int, options.levels.split(",")):
-            yield from ((rig, level, seed) for seed in range(int(first), int(last or first) + 1))
+            yield from ((rig, level, seed) for seed in seed_range(options.seeds))
 
 
 def show(results: list[dict[str, Any]]) -> None:
@@ -85,7 +85,7 @@ def main() -> None:
     parser.add_argument("--load", type=Path, nargs="*")
     options = parser.parse_args()
     if options.load:
-        show([result for path in options.load for result in json.loads(path.read_text())])
+        show(loaded(options.load))
         return
     results = []
     for job in jobs(options):

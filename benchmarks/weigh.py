@@ -20,6 +20,7 @@ import numpy as np
 
 from exograv.errors import ExogravError
 from exograv.results import json_value
+from seeds import loaded, seed_range
 
 POUNDS_PER_KG = 2.2046
 PAIRS_KG = ((0.5, 1.0), (1.0, 0.5), (1.5, 0.0), (2.0, 0.0), (0.0, 2.0))
@@ -42,8 +43,7 @@ def run(rig: str, level: int, seed: int, hand: float, forearm: float, factor: fl
 
 def jobs(options: argparse.Namespace) -> Iterator[tuple[str, int, int, float, float, float]]:
     """Yield every run of the command line."""
-    first, _, last = options.seeds.partition("-")
-    for seed in range(int(first), int(last or first) + 1):
+    for seed in seed_range(options.seeds):
         for level in map(int, options.levels.split(",")):
             for rig in options.rigs.split(","):
                 if options.check_only:
@@ -101,7 +101,7 @@ def main() -> None:
     parser.add_argument("--load", type=Path, nargs="*")
     options = parser.parse_args()
     if options.load:
-        show([result for path in options.load for result in json.loads(path.read_text())])
+        show(loaded(options.load))
         return
     results = []
     with ProcessPoolExecutor(options.processes) as pool:

@@ -31,6 +31,7 @@ from exograv.procedures.identification.person_check import JUDGED_S, PersonCheck
 from exograv.rig.twin import day_seed
 from exograv.storage.participant_file import other_body
 from exograv.storage.participant_schema import StoredPerson
+from seeds import seed_range
 
 FIRST_S, SECOND_S = 61.0, JUDGED_S[-1] + 2.0
 KEPT_EVERY_S = 0.004
@@ -103,9 +104,8 @@ def main() -> None:
     parser.add_argument("--no-run", action="store_true", help="use only persons that are already in the folder")
     options = parser.parse_args()
     options.save.mkdir(parents=True, exist_ok=True)
-    first, _, last = options.seeds.partition("-")
     people = []
-    for seed in range(int(first), int(last or first) + 1):
+    for seed in seed_range(options.seeds):
         path = options.save / f"{options.rig}_{options.level}_{seed}.pickle"
         if not path.exists() and not options.no_run:
             start = time.perf_counter()

@@ -30,15 +30,15 @@ def page(verdicts: list[Verdict], source: Source) -> str:
     """Return the page of the results: the parts of the guard, and a row per claim."""
     results = {one.name: [*one.promises.values(), *one.duties.values()] for one in verdicts}
     every = [result for own in results.values() for result in own]
-    done = [part for part, own in results.items() if _proved(own) == len(own)]
-    open_ = [f"{part} ({_proved(own)} of {len(own)})" for part, own in results.items() if part not in done]
+    open_ = {part: own for part, own in results.items() if _proved(own) < len(own)}
+    undecided = [f"{part} ({_proved(own)} of {len(own)} proved)" for part, own in open_.items()]
     lines = [
         f"{_proved(every)} of {len(every)} claims are proved, in {sum(one.seconds for one in verdicts):.0f} s of "
         "processor time. A part of the guard is one of its functions, or several calls of one. Each part is proved by "
         "itself. The two halves of a tick call most of these functions.",
         "",
-        f"- All claims are proved for: {', '.join(done)}.",
-        f"- Some claims are undecided for: {', '.join(open_) or 'no part'}.",
+        f"All claims are proved for {len(results) - len(open_)} parts. Some are undecided for: "
+        f"{', '.join(undecided) or 'no part'}.",
         "",
         "| claim | meaning | proved in parts | undecided in |",
         "|---|---|---|---|",
@@ -58,7 +58,8 @@ def _proved(results: list[str]) -> int:
 
 def _claim(name: str, meaning: str, results: Sequence[tuple[str, str | None]]) -> str:
     proved = sum(result == "proved" for _, result in results)
-    undecided = dict.fromkeys(part for part, result in results if result not in ("proved", None))
+    open_ = [part.removesuffix(" of a tick") for part, result in results if result not in ("proved", None)]
+    undecided = dict.fromkeys(open_)
     return f"| {name} | {meaning} | {proved} | {', '.join(undecided)} |"
 
 

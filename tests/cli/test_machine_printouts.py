@@ -39,7 +39,7 @@ def test_a_narrow_terminal_shows_every_joint_and_heading_in_full(
     ("limit", "problems", "next_command", "absent"),
     [
         (60.0, [], "exograv rig test folder/my --simulate", "again"),
-        (None, [], "exograv view folder/my", "rig test"),
+        (None, [], "exograv data view folder/my", "rig test"),
         (60.0, ["No cuff."], "exograv rig check folder/my", "rig test"),
     ],
 )

@@ -251,7 +251,7 @@ def test_a_missing_file_is_a_readable_error(tmp_path: Path):
     ("name", "value", "said"),
     [
         ("joints", 3, "'joints' is 3, not a list of values of the type string"),
-        ("joints", [1, 2], r"'joints' is \[1, 2\], not a list of values of the type string"),
+        ("joints", [1, 2], r"'joints\[0\]' is 1, not of the type string"),
         ("joints", None, "'joints' is missing"),
         ("joints", ["elbow_flexion"], "name 1 joints, and its ticks have another number"),
         ("rig", 7, "'rig' is 7, not of the type string"),
@@ -269,6 +269,6 @@ def test_settings_of_a_wrong_type_are_refused_with_their_name_and_value(
         message = json.JSONDecoder().decode(text.decode())
         return message | {name: value} if "joints" in message else message
 
-    monkeypatch.setattr("exograv.recording.reader.json.loads", altered)
+    monkeypatch.setattr("exograv.recording.message_check.json.loads", altered)
     with pytest.raises(RecordingError, match=said):
         read(path)

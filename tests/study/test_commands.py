@@ -61,6 +61,14 @@ def test_adding_says_what_became_of_each_file(study: Path, tmp_path: Path):
     assert person.touches == 6
 
 
+def test_a_file_of_another_kind_alone_is_ignored_with_the_kinds_that_can_be_added(
+    study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    (tmp_path / "notes.md").write_text("notes")
+    assert run_add(Files(study=study, files=(tmp_path / "notes.md",)), AddOptions())["counts"] == {"ignored": 1}
+    assert "Only .mcap" in capsys.readouterr().out
+
+
 def test_nothing_to_add_and_a_mapping_of_nothing_are_refused(study: Path, tmp_path: Path):
     with pytest.raises(ConfigError, match="No file was named"):
         run_add(Files(study=study), AddOptions())

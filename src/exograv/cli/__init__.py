@@ -383,7 +383,9 @@ def wrapped_output() -> Iterator[None]:
 
 def _wrapped(text: str, indent: int) -> list[str]:
     columns = max(shutil.get_terminal_size().columns, indent + 20)
-    return textwrap.wrap(text, columns, initial_indent=" " * indent, subsequent_indent=" " * indent)
+    return textwrap.wrap(
+        text, columns, break_on_hyphens=False, initial_indent=" " * indent, subsequent_indent=" " * indent
+    )
 
 
 def was_keyboard(error: BaseException | None) -> bool:

@@ -1,4 +1,4 @@
-"""Motion of a recording for the page of `exograv view`: positions, torques, arm and left over, thinned for a page."""
+"""Motion of a recording for the page of `exograv data view`: positions, torques, arm and left over, thinned."""
 
 from dataclasses import dataclass
 from typing import Any

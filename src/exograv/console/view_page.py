@@ -1,4 +1,4 @@
-"""Page of `exograv view`: its files for a server, or one HTML file that holds everything."""
+"""Page of `exograv data view`: its files for a server, or one HTML file that holds everything."""
 
 import base64
 import json
@@ -18,7 +18,7 @@ IMPORT = re.compile(r'from "\./([\w./]+)"')
 
 @dataclass(frozen=True)
 class ViewData:
-    """Content of the page of `exograv view`: the scene, and the motion if a recording is shown."""
+    """Content of the page of `exograv data view`: the scene, and the motion if a recording is shown."""
 
     title: str
     about: str

@@ -1,4 +1,4 @@
-"""Recording for the page of `exograv view`: machine, person and motion."""
+"""Recording for the page of `exograv data view`: machine, person and motion."""
 
 import contextlib
 import tempfile
@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from exograv.errors import RecordingError
+from exograv.loop.replay.recorded_run import readable
 from exograv.model.anthropometry import Body
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.scene import describe_scene
@@ -42,8 +43,9 @@ def recorded_view(path: Path, rig: str | None, side: Side | None) -> ViewData:
                 f"{path} is of a machine with the joints {', '.join(recording.joints)}; {description.name} has "
                 f"{', '.join(description.joints)}. Give the recorded machine with --rig."
             )
-        body = Body(**told["body"]) if "body" in told else NOMINAL
-        scene = describe_scene(description, body, told.get("lengths_m"))
+        with readable(path):
+            body = Body(**told["body"]) if "body" in told else NOMINAL
+            scene = describe_scene(description, body, told.get("lengths_m"))
     about = [str(recording.settings.get("command", "")), recording.remark or ""]
     title = f"{path.name}: {description.settings.title}"
     return ViewData(title, ". ".join(filter(None, about)), scene, recording.is_simulated, motion_of(recording))

@@ -66,26 +66,28 @@ class LiveReplay:
             self._guarding = GuardReplay(
                 recorded.description, actuators, period_s, limits, level, levels, is_other_run=is_other
             )
-        if self._columns["gravity_level"].size and not 0.0 <= level <= 1.0:
-            raise ConfigError(f"The gravity level of {path} is {level}; allowed: 0 to 1.")
-        self._recorded, self._instead, self._machine = recorded, instead, machine
-        self._published, self._worn = ([m for m in recorded.control if m["act"] == act] for act in ("publish", "wear"))
-        self._finding = np.zeros(1, finding_dtype(len(x)))[0]
-        self._found, self._persons, lesson = 0, 0, None
-        if seconds := live.get("identify_s"):
-            passes = lesson_passes(recorded.assembly, seconds, live["period_s"], _verification(live))
-            lesson = LiveIdentification(
-                recorded.assembly, seconds, live["period_s"], lambda _row: None, self._newest, passes
+            if self._columns["gravity_level"].size and not 0.0 <= level <= 1.0:
+                raise ConfigError(f"The gravity level of {path} is {level}; allowed: 0 to 1.")
+            self._recorded, self._instead, self._machine = recorded, instead, machine
+            self._published, self._worn = (
+                [m for m in recorded.control if m["act"] == act] for act in ("publish", "wear")
             )
-            self._guarding.feel(level, is_driven=True)
-        prepared = ControllerKnowledge(recorded.assembly, machine, x, 0.0)
-        is_steered = bool(live.get("is_steered"))
-        self._control = LiveControl(
-            prepared, level, lesson=lesson, period_s=period_s, is_steered=is_steered,
-            publishes_later=bool(live.get("publishes_later")),
-        )  # fmt: skip
-        self._prepare()
-        self._guarding.forget(actuators.torque(self._columns["current"][0]))
+            self._finding = np.zeros(1, finding_dtype(len(x)))[0]
+            self._found, self._persons, lesson = 0, 0, None
+            if seconds := live.get("identify_s"):
+                passes = lesson_passes(recorded.assembly, seconds, live["period_s"], _verification(live))
+                lesson = LiveIdentification(
+                    recorded.assembly, seconds, live["period_s"], lambda _row: None, self._newest, passes
+                )
+                self._guarding.feel(level, is_driven=True)
+            prepared = ControllerKnowledge(recorded.assembly, machine, x, 0.0)
+            is_steered = bool(live.get("is_steered"))
+            self._control = LiveControl(
+                prepared, level, lesson=lesson, period_s=period_s, is_steered=is_steered,
+                publishes_later=bool(live.get("publishes_later")),
+            )  # fmt: skip
+            self._prepare()
+            self._guarding.forget(actuators.torque(self._columns["current"][0]))
 
     def fly(self, progress: Progress) -> ReplayedDecisions:
         """Replay all ticks and return the decisions of guard and control."""

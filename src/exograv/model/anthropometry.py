@@ -71,6 +71,8 @@ class Body:
             raise ConfigError(f"height is {self.height_m} m; allowed: 1.2 to 2.2 m. Was it given in cm or feet?")
         if not 30.0 <= self.mass_kg <= 200.0:
             raise ConfigError(f"body mass is {self.mass_kg} kg; allowed: 30 to 200 kg. Was it given in pounds or g?")
+        if self.sex not in TABLE:
+            raise ConfigError(f"sex is '{self.sex}'; the table of the body has: {', '.join(TABLE)}.")
         bmi = self.mass_kg / self.height_m**2
         if not 14.0 <= bmi <= 50.0:
             raise ConfigError(

@@ -1,6 +1,5 @@
 """Conversion of the table of channels to a packed record, its ROS 2 definition, and JSON schemas."""
 
-import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,9 +12,6 @@ from .schema import SCHEMA_VERSION, TICK
 
 CDR_HEADER = b"\x00\x01\x00\x00"
 """Encapsulation of every binary message: plain CDR, little-endian."""
-
-SHOWN_MAX = 60
-"""Most characters of a wrong value in a message."""
 
 TICK_DEFAULTS = {field.name: field.default for field in TICK.fields if field.default is not None}
 """Default values of the fields of a tick that may be omitted."""
@@ -149,38 +145,3 @@ def misfits(channel: Channel, message: Mapping[str, Any]) -> list[str]:
     needed = {field.name for field in channel.fields if not field.optional}
     unknown = [f"unknown '{name}'" for name in message if name not in known]
     return unknown + [f"missing '{name}'" for name in sorted(needed - message.keys())]
-
-
-KINDS: dict[str, tuple[type, ...]] = {
-    "string": (str,), "integer": (int,), "number": (int, float), "boolean": (bool,), "object": (dict,),
-}  # fmt: skip
-"""Python types of a JSON type; a boolean counts as a boolean only."""
-
-
-def wrong_value(fields: tuple[Field, ...], message: object) -> str | None:
-    """Return a sentence about the first field of a JSON message that is missing or of another type; None if all fit.
-
-    Fields that the table does not have are allowed: another version may have written them.
-    """
-    if not isinstance(message, dict):
-        return f"it is {_shown(message)}, not an object."
-    for field in fields:
-        value = message.get(field.name)
-        if value is None:
-            if not (field.optional or field.nullable):
-                return f"'{field.name}' is missing."
-        elif field.size:
-            if not isinstance(value, list) or not all(_is_of(field.type, one) for one in value):
-                return f"'{field.name}' is {_shown(value)}, not a list of values of the type {field.type}."
-        elif not _is_of(field.type, value):
-            return f"'{field.name}' is {_shown(value)}, not of the type {field.type}."
-    return None
-
-
-def _is_of(kind: str, value: object) -> bool:
-    return isinstance(value, KINDS[kind]) and isinstance(value, bool) == (kind == "boolean")
-
-
-def _shown(value: object) -> str:
-    text = json.dumps(value, ensure_ascii=False)
-    return text if len(text) <= SHOWN_MAX else f"{text[:SHOWN_MAX]}…"

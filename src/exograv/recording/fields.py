@@ -37,6 +37,15 @@ class Field:
 
     fields: "tuple[Field, ...]" = ()
 
+    known: "tuple[Field, ...]" = ()
+    """Fields that a reader uses of an `object` with any content; `EACH` describes all fields without their own row."""
+
+    is_positive: bool = False
+    """True if a number must be above zero and finite."""
+
+    holes: bool = False
+    """True if a list may hold null for a value that is not finite."""
+
     since: int = 1
     """First version of the format in which a tick has the field."""
 
@@ -64,6 +73,9 @@ class Channel:
         """Name of the message type in the file."""
         return f"exograv/msg/{self.topic.strip('/').title().replace('_', '')}"
 
+
+EACH = "*"
+"""Name of a field that describes all fields of an object without a row of their own."""
 
 T = Field("t", "number", "s", "time on the rig's clock")
 JOINT: Size = ("joint",)

@@ -1,15 +1,15 @@
 """Recording whose ticks and long channels stay in the file: memory does not grow with its length."""
 
-import json
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from .contents import ChunkPart, Contents, parts_in
-from .encoding import restored, tick_dtype
+from .encoding import tick_dtype
 from .fields import Message
 from .file_content import foreign_messages_refused, read_content
+from .message_check import read_message
 from .reader import Recording, remark_on, settings_of, stream_types, streams_of
 from .schema import CHANNELS, SETTINGS, TICK
 from .stored_messages import StoredMessages
@@ -40,7 +40,7 @@ def _scanned(path: Path) -> Recording:
         size = len(content)
     settings = scan.settings
     none = np.empty(0, tick_dtype(len(settings["joints"])))
-    messages = {topic: scan.channels[topic].messages() for topic in scan.channels}
+    messages = {topic: one.messages(settings) for topic, one in scan.channels.items() if topic != SETTINGS.topic}
     last = scan.last if len(scan.last) else none
     remark = remark_on(scan.path, size, scan.found, last)
     recording = Recording(scan.path, settings, none, remark, messages, stored=scan.ticks)
@@ -56,7 +56,7 @@ class _Channel:
     """Messages of a channel: in memory as long as they are few, otherwise by their places in the file."""
 
     def __init__(self, path: Path, topic: str):
-        self._channel = CHANNELS[topic]
+        self._path, self._channel = path, CHANNELS[topic]
         self._places = StoredMessages(path, self._channel)
         self._texts: list[bytes] | None = []
         self._size = 0
@@ -74,11 +74,12 @@ class _Channel:
         """Return the text of the first message, in a list; empty if there is none."""
         return (self._texts or [])[:1]
 
-    def messages(self) -> list[Message] | StoredMessages:
+    def messages(self, settings: Message) -> list[Message] | StoredMessages:
         """Return all messages of the channel, in memory or read from the file on demand."""
         if self._texts is None:
+            self._places.settings = settings
             return self._places
-        return [restored(self._channel.fields, json.loads(text)) for text in self._texts]
+        return [read_message(self._path, self._channel, text, settings) for text in self._texts]
 
 
 @dataclass

@@ -1,14 +1,14 @@
 """Reader for recordings larger than memory: chosen messages complete, ticks in pieces, in one pass."""
 
-import json
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
 import numpy as np
 
 from .contents import Contents, messages_in
-from .encoding import restored, tick_dtype, unpacked_ticks
+from .encoding import tick_dtype, unpacked_ticks
 from .file_content import read_content
+from .message_check import read_message
 from .reader import Recording, remark_on, settings_of
 from .schema import CHANNELS, SETTINGS, TICK
 
@@ -59,8 +59,9 @@ class RecordingPass:
                 pass
         settings = settings_of(self.path, self._parts[SETTINGS.topic])
         messages = {
-            topic: [restored(CHANNELS[topic].fields, json.loads(data)) for data in parts]
+            topic: [read_message(self.path, CHANNELS[topic], data, settings) for data in parts]
             for topic, parts in self._parts.items()
+            if topic != SETTINGS.topic
         }
         none = np.empty(0, tick_dtype(len(settings["joints"])))
         last = self._last if len(self._last) else none

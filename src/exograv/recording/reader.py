@@ -1,6 +1,5 @@
 """Reader of recordings, also of those whose writer was killed: all up to the last complete chunk."""
 
-import json
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,9 +13,10 @@ from exograv.errors import RecordingError
 from .computing_times import FIELDS, ComputingTimes, computing_times
 from .contents import Contents, FileEnding, examine
 from .device_stream import DeviceStream, joined
-from .encoding import restored, unpacked_ticks, wrong_value
+from .encoding import unpacked_ticks
 from .fields import Message
 from .file_content import foreign_messages_refused, read_content
+from .message_check import read_message
 from .schema import CHANNELS, PACKED_VERSION, SETTINGS, TICK
 from .stored_ticks import StoredTicks
 from .stream_block import TOPICS, StreamBlock, unpacked, value_type_of
@@ -131,9 +131,9 @@ def _read(path: Path) -> Recording:
     settings = settings_of(path, parts["/settings"])
     ticks = unpacked_ticks(packed, len(settings["joints"]), settings["schema_version"])
     messages = {
-        topic: [restored(channel.fields, json.loads(data)) for data in parts[topic]]
+        topic: [read_message(path, channel, data, settings) for data in parts[topic]]
         for topic, channel in CHANNELS.items()
-        if channel is not TICK
+        if channel not in (TICK, SETTINGS)
     }
     streams = streams_of(found, _blocks(found, parts), messages, ticks)
     return Recording(path, settings, ticks, remark_on(path, size, found, ticks), messages, streams)
@@ -173,10 +173,7 @@ def settings_of(path: Path, messages: list[bytes]) -> Message:
         raise RecordingError(
             f"{path} holds no /settings: exograv did not write it, or it was cut before its first chunk."
         )
-    settings = json.loads(messages[0])
-    wrong = wrong_value(SETTINGS.fields, settings)
-    if wrong is not None:
-        raise RecordingError(f"{path} is damaged: in its /settings {wrong} Give the recording as exograv wrote it.")
+    settings = read_message(path, SETTINGS, messages[0])
     if settings["schema_version"] not in READABLE:
         raise RecordingError(
             f"{path} has version {settings.get('schema_version')} of the recording format; this exograv reads up to "

@@ -1,5 +1,6 @@
 """Table of the recording format; writer, reader and the page of channels in the documentation are made from it."""
 
+from . import nested_fields as inside
 from .fields import JOINT, LIST, POINTS, Channel, Field, T, fields_of
 from .messages import ClockCorrection, StreamNote, TimingMessage
 from .task_channels import AIRCRAFT, TASK
@@ -44,7 +45,14 @@ SETTINGS = Channel(
         Field("disturbance_level", "integer", "-", "level of the twin, 0–4", optional=True),
         Field("seed", "integer", "-", "seed of the run", optional=True),
         Field("gravity_level", "number", "-", "felt share of the arm's own weight", optional=True),
-        Field("wearer", "object", "-", "data of the wearer as entered: height_m, mass_kg, sex …", optional=True),
+        Field(
+            "wearer",
+            "object",
+            "-",
+            "data of the wearer as entered: height_m, mass_kg, sex …",
+            optional=True,
+            known=inside.WEARER,
+        ),
         Field(
             "targets_Nm",
             "number",
@@ -54,9 +62,16 @@ SETTINGS = Channel(
             optional=True,
         ),
         Field("limits", "object", "-", "limits of the envelope, unit in each name", optional=True),
-        Field("hashes", "object", "-", "SHA-256 of rig and settings files", optional=True),
-        Field("versions", "object", "-", "versions of exograv and of the packages that affect results", optional=True),
-        Field("settings", "object", "-", "settings of all rooms, unchanged", optional=True),
+        Field("hashes", "object", "-", "SHA-256 of rig and settings files", optional=True, known=inside.EACH_TEXT),
+        Field(
+            "versions",
+            "object",
+            "-",
+            "versions of exograv and of the packages that affect results",
+            optional=True,
+            known=inside.EACH_TEXT,
+        ),
+        Field("settings", "object", "-", "settings of all rooms, unchanged", optional=True, known=inside.ROOMS),
     ),
 )
 
@@ -97,6 +112,7 @@ ESTIMATE = Channel(
             JOINT,
             optional=True,
             nullable=True,
+            holes=True,
         ),
         Field("outcome", "string", "-", "the estimator's sentence for the operator"),
     ),
@@ -110,8 +126,8 @@ LEFT_OVER = Channel(
     (
         T,
         Field("motion_s", "number", "s", "seconds of motion since the first sample of the identification"),
-        Field("total", "number", "N·m", "exoskeleton and arm, RMS over the held-out postures", JOINT),
-        Field("arm", "number", "N·m", "arm alone, RMS over the held-out postures", JOINT, optional=True),
+        Field("total", "number", "N·m", "exoskeleton and arm, RMS over the held-out postures", JOINT, holes=True),
+        Field("arm", "number", "N·m", "arm alone, RMS over the held-out postures", JOINT, optional=True, holes=True),
     ),
 )
 
@@ -135,9 +151,21 @@ RESULT = Channel(
     (
         T,
         Field(
-            "left_over_rms_Nm", "object", "N·m", "`total` and `arm`, each by name of a stage, per joint", optional=True
+            "left_over_rms_Nm",
+            "object",
+            "N·m",
+            "`total` and `arm`, each by name of a stage, per joint",
+            optional=True,
+            known=inside.LEFT_OVER,
         ),
-        Field("identification", "object", "-", "how the identification ended, when, and why", optional=True),
+        Field(
+            "identification",
+            "object",
+            "-",
+            "how the identification ended, when, and why",
+            optional=True,
+            known=inside.IDENTIFICATION,
+        ),
         Field(
             "identifiability",
             "object",
@@ -154,19 +182,44 @@ RESULT = Channel(
             optional=True,
             nullable=True,
         ),
-        Field("parameters", "object", "-", "name, unit, truth, prior, estimate, ci95", LIST, optional=True),
+        Field(
+            "parameters",
+            "object",
+            "-",
+            "name, unit, truth, prior, estimate, ci95",
+            LIST,
+            optional=True,
+            known=inside.PARAMETER,
+        ),
         Field(
             "comparison",
             "object",
             "-",
             "place among other simulated wearers by true left over: text, others_Nm, lower, reached, date",
             optional=True,
+            known=inside.COMPARISON,
         ),
-        Field("known_weight", "object", "kg", "true_kg, estimated_kg, ci95_kg", optional=True),
-        Field("float", "object", "-", "gravity_level, drift_deg per joint, window_s", optional=True),
+        Field(
+            "known_weight",
+            "object",
+            "kg",
+            "true_kg, estimated_kg, ci95_kg",
+            optional=True,
+            known=inside.KNOWN_WEIGHT,
+        ),
+        Field(
+            "float", "object", "-", "gravity_level, drift_deg per joint, window_s", optional=True, known=inside.FLOATED
+        ),
         Field("calibration", "object", "-", "empty machine", LIST, optional=True, fields=CALIBRATION_FIELDS),
-        Field("calibration_used", "object", "-", "stored (hash, measured_utc, warning) or of this run", optional=True),
-        Field("task", "object", "-", "windows, touches and deviations of a session", optional=True),
+        Field(
+            "calibration_used",
+            "object",
+            "-",
+            "stored (hash, measured_utc, warning) or of this run",
+            optional=True,
+            known=inside.CALIBRATION_USED,
+        ),
+        Field("task", "object", "-", "windows, touches and deviations of a session", optional=True, known=inside.TASK),
         Field("simulated_s", "number", "s", "simulated time", optional=True),
         Field("rig", "string", "-", "name of the machine", optional=True),
         Field("method", "string", "-", "identification method", optional=True),
@@ -211,9 +264,23 @@ CONTROL = Channel(
             "of a new controller: `empty` (machine alone), `arm`, `other` (its torque cannot be replayed)",
             optional=True,
         ),
-        Field("period_s", "number", "s", "of a pilot: time between two ticks", optional=True),
-        Field("actuators", "object", "N·m/A", "of a pilot: `gain` and `gain_sd` per joint", optional=True),
-        Field("machine", "object", "SI", "of an arm's controller: the machine as calibrated", optional=True),
+        Field("period_s", "number", "s", "of a pilot: time between two ticks", optional=True, is_positive=True),
+        Field(
+            "actuators",
+            "object",
+            "N·m/A",
+            "of a pilot: `gain` and `gain_sd` per joint",
+            optional=True,
+            known=inside.ACTUATORS,
+        ),
+        Field(
+            "machine",
+            "object",
+            "SI",
+            "of an arm's controller: the machine as calibrated",
+            optional=True,
+            known=inside.MACHINE,
+        ),
         Field("x", "number", "SI", "parameters of the arm that the controller gets", LIST, optional=True),
         Field(
             "q",
@@ -227,7 +294,7 @@ CONTROL = Channel(
         Field("place", "string", "-", "of a known weight: `hand`, `forearm`, or a mount", optional=True),
         Field("mass_kg", "number", "kg", "known weight that is carried from now on", optional=True),
         Field("side", "string", "-", "of two arms, the one whose motion the other follows; null: none", optional=True),
-        Field("person", "object", "SI", "limits of the person in the machine", optional=True),
+        Field("person", "object", "SI", "limits of the person in the machine", optional=True, known=inside.PERSON),
         Field("gravity_level", "number", "-", "share of the arm's weight that is to be felt", optional=True),
         Field("ramp_s", "number", "s", "shortest duration of the ramp", optional=True),
         Field("is_driven", "boolean", "-", "true if the person is moved along a path", optional=True),

@@ -1,22 +1,23 @@
 """Messages that stay in the file: each is read again when it is asked for."""
 
-import json
 from array import array
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import overload
 
 from .contents import chunk_data, message_data
-from .encoding import restored
 from .fields import Channel, Message
 from .file_content import foreign_messages_refused, read_content
+from .message_check import read_message
 
 
 class StoredMessages(Sequence[Message]):
     """Messages of a JSON channel in a file, with one chunk in memory at a time."""
 
     def __init__(self, path: Path, channel: Channel):
-        self._path, self._fields = path, channel.fields
+        self._path, self._channel = path, channel
+        self.settings: Message = {}
+        """Settings of the recording, against which the messages are checked."""
         self._chunks, self._offsets = array("Q"), array("L")
         self._last: tuple[int, bytes] = (-1, b"")
 
@@ -42,7 +43,8 @@ class StoredMessages(Sequence[Message]):
             with read_content(self._path) as content:
                 self._last = chunk, chunk_data(content, chunk)
         with foreign_messages_refused(self._path):
-            return restored(self._fields, json.loads(message_data(self._last[1], offset)))
+            text = bytes(message_data(self._last[1], offset))
+            return read_message(self._path, self._channel, text, self.settings)
 
     def __iter__(self) -> Iterator[Message]:
         yield from (self[k] for k in range(len(self)))

@@ -119,7 +119,7 @@ def parameter_names(assembly: Assembly) -> list[str]:
 def parameter_rows(
     assembly: Assembly, mean: Float[np.ndarray, " parameter"], covariance: Float[np.ndarray, "parameter parameter"]
 ) -> list[ParameterRow]:
-    """Return the rows of the file: the person's share of all estimated parameters."""
+    """Return the rows of the file: those estimated parameters that belong to the person and not to the machine."""
     kept = kept_part(ParameterLayout.of(assembly))
     units = list(names_and_units(assembly))[kept]
     return [

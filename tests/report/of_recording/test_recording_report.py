@@ -20,7 +20,7 @@ from exograv.report.style.page import page_text
 from exograv.study.targets import joint_groups, targets
 
 JOINTS = ("shoulder_flexion", "elbow_flexion")
-VOID = {"meta", "br", "img", "link", "input", "hr"}
+VOID = {"meta", "wbr", "br", "img", "link", "input", "hr"}
 
 
 def render(recording: Recording) -> str:

@@ -201,7 +201,7 @@ class CampaignFigures:
     proved_by: Mapping[str, Sequence[str]] = field(
         default_factory=lambda: {row.id: row.proved_by for row in TESTED_FAULTS}
     )
-    """Tests by identifier, for faults without a scenario."""
+    """Tests that show a fault without a scenario, by the identifier of the fault, such as F19."""
 
     not_yet: Mapping[str, str] = field(default_factory=lambda: dict(UNTESTED_FAULTS))
     live: StruckRun | None = None

@@ -116,7 +116,7 @@ def _conditions(outcome: StudyOutcome) -> Iterator[str]:
 
 
 def _sessions(told: Mapping[str, ConditionFigures]) -> Iterator[str]:
-    """Sentences on the sessions before E and before E₀, because the practice in other sessions is part of transfer."""
+    """Sentences on the number of sessions before each flight. A difference of practice is part of the transfer."""
     by_number = dict[tuple[int, tuple[int, ...]], list[str]]()
     for name, of in told.items():
         if of.sessions_familiarised:

@@ -37,7 +37,7 @@ def _show(result: "CheckResult", rig: str) -> None:
         console.print(f"Picture: {result.picture}", soft_wrap=True)
     if result.ok:
         console.print("[bold green]The machine has no problems.[/]")
-        say(f"Next: `exograv view {rig}` shows it with a person.")
+        say(f"Next: `exograv data view {rig}` shows it with a person.")
         if any(row.limit is not None for row in result.torque_Nm or []):
             say(f"`exograv rig test {rig} --simulate` practises to bring up its drives.")
     else:

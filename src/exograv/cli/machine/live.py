@@ -31,7 +31,7 @@ def run_live_command(options: LiveOptions, person: PersonForm, common: OutFolder
     show_live(result)
     if options.identify_s and result.identified is None:
         print(NOT_LEARNED.format(result.findings))
-    say_unbroken(f"Next: exograv view {result.recording}, or exograv data replay {result.recording}")
+    say_unbroken(f"Next: exograv data view {result.recording}, or exograv data replay {result.recording}")
     return result
 
 

@@ -38,6 +38,8 @@ def run_add(given: Files, options: AddOptions) -> dict[str, Any]:
         if one.what != "ignored":
             print(f"{one.file}: {one.what}. {one.sentence}" + (f" {one.remark}" if one.remark else ""))
     print(", ".join(f"{count} {what}" for what, count in counts.items()) or "No file was found.")
+    if counts.keys() == {"ignored"}:
+        print(outcomes[0].sentence)
     files = [
         {"file": one.file, "what": one.what, "sentence": one.sentence, "remark": one.remark}
         | ({} if one.key is None else one.key._asdict())

@@ -97,7 +97,10 @@ class PlannedPower:
 
 
 def run_power(command: PowerAssumptions, asked: CurveOptions, price: Price, common: OutFolder) -> PlannedPower:
-    """Compute how many people the next study needs, from a pilot or assumptions. All spreads are of log deviation."""
+    """Compute how many people the next study needs, from a pilot or assumptions.
+
+    All standard deviations are those of the natural logarithm of the deviation from the target.
+    """
     from exograv.cli.shell.terminal import bars
     from exograv.report.study_figures.power import draw
     from exograv.report.style.figure_style import write_picture

@@ -1,4 +1,4 @@
-// Page of `exograv view`: a machine with a slider for each joint, or a recording with a time slider.
+// Page of `exograv data view`: a machine with a slider for each joint, or a recording with a time slider.
 import { View3d } from "./view3d.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];

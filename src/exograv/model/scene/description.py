@@ -51,7 +51,7 @@ class SceneJoint:
 
 @dataclass(frozen=True)
 class Shape:
-    """Rounded body on a body of the machine, or on the base."""
+    """Shape to draw, such as a capsule or a mesh, fixed to a body of the machine or to the base."""
 
     kind: Literal["capsule", "cylinder", "ring", "ball", "box", "hand", "mesh"]
     body: int

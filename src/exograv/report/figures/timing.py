@@ -59,5 +59,7 @@ def _envelope_sentence(recording: Recording) -> str:
     share = recording.computing_times.limited_share
     if not share.any():
         return "The envelope did not change any torque."
-    words = ", ".join(f"{joint_label(j)} {s:.2%}" for j, s in zip(recording.joints, share, strict=True) if s > 0)
+    words = ", ".join(
+        f"{joint_label(j)} {100.0 * s:.2f} %" for j, s in zip(recording.joints, share, strict=True) if s > 0
+    )
     return f"Share of the ticks in which the envelope limited the torque: {words}."

@@ -1,8 +1,11 @@
 """Tables of the report as text, so that a reader can copy them. A table without rows has no chapter."""
 
 import json
+import re
 from collections.abc import Sequence
 from typing import Any
+
+from markupsafe import Markup, escape
 
 from exograv.recording import Recording
 from exograv.recording.fields import Message
@@ -70,10 +73,15 @@ def event_table(recording: Recording) -> Chapter | None:
 def settings_table(recording: Recording) -> Chapter | None:
     """Return all settings that are needed to repeat the run; files and long lists are folded."""
     settings = [(name, value, _plain(value)) for name, value in _flat(recording.settings)]
-    rows = [(name, text) for name, _, text in settings if len(text) <= FOLDED_FROM]
+    rows = [(_breakable(name), text) for name, _, text in settings if len(text) <= FOLDED_FROM]
     folded = [Folded(*_file(name, value)) for name, value, text in settings if len(text) > FOLDED_FROM]
     note = "With these settings and the same version of the software, the run can be repeated exactly."
     return _chapter("Settings", note, ("name", "value"), rows, folded)
+
+
+def _breakable(name: str) -> Markup:
+    """Return a name that a narrow page breaks after a dot or an underscore, not within a word."""
+    return Markup(re.sub(r"(?<=[._])(?=\w)", "<wbr>", str(escape(name))))
 
 
 def _file(name: str, value: Any) -> tuple[str, str]:

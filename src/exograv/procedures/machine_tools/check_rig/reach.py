@@ -74,7 +74,7 @@ def spread(lower: np.ndarray, upper: np.ndarray, count: int) -> Postures:
 
 
 def reach(donned: Donned) -> list[ArmReach]:
-    """Reach of each arm. The arm lies in the machine as at donning."""
+    """Reach of the fingertip of each arm, with the arm in the machine as the cuffs were closed."""
     assembly = donned.assembly
     tips = _tips(donned)
     everywhere = _at(tips, spread(*box(assembly), SAMPLES))

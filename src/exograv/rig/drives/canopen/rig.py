@@ -1,4 +1,8 @@
-"""Driver of a machine of CiA 402 drives. The host gives the clock by SYNC; the drives measure, obey and watch it."""
+"""Driver of a machine of CiA 402 drives.
+
+The host sends SYNC in every period. At SYNC each drive measures, and takes its command. Without commands the drive's
+watchdog brakes.
+"""
 
 from collections.abc import Sequence
 from typing import ClassVar
