@@ -5,8 +5,9 @@ import os
 from pathlib import Path
 
 from exograv.safety.native import build
+from exograv.safety.native.structs import layout_in
 
-from .record import LockStep
+from . import record
 
 COMPILED = Path(__file__).with_name("lock_step.native")
 """File of the compiled tick, beside its source."""
@@ -28,7 +29,11 @@ def load(path: Path = COMPILED) -> ctypes.PyDLL | None:
     if not path.exists():
         return None
     library = ctypes.PyDLL(str(path))  # the lock of the interpreter stays: a tick is shorter than a switch of threads
-    if ctypes.c_int64.in_dll(library, "lock_step_size").value != ctypes.sizeof(LockStep):
+    try:
+        layout = ctypes.c_int64.in_dll(library, "lock_step_layout").value
+    except ValueError:  # a library from before check sums
+        return None
+    if layout != layout_in(record.text()):
         return None
     library.lock_step_tick.argtypes, library.lock_step_tick.restype = [ctypes.c_void_p], ctypes.c_int64
     return library

@@ -10,8 +10,8 @@
 
 #include "record.h"
 
-/* Size of the record: a library that was made from another layout is not used. */
-const int64_t lock_step_size = sizeof(lock_step);
+/* Check sum of the record and its constants: a library that was made from others is not used. */
+const int64_t lock_step_layout = LAYOUT_OF_LOCK_STEP;
 
 typedef void kernel(void *memory);
 typedef void half(void *model, void *data);
