@@ -291,7 +291,10 @@ void guard_carried(double *restrict r, double *restrict w, double level)
     long now;
     long value;
     long pull;
+    long arm;
     long k;
+    double one;
+    double two;
     long j;
     double q;
     double tau;
@@ -323,34 +326,42 @@ void guard_carried(double *restrict r, double *restrict w, double level)
         value = (now + size);
         pull = ((value - leaves) - values);
         if ((level != w[1])) {
+            arm = (exo + size);
             const long t9 = size;
-            for (k = 0; k < t9; k += 1) {
-                w[(now + k)] = (w[(exo + k)] + ((1.0 - level) * w[((exo + size) + k)]));
+            for (k = 0; k < t9; k += 2) {
+                const double t10 = (w[(exo + k)] + ((1.0 - level) * w[(arm + k)]));
+                const double t11 = (w[((exo + k) + 1)] + ((1.0 - level) * w[((arm + k) + 1)]));
+                one = t10;
+                two = t11;
+                const double t12 = one;
+                const double t13 = two;
+                w[(now + k)] = t12;
+                w[((now + k) + 1)] = t13;
             }
         }
         w[value] = 1.0;
-        const long t10 = joints;
-        for (j = 0; j < t10; j += 1) {
+        const long t14 = joints;
+        for (j = 0; j < t14; j += 1) {
             q = r[(Q + (long)(w[(index + j)]))];
             w[((value + 1) + (2 * j))] = cos(q);
             w[((value + 2) + (2 * j))] = sin(q);
         }
         guard_multiply(w, value, run, ahead);
         if ((leaves > 0)) {
-            const long t11 = values;
-            for (k = 0; k < t11; k += 1) {
+            const long t15 = values;
+            for (k = 0; k < t15; k += 1) {
                 w[(pull + k)] = w[((pull - values) + k)];
             }
             guard_derive(w, value, pull, run, runs);
         }
-        const long t12 = joints;
-        for (j = 0; j < t12; j += 1) {
+        const long t16 = joints;
+        for (j = 0; j < t16; j += 1) {
             tau = guard_row_sum(w, (now + (j * products)), value, products);
             if ((leaves > 0)) {
-                const long t13 = (1 + (2 * j));
-                const long t14 = (2 + (2 * j));
-                cosine = t13;
-                sine = t14;
+                const long t17 = (1 + (2 * j));
+                const long t18 = (2 + (2 * j));
+                cosine = t17;
+                sine = t18;
                 tau += ((w[(pull + sine)] * w[(value + cosine)]) - (w[(pull + cosine)] * w[(value + sine)]));
             }
             r[(CARRIED + (long)(w[(index + j)]))] = tau;

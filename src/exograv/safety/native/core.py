@@ -168,8 +168,10 @@ def carried(r: Record, w: Record, level: float) -> None:
         value = now + size
         pull = value - leaves - values
         if level != w[1]:
-            for k in range(size):
-                w[now + k] = w[exo + k] + (1.0 - level) * w[exo + size + k]
+            arm = exo + size
+            for k in range(0, size, 2):  # `size` is even
+                one, two = w[exo + k] + (1.0 - level) * w[arm + k], w[exo + k + 1] + (1.0 - level) * w[arm + k + 1]
+                w[now + k], w[now + k + 1] = one, two
         w[value] = 1.0
         for j in range(joints):
             q = r[Q + int(w[index + j])]
