@@ -35,7 +35,8 @@ def test_a_mean_is_the_same_for_arrays_of_any_layout():
     for k in range(200):
         rows = generator.standard_normal((4, JOINTS))
         one = plain.take(Sample(0.001 * k, rows[0], rows[1], rows[2], rows[3]))
-        other = strided.take(Sample(0.001 * k, *(np.repeat(row, 2)[::2] for row in rows)))
+        q, v, a, tau = (np.repeat(row, 2)[::2] for row in rows)
+        other = strided.take(Sample(0.001 * k, q, v, a, tau))
         assert (one is None) == (other is None)
         if one is not None and other is not None:
             means += 1
