@@ -13,7 +13,8 @@ from tests import preloaded
 from tests.waiting import wait_until
 
 from exograv import __version__
-from exograv.campaigns.faults.figures import FaultFigures, HandFigures, ReactionTimes, figures_of
+from exograv.campaigns.faults.evaluation import figures_of
+from exograv.campaigns.faults.figures import FaultFigures, HandFigures, ReactionTimes
 from exograv.cli import FORMER_NAMES, GROUPS, START, resolved, was_keyboard
 from exograv.cli.shell.terminal import show_demo
 from exograv.cli.simulation.faults import show_faults

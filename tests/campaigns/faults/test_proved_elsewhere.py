@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 import exograv
+from exograv.campaigns.faults.evaluation import figures_of
 from exograv.campaigns.faults.fault_table import FAULTS
 from exograv.campaigns.faults.fault_tests import TESTED_FAULTS, UNTESTED_FAULTS
 from exograv.campaigns.faults.figures import (
@@ -16,7 +17,6 @@ from exograv.campaigns.faults.figures import (
     StrikeFigures,
     Strikes,
     StruckRun,
-    figures_of,
 )
 from exograv.campaigns.faults.strikes import KINDS
 

@@ -5,10 +5,11 @@ import pytest
 
 from exograv.campaigns.faults.fault_plant import TruthSample
 from exograv.campaigns.faults.fault_table import FAULTS
+from exograv.campaigns.faults.judging import detection_begin
 from exograv.campaigns.faults.machine_faults import WeakMotor
 from exograv.campaigns.faults.oracle import Judgement
 from exograv.campaigns.faults.person_faults import PersonPush
-from exograv.campaigns.faults.scenario import Scenario, _begin, _verdict
+from exograv.campaigns.faults.scenario import Scenario, _verdict
 from exograv.campaigns.faults.scenario_log import RELEASE_MS, ScenarioLog, TruthWatch
 from exograv.safety.guard import SafeState
 from exograv.safety.stops import StopReason
@@ -36,7 +37,7 @@ def told(*stretches: tuple[int, float]) -> np.ndarray:
 
 def weak_begin(course: ScenarioLog, torque: np.ndarray) -> float:
     fault = weak_motor()
-    return _begin(course, FAULTS["F11"], fault.shows(torque, NOISE_NM))
+    return detection_begin(course, FAULTS["F11"], fault.shows(torque, np.zeros(torque.shape, bool), NOISE_NM))
 
 
 def test_a_weak_motors_time_begins_when_it_is_told_more_than_noise_can_hide():
@@ -127,7 +128,7 @@ def test_what_shows_in_motion_is_not_asked_for_where_the_joint_has_come_to_rest_
     ):
         moves = flown(speeds).moves
         assert not moves[:, 0].any()
-        assert _begin(none, FAULTS["F02"], moves[:, 1]) == begin
+        assert detection_begin(none, FAULTS["F02"], moves[:, 1]) == begin
 
 
 def test_a_push_ends():

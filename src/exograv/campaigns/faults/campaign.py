@@ -19,10 +19,11 @@ from exograv.runtime.processes.process_pool import ProcessPool, Tell, in_order
 from .checkpoint import KeptVerdicts
 from .drive_plant import driven_ground
 from .driver_faults import ALL, ONLY_DRIVES
+from .evaluation import course_of, figures_of
 from .fault_participants import load_participant, prepare_participant
 from .fault_plant import FaultParticipant, PlantSource
-from .fault_table import FAULTS, Fault
-from .figures import CampaignFigures, Strikes, course_of, figures_of
+from .fault_table import EARLIER, FAULTS, Fault
+from .figures import CampaignFigures, Strikes
 from .options import FaultOptions
 from .process_faults import strike
 from .scenario import THE_TWIN, Scenario, ScenarioVerdict, fly, is_bad, names_of, shrunk
@@ -88,7 +89,7 @@ class Campaign(FaultOptions):
     @property
     def numbers(self) -> range:
         """Numbers of all scenarios. Through a driver, faults that only drives have are flown as often as a row."""
-        own = 0 if self.through is None else len(ONLY_DRIVES) * math.ceil(self.scenarios / len(FAULTS))
+        own = 0 if self.through is None else len(ONLY_DRIVES) * math.ceil(self.scenarios / len(EARLIER))
         return range(self.scenarios + own)
 
 

@@ -3,14 +3,18 @@
 import contextlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
 
+from exograv.dynamics.parameters import Parameters
 from exograv.errors import RigError
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.person_limits import limits_of_table
+from exograv.loop.plausible_table import TableMaker
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin import Twin
 from exograv.safety.limits import Limits, PersonLimits
@@ -31,6 +35,17 @@ class FaultParticipant:
     controller: ArmController
     limits: Limits
     person: PersonLimits
+    strangers: Float[np.ndarray, "person phi"]
+    """Inertial parameters of other persons' arms in this machine, without error."""
+
+    @cached_property
+    def _tables(self) -> TableMaker:
+        """Maker of the guard's tables, made at the first use: it takes seconds."""
+        return TableMaker(self.prepared.assembly, self.prepared.machine, self.prepared.x)
+
+    def limits_with(self, x: Parameters) -> PersonLimits:
+        """Limits of the guard for other arm parameters in this machine."""
+        return limits_of_table(self.prepared.assembly, self._tables.table(x))
 
 
 class FlightStart(NamedTuple):
@@ -79,6 +94,14 @@ class World(Protocol):
 
     def turn_motor(self, joint: int, factor: float) -> None:
         """Scale the torque constant of a motor from now on."""
+        ...
+
+    def feel_gravity(self, g: Float[np.ndarray, " 3"]) -> None:
+        """Let the machine feel this specific force from now on, along the axes of a level base [-]."""
+        ...
+
+    def slide_cuff(self, name: str, along_m: float) -> None:
+        """Move the rest place of a cuff along the limb, away from where it was fastened [m]."""
         ...
 
     def at_bench(self, word: str, joint: int | None = None, number: float | None = None) -> None:
@@ -202,6 +225,14 @@ class TwinPlant:
     def turn_motor(self, joint: int, factor: float) -> None:
         """Scale the motor's torque constant. Status and measurement of the motor change with it."""
         self._twin.turn_motor(joint, factor)
+
+    def feel_gravity(self, g: Float[np.ndarray, " 3"]) -> None:
+        """Turn gravity, as a tilted base does."""
+        self._twin.fly(g)
+
+    def slide_cuff(self, name: str, along_m: float) -> None:
+        """Slide the cuff along the limb."""
+        self._twin.slide_cuff(name, along_m)
 
     def at_bench(self, word: str, joint: int | None = None, number: float | None = None) -> None:
         """Reject the command: the twin has no bench.

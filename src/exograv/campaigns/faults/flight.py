@@ -10,12 +10,13 @@ from jaxtyping import Float
 
 from exograv.loop.control_step import NO_MEASUREMENT, ControlStep, Decision
 from exograv.loop.output_feedback import OutputFeedback
+from exograv.rig.twin import TwinDivergedError
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import ControlRequest, Guard, SafeState
 from exograv.safety.person import GuardedPerson
 from exograv.signals import Command, JointState, Reference
 
-from .fault_plant import FaultParticipant, FaultPlant
+from .fault_plant import FaultParticipant, FaultPlant, TruthSample
 from .injector import Injector
 from .oracle import EnvelopeOracle
 from .person_faults import StopPressed
@@ -49,10 +50,18 @@ class FaultFlight:
         self._oracle = EnvelopeOracle(participant.limits, participant.person, period_s)
         self._faults, still = faults, np.zeros(len(posture))
         self._last = Command(stand.t, NO_MEASUREMENT, stand.t, still, still)
-        self.watch = TruthWatch(min((fault.onset for fault in faults), default=None), round(1e3 * period_s))
+        for fault in faults:
+            fault.begin(stand)
+        onset = min((fault.onset for fault in faults), default=None)
+        self.watch = TruthWatch(onset, round(1e3 * period_s), participant.person.table)
 
-    def fly(self, ticks: int) -> ScenarioLog:
-        """Run this number of ticks. An exception is noted in the log."""
+    def fly(self, ticks: int, healthy: Sequence[TruthSample] = ()) -> ScenarioLog:
+        """Run this number of ticks. An exception is noted in the log.
+
+        Args:
+            ticks: Number of ticks.
+            healthy: Truth of the same flight without its faults; empty if no criterion compares with it.
+        """
         course = self.watch.course
         try:
             for tick in range(ticks):
@@ -60,7 +69,10 @@ class FaultFlight:
                 course.ticks += 1
         except Exception as error:  # noqa: BLE001 - a crash of the software is a finding of the campaign
             course.crashed = f"{type(error).__name__}: {error}"
-        return self.watch.finish(self._oracle.judge(), self._stand.sights())
+            course.diverged = isinstance(error, TwinDivergedError)
+        for fault in self._faults:
+            fault.report(course)
+        return self.watch.finish(self._oracle.judge(), self._stand.sights(), healthy)
 
     def _tick(self, tick: int) -> None:
         state = self._stand.read()

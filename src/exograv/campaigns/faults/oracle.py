@@ -134,6 +134,25 @@ def carrying(table: PlausibleTable, q: Rows, gravity_level: Float[np.ndarray, " 
     return tau
 
 
+def power_beyond(
+    table: PlausibleTable, tau: Rows, q: Rows, v: Rows, gravity_level: Float[np.ndarray, " tick"]
+) -> Float[np.ndarray, " tick"]:
+    """Power of the commanded torque into the person, beyond carrying and beyond calibrated friction [W].
+
+    Args:
+        table: Torque that carries this person's arm.
+        tau: Commanded torque [N·m].
+        q: True joint positions [rad].
+        v: True joint velocities [rad/s].
+        gravity_level: Felt share of the arm's weight [-].
+    """
+    over = tau - carrying(table, q, gravity_level)
+    friction = table.dry + table.viscous * np.abs(v)
+    drives = over * v > 0.0
+    over = np.where(drives, np.sign(over) * np.maximum(np.abs(over) - friction, 0.0), over)
+    return (over * v).sum(axis=1)
+
+
 def _features(chain: LimbTable, q: Rows) -> Float[np.ndarray, "tick feature"]:
     """Products of 1, cos or sin of each joint with a limited number of factors; the first joint changes fastest."""
     products, factors = np.ones((len(q), 1)), np.zeros(1)

@@ -64,6 +64,10 @@ class Truth:
     """Muscle torque of the wearer, voluntary and involuntary [N·m]."""
 
 
+class TwinDivergedError(RigError):
+    """Simulation whose velocities are not finite any more."""
+
+
 class Twin:
     """`Rig` simulated in MuJoCo.
 
@@ -162,7 +166,8 @@ class Twin:
         """Give the drives a current and advance by one period.
 
         Raises:
-            RigError: The current is not finite, or the simulation has diverged.
+            RigError: The current is not finite.
+            TwinDivergedError: A velocity is not finite.
         """
         # A sum of Python numbers, here and below: NumPy's reductions take ten times as long for four numbers.
         if not math.isfinite(sum(command.current.tolist())):
@@ -186,7 +191,7 @@ class Twin:
         self._steps += SUBSTEPS
         self._measured = None
         if not math.isfinite(sum(self._velocity.tolist())):
-            raise RigError(
+            raise TwinDivergedError(
                 f"The twin diverged before {self.t:.3f} s: a velocity is not finite. The cause is usually a command "
                 "outside every limit; look at the commands before this time."
             )
@@ -215,6 +220,14 @@ class Twin:
             RigError: The mount does not exist, the machine has no wearer to hold the weight, or the mass is negative.
         """
         self._scene.hang(mount, mass_kg)
+
+    def slide_cuff(self, name: str, along_m: float) -> None:
+        """Move the rest place of a cuff along the limb, away from where it was fastened [m]; for examiners only.
+
+        Raises:
+            RigError: The cuff does not exist, or the machine has no wearer.
+        """
+        self._scene.slide_cuff(name, along_m)
 
     def fly(self, g: Float[np.ndarray, " 3"]) -> None:
         """Accelerate the room as in an aircraft from now on.
