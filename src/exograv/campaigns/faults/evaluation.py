@@ -35,7 +35,7 @@ def figures_of(
     """Compute the figures of all scenarios of a campaign."""
     quiet_h = sum(v.quiet_s for v in verdicts) / 3600.0
     false = [v for v in verdicts if v.false_trip]
-    pairs = [v for v in verdicts if len(v.scenario.faults) == 2 and not v.false_trip]
+    pairs = [v for v in verdicts if len(v.scenario.faults) > 1 and not v.false_trip]
     return CampaignFigures(
         ok=not any(map(is_bad, verdicts)),
         scenarios=len(verdicts),

@@ -184,7 +184,7 @@ class Strikes:
 
 @dataclass(frozen=True)
 class PairFigures:
-    """Scenarios with two faults at the same time, judged by the sum of both budgets."""
+    """Scenarios with two or more faults at the same time, judged by the sum of their budgets."""
 
     runs: int
     missed: int
@@ -272,6 +272,15 @@ class CampaignFigures:
         default_factory=lambda: {row.id: row.proved_by for row in TESTED_FAULTS}
     )
     """Tests by identifier, for faults without a scenario."""
+
+    flown_by: Mapping[str, Sequence[str]] = field(
+        default_factory=lambda: {
+            row.id: [f"exograv dev process-faults --only {cell}" for cell in row.cells]
+            for row in TESTED_FAULTS
+            if row.cells
+        }
+    )
+    """Commands by identifier that fly a fault at real processes."""
 
     not_yet: Mapping[str, str] = field(default_factory=lambda: dict(UNTESTED_FAULTS))
     live: StruckRun | None = None
