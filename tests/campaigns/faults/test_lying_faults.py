@@ -6,6 +6,7 @@ import pytest
 from exograv.campaigns.faults import lying_faults as of_lies
 from exograv.campaigns.faults.fault_table import EARLIER, FAULTS, LATER
 from exograv.campaigns.faults.scenario import LATER_EVERY, Scenario
+from exograv.loop.arm_controller import ArmController
 from exograv.signals import JointState, TorqueSource
 
 JOINTS, ONSET = 4, 10
@@ -21,7 +22,7 @@ class NotedWorld:
     """World that only notes what a fault does to it."""
 
     def __init__(self):
-        self.factor, self.gravity, self.slides, self.hung = 1.0, np.array([0.0, 0.0, 1.0]), [0.0], [0.0]
+        self.factor, self.gravity, self.hung = 1.0, np.array([0.0, 0.0, 1.0]), [0.0]
 
     def turn_motor(self, _joint: int, factor: float) -> None:
         self.factor *= factor
@@ -31,6 +32,12 @@ class NotedWorld:
 
     def hang(self, _mount: str, mass_kg: float) -> None:
         self.hung.append(mass_kg)
+
+    q = np.zeros(JOINTS)
+    push = slide_cuff = at_bench = is_silent = lambda *_: None
+
+
+CONTROLLER = object.__new__(ArmController)
 
 
 def test_a_frozen_machine_keeps_the_bits_of_every_signal_while_sequence_and_time_go_on():
@@ -61,6 +68,8 @@ def test_both_encoders_slip_by_the_same_angle_up_to_fifteen_degrees():
     fault = of_lies.CommonEncoderSlip(np.random.default_rng(0), JOINTS, ONSET)
     end = ONSET + fault.lasts + 100
     true, seen = state(end), fault.measured(state(end), end)
+    assert true.q_motor is not None
+    assert seen.q_motor is not None
     off, motor = seen.q - true.q, seen.q_motor - true.q_motor
     assert abs(off[fault.joint]) == pytest.approx(np.deg2rad(15.0))
     np.testing.assert_allclose(off, motor, atol=1e-12)
@@ -73,8 +82,8 @@ def test_a_drifting_torque_constant_ends_at_its_factor_and_a_tilting_base_at_ten
     drift = of_lies.TorqueConstantDrift(np.random.default_rng(1), JOINTS, ONSET, period_ms)
     tilt = of_lies.TiltingBase(np.random.default_rng(1), JOINTS, ONSET, period_ms)
     for tick in range(ONSET, ONSET + 11_000 // period_ms):
-        drift.act(world, None, tick)
-        tilt.act(world, None, tick)
+        drift.act(world, CONTROLLER, tick)
+        tilt.act(world, CONTROLLER, tick)
     assert world.factor == pytest.approx(drift.factor)
     assert drift.factor in (0.6, 1.6)
     assert np.rad2deg(np.arccos(world.gravity[2])) == pytest.approx(10.0)
@@ -85,7 +94,7 @@ def test_a_dropped_weight_hangs_from_the_first_tick_to_the_onset():
     world, fault = NotedWorld(), of_lies.WeightDropped(np.random.default_rng(0), JOINTS, ONSET)
     fault.begin(world)
     for tick in range(ONSET, ONSET + 5):
-        fault.act(world, None, tick)
+        fault.act(world, CONTROLLER, tick)
     assert world.hung == [0.0, fault.mass_kg, 0.0]
     assert 1.0 <= fault.mass_kg <= 2.0
 

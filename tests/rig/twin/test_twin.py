@@ -66,6 +66,19 @@ def test_a_run_of_an_earlier_version_comes_out_the_same(rig, level: int, flexion
     assert twin.truth.q[0] == pytest.approx(flexion, abs=REPEATED)
 
 
+def test_a_cuff_that_slides_moves_the_arm_in_it_and_slides_back(make_twin):
+    still, slid, back = (make_twin(LEVELS[2]) for _ in range(3))
+    slid.slide_cuff("forearm", 0.03)
+    back.slide_cuff("forearm", 0.03)
+    back.slide_cuff("forearm", 0.0)
+    for twin in (still, slid, back):
+        run(twin, 0.2)
+    assert np.abs(slid.truth.q_arm - still.truth.q_arm).max() > 0.01
+    np.testing.assert_array_equal(back.truth.q_arm, still.truth.q_arm)
+    with pytest.raises(RigError, match="Cuffs: upper_arm, forearm"):
+        still.slide_cuff("hand", 0.03)
+
+
 def test_another_seed_gives_other_noise(rig):
     machine, wearer = draw_machine(rig, LEVELS[2], 0), draw_wearer(LEVELS[2], 0)
     first, second = (Twin(rig, machine, wearer, seed).read() for seed in (0, 1))

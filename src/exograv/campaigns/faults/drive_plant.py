@@ -24,6 +24,7 @@ from .drive_process import (
     BenchLine,
     DriveReport,
     FeelGravity,
+    ForgetTruth,
     PlacePerson,
     Push,
     ResetBench,
@@ -84,6 +85,10 @@ class DrivePlant:
     def sights(self) -> list[TruthSample]:
         """Return one truth sample per tick, with the fastest hand speed within the tick."""
         return by_tick(self._line.ask(DriveReport()), self._stride)
+
+    def forget(self) -> None:
+        """Forget the truth of past steps."""
+        self._line.ask(ForgetTruth())
 
     @property
     def q(self) -> Joints:

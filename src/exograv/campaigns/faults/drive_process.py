@@ -74,6 +74,10 @@ class AwaitSteps(NamedTuple):
     steps: int
 
 
+class ForgetTruth(NamedTuple):
+    """Request: forget the truth of past steps."""
+
+
 class DriveReport(NamedTuple):
     """Request: return the truth before the first step and after each step."""
 
@@ -117,6 +121,7 @@ class DriveExaminer:
             FeelGravity: lambda it: self._twin.fly(it.g),
             SlideCuff: lambda it: self._twin.slide_cuff(it.name, it.along_m),
             BenchLine: lambda it: self._bench.do(it.line),
+            ForgetTruth: lambda _: self._sights.clear(),
             DriveReport: lambda _: self._sights,
         }
         self._line.send(acts[type(asked)](asked))
@@ -129,7 +134,7 @@ class DriveExaminer:
         for joint, drive in enumerate(self._plant.each):
             self._device.plug(joint)
             drive.temperature_C = AMBIENT_C
-        self._next = SwayingWearer(twin_of(self._laboratory, start, self._t0), start.moves)
+        self._next = SwayingWearer(twin_of(self._laboratory, start, self._t0), start)
 
     def _begin(self) -> None:
         person = self._person = self._next

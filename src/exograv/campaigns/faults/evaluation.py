@@ -18,6 +18,7 @@ from .figures import (
     ReactionTimes,
     ScenarioFigures,
 )
+from .healthy import rate_bound_per_hour
 from .known_misses import KNOWN_MISSES
 from .scenario import ScenarioVerdict, is_bad
 
@@ -52,6 +53,7 @@ def figures_of(
         by_fault={name: _of_fault(name, verdicts) for name in faults},
         false_trips=[f"{v.scenario.command}: {v.course.reason}" for v in false],
         false_trips_per_hour=round(len(false) / quiet_h, 2) if quiet_h else 0.0,
+        false_trips_per_hour_at_most=round(rate_bound_per_hour(len(false), quiet_h), 4) if quiet_h else None,
         quiet_hours=round(quiet_h, 4),
         pairs=PairFigures(len(pairs), sum(bool(v.missed) for v in pairs)),
         relaxed_hand_m_s=_hand(
@@ -115,7 +117,7 @@ def _misses(fault: Fault, alone: Sequence[ScenarioVerdict]) -> dict[str, MissFig
 def _hand(flights: Sequence[tuple[ScenarioVerdict, float]]) -> HandFigures:
     """Count the hands of relaxed arms among these flights and their hand speeds [m/s]."""
     found = [(v, speed) for v, speed in flights if v.relaxed and v.scenario.faults]
-    fast = [(v, speed) for v, speed in found if speed > HAND_MAX_M_S]
+    fast = sorted(((v, speed) for v, speed in found if speed > HAND_MAX_M_S), key=lambda one: -one[1])
     cases = [f"{v.scenario.command}: {speed:.2f} m/s" for v, speed in fast]
     count = HandCount.of([speed for _, speed in found])
     return HandFigures(count.runs, count.max, count.above, HAND_MAX_M_S, cases)

@@ -58,7 +58,10 @@ class FlightStart(NamedTuple):
     """Joint positions at the start [rad]."""
 
     moves: Joints
-    """Amplitude of the wearer's slow sinusoidal push at the joints [N·m]; zero for a relaxed wearer."""
+    """Amplitude of the wearer's sinusoidal push at the joints [N·m]; zero for a relaxed wearer."""
+
+    hz: float = SWAY_HZ
+    """Frequency of that push [Hz]."""
 
 
 class TruthSample(NamedTuple):
@@ -143,13 +146,18 @@ class FaultPlant(World, Protocol):
         """Truth of every tick, when the flight is over."""
         ...
 
+    def forget(self) -> None:
+        """Forget the truth of past ticks."""
+        ...
+
 
 class SwayingWearer:
-    """Twin whose wearer sways the arm about its start: a slow push, added to other torques."""
+    """Twin whose wearer sways the arm about its start: a sinusoidal push, added to other torques."""
 
-    def __init__(self, twin: Twin, moves: Joints):
-        """Hold the twin's present posture; `moves` are the amplitudes of the push [N·m]."""
-        self.twin, self._moves, self._own = twin, moves, np.zeros_like(twin.tau_voluntary)
+    def __init__(self, twin: Twin, start: FlightStart):
+        """Hold the twin's present posture, and push as the start says."""
+        self.twin, self._moves, self._hz = twin, start.moves, start.hz
+        self._own = np.zeros_like(twin.tau_voluntary)
         self._held_at, self._steps = twin.truth.q_arm.copy(), 0
 
     def look(self) -> TruthSample:
@@ -160,7 +168,7 @@ class SwayingWearer:
     def sway(self) -> None:
         """Set the muscle torque for the next step of the twin."""
         if self._moves.any():
-            seen, phase = self.twin.truth, 2.0 * np.pi * SWAY_HZ * self.twin.period_s * self._steps
+            seen, phase = self.twin.truth, 2.0 * np.pi * self._hz * self.twin.period_s * self._steps
             own = (
                 self._moves * np.sin(phase) - SWAY_STIFFNESS * (seen.q_arm - self._held_at) - SWAY_DAMPING * seen.v_arm
             )
@@ -179,7 +187,7 @@ class TwinPlant:
 
     def __init__(self, participant: FaultParticipant, start: FlightStart):
         self._twin = twin_of(participant.laboratory, start, participant.prepared.t)
-        self._person, self._sights = SwayingWearer(self._twin, start.moves), list[TruthSample]()
+        self._person, self._sights = SwayingWearer(self._twin, start), list[TruthSample]()
 
     @property
     def t(self) -> float:
@@ -204,6 +212,10 @@ class TwinPlant:
     def go_on(self, last: Command) -> None:
         """Advance the twin with the last command, which expires soon."""
         self._twin.write(last)
+
+    def forget(self) -> None:
+        """Forget the truth of past ticks."""
+        self._sights.clear()
 
     def sights(self) -> list[TruthSample]:
         """Truth of every tick, and of the end of the last one."""

@@ -257,6 +257,9 @@ class CampaignFigures:
     by_fault: Mapping[str, FaultFigures | StrikeFigures | GuardEndFigures]
     false_trips: list[str]
     false_trips_per_hour: float
+    false_trips_per_hour_at_most: float | None
+    """Upper 95 % bound of the rate, for Poisson events; None without any quiet time."""
+
     quiet_hours: float
     pairs: PairFigures
     relaxed_hand_m_s: HandFigures

@@ -74,6 +74,32 @@ class FaultFlight:
             fault.report(course)
         return self.watch.finish(self._oracle.judge(), self._stand.sights(), healthy)
 
+    def fly_segment(self, ticks: int, kept: int) -> None:
+        """Run up to this number of further ticks, or to the first stop, then judge them and forget all but the last.
+
+        The figures of the log are those of `fly` only as far as ticks, stop, violations and an exception go.
+
+        Args:
+            ticks: Number of ticks.
+            kept: Number of ticks that the oracle keeps for its next judgement.
+        """
+        course, before = self.watch.course, self._oracle.ticks
+        try:
+            for tick in range(course.ticks, course.ticks + ticks):
+                self._tick(tick)
+                course.ticks += 1
+                if course.stopped_tick is not None:
+                    break
+        except Exception as error:  # noqa: BLE001 - a crash of the software is a finding of the campaign
+            course.crashed = f"{type(error).__name__}: {error}"
+            course.diverged = isinstance(error, TwinDivergedError)
+        first = course.ticks - self._oracle.ticks
+        new = {first + k: what for k, what in self._oracle.judge().wrong.items() if k >= before}
+        course.violated_ticks += len(new)
+        course.violations += [f"tick {tick}: {what}" for tick, what in new.items()][: 3 - len(course.violations)]
+        self._oracle.forget(kept)
+        self.watch.forget()
+
     def _tick(self, tick: int) -> None:
         state = self._stand.read()
         active = [fault for fault in self._faults if tick >= fault.onset]

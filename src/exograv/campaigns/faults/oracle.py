@@ -72,6 +72,16 @@ class EnvelopeOracle:
         self._q.append(q)
         self._level.append(gravity_level)
 
+    @property
+    def ticks(self) -> int:
+        """Number of noted ticks that the next judgement knows."""
+        return len(self._tau)
+
+    def forget(self, kept: int) -> None:
+        """Forget all noted ticks but the last ones. They still bound the rate, the posture and the speed."""
+        for noted in (self._tau, self._q, self._level):
+            del noted[:-kept]
+
     def judge(self) -> Judgement:
         """Judge all noted ticks.
 

@@ -189,4 +189,4 @@ def is_bad(verdict: ScenarioVerdict) -> bool:
 
 def names_of(text: str) -> Sequence[str]:
     """Split the fault identifiers of a replay line."""
-    return text.split("+")
+    return text.split("+") if text else []

@@ -127,6 +127,11 @@ class TruthWatch:
         if safe_state > course.worst:
             course.since |= {state: tick for state in SafeState if course.worst < state <= safe_state}
 
+    def forget(self) -> None:
+        """Forget the torques of past ticks."""
+        self._told.clear()
+        self._pushed.clear()
+
     def finish(
         self, judgement: Judgement, sights: Sequence[TruthSample], healthy: Sequence[TruthSample] = ()
     ) -> ScenarioLog:

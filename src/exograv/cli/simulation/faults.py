@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 ROOM_FOR_WORDS = 160
 """Terminal width from which each fault is also described in a sentence [columns]."""
 
+HANDS_SHOWN = 20
+"""Number of fast hands that are listed, the fastest first; the JSON file has all of them."""
+
 ROOM_FOR_TABLE = 72
 """Terminal width below which a table would cut off figures, so that each fault has a line of text [columns]."""
 
@@ -42,10 +45,15 @@ def show_faults(result: "CampaignFigures") -> None:
     _show_rows(console, result)
     _show_hands(console, result)
     _show_misses(console, result)
-    for line in result.relaxed_hand_every_flight_m_s.cases:
+    for line in result.relaxed_hand_every_flight_m_s.cases[:HANDS_SHOWN]:
         console.print(f"  {line}", highlight=False, soft_wrap=True)
-    for title in ("envelope_violations", "unexplained_misses", "diverged", "false_trips_per_hour"):
+    for title in ("envelope_violations", "unexplained_misses", "diverged"):
         console.print(f"{title.replace('_', ' ')}: {getattr(result, title)}", highlight=False)
+    console.print(
+        f"{len(result.false_trips)} false trips in {result.quiet_hours:g} h; 95 % bound "
+        f"{result.false_trips_per_hour_at_most} per hour.",
+        highlight=False,
+    )
     for line in (*result.crashed, *result.violations, *result.missed, *result.false_trips):
         console.print(f"  {line}", highlight=False, soft_wrap=True)
     if result.live and result.live.not_struck:
@@ -98,7 +106,7 @@ def _show_misses(console: Any, result: "CampaignFigures") -> None:
     """Print each missed criterion with its figure and its cause."""
     for name, row in result.by_fault.items():
         for measure, miss in getattr(row, "misses", {}).items():
-            worst = "none was found in time" if miss.worst is None else f"worst {miss.worst:g}"
+            worst = "not found in time" if miss.worst is None else f"worst {miss.worst:g}"
             limit = "" if miss.limit is None else f" of {miss.limit:g}"
             cause = miss.cause or "The cause is not known."
             beyond = f" {miss.unexplained} exceed what this explains." if miss.cause and miss.unexplained else ""
