@@ -21,6 +21,7 @@ from exograv.rig.twin.wearer.muscles import Muscles
 from exograv.rig.twin.wearer.wearer import Wearer
 from exograv.rig.twin.world.cuff_sensors import CuffSensors, Wrenches
 from exograv.rig.twin.world.forces import measured_truth, pass_clock, step_forces
+from exograv.rig.twin.world.poles import shoulder_poles
 from exograv.rig.twin.world.scene import TIMESTEP, build_scene
 from exograv.rig.twin.world.statics import Statics
 from exograv.rig.twin.world.surroundings import Surroundings, TouchedScreen
@@ -112,6 +113,7 @@ class Twin:
         ]
         truth = measured_truth(self._scene, machine)
         self._sensors = Sensors(machine, seed, truth, {name: self._memory[name] for name in truth.name_in()})
+        self._poles = shoulder_poles(self._scene, wearer)
         self._no_torque = np.full(len(self.joints), np.nan)
         self._no_torque.flags.writeable = False  # all measurements share this array
         self._t0, self._steps = t0, 0
@@ -185,6 +187,8 @@ class Twin:
         model, data, evaluate = self._scene.model, self._scene.data, self._forces.evaluate
         first_half, second_half = mujoco.mj_step1, mujoco.mj_step2
         for _ in range(SUBSTEPS):
+            for pole in self._poles:
+                pole.damp(model, data)
             first_half(model, data)
             evaluate()
             second_half(model, data)
