@@ -16,7 +16,7 @@ from exograv.loop.arm_controller import ArmController
 from exograv.loop.person_limits import limits_of_table
 from exograv.loop.plausible_table import TableMaker
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
-from exograv.rig.twin import Twin
+from exograv.rig.twin import Truth, Twin
 from exograv.safety.limits import Limits, PersonLimits
 from exograv.signals import Command, JointState
 
@@ -24,6 +24,9 @@ Joints = Float[np.ndarray, " joint"]
 
 SWAY_HZ, SWAY_STIFFNESS, SWAY_DAMPING = 0.8, 12.0, 1.5
 """Frequency, stiffness and damping of a wearer who moves the arm [Hz, N·m/rad, N·m·s/rad]."""
+
+POLE_COSINE = 0.5
+"""Cosine of the abduction below which the pole of the shoulder's angles is near [-]."""
 
 
 @dataclass(frozen=True)
@@ -172,9 +175,25 @@ class SwayingWearer:
             own = (
                 self._moves * np.sin(phase) - SWAY_STIFFNESS * (seen.q_arm - self._held_at) - SWAY_DAMPING * seen.v_arm
             )
+            own *= near_pole_share(seen)
             self.twin.tau_voluntary += own - self._own
             self._own = own
         self._steps += 1
+
+
+def near_pole_share(truth: Truth) -> Float[np.ndarray, " arm"]:
+    """Share of the muscle torque at each freedom of the arms [-]: 1, and less for flexion and rotation near their pole.
+
+    Near 90° of abduction both angles turn against each other without moving the arm, so a muscle cannot resist it. The
+    damping of `SWAY_DAMPING`, held for a tick, would drive that motion instead of braking it.
+    """
+    share, first = np.ones(len(truth.q_arm)), 0
+    for arm in truth.wearer.arms if truth.wearer else ():
+        if arm.skeleton.is_usual:
+            cosine = abs(np.cos(truth.q_arm[first + 1]))
+            share[[first, first + 2]] = min(1.0, (cosine / POLE_COSINE) ** 2)
+        first += len(arm.skeleton.freedoms)
+    return share
 
 
 def twin_of(laboratory: VirtualLaboratory, start: FlightStart, t0: float) -> Twin:

@@ -188,9 +188,11 @@ class Twin:
         first_half, second_half = mujoco.mj_step1, mujoco.mj_step2
         for _ in range(SUBSTEPS):
             for pole in self._poles:
-                pole.damp(model, data)
+                pole.before_forces()
             first_half(model, data)
             evaluate()
+            for pole in self._poles:
+                pole.after_forces()
             second_half(model, data)
         self._steps += SUBSTEPS
         self._measured = None

@@ -1,49 +1,73 @@
-"""Damping of the wearer's shoulder near the pole of its angles, where the explicit joint forces are unstable.
+"""Pole of the wearer's shoulder angles, near which the explicit damping of the passive joints is unstable.
 
-At 90° of abduction the axes of flexion and rotation coincide. The inertia of the motion in which both angles turn
-against each other falls with the square of the cosine of abduction. An explicit damping d is stable only while
-d · step / inertia stays below 2, and for the twin's passive joints that ends at about 88°. MuJoCo's own damping of a
-joint is implicit and stable at any inertia, so it is added there, and only there.
+At 90° of abduction the axes of flexion and rotation coincide, and the inertia m of the motion in which both angles turn
+against each other vanishes. Explicit damping d is stable only while d · step / m stays below 2. Before that limit, the
+same damping is handed to MuJoCo, which integrates the damping of joints implicitly and is stable at any inertia.
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import mujoco
+import numpy as np
 
 from exograv.rig.twin.wearer.wearer import Wearer
 
-from .scene import Scene
+from .scene import TIMESTEP, Scene
 
-POLE_COSINE = math.cos(math.radians(85.0))
-"""Cosine of the abduction from which on the damping acts. Nearer to rest no number of a run changes."""
+STABLE_SHARE = 0.5
+"""Value of d · step / m from which on damping is implicit [-]: a quarter of the limit of stability. Below it no number
+of a run changes."""
 
-POLE_DAMPING = 1.0
-"""Damping of flexion and rotation at the pole itself [N·m·s/rad]. It exceeds the explicit damping, at most 1 N·m·s/rad,
-by which the forces would be unstable; half of it would be enough. Assumed."""
+FAR_COSINE = 0.5
+"""Cosine of the abduction above which the inertia needs no look [-]."""
 
 
-@dataclass
 class ShoulderPole:
     """Pole of one shoulder's angles."""
 
-    abduction: int
-    """Place of abduction in `qpos` [-]."""
+    def __init__(self, scene: Scene, freedoms: Sequence[int], damping: Sequence[float]):
+        """Begin away from the pole.
 
-    others: list[int]
-    """Degrees of freedom of flexion and rotation."""
+        Args:
+            scene: World of the arm.
+            freedoms: Degrees of freedom of flexion, abduction and rotation.
+            damping: Passive damping of flexion and rotation [N·m·s/rad].
+        """
+        self._model, self._data = scene.model, scene.data
+        self._flexion, self._abduction, self._rotation = freedoms
+        self._turning = np.array([self._flexion, self._rotation])
+        self._damping = np.array(damping)
+        pairs = ((self._flexion, self._flexion), (self._rotation, self._rotation), (self._rotation, self._flexion))
+        self._places = [_place(self._model, row, column) for row, column in pairs]
+        self._is_near = False
 
-    is_near: bool = False
+    def before_forces(self) -> None:
+        """Choose who damps the next step: MuJoCo near the pole, the joint forces elsewhere."""
+        was_near, self._is_near = self._is_near, self._is_unstable()
+        if self._is_near != was_near:
+            self._model.dof_damping[self._turning] = self._damping if self._is_near else 0.0
 
-    def damp(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Set the damping of the next step."""
-        cosine = abs(math.cos(data.qpos[self.abduction]))
-        if cosine < POLE_COSINE:
-            model.dof_damping[self.others] = POLE_DAMPING * (1.0 - cosine / POLE_COSINE)
-            self.is_near = True
-        elif self.is_near:
-            model.dof_damping[self.others] = 0.0
-            self.is_near = False
+    def after_forces(self) -> None:
+        """Take the explicit damping out of the joint forces, where MuJoCo damps."""
+        if self._is_near:
+            self._data.qfrc_applied[self._turning] += self._damping * self._data.qvel[self._turning]
+
+    def _is_unstable(self) -> bool:
+        if abs(math.cos(self._data.qpos[self._abduction])) > FAR_COSINE:
+            return False
+        flexion, rotation, both = self._data.M[self._places].tolist()
+        total = flexion + rotation
+        # The smaller eigenvalue of the two angles' inertia, where it is far below the larger one.
+        inertia = (flexion * rotation - both * both) / total if total else math.inf
+        return float(self._damping.max()) * TIMESTEP > STABLE_SHARE * inertia
+
+
+def _place(model: mujoco.MjModel, row: int, column: int) -> int:
+    """Place of an entry of the inertia in `MjData.M`, the lower triangle row by row."""
+    begin = int(model.M_rowadr[row])
+    columns = model.M_colind[begin : begin + int(model.M_rownnz[row])].tolist()
+    return begin + columns.index(column)
 
 
 def shoulder_poles(scene: Scene, wearer: Wearer | None) -> tuple[ShoulderPole, ...]:
@@ -53,6 +77,6 @@ def shoulder_poles(scene: Scene, wearer: Wearer | None) -> tuple[ShoulderPole, .
     poles = []
     for arm, place in zip(wearer.arms, scene.arms, strict=True):
         if arm.skeleton.is_usual:
-            flexion, abduction, rotation, *_ = place.freedoms.tolist()
-            poles.append(ShoulderPole(abduction, [flexion, rotation]))
+            damping = arm.passive.damping.tolist()
+            poles.append(ShoulderPole(scene, place.freedoms[:3].tolist(), (damping[0], damping[2])))
     return tuple(poles)
