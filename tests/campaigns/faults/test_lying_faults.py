@@ -15,7 +15,9 @@ JOINTS, ONSET = 4, 10
 def state(tick: int) -> JointState:
     """Measurement in which every signal changes from tick to tick."""
     values = np.arange(JOINTS) + 0.01 * tick
-    return JointState(1e-3 * tick, tick, values, 2.0 * values, np.full(JOINTS, np.nan), TorqueSource.CURRENT, values + 1)
+    return JointState(
+        1e-3 * tick, tick, values, 2.0 * values, np.full(JOINTS, np.nan), TorqueSource.CURRENT, values + 1
+    )
 
 
 class NotedWorld:
@@ -24,17 +26,21 @@ class NotedWorld:
     def __init__(self):
         self.factor, self.gravity, self.hung = 1.0, np.array([0.0, 0.0, 1.0]), [0.0]
 
-    def turn_motor(self, _joint: int, factor: float) -> None:
+    q = np.zeros(JOINTS)
+
+    def turn_motor(self, joint: int, factor: float) -> None:
         self.factor *= factor
 
     def feel_gravity(self, g: np.ndarray) -> None:
         self.gravity = g
 
-    def hang(self, _mount: str, mass_kg: float) -> None:
+    def hang(self, mount: str, mass_kg: float) -> None:
         self.hung.append(mass_kg)
 
-    q = np.zeros(JOINTS)
-    push = slide_cuff = at_bench = is_silent = lambda *_: None
+    def push(self, joint: int, torque: float) -> None: ...
+    def slide_cuff(self, name: str, along_m: float) -> None: ...
+    def at_bench(self, word: str, joint: int | None = None, number: float | None = None) -> None: ...
+    def is_silent(self) -> None: ...
 
 
 CONTROLLER = object.__new__(ArmController)

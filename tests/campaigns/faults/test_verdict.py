@@ -169,7 +169,7 @@ def test_two_faults_have_the_sum_of_their_budgets_from_the_first_on(tick: int | 
 
 def test_three_faults_have_the_sum_of_their_budgets_too():
     names = ("F12", "F16", "F39")  # 3, 5 and 2 ms
-    begins = dict.fromkeys(names, float(ONSET))
+    begins: dict[str, float] = {name: float(ONSET) for name in names}
     for tick, is_missed in ((ONSET + 10, False), (ONSET + 11, True)):
         course = stopped(tick, StopReason.DRIVE_FAULT)
         verdict = _verdict(Scenario(0, 0, names), course, dict.fromkeys(names, ONSET), begins, True)
@@ -224,7 +224,9 @@ def test_a_hand_counts_from_the_onset_on_without_any_stop():
     for relaxed, above in ((True, 1), (False, 0)):
         figures = figures_of([judged("F28", course, relaxed)])
         assert (figures.relaxed_hand_m_s.above, figures.relaxed_hand_every_flight_m_s.above) == (0, above)
-        hands = figures.by_fault["F28"].hands
+        row = figures.by_fault["F28"]
+        assert isinstance(row, FaultFigures)
+        hands = row.hands
         assert isinstance(hands, HandCount)
         assert (hands.runs, hands.above) == (above, above)
 

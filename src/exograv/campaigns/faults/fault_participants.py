@@ -44,7 +44,7 @@ def prepare_participant(seed: int, person: int, level: int, folder: Path, progre
 
 
 def arm_of(laboratory: VirtualLaboratory, prepared: ControllerKnowledge) -> Float[np.ndarray, " phi"]:
-    """True inertial parameters of a laboratory's wearer, in the order of this controller's parameters."""
+    """Return the true inertial parameters of a laboratory's wearer, in the order of this controller's parameters."""
     truth, assembly = parameter_truth(laboratory.wearer), prepared.assembly
     names = [name for name, _ in parameters.names_and_units(assembly)]
     return np.array([truth[name] for name in names[parameters.ParameterLayout.of(assembly).phi]])

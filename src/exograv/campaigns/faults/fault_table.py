@@ -109,14 +109,14 @@ _FAULTS = (
 LIES = (*MOVED, STOP.MODEL_LOST, STOP.ENCODERS_PART, STOP.ENCODER_JUMPED, STOP.ASTRAY)
 """Reasons of a stop after a slow change of the machine or of the arm in it."""
 
+FROZEN = (STOP.MACHINE_SILENT, STOP.ENCODER_DEAD, STOP.ENCODERS_PART, STOP.TORQUE_WRONG)
+"""Reasons of a stop after signals that no longer change."""
+
 SLOW: Mapping[Measure, float] = MappingProxyType({Measure.HAND: HAND_MAX_M_S})
 
 _LATER = (
-    Fault("F41", of_lies.FrozenMachine, (STOP.MACHINE_SILENT, STOP.ENCODER_DEAD), 50.0, DESCENT, limits=SLOW),
-    Fault(
-        "F41 board", of_lies.FrozenBoard, (STOP.MACHINE_SILENT, STOP.ENCODER_DEAD, STOP.ENCODERS_PART,
-        STOP.TORQUE_WRONG, STOP.DRIVE_FAULT), 100.0, ISOLATION, limits=SLOW,
-    ),
+    Fault("F41", of_lies.FrozenMachine, FROZEN, 50.0, DESCENT, limits=SLOW),
+    Fault("F41 board", of_lies.FrozenBoard, (*FROZEN, STOP.DRIVE_FAULT), 100.0, ISOLATION, limits=SLOW),
     Fault("F45", of_lies.TiltingBase, LIES, 60e3, DESCENT, limits=SLOW, after_ms=61_000),
     Fault("F46", of_lies.TorqueConstantDrift, LIES, 30e3, DESCENT, limits=SLOW, after_ms=31_000),
     Fault("F47", of_lies.CommonEncoderSlip, limits=SLOW, after_ms=15_000),

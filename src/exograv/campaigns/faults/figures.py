@@ -10,6 +10,7 @@ from exograv.results import OPTIONAL
 from .acceptance import HAND_MAX_M_S
 from .fault_tests import TESTED_FAULTS, UNTESTED_FAULTS
 
+
 @dataclass(frozen=True)
 class ReactionTimes:
     """Percentiles of reaction times [ms]; None if there are none."""

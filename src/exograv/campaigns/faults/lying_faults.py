@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 
 from exograv.loop.arm_controller import ArmController
-from exograv.loop.person_limits import limits_of_table
 from exograv.model.arm import held_weight
 from exograv.signals import Command, JointState
 
@@ -53,7 +52,7 @@ class FrozenBoard(Injector):
 
 
 def signals_of(state: JointState) -> Mapping[str, np.ndarray]:
-    """Copies of all signals that the drives measure or count, by the names of their fields."""
+    """Copy all signals that the drives measure or count, by the names of their fields."""
     fields = state._asdict()
     return {name: value.copy() for name, value in fields.items() if isinstance(value, np.ndarray)}
 

@@ -97,7 +97,6 @@ class Scene:
             self.model.body_mass[body] = mass
             mujoco.mj_setConst(self.model, self.scratch)
 
-
     def slide_cuff(self, name: str, along_m: float) -> None:
         """Move the machine's side of a cuff along its z axis, the limb, from where it was fastened [m].
 
