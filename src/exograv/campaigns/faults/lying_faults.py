@@ -1,6 +1,5 @@
 """Faults of machines whose signals look right: frozen images, slow changes, another person's file, changed weights."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -20,11 +19,10 @@ class FrozenMachine(Injector):
     """F41: the process image freezes: all signals keep their bits while sequence and time go on."""
 
     def draw(self) -> None:
-        self.kept: dict[str, np.ndarray] | None = None
+        self.kept: dict[str, np.ndarray] = {}
 
     def measured(self, state: JointState, tick: int) -> JointState:
-        if self.kept is None:
-            self.kept = signals_of(state)
+        self.kept = self.kept or signals_of(state)
         return state._replace(**self.kept)
 
 
@@ -32,11 +30,10 @@ class FrozenBoard(Injector):
     """F41: one board freezes: all signals of a joint keep their bits while sequence and time go on."""
 
     def draw(self) -> None:
-        self.kept: dict[str, np.ndarray] | None = None
+        self.kept: dict[str, np.ndarray] = {}
 
     def measured(self, state: JointState, tick: int) -> JointState:
-        if self.kept is None:
-            self.kept = signals_of(state)
+        self.kept = self.kept or signals_of(state)
         kept = self.kept
         return state._replace(
             **{
@@ -51,7 +48,7 @@ class FrozenBoard(Injector):
         return super().shows(told, moves, noise_Nm) & (moves[:, self.joint] | is_loaded)
 
 
-def signals_of(state: JointState) -> Mapping[str, np.ndarray]:
+def signals_of(state: JointState) -> dict[str, np.ndarray]:
     """Copy all signals that the drives measure or count, by the names of their fields."""
     fields = state._asdict()
     return {name: value.copy() for name, value in fields.items() if isinstance(value, np.ndarray)}

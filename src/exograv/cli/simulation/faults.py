@@ -83,9 +83,9 @@ def _show_hands(console: Any, result: "CampaignFigures") -> None:
     headings = ("fault", "stopped", "above", "m/s", "all", "above", "m/s")
     rows: list[list[str]] = []
     for name, row in result.by_fault.items():
-        hands = getattr(row, "hands", None)
-        if hands is not None and hands.runs:
-            after = row.hands_stopped  # type: ignore[union-attr] - rows of strikes have no `hands`
+        # Rows of strikes have no hands.
+        hands, after = getattr(row, "hands", None), getattr(row, "hands_stopped", None)
+        if hands is not None and after is not None and hands.runs:
             numbers = (after.runs, after.above, after.max, hands.runs, hands.above, hands.max)
             rows.append([name, *map(_number, numbers)])
     if rows:
