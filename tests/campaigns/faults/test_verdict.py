@@ -232,15 +232,27 @@ def test_a_hand_counts_from_the_onset_on_without_any_stop():
 
 
 def test_what_the_arm_does_without_the_fault_is_not_charged_to_the_fault():
-    """A healthy arm drifts by 2°/s; with the fault it drifts by 8°/s."""
-    drifts = [
-        [TruthSample(np.deg2rad([rate * 1e-3 * k, 0.0]), np.deg2rad([rate, 0.0]), 0.0, False) for k in range(1001)]
-        for rate in (8.0, 2.0)
-    ]
-    course = watched(1001, onset=0).finish(Judgement({}, np.zeros(1001)), *drifts)
-    assert course.drift_deg_s == pytest.approx(6.0)
-    assert course.extra_way_deg == pytest.approx(6.0)
+    """The healthy arm is at t² degrees after t seconds, the arm with the fault at 4 t²."""
+    fault, healthy = (
+        [
+            TruthSample(np.deg2rad([share * t**2, 0.0]), np.deg2rad([2.0 * share * t, 0.0]), 0.0, are_braking=False)
+            for t in np.linspace(0.0, 1.0, 1001)
+        ]
+        for share in (4.0, 1.0)
+    )
+    course = watched(1001, onset=0).finish(Judgement({}, np.zeros(1001)), fault, healthy)
+    assert course.extra_way_deg == pytest.approx(3.0)
     assert course.extra_speed == pytest.approx(np.deg2rad(6.0))
+    assert course.drift_deg_s == pytest.approx((1.0 - 0.25) * 3.0 / 0.5)
+
+
+def test_an_arm_that_the_fault_only_holds_is_not_moved_by_it():
+    held, moving = (
+        [TruthSample(np.deg2rad([rate * 1e-3 * k, 0.0]), np.deg2rad([rate, 0.0]), 0.0, False) for k in range(1001)]
+        for rate in (0.0, 30.0)
+    )
+    course = watched(1001, onset=0).finish(Judgement({}, np.zeros(1001)), held, moving)
+    assert (course.extra_speed, course.extra_way_deg, course.drift_deg_s) == (0.0, 0.0, 0.0)
 
 
 def test_power_beyond_carrying_and_friction_is_counted_and_braking_is_not():

@@ -19,10 +19,11 @@ class Measure(enum.Enum):
     """Largest change of a command from one tick to the next."""
 
     SPEED = "extra_speed"
-    """Difference of a joint's speed from the same flight without the fault, before the safe state."""
+    """Motion of a joint by the fault, before the safe state: the difference of its speed from the onset, or from the same
+    flight without the fault if that is smaller."""
 
     WAY = "extra_way_deg"
-    """Difference of a joint's position from the same flight without the fault, before the safe state."""
+    """The same for a joint's position."""
 
     ENERGY = "injected_J"
     """Energy into the person beyond compensation, before the safe state."""
@@ -31,7 +32,7 @@ class Measure(enum.Enum):
     """Fastest hand from the first onset to the end of the flight, while the wearer does not push."""
 
     DRIFT = "drift_deg_s"
-    """Largest mean drift of a joint against the same flight without the fault, over half a second."""
+    """Largest mean speed of a joint by the fault over half a second, in the same sense."""
 
     POWER = "power_W"
     """Largest power into the person beyond compensation."""

@@ -9,6 +9,12 @@ from types import MappingProxyType
 
 from .acceptance import KnownMiss, Measure
 
+_WEIGHT = (
+    "A weight that comes or goes moves the arm as its wearer does, and no current changes. A force sensor at the cuff "
+    "of the forearm or in the grip would show it."
+)
+_NO_DRIFT_MONITOR = "The guard has no monitor of slow drift: {}"
+
 _MISSES = (
     KnownMiss(
         "F08",
@@ -23,6 +29,46 @@ _MISSES = (
         None,
         "The current keeps its commanded value, so the wrong torque shows only as acceleration, like a push of the "
         "wearer. A force sensor at the cuff or a torque sensor at the joint would show it.",
+    ),
+    KnownMiss("F28", Measure.TIME, None, _WEIGHT),
+    KnownMiss("F28", Measure.DRIFT, None, _WEIGHT),
+    KnownMiss("F50", Measure.HAND, None, _WEIGHT),
+    KnownMiss("F51", Measure.HAND, None, _WEIGHT),
+    KnownMiss(
+        "F45",
+        Measure.TIME,
+        None,
+        _NO_DRIFT_MONITOR.format(
+            "a tilt of 10° changes the weight of a joint by at most a sixth. An inertial sensor at "
+            "the base would show it."
+        ),
+    ),
+    KnownMiss(
+        "F46",
+        Measure.TIME,
+        None,
+        _NO_DRIFT_MONITOR.format(
+            "the current keeps its commanded value, and the arm sinks or rises slowly. A torque "
+            "sensor at the joint would show it."
+        ),
+    ),
+    KnownMiss(
+        "F48",
+        Measure.TIME,
+        None,
+        _NO_DRIFT_MONITOR.format(
+            "the torque of the other arm stays within the plausible bounds of its file. The "
+            "weighing of the arm before a session would show it."
+        ),
+    ),
+    KnownMiss(
+        "F49",
+        Measure.TIME,
+        None,
+        _NO_DRIFT_MONITOR.format(
+            "the guard knows no cuffs, and the loops of the model still close. A force sensor at "
+            "the cuff would show it."
+        ),
     ),
     KnownMiss(
         "F17",

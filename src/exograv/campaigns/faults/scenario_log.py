@@ -47,7 +47,8 @@ class ScenarioLog:
     extra_speed: float = 0.0
     """Largest difference of a joint's speed between the first onset and the safe state [rad/s].
 
-    The difference is from the same flight without faults, or from the onset where that flight was not flown."""
+    The difference is from the onset. Where the same flight without faults was flown, it is the smaller one of this and
+    the difference from that flight."""
 
     extra_way_deg: float = 0.0
     """Largest difference of a joint's position, as above [°]."""
@@ -165,17 +166,19 @@ class TruthWatch:
 
     def _sum_up_motion(self, onset: int, q: np.ndarray, v: np.ndarray, healthy: Sequence[TruthSample]) -> None:
         course, self.moves[onset : onset + len(v)] = self.course, np.abs(v) > MOVING_RAD_S
-        off_q, off_v = q - q[0], v - v[0]
+        off_q, off_v = np.abs(q - q[0]), np.abs(v - v[0])
         if healthy:
-            count = min(len(q), len(healthy))
-            off_q = q[:count] - np.array([one.q for one in healthy[:count]])
-            off_v = v[:count] - np.array([one.v for one in healthy[:count]])
-            window = DRIFT_MS // course.period_ms
-            ways = np.abs(off_q[window:] - off_q[:-window])
+            count, window = min(len(q), len(healthy)), DRIFT_MS // course.period_ms
+            other_q, other_v = (np.array([getattr(one, name) for one in healthy[:count]]) for name in ("q", "v"))
+            # Neither an arm that moves as it would without the fault, nor one that the fault only holds, is moved by it.
+            off_q = np.minimum(off_q[:count], np.abs(q[:count] - other_q))
+            off_v = np.minimum(off_v[:count], np.abs(v[:count] - other_v))
+            own, other = q[window:count] - q[: count - window], other_q[window:] - other_q[: count - window]
+            ways = np.minimum(np.abs(own), np.abs(own - other)) if count > window else np.zeros(0)
             course.drift_deg_s = float(np.rad2deg(ways.max(initial=0.0)) / (1e-3 * DRIFT_MS))
         until = self._before_safe(onset, len(off_q))
-        course.extra_speed = float(np.abs(off_v[:until]).max(initial=0.0))
-        course.extra_way_deg = float(np.rad2deg(np.abs(off_q[:until]).max(initial=0.0)))
+        course.extra_speed = float(off_v[:until].max(initial=0.0))
+        course.extra_way_deg = float(np.rad2deg(off_q[:until].max(initial=0.0)))
 
     def _sum_up_power(self, onset: int, q: np.ndarray, v: np.ndarray) -> None:
         if self._table is None:
