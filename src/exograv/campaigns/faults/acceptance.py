@@ -19,8 +19,8 @@ class Measure(enum.Enum):
     """Largest change of a command from one tick to the next."""
 
     SPEED = "extra_speed"
-    """Motion of a joint by the fault, before the safe state: the difference of its speed from the onset, or from the same
-    flight without the fault if that is smaller."""
+    """Speed of a joint by the fault, before the safe state: the difference from the onset, or from the same flight
+    without the fault if that is smaller."""
 
     WAY = "extra_way_deg"
     """The same for a joint's position."""

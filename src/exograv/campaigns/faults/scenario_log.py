@@ -170,7 +170,7 @@ class TruthWatch:
         if healthy:
             count, window = min(len(q), len(healthy)), DRIFT_MS // course.period_ms
             other_q, other_v = (np.array([getattr(one, name) for one in healthy[:count]]) for name in ("q", "v"))
-            # Neither an arm that moves as it would without the fault, nor one that the fault only holds, is moved by it.
+            # The fault moves neither an arm that moves as without it, nor an arm that it only holds.
             off_q = np.minimum(off_q[:count], np.abs(q[:count] - other_q))
             off_v = np.minimum(off_v[:count], np.abs(v[:count] - other_v))
             own, other = q[window:count] - q[: count - window], other_q[window:] - other_q[: count - window]
