@@ -151,7 +151,10 @@ class CuffSlide(Injector):
 
 
 class WeightDropped(Injector):
-    """F50: a known weight of 1 to 2 kg, which the machine carries, falls out of the hand."""
+    """F50: a known weight of 1 to 2 kg, which the machine carries, falls out of the hand.
+
+    The motors begin without the weight. The hand then moves at up to 0.2 m/s and is at rest again before the onset.
+    """
 
     def draw(self) -> None:
         self.mass_kg = float(self.generator.uniform(1.0, 2.0))
