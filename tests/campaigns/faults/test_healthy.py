@@ -50,9 +50,9 @@ def test_a_campaign_of_healthy_use_has_no_fault_and_its_replay_names_none():
     command = campaign.scenario(20).command
     assert command.endswith("--healthy-hours 2.0 --replay '20:'")
     assert Campaign(seed=5, healthy_hours=2.0, replay="20:").replayed() == campaign.scenario(20)
-    for options in ({"healthy_hours": 2.0, "replay": "20:F01"}, {"replay": "20:"}):
+    for wrong in (Campaign(healthy_hours=2.0, replay="20:F01"), Campaign(replay="20:")):
         with pytest.raises(ConfigError, match="NUMBER"):
-            Campaign(**options).replayed()
+            wrong.replayed()
     assert campaign.identity != Campaign(seed=5).identity
 
 
