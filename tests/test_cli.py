@@ -13,7 +13,8 @@ from tests import preloaded
 from tests.waiting import wait_until
 
 from exograv import __version__
-from exograv.campaigns.faults.figures import FaultFigures, HandFigures, ReactionTimes, figures_of
+from exograv.campaigns.faults.evaluation import figures_of
+from exograv.campaigns.faults.figures import FaultFigures, HandCount, HandFigures, MissFigures, ReactionTimes
 from exograv.cli import FORMER_NAMES, GROUPS, START, resolved, was_keyboard
 from exograv.cli.shell.terminal import show_demo
 from exograv.cli.simulation.faults import show_faults
@@ -336,15 +337,36 @@ def test_a_campaign_cuts_no_figure_off_and_breaks_no_line_that_is_to_be_copied(
     monkeypatch.setenv("COLUMNS", columns)
     line = "exograv dev faults --seed 1000 --level 3 --persons 4 --replay '145:F03 spike+F06 twice'"
     row = FaultFigures(
-        "an encoder", "interface", 31, 30, 28, ReactionTimes(14.5, 50.0, 56.25), 112.0, 7, "", "", 0.321, None, 0.0, 0.0
+        "an encoder",
+        "interface",
+        31,
+        30,
+        28,
+        ReactionTimes(14.5, 50.0, 56.25),
+        112.0,
+        7,
+        "",
+        "",
+        0.321,
+        None,
+        0.0,
+        0.0,
+        known=3,
+        misses={"time_ms": MissFigures(112.0, 7, None, 4, "A known cause.")},
+        hands_stopped=HandCount(12, 0, 0.321),
+        hands=HandCount(25, 1, 1.27),
     )
     hand = HandFigures(400, 1.27, 1, 1.0, [f"{line}: 1.27 m/s"])
-    result = replace(figures_of([], {}, seed=1000), by_fault={"F03 spike": row}, relaxed_hand_m_s=hand)
+    result = replace(figures_of([], {}, seed=1000), by_fault={"F03 spike": row}, relaxed_hand_every_flight_m_s=hand)
     show_faults(replace(result, scenarios=1000, ticks=1830000, missed=[line], replay=[line]))
     shown = capsys.readouterr().out
     assert "…" not in shown
-    assert all(cell in shown for cell in ("14.5", "56.25", "112", "0.321"))
+    assert all(cell in shown for cell in ("14.5", "56.25", "112", "0.321", "1.27"))
     assert shown.count(line) == 3
+    sentence = (
+        "F03 spike misses time_ms of 112 in 7 of 30, not found in time. A known cause. 4 exceed what this explains."
+    )
+    assert sentence in " ".join(shown.split())
 
 
 def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):

@@ -8,7 +8,7 @@ import pytest
 from exograv.campaigns.benchmark_identification.benchmark import BenchmarkResult, summary
 from exograv.campaigns.benchmark_identification.options import BenchmarkOptions
 from exograv.campaigns.faults.campaign import Campaign
-from exograv.campaigns.faults.figures import figures_of
+from exograv.campaigns.faults.evaluation import figures_of
 from exograv.campaigns.faults.options import FaultOptions
 from exograv.cli.shell.base_options import OutFolder
 from exograv.cli.simulation.benchmark_identification import FirstSeed, run_benchmark_identification

@@ -146,6 +146,13 @@ class NativeTicks:
         for place, muscles in zip(step.arm, period.muscles, strict=False):
             place.freedoms = muscles.torques.shape[1]
             place.torques, place.now = _address(muscles.torques), _address(muscles.now)
+        step.poles = len(period.poles)
+        for place, pole in zip(step.pole, period.poles, strict=False):
+            for name in ("abduction", "inertia", "engine_damping", "velocity", "forces", "is_near"):
+                setattr(place, name, _address(getattr(pole, name)))
+            place.places[:], place.turning[:], place.damping[:] = pole.places, pole.turning, pole.damping.tolist()
+            place.damping_step = pole.damping_step
+            place.stable_share, place.far_cosine = pole.stable_share, pole.far_cosine
         step.see, step.decide = (
             ctypes.cast(function, ctypes.c_void_p).value for function in (library.guard_see, library.guard_decide)
         )

@@ -24,6 +24,32 @@ class NativeMuscles:
 
 
 @dataclass(frozen=True)
+class NativePole:
+    """Memory of a pole of a shoulder's angles; `rig.twin.world.poles` says what is done with it."""
+
+    abduction: np.ndarray
+    """Memory that begins with the angle of abduction [rad]."""
+    inertia: np.ndarray
+    """Inertia of the engine's degrees of freedom [kg·m²]."""
+    places: list[int]
+    """Places of flexion, rotation and of both in the inertia."""
+    turning: list[int]
+    """Degrees of freedom of flexion and rotation."""
+    damping: np.ndarray
+    """Damping of both [N·m·s/rad]."""
+    engine_damping: np.ndarray
+    velocity: np.ndarray
+    forces: np.ndarray
+    """Damping, velocity and joint forces of the engine, by degree of freedom."""
+    is_near: np.ndarray
+    """1 while the engine damps, else 0."""
+    damping_step: float
+    """Larger damping times the step [N·m·s²/rad]."""
+    stable_share: float
+    far_cosine: float
+
+
+@dataclass(frozen=True)
 class NativePeriod:
     """Measure, then advance: the sensors' code; then per substep the engine's first half, the forces, and the second.
 
@@ -50,6 +76,7 @@ class NativePeriod:
     damping: Joints
     valid_until: np.ndarray
     muscles: tuple[NativeMuscles, ...]
+    poles: tuple[NativePole, ...]
 
 
 @runtime_checkable

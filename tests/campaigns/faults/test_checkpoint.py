@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from exograv.campaigns.faults.checkpoint import FILE, KeptVerdicts
-from exograv.campaigns.faults.figures import figures_of
+from exograv.campaigns.faults.evaluation import figures_of
 from exograv.campaigns.faults.scenario import Scenario, ScenarioVerdict
 from exograv.campaigns.faults.scenario_log import ScenarioLog
 from exograv.errors import RecordingError

@@ -13,6 +13,7 @@ from exograv.campaigns.faults import drive_plant as driven
 from exograv.campaigns.faults.campaign import Campaign
 from exograv.campaigns.faults.drive_plant import DrivePlant, by_tick, driven_ground
 from exograv.campaigns.faults.driver_faults import ALL, AT_DRIVES, BUSES, ONLY_DRIVES, injected_by, injector_of
+from exograv.campaigns.faults.fault_participants import arm_of
 from exograv.campaigns.faults.fault_plant import TruthSample, TwinPlant
 from exograv.campaigns.faults.fault_table import FAULTS
 from exograv.campaigns.faults.injector import Injector
@@ -33,7 +34,7 @@ WARM_S = 900.0
 
 def test_every_fault_says_what_it_is_done_to_and_one_of_a_drive_is_nothing_at_the_interface():
     for name in ALL:
-        assert injected_by(name) in ("interface", "drive", "person", "control", "guard")
+        assert injected_by(name) in ("interface", "drive", "person", "world", "control", "guard")
     for injector in AT_DRIVES.values():
         assert injector.measured is Injector.measured
         assert injector.commanded is Injector.commanded
@@ -111,7 +112,8 @@ def known(tmp_path_factory: pytest.TempPathFactory) -> Path:
     prepared = ideal_knowledge(laboratory, WARM_S)
     of_person = person_limits(prepared.assembly, prepared.machine, prepared.x)
     path = tmp_path_factory.mktemp("known") / "person.pickle"
-    path.write_bytes(pickle.dumps((laboratory, prepared, of_person)))
+    strangers = np.array([arm_of(draw_laboratory("recupera_like", None, 2, SEED + 1), prepared)])
+    path.write_bytes(pickle.dumps((laboratory, prepared, of_person, strangers)))
     return path
 
 

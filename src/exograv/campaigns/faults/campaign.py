@@ -19,10 +19,12 @@ from exograv.runtime.processes.process_pool import ProcessPool, Tell, in_order
 from .checkpoint import KeptVerdicts
 from .drive_plant import driven_ground
 from .driver_faults import ALL, ONLY_DRIVES
+from .evaluation import course_of, figures_of
 from .fault_participants import load_participant, prepare_participant
 from .fault_plant import FaultParticipant, PlantSource
-from .fault_table import FAULTS, Fault
-from .figures import CampaignFigures, Strikes, course_of, figures_of
+from .fault_table import EARLIER, FAULTS, Fault
+from .figures import CampaignFigures, Strikes
+from .healthy import flights_of, fly_healthy
 from .options import FaultOptions
 from .process_faults import strike
 from .scenario import THE_TWIN, Scenario, ScenarioVerdict, fly, is_bad, names_of, shrunk
@@ -52,9 +54,10 @@ class Campaign(FaultOptions):
         number, _, faults = (self.replay or "").partition(":")
         names = tuple(names_of(faults))
         unknown = [name for name in names if name not in self.faults]
-        if not number.isdecimal() or unknown:
+        if not number.isdecimal() or unknown or bool(names) == (self.healthy_hours is not None):
             raise ConfigError(
-                f"--replay is '{self.replay}'; allowed: NUMBER:FAULT or NUMBER:FAULT+FAULT as a campaign prints it. "
+                f"--replay is '{self.replay}'; allowed: NUMBER:FAULT or NUMBER:FAULT+FAULT as a campaign prints it, "
+                "and NUMBER: with --healthy-hours. "
                 f"Faults: {', '.join(self.faults)}."
             )
         return Scenario(self.seed, int(number), names, self.told)
@@ -64,14 +67,16 @@ class Campaign(FaultOptions):
         """Settings that determine the flight of each scenario number."""
         numbered = None if self.through is None else self.scenarios
         named = ("seed", "level", "persons", "through")
-        return {name: getattr(self, name) for name in named} | {"numbered": numbered}
+        kind = "faults" if self.healthy_hours is None else "healthy use"
+        return {name: getattr(self, name) for name in named} | {"numbered": numbered, "kind": kind}
 
     @property
     def told(self) -> str:
         """Options that a replay command of one of its scenarios needs besides seed and number."""
         usual = Campaign()
-        names = [name for name in ("level", "persons", "through") if getattr(self, name) != getattr(usual, name)]
-        return "".join(f" --{name} {getattr(self, name)}" for name in names)
+        named = ("level", "persons", "through", "healthy_hours")
+        names = [name for name in named if getattr(self, name) != getattr(usual, name)]
+        return "".join(f" --{name.replace('_', '-')} {getattr(self, name)}" for name in names)
 
     @property
     def faults(self) -> Mapping[str, Fault]:
@@ -79,7 +84,12 @@ class Campaign(FaultOptions):
         return FAULTS if self.through is None else ALL
 
     def scenario(self, number: int) -> Scenario:
-        """Scenario of this number: first those of the twin's fault table, then the faults that only drives have."""
+        """Scenario of this number: first those of the twin's fault table, then the faults that only drives have.
+
+        A scenario of healthy use has no fault.
+        """
+        if self.healthy_hours is not None:
+            return Scenario(self.seed, number, (), self.told)
         own = number - self.scenarios
         if own < 0:
             return Scenario.drawn(self.seed, number, self.told)
@@ -88,7 +98,9 @@ class Campaign(FaultOptions):
     @property
     def numbers(self) -> range:
         """Numbers of all scenarios. Through a driver, faults that only drives have are flown as often as a row."""
-        own = 0 if self.through is None else len(ONLY_DRIVES) * math.ceil(self.scenarios / len(FAULTS))
+        if self.healthy_hours is not None:
+            return range(flights_of(self.healthy_hours))
+        own = 0 if self.through is None else len(ONLY_DRIVES) * math.ceil(self.scenarios / len(EARLIER))
         return range(self.scenarios + own)
 
 
@@ -111,13 +123,13 @@ def run_campaign(campaign: Campaign, progress: Progress) -> CampaignFigures:
         for k, verdict in enumerate(bad):
             progress("Shrinking failed scenarios", k / len(bad))
             with _ground(people[verdict.scenario.number % campaign.persons], campaign) as (who, ground):
-                small.append(shrunk(who, verdict, ground))
+                small.append(shrunk(who, verdict, ground) if verdict.scenario.faults else verdict.scenario)
         # Stopping processes and limiting their resources uses Linux functions.
         may_strike = len(verdicts) == len(campaign.numbers) and sys.platform.startswith("linux")
         # Strikes hit the processes of a live run on the twin, independent of the scenarios before.
         may_strike = may_strike and campaign.through is None and bool(people)
         figures = replace(_figures(campaign, verdicts), replay=[scenario.command for scenario in small])
-        if campaign.strikes and may_strike:
+        if campaign.strikes and may_strike and campaign.healthy_hours is None:
             figures = figures.with_strikes(_struck(campaign, people[0], progress))
     return figures
 
@@ -147,7 +159,7 @@ def _replayed(campaign: Campaign, folder: Path, progress: Progress) -> CampaignF
     scenario = campaign.replayed()
     path = prepare_participant(campaign.seed, scenario.number % campaign.persons, campaign.level, folder, progress)
     with _ground(path, campaign) as (who, ground):
-        verdict = fly(who, scenario, ground)
+        verdict = _flown_one(who, scenario, ground)
     return replace(_figures(campaign, [verdict]), course=course_of(verdict))
 
 
@@ -183,7 +195,9 @@ def _chunks(campaign: Campaign, done: Container[int] = ()) -> list[tuple[int, li
     """Participant and scenario numbers of each chunk, in an order in which consecutive chunks change participant."""
     left = [number for number in campaign.numbers if number not in done]
     by_person = [[number for number in left if number % campaign.persons == k] for k in range(campaign.persons)]
-    chunks = [(k, numbers[i : i + CHUNK]) for k, numbers in enumerate(by_person) for i in range(0, len(numbers), CHUNK)]
+    # A flight of healthy use takes minutes and is kept alone.
+    size = CHUNK if campaign.healthy_hours is None else 1
+    chunks = [(k, numbers[i : i + size]) for k, numbers in enumerate(by_person) for i in range(0, len(numbers), size)]
     return sorted(chunks, key=lambda chunk: chunk[1][0])
 
 
@@ -196,7 +210,11 @@ def _fly_chunk(
 ) -> Iterator[list[ScenarioVerdict]]:
     person, numbers = chunk
     with _ground(people[person], campaign) as (who, ground):
-        yield [fly(who, campaign.scenario(number), ground) for number in numbers]
+        yield [_flown_one(who, campaign.scenario(number), ground) for number in numbers]
+
+
+def _flown_one(who: FaultParticipant, scenario: Scenario, ground: PlantSource) -> ScenarioVerdict:
+    return (fly if scenario.faults else fly_healthy)(who, scenario, ground)
 
 
 @contextlib.contextmanager

@@ -66,6 +66,7 @@ def verdict_of(row: dict[str, Any]) -> ScenarioVerdict:
     course["reason"] = None if reason is None else StopReason[reason]
     course["since"] = {SafeState[name]: tick for name, tick in course["since"].items()}
     scenario["faults"] = tuple(scenario["faults"])
-    return ScenarioVerdict(
-        **{**row, "course": ScenarioLog(**course), "scenario": Scenario(**scenario), "missed": tuple(row["missed"])}
-    )
+    row = {**row, "course": ScenarioLog(**course), "scenario": Scenario(**scenario)}
+    # A row of an earlier version has no `unexplained`: every miss failed its campaign.
+    unexplained = tuple(row.get("unexplained", row["missed"]))
+    return ScenarioVerdict(**{**row, "missed": tuple(row["missed"]), "unexplained": unexplained})

@@ -3,12 +3,15 @@
 from collections.abc import Callable
 
 import numpy as np
+from jaxtyping import Float
 
 from exograv.loop.arm_controller import ArmController
 from exograv.safety.guard import ControlRequest
 
+from .acceptance import MOMENTS_MAX, MOMENTS_MIN
 from .fault_plant import World
 from .injector import Injector
+from .scenario_log import ScenarioLog
 
 
 class OccasionalLateTicks(Injector):
@@ -80,10 +83,54 @@ class DivergedEstimate(Injector):
     def draw(self) -> None:
         self.kind = str(self.generator.choice(["nan", "impossible", "far"]))
         self.refused = 0
+        self._watch: ParametersWatch | None = None
 
     def act(self, world: World, controller: ArmController, tick: int) -> None:
+        if self._watch is None:
+            self._watch = ParametersWatch(controller, 1e-3 * self.period_ms)
         if (tick - self.onset) % self.ticks(50) == 0:
             x = controller.x.copy()
             bodies = slice(0, 10 * len(controller.assembly.arm.segments))
             x[bodies] *= {"nan": np.nan, "impossible": -1.0, "far": 5.0}[self.kind]
             self.refused += not controller.publish(x, world.q)
+        self._watch.look(controller, world.q)
+
+    def report(self, course: ScenarioLog) -> None:
+        if self._watch is not None:
+            course.gravity_torque_change_Nm_s = self._watch.torque_change_Nm_s
+            course.arm_bound = self._watch.bound
+
+
+class ParametersWatch:
+    """Watch of the arm parameters in force: how fast their torque changes, and whether the arm stays plausible."""
+
+    def __init__(self, controller: ArmController, period_s: float):
+        """Begin with the parameters in force; `period_s` is the time between two calls of `look` [s]."""
+        self._period_s, self._before = period_s, controller.x.copy()
+        self._table_moment = first_moment(controller.assembly.arm.phi)
+        self.torque_change_Nm_s = 0.0
+        """Largest change of the carrying torque per second so far [N·m/s]."""
+
+        self.bound = 0.0
+        """First moments of the arm, relative to the nearer of their bounds, the largest so far [-]."""
+
+    def look(self, controller: ArmController, q: Float[np.ndarray, " joint"]) -> None:
+        """Compare the parameters in force with those of the previous call, in the posture `q` [rad]."""
+        x, arm = controller.x, controller.assembly.arm
+        if not np.array_equal(x, self._before):
+            # Both torques are of the same posture, so that only the parameters differ.
+            change = controller.torque_at_rest(q, x) - controller.torque_at_rest(q, self._before)
+            self.torque_change_Nm_s = _most(self.torque_change_Nm_s, float(np.abs(change).max()) / self._period_s)
+            self._before = x.copy()
+        share = first_moment(x[: 10 * len(arm.segments)]) / self._table_moment
+        self.bound = _most(self.bound, share / MOMENTS_MAX, MOMENTS_MIN / share if share else np.inf)
+
+
+def _most(*values: float) -> float:
+    """Return the largest value; a value that is not a number counts as infinite."""
+    return max(value if np.isfinite(value) else np.inf for value in values)
+
+
+def first_moment(phi: Float[np.ndarray, " phi"]) -> float:
+    """Sum over all segments of mass times the distance of the centre of mass from the joint [kg·m]."""
+    return float(np.linalg.norm(phi.reshape(-1, 10)[:, 1:4], axis=1).sum())

@@ -54,7 +54,7 @@ class Overheated(Injector):
         if tick == self.onset:
             world.at_bench("heat", self.joint, MAX_C + 10.0)
 
-    def shows(self, told: np.ndarray, noise_Nm: np.ndarray) -> np.ndarray:
+    def shows(self, told: np.ndarray, moves: np.ndarray, noise_Nm: np.ndarray) -> np.ndarray:
         """Ticks from the next status on: the drive itself detects a hot winding only in its next step."""
         return np.arange(len(told)) > self.onset
 

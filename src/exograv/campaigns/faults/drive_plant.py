@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from exograv.errors import RigError
 from exograv.options import Bus
@@ -18,7 +19,19 @@ from exograv.rig.drives.settings import Drives, load_drives
 from exograv.safety.guard import COMMAND_LIFE_S
 from exograv.signals import Command, JointState
 
-from .drive_process import AwaitSteps, BenchLine, DriveReport, PlacePerson, Push, ResetBench, ScaleMotorConstant, serve
+from .drive_process import (
+    AwaitSteps,
+    BenchLine,
+    DriveReport,
+    FeelGravity,
+    ForgetTruth,
+    PlacePerson,
+    Push,
+    ResetBench,
+    ScaleMotorConstant,
+    SlideCuff,
+    serve,
+)
 from .fault_participants import load_participant
 from .fault_plant import FaultParticipant, FaultPlant, FlightStart, Joints, TruthSample
 
@@ -73,6 +86,10 @@ class DrivePlant:
         """Return one truth sample per tick, with the fastest hand speed within the tick."""
         return by_tick(self._line.ask(DriveReport()), self._stride)
 
+    def forget(self) -> None:
+        """Forget the truth of past steps."""
+        self._line.ask(ForgetTruth())
+
     @property
     def q(self) -> Joints:
         """Position as measured last [rad]."""
@@ -90,6 +107,14 @@ class DrivePlant:
     def turn_motor(self, joint: int, factor: float) -> None:
         """Scale a motor's torque constant. Its drive does not know of the change."""
         self._line.ask(ScaleMotorConstant(joint, factor))
+
+    def feel_gravity(self, g: Float[np.ndarray, " 3"]) -> None:
+        """Turn gravity, as a tilted base does."""
+        self._line.ask(FeelGravity(g))
+
+    def slide_cuff(self, name: str, along_m: float) -> None:
+        """Slide the cuff along the limb."""
+        self._line.ask(SlideCuff(name, along_m))
 
     def at_bench(self, word: str, joint: int | None = None, number: float | None = None) -> None:
         """Send a command to the bench of the simulated drives."""

@@ -10,6 +10,9 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+from jaxtyping import Float
+
 from exograv.laboratory.drive_sim import front_end
 from exograv.options import Bus
 from exograv.rig.drives.settings import load_drives
@@ -17,6 +20,7 @@ from exograv.rig.drives.simulated import Plant
 from exograv.rig.drives.simulated.bench import SimulatedBench
 from exograv.rig.drives.simulated.devices import SimulatedDevices
 from exograv.rig.drives.simulated.firmware import AMBIENT_C
+from exograv.rig.twin import Twin
 
 from .fault_plant import FlightStart, SwayingWearer, TruthSample, twin_of
 
@@ -45,6 +49,19 @@ class ScaleMotorConstant(NamedTuple):
     factor: float
 
 
+class FeelGravity(NamedTuple):
+    """Request: let the machine feel this specific force along the axes of a level base [-]."""
+
+    g: Float[np.ndarray, " 3"]
+
+
+class SlideCuff(NamedTuple):
+    """Request: slide a cuff along the limb, away from where it was fastened [m]."""
+
+    name: str
+    along_m: float
+
+
 class BenchLine(NamedTuple):
     """Request: carry out a line at the bench."""
 
@@ -57,6 +74,10 @@ class AwaitSteps(NamedTuple):
     steps: int
 
 
+class ForgetTruth(NamedTuple):
+    """Request: forget the truth of past steps."""
+
+
 class DriveReport(NamedTuple):
     """Request: return the truth before the first step and after each step."""
 
@@ -65,7 +86,7 @@ class DriveExaminer:
     """Executor of the campaign's requests between two steps."""
 
     def __init__(self, known: Path, plant: Plant, device: SimulatedDevices, joints: tuple[str, ...], line: Connection):
-        self._laboratory, prepared, _ = pickle.loads(known.read_bytes())
+        self._laboratory, prepared, *_ = pickle.loads(known.read_bytes())
         self._t0, self._plant, self._device, self._line = prepared.t, plant, device, line
         self._bench = SimulatedBench(joints, plant, device, lambda _: None)
         self._joints, self._next, self._awaited = joints, None, 0
@@ -97,7 +118,10 @@ class DriveExaminer:
             PlacePerson: lambda _: self._begin(),
             Push: lambda it: self._push(it.joint, it.torque),
             ScaleMotorConstant: lambda it: self._plant.turn_motor(it.joint, it.factor),
+            FeelGravity: lambda it: self._twin.fly(it.g),
+            SlideCuff: lambda it: self._twin.slide_cuff(it.name, it.along_m),
             BenchLine: lambda it: self._bench.do(it.line),
+            ForgetTruth: lambda _: self._sights.clear(),
             DriveReport: lambda _: self._sights,
         }
         self._line.send(acts[type(asked)](asked))
@@ -110,7 +134,7 @@ class DriveExaminer:
         for joint, drive in enumerate(self._plant.each):
             self._device.plug(joint)
             drive.temperature_C = AMBIENT_C
-        self._next = SwayingWearer(twin_of(self._laboratory, start, self._t0), start.moves)
+        self._next = SwayingWearer(twin_of(self._laboratory, start, self._t0), start)
 
     def _begin(self) -> None:
         person = self._person = self._next
@@ -124,6 +148,11 @@ class DriveExaminer:
             self._sights.append(self._person.look())
             self._person.sway()
 
+    @property
+    def _twin(self) -> Twin:
+        assert self._person is not None
+        return self._person.twin
+
     def _push(self, joint: int, torque: float) -> None:
         self._plant.twin.tau_voluntary[joint] += torque
 
@@ -131,7 +160,7 @@ class DriveExaminer:
 def serve(known: Path, drives_file: Path, bus: Bus, line: Connection) -> None:
     """Serve simulated drives until the campaign ends them; `known` is the file of a participant."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # The process that started this one also ends it.
-    laboratory, prepared, _ = pickle.loads(known.read_bytes())
+    laboratory, prepared, *_ = pickle.loads(known.read_bytes())
     description = laboratory.description
     drives = load_drives(drives_file, description)
     start = FlightStart(0, description.donning_posture, 0.0 * description.donning_posture)

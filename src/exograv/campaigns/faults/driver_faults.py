@@ -7,6 +7,7 @@ from exograv.safety.guard import SafeState
 from exograv.safety.stops import StopReason
 
 from . import drive_faults as of_drives
+from . import lying_faults as of_lies
 from .fault_table import FAULTS, Fault
 from .injector import Injector
 
@@ -35,13 +36,17 @@ AT_DRIVES: Mapping[str, type[Injector]] = MappingProxyType(
         "F12": of_drives.InternalFault,
         "F13": of_drives.CableOut,
         "F39": of_drives.DriveStopLineOpen,
+        "F46": of_lies.DriveTorqueConstantDrift,
         **{name: fault.injector for name, fault in ONLY_DRIVES.items()},
     }
 )
 """Injectors by identifier that act at the drives, in place of those that act on the twin."""
 
-IN_PERSON = ("F28", "F29")
+IN_PERSON = ("F28", "F29", "F49", "F50", "F51")
 """Faults that act on the person in the simulated machine. On hardware, a person has to produce them."""
+
+IN_WORLD = ("F45",)
+"""Faults that act on the base of the machine."""
 
 
 def injector_of(name: str, bus: str | None) -> type[Injector]:
@@ -55,6 +60,8 @@ def injected_by(name: str) -> str:
         return "drive"
     if name in IN_PERSON:
         return "person"
+    if name in IN_WORLD:
+        return "world"
     injector = ALL[name].injector
     if injector.measured is not Injector.measured or injector.commanded is not Injector.commanded:
         return "interface"

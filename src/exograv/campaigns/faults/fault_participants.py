@@ -4,14 +4,23 @@ import pickle
 from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
+from jaxtyping import Float
+
+from exograv.dynamics import parameters
 from exograv.laboratory.preparation import prepare
-from exograv.laboratory.virtual_laboratory import draw_laboratory
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.machine_limits import limits
 from exograv.loop.person_limits import person_limits
 from exograv.loop.pilot import Progress
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.rig.twin import parameter_truth
 
 from .fault_plant import FaultParticipant
+
+STRANGERS, STRANGER_SEEDS = 8, 100
+"""Number of other persons whose files may be taken by mistake, and the spacing of their seeds [-]."""
 
 RIGS = ("recupera_like", "recupera_like_qdd")
 """Machines of the participants, in turn."""
@@ -27,14 +36,23 @@ def prepare_participant(seed: int, person: int, level: int, folder: Path, progre
     laboratory = draw_laboratory(RIGS[person % len(RIGS)], None, level, drawn)
     prepared = prepare(laboratory, drawn, progress)
     of_person = person_limits(prepared.assembly, prepared.machine, prepared.x)
+    others = [STRANGER_SEEDS * (drawn + 1) + k for k in range(STRANGERS)]
+    strangers = [arm_of(draw_laboratory(RIGS[person % len(RIGS)], None, level, other), prepared) for other in others]
     path = folder / f"person_{person}.pickle"
-    path.write_bytes(pickle.dumps((laboratory, prepared, of_person)))
+    path.write_bytes(pickle.dumps((laboratory, prepared, of_person, np.array(strangers))))
     return path
+
+
+def arm_of(laboratory: VirtualLaboratory, prepared: ControllerKnowledge) -> Float[np.ndarray, " phi"]:
+    """Return the true inertial parameters of a laboratory's wearer, in the order of this controller's parameters."""
+    truth, assembly = parameter_truth(laboratory.wearer), prepared.assembly
+    names = [name for name, _ in parameters.names_and_units(assembly)]
+    return np.array([truth[name] for name in names[parameters.ParameterLayout.of(assembly).phi]])
 
 
 @lru_cache(maxsize=4)
 def load_participant(path: Path, period_ms: int = 1) -> FaultParticipant:
     """Load the participant of this file, for a control period in ms; cached for the next scenario."""
-    laboratory, prepared, of_person = pickle.loads(path.read_bytes())
+    laboratory, prepared, of_person, strangers = pickle.loads(path.read_bytes())
     controller = ArmController(prepared.assembly, prepared.machine, prepared.x, 1e-3 * period_ms)
-    return FaultParticipant(laboratory, prepared, controller, limits(laboratory.description), of_person)
+    return FaultParticipant(laboratory, prepared, controller, limits(laboratory.description), of_person, strangers)

@@ -3,16 +3,20 @@
 import contextlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
 
+from exograv.dynamics.parameters import Parameters
 from exograv.errors import RigError
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.person_limits import limits_of_table
+from exograv.loop.plausible_table import TableMaker
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
-from exograv.rig.twin import Twin
+from exograv.rig.twin import Truth, Twin
 from exograv.safety.limits import Limits, PersonLimits
 from exograv.signals import Command, JointState
 
@@ -20,6 +24,9 @@ Joints = Float[np.ndarray, " joint"]
 
 SWAY_HZ, SWAY_STIFFNESS, SWAY_DAMPING = 0.8, 12.0, 1.5
 """Frequency, stiffness and damping of a wearer who moves the arm [Hz, N·m/rad, N·m·s/rad]."""
+
+POLE_COSINE = 0.5
+"""Cosine of the abduction below which the pole of the shoulder's angles is near [-]."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +38,17 @@ class FaultParticipant:
     controller: ArmController
     limits: Limits
     person: PersonLimits
+    strangers: Float[np.ndarray, "person phi"]
+    """Inertial parameters of other persons' arms in this machine, without error."""
+
+    @cached_property
+    def _tables(self) -> TableMaker:
+        """Maker of the guard's tables, made at the first use: it takes seconds."""
+        return TableMaker(self.prepared.assembly, self.prepared.machine, self.prepared.x)
+
+    def limits_with(self, x: Parameters) -> PersonLimits:
+        """Limits of the guard for other arm parameters in this machine."""
+        return limits_of_table(self.prepared.assembly, self._tables.table(x))
 
 
 class FlightStart(NamedTuple):
@@ -43,7 +61,10 @@ class FlightStart(NamedTuple):
     """Joint positions at the start [rad]."""
 
     moves: Joints
-    """Amplitude of the wearer's slow sinusoidal push at the joints [N·m]; zero for a relaxed wearer."""
+    """Amplitude of the wearer's sinusoidal push at the joints [N·m]; zero for a relaxed wearer."""
+
+    hz: float = SWAY_HZ
+    """Frequency of that push [Hz]."""
 
 
 class TruthSample(NamedTuple):
@@ -79,6 +100,14 @@ class World(Protocol):
 
     def turn_motor(self, joint: int, factor: float) -> None:
         """Scale the torque constant of a motor from now on."""
+        ...
+
+    def feel_gravity(self, g: Float[np.ndarray, " 3"]) -> None:
+        """Let the machine feel this specific force from now on, along the axes of a level base [-]."""
+        ...
+
+    def slide_cuff(self, name: str, along_m: float) -> None:
+        """Move the rest place of a cuff along the limb, away from where it was fastened [m]."""
         ...
 
     def at_bench(self, word: str, joint: int | None = None, number: float | None = None) -> None:
@@ -120,13 +149,18 @@ class FaultPlant(World, Protocol):
         """Truth of every tick, when the flight is over."""
         ...
 
+    def forget(self) -> None:
+        """Forget the truth of past ticks."""
+        ...
+
 
 class SwayingWearer:
-    """Twin whose wearer sways the arm about its start: a slow push, added to other torques."""
+    """Twin whose wearer sways the arm about its start: a sinusoidal push, added to other torques."""
 
-    def __init__(self, twin: Twin, moves: Joints):
-        """Hold the twin's present posture; `moves` are the amplitudes of the push [N·m]."""
-        self.twin, self._moves, self._own = twin, moves, np.zeros_like(twin.tau_voluntary)
+    def __init__(self, twin: Twin, start: FlightStart):
+        """Hold the twin's present posture, and push as the start says."""
+        self.twin, self._moves, self._hz = twin, start.moves, start.hz
+        self._own = np.zeros_like(twin.tau_voluntary)
         self._held_at, self._steps = twin.truth.q_arm.copy(), 0
 
     def look(self) -> TruthSample:
@@ -137,13 +171,29 @@ class SwayingWearer:
     def sway(self) -> None:
         """Set the muscle torque for the next step of the twin."""
         if self._moves.any():
-            seen, phase = self.twin.truth, 2.0 * np.pi * SWAY_HZ * self.twin.period_s * self._steps
+            seen, phase = self.twin.truth, 2.0 * np.pi * self._hz * self.twin.period_s * self._steps
             own = (
                 self._moves * np.sin(phase) - SWAY_STIFFNESS * (seen.q_arm - self._held_at) - SWAY_DAMPING * seen.v_arm
             )
+            own *= near_pole_share(seen)
             self.twin.tau_voluntary += own - self._own
             self._own = own
         self._steps += 1
+
+
+def near_pole_share(truth: Truth) -> Float[np.ndarray, " arm"]:
+    """Share of the muscle torque at each freedom of the arms [-]: 1, and less for flexion and rotation near their pole.
+
+    Near 90° of abduction both angles turn against each other without moving the arm, so a muscle cannot resist it. The
+    damping of `SWAY_DAMPING`, held for a tick, would drive that motion instead of braking it.
+    """
+    share, first = np.ones(len(truth.q_arm)), 0
+    for arm in truth.wearer.arms if truth.wearer else ():
+        if arm.skeleton.is_usual:
+            cosine = abs(np.cos(truth.q_arm[first + 1]))
+            share[[first, first + 2]] = min(1.0, (cosine / POLE_COSINE) ** 2)
+        first += len(arm.skeleton.freedoms)
+    return share
 
 
 def twin_of(laboratory: VirtualLaboratory, start: FlightStart, t0: float) -> Twin:
@@ -156,7 +206,7 @@ class TwinPlant:
 
     def __init__(self, participant: FaultParticipant, start: FlightStart):
         self._twin = twin_of(participant.laboratory, start, participant.prepared.t)
-        self._person, self._sights = SwayingWearer(self._twin, start.moves), list[TruthSample]()
+        self._person, self._sights = SwayingWearer(self._twin, start), list[TruthSample]()
 
     @property
     def t(self) -> float:
@@ -182,6 +232,10 @@ class TwinPlant:
         """Advance the twin with the last command, which expires soon."""
         self._twin.write(last)
 
+    def forget(self) -> None:
+        """Forget the truth of past ticks."""
+        self._sights.clear()
+
     def sights(self) -> list[TruthSample]:
         """Truth of every tick, and of the end of the last one."""
         return [*self._sights, self._person.look()]
@@ -202,6 +256,14 @@ class TwinPlant:
     def turn_motor(self, joint: int, factor: float) -> None:
         """Scale the motor's torque constant. Status and measurement of the motor change with it."""
         self._twin.turn_motor(joint, factor)
+
+    def feel_gravity(self, g: Float[np.ndarray, " 3"]) -> None:
+        """Turn gravity, as a tilted base does."""
+        self._twin.fly(g)
+
+    def slide_cuff(self, name: str, along_m: float) -> None:
+        """Slide the cuff along the limb."""
+        self._twin.slide_cuff(name, along_m)
 
     def at_bench(self, word: str, joint: int | None = None, number: float | None = None) -> None:
         """Reject the command: the twin has no bench.

@@ -1,6 +1,6 @@
 """Faults without a scenario: the tests that prove the reaction to each, or the reason for a missing test.
 
-Together with the scenario table and the strikes at real processes they cover F01 to F40.
+Together with the scenario table and the strikes at real processes they cover F01 to F51.
 """
 
 from collections.abc import Mapping
@@ -17,6 +17,9 @@ class TestedFault:
 
     proved_by: tuple[str, ...]
     """Tests that prove the reaction, by their names in pytest."""
+
+    cells: tuple[str, ...] = ()
+    """Cells of `exograv dev process-faults` that fly the fault at real processes, for its option `--only`."""
 
 
 TESTED_FAULTS = (
@@ -150,7 +153,52 @@ TESTED_FAULTS = (
         "F40",
         "two faults at a time (`pairs` of a campaign)",
         (
-            "tests/campaigns/faults/test_faults.py::test_in_sixty_scenarios_nothing_leaves_the_envelope_and_every_budget_is_kept",
+            "tests/campaigns/faults/test_faults.py::test_in_sixty_scenarios_nothing_leaves_the_envelope_and_every_miss_has_a_known_cause",
+        ),
+    ),
+    TestedFault(
+        "F42",
+        "a process spins in an endless loop, or its memory is exhausted",
+        (
+            "tests/live/test_native_flight.py::test_a_control_in_an_endless_loop_delays_no_tick_and_is_ended",
+            "tests/campaigns/process_faults/test_real_cells.py::test_a_killed_process_of_a_real_session_is_as_expected",
+        ),
+        (
+            "control:spin:floating",
+            "guard:spin:floating",
+            "worker:spin:moving",
+            "recorder:spin:floating",
+            "parent:spin:floating",
+            "control:memory:floating",
+        ),
+    ),
+    TestedFault(
+        "F43",
+        "the terminal is closed, a signal ends or stops the session, or the computer is suspended",
+        (
+            "tests/runtime/processes/test_spawn.py::test_a_process_has_a_session_of_its_own_so_that_no_key_of_a_terminal_stops_it",
+            "tests/runtime/processes/test_spawn.py::test_a_closed_terminal_that_kills_a_process_leaves_no_shared_memory",
+        ),
+        (
+            "session:hup:floating",
+            "parent:term:floating",
+            "session:quit:floating",
+            "session:ctrl-z:floating",
+            "session:suspend:floating",
+        ),
+    ),
+    TestedFault(
+        "F44",
+        "a message between processes is half a word, wrong, or not read, or a process raises an exception",
+        (
+            "tests/live/test_native_flight.py::test_half_a_word_of_the_parent_lowers_the_arm_at_once_and_costs_no_tick",
+            "tests/runtime/control_loop/test_guard_commands.py::test_a_word_or_half_a_word_by_the_pipe_means_the_end",
+        ),
+        (
+            "parent:half-word:floating",
+            "parent:full-pipe:floating",
+            "control:exception:floating",
+            "guard:exception:floating",
         ),
     ),
 )

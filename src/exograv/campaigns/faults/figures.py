@@ -6,15 +6,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from exograv.results import OPTIONAL
-from exograv.safety.guard import SafeState
 
-from .driver_faults import ALL, injected_by
-from .fault_table import FAULTS, Fault
+from .acceptance import HAND_MAX_M_S
 from .fault_tests import TESTED_FAULTS, UNTESTED_FAULTS
-from .scenario import HAND_MAX_M_S, ScenarioVerdict, is_bad
-
-LINES_MAX = 10
-"""Largest number of scenarios that are listed per kind."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +51,59 @@ class FaultFigures:
     pushed_hand_m_s: float | None
     extra_speed_rad_s: float
     extra_way_deg: float
+
+    known: int = 0
+    """Number of misses in `missed` whose cause is known and explains their figures."""
+
+    misses: Mapping[str, "MissFigures"] = field(default_factory=dict)
+    """Missed criteria of the runs with this fault only, by measure."""
+
+    hands_stopped: "HandCount | None" = None
+    """Hands of relaxed arms after a stop of guard or drives."""
+
+    hands: "HandCount | None" = None
+    """Hands of relaxed arms in all runs, stopped or not, from the onset of the fault on."""
+
+    diverged: int = 0
+    """Number of runs, also with other faults, in which the simulation diverged."""
+
+    stops: Mapping[str, int] = field(default_factory=dict)
+    """Number of runs with this fault only by their stop reason."""
+
+
+@dataclass(frozen=True)
+class MissFigures:
+    """Runs that miss one criterion of the fault table."""
+
+    limit: float | None
+    """Budget or limit of the fault table; None for a safe state that must not occur."""
+
+    runs: int
+    worst: float | None
+    """Largest figure of these runs; None if the fault was not found, or the figure was infinite."""
+
+    unexplained: int
+    """Number of these runs that the known cause does not explain."""
+
+    cause: str | None
+    """Known cause; None without one."""
+
+
+@dataclass(frozen=True)
+class HandCount:
+    """Hands of relaxed arms [m/s]."""
+
+    runs: int
+    above: int
+    """Number of runs with a hand above the allowed speed."""
+
+    max: float | None
+
+    @classmethod
+    def of(cls, speeds: Sequence[float]) -> "HandCount":
+        """Count these hand speeds."""
+        above = sum(speed > HAND_MAX_M_S for speed in speeds)
+        return cls(len(speeds), above, round(max(speeds), 3) if speeds else None)
 
 
 @dataclass(frozen=True)
@@ -138,7 +185,7 @@ class Strikes:
 
 @dataclass(frozen=True)
 class PairFigures:
-    """Scenarios with two faults at the same time, judged by the sum of both budgets."""
+    """Scenarios with two or more faults at the same time, judged by the sum of their budgets."""
 
     runs: int
     missed: int
@@ -146,7 +193,7 @@ class PairFigures:
 
 @dataclass(frozen=True)
 class HandFigures:
-    """Hand speeds of relaxed arms after a stop that one fault caused, while the wearer does not push [m/s]."""
+    """Hand speeds of relaxed arms in runs with one fault, while the wearer does not push [m/s]."""
 
     runs: int
     max: float | None
@@ -168,11 +215,20 @@ class ScenarioFigures:
     crashed: str | None
     found_ms: Mapping[str, float | None]
     missed: Sequence[str]
+    unexplained: Sequence[str]
+    beyond: Mapping[str, float | None]
+    """Missed figures by measure; None for a fault that was not found in time."""
+
     false_trip: bool
+    diverged: bool
     hand_m_s: float
     pushed_hand_m_s: float
+    flight_hand_m_s: float
     extra_speed_rad_s: float
     extra_way_deg: float
+    drift_deg_s: float
+    power_W: float
+    injected_J: float
     torque_step_Nm: float
     relaxed: bool
 
@@ -187,14 +243,32 @@ class CampaignFigures:
     envelope_violations: int
     violations: list[str]
     crashed: list[str]
+    diverged: int
+    """Number of scenarios in which the simulation diverged; each is also among `crashed`."""
+
     missed_budgets: int
+    """Number of faults with a missed criterion, over all scenarios."""
+
+    unexplained_misses: int
+    """Number of these misses without a known cause."""
+
     missed: list[str]
+    """First scenarios with an unexplained miss."""
+
     by_fault: Mapping[str, FaultFigures | StrikeFigures | GuardEndFigures]
     false_trips: list[str]
     false_trips_per_hour: float
+    false_trips_per_hour_at_most: float | None
+    """Upper 95 % bound of the rate, for Poisson events; None without any quiet time."""
+
     quiet_hours: float
     pairs: PairFigures
     relaxed_hand_m_s: HandFigures
+    """Hands after a stop."""
+
+    relaxed_hand_every_flight_m_s: HandFigures
+    """Hands in all flights, stopped or not, from the first onset on."""
+
     seed: int
     disturbance_level: int
     through: str | None
@@ -202,6 +276,15 @@ class CampaignFigures:
         default_factory=lambda: {row.id: row.proved_by for row in TESTED_FAULTS}
     )
     """Tests that show a fault without a scenario, by the identifier of the fault, such as F19."""
+
+    flown_by: Mapping[str, Sequence[str]] = field(
+        default_factory=lambda: {
+            row.id: [f"exograv dev process-faults --only {cell}" for cell in row.cells]
+            for row in TESTED_FAULTS
+            if row.cells
+        }
+    )
+    """Commands by identifier that fly a fault at real processes."""
 
     not_yet: Mapping[str, str] = field(default_factory=lambda: dict(UNTESTED_FAULTS))
     live: StruckRun | None = None
@@ -219,99 +302,7 @@ class CampaignFigures:
             envelope_violations=self.envelope_violations + found.live.envelope_violations,
             violations=[*self.violations, *found.violations],
             missed_budgets=self.missed_budgets + missed,
+            unexplained_misses=self.unexplained_misses + missed,
             by_fault={**self.by_fault, **found.by_fault},
             live=found.live,
         )
-
-
-def figures_of(
-    verdicts: Sequence[ScenarioVerdict],
-    faults: Mapping[str, Fault] = FAULTS,
-    seed: int = 0,
-    level: int = 0,
-    through: str | None = None,
-) -> CampaignFigures:
-    """Compute the figures of all scenarios of a campaign."""
-    quiet_h = sum(v.quiet_s for v in verdicts) / 3600.0
-    false = [v for v in verdicts if v.false_trip]
-    pairs = [v for v in verdicts if len(v.scenario.faults) == 2 and not v.false_trip]
-    return CampaignFigures(
-        ok=not any(map(is_bad, verdicts)),
-        scenarios=len(verdicts),
-        ticks=sum(v.course.ticks for v in verdicts),
-        envelope_violations=sum(v.course.violated_ticks for v in verdicts),
-        violations=[f"{v.scenario.command}: {v.course.violations[0]}" for v in verdicts if v.course.violations][
-            :LINES_MAX
-        ],
-        crashed=[f"{v.scenario.command}: {v.course.crashed}" for v in verdicts if v.course.crashed][:LINES_MAX],
-        missed_budgets=sum(len(v.missed) for v in verdicts),
-        missed=[f"{v.scenario.command}: {v.found}" for v in verdicts if v.missed][:LINES_MAX],
-        by_fault={name: _of_fault(name, verdicts) for name in faults},
-        false_trips=[f"{v.scenario.command}: {v.course.reason}" for v in false],
-        false_trips_per_hour=round(len(false) / quiet_h, 2) if quiet_h else 0.0,
-        quiet_hours=round(quiet_h, 4),
-        pairs=PairFigures(len(pairs), sum(bool(v.missed) for v in pairs)),
-        relaxed_hand_m_s=_hand(verdicts),
-        seed=seed,
-        disturbance_level=level,
-        through=through,
-    )
-
-
-def _of_fault(name: str, verdicts: Sequence[ScenarioVerdict]) -> FaultFigures:
-    alone = [v for v in verdicts if v.scenario.faults == (name,) and not v.false_trip]
-    times = [t for v in alone if (t := v.found.get(name)) is not None]
-    fault, hands = ALL[name], [v.course.hand_m_s for v in alone if v.relaxed and _is_stopped(v)]
-    pushed = max((v.course.pushed_hand_m_s for v in alone), default=0.0)
-    return FaultFigures(
-        what=fault.what,
-        injected_by=injected_by(name),
-        runs=sum(name in v.scenario.faults for v in verdicts),
-        alone=len(alone),
-        detected=len(times),
-        reaction_ms=ReactionTimes.of(times),
-        budget_ms=fault.budget_ms,
-        missed=sum(name in v.missed for v in verdicts),
-        safe_state="DRIVES BRAKE" if fault.at_drive else fault.safe_state.name,
-        worst_safe_state=max((v.course.worst for v in alone), default=SafeState.NONE).name,
-        hand_m_s=round(max(hands), 3) if hands else None,
-        pushed_hand_m_s=round(pushed, 3) if pushed else None,
-        extra_speed_rad_s=round(max((v.course.extra_speed for v in alone), default=0.0), 3),
-        extra_way_deg=round(max((v.course.extra_way_deg for v in alone), default=0.0), 2),
-    )
-
-
-def _hand(verdicts: Sequence[ScenarioVerdict]) -> HandFigures:
-    found = [v for v in verdicts if v.relaxed and len(v.scenario.faults) == 1 and _is_stopped(v)]
-    speeds = [v.course.hand_m_s for v in found]
-    fast = [v for v in found if v.course.hand_m_s > HAND_MAX_M_S]
-    cases = [f"{v.scenario.command}: {v.course.hand_m_s:.2f} m/s" for v in fast]
-    return HandFigures(len(speeds), round(max(speeds), 3) if speeds else None, len(fast), HAND_MAX_M_S, cases)
-
-
-def _is_stopped(verdict: ScenarioVerdict) -> bool:
-    """Return True if guard or drives stopped the arm. The hand speed is recorded only then."""
-    return verdict.course.stopped_tick is not None or verdict.course.braked_tick is not None
-
-
-def course_of(verdict: ScenarioVerdict) -> ScenarioFigures:
-    """Return the figures of one scenario."""
-    course = verdict.course
-    return ScenarioFigures(
-        ticks=course.ticks,
-        stopped_tick=course.stopped_tick,
-        braked_tick=course.braked_tick,
-        reason=None if course.reason is None else course.reason.value,
-        worst_safe_state=course.worst.name,
-        violations=course.violations,
-        crashed=course.crashed,
-        found_ms=verdict.found,
-        missed=verdict.missed,
-        false_trip=verdict.false_trip,
-        hand_m_s=round(course.hand_m_s, 3),
-        pushed_hand_m_s=round(course.pushed_hand_m_s, 3),
-        extra_speed_rad_s=round(course.extra_speed, 3),
-        extra_way_deg=round(course.extra_way_deg, 2),
-        torque_step_Nm=round(course.torque_step_Nm, 4),
-        relaxed=verdict.relaxed,
-    )

@@ -10,12 +10,13 @@ from jaxtyping import Float
 
 from exograv.loop.control_step import NO_MEASUREMENT, ControlStep, Decision
 from exograv.loop.output_feedback import OutputFeedback
+from exograv.rig.twin import TwinDivergedError
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import ControlRequest, Guard, SafeState
 from exograv.safety.person import GuardedPerson
 from exograv.signals import Command, JointState, Reference
 
-from .fault_plant import FaultParticipant, FaultPlant
+from .fault_plant import FaultParticipant, FaultPlant, TruthSample
 from .injector import Injector
 from .oracle import EnvelopeOracle
 from .person_faults import StopPressed
@@ -49,10 +50,18 @@ class FaultFlight:
         self._oracle = EnvelopeOracle(participant.limits, participant.person, period_s)
         self._faults, still = faults, np.zeros(len(posture))
         self._last = Command(stand.t, NO_MEASUREMENT, stand.t, still, still)
-        self.watch = TruthWatch(min((fault.onset for fault in faults), default=None), round(1e3 * period_s))
+        for fault in faults:
+            fault.begin(stand)
+        onset = min((fault.onset for fault in faults), default=None)
+        self.watch = TruthWatch(onset, round(1e3 * period_s), participant.person.table)
 
-    def fly(self, ticks: int) -> ScenarioLog:
-        """Run this number of ticks. An exception is noted in the log."""
+    def fly(self, ticks: int, healthy: Sequence[TruthSample] = ()) -> ScenarioLog:
+        """Run this number of ticks. An exception is noted in the log.
+
+        Args:
+            ticks: Number of ticks.
+            healthy: Truth of the same flight without its faults; empty if no criterion compares with it.
+        """
         course = self.watch.course
         try:
             for tick in range(ticks):
@@ -60,7 +69,36 @@ class FaultFlight:
                 course.ticks += 1
         except Exception as error:  # noqa: BLE001 - a crash of the software is a finding of the campaign
             course.crashed = f"{type(error).__name__}: {error}"
-        return self.watch.finish(self._oracle.judge(), self._stand.sights())
+            course.diverged = isinstance(error, TwinDivergedError)
+        for fault in self._faults:
+            fault.report(course)
+        return self.watch.finish(self._oracle.judge(), self._stand.sights(), healthy)
+
+    def fly_segment(self, ticks: int, kept: int) -> None:
+        """Run up to this number of further ticks, or to the first stop, then judge them and forget all but the last.
+
+        The figures of the log are those of `fly` only as far as ticks, stop, violations and an exception go.
+
+        Args:
+            ticks: Number of ticks.
+            kept: Number of ticks that the oracle keeps for its next judgement.
+        """
+        course, before = self.watch.course, self._oracle.ticks
+        try:
+            for tick in range(course.ticks, course.ticks + ticks):
+                self._tick(tick)
+                course.ticks += 1
+                if course.stopped_tick is not None:
+                    break
+        except Exception as error:  # noqa: BLE001 - a crash of the software is a finding of the campaign
+            course.crashed = f"{type(error).__name__}: {error}"
+            course.diverged = isinstance(error, TwinDivergedError)
+        first = course.ticks - self._oracle.ticks
+        new = {first + k: what for k, what in self._oracle.judge().wrong.items() if k >= before}
+        course.violated_ticks += len(new)
+        course.violations += [f"tick {tick}: {what}" for tick, what in new.items()][: 3 - len(course.violations)]
+        self._oracle.forget(kept)
+        self.watch.forget()
 
     def _tick(self, tick: int) -> None:
         state = self._stand.read()

@@ -15,7 +15,8 @@ from exograv.loop.arm_controller import ArmController
 from exograv.safety.guard import ControlRequest
 from exograv.signals import Command, JointState
 
-from .fault_plant import World
+from .fault_plant import FaultParticipant, World
+from .scenario_log import ScenarioLog
 
 TICK_S = 0.001
 
@@ -35,6 +36,9 @@ class Injector:
     ends_guard: ClassVar[bool] = False
     """True if there is no guard from the onset on."""
 
+    begins_at_once: ClassVar[bool] = False
+    """True if the fault is there from the first tick on, in place of a drawn onset."""
+
     joint: int = field(init=False)
     """Index of the faulty joint, for faults of one joint."""
 
@@ -44,6 +48,13 @@ class Injector:
 
     def draw(self) -> None:
         """Draw the fault's further random values."""
+
+    def known(self, participant: FaultParticipant) -> FaultParticipant:
+        """Return the participant as the software knows them in this flight."""
+        return participant
+
+    def begin(self, world: World) -> None:
+        """Prepare the world before the first tick."""
 
     def ticks(self, ms: int) -> int:
         """Convert a duration to ticks, at least one."""
@@ -64,17 +75,24 @@ class Injector:
     def act(self, world: World, controller: ArmController, tick: int) -> None:
         """Change the world or control at the beginning of a tick, from the onset on."""
 
+    def report(self, course: ScenarioLog) -> None:
+        """Note figures that only the injector measures, after the flight."""
+
     def pushes(self, tick: int) -> bool:
         """Return True if the fault makes the person push in a tick, so that the arm does not count as relaxed."""
         return False
 
     def shows(
-        self, told: Float[np.ndarray, "tick joint"], noise_Nm: Float[np.ndarray, " joint"]
+        self,
+        told: Float[np.ndarray, "tick joint"],
+        moves: Bool[np.ndarray, "tick joint"],
+        noise_Nm: Float[np.ndarray, " joint"],
     ) -> Bool[np.ndarray, " tick"]:
         """Return the ticks in which the fault is detectable at all; all ticks from the onset on.
 
         Args:
             told: Commanded torque of each joint in every tick [N·m].
+            moves: Joints that clearly move in each tick.
             noise_Nm: Standard deviation of the measured currents, as torque [N·m].
         """
         return np.arange(len(told)) >= self.onset

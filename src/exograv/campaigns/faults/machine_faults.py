@@ -39,6 +39,10 @@ class StuckEncoder(Injector):
         kept = self.kept
         return state._replace(q=self.at_joint(state.q, lambda _: kept))
 
+    def shows(self, told: np.ndarray, moves: np.ndarray, noise_Nm: np.ndarray) -> np.ndarray:
+        """Ticks in which the joint moves. While it stands still, its measurements look normal."""
+        return super().shows(told, moves, noise_Nm) & moves[:, self.joint]
+
 
 class EncoderSpike(Injector):
     """F03: a position is far off in one tick."""
@@ -123,6 +127,10 @@ class SignFlip(Injector):
         start = self.start
         return state._replace(q=self.at_joint(state.q, lambda q: 2.0 * start - q))
 
+    def shows(self, told: np.ndarray, moves: np.ndarray, noise_Nm: np.ndarray) -> np.ndarray:
+        """Ticks in which the joint moves. While it stands still, its measurements look normal."""
+        return super().shows(told, moves, noise_Nm) & moves[:, self.joint]
+
 
 class EncoderSlip(Injector):
     """F08: an encoder slips on its shaft, by 3° to 20° within 20 to 100 ms."""
@@ -188,10 +196,10 @@ class WeakMotor(Injector):
     def commanded(self, command: Command, tick: int) -> Command:
         return command._replace(current=self.at_joint(command.current, lambda i: self.share * i))
 
-    def shows(self, told: np.ndarray, noise_Nm: np.ndarray) -> np.ndarray:
+    def shows(self, told: np.ndarray, moves: np.ndarray, noise_Nm: np.ndarray) -> np.ndarray:
         """Ticks in which the missing torque exceeds the noise. With a small command, little torque is missing."""
         missing = (1.0 - self.share) * np.abs(told[:, self.joint])
-        return super().shows(told, noise_Nm) & (missing > TORQUE_OFF_NM + NOISE_SD * noise_Nm[self.joint])
+        return super().shows(told, moves, noise_Nm) & (missing > TORQUE_OFF_NM + NOISE_SD * noise_Nm[self.joint])
 
 
 class ReportedDriveFault(Injector):

@@ -11,7 +11,15 @@ STRIKES_MAX = 60
 """Largest number of strikes of each kind. The limit follows from the two hours that a live run may last."""
 
 
-STRUCK = Acts(lambda all_: all_.through is None and all_.replay is None, "without --through and --replay")
+STRUCK = Acts(
+    lambda all_: all_.through is None and all_.replay is None and all_.healthy_hours is None,
+    "without --through, --replay and --healthy-hours",
+)
+FAULTY = Acts(
+    lambda all_: all_.replay is None and all_.healthy_hours is None,
+    "without --replay and --healthy-hours, which say what is simulated",
+)
+ONLY_TWIN = Acts(lambda all_: all_.through is None, "without --through")
 MANY = Acts(lambda all_: all_.replay is None, "without --replay, which simulates one scenario")
 
 
@@ -19,7 +27,7 @@ MANY = Acts(lambda all_: all_.replay is None, "without --replay, which simulates
 class FaultOptions(Options):
     """Options of `exograv dev faults`."""
 
-    scenarios: Annotated[int, Within(1), MANY] = 200
+    scenarios: Annotated[int, Within(1), FAULTY] = 200
     """Number of scenarios; each takes half a second of processor time."""
 
     seed: Seed = 0
@@ -30,6 +38,10 @@ class FaultOptions(Options):
 
     processes: Annotated[int | None, Within(1), MANY] = None
     """Number of parallel processes; one per processor if absent. The result does not depend on it."""
+
+    healthy_hours: Annotated[float | None, Within(0.0), ONLY_TWIN] = None
+    """Hours of healthy use to simulate in place of faults: quiet, lively and with tremor, in flights of 3 and 60
+    minutes. Each stop is a false trip. An hour takes about 20 minutes of processor time."""
 
     strikes: Annotated[int, Within(0, STRIKES_MAX, f"0 (none) to {STRIKES_MAX}."), STRUCK] = 1
     """Number of times that each process of a live run is killed, stopped and starved afterwards; 0 for none."""

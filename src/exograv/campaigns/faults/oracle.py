@@ -72,6 +72,16 @@ class EnvelopeOracle:
         self._q.append(q)
         self._level.append(gravity_level)
 
+    @property
+    def ticks(self) -> int:
+        """Number of noted ticks that the next judgement knows."""
+        return len(self._tau)
+
+    def forget(self, kept: int) -> None:
+        """Forget all noted ticks but the last ones. They still bound the rate, the posture and the speed."""
+        for noted in (self._tau, self._q, self._level):
+            del noted[:-kept]
+
     def judge(self) -> Judgement:
         """Judge all noted ticks.
 
@@ -140,6 +150,25 @@ def carrying(table: PlausibleTable, q: Rows, gravity_level: Float[np.ndarray, " 
             both = (_products(ahead) * depends[:, j])[:, further] @ chain.potential.T
             tau[:, joint] += both[:, 0] + arm_share[:, 0] * both[:, 1]
     return tau
+
+
+def power_beyond(
+    table: PlausibleTable, tau: Rows, q: Rows, v: Rows, gravity_level: Float[np.ndarray, " tick"]
+) -> Float[np.ndarray, " tick"]:
+    """Power of the commanded torque into the person, beyond carrying and beyond calibrated friction [W].
+
+    Args:
+        table: Torque that carries this person's arm.
+        tau: Commanded torque [N·m].
+        q: True joint positions [rad].
+        v: True joint velocities [rad/s].
+        gravity_level: Felt share of the arm's weight [-].
+    """
+    over = tau - carrying(table, q, gravity_level)
+    friction = table.dry + table.viscous * np.abs(v)
+    drives = over * v > 0.0
+    over = np.where(drives, np.sign(over) * np.maximum(np.abs(over) - friction, 0.0), over)
+    return (over * v).sum(axis=1)
 
 
 def _products(q: Rows) -> Float[np.ndarray, "tick product"]:

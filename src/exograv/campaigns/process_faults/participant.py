@@ -48,7 +48,7 @@ def participant_file(folder: Path, seed: int, level: int, progress: Progress, is
         return path
     folder.mkdir(parents=True, exist_ok=True)
     drawn = prepare_participant(seed, 0, level, folder, progress)
-    laboratory, prepared, person = pickle.loads(drawn.read_bytes())
+    laboratory, prepared, person, _ = pickle.loads(drawn.read_bytes())
     unknown = replace(prepared, x=table_guess(prepared.assembly, prepared.machine))
     anyone = unknown_person(prepared.assembly, prepared.machine)
     known = PreparedParticipant(laboratory.description, laboratory.form, prepared, person, unknown, anyone)

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 ROOM_FOR_WORDS = 160
 """Terminal width from which each fault is also described in a sentence [columns]."""
 
+HANDS_SHOWN = 20
+"""Number of fast hands that are listed, the fastest first; the JSON file has all of them."""
+
 ROOM_FOR_TABLE = 72
 """Terminal width below which a table would cut off figures, so that each fault has a line of text [columns]."""
 
@@ -35,21 +38,22 @@ def run_faults_command(options: FaultOptions, common: OutFolder) -> "CampaignFig
 
 
 def show_faults(result: "CampaignFigures") -> None:
-    """Print a table with one row per fault, then the counts that must be zero."""
+    """Print a table with one row per fault, the hands, the misses, then the counts that must be zero."""
     from rich.console import Console
 
     console = Console()
     _show_rows(console, result)
-    hand, pairs = result.relaxed_hand_m_s, result.pairs
+    _show_hands(console, result)
+    _show_misses(console, result)
+    for line in result.relaxed_hand_every_flight_m_s.cases[:HANDS_SHOWN]:
+        console.print(f"  {line}", highlight=False, soft_wrap=True)
+    for title in ("envelope_violations", "unexplained_misses", "diverged"):
+        console.print(f"{title.replace('_', ' ')}: {getattr(result, title)}", highlight=False)
     console.print(
-        f"Hand of a relaxed person after a stop: at most {hand.max} m/s, above {hand.allowed} in {hand.above} "
-        f"of {hand.runs}. Pairs: {pairs.missed} of {pairs.runs} missed their budgets together.",
+        f"{len(result.false_trips)} false trips in {result.quiet_hours:g} h; 95 % bound "
+        f"{result.false_trips_per_hour_at_most} per hour.",
         highlight=False,
     )
-    for line in hand.cases:
-        console.print(f"  {line}", highlight=False, soft_wrap=True)
-    for title in ("envelope_violations", "missed_budgets", "false_trips_per_hour"):
-        console.print(f"{title.replace('_', ' ')}: {getattr(result, title)}", highlight=False)
     for line in (*result.crashed, *result.violations, *result.missed, *result.false_trips):
         console.print(f"  {line}", highlight=False, soft_wrap=True)
     if result.live and result.live.not_struck:
@@ -61,15 +65,63 @@ def show_faults(result: "CampaignFigures") -> None:
 
 
 def _show_rows(console: Any, result: "CampaignFigures") -> None:
-    from rich.table import Table
-
     title = f"{result.scenarios} scenarios, {result.ticks} ticks, seed {result.seed}"
     through = result.through
     title += f", through {through}" if through else ""
     has_room = console.width >= ROOM_FOR_WORDS
     words = ("fault", *(("what",) if has_room else ()), *(("done to",) if through and has_room else ()))
-    headings = (*words, "alone", "found", "ms", "most", "budget", "missed", "hand m/s")
-    rows = [_cells(name, row, words) for name, row in result.by_fault.items() if row.runs]
+    headings = (*words, "alone", "found", "ms", "most", "budget", "missed", "known")
+    _show_table(
+        console, title, headings, words, [_cells(name, row, words) for name, row in result.by_fault.items() if row.runs]
+    )
+
+
+def _show_hands(console: Any, result: "CampaignFigures") -> None:
+    """Print the hands of relaxed arms by fault, for flights with a stop and for all flights."""
+    stopped, every = result.relaxed_hand_m_s, result.relaxed_hand_every_flight_m_s
+    title = f"Hands of relaxed arms above {every.allowed:g} m/s, of flights with one fault"
+    headings = ("fault", "stopped", "above", "m/s", "all", "above", "m/s")
+    rows: list[list[str]] = []
+    for name, row in result.by_fault.items():
+        # Rows of strikes have no hands.
+        hands, after = getattr(row, "hands", None), getattr(row, "hands_stopped", None)
+        if hands is not None and after is not None and hands.runs:
+            numbers = (after.runs, after.above, after.max, hands.runs, hands.above, hands.max)
+            rows.append([name, *map(_number, numbers)])
+    if rows:
+        _show_table(console, title, headings, ("fault",), rows)
+    pairs = result.pairs
+    for what, hand in (("after a stop by one fault", stopped), ("in all flights, stopped or not", every)):
+        console.print(
+            f"Hand of a relaxed person {what}: at most {hand.max} m/s, above {hand.allowed} in {hand.above} of "
+            f"{hand.runs}.",
+            highlight=False,
+        )
+    console.print(
+        f"Several faults: {pairs.missed} of {pairs.runs} flights missed their budgets together.", highlight=False
+    )
+
+
+def _show_misses(console: Any, result: "CampaignFigures") -> None:
+    """Print each missed criterion with its figure and its cause."""
+    for name, row in result.by_fault.items():
+        for measure, miss in getattr(row, "misses", {}).items():
+            worst = "not found in time" if miss.worst is None else f"worst {miss.worst:g}"
+            limit = "" if miss.limit is None else f" of {miss.limit:g}"
+            cause = miss.cause or "The cause is not known."
+            beyond = f" {miss.unexplained} exceed what this explains." if miss.cause and miss.unexplained else ""
+            console.print(
+                f"{name} misses {measure}{limit} in {miss.runs} of {row.alone}, {worst}. {cause}{beyond}",
+                highlight=False,
+            )
+
+
+def _show_table(
+    console: Any, title: str, headings: Sequence[str], words: Sequence[str], rows: Sequence[Sequence[str]]
+) -> None:
+    """Print a table; a narrow terminal gets one line of text per row."""
+    from rich.table import Table
+
     if console.width < ROOM_FOR_TABLE:
         console.print(title)
         for name, *cells in rows:
@@ -86,6 +138,10 @@ def _show_rows(console: Any, result: "CampaignFigures") -> None:
 
 def _cells(name: str, row: "FaultFigures | StrikeFigures | GuardEndFigures", words: Sequence[str]) -> list[str]:
     numbers = (row.alone, row.detected, row.reaction_ms.p50, row.reaction_ms.max)
-    numbers = (*numbers, row.budget_ms, row.missed, row.hand_m_s)
+    numbers = (*numbers, row.budget_ms, row.missed, getattr(row, "known", 0))
     told = {"fault": name, "what": row.what, "done to": getattr(row, "injected_by", "")}
-    return [*(told[word] for word in words), *("–" if cell is None else f"{cell:g}" for cell in numbers)]
+    return [*(told[word] for word in words), *map(_number, numbers)]
+
+
+def _number(cell: float | None) -> str:
+    return "–" if cell is None else f"{cell:g}"

@@ -167,6 +167,32 @@ static int command(const lock_step *s)
     return 1;
 }
 
+/* As ShoulderPole.before_forces: MuJoCo damps near the pole, the joint forces elsewhere. */
+static void before_forces(const pole *one)
+{
+    int64_t *is_near = one->is_near, was_near = *is_near;
+    double *engine_damping = one->engine_damping;
+    *is_near = 0;
+    if (!(fabs(cos(*(const double *)one->abduction)) > one->far_cosine)) {
+        const double *inertia = one->inertia;
+        const double flexion = inertia[one->places[0]], rotation = inertia[one->places[1]];
+        const double both = inertia[one->places[2]], total = flexion + rotation;
+        const double least = total != 0.0 ? (flexion * rotation - both * both) / total : INFINITY;
+        *is_near = one->damping_step > one->stable_share * least;
+    }
+    for (int k = 0; k < 2 && *is_near != was_near; k++)
+        engine_damping[one->turning[k]] = *is_near ? one->damping[k] : 0.0;
+}
+
+/* As ShoulderPole.after_forces. */
+static void after_forces(const pole *one)
+{
+    const double *velocity = one->velocity;
+    double *forces = one->forces;
+    for (int k = 0; k < 2 && *(const int64_t *)one->is_near; k++)
+        forces[one->turning[k]] += one->damping[k] * velocity[one->turning[k]];
+}
+
 /* As Twin.write; 0 if the simulation has diverged. */
 static int move(const lock_step *s)
 {
@@ -175,8 +201,12 @@ static int move(const lock_step *s)
         put(one->now, (const double *)one->torques + s->muscle_row * one->freedoms, one->freedoms);
     }
     for (int64_t k = 0; k < s->substeps; k++) {
+        for (int64_t p = 0; p < s->poles; p++)
+            before_forces(&s->pole[p]);
         ((half *)s->first_half)(s->model, s->data);
         ((kernel *)s->forces)(s->forces_memory);
+        for (int64_t p = 0; p < s->poles; p++)
+            after_forces(&s->pole[p]);
         ((half *)s->second_half)(s->model, s->data);
     }
     const double *velocity = s->velocity;

@@ -1,7 +1,7 @@
 /* Made from the classes in record.py; do not edit. docs/explanation/realtime.md says how. */
 #pragma once
 #include <stdint.h>
-#define LAYOUT_OF_LOCK_STEP 2196559449
+#define LAYOUT_OF_LOCK_STEP 781022320
 
 #define ARMS 2
 #define RAMPS 2
@@ -74,12 +74,28 @@ typedef struct arm {
     void *now;
 } arm;
 
+typedef struct pole {
+    void *abduction;
+    void *inertia;
+    void *engine_damping;
+    void *velocity;
+    void *forces;
+    void *is_near;
+    int64_t places[3];
+    int64_t turning[2];
+    double damping[2];
+    double damping_step;
+    double stable_share;
+    double far_cosine;
+} pole;
+
 typedef struct lock_step {
     int64_t joints;
     int64_t substeps;
     int64_t velocities;
     int64_t arms;
     int64_t ramps;
+    int64_t poles;
     void *sensors;
     void *sensors_memory;
     void *noise;
@@ -125,6 +141,7 @@ typedef struct lock_step {
     void *tau_commanded;
     void *row;
     arm arm[2];
+    pole pole[2];
     ramp ramp[2];
     int64_t tick;
     int64_t sequence;

@@ -40,7 +40,20 @@ class Arm(ctypes.Structure):
     _fields_ = (("freedoms", ctypes.c_int64), ("torques", ctypes.c_void_p), ("now", ctypes.c_void_p))
 
 
-_COUNTS = ("joints", "substeps", "velocities", "arms", "ramps")
+class Pole(ctypes.Structure):
+    """Pole of a shoulder's angles, as in `rig.twin.world.poles`."""
+
+    _fields_ = (
+        *((name, ctypes.c_void_p) for name in ("abduction", "inertia", "engine_damping", "velocity", "forces")),
+        ("is_near", ctypes.c_void_p),
+        ("places", ctypes.c_int64 * 3),
+        ("turning", ctypes.c_int64 * 2),
+        ("damping", ctypes.c_double * 2),
+        *((name, ctypes.c_double) for name in ("damping_step", "stable_share", "far_cosine")),
+    )
+
+
+_COUNTS = ("joints", "substeps", "velocities", "arms", "ramps", "poles")
 _MACHINE = (
     *("sensors", "sensors_memory", "noise", "noise_now", "q", "current", "q_motor"),
     *("forces", "forces_memory", "first_half", "second_half", "model", "data", "velocity"),
@@ -65,6 +78,7 @@ class LockStep(ctypes.Structure):
         *((name, ctypes.c_int64) for name in _COUNTS),
         *((name, ctypes.c_void_p) for name in (*_MACHINE, *_GUARD, *_CONTROL, *_PATH, *_RESULTS)),
         ("arm", Arm * ARMS),
+        ("pole", Pole * ARMS),
         ("ramp", Ramp * RAMPS),
         *((name, ctypes.c_int64) for name in _OF_TICK),
         *((name, ctypes.c_double) for name in _NUMBERS),
@@ -95,7 +109,7 @@ def write_header() -> None:
 
 def text() -> str:
     """Return the C header of the record."""
-    return header((Ramp, Arm, LockStep), CONSTANTS)
+    return header((Ramp, Arm, Pole, LockStep), CONSTANTS)
 
 
 if __name__ == "__main__":

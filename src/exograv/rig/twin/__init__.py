@@ -17,3 +17,4 @@ from .examiner import held_out_postures as held_out_postures
 from .examiner import rms as rms
 from .twin import Truth as Truth
 from .twin import Twin as Twin
+from .twin import TwinDivergedError as TwinDivergedError

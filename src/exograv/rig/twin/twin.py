@@ -23,6 +23,7 @@ from exograv.rig.twin.wearer.wearer import Wearer
 from exograv.rig.twin.world.cuff_sensors import CuffSensors, Wrenches
 from exograv.rig.twin.world.engine_code import engine_addresses, engine_halves
 from exograv.rig.twin.world.forces import measured_truth, pass_clock, step_forces
+from exograv.rig.twin.world.poles import shoulder_poles
 from exograv.rig.twin.world.scene import TIMESTEP, build_scene
 from exograv.rig.twin.world.statics import Statics
 from exograv.rig.twin.world.surroundings import Surroundings, TouchedScreen
@@ -64,6 +65,10 @@ class Truth:
 
     tau_muscle: Float[np.ndarray, " arm"]
     """Muscle torque of the wearer, voluntary and involuntary [N·m]."""
+
+
+class TwinDivergedError(RigError):
+    """Simulation whose velocities are not finite any more."""
 
 
 class Twin:
@@ -110,6 +115,7 @@ class Twin:
         ]
         truth = measured_truth(self._scene, machine)
         self._sensors = Sensors(machine, seed, truth, {name: self._memory[name] for name in truth.name_in()})
+        self._poles = shoulder_poles(self._scene, wearer)
         self._no_torque = np.full(len(self.joints), np.nan)
         self._no_torque.flags.writeable = False  # all measurements share this array
         self._t0, self._steps = t0, 0
@@ -164,7 +170,8 @@ class Twin:
         """Give the drives a current and advance by one period.
 
         Raises:
-            RigError: The current is not finite, or the simulation has diverged.
+            RigError: The current is not finite.
+            TwinDivergedError: A velocity is not finite.
         """
         # A sum of Python numbers, here and below: NumPy's reductions take ten times as long for four numbers.
         if not math.isfinite(sum(command.current.tolist())):
@@ -182,8 +189,12 @@ class Twin:
         model, data, evaluate = self._scene.model, self._scene.data, self._forces.evaluate
         first_half, second_half = mujoco.mj_step1, mujoco.mj_step2
         for _ in range(SUBSTEPS):
+            for pole in self._poles:
+                pole.before_forces()
             first_half(model, data)
             evaluate()
+            for pole in self._poles:
+                pole.after_forces()
             second_half(model, data)
         self.end_native(not math.isfinite(sum(self._velocity.tolist())))
 
@@ -208,6 +219,7 @@ class Twin:
             self._damping,
             memory["valid_until"],
             tuple(NativeMuscles(muscles.block, tau) for muscles, tau in self._muscle_torques),
+            tuple(pole.native for pole in self._poles),
         )
 
     @property
@@ -233,7 +245,7 @@ class Twin:
         self._steps += SUBSTEPS
         self._measured = None
         if has_diverged:
-            raise RigError(
+            raise TwinDivergedError(
                 f"The twin diverged before {self.t:.3f} s: a velocity is not finite. The cause is usually a command "
                 "outside every limit; look at the commands before this time."
             )
@@ -262,6 +274,14 @@ class Twin:
             RigError: The mount does not exist, the machine has no wearer to hold the weight, or the mass is negative.
         """
         self._scene.hang(mount, mass_kg)
+
+    def slide_cuff(self, name: str, along_m: float) -> None:
+        """Move the rest place of a cuff along the limb, away from where it was fastened [m]; for examiners only.
+
+        Raises:
+            RigError: The cuff does not exist, or the machine has no wearer.
+        """
+        self._scene.slide_cuff(name, along_m)
 
     def fly(self, g: Float[np.ndarray, " 3"]) -> None:
         """Accelerate the room as in an aircraft from now on.

@@ -31,6 +31,9 @@ class CuffPlace:
 
     name: str
     exo_body: int
+    p_exo: Float[np.ndarray, " 3"]
+    """Place of the machine's side in the link that bears it [m], as fastened."""
+
     arm_body: int
     p_arm: Float[np.ndarray, " 3"]
     """Origin of the cuff in the frame of the arm's bone [m]."""
@@ -93,6 +96,19 @@ class Scene:
         if self.model.body_mass[body] != mass:
             self.model.body_mass[body] = mass
             mujoco.mj_setConst(self.model, self.scratch)
+
+    def slide_cuff(self, name: str, along_m: float) -> None:
+        """Move the machine's side of a cuff along its z axis, the limb, from where it was fastened [m].
+
+        Raises:
+            RigError: The cuff does not exist, or the machine has no wearer.
+        """
+        place = next((place for place in self.cuffs if place.name == name), None)
+        if place is None:
+            raise RigError(f"No cuff '{name}' can slide. Cuffs: {', '.join(place.name for place in self.cuffs)}.")
+        R_parent_cuff = np.empty(9)
+        mujoco.mju_quat2Mat(R_parent_cuff, self.model.body_quat[place.exo_body])
+        self.model.body_pos[place.exo_body] = place.p_exo + along_m * R_parent_cuff.reshape(3, 3)[:, 2]
 
 
 def build_scene(
@@ -184,8 +200,9 @@ def _fasten_cuffs(
         R_world_arm = on_arm.xmat.reshape(3, 3)
         p_arm = R_world_arm.T @ (on_exo.xpos - on_arm.xpos)
         R_arm = R_world_arm.T @ on_exo.xmat.reshape(3, 3)
+        p_exo = data.model.body_pos[on_exo.id].copy()
         holds = (cuff.stiffness > 0.0).astype(float)
-        places.append(CuffPlace(cuff.name, on_exo.id, on_arm.id, p_arm, R_arm, holds))
+        places.append(CuffPlace(cuff.name, on_exo.id, p_exo, on_arm.id, p_arm, R_arm, holds))
     return tuple(places)
 
 

@@ -1,0 +1,85 @@
+"""Criteria of the fault table that are missed, each with its cause. Every other miss fails the campaign.
+
+An entry never removes or widens a budget: its flights still count as missed, and the table shows them. `up_to` follows
+from the cause and is not the largest figure of a campaign.
+"""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from .acceptance import KnownMiss, Measure
+
+_WEIGHT = (
+    "A weight that comes or goes moves the arm as its wearer does, and no current changes. A force sensor at the cuff "
+    "of the forearm or in the grip would show it."
+)
+_NO_DRIFT_MONITOR = "The guard has no monitor of slow drift: {}"
+
+_MISSES = (
+    KnownMiss(
+        "F08",
+        Measure.TIME,
+        112.0,
+        "The guard compares both encoders from 2° on, for 10 ms. An encoder that slips slowly reaches 2° up to 100 ms "
+        "after its first motion; the time counts from the first motion.",
+    ),
+    KnownMiss(
+        "F09",
+        Measure.TIME,
+        None,
+        "The current keeps its commanded value, so the wrong torque shows only as acceleration, like a push of the "
+        "wearer. A force sensor at the cuff or a torque sensor at the joint would show it.",
+    ),
+    KnownMiss("F28", Measure.TIME, None, _WEIGHT),
+    KnownMiss("F28", Measure.DRIFT, None, _WEIGHT),
+    KnownMiss("F50", Measure.HAND, None, _WEIGHT),
+    KnownMiss("F51", Measure.HAND, None, _WEIGHT),
+    KnownMiss(
+        "F45",
+        Measure.TIME,
+        None,
+        _NO_DRIFT_MONITOR.format(
+            "a tilt of 10° changes the weight of a joint by at most a sixth. An inertial sensor at "
+            "the base would show it."
+        ),
+    ),
+    KnownMiss(
+        "F46",
+        Measure.TIME,
+        None,
+        _NO_DRIFT_MONITOR.format(
+            "the current keeps its commanded value, and the arm sinks or rises slowly. A torque "
+            "sensor at the joint would show it."
+        ),
+    ),
+    KnownMiss(
+        "F48",
+        Measure.TIME,
+        None,
+        _NO_DRIFT_MONITOR.format(
+            "the torque of the other arm stays within the plausible bounds of its file. The "
+            "weighing of the arm before a session would show it."
+        ),
+    ),
+    KnownMiss(
+        "F49",
+        Measure.TIME,
+        None,
+        _NO_DRIFT_MONITOR.format(
+            "the guard knows no cuffs, and the loops of the model still close. A force sensor at "
+            "the cuff would show it."
+        ),
+    ),
+    KnownMiss(
+        "F17",
+        Measure.TIME,
+        30.0,
+        "Only the guard's process has the drives. After its end each drive brakes by its own watchdog, 20 ms after the "
+        "last command has expired.",
+    ),
+)
+
+KNOWN_MISSES: Mapping[tuple[str, Measure], KnownMiss] = MappingProxyType(
+    {(miss.fault, miss.measure): miss for miss in _MISSES}
+)
+"""Known misses by fault and measure."""
