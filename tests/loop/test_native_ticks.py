@@ -25,6 +25,8 @@ from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.recording import RecordingWriter, read_recording
 from exograv.rig.twin import Twin
+from exograv.rig.twin.world import poles
+from exograv.rig.twin.world.scene import TIMESTEP
 from exograv.safety.envelope import Envelope
 from exograv.safety.person import GuardedPerson
 
@@ -188,6 +190,36 @@ def test_a_worn_machine_is_driven_published_to_loaded_and_floated_alike(
     assert np.ptp(flown.ticks["gravity_level"]) > 0.1
 
 
+def test_the_damping_at_the_pole_of_the_shoulder_s_angles_changes_hands_alike(
+    laboratory: VirtualLaboratory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    def act(pilot: Pilot, twin: Twin) -> list[np.ndarray]:
+        seen: list[np.ndarray] = []
+
+        def learn(moment: TickSample) -> None:
+            seen.append(np.append(values(moment), [pole._is_near[0] for pole in twin._poles]))
+
+        start = pilot.q.copy()
+        tick = ExoTick(laboratory.description, assembly.exo)
+        pilot.run(tick, motion.go_to(start, start + 0.2, 0.5, twin.period_s), "", learn)
+        return seen
+
+    def make() -> Twin:
+        return Twin(laboratory.description, laboratory.machine, laboratory.wearer, SEED)
+
+    assembly, gain = laboratory.assembly(), laboratory.machine.drives.gain
+    # The inertia at which the damping changes hands is the one of the posture in which this arm begins.
+    pole = make()._poles[0]
+    flexion, rotation, both = pole._data.M[pole._places].tolist()
+    inertia = (flexion * rotation - both * both) / (flexion + rotation)
+    with pytest.MonkeyPatch.context() as poles_everywhere:
+        poles_everywhere.setattr(poles, "FAR_COSINE", 2.0)
+        poles_everywhere.setattr(poles, "STABLE_SHARE", float(pole._damping.max()) * TIMESTEP / inertia)
+        flown = compare(make, ActuatorGain(gain, 0.01 * gain), act, tmp_path, monkeypatch)
+    assert flown.native_ticks > 0.9 * len(flown.ticks)
+    assert set(flown.seen[:, -1]) == {0.0, 1.0}
+
+
 @pytest.mark.parametrize("fault", ["motor", "noise"])
 def test_a_fault_in_a_native_tick_ends_in_the_same_descent(
     fault: str, laboratory: VirtualLaboratory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -239,6 +271,6 @@ def test_a_library_of_another_layout_is_not_loaded(tmp_path: Path, monkeypatch: 
     if not library.build_lock_step(path):
         pytest.skip("no C compiler")
     assert library.load(path) is not None
-    monkeypatch.setattr(library, "LockStep", record.Ramp)
+    monkeypatch.setattr(record, "CONSTANTS", {**record.CONSTANTS, "GUARD_STOP": 7})
     assert library.load(path) is None
     assert library.load(tmp_path / "missing") is None

@@ -89,8 +89,17 @@ def figures_of(
     spin = [one.gaps for one in verdicts if f":{Fault.SPIN}:" in one.cell and not one.cell.startswith("guard")]
     spinning = replace(pooled(spin), histogram={})
     return MatrixFigures(
-        len(good) + len(late) + len(bad), len(good), late, bad, not_flown, list(missing), spinning, seed, level,
-        on_shared, list(verdicts),
+        len(good) + len(late) + len(bad),
+        len(good),
+        late,
+        bad,
+        not_flown,
+        list(missing),
+        spinning,
+        seed,
+        level,
+        on_shared,
+        list(verdicts),
     )
 
 
