@@ -14,7 +14,9 @@ from exograv.safety.plausible import Features, LimbTable, PlausibleTable
 def some_limits() -> PersonLimits:
     generator = np.random.default_rng(0)
     products, potential = generator.normal(size=(2, 2, Features(2, 1).count)), generator.normal(size=(2, 4))
-    table = PlausibleTable((LimbTable((0, 1), 1, *products, 2, potential),), *generator.uniform(size=(3, 2)))
+    table = PlausibleTable(
+        (LimbTable((0, 1), 1, products[0], products[1], 2, potential),), *generator.uniform(size=(3, 2))
+    )
     return PersonLimits(table, np.array([8.0, 4.0]), np.array([-1.0, 0.0]), np.array([1.0, 2.0]))
 
 

@@ -70,7 +70,7 @@ def test_the_compiled_guard_and_its_source_carry_limbs_of_many_joints_alike_to_t
     rng = np.random.default_rng(joints)
     numbers = Features(joints, most).count, Features(joints, further, most + 1).count
     rows, potential = rng.normal(size=(2, joints, numbers[0])), rng.normal(size=(2, numbers[1]))
-    chain = LimbTable(tuple(rng.permutation(joints).tolist()), most, *rows, further, potential)
+    chain = LimbTable(tuple(rng.permutation(joints).tolist()), most, rows[0], rows[1], further, potential)
     table = PlausibleTable((chain,), *[np.ones(joints)] * 3)
     found = []
     for each in (compiled, None):

@@ -356,9 +356,9 @@ def test_on_a_path_the_tank_fills_by_its_power_to_its_cap():
 def test_a_joint_thrown_at_a_stop_is_caught_before_the_trip_even_while_control_pushes(side: float):
     # An elbow with a kilogram in the hand, at the speed at which a restless wearer threw it (demo, level 2, seed 0).
     inertia, q, v = 0.25, np.array([0.0, side * 1.2]), np.array([0.0, side * 2.7])
-    envelope = worn(
-        limits=replace(LIMITS, table=replace(TABLE, chains=(LimbTable((0, 1), 2, *[0.0 * sine(EXO_NM)] * 2),)))
-    )
+    nothing = 0.0 * sine(EXO_NM)
+    weightless = replace(TABLE, chains=(LimbTable((0, 1), 2, nothing, nothing),))
+    envelope = worn(limits=replace(LIMITS, table=weightless))
     for _ in range(1000):
         tau = envelope.limit(np.array([0.0, side * 10.0]), q, v)
         friction = DRY[1] * np.tanh(v[1] / 0.02)
