@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-import signal
 import socket
 import ssl
 import subprocess
@@ -182,11 +181,3 @@ def test_a_page_that_closes_its_line_during_the_shutdown_is_no_error(hub: Hub, m
     monkeypatch.setattr(uvicorn.Server, "shutdown", closing_twice)
     asyncio.run(PageServer(uvicorn.Config(lambda: None), hub).shutdown())
     assert len(attempts) == 3
-
-
-def test_the_application_ends_in_order_also_when_ctrl_c_comes_twice(tmp_path: Path):
-    with served(tmp_path, None) as house:
-        for _ in range(2):
-            house.loop.call_soon_threadsafe(house.server.handle_exit, signal.SIGINT, None)
-    # Where it did not end, its task is cancelled later, and a traceback of the cancelled task is printed.
-    assert house.server.lifespan.shutdown_event.is_set()

@@ -20,7 +20,7 @@ from exograv.experiment.steered.requests import Act, Answer, Desk, Stop, Who
 from exograv.experiment.steered.view_models import PlotTrace, SessionSnapshot, SkeletonLines
 from exograv.model.rig_settings import Settings
 from exograv.model.scene import SceneDescription
-from exograv.runtime.processes.shared_memory import MessageRing
+from exograv.runtime.processes.shared_memory import PARTS, MessageRing
 
 POLL_S = 0.002
 """Period in which either side looks for messages [s]. A press of Stop passes two of them."""
@@ -28,7 +28,7 @@ POLL_S = 0.002
 AT_ONCE_MAX = 64
 """Largest number of requests that the parent takes in one period."""
 
-WAITING_MAX = 256
+WAITING_MAX = 2 * PARTS
 """Largest number of requests that wait for the desk. The parent ignores further ones."""
 
 
@@ -232,7 +232,8 @@ class DeskLink:
     def _serve(self) -> None:
         while not self._is_closed.wait(POLL_S):
             self._take_all()
-        self._take_all()  # what the process wrote before its end
+        for _ in range(PARTS // AT_ONCE_MAX):
+            self._take_all()  # what the process wrote before its end
 
     def _take_all(self) -> None:
         for _ in range(AT_ONCE_MAX):

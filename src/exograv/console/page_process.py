@@ -1,7 +1,7 @@
 """Process of the pages: it serves them, and reaches the machine only by requests to the guard's parent.
 
-Strangers can reach this process. It has descriptors, memory and an interpreter of its own: a flood, an endless loop or a
-crash here does not stop the parent.
+Strangers can reach this process. It has descriptors, memory and an interpreter of its own: a flood, an endless loop or
+a crash here does not stop the parent.
 """
 
 import contextlib

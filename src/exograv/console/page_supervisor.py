@@ -115,13 +115,11 @@ class PageSupervisor:
         self._child.kill()
         self._link.close()
         self._link = DeskLink(self._desk)
-        self._job = replace(
-            self._job, names=self._link.names, operator_token=new_token(), number=self._job.number + 1
-        )
+        self._job = replace(self._job, names=self._link.names, operator_token=new_token(), number=self._job.number + 1)
         if not self._child.replace(self._job, is_fruitless):
             raise ExogravError(
-                f"The process of the pages {why}, as {FRUITLESS_MAX} before it. The guard of the machine lowers the arm "
-                "by itself. Its output above gives the reason; please report it with the last lines of the diary."
+                f"The process of the pages {why}, as {FRUITLESS_MAX} before it. The guard of the machine lowers the "
+                "arm by itself. The output above gives the reason; please report it with the last lines of the diary."
             )
         self._say(f"The process of the pages {why}, and was started again. Open pages reconnect by themselves.")
         self._begin()
