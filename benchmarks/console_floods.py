@@ -89,6 +89,8 @@ class Login:
             open_timeout=TRY_S,
             close_timeout=0.1,
         ) as line:
+            # As a browser does: otherwise a press waits for the acknowledgement of the heartbeat before it, for 40 ms.
+            line.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             line.send(json.dumps({"kind": "hello", "ticket": ticket, "page": name}))
             yield line
 
@@ -179,7 +181,7 @@ def half_headers(login: Login) -> None:
 
 def nonsense(login: Login) -> None:
     """Send what is no HTTP on connection after connection."""
-    hold_connections(login, b"\x16\x03\x01 no http\r\n\r\n")
+    hold_connections(login, b"GET / of no version\r\n\r\n")
 
 
 def wrong_tokens(login: Login) -> None:
@@ -280,7 +282,8 @@ def console(folder: Path) -> Iterator[tuple[str, Path]]:
         try:
             until, found = time.monotonic() + 60.0, None
             while found is None:
-                assert process.poll() is None and time.monotonic() < until, log.read_text()
+                assert process.poll() is None, log.read_text()
+                assert time.monotonic() < until, log.read_text()
                 time.sleep(0.05)
                 found = re.search(r"https?://\S+/#\S+", log.read_text())
             yield found[0], log

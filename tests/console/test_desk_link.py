@@ -10,8 +10,8 @@ from tests.waiting import wait_until
 
 from exograv.console.desk_link import Decide, DeskClient, DeskLink, Ended, Ready
 from exograv.errors import RigError
-from exograv.experiment.steered.requests import LEASE_S, MakeReady, Stop
 from exograv.experiment.steered.rehearsal import RehearsedFlight
+from exograv.experiment.steered.requests import LEASE_S, MakeReady, Stop
 from exograv.experiment.steered.session_controller import SessionController
 
 from .fake_desk import FakeDesk

@@ -163,7 +163,7 @@ def test_a_correct_link_opens_while_wrong_ones_come_from_the_same_address(house:
 def test_a_flood_of_nonsense_writes_a_few_lines_to_the_log(house: Served, caplog: pytest.LogCaptureFixture):
     with caplog.at_level(logging.WARNING), ExitStack() as stack:
         flood = Connections(house, stack)
-        flood.open(3 * MESSAGES_MAX, b"no http\r\n\r\n")
+        flood.open(3 * MESSAGES_MAX, b"GET / of no version\r\n\r\n")
         wait_until(lambda: flood.alive == 0 or all(map(one_has_an_answer, flood.opened)))
     assert 0 < len(caplog.records) <= MESSAGES_MAX
 

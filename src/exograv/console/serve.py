@@ -15,13 +15,14 @@ from exograv.errors import ConfigError
 from .door import Door
 from .hub import Hub
 from .limits import MESSAGE_MAX_BYTES
+from .line_protocol import RECEIVE_BYTES, LineProtocol
 from .log_limit import limited_logs
 from .options import Address
 from .server import application
 
 LOOPBACK = "127.0.0.1"
-WAITING = 256
-"""Largest number of connections that wait to be accepted."""
+WAITING = 4096
+"""Largest number of connections that wait to be accepted, as far as the system allows. A page waits behind a flood."""
 
 END_S = 3
 """Time in which the pages must close their connections when the server ends [s]."""
@@ -50,6 +51,7 @@ def bound(address: Address) -> Iterator[tuple[socket.socket, str]]:
     with listening:
         try:
             listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listening.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BYTES)
             listening.bind(place)
             # Listen now: a browser that is faster than the server then waits instead of being refused.
             listening.listen(WAITING)
@@ -69,7 +71,7 @@ def settings_of(hub: Hub, address: Address, host: str) -> uvicorn.Config:
     return uvicorn.Config(
         application(hub, address.scheme, hosts),
         http="h11",
-        ws="websockets-sansio",
+        ws=LineProtocol,
         ws_max_size=MESSAGE_MAX_BYTES,
         # Without compression: a compressed message can expand to a thousand times its size.
         ws_per_message_deflate=False,
