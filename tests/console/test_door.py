@@ -15,6 +15,7 @@ from tests.waiting import wait_until
 from exograv.console import door
 from exograv.console.door import CONNECTIONS_OF_ROLE, NEWCOMERS_PER_ADDRESS
 from exograv.console.keys import Role, TokenUse
+from exograv.console.line_protocol import AFTER_CLOSE_BYTES
 from exograv.console.log_limit import MESSAGES_MAX, PERIOD_S, LogLimit
 from exograv.console.turnstile import Turnstile
 
@@ -142,6 +143,29 @@ def one_has_an_answer(one: socket.socket) -> bool:
         return one.recv(1, socket.MSG_PEEK) != b""
     except BlockingIOError:
         return False
+
+
+def frame_of(text: str) -> bytes:
+    """WebSocket frame of a client, with a mask of zeros."""
+    data = text.encode()
+    return b"\x81\xfe" + len(data).to_bytes(2, "big") + bytes(4) + data
+
+
+def test_a_line_that_goes_on_after_its_close_ends_at_once(house: Served):
+    host = house.hub.origin.removeprefix("http://")
+    head = (
+        f"GET /viewer/line HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nUpgrade: websocket\r\n"
+        f"Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
+        f"Cookie: {cookie_of(house, Role.VIEWER)}\r\n\r\n"
+    )
+    place = host.split(":")
+    with socket.create_connection((place[0], int(place[1])), OPEN_S) as wire:
+        wire.sendall(head.encode())
+        assert wire.recv(4096).startswith(b"HTTP/1.1 101")
+        # The first message is no hello. The server closes the line, and an ordinary page answers with a close.
+        with pytest.raises(ConnectionError):
+            for _ in range(100 * AFTER_CLOSE_BYTES // 256):
+                wire.sendall(frame_of("a" * 256))
 
 
 def test_a_correct_link_opens_while_wrong_ones_come_from_the_same_address(house: Served):
