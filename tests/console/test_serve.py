@@ -10,6 +10,7 @@ import urllib.request
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 import uvicorn
@@ -79,9 +80,12 @@ def test_a_message_in_fragments_is_not_longer_than_one_in_one(house: Served):
 
 
 def test_a_line_that_floods_control_frames_ends(house: Served):
-    with line(house) as opened, pytest.raises(ConnectionClosed):
+    def flood(opened: ClientConnection) -> None:
         for number in range(2 * BYTES_AT_ONCE // 125):
             opened.ping(f"{number:0125d}")
+
+    with line(house) as opened, pytest.raises(ConnectionClosed):
+        flood(opened)
 
 
 def test_compression_is_not_agreed_to(house: Served):
@@ -130,6 +134,13 @@ def test_the_server_ends_with_lines_open(tmp_path: Path):
             begun = time.monotonic()
         assert time.monotonic() - begun < OPEN_S
         assert closed_with(opened) is not None
+
+
+def test_no_answer_waits_for_the_acknowledgement_of_the_one_before(house: Served):
+    with line(house):
+        connections: Any = house.server.server_state.connections
+        sockets = [each.transport.get_extra_info("socket") for each in connections]
+        assert [one.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY) for one in sockets] == [1]
 
 
 def test_only_this_computer_is_listened_on_without_a_certificate():

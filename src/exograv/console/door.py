@@ -48,7 +48,7 @@ VISIT = "visit"
 
 
 class Visit:
-    """One connection."""
+    """Connection of a client."""
 
     def __init__(self, door: "Door", client: socket.socket, address: str, begun: float):
         """Begin at the time `begun` of the event loop [s], without a login."""
