@@ -180,8 +180,8 @@ def half_headers(login: Login) -> None:
 
 
 def nonsense(login: Login) -> None:
-    """Send what is no HTTP on connection after connection."""
-    hold_connections(login, b"GET / of no version\r\n\r\n")
+    """Send a header that is none on connection after connection; the door cannot see that it is wrong."""
+    hold_connections(login, b"GET / HTTP/1.1\r\nno header\r\n\r\n")
 
 
 def wrong_tokens(login: Login) -> None:
@@ -242,7 +242,7 @@ FLOODS: dict[str, tuple[str, Callable[[Login], None] | None]] = {
     "quiet": ("no flood", None),
     "connections": (f"{CONNECTIONS} connections without a login", hold_connections),
     "half-headers": (f"{CONNECTIONS} connections with a header that never ends", half_headers),
-    "nonsense": ("bytes that are no HTTP, on connection after connection", nonsense),
+    "nonsense": ("requests with a wrong header, on connection after connection", nonsense),
     "wrong-tokens": ("wrong tokens on 20 connections", wrong_tokens),
     "lines": ("one viewer opens line after line", lines),
     "tickets": ("one viewer asks for ticket after ticket", tickets),

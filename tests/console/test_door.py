@@ -13,7 +13,7 @@ import pytest
 from tests.waiting import wait_until
 
 from exograv.console import door
-from exograv.console.door import CONNECTIONS_OF_ROLE, NEWCOMERS_PER_ADDRESS
+from exograv.console.door import ASKERS_OF_ADDRESS, CONNECTIONS_OF_ROLE, SILENT_OF_ADDRESS
 from exograv.console.keys import Role, TokenUse
 from exograv.console.line_protocol import AFTER_CLOSE_BYTES
 from exograv.console.log_limit import MESSAGES_MAX, PERIOD_S, LogLimit
@@ -24,7 +24,7 @@ from .of_process import Page
 from .serving import Served, served
 
 OPEN_S = 5.0
-MANY = 3 * NEWCOMERS_PER_ADDRESS
+MANY = 3 * SILENT_OF_ADDRESS
 
 
 @pytest.fixture
@@ -84,7 +84,7 @@ def test_idle_connections_are_closed_beyond_a_limit_and_a_page_still_gets_in(hou
     with ExitStack() as stack:
         flood = Connections(house, stack)
         flood.open(MANY)
-        wait_until(lambda: flood.alive <= NEWCOMERS_PER_ADDRESS)
+        wait_until(lambda: flood.alive <= SILENT_OF_ADDRESS)
         assert flood.alive > 0
         with Page(house.link(Role.OPERATOR)) as operator:
             flood.open(MANY)
@@ -94,9 +94,9 @@ def test_idle_connections_are_closed_beyond_a_limit_and_a_page_still_gets_in(hou
 def test_of_many_idle_connections_the_newest_stay(house: Served):
     with ExitStack() as stack:
         flood = Connections(house, stack)
-        flood.open(NEWCOMERS_PER_ADDRESS + 10)
-        wait_until(lambda: flood.alive <= NEWCOMERS_PER_ADDRESS)
-        assert [is_alive(one) for one in flood.opened] == [False] * 10 + [True] * NEWCOMERS_PER_ADDRESS
+        flood.open(SILENT_OF_ADDRESS + 10)
+        wait_until(lambda: flood.alive <= SILENT_OF_ADDRESS)
+        assert [is_alive(one) for one in flood.opened] == [False] * 10 + [True] * SILENT_OF_ADDRESS
 
 
 @pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHost: "])
@@ -123,6 +123,26 @@ def test_a_connection_that_never_logs_in_is_closed_in_time_although_it_asks(
         slow = Connections(house, stack)
         slow.open(3, length.format(host).encode())
         wait_until(lambda: slow.alive == 0)
+
+
+@pytest.mark.parametrize("said", [b"\x16\x03\x01\x00\r\n\r\n", b"GET /\r\n\r\n", b"BREW /pot HTTP/1.1\r\n\r\n"])
+def test_what_is_no_request_is_closed_without_an_answer(house: Served, said: bytes):
+    with ExitStack() as stack:
+        odd = Connections(house, stack)
+        odd.open(3, said)
+        wait_until(lambda: odd.alive == 0)
+
+
+def test_a_page_that_has_logged_in_does_not_wait_behind_requests_without_a_login(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    with served(tmp_path, None) as house, ExitStack() as stack:
+        cookie = cookie_of(house, Role.OPERATOR)
+        # No request without a login is handed to the server any more.
+        (lane,) = [each._strangers for each in house.server.servers]  # pyright: ignore[reportAttributeAccessIssue]
+        monkeypatch.setattr(lane, "add", lambda _visit: None)
+        Connections(house, stack).open(ASKERS_OF_ADDRESS, b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")
+        assert page_of(house, Role.OPERATOR, cookie) == 200
 
 
 def test_connections_of_one_viewer_beyond_the_limit_are_refused_and_an_operator_gets_in(house: Served):
@@ -164,8 +184,7 @@ def test_a_line_that_goes_on_after_its_close_ends_at_once(house: Served):
         assert wire.recv(4096).startswith(b"HTTP/1.1 101")
         # The first message is no hello. The server closes the line, and an ordinary page answers with a close.
         with pytest.raises(ConnectionError):
-            for _ in range(100 * AFTER_CLOSE_BYTES // 256):
-                wire.sendall(frame_of("a" * 256))
+            wire.sendall(frame_of("a" * 256) * (100 * AFTER_CLOSE_BYTES // 256))
 
 
 def test_a_correct_link_opens_while_wrong_ones_come_from_the_same_address(house: Served):
@@ -187,7 +206,7 @@ def test_a_correct_link_opens_while_wrong_ones_come_from_the_same_address(house:
 def test_a_flood_of_nonsense_writes_a_few_lines_to_the_log(house: Served, caplog: pytest.LogCaptureFixture):
     with caplog.at_level(logging.WARNING), ExitStack() as stack:
         flood = Connections(house, stack)
-        flood.open(3 * MESSAGES_MAX, b"GET / of no version\r\n\r\n")
+        flood.open(3 * MESSAGES_MAX, b"GET / HTTP/1.1\r\nno header\r\n\r\n")
         wait_until(lambda: flood.alive == 0 or all(map(one_has_an_answer, flood.opened)))
     assert 0 < len(caplog.records) <= MESSAGES_MAX
 

@@ -1,17 +1,20 @@
 """Door of the server: it accepts connections at a limited rate, and keeps only a few before their login.
 
-A flood of connections therefore takes neither the descriptors of the process nor the time of its event loop. A
-connection costs little until the head of its first request has arrived. Beyond the limit the oldest connection without
-one is closed, not the newest: a page of ours sends its request at once, and is then known by its cookie.
+A flood of connections therefore takes neither the descriptors of the process nor the time of its event loop.
+
+- A connection costs little until the head of its first request has arrived. Beyond the limit the oldest is closed.
+- The door closes a connection whose first bytes are no HTTP, without an answer. With TLS it cannot see them.
+- A request with the cookie of a login does not wait behind requests without one.
 """
 
 import asyncio
 import contextlib
+import re
 import socket
 import ssl
 import sys
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from .keys import PageSession, Role
@@ -19,8 +22,11 @@ from .keys import PageSession, Role
 ACCEPTED_AT_ONCE, BEGUN_AT_ONCE, PAUSE_S = 64, 8, 0.02
 """Largest number of connections that are accepted, and of those that are handed to the server, in `PAUSE_S` [s]."""
 
-NEWCOMERS_MAX, NEWCOMERS_PER_ADDRESS = 96, 48
-"""Largest number of connections without a login, in all and from one address. A browser opens six at a time."""
+SILENT_MAX, SILENT_OF_ADDRESS = 64, 32
+"""Largest number of connections without a whole request, in all and from one address. A browser opens six at a time."""
+
+ASKERS_MAX, ASKERS_OF_ADDRESS = 96, 48
+"""Largest number of connections with a request and without a login."""
 
 CONNECTIONS_OF_ROLE = {Role.OPERATOR: 24, Role.THERAPIST: 12, Role.PARTICIPANT: 16, Role.VIEWER: 24}
 """Largest number of connections with a login, by role: three browsers for a viewer and an operator."""
@@ -37,8 +43,14 @@ SWEEP_S = 0.5
 LOOK_AGAIN_S = 0.05
 """Time between two looks at a head that is not whole [s]."""
 
-HEAD_BYTES, END_OF_HEAD = 4096, b"\r\n\r\n"
+HEAD_BYTES = 4096
 """Length from which a head is handed to the server although its end has not arrived [byte]."""
+
+FIRST_LINE = re.compile(rb"(GET|HEAD|POST) /[!-~]* HTTP/1\.1\r\n")
+"""First line of a request that the server would answer."""
+
+LoginOfHead = Callable[[bytes], PageSession | None]
+"""Function that returns the login of a request's head; None without one."""
 
 Protocol = Callable[[dict[str, Any]], asyncio.Protocol]
 """Function that makes the protocol of a connection; it puts the given values into the state of each request."""
@@ -56,8 +68,8 @@ class Visit:
         self.session: PageSession | None = None
         """Login of the first request with a valid cookie."""
 
-        self.has_spoken = self.has_asked = False
-        """True if a request has arrived at the door (with TLS: its first byte), and in the application."""
+        self.has_asked = False
+        """True if a request has arrived in the application."""
 
         self.transport: asyncio.Transport | None = None
         self.task: asyncio.Task[None] | None = None
@@ -86,26 +98,84 @@ class Visit:
         return self.session is not None or self._door.know(self, session)
 
 
+class _Crowd:
+    """Connections of one kind by address, with limits."""
+
+    def __init__(self, most: int, most_of_address: int):
+        self._most, self._most_of_address = most, most_of_address
+        self._at = dict[str, dict[Visit, None]]()
+
+    def __iter__(self) -> Iterator[Visit]:
+        return iter([visit for visits in self._at.values() for visit in visits])
+
+    def add(self, visit: Visit) -> None:
+        self._at.setdefault(visit.address, {})[visit] = None
+
+    def discard(self, visit: Visit) -> None:
+        visits = self._at.get(visit.address, {})
+        visits.pop(visit, None)
+        if not visits:
+            self._at.pop(visit.address, None)
+
+    def crowded(self, address: str) -> list[Visit]:
+        """Return the connections of which one must go before another comes from the address; none if there is room.
+
+        They are those of the address, or of the address with most; the oldest is first.
+        """
+        for visit in [visit for visit in self._at.get(address, ()) if visit.is_over]:
+            self.discard(visit)
+        here = self._at.get(address, {})
+        if len(here) >= self._most_of_address:
+            return list(here)
+        return list(max(self._at.values(), key=len)) if sum(map(len, self._at.values())) >= self._most else []
+
+
+class _Lane:
+    """Connections that wait for their turn to be handed to the server."""
+
+    def __init__(self, begin: Callable[[Visit], None]):
+        self._begin, self._waiting, self._has_come = begin, deque[Visit](), asyncio.Event()
+
+    def add(self, visit: Visit) -> None:
+        self._waiting.append(visit)
+        self._has_come.set()
+
+    async def go_on(self) -> None:
+        loop = asyncio.get_running_loop()
+        while True:
+            until = loop.time() + PAUSE_S
+            for _ in range(BEGUN_AT_ONCE):
+                while not self._waiting:
+                    self._has_come.clear()
+                    await self._has_come.wait()
+                visit = self._waiting.popleft()
+                if not visit.is_over:
+                    self._begin(visit)
+            await asyncio.sleep(max(until - loop.time(), 0.0))
+
+
 class Door:
     """Accept loop in place of that of `asyncio`. It has the methods of `asyncio.Server` that uvicorn calls."""
 
-    def __init__(self, listening: socket.socket, protocol: Protocol, tls: ssl.SSLContext | None):
+    def __init__(self, listening: socket.socket, protocol: Protocol, tls: ssl.SSLContext | None, login: LoginOfHead):
         """Accept connections on `listening` from now on, in the running event loop."""
-        self._listening, self._protocol, self._tls = listening, protocol, tls
+        self._listening, self._protocol, self._tls, self._login = listening, protocol, tls, login
         self._loop = asyncio.get_running_loop()
-        self._newcomers = dict[str, dict[Visit, None]]()
+        self._silent = _Crowd(SILENT_MAX, SILENT_OF_ADDRESS)
+        self._askers = _Crowd(ASKERS_MAX, ASKERS_OF_ADDRESS)
         self._known = {role: set[Visit]() for role in Role}
-        self._spoken, self._has_spoken = deque[Visit](), asyncio.Event()
+        self._strangers, self._friends = _Lane(self._begin), _Lane(self._begin)
         listening.setblocking(False)
-        works = (self._accept_all(), self._begin_all(), self._sweep_all())
+        works = (self._accept_all(), self._strangers.go_on(), self._friends.go_on(), self._sweep_all())
         self._tasks = [self._loop.create_task(work) for work in works]
 
     def close(self) -> None:
-        """Accept no more connections, and close those that have not spoken."""
+        """Accept no more connections, and close those that the server has not got."""
         for task in self._tasks:
             task.cancel()
-        for visit in [visit for visits in self._newcomers.values() for visit in visits if visit.task is None]:
-            visit.close()
+        for visit in [*self._silent, *self._askers, *(visit for known in self._known.values() for visit in known)]:
+            if visit.task is None:
+                visit.close()
 
     async def wait_closed(self) -> None:
         """Wait until no more connections are accepted."""
@@ -117,14 +187,15 @@ class Door:
         known -= {each for each in known if each.is_over}
         if len(known) >= CONNECTIONS_OF_ROLE[session.role]:
             return False
-        self._forget(visit)
+        self._silent.discard(visit)
+        self._askers.discard(visit)
         visit.session = session
         known.add(visit)
         return True
 
     def unwatch(self, visit: Visit) -> None:
-        """Do not wait for the first byte of a connection any more."""
-        if sys.platform != "win32" and not visit.has_spoken:
+        """Wait for no more bytes of a connection that the server has not got."""
+        if sys.platform != "win32":
             self._loop.remove_reader(visit.client)
 
     async def _accept_all(self) -> None:
@@ -139,52 +210,54 @@ class Door:
             await asyncio.sleep(max(until - self._loop.time(), 0.0))
 
     def _receive(self, client: socket.socket, address: str) -> None:
-        if not self._has_room(address):
-            client.close()
-            return
+        if crowd := self._silent.crowded(address):
+            crowd[0].close()
+            self._silent.discard(crowd[0])
         visit = Visit(self, client, address, self._loop.time())
-        self._newcomers.setdefault(address, {})[visit] = None
-        self._watch(visit)
-
-    def _watch(self, visit: Visit) -> None:
-        if visit.is_over:
-            return
+        self._silent.add(visit)
         if sys.platform == "win32":
             self._speak(visit)  # its event loop cannot wait for a byte without reading it
         else:
-            self._loop.add_reader(visit.client, self._look, visit)
+            self._look(visit)
 
     def _look(self, visit: Visit) -> None:
-        """Look at the bytes of a connection, and leave them for the server."""
+        """Look at the head of the first request, and leave it for the server."""
+        if visit.is_over:
+            return
         self.unwatch(visit)
         try:
             head = visit.client.recv(HEAD_BYTES, socket.MSG_PEEK)
+        except BlockingIOError:
+            self._loop.add_reader(visit.client, self._look, visit)
+            return
         except OSError:
             head = b""
-        if not head:
+        if self._tls is not None and head:
+            self._speak(visit)
+        elif head and b"\r\n\r\n" not in head and len(head) < HEAD_BYTES:
+            self._loop.call_later(LOOK_AGAIN_S, self._look, visit)
+        elif not FIRST_LINE.match(head):
             visit.close()
-        elif self._tls is None and END_OF_HEAD not in head and len(head) < HEAD_BYTES:
-            self._loop.call_later(LOOK_AGAIN_S, self._watch, visit)
+        elif (session := self._login(head)) is not None and self.know(visit, session):
+            self._friends.add(visit)
         else:
             self._speak(visit)
 
     def _speak(self, visit: Visit) -> None:
-        """Hand a connection to the server, when its turn comes."""
-        visit.has_spoken = True
-        self._spoken.append(visit)
-        self._has_spoken.set()
+        """Take a connection without a login that asks for something."""
+        self._silent.discard(visit)
+        if crowd := self._askers.crowded(visit.address):
+            half = next((each for each in crowd if each.transport is not None and not each.has_asked), None)
+            if half is None:
+                visit.close()
+                return
+            half.close()
+            self._askers.discard(half)
+        self._askers.add(visit)
+        self._strangers.add(visit)
 
-    async def _begin_all(self) -> None:
-        while True:
-            until = self._loop.time() + PAUSE_S
-            for _ in range(BEGUN_AT_ONCE):
-                while not self._spoken:
-                    self._has_spoken.clear()
-                    await self._has_spoken.wait()
-                visit = self._spoken.popleft()
-                if not visit.is_over:
-                    visit.task = self._loop.create_task(self._connect(visit))
-            await asyncio.sleep(max(until - self._loop.time(), 0.0))
+    def _begin(self, visit: Visit) -> None:
+        visit.task = self._loop.create_task(self._connect(visit))
 
     async def _connect(self, visit: Visit) -> None:
         within_s = None if self._tls is None else REQUEST_S
@@ -198,35 +271,13 @@ class Door:
             if visit.transport is None:
                 visit.client.close()
 
-    def _has_room(self, address: str) -> bool:
-        """Return True if another connection may come from the address. The oldest one without a request may go."""
-        for visit in [visit for visit in self._newcomers.get(address, ()) if visit.is_over]:
-            self._forget(visit)
-        if len(self._newcomers.get(address, ())) < NEWCOMERS_PER_ADDRESS:
-            if sum(map(len, self._newcomers.values())) < NEWCOMERS_MAX:
-                return True
-            address = max(self._newcomers, key=lambda each: len(self._newcomers[each]))
-        silent = (visit for visit in self._newcomers[address] if not visit.has_spoken)
-        half = (visit for visit in self._newcomers[address] if visit.transport is not None and not visit.has_asked)
-        oldest = next(silent, None) or next(half, None)
-        if oldest is None:
-            return False
-        oldest.close()
-        self._forget(oldest)
-        return True
-
-    def _forget(self, visit: Visit) -> None:
-        visits = self._newcomers.get(visit.address, {})
-        visits.pop(visit, None)
-        if not visits:
-            self._newcomers.pop(visit.address, None)
-
     async def _sweep_all(self) -> None:
         while True:
             await asyncio.sleep(SWEEP_S)
             now = self._loop.time()
-            for visit in [visit for visits in self._newcomers.values() for visit in visits]:
-                if now - visit.begun > (NEWCOMER_S if visit.has_asked else REQUEST_S):
-                    visit.close()
-                if visit.is_over:
-                    self._forget(visit)
+            for crowd in (self._silent, self._askers):
+                for visit in crowd:
+                    if now - visit.begun > (NEWCOMER_S if visit.has_asked else REQUEST_S):
+                        visit.close()
+                    if visit.is_over:
+                        crowd.discard(visit)

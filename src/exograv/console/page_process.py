@@ -31,8 +31,8 @@ from .trial_request import TrialRequest
 if TYPE_CHECKING or sys.platform != "win32":
     import resource  # not on Windows
 
-DESCRIPTORS_MAX = 256
-"""Descriptors of the process: 172 for connections (`door`), the rest for files, rings and the interpreter."""
+DESCRIPTORS_MAX = 320
+"""Descriptors of the process: 236 for connections (`door`), the rest for files, rings and the interpreter."""
 
 LOGINS_PER_PROCESS = 1000
 """Distance of the numbers of logins of one process and the next."""

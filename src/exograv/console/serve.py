@@ -19,6 +19,7 @@ from .line_protocol import RECEIVE_BYTES, LineProtocol
 from .log_limit import limited_logs
 from .options import Address
 from .server import application
+from .turnstile import Admission
 
 LOOPBACK = "127.0.0.1"
 WAITING = 4096
@@ -121,7 +122,8 @@ class PageServer(uvicorn.Server):
             make: Any = self.config.http_protocol_class
             return make(config=self.config, server_state=self.server_state, app_state={**self.lifespan.state, **state})
 
-        doors: list[Any] = [Door(each, protocol, self.config.ssl) for each in sockets or []]
+        admission = Admission(self._hub.keys, self._hub.origin.rpartition(":")[2])
+        doors: list[Any] = [Door(each, protocol, self.config.ssl, admission.login_of_head) for each in sockets or []]
         self.servers = doors
         self.started = True
 

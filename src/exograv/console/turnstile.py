@@ -67,10 +67,19 @@ class Admission:
             await asyncio.sleep(wait_s)
         return True
 
+    def login_of_head(self, head: bytes) -> PageSession | None:
+        """Return the login of a request's head as it came from the network; None without one."""
+        first, *lines = head.partition(b"\r\n\r\n")[0].split(b"\r\n")
+        named = (line.partition(b":") for line in lines)
+        cookies = [value for name, _, value in named if name.lower() == b"cookie"]
+        return self._login(first.split(b" ")[1].decode("latin-1"), cookies)
+
     def login(self, scope: Scope) -> PageSession | None:
         """Return the login of a request by the cookie of its folder; None without one."""
-        folder = scope["path"].split("/")[1]
-        said = b"; ".join(value for name, value in scope["headers"] if name == b"cookie")
+        return self._login(scope["path"], [value for name, value in scope["headers"] if name == b"cookie"])
+
+    def _login(self, path: str, cookies: list[bytes]) -> PageSession | None:
+        folder, said = path.split("/")[1], b"; ".join(cookies)
         cookie = cookie_parser(said.decode("latin-1")).get(cookie_name(folder, self._port))
         if cookie is None:
             return None
