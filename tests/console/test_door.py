@@ -12,10 +12,9 @@ from pathlib import Path
 import pytest
 from tests.waiting import wait_until
 
-from exograv.console import door
+from exograv.console import door, line_protocol
 from exograv.console.door import ASKERS_OF_ADDRESS, CONNECTIONS_OF_ROLE, SILENT_OF_ADDRESS
 from exograv.console.keys import Role, TokenUse
-from exograv.console.line_protocol import AFTER_CLOSE_BYTES
 from exograv.console.log_limit import MESSAGES_MAX, PERIOD_S, LogLimit
 from exograv.console.turnstile import Turnstile
 
@@ -133,9 +132,7 @@ def test_what_is_no_request_is_closed_without_an_answer(house: Served, said: byt
         wait_until(lambda: odd.alive == 0)
 
 
-def test_a_page_that_has_logged_in_does_not_wait_behind_requests_without_a_login(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_login_and_a_correct_link_do_not_wait_behind_other_requests(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     with served(tmp_path, None) as house, ExitStack() as stack:
         cookie = cookie_of(house, Role.OPERATOR)
         # No request without a login is handed to the server any more.
@@ -143,6 +140,8 @@ def test_a_page_that_has_logged_in_does_not_wait_behind_requests_without_a_login
         monkeypatch.setattr(lane, "add", lambda _visit: None)
         Connections(house, stack).open(ASKERS_OF_ADDRESS, b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")
         assert page_of(house, Role.OPERATOR, cookie) == 200
+        with Page(house.link(Role.VIEWER)) as viewer:
+            assert viewer.act("stop")["taken"]
 
 
 def test_connections_of_one_viewer_beyond_the_limit_are_refused_and_an_operator_gets_in(house: Served):
@@ -171,7 +170,8 @@ def frame_of(text: str) -> bytes:
     return b"\x81\xfe" + len(data).to_bytes(2, "big") + bytes(4) + data
 
 
-def test_a_line_that_goes_on_after_its_close_ends_at_once(house: Served):
+def test_a_line_that_goes_on_after_its_close_ends_at_once(house: Served, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(line_protocol, "BYTES_AT_ONCE", 10**12)
     host = house.hub.origin.removeprefix("http://")
     head = (
         f"GET /viewer/line HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nUpgrade: websocket\r\n"
@@ -184,7 +184,7 @@ def test_a_line_that_goes_on_after_its_close_ends_at_once(house: Served):
         assert wire.recv(4096).startswith(b"HTTP/1.1 101")
         # The first message is no hello. The server closes the line, and an ordinary page answers with a close.
         with pytest.raises(ConnectionError):
-            wire.sendall(frame_of("a" * 256) * (100 * AFTER_CLOSE_BYTES // 256))
+            wire.sendall(frame_of("a" * 256) * 80_000)
 
 
 def test_a_correct_link_opens_while_wrong_ones_come_from_the_same_address(house: Served):

@@ -4,7 +4,7 @@ A flood of connections therefore takes neither the descriptors of the process no
 
 - A connection costs little until the head of its first request has arrived. Beyond the limit the oldest is closed.
 - The door closes a connection whose first bytes are no HTTP, without an answer. With TLS it cannot see them.
-- A request with the cookie of a login does not wait behind requests without one.
+- A request with the cookie of a login, or with a correct link, does not wait behind other requests.
 """
 
 import asyncio
@@ -13,13 +13,14 @@ import re
 import socket
 import ssl
 import sys
+import typing
 from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Any
 
 from .keys import PageSession, Role
 
-ACCEPTED_AT_ONCE, BEGUN_AT_ONCE, PAUSE_S = 64, 8, 0.02
+ACCEPTED_AT_ONCE, BEGUN_AT_ONCE, PAUSE_S = 32, 2, 0.01
 """Largest number of connections that are accepted, and of those that are handed to the server, in `PAUSE_S` [s]."""
 
 SILENT_MAX, SILENT_OF_ADDRESS = 64, 32
@@ -40,7 +41,7 @@ NEWCOMER_S = 20.0
 SWEEP_S = 0.5
 """Period in which connections are checked for these times [s]."""
 
-LOOK_AGAIN_S = 0.05
+LOOK_AGAIN_S = 0.005
 """Time between two looks at a head that is not whole [s]."""
 
 HEAD_BYTES = 4096
@@ -49,8 +50,21 @@ HEAD_BYTES = 4096
 FIRST_LINE = re.compile(rb"(GET|HEAD|POST) /[!-~]* HTTP/1\.1\r\n")
 """First line of a request that the server would answer."""
 
-LoginOfHead = Callable[[bytes], PageSession | None]
-"""Function that returns the login of a request's head; None without one."""
+LOGIN = re.compile(rb"POST /enter .*\r\ncontent-length: *(\d{1,4})\r\n", re.DOTALL | re.IGNORECASE)
+"""Request with the token of a link; its body is awaited, too."""
+
+
+class Recognition(typing.Protocol):
+    """Check of the first request of a connection, as its bytes have come from the network."""
+
+    def login_of_head(self, head: bytes) -> PageSession | None:
+        """Return the login of a request; None without one."""
+        ...
+
+    def has_token(self, body: bytes) -> bool:
+        """Return True if the body of a request holds the token of a valid link."""
+        ...
+
 
 Protocol = Callable[[dict[str, Any]], asyncio.Protocol]
 """Function that makes the protocol of a connection; it puts the given values into the state of each request."""
@@ -157,9 +171,9 @@ class _Lane:
 class Door:
     """Accept loop in place of that of `asyncio`. It has the methods of `asyncio.Server` that uvicorn calls."""
 
-    def __init__(self, listening: socket.socket, protocol: Protocol, tls: ssl.SSLContext | None, login: LoginOfHead):
+    def __init__(self, listening: socket.socket, protocol: Protocol, tls: ssl.SSLContext | None, known: Recognition):
         """Accept connections on `listening` from now on, in the running event loop."""
-        self._listening, self._protocol, self._tls, self._login = listening, protocol, tls, login
+        self._listening, self._protocol, self._tls, self._recognition = listening, protocol, tls, known
         self._loop = asyncio.get_running_loop()
         self._silent = _Crowd(SILENT_MAX, SILENT_OF_ADDRESS)
         self._askers = _Crowd(ASKERS_MAX, ASKERS_OF_ADDRESS)
@@ -221,24 +235,31 @@ class Door:
             self._look(visit)
 
     def _look(self, visit: Visit) -> None:
-        """Look at the head of the first request, and leave it for the server."""
+        """Look at the first request, and leave it for the server."""
         if visit.is_over:
             return
         self.unwatch(visit)
         try:
-            head = visit.client.recv(HEAD_BYTES, socket.MSG_PEEK)
+            seen = visit.client.recv(HEAD_BYTES, socket.MSG_PEEK)
         except BlockingIOError:
             self._loop.add_reader(visit.client, self._look, visit)
             return
         except OSError:
-            head = b""
-        if self._tls is not None and head:
+            seen = b""
+        head, end, body = seen.partition(b"\r\n\r\n")
+        login = LOGIN.match(head + b"\r\n") if end else None
+        is_whole = bool(end) and (login is None or len(body) >= int(login[1]))
+        if self._tls is not None and seen:
             self._speak(visit)
-        elif head and b"\r\n\r\n" not in head and len(head) < HEAD_BYTES:
+        elif seen and not is_whole and len(seen) < HEAD_BYTES:
             self._loop.call_later(LOOK_AGAIN_S, self._look, visit)
-        elif not FIRST_LINE.match(head):
+        elif not FIRST_LINE.match(head + b"\r\n"):
             visit.close()
-        elif (session := self._login(head)) is not None and self.know(visit, session):
+        elif (session := self._recognition.login_of_head(head)) is not None and self.know(visit, session):
+            self._friends.add(visit)
+        elif login is not None and self._recognition.has_token(body):
+            self._silent.discard(visit)
+            self._askers.add(visit)
             self._friends.add(visit)
         else:
             self._speak(visit)

@@ -21,6 +21,7 @@ from .outbox import Outbox
 from .page_clocks import PageClocks
 from .sentences import say, spoken
 from .trial import ProtocolTrial
+from .turnstile import LINES_AT_ONCE, LINES_PER_S, Turnstile
 
 Result = TypeVar("Result")
 UNMANNED = ("off", "starting")
@@ -94,6 +95,9 @@ class Hub:
 
         self.coming = Counter[Role]()
         """Number of lines without a hello so far, by role."""
+
+        self.openings = Turnstile(LINES_PER_S, LINES_AT_ONCE)
+        """Rate limit of lines by login."""
 
         self.failure: Exception | None = None
         """Programming error that ends the console."""

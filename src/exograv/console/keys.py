@@ -96,13 +96,21 @@ class SecretStore(Generic[Held]):
             del self._held[place]
         self._held[_hashed(secret)] = now + lasts_s, held
 
+    def has(self, secret: str) -> bool:
+        """Return True if the secret is known and has not expired."""
+        return self._place(secret) is not None
+
     def take(self, secret: str) -> Held | None:
         """Return the content of a secret and delete the secret; None if it is unknown or expired."""
+        place = self._place(secret)
+        return None if place is None else self._held.pop(place)[1]
+
+    def _place(self, secret: str) -> bytes | None:
         hashed, found = _hashed(secret), None
         for each, (until, _) in self._held.items():
             if hmac.compare_digest(each, hashed) and self._clock() <= until:
                 found = each
-        return None if found is None else self._held.pop(found)[1]
+        return found
 
 
 def _hashed(secret: str) -> bytes:
@@ -163,6 +171,10 @@ class AccessKeys:
     def admit(self, token: str, role: Role, lasts_s: float) -> None:
         """Accept a token that was made elsewhere; it lets one person log in once."""
         self._tokens.admit(token, role, lasts_s)
+
+    def has_token(self, token: str) -> bool:
+        """Return True if the token would let a person log in."""
+        return self._tokens.has(token)
 
     def enter(self, token: str, address: str) -> tuple[Role, str] | TokenUse:
         """Exchange a token for a role and a cookie. A correct token is accepted after any number of wrong ones."""

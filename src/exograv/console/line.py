@@ -24,6 +24,7 @@ async def serve_line(hub: Hub, socket: WebSocket, role: Role, cookie: str | None
         return
     hub.coming[role] += 1
     try:
+        await asyncio.sleep(hub.openings.wait_s(session, hub.desk.now()))
         await socket.accept()
         hello = await _hello(hub, socket, session)
     finally:

@@ -5,10 +5,10 @@ from typing import Any
 
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
-BYTES_PER_S, BYTES_AT_ONCE = 64 * 1024, 256 * 1024
-"""Rate and burst of a line [byte/s, byte]: fifteen messages of the largest size at once, then four in a second."""
+BYTES_PER_S, BYTES_AT_ONCE = 64 * 1024, 128 * 1024
+"""Rate and burst of a line [byte/s, byte]: seven messages of the largest size at once, then four in a second."""
 
-AFTER_CLOSE_BYTES = 32 * 1024
+AFTER_CLOSE_BYTES = 4 * 1024
 """Bytes that a page may still send after the server has closed the line: messages that were on their way."""
 
 RECEIVE_BYTES = 8 * 1024

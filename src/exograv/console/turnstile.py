@@ -1,6 +1,7 @@
 """Rate limit of requests before any handler: by address before a login, by login after it."""
 
 import asyncio
+import re
 from collections.abc import Hashable
 
 from starlette.requests import cookie_parser
@@ -9,14 +10,20 @@ from starlette.types import Scope
 from .door import VISIT, Visit
 from .keys import AccessKeys, PageSession, Role
 
-BEFORE_LOGIN_PER_S, BEFORE_LOGIN_AT_ONCE = 400.0, 100
-"""Rate and burst of requests from one address without a login. A page loads some thirty files."""
+BEFORE_LOGIN_PER_S, BEFORE_LOGIN_AT_ONCE = 200.0, 60
+"""Rate and burst of requests from one address without a login. The page of the login loads four files."""
 
 AFTER_LOGIN_PER_S, AFTER_LOGIN_AT_ONCE = 50.0, 150
 """Rate and burst of requests of one login: four pages at once."""
 
+LINES_PER_S, LINES_AT_ONCE = 2.0, 10
+"""Rate and burst of the lines that one login opens. A page opens one, and another one after a broken connection."""
+
 SOURCES_MAX = 1024
 """Largest number of remembered sources. Sources that may send at once are forgotten first."""
+
+TOKEN = re.compile(rb'"token" *: *"([\w-]{43})"', re.ASCII)
+"""Token in the body of a login."""
 
 FILES = "files"
 """Folder of the pages' files. Its cookie only says that the browser has logged in."""
@@ -69,10 +76,15 @@ class Admission:
 
     def login_of_head(self, head: bytes) -> PageSession | None:
         """Return the login of a request's head as it came from the network; None without one."""
-        first, *lines = head.partition(b"\r\n\r\n")[0].split(b"\r\n")
+        first, *lines = head.split(b"\r\n")
         named = (line.partition(b":") for line in lines)
         cookies = [value for name, _, value in named if name.lower() == b"cookie"]
         return self._login(first.split(b" ")[1].decode("latin-1"), cookies)
+
+    def has_token(self, body: bytes) -> bool:
+        """Return True if the body of a request holds the token of a valid link."""
+        found = TOKEN.search(body)
+        return found is not None and self._keys.has_token(found[1].decode("ascii"))
 
     def login(self, scope: Scope) -> PageSession | None:
         """Return the login of a request by the cookie of its folder; None without one."""
