@@ -76,10 +76,9 @@ def test_pages_of_a_process_that_is_killed_or_stands_still_come_back_with_their_
         first = running.link()
         with Page(first) as operator, suppress(ConnectionClosed):
             assert operator.act("make_ready", seen_version=operator.shown["version"])["taken"]
-            login = operator.login
             os.kill(running.supervisor.pid, number)
             running.link(1)
-        with Page(first, login=login) as operator:
+        with Page(first, login=operator.login) as operator:
             assert operator.shown["mode"] in ("self_test", "exo_only")
             assert operator.act("stop")["taken"]
         assert running.flight.moment().latch is not None
@@ -92,10 +91,9 @@ def test_the_run_of_a_protocol_goes_on_in_the_next_process(tmp_path: Path):
         with Page(running.link()) as operator, suppress(ConnectionClosed):
             assert operator.run("start")["taken"]
             operator.until(lambda: operator.window == 1)
-            login = operator.login
             os.kill(running.supervisor.pid, signal.SIGKILL)
             running.link(1)
-        with Page(running.link(), login=login) as operator:
+        with Page(running.link(), login=operator.login) as operator:
             assert operator.run_shown["status"] == "paused"
             assert operator.run("resume")["taken"]
             operator.until(lambda: operator.window == 1)

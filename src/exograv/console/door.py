@@ -54,6 +54,7 @@ LOGIN = re.compile(rb"POST /enter .*\r\ncontent-length: *(\d{1,4})\r\n", re.DOTA
 """Request with the token of a link; its body is awaited, too."""
 
 
+@typing.runtime_checkable
 class Recognition(typing.Protocol):
     """Check of the first request of a connection, as its bytes have come from the network."""
 

@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import socket
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from typing import Any
 
 import uvicorn
@@ -103,9 +103,10 @@ class PageServer(uvicorn.Server):
         self.says_farewell = True
         """True if the pages are told at the end that the session has ended."""
 
-    def capture_signals(self) -> contextlib.AbstractContextManager[None]:
+    @contextlib.contextmanager
+    def capture_signals(self) -> Generator[None, None, None]:
         """Leave all signals as they are: the parent process ends the server."""
-        return contextlib.nullcontext()
+        yield
 
     async def serve(self, sockets: list[socket.socket] | None = None) -> None:
         """Serve the pages, with a limited log, until `should_exit` is set."""
