@@ -37,6 +37,7 @@ from exograv.console.page_clocks import PageClocks
 from exograv.console.serve import PageServer, bound, settings_of
 from exograv.console.trial import ProtocolTrial
 from exograv.console.trial_request import TrialRequest
+from exograv.console.turnstile import Turnstile
 from exograv.experiment.steered.rehearsal import RehearsedFlight
 from exograv.experiment.steered.session_controller import SessionController
 
@@ -87,6 +88,7 @@ def serve_in_process(line: Connection, folder: Path) -> None:
         plan = TrialRequest(folder, "training").plan()
         trial = None if plan is None else ProtocolTrial(plan, clocks, diary)
         hub = Hub(desk, trial, clocks, diary, f"http://{host}")
+        hub.openings = Turnstile(1e6, 1000)  # lines are opened again at once after each wrong message
         tokens = [(role.value, hub.keys.token(role)) for role in ROLES for _ in range(2)]
         line.send((hub.origin, tokens))
 
