@@ -34,9 +34,10 @@ from exograv.console.keys import Role
 from exograv.console.lease import LEASE_S
 from exograv.console.options import Address
 from exograv.console.page_clocks import PageClocks
-from exograv.console.run import plan_of
-from exograv.console.serve import bound, serve
+from exograv.console.serve import PageServer, bound, settings_of
 from exograv.console.trial import ProtocolTrial
+from exograv.console.trial_request import TrialRequest
+from exograv.console.turnstile import Turnstile
 from exograv.experiment.steered.rehearsal import RehearsedFlight
 from exograv.experiment.steered.session_controller import SessionController
 
@@ -84,9 +85,10 @@ def serve_in_process(line: Connection, folder: Path) -> None:
     desk = SessionController(flight)
     with bound(Address(port=0)) as (listening, host):
         diary = EventLog(folder / "fuzz.jsonl", lambda *_: None)
-        plan = plan_of("training")
+        plan = TrialRequest(folder, "training").plan()
         trial = None if plan is None else ProtocolTrial(plan, clocks, diary)
         hub = Hub(desk, trial, clocks, diary, f"http://{host}")
+        hub.openings = Turnstile(1e6, 1000)  # lines are opened again at once after each wrong message
         tokens = [(role.value, hub.keys.token(role)) for role in ROLES for _ in range(2)]
         line.send((hub.origin, tokens))
 
@@ -95,7 +97,7 @@ def serve_in_process(line: Connection, folder: Path) -> None:
                 line.send((memory_mb(), dict(hub.counts), hub.shown.mode))
 
         threading.Thread(target=answer_for_ever, daemon=True).start()
-        serve(hub, Address(port=0, browser=False), listening, host, say=lambda _: None)
+        PageServer(settings_of(hub, Address(port=0), host), hub).run(sockets=[listening])
 
 
 class Nonsense:

@@ -88,8 +88,10 @@ def test_two_computers_share_a_session_over_tls_and_a_tablet_is_held_either_way(
     try:
         assert tablet.page.url.startswith(f"https://{LAN}:")
         assert tablet.page.evaluate("[isSecureContext, crossOriginIsolated]") == [True, True]
-        (cookie,) = tablet.context.cookies()
-        assert (cookie.get("secure"), cookie.get("httpOnly"), cookie.get("sameSite")) == (True, True, "Strict")
+        cookies = tablet.context.cookies()
+        assert {cookie.get("path") for cookie in cookies} == {"/participant/", "/files/"}
+        kinds = {(cookie.get("secure"), cookie.get("httpOnly"), cookie.get("sameSite")) for cookie in cookies}
+        assert kinds == {(True, True, "Strict")}
         take_arm(operator)
         operator.press("[data-run=start]")
         tablet.sees("body[data-screen=task]")

@@ -146,7 +146,7 @@ class FakeDesk:
         self.answers[act.id] = answer
         return answer
 
-    def keep(self, window_left_s: float | None = None) -> None:
+    def keep(self, window_left_s: float | None = None, heard_s: float | None = None) -> None:
         self.kept.append(window_left_s)
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:

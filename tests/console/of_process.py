@@ -1,6 +1,7 @@
 """Process with a real `exograv run console`, and pages without a browser that connect to it."""
 
 import contextlib
+import itertools
 import json
 import os
 import re
@@ -26,6 +27,8 @@ SOON_S = 30.0
 """Longest start of a program on a busy computer [s]."""
 
 BEAT_S = 0.2
+NUMBERS = itertools.count(1)
+"""Numbers of requests. No two pages of a test send the same identifier."""
 
 
 def short_file(folder: Path, window_s: float = 3.0) -> Path:
@@ -52,14 +55,18 @@ def short_file(folder: Path, window_s: float = 3.0) -> Path:
 class Page:
     """Page without a browser: it logs in with a link, sends pings, and sends heartbeats if it steers."""
 
-    def __init__(self, link: str, name: str = "page-of-a-test"):
+    def __init__(self, link: str, name: str = "page-of-a-test", login: tuple[str, str] | None = None):
+        """Log in with the link, or come back with the cookie and the role of an earlier login."""
         origin, _, token = link.partition("/#")
-        self.name, self._number, self.heard = name, 0, dict[str, Any]()
+        self.name, self.heard = name, dict[str, Any]()
         """Latest message of each kind."""
         self.answers, self.touched = dict[str, Any](), list[dict[str, Any]]()
         body, ours = json.dumps({"token": token}).encode(), {"X-Exograv": "1", "Origin": origin}
-        with urllib.request.urlopen(urllib.request.Request(f"{origin}/enter", body, ours)) as entered:
-            cookie, role = entered.headers["Set-Cookie"].partition(";")[0], json.loads(entered.read())["role"]
+        if login is None:
+            with urllib.request.urlopen(urllib.request.Request(f"{origin}/enter", body, ours)) as entered:
+                login = entered.headers["Set-Cookie"].partition(";")[0], json.loads(entered.read())["role"]
+        self.login = login
+        cookie, role = login
         asked = urllib.request.Request(f"{origin}/{role}/ticket", b"", {**ours, "Cookie": cookie})
         with urllib.request.urlopen(asked) as given:
             ticket = json.loads(given.read())["ticket"]
@@ -79,8 +86,7 @@ class Page:
 
     def ask(self, kind: str, **fields: Any) -> dict[str, Any]:
         """Send a message and wait for its answer."""
-        self._number += 1
-        name = f"asked-{self._number:06d}"
+        name = f"asked-{next(NUMBERS):06d}"
         self.say(kind, id=name, **fields)
         self.until(lambda: name in self.answers)
         return self.answers[name]
@@ -93,8 +99,7 @@ class Page:
 
     def ask_link(self, role: str) -> str:
         """Ask for a link for another person; only an operator gets one."""
-        self._number += 1
-        name = f"asked-{self._number:06d}"
+        name = f"asked-{next(NUMBERS):06d}"
         self.say("invite", id=name, role=role)
         self.until(lambda: name in self.answers)
         return self.heard["answer"]["link"]

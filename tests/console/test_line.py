@@ -9,7 +9,7 @@ from starlette.websockets import WebSocketDisconnect
 from exograv.console import line as line_module
 from exograv.console.hub import Hub
 from exograv.console.keys import Role
-from exograv.console.limits import CLIENTS_MAX, HELLO_S, MESSAGES_PER_S, Close
+from exograv.console.limits import CLIENTS_MAX, HELLO_S, LINES_RESERVED, MESSAGES_PER_S, Close
 
 from .client import HOST, OURS, TestClient, closed_with, enter, hello
 
@@ -60,18 +60,25 @@ def test_a_ticket_opens_one_line(client: TestClient, hub: Hub):
         assert closed_with(socket) == Close.UNAUTHORISED
 
 
-def test_there_are_eight_lines_and_no_ninth(client: TestClient, hub: Hub):
-    enter(client, hub, Role.VIEWER)
+def test_viewers_take_no_line_that_another_role_has_reserved_and_there_is_no_ninth_line(client: TestClient, hub: Hub):
+    assert set(LINES_RESERVED) == set(Role) - {Role.VIEWER}
+    for role in Role:
+        enter(client, hub, role)
     with contextlib.ExitStack() as stack:
-        for _ in range(CLIENTS_MAX):
-            socket = stack.enter_context(client.websocket_connect(f"ws://{HOST}/viewer/line", headers=OURS))
-            socket.send_text(hello(client, Role.VIEWER))
-            assert socket.receive_json()["kind"] == "welcome"
-        with (
-            pytest.raises(WebSocketDisconnect),
-            client.websocket_connect(f"ws://{HOST}/viewer/line", headers=OURS),
-        ):
-            pass
+
+        def is_welcome(role: Role) -> bool:
+            try:
+                line = client.websocket_connect(f"ws://{HOST}/{role.value}/line", headers=OURS)
+                socket = stack.enter_context(line)
+            except WebSocketDisconnect:
+                return False
+            socket.send_text(hello(client, role))
+            return socket.receive_json()["kind"] == "welcome"
+
+        viewers = CLIENTS_MAX - sum(LINES_RESERVED.values())
+        assert [is_welcome(Role.VIEWER) for _ in range(CLIENTS_MAX)].count(True) == viewers
+        for role, most in LINES_RESERVED.items():
+            assert [is_welcome(role) for _ in range(most + 1)] == [True] * most + [False]
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from exograv.console.page_clocks import PageClocks
 from exograv.console.run import ConsoleResult
 from exograv.console.run_checkpoint import RunCheckpoint, kept_run
 from exograv.console.trial import ProtocolTrial
+from exograv.console.trial_request import TrialRequest
 from exograv.errors import ConfigError
 from exograv.experiment.steered.options import SteeredOptions
 from exograv.storage.session_checkpoint import checkpoint_path
@@ -72,9 +73,9 @@ def test_a_simulated_session_or_rehearsal_of_the_same_name_does_not_block_a_sess
     checkpoint_path(tmp_path, "P-07_training_01", is_simulated=True).write_text("{}")
     begun = list[tuple[Path, RunCheckpoint]]()
 
-    def noted(
-        _address: Address, folder: Path, _desk: object, _plan: object, _say: object, kept: RunCheckpoint, _: object
-    ):
+    def noted(_address: Address, folder: Path, _desk: object, request: TrialRequest, _say: object):
+        kept = request.checkpoint()
+        assert kept is not None
         kept.path.write_text("{}")
         begun.append((folder, kept))
         return ConsoleResult(folder / "diary", {}, None)
@@ -160,6 +161,6 @@ def test_a_console_that_was_killed_in_a_window_goes_on_there(tmp_path: Path):
         operator.until(lambda: operator.window == 2)
         attempts = [(window["number"], window["attempt"]) for window in operator.run_shown["windows"]]
         assert attempts == [(1, 1), (2, 1), (2, 2)]
-    diaries = sorted(tmp_path.glob("console-*.jsonl"))
+    diaries = sorted((tmp_path / "rehearsal").glob("console-*.jsonl"))
     assert len(diaries) == 2
     assert all(json.loads(line) for line in diaries[0].read_text().splitlines())

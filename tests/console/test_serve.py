@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-import signal
 import socket
 import ssl
 import subprocess
@@ -11,6 +10,7 @@ import urllib.request
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 import uvicorn
@@ -21,6 +21,7 @@ from websockets.typing import Origin
 from exograv.console.hub import Hub
 from exograv.console.keys import Role, TokenUse
 from exograv.console.limits import MESSAGE_MAX_BYTES, Close
+from exograv.console.line_protocol import BYTES_AT_ONCE
 from exograv.console.options import Address
 from exograv.console.serve import PageServer, bound, settings_of
 from exograv.errors import ConfigError
@@ -78,6 +79,15 @@ def test_a_message_in_fragments_is_not_longer_than_one_in_one(house: Served):
         assert closed_with(opened) == Close.TOO_BIG
 
 
+def test_a_line_that_floods_control_frames_ends(house: Served):
+    def flood(opened: ClientConnection) -> None:
+        for number in range(2 * BYTES_AT_ONCE // 125):
+            opened.ping(f"{number:0125d}")
+
+    with line(house) as opened, pytest.raises(ConnectionClosed):
+        flood(opened)
+
+
 def test_compression_is_not_agreed_to(house: Served):
     with line(house, compression="deflate") as opened:
         assert "sec-websocket-extensions" not in opened.response.headers  # pyright: ignore[reportOptionalMemberAccess]
@@ -124,6 +134,13 @@ def test_the_server_ends_with_lines_open(tmp_path: Path):
             begun = time.monotonic()
         assert time.monotonic() - begun < OPEN_S
         assert closed_with(opened) is not None
+
+
+def test_no_answer_waits_for_the_acknowledgement_of_the_one_before(house: Served):
+    with line(house):
+        connections: Any = house.server.server_state.connections
+        sockets = [each.transport.get_extra_info("socket") for each in connections]
+        assert [one.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY) for one in sockets] == [1]
 
 
 def test_only_this_computer_is_listened_on_without_a_certificate():
@@ -182,11 +199,3 @@ def test_a_page_that_closes_its_line_during_the_shutdown_is_no_error(hub: Hub, m
     monkeypatch.setattr(uvicorn.Server, "shutdown", closing_twice)
     asyncio.run(PageServer(uvicorn.Config(lambda: None), hub).shutdown())
     assert len(attempts) == 3
-
-
-def test_the_application_ends_in_order_also_when_ctrl_c_comes_twice(tmp_path: Path):
-    with served(tmp_path, None) as house:
-        for _ in range(2):
-            house.loop.call_soon_threadsafe(house.server.handle_exit, signal.SIGINT, None)
-    # Where it did not end, its task is cancelled later, and a traceback of the cancelled task is printed.
-    assert house.server.lifespan.shutdown_event.is_set()

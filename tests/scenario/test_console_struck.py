@@ -1,18 +1,22 @@
-"""The guard alone lets a floating arm down, or gives it back, in time after the console dies or freezes.
+"""The guard alone lets a floating arm down, or gives it back, in time after the session dies or the pages freeze.
 
 The test shows hazards F30 and F31 on real processes, in real time.
 """
 
 import os
+import re
 import signal
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.console.of_process import Page, console
 from tests.waiting import wait_until
+from websockets.exceptions import ConnectionClosed
 
+from exograv.console.page_process import DESCRIPTORS_MAX
 from exograv.experiment.steered.requests import LEASE_S
 from exograv.recording import read_recording
 from exograv.recording.reader import Recording
@@ -74,14 +78,22 @@ def test_a_console_that_is_killed_lets_the_arm_down_within_the_lease(tmp_path: P
     assert is_down[-1]
 
 
-def test_a_console_that_stands_still_has_the_arm_given_back_when_the_lease_ends(tmp_path: Path):
+def pages_of(parent: int) -> int:
+    """Return the process of the pages: that with their limit of descriptors."""
+    children = Path(f"/proc/{parent}/task/{parent}/children").read_text(encoding="ascii").split()
+    limit = rf"Max open files +{DESCRIPTORS_MAX} "
+    (pages,) = [pid for pid in children if re.search(limit, Path(f"/proc/{pid}/limits").read_text(encoding="ascii"))]
+    return int(pages)
+
+
+def test_pages_that_stand_still_have_the_arm_given_back_when_the_lease_ends_and_come_back(tmp_path: Path):
     with console(*OPTIONS, "--out", tmp_path, module="tests.console.nominal_console") as (process, link):
-        with Page(link) as operator:
+        with Page(link) as operator, suppress(ConnectionClosed):
             floating(operator)
             struck = time.monotonic()
-            os.kill(process.pid, signal.SIGSTOP)
+            os.kill(pages_of(process.pid), signal.SIGSTOP)
             time.sleep(LEASE_S + RAMP_OUT_S + 2.0 * LATE_S)
-            os.kill(process.pid, signal.SIGCONT)
+        with Page(link, login=operator.login) as operator:
             operator.until(lambda: operator.shown["mode"] == "exo_only", SOON_S)
             operator.until(lambda: any("Nobody steers" in text for text in operator.alarms), SOON_S)
             os.kill(process.pid, signal.SIGKILL)

@@ -16,12 +16,13 @@ Write = Callable[[str, float, Mapping[str, Any]], None]
 class EventLog:
     """Diary of all events, written at once, because the machine's recording exists only while the machine runs."""
 
-    def __init__(self, path: Path, also: Write):
+    def __init__(self, path: Path, also: Write, continues: bool = False):
         """Open the file.
 
         Args:
             path: File of the diary; an existing file is never overwritten.
             also: Second writer of each event: `Desk.write`.
+            continues: True to append to the file of a process that has ended.
 
         Raises:
             RecordingError: The file cannot be written.
@@ -33,7 +34,7 @@ class EventLog:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             # Without a buffer: a line that a full disk refused is not written again at the end.
-            self._file = path.open("xb", buffering=0)
+            self._file = path.open("ab" if continues else "xb", buffering=0)
         except OSError as error:
             raise RecordingError(f"{path} cannot be written: {error.strerror}. Give another --out.") from error
 

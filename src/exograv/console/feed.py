@@ -47,6 +47,11 @@ class Feed:
 
         receiver.told = told
 
+    @property
+    def port(self) -> int:
+        """UDP port in use."""
+        return self._receiver.port
+
     def step(self, t: float) -> str:
         """Pass on the data until `t` [s]; return a sentence for an alarm if none ever came."""
         for event in self._receiver.receive(t):

@@ -8,17 +8,20 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from .limits import Close
 from .page_files import SAID_WITH_EVERYTHING
+from .turnstile import Admission
 
 CSRF_HEADER = "x-exograv"
 """Header of every POST. A form of another site cannot set it."""
+
+TOO_MANY = "This role has too many open connections. Close other pages.\n"
 
 
 class HttpGuard:
     """Check of Host and Origin by exact lists, of methods and headers. Refused requests reach no handler (F35)."""
 
-    def __init__(self, app: ASGIApp, scheme: str, hosts: Iterable[str]):
-        """Pass to `app` the requests for these hosts (with port) from their own origin."""
-        self._app, self._hosts = app, frozenset(hosts)
+    def __init__(self, app: ASGIApp, scheme: str, hosts: Iterable[str], admission: Admission):
+        """Pass to `app` the requests for these hosts (with port) from their own origin, at the rate of `admission`."""
+        self._app, self._hosts, self._admission = app, frozenset(hosts), admission
         self._origins = frozenset(f"{scheme}://{host}" for host in self._hosts)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -26,7 +29,8 @@ class HttpGuard:
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
         elif scope["type"] == "websocket":
-            if self._why_not(Headers(scope=scope), needs_origin=True):
+            is_refused = not await self._admission.admit(scope)
+            if is_refused or self._why_not(Headers(scope=scope), needs_origin=True):
                 # Refused before it is accepted: the client gets 403 and no upgrade.
                 await send({"type": "websocket.close", "code": int(Close.POLICY)})
             else:
@@ -36,6 +40,9 @@ class HttpGuard:
 
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
         headers, method = Headers(scope=scope), scope["method"]
+        if not await self._admission.admit(scope):
+            await PlainTextResponse(TOO_MANY, 503, {"connection": "close"})(scope, receive, send)
+            return
         why = self._why_not(headers, needs_origin=method not in ("GET", "HEAD"))
         if why is None and method == "POST" and headers.get(CSRF_HEADER) != "1":
             why = "Only the pages of this server may use it."

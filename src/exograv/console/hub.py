@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from collections import Counter
 from collections.abc import Callable, Collection
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -15,11 +16,12 @@ from .feed import Feed
 from .keys import AccessKeys, PageSession, Role
 from .lease import Lease
 from .lease_loss import Cause, LeaseLoss
-from .limits import Close, Rate
+from .limits import CLIENTS_MAX, LINES_RESERVED, Close, Rate
 from .outbox import Outbox
 from .page_clocks import PageClocks
 from .sentences import say, spoken
 from .trial import ProtocolTrial
+from .turnstile import LINES_AT_ONCE, LINES_PER_S, Turnstile
 
 Result = TypeVar("Result")
 UNMANNED = ("off", "starting")
@@ -56,7 +58,15 @@ class PageLine:
 class Hub:
     """Shared state of handlers, broadcaster and lines, all in one event loop."""
 
-    def __init__(self, desk: Desk, trial: ProtocolTrial | None, clocks: PageClocks, diary: EventLog, origin: str):
+    def __init__(
+        self,
+        desk: Desk,
+        trial: ProtocolTrial | None,
+        clocks: PageClocks,
+        diary: EventLog,
+        origin: str,
+        keys: AccessKeys | None = None,
+    ):
         """Start without pages.
 
         Args:
@@ -65,6 +75,7 @@ class Hub:
             clocks: Clocks of the pages.
             diary: Log of all events.
             origin: Origin of the pages for links, such as `http://127.0.0.1:8088`.
+            keys: Keys of the pages; None for new ones.
         """
         self.feed: Feed | None = None
         """Feed of the aircraft, if an aircraft opens the trial's windows."""
@@ -73,7 +84,8 @@ class Hub:
         self.shown = desk.shown()
         """Latest snapshot of the desk. A new one may have to wait for an act that the desk decides about."""
 
-        self.keys, self.lease, self.alarms = AccessKeys(desk.now), Lease(), Alarms()
+        self.keys = AccessKeys(desk.now) if keys is None else keys
+        self.lease, self.alarms = Lease(), Alarms()
         self.loss: LeaseLoss | None = None
         """Last loss of the lease, for the pages."""
 
@@ -81,8 +93,11 @@ class Hub:
         self.counts = dict[str, int]()
         """Number of ended lines by reason."""
 
-        self.coming = 0
-        """Number of lines without a hello so far."""
+        self.coming = Counter[Role]()
+        """Number of lines without a hello so far, by role."""
+
+        self.openings = Turnstile(LINES_PER_S, LINES_AT_ONCE)
+        """Rate limit of lines by login."""
 
         self.failure: Exception | None = None
         """Programming error that ends the console."""
@@ -107,6 +122,12 @@ class Hub:
         if line.role in (Role.OPERATOR, Role.THERAPIST):
             self.lease.ask(line.number, self.desk.now())
         return line
+
+    def has_room(self, role: Role) -> bool:
+        """Return True if another line of this role may open. Lines that other roles have reserved stay free."""
+        used = Counter(line.role for line in self.lines.values()) + self.coming
+        reserved = sum(max(most - used[other], 0) for other, most in LINES_RESERVED.items() if other is not role)
+        return used.total() + reserved < CLIENTS_MAX
 
     def close(self, line: PageLine) -> None:
         """Close a line and release its lease."""

@@ -3,6 +3,8 @@
 import enum
 from collections import deque
 
+from .keys import Role
+
 MESSAGE_MAX_BYTES = 16 * 1024
 """Longest message. The longest regular message, thirty touches after a lost connection, has half of this."""
 
@@ -14,6 +16,9 @@ MESSAGES_PER_S = 50
 
 CLIENTS_MAX = 8
 """Largest number of open lines."""
+
+LINES_RESERVED = {Role.OPERATOR: 2, Role.THERAPIST: 1, Role.PARTICIPANT: 2}
+"""Number of lines that only this role may open. One page has one line, and a second one while it reconnects."""
 
 HELLO_S = 2.0
 """Time-out for the first message of a line [s]."""

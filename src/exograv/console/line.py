@@ -8,7 +8,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 from .handlers import hear
 from .hub import Hub, PageLine
 from .keys import PageSession, Role
-from .limits import CLIENTS_MAX, HELLO_S, Close
+from .limits import HELLO_S, Close
 from .messages import Hello, read_message
 
 HEARD_AT_ONCE = 16
@@ -17,18 +17,18 @@ HEARD_AT_ONCE = 16
 
 async def serve_line(hub: Hub, socket: WebSocket, role: Role, cookie: str | None) -> None:
     """Admit the page, then receive and send messages until one side closes the line."""
-    address = socket.client.host if socket.client else ""
     session = hub.keys.session(role, cookie)
-    if session is None or len(hub.lines) + hub.coming >= CLIENTS_MAX or hub.keys.is_locked(address):
+    if session is None or not hub.has_room(role):
         # Refused before any upgrade: the client gets 403.
         await socket.close(int(Close.POLICY))
         return
-    hub.coming += 1
+    hub.coming[role] += 1
     try:
+        await asyncio.sleep(hub.openings.wait_s(session, hub.desk.now()))
         await socket.accept()
-        hello = await _hello(hub, socket, session, address)
+        hello = await _hello(hub, socket, session)
     finally:
-        hub.coming -= 1
+        hub.coming[role] -= 1
     if hello is None:
         hub.count(Close.UNAUTHORISED)
         await _close(socket, Close.UNAUTHORISED)
@@ -42,16 +42,13 @@ async def serve_line(hub: Hub, socket: WebSocket, role: Role, cookie: str | None
         await _close(socket, line.end or Close.GOING_AWAY)
 
 
-async def _hello(hub: Hub, socket: WebSocket, session: PageSession, address: str) -> Hello | None:
-    """Return the first message, if it comes in time with a valid ticket. A wrong one counts as a guess."""
+async def _hello(hub: Hub, socket: WebSocket, session: PageSession) -> Hello | None:
+    """Return the first message, if it comes in time with a valid ticket."""
     try:
         message = read_message(await asyncio.wait_for(_receive(socket), HELLO_S))
     except (TimeoutError, WebSocketDisconnect):
         return None
-    if isinstance(message, Hello) and hub.keys.redeem(session, message.ticket):
-        return message
-    hub.keys.note_failure(address)
-    return None
+    return message if isinstance(message, Hello) and hub.keys.redeem(session, message.ticket) else None
 
 
 async def _receive(socket: WebSocket) -> str | bytes:

@@ -1,40 +1,27 @@
-"""Run of a console, from its command to its end: desk, protocol, diary, server."""
+"""Run of a console, from its command to its end: the desk in this process, the pages in another one."""
 
 import contextlib
+import signal
+import threading
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from secrets import token_bytes
 
-from exograv.experiment.aircraft import AircraftReceiver
+from pydantic import TypeAdapter
+
 from exograv.experiment.steered.requests import Desk
-from exograv.results import MERGED, json_value
-from exograv.task.events import Interrupted
-from exograv.task.levels import EARTH
-from exograv.task.plan import TaskPlan
-from exograv.task.protocol import load_protocol, refuse_levels
+from exograv.results import MERGED
 from exograv.task.totals import TotalsFigures
 
-from .event_log import EventLog
-from .feed import Feed
-from .hub import Hub
+from .desk_link import DeskLink, Ended
+from .keys import SECRET_BYTES
 from .options import Address
-from .page_clocks import PageClocks
-from .run_checkpoint import RunCheckpoint
-from .serve import Say, bound, serve
-from .trial import ProtocolTrial
-
-
-def plan_of(protocol: str | None) -> TaskPlan | None:
-    """Plan of a protocol, by its name or the path of a file; None without one: the machine is then only steered.
-
-    Raises:
-        ConfigError: The protocol does not exist, or the machine cannot produce its gravity levels.
-    """
-    if protocol is None:
-        return None
-    loaded = load_protocol(protocol)
-    refuse_levels(loaded.settings, EARTH)
-    return TaskPlan(loaded, loaded.settings.exo)
+from .page_process import PageJob
+from .page_supervisor import PageSupervisor, Say, new_token
+from .serve import bound
+from .trial_request import TrialRequest
 
 
 @dataclass(frozen=True)
@@ -49,40 +36,47 @@ class ConsoleResult:
     """Totals of the protocol; None without a protocol."""
 
 
-def run_console(
-    address: Address,
-    folder: Path,
-    desk: Desk,
-    plan: TaskPlan | None,
-    say: Say,
-    kept: RunCheckpoint | None = None,
-    receiver: AircraftReceiver | None = None,
-) -> ConsoleResult:
+def run_console(address: Address, folder: Path, desk: Desk, trial: TrialRequest, say: Say) -> ConsoleResult:
     """Serve the pages until Ctrl-C, and return what was done.
 
     Raises:
-        ConfigError: The address cannot be used, or the checkpoint belongs to another protocol.
+        ConfigError: The address cannot be used.
+        ExogravError: The pages or the desk failed. The guard of the machine lowers the arm.
     """
-    path = folder / f"console-{time.strftime('%Y%m%d-%H%M%S')}.jsonl"
-    clocks = PageClocks()
-    with bound(address) as (listening, host), contextlib.ExitStack() as stack:
-        stack.callback(desk.close)
-        diary = EventLog(path, desk.write)
-        stack.callback(diary.close)
-        if kept is not None:
-            stack.callback(kept.close)
-        trial = None if plan is None else ProtocolTrial(plan, clocks, diary, kept)
-        hub = Hub(desk, trial, clocks, diary, f"{address.scheme}://{host}")
-        if receiver is not None and trial is not None:
-            hub.feed = Feed(stack.enter_context(receiver), trial, diary)
-            say(f"The console listens to the aircraft on UDP port {receiver.port}.")
-        if plan is not None:
-            diary.write("/console/protocol", desk.now(), json_value(plan.loaded.recorded))
-        if trial is not None and kept is not None and kept.before is not None:
-            # After an interruption the machine carries nothing: the operator must take the arm again, then resume.
-            trial.run.feed(Interrupted(t=desk.now()))
-        try:
-            serve(hub, address, listening, host, say)
-        finally:
-            desk.close()  # The machine is stopped before anything else is closed.
-    return ConsoleResult(path, hub.counts, None if trial is None else trial.run.totals().figures())
+    diary = folder / f"console-{time.strftime('%Y%m%d-%H%M%S')}.jsonl"
+    with contextlib.ExitStack() as stack:
+        stack.callback(desk.close)  # also if the address cannot be used
+        listening, host = stack.enter_context(bound(address))
+
+        def job(link: DeskLink) -> PageJob:
+            return PageJob(link.names, address, listening, host, diary, trial, token_bytes(SECRET_BYTES), new_token())
+
+        ended: Ended | None = None
+        with ended_by_ctrl_c() as is_over:
+            pages = PageSupervisor(desk, job, address.browser, say)
+            try:
+                pages.run(is_over)
+            finally:
+                ended = pages.end()
+    if ended is None:
+        return ConsoleResult(diary, {}, None)
+    totals = None if ended.totals is None else TypeAdapter(TotalsFigures).validate_python(ended.totals)
+    return ConsoleResult(diary, ended.refused_lines, totals)
+
+
+@contextlib.contextmanager
+def ended_by_ctrl_c() -> Iterator[threading.Event]:
+    """Event that Ctrl-C sets, as often as it comes.
+
+    A shell or `uv run` passes on a Ctrl-C that the terminal has sent already. The second one must not interrupt the end
+    of the session.
+    """
+    is_over = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield is_over
+        return
+    before = signal.signal(signal.SIGINT, lambda *_: is_over.set())
+    try:
+        yield is_over
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -85,9 +85,17 @@ class RunCheckpoint:
 
 
 def kept_run(
-    folder: Path, protocol: str | None, participant: str | None, session: int, rig: str, resumes: bool
+    folder: Path,
+    protocol: str | None,
+    participant: str | None,
+    session: int,
+    rig: str,
+    resumes: bool,
+    is_restart: bool = False,
 ) -> RunCheckpoint | None:
     """Checkpoint of this protocol, person and session; None if only the machine is steered.
+
+    With `is_restart` the run is resumed if there is one, and begun otherwise.
 
     Raises:
         ConfigError: As `RunCheckpoint`, or `--resume` is given without a protocol.
@@ -103,4 +111,4 @@ def kept_run(
         folder, f"{participant or 'console'}_{Path(protocol).stem}_{session:02d}", is_simulated=False
     )
     options: OptionRecord = {"protocol": protocol, "participant": participant, "session": session, "rig": rig}
-    return RunCheckpoint(path, options, resumes)
+    return RunCheckpoint(path, options, path.exists() if is_restart else resumes)

@@ -2,28 +2,28 @@
 
 import asyncio
 import contextlib
-import os
 import socket
-import tempfile
-import webbrowser
-from collections.abc import Callable, Iterator
-from pathlib import Path
-from types import FrameType
+from collections.abc import Generator, Iterator
+from typing import Any
 
 import uvicorn
+from uvicorn.config import STARTUP_FAILURE
 from websockets.exceptions import InvalidState
 
-from exograv.errors import ConfigError, ExogravError
+from exograv.errors import ConfigError
 
+from .door import Door
 from .hub import Hub
-from .keys import SESSION_S, Role
 from .limits import MESSAGE_MAX_BYTES
+from .line_protocol import RECEIVE_BYTES, LineProtocol
+from .log_limit import limited_logs
 from .options import Address
 from .server import application
+from .turnstile import Admission
 
 LOOPBACK = "127.0.0.1"
-WAITING = 64
-"""Largest number of connections that wait to be accepted."""
+WAITING = 4096
+"""Largest number of connections that wait to be accepted, as far as the system allows. A page waits behind a flood."""
 
 END_S = 3
 """Time in which the pages must close their connections when the server ends [s]."""
@@ -33,9 +33,6 @@ FAREWELL_S = 0.1
 
 LINE_CLOSES_S = 0.1
 """Time between two attempts to close the lines [s]."""
-
-Say = Callable[[str], None]
-"""Function that shows a line to the operator."""
 
 
 @contextlib.contextmanager
@@ -49,12 +46,14 @@ def bound(address: Address) -> Iterator[tuple[socket.socket, str]]:
     host = address.lan or LOOPBACK
     try:
         family, *_, place = socket.getaddrinfo(host, address.port, type=socket.SOCK_STREAM)[0]
-        listening = socket.socket(family, socket.SOCK_STREAM)
+        # With the protocol named, asyncio switches off Nagle's algorithm: it delays answers by up to 40 ms.
+        listening = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     except OSError as error:
         raise ConfigError(f"--lan '{host}' is not an address of this computer: {error.strerror}.") from error
     with listening:
         try:
             listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listening.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BYTES)
             listening.bind(place)
             # Listen now: a browser that is faster than the server then waits instead of being refused.
             listening.listen(WAITING)
@@ -73,7 +72,8 @@ def settings_of(hub: Hub, address: Address, host: str) -> uvicorn.Config:
     hosts = [host] if address.lan is not None else [host, f"localhost:{port}"]
     return uvicorn.Config(
         application(hub, address.scheme, hosts),
-        ws="websockets-sansio",
+        http="h11",
+        ws=LineProtocol,
         ws_max_size=MESSAGE_MAX_BYTES,
         # Without compression: a compressed message can expand to a thousand times its size.
         ws_per_message_deflate=False,
@@ -90,7 +90,7 @@ def settings_of(hub: Hub, address: Address, host: str) -> uvicorn.Config:
 
 
 class PageServer(uvicorn.Server):
-    """Server that also shuts down correctly while a page closes its connection.
+    """Server behind the door with its limits. It also shuts down correctly while a page closes its connection.
 
     uvicorn sends a close frame on every connection. The package `websockets` rejects this frame if the connection is
     already closing; `shutdown` then tries again.
@@ -100,52 +100,41 @@ class PageServer(uvicorn.Server):
         """Serve the pages of this hub."""
         super().__init__(config)
         self._hub = hub
+        self.says_farewell = True
+        """True if the pages are told at the end that the session has ended."""
 
-    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        """End the server softly, also when the signal comes twice.
+    @contextlib.contextmanager
+    def capture_signals(self) -> Generator[None, None, None]:
+        """Leave all signals as they are: the parent process ends the server."""
+        yield
 
-        A shell or `uv run` passes on a Ctrl-C that the terminal has sent already. uvicorn would then leave out the end
-        of the application and print a traceback. The time of our end is limited anyway.
-        """
-        super().handle_exit(sig, frame)
-        self.force_exit = False
+    async def serve(self, sockets: list[socket.socket] | None = None) -> None:
+        """Serve the pages, with a limited log, until `should_exit` is set."""
+        with limited_logs():
+            await super().serve(sockets)
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Start the application, and accept connections through the door."""
+        await self.lifespan.startup()
+        if self.lifespan.should_exit:
+            raise SystemExit(STARTUP_FAILURE)
+
+        def protocol(state: dict[str, Any]) -> asyncio.Protocol:
+            make: Any = self.config.http_protocol_class
+            return make(config=self.config, server_state=self.server_state, app_state={**self.lifespan.state, **state})
+
+        admission = Admission(self._hub.keys, self._hub.origin.rpartition(":")[2])
+        doors: list[Any] = [Door(each, protocol, self.config.ssl, admission) for each in sockets or []]
+        self.servers = doors
+        self.started = True
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Say goodbye, close all lines and end the server; lines that close are awaited for up to `END_S`."""
-        self._hub.farewell()
-        await asyncio.sleep(FAREWELL_S)
+        if self.says_farewell:
+            self._hub.farewell()
+            await asyncio.sleep(FAREWELL_S)
         for _ in range(round(END_S / LINE_CLOSES_S)):
             with contextlib.suppress(InvalidState):
                 await super().shutdown(sockets)
                 return
             await asyncio.sleep(LINE_CLOSES_S)
-
-
-def serve(hub: Hub, address: Address, listening: socket.socket, host: str, say: Say) -> None:
-    """Serve the pages until Ctrl-C. The link is shown once; the first person who opens it is the operator.
-
-    Raises:
-        ExogravError: The console failed. The guard of the machine lowers the arm.
-    """
-    server = PageServer(settings_of(hub, address, host), hub)
-    hub.on_failure = lambda: setattr(server, "should_exit", True)
-    link = f"{hub.origin}/#{hub.keys.token(Role.OPERATOR, SESSION_S)}"
-    say(f"Open this link once, as the operator: {link}")
-    with _opened(link) if address.browser else contextlib.nullcontext(), contextlib.suppress(KeyboardInterrupt):
-        server.run(sockets=[listening])
-    if hub.failure is not None:
-        raise ExogravError(
-            f"The console ended by a programming error: {hub.failure!r}. The guard of the machine lowers the arm by "
-            "itself. Please report this with the last lines of the diary."
-        ) from hub.failure
-
-
-@contextlib.contextmanager
-def _opened(link: str) -> Iterator[None]:
-    """Open the link in a browser by a file that only its owner can read: program arguments are visible to all users."""
-    with tempfile.TemporaryDirectory(prefix="exograv-console-") as folder:
-        path = Path(folder) / "open.html"
-        with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT, 0o600), "w", encoding="utf-8") as file:
-            file.write(f'<!doctype html><meta http-equiv="refresh" content="0; url={link}"><title>exograv</title>\n')
-        webbrowser.open(path.as_uri())
-        yield

@@ -24,6 +24,7 @@ from .limits import BODY_MAX_BYTES
 from .line import serve_line
 from .page_files import TYPES, page_files
 from .sentences import say
+from .turnstile import FILES, Admission, cookie_name
 
 PAGE_OF = {
     Role.OPERATOR: "console.html",
@@ -53,7 +54,8 @@ def application(hub: Hub, scheme: str, hosts: list[str]) -> ASGIApp:
         scheme: http on this computer, https in a network.
         hosts: Host names (with port) that requests may use.
     """
-    house = _House(hub, scheme == "https", hosts[0].rpartition(":")[2])
+    port = hosts[0].rpartition(":")[2]
+    house = _House(hub, scheme == "https", port)
     routes = [
         Route("/", house.front, methods=["GET"]),
         Route("/enter", house.enter, methods=["POST"]),
@@ -69,7 +71,7 @@ def application(hub: Hub, scheme: str, hosts: list[str]) -> ASGIApp:
     lines = [WebSocketRoute(f"/{role.value}/line", house.line) for role in Role]
     app = Starlette(routes=[*routes, *scenes, *more, *lines], lifespan=house.lifespan)
     app.router.redirect_slashes = False
-    return HttpGuard(app, scheme, hosts)
+    return HttpGuard(app, scheme, hosts, Admission(hub.keys, port))
 
 
 class _House:
@@ -124,19 +126,22 @@ class _House:
             token = ""
         entered = self._hub.keys.enter(token, address)
         if isinstance(entered, TokenUse):
-            self._hub.alarms.sound(say("alarm.wrong_link"), self._hub.desk.now(), "low")
+            if entered is TokenUse.REFUSED:
+                self._hub.alarms.sound(say("alarm.wrong_link"), self._hub.desk.now(), "low")
             return JSONResponse({"why": entered.value}, 429 if entered is TokenUse.LOCKED else 403)
         role, cookie = entered
         response = JSONResponse({"role": role.value})
-        response.set_cookie(
-            self._cookie(role),
-            cookie,
-            max_age=int(SESSION_S),
-            path=f"/{role.value}/",
-            secure=self._is_tls,
-            httponly=True,
-            samesite="strict",
-        )
+        # The second cookie shows the login when the pages' files are loaded, for the rate limit only.
+        for folder, value in ((role.value, cookie), (FILES, f"{role.value}:{cookie}")):
+            response.set_cookie(
+                cookie_name(folder, self._port),
+                value,
+                max_age=int(SESSION_S),
+                path=f"/{folder}/",
+                secure=self._is_tls,
+                httponly=True,
+                samesite="strict",
+            )
         return response
 
     async def ticket(self, request: Request) -> Response:
@@ -154,14 +159,10 @@ class _House:
 
     async def line(self, socket: WebSocket) -> None:
         role = Role(socket.url.path.split("/")[1])
-        await serve_line(self._hub, socket, role, socket.cookies.get(self._cookie(role)))
-
-    def _cookie(self, role: Role) -> str:
-        """Return the name of a role's cookie. It has the port, because consoles on other ports share all cookies."""
-        return f"exograv-{role.value}-{self._port}"
+        await serve_line(self._hub, socket, role, socket.cookies.get(cookie_name(role, self._port)))
 
     def _session(self, request: Request, role: Role) -> PageSession | None:
-        return self._hub.keys.session(role, request.cookies.get(self._cookie(role)))
+        return self._hub.keys.session(role, request.cookies.get(cookie_name(role, self._port)))
 
 
 async def _body(request: Request) -> bytes | None:

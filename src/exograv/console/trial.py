@@ -41,8 +41,22 @@ RAW = "/console/touch"
 class ProtocolTrial:
     """Run of a protocol. It never moves the machine: it only requests a gravity level."""
 
-    def __init__(self, plan: TaskPlan, clocks: PageClocks, diary: EventLog, kept: RunCheckpoint | None = None):
+    def __init__(
+        self,
+        plan: TaskPlan,
+        clocks: PageClocks,
+        diary: EventLog,
+        kept: RunCheckpoint | None = None,
+        may_be_over: bool = False,
+    ):
         """Prepare a new run, or the rest of a run from a checkpoint.
+
+        Args:
+            plan: Plan of the run.
+            clocks: Clocks of the pages.
+            diary: Log of all events.
+            kept: Checkpoint of the run; None to keep none.
+            may_be_over: True to accept a checkpoint of a run that is over, and to show its result.
 
         Raises:
             ConfigError: The checkpoint belongs to another protocol, or its run is over.
@@ -51,7 +65,7 @@ class ProtocolTrial:
         self.run = TaskRun(plan)
         if kept is not None and kept.before is not None:
             self.run = TaskRun.from_kept(replace(plan, screen=kept.circumstances.screen), kept.before.run)
-            if self.run.state.status in ("stopped", "finished"):
+            if self.run.state.status in ("stopped", "finished") and not may_be_over:
                 raise ConfigError(f"The run in {kept.path} is over; there is nothing to resume. {AFRESH}")
         self.side: Side | None = None if kept is None else kept.circumstances.side
         """Side of the arm with which the run began. A protocol has no side; a session has one."""

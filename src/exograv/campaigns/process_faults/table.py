@@ -115,7 +115,7 @@ EXPECTED: Mapping[tuple[Process, Fault], Expected] = MappingProxyType(
 
 ABSENT: Mapping[Process, str] = MappingProxyType(
     {
-        Process.CONSOLE: "`run live` has no console; the console is a parent of its own (`run console`)",
+        Process.CONSOLE: "`run live` has no console; `run console` serves its pages in another process (tests/console)",
         Process.LSL: "LSL has no process of its own: the recorder publishes",
         Process.ROS2: "the bridge to ROS 2 runs only with `--ros2` and a Zenoh router",
     }

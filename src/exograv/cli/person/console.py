@@ -61,24 +61,30 @@ def run_console_command(
     options: SteeredOptions, trial: TrialOptions, address: Address, common: OutFolder
 ) -> "ConsoleResult":
     """Serve pages for operator, therapist, participant and viewers of a live machine, and print the operator's link."""
-    from exograv.console.feed import receiver_of
-    from exograv.console.run import plan_of, run_console
-    from exograv.console.run_checkpoint import kept_run
+    from exograv.console.run import run_console
+    from exograv.console.trial_request import TrialRequest
     from exograv.experiment.steered.session_controller import SessionController
 
     def say(line: str) -> None:
         print(line, flush=True)
 
     address.check()
-    plan = plan_of(trial.protocol)
-    receiver = None if trial.aircraft is None else receiver_of(plan, _port(trial.aircraft), trial.aircraft_sender)
-    rig = "rehearsal" if trial.rehearse else options.rig
     # A rehearsal must not block or change a session, and nobody must take its files for a session's.
     folder = common.out / "rehearsal" if trial.rehearse else common.out
-    kept = kept_run(folder, trial.protocol, options.participant, trial.session, rig, trial.resume)
-    if kept is not None and options.side is None:
-        options = replace(options, side=kept.circumstances.side)
+    request = TrialRequest(
+        folder=folder,
+        protocol=trial.protocol,
+        participant=options.participant,
+        session=trial.session,
+        rig="rehearsal" if trial.rehearse else options.rig,
+        resumes=trial.resume,
+        aircraft_port=None if trial.aircraft is None else _port(trial.aircraft),
+        aircraft_sender=trial.aircraft_sender,
+    )
+    side = request.check()
+    if options.side is None:
+        options = replace(options, side=side)
     desk = SessionController(_flight(options, trial.rehearse, folder))
-    result = run_console(address, folder, desk, plan, say, kept, receiver)
+    result = run_console(address, folder, desk, request, say)
     say(f"Ended. Diary of the pages: {result.diary}")
     return result

@@ -193,11 +193,12 @@ class Desk(Protocol):
         """Decide on an act, execute it, and answer. Waits for the guard, so do not call it in an event loop."""
         ...
 
-    def keep(self, window_left_s: float | None = None) -> None:
+    def keep(self, window_left_s: float | None = None, heard_s: float | None = None) -> None:
         """Renew the lease of the operator's console. Call it at least every `HEARTBEAT_S`.
 
         Args:
             window_left_s: Remaining time of a trial's open window [s]; absent without an open window.
+            heard_s: Time at which the page's heartbeat was heard, on the clock of `now` [s]; absent if it is now.
         """
         ...
 

@@ -28,6 +28,7 @@ class SessionController:
         self._version, self._key = 0, ()
         self._ready_until_s: float | None = None
         self._lease_until_s: float | None = None
+        self._has_lapsed = False
         self._was_mode: Mode | None = None
 
     def now(self) -> float:
@@ -81,9 +82,12 @@ class SessionController:
             self._flight.write(RECORD_TOPIC, now, said)
             return answer
 
-    def keep(self, window_left_s: float | None = None) -> None:
-        """Renew the lease of the steering page at the guard."""
-        self._lease_until_s = self.now() + LEASE_S
+    def keep(self, window_left_s: float | None = None, heard_s: float | None = None) -> None:
+        """Renew the lease of the steering page at the guard. A heartbeat that waited counts from when it was heard."""
+        now = self.now()
+        # A lease may end and begin again between two looks, when this process stood still.
+        self._has_lapsed |= self._lease_until_s is not None and self._lease_until_s <= now
+        self._lease_until_s = (now if heard_s is None else min(heard_s, now)) + LEASE_S
         self._flight.lease(self._lease_until_s, window_left_s)
 
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
@@ -118,7 +122,11 @@ class SessionController:
         key = (moment.mode, moment.latch, is_ready, moment.participant, moment.is_known, moment.side)
         if key != self._key:
             self._key, self._version = key, self._version + 1
-        self._look_for_alarms(moment, now, is_lost=self._lease_until_s is not None and not is_leased)
+        is_lost = self._lease_until_s is not None and not is_leased
+        if self._has_lapsed and not is_lost:
+            self._look_for_alarms(moment, now, is_lost=True)  # an alarm for a loss that is already over
+        self._has_lapsed = False
+        self._look_for_alarms(moment, now, is_lost=is_lost)
         return RequestContext(
             self._version,
             moment.mode,

@@ -241,7 +241,9 @@ _PART = np.dtype([("size", "<u8"), ("crc", "<u8"), ("data", "V", PART_BYTES)])
 
 
 class MessageRing:
-    """Pickled messages of one writer in order, for one reader. Neither process ever waits for the other.
+    """Messages of one writer in order, for one reader: pickled objects or plain bytes, one kind per ring.
+
+    Neither process ever waits for the other.
 
     A message takes as many slots as it needs. They count only when all of them are written, so the reader never meets a
     part of a message, even if the writer dies while it writes. A check sum (CRC-32) keeps damaged bytes from `pickle`,
@@ -263,8 +265,12 @@ class MessageRing:
         return self._block.memory.name
 
     def put(self, message: object) -> bool:
-        """Write a message; return False if there is no room, because the reader has not taken the last ones."""
-        data, head = pickle.dumps(message), self._block.head
+        """Write an object; return False if there is no room, because the reader has not taken the last messages."""
+        return self.put_bytes(pickle.dumps(message))
+
+    def put_bytes(self, data: bytes) -> bool:
+        """Write at least one byte; return False if there is no room."""
+        head = self._block.head
         written, parts = int(head["written"][0]), -(-len(data) // PART_BYTES)
         if written + parts - int(head["acknowledged"][0]) > PARTS:
             head["lost"] += 1
@@ -277,7 +283,16 @@ class MessageRing:
         return True
 
     def take(self) -> Any:
-        """Return the oldest message, and free its slots; None if there is none.
+        """Return the oldest object, and free its slots; None if there is none. Only for a writer that is trusted.
+
+        Raises:
+            RigError: As `take_bytes`.
+        """
+        data = self.take_bytes()
+        return None if data is None else pickle.loads(data)
+
+    def take_bytes(self) -> bytes | None:
+        """Return the bytes of the oldest message, and free its slots; None if there is none.
 
         Raises:
             RigError: The memory does not hold a whole message, or its check sum is wrong.
@@ -295,7 +310,7 @@ class MessageRing:
         if zlib.crc32(data) != int(rows["crc"][0]):
             raise RigError(f"A message of {size} bytes has a wrong check sum: the shared memory was overwritten.")
         self._block.head["acknowledged"] = taken + parts
-        return pickle.loads(data)
+        return data
 
     def close(self) -> None:
         """Release the ring; if its creator does so, the messages are gone for both."""
