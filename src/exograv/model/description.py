@@ -144,7 +144,7 @@ def rig_names() -> list[str]:
     return sorted(path.parent.name for path in robots_folder().glob("*/rig.toml"))
 
 
-def load_rig(rig: str, side: Side | None = None) -> RigDescription:
+def load_rig(rig: str, side: str | None = None) -> RigDescription:
     """Read a machine by its name, or by the path of its folder; its first side if `side` is None.
 
     Raises:
@@ -154,12 +154,12 @@ def load_rig(rig: str, side: Side | None = None) -> RigDescription:
     path = folder / "rig.toml"
     settings = _settings(path)
     sides = settings.urdf.sides
-    if side is not None and side not in sides:
+    chosen = next((one for one in sides if side in (None, one)), None)
+    if chosen is None:
         raise ConfigError(f"{settings.name} has no side '{side}'; {path} has a URDF for: {', '.join(sides)}.")
-    description = RigDescription(settings, side or sides[0], folder)
-    side = description.side
+    description = RigDescription(settings, chosen, folder)
     if not description.urdf_path.is_file():
-        raise ConfigError(f"{path}: urdf.{side} names '{description.urdf_path.name}', which is not in {folder}.")
+        raise ConfigError(f"{path}: urdf.{chosen} names '{description.urdf_path.name}', which is not in {folder}.")
     return description
 
 

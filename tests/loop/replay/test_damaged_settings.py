@@ -141,7 +141,7 @@ def damaged(data: bytes, topic: str) -> Iterator[tuple[str, bytes]]:
                 yield f"{topic} {place}: {kind}", sealed(Inside(channels, new))
 
 
-@pytest.mark.parametrize("step", [60, pytest.param(1, marks=pytest.mark.long)])
+@pytest.mark.parametrize("step", [60, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", ["lockstep", "live"])
 @pytest.mark.parametrize("topic", ["/settings", "/control"])
 def test_a_damaged_value_at_any_depth_leads_to_a_result_or_to_an_error_of_exograv(

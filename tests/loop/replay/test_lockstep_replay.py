@@ -164,7 +164,7 @@ def broken(what: str, topic: str, message: dict[str, Any]) -> dict[str, Any]:
         ("escape", "outside of its folder"),
         ("absolute", "outside of its folder"),
         ("no rig", "No machine"),
-        ("body", "does not write"),
+        ("body", "height_m' is missing"),
         ("parameters", "does not write"),
         ("controller", "does not write"),
     ],

@@ -143,5 +143,5 @@ def _cells(name: str, row: "FaultFigures | StrikeFigures | GuardEndFigures", wor
     return [*(told[word] for word in words), *map(_number, numbers)]
 
 
-def _number(cell: float | None) -> str:
+def _number(cell: float | int | None) -> str:
     return "–" if cell is None else f"{cell:g}"
