@@ -248,6 +248,7 @@ class SecondImage:
         self.q, self.torque = np.full(shape, np.nan), np.full(shape, np.nan)
         self.ticks, self.log_chance = np.zeros(shape, dtype=int), np.zeros(shape)
         self.share, self.turns, self.slope = np.ones(shape), np.zeros(shape), np.zeros(shape)
+        self.seen = np.zeros(shape, dtype=int)
 
     def see(self, tick: Tick, where: np.ndarray, believed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return machines whose whole image is frozen, and joints that are frozen alone."""
@@ -255,14 +256,16 @@ class SecondImage:
         change = tick.measured - self.torque
         same = (change == 0.0) & (tick.q == self.q)
         self.q, self.torque = np.where(here, tick.q, self.q), np.where(here, tick.measured, self.torque)
-        self.share = np.where(here, (1.0 - self.step) * self.share + self.step * same, self.share)
+        self.seen = self.seen + here
+        step = np.maximum(self.step, 1.0 / (self.seen + 1))
+        self.share = np.where(here, (1.0 - step) * self.share + step * same, self.share)
         self.ticks = np.where(here, np.where(same, self.ticks + 1, 0), self.ticks)
-        noisy = self.turns >= 0.25
+        noisy = (self.turns >= 0.25) & (self.seen - self.ticks >= 50)
         longer = np.maximum(self.log_chance + np.where(noisy, np.log(self.share), 0.0), 2.0 * np.log(1e-10))
         self.log_chance = np.where(here, np.where(same, longer, 0.0), self.log_chance)
         changed = here & (np.abs(change) > 0.0)
         back = np.sign(change) == -np.sign(self.slope)
-        self.turns = np.where(changed, (1.0 - self.step) * self.turns + self.step * back, self.turns)
+        self.turns = np.where(changed, (1.0 - step) * self.turns + step * back, self.turns)
         self.slope = np.where(changed, change, self.slope)
         together = np.where(believed, self.log_chance, 0.0).sum(axis=1)
         long = (~believed | (self.ticks >= self.most)).all(axis=1)

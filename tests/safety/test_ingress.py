@@ -232,7 +232,7 @@ def test_a_machine_without_noise_may_stand_still_to_the_last_bit(frozen: list[in
 
 
 def test_a_machine_that_was_just_switched_on_is_not_judged_before_its_noise_is_known():
-    assert not any(one.found for one in imaged([1], seconds=0.05)[: 2 * KEPT_JOINT_MS])
+    assert not any(one.found for one in imaged([1], seconds=0.04)[: 2 * KEPT_JOINT_MS])
 
 
 def test_quiet_sensors_with_coarse_steps_are_given_the_time_that_chance_needs():

@@ -87,6 +87,7 @@ def pages_of(parent: int) -> int:
 
 
 def test_pages_that_stand_still_have_the_arm_given_back_when_the_lease_ends_and_come_back(tmp_path: Path):
+    struck = 0.0
     with console(*OPTIONS, "--out", tmp_path, module="tests.console.nominal_console") as (process, link):
         with Page(link) as operator, suppress(ConnectionClosed):
             floating(operator)

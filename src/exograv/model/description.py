@@ -154,7 +154,7 @@ def load_rig(rig: str, side: str | None = None) -> RigDescription:
     path = folder / "rig.toml"
     settings = _settings(path)
     sides = settings.urdf.sides
-    chosen = next((one for one in sides if side in (None, one)), None)
+    chosen: Side | None = next((one for one in sides if side in (None, one)), None)
     if chosen is None:
         raise ConfigError(f"{settings.name} has no side '{side}'; {path} has a URDF for: {', '.join(sides)}.")
     description = RigDescription(settings, chosen, folder)

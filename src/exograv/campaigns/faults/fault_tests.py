@@ -101,7 +101,7 @@ TESTED_FAULTS = (
             "tests/runtime/control_loop/test_guard_commands.py::test_without_its_parent_the_guard_lets_the_arm_down_and_ends_the_run",
             "tests/experiment/steered/test_session_controller.py::test_where_nobody_steers_any_more_there_is_an_alarm_and_the_arm_is_given_back",
             "tests/scenario/test_console_struck.py::test_a_console_that_is_killed_lets_the_arm_down_within_the_lease",
-            "tests/scenario/test_console_struck.py::test_a_console_that_stands_still_has_the_arm_given_back_when_the_lease_ends",
+            "tests/scenario/test_console_struck.py::test_pages_that_stand_still_have_the_arm_given_back_when_the_lease_ends_and_come_back",
         ),
     ),
     TestedFault(

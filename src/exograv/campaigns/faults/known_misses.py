@@ -30,6 +30,25 @@ _MISSES = (
         "The current keeps its commanded value, so the wrong torque shows only as acceleration, like a push of the "
         "wearer. A force sensor at the cuff or a torque sensor at the joint would show it.",
     ),
+    KnownMiss(
+        "F26",
+        Measure.TORQUE_CHANGE,
+        6.0,
+        "The ramp of a new estimate is planned for 5 N·m/s in the posture in which it begins. The arm moves on, and "
+        "in another posture the same ramp changes the torque a little faster.",
+    ),
+    KnownMiss(
+        "F26",
+        Measure.ARM_BOUND,
+        None,
+        "Nothing refuses an identified arm that is implausible; the guard bounds the torque by the person's envelope.",
+    ),
+    KnownMiss(
+        "F29",
+        Measure.POWER,
+        40.0,
+        "The guard limits torque and speed, not their product: 8 N·m beyond carrying and friction, at up to 5 rad/s.",
+    ),
     KnownMiss("F28", Measure.TIME, None, _WEIGHT),
     KnownMiss("F28", Measure.DRIFT, None, _WEIGHT),
     KnownMiss("F50", Measure.HAND, None, _WEIGHT),

@@ -6,7 +6,7 @@ static inline long modulo(long a, long b) { long rest = a % b; return rest < 0 ?
 static inline long smaller(long a, long b) { return b < a ? b : a; }
 
 /* Check sum of core.py: a library that was made from another source is not used. */
-const long long guard_source = 2448738763;
+const long long guard_source = 131828677;
 
 #define JOINTS 16
 #define SLOTS 128
@@ -144,16 +144,17 @@ const long long guard_source = 2448738763;
 #define KEPT_TICKS 1037
 #define KEPT_SHARE 1053
 #define KEPT_CHANCE 1069
-#define TURNS 1085
-#define Q_KEPT 1101
-#define MOTOR_KEPT 1117
-#define TORQUE_KEPT 1133
-#define CHANGE_BEFORE 1149
-#define USED 1165
-#define TOLD 3213
-#define BEFORE 5261
-#define MOTOR_BEFORE 5901
-#define SIZE 6541
+#define KEPT_SEEN 1085
+#define TURNS 1101
+#define Q_KEPT 1117
+#define MOTOR_KEPT 1133
+#define TORQUE_KEPT 1149
+#define CHANGE_BEFORE 1165
+#define USED 1181
+#define TOLD 3229
+#define BEFORE 5277
+#define MOTOR_BEFORE 5917
+#define SIZE 6557
 #define NOT_FINITE 1
 #define TOO_FAST 2
 #define NO_MEASUREMENT 3
@@ -179,6 +180,7 @@ const long long guard_source = 2448738763;
 #define JUMPS_MAX 3.0
 #define UNLIKELY 1e-10
 #define LEAST_TURNS 0.25
+#define LEAST_SEEN 50.0
 #define AGREE_RAD 0.035
 #define TORQUE_OFF_NM 3.0
 #define TORQUE_BIAS_NM 2.0
@@ -1058,6 +1060,7 @@ void guard_keep(double *restrict r, long j)
     double torque;
     double change;
     int is_kept;
+    double step;
     double turned;
     const double t1 = r[(Q_IN + j)];
     const double t2 = ((r[HAS_MOTOR] != 0.0) ? r[(Q_MOTOR_IN + j)] : 0.0);
@@ -1072,10 +1075,12 @@ void guard_keep(double *restrict r, long j)
     r[(Q_KEPT + j)] = t3;
     r[(MOTOR_KEPT + j)] = t4;
     r[(TORQUE_KEPT + j)] = t5;
-    r[(KEPT_SHARE + j)] += (r[NOISE_STEP] * ((is_kept ? 1.0 : 0.0) - r[(KEPT_SHARE + j)]));
+    r[(KEPT_SEEN + j)] = guard_least((r[(KEPT_SEEN + j)] + 1.0), TICKS_MOST);
+    step = guard_most(r[NOISE_STEP], (1.0 / (1.0 + r[(KEPT_SEEN + j)])));
+    r[(KEPT_SHARE + j)] += (step * ((is_kept ? 1.0 : 0.0) - r[(KEPT_SHARE + j)]));
     if (is_kept) {
         r[(KEPT_TICKS + j)] += 1.0;
-        if ((r[(TURNS + j)] >= LEAST_TURNS)) {
+        if (((r[(TURNS + j)] >= LEAST_TURNS) && ((r[(KEPT_SEEN + j)] - r[(KEPT_TICKS + j)]) >= LEAST_SEEN))) {
             r[(KEPT_CHANCE + j)] = guard_most((r[(KEPT_CHANCE + j)] * r[(KEPT_SHARE + j)]), (UNLIKELY * UNLIKELY));
         }
     } else {
@@ -1086,7 +1091,7 @@ void guard_keep(double *restrict r, long j)
     }
     if (((change > 0.0) || (change < 0.0))) {
         turned = (((change * r[(CHANGE_BEFORE + j)]) < 0.0) ? 1.0 : 0.0);
-        r[(TURNS + j)] += (r[NOISE_STEP] * (turned - r[(TURNS + j)]));
+        r[(TURNS + j)] += (step * (turned - r[(TURNS + j)]));
         r[(CHANGE_BEFORE + j)] = change;
     }
 }

@@ -54,9 +54,9 @@ _FIELDS = CONTROL_MISSES + 2 + MISSES
     TAU, TAU_AT_STOP, ISOLATED, POWERLESS, Q, V, KNOWN, CARRIED, FRICTION, LOW, HIGH, LAST_TAU, WANTED, OVER,
     IGNORED, JUMPS, JUMPED, DEAD, BROKEN, PARTED, WRONG, FIRST, PARTED_TICKS, LAST, STILL, MOTOR_THEN, OFF_TICKS, BIAS,
     REFUSED_TICKS, HELD, Q_SEEN, V_SEEN, V_FILTER, Q_FILTER, FAULTY,
-    KEPT_TICKS, KEPT_SHARE, KEPT_CHANCE, TURNS, Q_KEPT, MOTOR_KEPT, TORQUE_KEPT, CHANGE_BEFORE,
-) = range(_FIELDS, _FIELDS + 67 * JOINTS, JOINTS)  # fmt: skip
-USED = _FIELDS + 67 * JOINTS
+    KEPT_TICKS, KEPT_SHARE, KEPT_CHANCE, KEPT_SEEN, TURNS, Q_KEPT, MOTOR_KEPT, TORQUE_KEPT, CHANGE_BEFORE,
+) = range(_FIELDS, _FIELDS + 68 * JOINTS, JOINTS)  # fmt: skip
+USED = _FIELDS + 68 * JOINTS
 """Ring of the last used positions [rad]."""
 TOLD = USED + SLOTS * JOINTS
 """Ring of the last commanded torques [N·m]."""
@@ -90,6 +90,8 @@ UNLIKELY = 1e-10
 LEAST_TURNS = 0.25
 """Least share of the changes of a measured torque that turn back, by which it has noise: half and more of the changes
 of noise turn back, and hardly any of a smooth signal."""
+LEAST_SEEN = 50.0
+"""Least number of ticks before the present run of equal bits, from which the noise of a joint is known."""
 AGREE_RAD = 0.035
 """Largest difference between the two encoders of a joint [rad]: 2°, far more than the compliance of a gear."""
 TORQUE_OFF_NM, TORQUE_BIAS_NM = 3.0, 2.0
@@ -598,16 +600,18 @@ def keep(r: Record, j: int) -> None:
     # Comparisons with NaN are false: a joint that was not seen yet has not kept its bits.
     is_kept = change == 0.0 and q == r[Q_KEPT + j] and (motor == r[MOTOR_KEPT + j] or math.isnan(motor))
     r[Q_KEPT + j], r[MOTOR_KEPT + j], r[TORQUE_KEPT + j] = q, motor, torque
-    r[KEPT_SHARE + j] += r[NOISE_STEP] * ((1.0 if is_kept else 0.0) - r[KEPT_SHARE + j])
+    r[KEPT_SEEN + j] = least(r[KEPT_SEEN + j] + 1.0, TICKS_MOST)
+    step = most(r[NOISE_STEP], 1.0 / (1.0 + r[KEPT_SEEN + j]))  # at first all ticks have the same weight
+    r[KEPT_SHARE + j] += step * ((1.0 if is_kept else 0.0) - r[KEPT_SHARE + j])
     if is_kept:
         r[KEPT_TICKS + j] += 1.0
-        if r[TURNS + j] >= LEAST_TURNS:
+        if r[TURNS + j] >= LEAST_TURNS and r[KEPT_SEEN + j] - r[KEPT_TICKS + j] >= LEAST_SEEN:
             r[KEPT_CHANCE + j] = most(r[KEPT_CHANCE + j] * r[KEPT_SHARE + j], UNLIKELY * UNLIKELY)
     else:
         r[KEPT_TICKS + j], r[KEPT_CHANCE + j] = 0.0, 1.0
     if change > 0.0 or change < 0.0:
         turned = 1.0 if change * r[CHANGE_BEFORE + j] < 0.0 else 0.0
-        r[TURNS + j] += r[NOISE_STEP] * (turned - r[TURNS + j])
+        r[TURNS + j] += step * (turned - r[TURNS + j])
         r[CHANGE_BEFORE + j] = change
 
 
