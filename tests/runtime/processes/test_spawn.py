@@ -62,6 +62,7 @@ from exograv.runtime.processes.shared_memory import Mailbox
 import numpy as np
 made = Mailbox(np.dtype("<u8"))
 print(made.name, flush=True)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup a process inherits that it ignores the signal
 os.killpg(0, signal.SIGHUP)
 """
 
