@@ -6,7 +6,7 @@ static inline long modulo(long a, long b) { long rest = a % b; return rest < 0 ?
 static inline long smaller(long a, long b) { return b < a ? b : a; }
 
 /* Check sum of core.py: a library that was made from another source is not used. */
-const long long guard_source = 131828677;
+const long long guard_source = 145640566;
 
 #define JOINTS 16
 #define SLOTS 128
@@ -1060,6 +1060,7 @@ void guard_keep(double *restrict r, long j)
     double torque;
     double change;
     int is_kept;
+    double count;
     double step;
     double turned;
     const double t1 = r[(Q_IN + j)];
@@ -1076,7 +1077,8 @@ void guard_keep(double *restrict r, long j)
     r[(MOTOR_KEPT + j)] = t4;
     r[(TORQUE_KEPT + j)] = t5;
     r[(KEPT_SEEN + j)] = guard_least((r[(KEPT_SEEN + j)] + 1.0), TICKS_MOST);
-    step = guard_most(r[NOISE_STEP], (1.0 / (1.0 + r[(KEPT_SEEN + j)])));
+    count = guard_most((1.0 + r[(KEPT_SEEN + j)]), 1.0);
+    step = guard_most(r[NOISE_STEP], (1.0 / count));
     r[(KEPT_SHARE + j)] += (step * ((is_kept ? 1.0 : 0.0) - r[(KEPT_SHARE + j)]));
     if (is_kept) {
         r[(KEPT_TICKS + j)] += 1.0;

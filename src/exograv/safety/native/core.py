@@ -601,7 +601,8 @@ def keep(r: Record, j: int) -> None:
     is_kept = change == 0.0 and q == r[Q_KEPT + j] and (motor == r[MOTOR_KEPT + j] or math.isnan(motor))
     r[Q_KEPT + j], r[MOTOR_KEPT + j], r[TORQUE_KEPT + j] = q, motor, torque
     r[KEPT_SEEN + j] = least(r[KEPT_SEEN + j] + 1.0, TICKS_MOST)
-    step = most(r[NOISE_STEP], 1.0 / (1.0 + r[KEPT_SEEN + j]))  # at first all ticks have the same weight
+    count = most(1.0 + r[KEPT_SEEN + j], 1.0)
+    step = most(r[NOISE_STEP], 1.0 / count)  # at first all ticks have the same weight
     r[KEPT_SHARE + j] += step * ((1.0 if is_kept else 0.0) - r[KEPT_SHARE + j])
     if is_kept:
         r[KEPT_TICKS + j] += 1.0
