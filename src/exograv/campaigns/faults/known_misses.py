@@ -34,8 +34,8 @@ _MISSES = (
         "F26",
         Measure.TORQUE_CHANGE,
         6.0,
-        "The ramp of a new estimate is planned for 5 N·m/s in the posture in which it begins. The arm moves on, and "
-        "in another posture the same ramp changes the torque a little faster.",
+        "The ramp of a new estimate is planned from the torques at its ends. Between them the torque is no straight "
+        "line, because the arm's posture in its cuffs depends on the parameters.",
     ),
     KnownMiss(
         "F26",
