@@ -57,12 +57,16 @@ def listen(job: ListenerJob, parent: Connection) -> None:
         return
     for thread in threads:
         thread.start()
-    _heard(parent)
+    while not parent.poll(ALIVE_EVERY_S):
+        line.note(ALIVE)
     over.set()
     for thread in threads:
         thread.join(END_MAX_S)
     line.note(None)
 
+
+ALIVE, ALIVE_EVERY_S = "alive", 0.5
+"""Sign of life to the parent, and the time between two [s]."""
 
 END_MAX_S = 3.0
 """Time for a thread that waits for its device [s]."""
@@ -88,7 +92,7 @@ class _Line:
 
         return hand
 
-    def note(self, message: StreamNote | None) -> None:
+    def note(self, message: StreamNote | str | None) -> None:
         """Send a message to the parent; None is the last one."""
         with self._lock:
             self._parent.send(message)

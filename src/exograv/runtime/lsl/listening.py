@@ -11,7 +11,7 @@ from exograv.recording.messages import StreamNote
 from exograv.recording.stream_block import packed_size
 from exograv.results import json_value
 from exograv.runtime.processes.shared_memory import Ring
-from exograv.runtime.processes.supervisor import Supervisor
+from exograv.runtime.processes.supervisor import EXIT_S, Supervisor
 
 from .blocks import BLOCK, DATA_BYTES, SLOTS, RecordedDevices
 from .library import require_lsl
@@ -23,6 +23,9 @@ FIND_S = 10.0
 
 START_MAX_S = 30.0
 """Additional time for a fresh interpreter on a slow computer [s]."""
+
+HANGS_S = 5.0
+"""Time without a sign of life after which a listener hangs, and is replaced [s]."""
 
 RESTARTS_MAX = 3
 """Largest number of replaced listeners; a cause that ends so many would end the next one too."""
@@ -61,6 +64,8 @@ class Listening:
         self._job = ListenerJob(self._ring.name, tuple(wanted), within_s)
         self._connections, self._record = Counter[str](), None
         self._notes = Counter[str]()
+        self._heard_s = self._checked_s = 0.0
+        self._patience_s, self._has_given_up = START_MAX_S, False
         self._child = Supervisor("listener", listen, self._job, RESTARTS_MAX)
         try:
             self.found: tuple[FoundStream, ...] = self._found(within_s + START_MAX_S)
@@ -81,16 +86,23 @@ class Listening:
 
     def begin(self, record: Record) -> None:
         """Record from now on; the function `record` receives the messages of `/stream`."""
-        self._record = record
+        self._record, self._heard_s, self._patience_s = record, time.monotonic(), START_MAX_S
         self._child.send("begin")  # if the listener has died, `check` starts another
 
     def check(self) -> None:
-        """Pass on new messages, and start another listener if this one has died. Call it several times per second."""
+        """Pass on new messages, and replace a listener that has died or hangs. Call it several times per second."""
         self._hear()
-        if self._record is not None and not self._child.is_alive:
+        if self._record is None or self._has_given_up:
+            return
+        if self._child.is_alive and self._hangs():
+            self._child.kill()
+            self._child.await_exit(EXIT_S)
+        if not self._child.is_alive:
             connections = tuple(self._connections[one.topic] for one in self.devices.streams)
             if self._child.replace(replace(self._job, found=self.found, connections=connections)):
                 self.begin(self._record)
+            else:
+                self._give_up()
 
     def finish(self) -> None:
         """Have the last samples handed over, before the recorder completes its file."""
@@ -127,6 +139,19 @@ class Listening:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def _hangs(self) -> bool:
+        now = time.monotonic()
+        if now - self._checked_s > 0.5 * HANGS_S:
+            self._heard_s = now  # the first look, or this process stood still, not the listener
+        self._checked_s = now
+        return now - self._heard_s > self._patience_s
+
+    def _give_up(self) -> None:
+        """Note once that the streams are lost for the rest of the run."""
+        self._has_given_up, text = True, f"The listener has ended {RESTARTS_MAX + 1} times, and is not replaced again."
+        for one in self.devices.streams:
+            self._take(StreamNote(time.monotonic(), one.topic, "lost", text, self._connections[one.topic]))
+
     def _found(self, within_s: float) -> tuple[FoundStream, ...]:
         word = self._child.next_word(within_s)
         if word is None:
@@ -144,10 +169,15 @@ class Listening:
     def _hear(self) -> bool:
         """Pass on new messages; return True after the last one."""
         for word in self._child.heard():
+            self._heard_s, self._patience_s = time.monotonic(), HANGS_S
             if word is None:
                 return True
-            if isinstance(word, StreamNote) and self._record is not None:
-                self._connections[word.topic] = word.connection
-                self._notes[f"{word.topic} {word.kind}"] += 1
-                self._record("/stream", 0.0, json_value(word))
+            if isinstance(word, StreamNote):
+                self._take(word)
         return False
+
+    def _take(self, note: StreamNote) -> None:
+        if self._record is not None:
+            self._connections[note.topic] = note.connection
+            self._notes[f"{note.topic} {note.kind}"] += 1
+            self._record("/stream", 0.0, json_value(note))

@@ -5,12 +5,14 @@ supervisor counts replacements and refuses those beyond the limit.
 """
 
 import contextlib
+import time
 from collections.abc import Callable, Iterator
 from multiprocessing.connection import Connection
 from typing import Any, Generic, TypeVar
 
 from exograv.errors import RigError
 
+from .process_line import SLICE_S, BrokenLineError, ProcessLine
 from .spawn import spawned
 
 READY_MAX_S = 120.0
@@ -60,33 +62,36 @@ class Supervisor(Generic[Job]):
         """Exit status; None while the process runs."""
         return self._process.exitcode
 
-    @property
-    def connection(self) -> Connection:
-        """Parent's end of the line to the present process."""
-        return self._line
-
     def kill(self) -> None:
         """Kill the process at once."""
         self._process.kill()
 
     def send(self, word: object) -> None:
-        """Send a message; a process that has died does not get it."""
+        """Send a message without waiting; a process that has died, or reads nothing, does not get it."""
         with contextlib.suppress(OSError):
             self._line.send(word)
 
+    def flush(self) -> None:
+        """Send messages that the process could not take before. `heard` and `await_exit` do this, too."""
+        self._line.flush()
+
     def heard(self) -> Iterator[Any]:
-        """Yield the messages that have arrived, and set `has_hung_up` when the process has closed its line."""
+        """Yield the messages that have arrived, and set `has_hung_up` when the process has closed its line.
+
+        A process that sends anything but messages is killed.
+        """
         try:
-            while self._line.poll():
-                yield self._line.recv()
+            yield from self._line.words()
+        except BrokenLineError:
+            self.kill()
+            self._hung_up()
         except (EOFError, OSError):
-            self.has_hung_up = True
-            self._process.join(EXIT_S)
+            self._hung_up()
 
     def next_word(self, within_s: float) -> Any:
         """Return the next message; None after this time, or if the process has closed its line (`has_hung_up`)."""
         try:
-            return self._line.recv() if self._line.poll(within_s) else None
+            return self._line.next_word(within_s)
         except (EOFError, OSError):
             self.has_hung_up = True
             return None
@@ -106,7 +111,11 @@ class Supervisor(Generic[Job]):
 
     def await_exit(self, within_s: float) -> int | None:
         """Wait for the end of the process; return its exit status, or None if it still runs."""
-        self._process.join(within_s)
+        until = time.monotonic() + within_s
+        while self._line.has_unsent and self._process.is_alive() and time.monotonic() < until:
+            self._process.join(SLICE_S)
+            self._line.flush()
+        self._process.join(max(until - time.monotonic(), 0.0))
         return self.exit_status
 
     def succeeded(self) -> None:
@@ -140,13 +149,18 @@ class Supervisor(Generic[Job]):
             self.hang_up(patience_s)
         else:
             self.send(word)
-            self._process.join(patience_s)
+            self.await_exit(patience_s)
         self._kill()
         self._line.close()
 
     def _start(self, job: Job) -> None:
-        self._process, self._line = spawned(self._name, self._target, job)
+        self._process, connection = spawned(self._name, self._target, job)
+        self._line = ProcessLine(connection)
         self.has_hung_up = False
+
+    def _hung_up(self) -> None:
+        self.has_hung_up = True
+        self._process.join(EXIT_S)
 
     def _kill(self) -> None:
         if self._process.is_alive():

@@ -157,6 +157,7 @@ class Recorder:
     def check(self) -> RecorderReport:
         """Start another recorder if it has died, and return the state. Call it several times per second."""
         self._failure = self.failure
+        self._child.flush()
         if not self._failure and not self._child.is_alive:
             self._replace()
         self._end_hanging()

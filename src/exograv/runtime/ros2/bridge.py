@@ -29,6 +29,9 @@ RATE_HZ = 100
 SLOW_EVERY = 10
 """Number of joint states per gravity level and safe state."""
 
+ALIVE_EVERY_S = 0.5
+"""Time between two reports of the number of published messages, which are also the signs of life [s]."""
+
 BEHIND = 10
 """Niceness of the bridge process: guard and control take precedence even without real-time rights."""
 
@@ -60,8 +63,11 @@ def bridge_process(job: BridgeJob, parent: Connection) -> None:
 
 
 def _run(bridge: "Bridge", parent: Connection) -> None:
-    due = time.monotonic()
+    due = told = time.monotonic()
     while True:
+        if time.monotonic() - told >= ALIVE_EVERY_S:
+            parent.send(bridge.published)
+            told = time.monotonic()
         due = max(due + 1.0 / RATE_HZ, time.monotonic())  # a late message is left out, not repeated
         while parent.poll(max(due - time.monotonic(), 0.0)):
             word = parent.recv()

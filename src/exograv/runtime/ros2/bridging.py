@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -17,6 +18,9 @@ from .library import require_zenoh
 
 READY_MAX_S = 60.0
 """Time for a fresh interpreter on a slow computer, and for Zenoh's search of half a second [s]."""
+
+HANGS_S, END_S = 5.0, 2.0
+"""Time without a sign of life after which the bridge hangs; and time for it to end at the end of the run [s]."""
 
 DOMAIN_MAX = 232
 """Largest domain of ROS 2: the ports of higher ones would exceed 65535. Source: docs.ros.org, The ROS_DOMAIN_ID."""
@@ -82,6 +86,7 @@ class Bridging:
         self._child: Supervisor[BridgeJob] | None = None
         self._published: int | None = None
         self._ended = ""
+        self._heard_s = self._checked_s = 0.0
 
     @property
     def pid(self) -> int:
@@ -110,17 +115,33 @@ class Bridging:
             raise RigError("The bridge to ROS 2 did not start. Correct the reason in its output above, or omit --ros2.")
 
     def check(self) -> None:
-        """Pass on new messages, several times per second. If the bridge has died, the run goes on without it."""
+        """Pass on new messages, several times per second. If the bridge dies or hangs, the run goes on without it."""
         if self._child is None or self._ended:
             return
         newest = self._states.read()
         if newest is not None:
             self.levels.look(int(newest[1]["safe_state"]))
-        for level in self._child.heard():
-            self._child.send(self._answer(level, 0.0 if newest is None else float(newest[1]["now"])))
+        for word in self._child.heard():
+            self._heard_s = time.monotonic()
+            if type(word) is int:
+                self._published = word
+            elif isinstance(word, float):
+                self._child.send(self._answer(word, 0.0 if newest is None else float(newest[1]["now"])))
         if self._child.has_hung_up:
             status = self._child.exit_status
             self._ended = f"The bridge to ROS 2 has ended (exit status {status}), and the run went on without it."
+        elif self._hangs():
+            self._child.kill()
+            self._ended = (
+                f"The bridge to ROS 2 was silent for {HANGS_S:g} s and was ended, and the run went on without it."
+            )
+
+    def _hangs(self) -> bool:
+        now = time.monotonic()
+        if not self._heard_s or now - self._checked_s > 0.5 * HANGS_S:
+            self._heard_s = now  # the first look, or this process stood still, not the bridge
+        self._checked_s = now
+        return now - self._heard_s > HANGS_S
 
     def figures(self) -> Ros2Figures:
         """Return the numbers of published messages and of accepted and refused levels."""
@@ -132,8 +153,9 @@ class Bridging:
         if self._child is None:
             return
         self._child.send(None)
-        while (word := self._child.next_word(2.0)) is not None:
-            if isinstance(word, int):
+        until = time.monotonic() + END_S
+        while (left_s := until - time.monotonic()) > 0.0 and not self._child.has_hung_up:
+            if type(word := self._child.next_word(left_s)) is int:
                 self._published = word
         self._child.end(1.0)
         self._child = None
