@@ -1,8 +1,9 @@
-"""Campaign of process faults: fly each cell, repeat flights that ended before the strike, and keep the verdicts."""
+"""Campaign of process faults: fly each session, repeat flights that ended before the strike, and keep the verdicts."""
 
+import importlib.util
 import pickle
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from exograv.recording.code import code_sha256
 from exograv.runtime.clock.timing import PERIOD_NS
 from exograv.storage.checkpoint import CheckpointRows
 
-from .cell import Cell, Fault, State
+from .cell import Cell, Fault, Process
 from .evidence import MachineFigures
 from .figures import MatrixFigures, figures_of
 from .flight import Ground, fly
@@ -23,7 +24,8 @@ from .gaps import TickGaps
 from .judge import CellVerdict, judge
 from .options import ProcessFaultOptions
 from .participant import PreparedParticipant, drawn_seed, participant_file
-from .table import ABSENT, EXPECTED, reason_absent
+from .sessions import sessions_of
+from .table import expected_of, reason_absent
 
 FILE, FLIGHTS = "process_faults.jsonl", "flights"
 
@@ -57,17 +59,17 @@ def run_matrix(campaign: MatrixCampaign, progress: Progress) -> MatrixFigures:
     done = {verdict.cell: verdict for verdict in rows.rows}
     ground, machine = prepared_ground(campaign, progress)
     cells = campaign.planned
+    sessions = sessions_of([cell for cell in cells if cell.name not in done])
     try:
-        for number, cell in enumerate(cells):
-            progress(f"Flying {cell.name}", number / len(cells))
-            if cell.name not in done:
-                verdict = flown_cell(campaign, cell, ground, machine, folder / FLIGHTS)
+        for number, session in enumerate(sessions):
+            progress(f"Flying {', '.join(cell.name for cell in session)}", number / len(sessions))
+            for verdict in flown_session(campaign, session, ground, machine, folder / FLIGHTS):
                 rows.add(verdict)
-                done[cell.name] = verdict
+                done[verdict.cell] = verdict
     except KeyboardInterrupt:
         progress("Stopped by Ctrl-C; the cells flown so far are summed up", 1.0)
     verdicts = [done[cell.name] for cell in cells if cell.name in done]
-    absent = [] if campaign.only else [absent_verdict(Cell(one, Fault.KILL, State.FLOATING)) for one in ABSENT]
+    absent = [] if campaign.only else absent_verdicts()
     missing = [cell.name for cell in cells if cell.name not in done]
     figures = figures_of([*verdicts, *absent], missing, campaign.seed, campaign.level, campaign.shared)
     figures.write(folder)
@@ -90,26 +92,48 @@ def prepared_ground(campaign: MatrixCampaign, progress: Progress) -> tuple[Groun
     return Ground(path, known.description, campaign.level, drawn_seed(campaign.seed)), machine
 
 
-def flown_cell(
-    campaign: MatrixCampaign, cell: Cell, ground: Ground, machine: MachineFigures, folder: Path
-) -> CellVerdict:
-    """Fly a cell until its session is struck, at most `campaign.tries` times, and judge the last flight."""
-    if reason_absent(cell):
-        return absent_verdict(cell)
-    expected = EXPECTED[cell.process, cell.fault]
-    verdict = CellVerdict(cell.name, "not flown")
-    for tries in range(1, campaign.tries + 1):
-        place = folder / f"{cell.name.replace(':', '_')}_{tries}"
-        verdict = replace(judge(cell, expected, fly(cell, expected, ground, place), machine), tries=tries)
-        if verdict.status != "not flown":
-            break
-    return verdict
+def flown_session(
+    campaign: MatrixCampaign, cells: Sequence[Cell], ground: Ground, machine: MachineFigures, folder: Path
+) -> Iterator[CellVerdict]:
+    """Fly cells in one session, and judge it. A cell that was not struck is flown again, in a session of its own."""
+    if why := missing_library(cells):
+        yield from (CellVerdict(cell.name, ABSENT_HERE, faults=(why,), tries=0) for cell in cells)
+        return
+    waiting, tries = [tuple(cells)], 0
+    while waiting and tries < campaign.tries:
+        tries, again = tries + 1, list[tuple[Cell, ...]]()
+        for session in waiting:
+            place = folder / f"{session[0].name.replace(':', '_')}_{tries}"
+            flown = zip(session, fly(session, ground, place), strict=True)
+            for cell, evidence in flown:
+                verdict = replace(judge(cell, expected_of(cell), evidence, machine), tries=tries)
+                if verdict.status == "not flown" and tries < campaign.tries:
+                    again.append((cell,))
+                else:
+                    yield verdict
+        waiting = again
 
 
-def absent_verdict(cell: Cell) -> CellVerdict:
-    """Return the verdict on a cell that cannot be flown, with the reason."""
-    name = cell.name if cell.process not in ABSENT else str(cell.process)
-    return CellVerdict(name, "not in this session", faults=(reason_absent(cell),), tries=0)
+ABSENT_HERE = "not in this session"
+"""Status of a cell that cannot be flown."""
+
+
+def missing_library(cells: Sequence[Cell]) -> str:
+    """Return the reason why this computer cannot fly these cells; empty if it can."""
+    for process, library, extra in ((Process.LSL, "pylsl", "lsl"), (Process.ROS2, "zenoh", "ros2")):
+        if any(cell.process is process for cell in cells) and importlib.util.find_spec(library) is None:
+            return f"{library} is not installed. Install exograv[{extra}]."
+    return ""
+
+
+def absent_verdicts() -> list[CellVerdict]:
+    """Return the pairs of process and fault that make no sense, each with its reason."""
+    return [
+        CellVerdict(f"{process}:{fault}", ABSENT_HERE, faults=(why,), tries=0)
+        for process in Process
+        for fault in Fault
+        if (why := reason_absent(process, fault))
+    ]
 
 
 def verdict_of(row: Mapping[str, Any]) -> CellVerdict:

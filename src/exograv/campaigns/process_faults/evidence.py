@@ -1,6 +1,6 @@
 """Evidence of one flight, collected from outside of the session: drives, recording, memory, processes, terminal."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -63,5 +63,5 @@ class FlightEvidence:
     left_memory: tuple[str, ...] = ()
     ended_s: float | None = None
     """Time from the strike to the end of the command [s]."""
-    restarts: dict[str, int] = field(default_factory=dict)
-    """Processes of each name that were started."""
+    replaced_t: float | None = None
+    """Time at which a process of the same name started after the strike; None if there was none."""

@@ -1,8 +1,8 @@
-"""Flight of one cell: drives and session in processes of their own, the state, the strike, and the end."""
+"""Flight of one session: drives and session in processes of their own, the state, the strike, and the end."""
 
 import signal
 import time
-from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,9 +19,11 @@ from .cell import Cell, Fault, FlightOrders, Process, State
 from .drives import DrivesLog
 from .drives_process import DrivesProcess
 from .evidence import FlightEvidence, RecordedTicks
-from .strikes import IN_HOOK, Struck, Target, strike
+from .neighbours import neighbours
+from .notes import write_note
+from .strikes import IN_HOOK, Target, strike
 from .struck_session import Session, struck_session
-from .table import Expected, Outcome, needs_motion
+from .table import Outcome, expected_of, needs_motion
 from .watching import end_all, forget_memory, left_memory, memory_of, processes_of, send_all
 
 STATE_MAX_S = 90.0
@@ -32,6 +34,9 @@ SETTLED_S, INTO_DESCENT_S = 0.6, 0.4
 
 GOES_ON_S, ENDS_S, STOPS_S = 2.5, 9.0, 45.0
 """Time in which a session must go on; in which it must end by itself; and in which it must end after Stop [s]."""
+
+IN_DESCENT_S, HOOK_S = 0.3, 5.0
+"""Time between two strikes in a descent, and time for a hook to act [s]. A hook waits for the next tick."""
 
 REPLACES_S = HANGS_S + 4.0
 """Time in which a session must end by itself whose recorder hangs and has to be replaced first [s]."""
@@ -50,8 +55,8 @@ class Ground:
     wearer_seed: int
 
 
-def fly(cell: Cell, expected: Expected, ground: Ground, folder: Path) -> FlightEvidence:
-    """Fly one cell in `folder`, and return what happened.
+def fly(cells: Sequence[Cell], ground: Ground, folder: Path) -> list[FlightEvidence]:
+    """Fly these cells in one session in `folder`, one strike after another, and return what happened, by cell.
 
     Raises:
         RigError: The simulated drives do not start.
@@ -62,25 +67,44 @@ def fly(cell: Cell, expected: Expected, ground: Ground, folder: Path) -> FlightE
     log.unlink(missing_ok=True)
     of_machine = (ground.description.folder, ground.level, ground.wearer_seed)
     process = DrivesProcess([str(word) for word in (drives, *of_machine, log)])
+    has = {cell.process for cell in cells}
     try:
-        evidence = _flown(cell, expected, ground, drives, folder)
+        with neighbours(Process.LSL in has, Process.ROS2 in has) as router:
+            strikes, common = _flown(cells, ground, drives, router, folder)
     finally:
         process.end()
     process.refuse_dead()
     ticks, why = _recorded(folder / "live.mcap")
-    return FlightEvidence(DrivesLog.read(log), ticks=ticks, recording_why=why, **evidence)
+    common |= {"ticks": ticks, "recording_why": why}
+    at_drives = DrivesLog.read(log)
+    return [FlightEvidence(at_drives, **(common | vars(one))) for one in strikes]
 
 
-def _flown(cell: Cell, expected: Expected, ground: Ground, drives: Path, folder: Path) -> dict[str, Any]:
-    motion_s = 10.0 if needs_motion(cell) else 0.0
+@dataclass
+class Strike:
+    """Strike of one cell, as the judge sees it; the fields are those of `FlightEvidence`."""
+
+    struck_t: float | None = None
+    stopped_before: str = ""
+    released_t: float | None = None
+    resumed_t: float | None = None
+    replaced_t: float | None = None
+    ended_s: float | None = None
+
+
+def _flown(
+    cells: Sequence[Cell], ground: Ground, drives: Path, router: str, folder: Path
+) -> tuple[list[Strike], dict[str, Any]]:
+    motion_s = max(10.0, 3.0 + GOES_ON_S * len(cells)) if needs_motion(cells[0]) else 0.0
     orders = folder / "orders.json"
-    FlightOrders(cell.name, str(folder), str(ground.participant), str(drives), 60.0, motion_s).write(orders)
+    names, loop_s = tuple(cell.name for cell in cells), 60.0 + 2.0 * REPLACES_S
+    FlightOrders(names, str(folder), str(ground.participant), str(drives), loop_s, motion_s, router).write(orders)
     with struck_session(orders, folder) as session:
-        why, pressed = _brought_into(cell, session)
-        found: dict[str, Any] = {"struck_t": None, "stopped_before": why, "pressed_t": pressed}
-        memory = memory_of(list(processes_of(orders)))
+        why, pressed = _brought_into(cells, session)
+        strikes = [Strike(stopped_before=why) for _ in cells]
+        memory, exit_code = memory_of(list(processes_of(orders))), None
         if not why:
-            found |= _struck(cell, expected, session)
+            exit_code = _struck_all(cells, strikes, session)
         ended = time.monotonic()
         left = [] if why else end_all(orders, LEFT_S)
         end_all(orders, 0.0)
@@ -88,25 +112,28 @@ def _flown(cell: Cell, expected: Expected, ground: Ground, drives: Path, folder:
     (folder / "terminal.txt").write_text(output, encoding="utf-8")
     left_in_memory = left_memory(memory)
     forget_memory(left_in_memory)
-    names = {int(note["pid"]): str(note["name"]) for note in session.notes("process")}
-    started = Counter(note["name"] for note in session.notes("process"))
-    if found["struck_t"] is not None:
-        found["ended_s"] = ended - found["struck_t"]
-    return found | {
-        "acknowledged": session.acknowledged, "output": output, "restarts": dict(started),
-        "left_processes": tuple(names.get(pid, "another") for pid in left), "left_memory": tuple(left_in_memory),
+    names_of = {int(note["pid"]): str(note["name"]) for note in session.notes("process")}
+    for cell, one in zip(cells, strikes, strict=True):
+        if (struck_t := one.struck_t) is not None:
+            one.ended_s, one.replaced_t = ended - struck_t, _replaced_at(cell.process, struck_t, session)
+    return strikes, {
+        "pressed_t": pressed, "exit_code": exit_code, "acknowledged": session.acknowledged, "output": output,
+        "left_processes": tuple(names_of.get(pid, "another") for pid in left), "left_memory": tuple(left_in_memory),
     }  # fmt: skip
 
 
-def _brought_into(cell: Cell, session: Session) -> tuple[str, float | None]:
+def _brought_into(cells: Sequence[Cell], session: Session) -> tuple[str, float | None]:
     """Wait for the state; return the reason why it was not reached (or empty), and the time of Stop."""
-    for mode in _way(cell):
+    for mode in _way(cells[0]):
         if why := _await_mode(session, mode):
             return why, None
+    for process in {cell.process for cell in cells} & {Process.CONSOLE}:
+        if not _awaited(session, lambda process=process: process in _pids(session)):
+            return f"the process {process} did not start", None
     time.sleep(SETTLED_S)
     if "safe" in session.modes or session.process.poll() is not None:
         return "the guard stopped the machine before the strike", None
-    if cell.state is not State.DESCENDING:
+    if cells[0].state is not State.DESCENDING:
         return "", None
     pressed = session.press_stop()
     time.sleep(INTO_DESCENT_S)
@@ -132,32 +159,102 @@ def _await_mode(session: Session, mode: str) -> str:
     return ""
 
 
-def _struck(cell: Cell, expected: Expected, session: Session) -> dict[str, Any]:
-    pids = {note["name"]: int(note["pid"]) for note in session.notes("process")}
+def _awaited(session: Session, condition: Callable[[], bool], within_s: float = REPLACES_S) -> bool:
+    """Wait for a condition while the session runs; return True if it came true."""
+    until = time.monotonic() + within_s
+    while not condition():
+        if session.process.poll() is not None or time.monotonic() > until:
+            return False
+        session.look()
+    return True
+
+
+def _pids(session: Session) -> dict[str, int]:
+    """Return the newest process of each name."""
+    return {note["name"]: int(note["pid"]) for note in session.notes("process")}
+
+
+def _replaced_at(process: Process, struck_t: float, session: Session) -> float | None:
+    """Time at which the next process of this name noted its start [s]; None if there was none."""
+    return next(
+        (float(one["t"]) for one in session.notes("process") if one["name"] == process and one["t"] > struck_t), None
+    )
+
+
+def _struck_all(cells: Sequence[Cell], strikes: list[Strike], session: Session) -> int | None:
+    """Strike one process after another, then press Stop; return the exit code of the command."""
+    *before, last = range(len(cells))
+    for number in before:
+        if not _is_fresh(number, cells, strikes, session):
+            strikes[number].stopped_before = "the process struck before was not replaced"
+            continue
+        _strike_one(cells[number], strikes[number], session)
+        pause_s = IN_DESCENT_S if cells[number].state is State.DESCENDING else GOES_ON_S
+        if session.await_end(pause_s):
+            for one in strikes[number + 1 :]:
+                one.stopped_before = "the session ended before the strike"
+            return session.process.poll()
+        # What happens from now on may come from the next strike.
+        strikes[number].released_t = time.monotonic()
+    if _is_fresh(last, cells, strikes, session):
+        return _struck_last(cells, strikes, session)
+    strikes[last].stopped_before = "the process struck before was not replaced"
+    session.press_stop()
+    return session.process.poll() if session.await_end(STOPS_S) else None
+
+
+def _is_fresh(number: int, cells: Sequence[Cell], strikes: list[Strike], session: Session) -> bool:
+    """Wait for the process that replaces one that was struck before; return True if the process can be struck."""
+    cell = cells[number]
+    if cell.state is State.DESCENDING:
+        return True
+    times = [
+        one.struck_t
+        for earlier, one in zip(cells[:number], strikes, strict=False)
+        if earlier.process is cell.process and expected_of(earlier).is_replaced and one.struck_t is not None
+    ]
+    return not times or _awaited(session, lambda: _replaced_at(cell.process, times[-1], session) is not None)
+
+
+def _strike_one(cell: Cell, one: Strike, session: Session) -> None:
+    """Strike, and wait until a hook has noted the time at which it acted."""
     if cell.fault is Fault.FULL_PIPE and cell.process is Process.PARENT:
         session.may_read.clear()
-    made = strike(cell, Target(pids, list(processes_of(session.orders)), session.folder / "live.mcap"))
+    before = len(session.notes("struck"))
+    write_note(session.folder, "strike", cell=cell.name)
+    try:
+        made = strike(cell, Target(_pids(session), list(processes_of(session.orders)), session.folder / "live.mcap"))
+    except ProcessLookupError:
+        one.stopped_before = f"the process {cell.process} had ended"
+        return
+    one.struck_t, one.resumed_t = made.t, made.resumed_t
+    if cell.fault in IN_HOOK:
+        _awaited(session, lambda: len(session.notes("struck")) > before, HOOK_S)
+        notes = session.notes("struck")[before:]
+        one.struck_t = float(notes[0]["t"]) if notes else None
+
+
+def _struck_last(cells: Sequence[Cell], strikes: list[Strike], session: Session) -> int | None:
+    cell, one = cells[-1], strikes[-1]
+    expected = expected_of(cell)
+    _strike_one(cell, one, session)
     goes_on = cell.state is not State.DESCENDING and Outcome.GOES_ON in expected.outcomes
-    ends_s = REPLACES_S if cell.process is Process.RECORDER else ENDS_S
+    ends_s = REPLACES_S if any(each.process is Process.RECORDER for each in cells) else ENDS_S
     has_ended = session.await_end(GOES_ON_S if goes_on else ends_s)
-    found: dict[str, Any] = {"struck_t": _time_of(cell, made, session), "resumed_t": made.resumed_t}
+    if goes_on and not has_ended:
+        for each, struck in zip(cells, strikes, strict=True):
+            if expected_of(each).is_replaced and (struck_t := struck.struck_t) is not None:
+                _awaited(session, lambda each=each, t=struck_t: _replaced_at(each.process, t, session) is not None)
+        has_ended = session.process.poll() is not None
     if not has_ended:
         session.may_read.set()
         stopped = [] if cell.process is Process.GUARD else list(processes_of(session.orders))
         if cell.fault in (Fault.CTRL_Z, Fault.STOP) and cell.process in (Process.PARENT, Process.SESSION):
             send_all(stopped, signal.SIGCONT)
-        found["released_t"] = session.press_stop()
+        one.released_t = session.press_stop()
         has_ended = session.await_end(STOPS_S)
     session.may_read.set()
-    return found | {"exit_code": session.process.poll() if has_ended else None}
-
-
-def _time_of(cell: Cell, made: Struck, session: Session) -> float | None:
-    """Time of the strike: by the hook's own note, or by the campaign. None if a hook has not acted."""
-    if cell.fault not in IN_HOOK:
-        return made.t
-    notes = session.notes("struck")
-    return float(notes[0]["t"]) if notes else None
+    return session.process.poll() if has_ended else None
 
 
 def _recorded(path: Path) -> tuple[RecordedTicks | None, str]:

@@ -8,6 +8,7 @@ import importlib
 import os
 import signal
 import struct
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -20,17 +21,20 @@ from typing import Any
 from exograv.errors import ConfigError
 from exograv.runtime.processes.shared_memory import PART_BYTES, MessageRing
 
-from .cell import ORDERS, Cell, Fault, FlightOrders, Process
+from .cell import ORDERS, Cell, Fault, FlightOrders, Loop, Process
 from .notes import read_notes, write_note
 
 STRIKE = getattr(signal, "SIGUSR1", signal.SIGTERM)  # Windows has no SIGUSR1, and the campaign needs Linux
 
 TICKS: dict[str, tuple[str, ...]] = {
-    Process.GUARD: ("exograv.live.native_guard:NativeGuard.supervise", "exograv.live.guard_process:GuardLoop.tick"),
+    Process.GUARD: ("exograv.live.native_guard:NativeGuard.supervise", "exograv.live.guard_process:GuardLoop._tick"),
     Process.CONTROL: ("exograv.live.live_control:LiveControl.answer",),
     Process.WORKER: ("exograv.runtime.control_loop.worker:_Desk.work",),
     Process.RECORDER: ("exograv.runtime.recorder.recorder_process:_Desk.take",),
     Process.PARENT: ("exograv.runtime.recorder.recorder:Recorder.check",),
+    Process.CONSOLE: ("exograv.console.desk_link:DeskClient.shown",),
+    Process.LSL: ("exograv.runtime.lsl.listener:_Line.note",),
+    Process.ROS2: ("exograv.runtime.ros2.bridge:Bridge.publish",),
 }
 """Functions that are one tick of a process. The loop in C has no tick in Python; its supervisor is struck instead."""
 
@@ -40,8 +44,12 @@ FULL_BYTES = 8_000_000
 SENDERS: dict[str, tuple[str, str]] = {
     Process.GUARD: ("exograv.runtime.control_loop.guard_commands:GuardLine.beat", "_messages"),
     Process.PARENT: ("exograv.runtime.control_loop.guard_commands:GuardInbox.why_gone", "_replies"),
+    Process.CONSOLE: ("exograv.console.desk_link:DeskClient.shown", "_requests"),
 }
-"""Function that the sender of messages in shared memory calls again and again, and the memory, by receiver."""
+"""Function that the sender of messages in shared memory calls again and again, and the memory, by struck process."""
+
+NAMES: dict[str, Process] = {"listener": Process.LSL, "pages": Process.CONSOLE}
+"""Processes of the product that have another name in the matrix."""
 
 DRIVES_MAX_S = 60.0
 """Longest time in which the guard waits for the start of the simulated drives [s]."""
@@ -55,89 +63,109 @@ class StrikeInTickError(Exception):
 
 
 class Hook:
-    """Fault that waits in one process for its signal."""
+    """Faults that wait in one process for their signal. A note of the campaign names the fault that is due."""
 
-    def __init__(self, orders: FlightOrders, fault: Fault):
-        self._folder, self._fault, self._is_due = orders.folder, fault, False
+    def __init__(self, orders: FlightOrders, line_to: Callable[[Process], Connection | None]):
+        """Wait for no fault yet; `line_to` returns the line on which this process sends to another one."""
+        self._folder, self._line_to = orders.folder, line_to
+        self._in_tick: Fault | None = None
+        self._half_message = threading.Event()
 
     def due(self, *_: object) -> None:
-        """Handle the signal: strike in the next tick."""
-        self._is_due = True
+        """Handle the signal: strike at once, or in the next tick."""
+        cell = Cell.of([note["cell"] for note in read_notes(self._folder) if note["kind"] == "strike"][-1])
+        line = self._line_to(cell.process)
+        if cell.fault in (Fault.SPIN, Fault.EXCEPTION):
+            self._in_tick = cell.fault
+        elif cell.fault is Fault.HALF_MESSAGE:
+            self._half_message.set()
+        elif cell.fault is Fault.HALF_WORD and line is not None:
+            write_half_word(self._folder, line)
+        elif cell.fault is Fault.FULL_PIPE and cell.process is Process.PARENT:
+            fill_terminal(self._folder)
+        elif cell.fault is Fault.FULL_PIPE and line is not None:
+            fill_pipe(self._folder, line)
+        elif cell.fault is Fault.FULL_PIPE:
+            read_nothing(self._folder)
 
     def within(self, tick: Callable[..., Any]) -> Callable[..., Any]:
         """Return the tick with the fault in it."""
 
         @wraps(tick)
         def struck(*arguments: Any, **named: Any) -> Any:
-            if self._is_due:
-                self._is_due = False
-                self._act()
+            fault, self._in_tick = self._in_tick, None
+            if fault is not None:
+                self._act(fault)
             return tick(*arguments, **named)
 
         return struck
 
-    def _act(self) -> None:
+    def before(self, sends: Callable[..., Any], memory: str) -> Callable[..., Any]:
+        """Return the function that sends messages, which writes half a message first when it is due."""
+
+        @wraps(sends)
+        def struck(sender: Any, *arguments: Any) -> Any:
+            if self._half_message.is_set():
+                self._half_message.clear()
+                write_note(self._folder, "struck")
+                write_half_message(getattr(sender, memory))
+            return sends(sender, *arguments)
+
+        return struck
+
+    def _act(self, fault: Fault) -> None:
         write_note(self._folder, "struck")
-        if self._fault is Fault.EXCEPTION:
+        if fault is Fault.EXCEPTION:
             raise StrikeInTickError("The campaign of process faults raises this exception inside a tick.")
         while True:
             pass
 
 
+def acting(cell: Cell) -> tuple[Process, ...]:
+    """Return the processes whose hooks make the fault of a cell: the sender of a half-written word or message."""
+    process, fault = cell.process, cell.fault
+    if fault is Fault.FULL_PIPE and process is Process.GUARD:
+        return Process.PARENT, Process.GUARD
+    sends_itself = fault is Fault.HALF_WORD and process in (Process.LSL, Process.ROS2)
+    if fault not in (Fault.HALF_WORD, Fault.HALF_MESSAGE) or sends_itself or process is Process.CONSOLE:
+        return (process,)
+    return (Process.GUARD if process is Process.PARENT else Process.PARENT,)
+
+
 def struck_target(name: str, target: Callable[[Any, Connection], object], job: Any, line: Connection) -> None:
     """Run `target` in a process of the session, with the campaign's notes and hook."""
     orders = FlightOrders.read(Path(os.environ[ORDERS]))
-    cell = Cell.of(orders.cell)
-    write_note(orders.folder, "process", name=name, pid=os.getpid())
-    if name == Process.GUARD:
+    process = NAMES.get(name) or Process(name)
+    write_note(orders.folder, "process", name=process, pid=os.getpid())
+    if process is Process.GUARD:
         write_note(orders.folder, "ring", name=job.channels.inlet.tick_ring)
         job = replace(job, build=partial(announcing, orders.folder, job.build))
-    if name == cell.process:
-        install(orders, cell)
-    if cell.fault is Fault.HALF_WORD and cell.process is Process.PARENT and name == Process.GUARD:
-        signal.signal(STRIKE, lambda *_: write_half_word(orders.folder, line))
-    if cell.fault is Fault.HALF_MESSAGE and cell.process is Process.PARENT and name == Process.GUARD:
-        install_half_message(orders, cell)
-    if cell.fault is Fault.FULL_PIPE and name == cell.process:
-        signal.signal(STRIKE, lambda *_: fill_pipe(orders.folder, line))
+        if orders.loop is Loop.PYTHON:
+            vars(importlib.import_module("exograv.live.native.library")).update(LIBRARY=None)
+    install(orders, process, lambda _: line)
     target(job, line)
 
 
-def install(orders: FlightOrders, cell: Cell) -> None:
-    """Put the fault of the cell into the ticks of this process.
+def install(orders: FlightOrders, process: Process, line_to: Callable[[Process], Connection | None]) -> None:
+    """Put the faults that this process makes into it.
 
     Raises:
         ConfigError: The product has no such function any more.
     """
-    hook = Hook(orders, cell.fault)
-    signal.signal(STRIKE, hook.due)
-    if cell.fault not in (Fault.SPIN, Fault.EXCEPTION):
+    cells = [cell for cell in orders.struck if process in acting(cell)]
+    if not cells:
         return
-    for place in TICKS[cell.process]:
-        owner, name = tick_of(place)
-        setattr(owner, name, hook.within(getattr(owner, name)))
-
-
-def install_half_message(orders: FlightOrders, cell: Cell) -> None:
-    """Let this process write half a message to the struck process, after its signal.
-
-    Raises:
-        ConfigError: The product has no such function any more.
-    """
-    place, memory = SENDERS[cell.process]
-    owner, name = tick_of(place)
-    sends, is_due = getattr(owner, name), threading.Event()
-    signal.signal(STRIKE, lambda *_: is_due.set())
-
-    @wraps(sends)
-    def struck(sender: Any, *arguments: Any) -> Any:
-        if is_due.is_set():
-            is_due.clear()
-            write_note(orders.folder, "struck")
-            write_half_message(getattr(sender, memory))
-        return sends(sender, *arguments)
-
-    setattr(owner, name, struck)
+    hook = Hook(orders, line_to)
+    signal.signal(STRIKE, hook.due)
+    for cell in cells:
+        if cell.fault is Fault.HALF_MESSAGE:
+            place, memory = SENDERS[cell.process]
+            owner, name = tick_of(place)
+            setattr(owner, name, hook.before(getattr(owner, name), memory))
+    if any(cell.fault in (Fault.SPIN, Fault.EXCEPTION) for cell in cells):
+        for place in TICKS[process]:
+            owner, name = tick_of(place)
+            setattr(owner, name, hook.within(getattr(owner, name)))
 
 
 def write_half_message(ring: MessageRing) -> None:
@@ -181,6 +209,13 @@ def fill_pipe(folder: str, line: Connection) -> None:
     """Send a message larger than any pipe; return when the other end has read it."""
     write_note(folder, "struck")
     line.send(bytes(FULL_BYTES))
+
+
+def fill_terminal(folder: str) -> None:
+    """Write more to the terminal than a reader who has stopped reading lets through."""
+    write_note(folder, "struck")
+    sys.stderr.write("A long line of the session. " * 40_000 + "\n")
+    sys.stderr.flush()
 
 
 def read_nothing(folder: str) -> None:

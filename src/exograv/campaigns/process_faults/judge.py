@@ -84,6 +84,7 @@ def judge(cell: Cell, expected: Expected, evidence: FlightEvidence, machine: Mac
         *torque_faults(evidence, machine, _descent_begin(cell, seen, evidence)),
         *recording_faults(cell, evidence),
         *_end_faults(expected, evidence),
+        *_neighbour_faults(cell, expected, evidence),
     ]
     return CellVerdict(
         cell.name,
@@ -206,6 +207,16 @@ def _end_faults(expected: Expected, evidence: FlightEvidence) -> list[str]:
         faults.append(f"processes that did not end: {', '.join(evidence.left_processes)}")
     if evidence.left_memory:
         faults.append(f"left in /dev/shm: {', '.join(evidence.left_memory)}")
+    return faults
+
+
+def _neighbour_faults(cell: Cell, expected: Expected, evidence: FlightEvidence) -> list[str]:
+    """Return what is wrong with the process itself: it must be replaced, or told as lost exactly once."""
+    faults = []
+    if expected.is_replaced and cell.state is not State.DESCENDING and evidence.replaced_t is None:
+        faults.append("the process was not replaced")
+    if expected.told and (count := evidence.output.count(expected.told)) != 1:
+        faults.append(f"the loss of the process was told {count} times, expected: once")
     return faults
 
 

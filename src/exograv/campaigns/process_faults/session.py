@@ -11,7 +11,8 @@ import pickle
 import runpy
 import signal
 import sys
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
 from datetime import datetime
 from functools import partial
 from multiprocessing.connection import Connection
@@ -28,13 +29,16 @@ from exograv.live.options import LiveOptions, PersonForm
 from exograv.loop.pilot import Progress
 from exograv.rig.drives.opening import open_drives
 from exograv.rig.drives.settings import load_drives
+from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.processes import spawn, supervisor
-from exograv.runtime.ros2.streaming import NO_STREAMING
+from exograv.runtime.ros2.bridging import Bridging, Ros2
+from exograv.runtime.ros2.streaming import Streaming
 from exograv.storage.self_test_pass import FILE as PASS
 from exograv.storage.self_test_pass import MachineKey, write_pass
 
 from . import hooks
-from .cell import ORDERS, Cell, Fault, FlightOrders, Process
+from .cell import ORDERS, Fault, FlightOrders, Process
+from .neighbours import STREAM
 from .notes import write_note
 from .participant import PreparedParticipant
 
@@ -48,7 +52,7 @@ def main() -> None:
     for number in (signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP):
         signal.signal(number, signal.SIG_DFL)
     orders = FlightOrders.read(Path(os.environ[ORDERS]))
-    lines: dict[str, Connection] = {}
+    lines: dict[Process, Connection] = {}
     # The product takes this name from the module at each start of a process.
     setattr(supervisor, "spawned", partial(_spawned, lines))  # noqa: B010 - pyright refuses the plain assignment
     float_command.fly_on_drives = partial(fly_prepared, orders)
@@ -78,41 +82,70 @@ def fly_prepared(
         lesson = lesson_plan(prepared, orders.motion_s, period_s, stack) if orders.motion_s else None
         machine, period_ns = partial(open_drives, drives), round(1e9 * period_s)
         plan = LivePlan(known.description, known.form, prepared, person, 0.0, machine, period_ns, lesson, key)
-        flown = fly_plan(plan, orders.seconds, folder, {}, progress, lambda _: None, is_tested=True)
-    figures = live_figures(options.rig, flown, None, prepared, "passed", NO_STREAMING, None, machine=SERIAL)
+        listening = stack.enter_context(Listening((STREAM,))) if orders.has(Process.LSL) else None
+        ros2 = Bridging(Ros2(orders.router), known.description.joints) if orders.has(Process.ROS2) else None
+        lsl = Streaming(None, listening, ros2)
+        if orders.has(Process.CONSOLE):
+            stack.enter_context(_pages(folder))
+        flown = fly_plan(plan, orders.seconds, folder, {}, progress, lambda _: None, is_tested=True, lsl=lsl)
+    figures = live_figures(options.rig, flown, None, prepared, "passed", lsl, listening, machine=SERIAL)
     return FlownOnDrives(flown, figures, prepared, None, None)
 
 
 def _spawned(
-    lines: dict[str, Connection], name: str, target: Callable[[Any, Connection], object], job: object, **named: bool
+    lines: dict[Process, Connection], name: str, target: Callable[[Any, Connection], object], job: object, **named: bool
 ) -> tuple[BaseProcess, Connection]:
     """Start a process as the product does, with the hook of the campaign around its target."""
     process, line = spawn.spawned(name, partial(hooks.struck_target, name, target), job, **named)
-    lines[name] = line
+    lines[hooks.NAMES.get(name) or Process(name)] = line
     return process, line
 
 
-def _install_in_parent(orders: FlightOrders, lines: dict[str, Connection]) -> None:
+def _install_in_parent(orders: FlightOrders, lines: dict[Process, Connection]) -> None:
     write_note(orders.folder, "process", name=Process.PARENT, pid=os.getpid())
-    cell = Cell.of(orders.cell)
-    if cell.fault is Fault.HALF_MESSAGE:
-        if cell.process is Process.GUARD:
-            hooks.install_half_message(orders, cell)
-    elif cell.process is Process.PARENT and cell.fault is not Fault.FULL_PIPE:
-        hooks.install(orders, cell)
-    elif cell.fault is Fault.HALF_WORD:
-        signal.signal(hooks.STRIKE, lambda *_: hooks.write_half_word(orders.folder, lines[cell.process]))
-    elif cell.process is Process.PARENT:
-        signal.signal(hooks.STRIKE, lambda *_: _fill_terminal(orders.folder))
-    elif cell.fault is Fault.FULL_PIPE:
-        signal.signal(hooks.STRIKE, lambda *_: hooks.read_nothing(orders.folder))
+
+    def line_to(process: Process) -> Connection | None:
+        # The guard's full pipe is one that this process does not read; all other lines are written to here.
+        is_unread = any(cell.fault is Fault.FULL_PIPE for cell in orders.struck)
+        return None if is_unread else lines.get(process)
+
+    hooks.install(orders, Process.PARENT, line_to)
 
 
-def _fill_terminal(folder: str) -> None:
-    """Write more to the terminal than a reader who has stopped reading lets through."""
-    write_note(folder, "struck")
-    sys.stderr.write("A long line of the session. " * 40_000 + "\n")
-    sys.stderr.flush()
+@contextlib.contextmanager
+def _pages(folder: Path) -> Iterator[None]:
+    """Run the process of the pages as a child of this one, as `exograv run console` does, over a rehearsed desk.
+
+    This room may not import those of the console, so this process loads them as the command would.
+    """
+    supervisor_, page, options, serve, trial, rehearsal, session = (
+        importlib.import_module(f"exograv.{name}")
+        for name in (
+            "console.page_supervisor", "console.page_process", "console.options", "console.serve",
+            "console.trial_request", "experiment.steered.rehearsal", "experiment.steered.session_controller",
+        )
+    )  # fmt: skip
+    desk, is_over = session.SessionController(rehearsal.RehearsedFlight()), threading.Event()
+    address = options.Address(port=0, browser=False)
+    with serve.bound(address) as (listening, host):
+        write_note(folder, "page", host=host)
+
+        def job(link: Any) -> Any:
+            return page.PageJob(
+                link.names, address, listening, host, folder / "console.jsonl", trial.TrialRequest(folder, None),
+                bytes(32), supervisor_.new_token(),
+            )  # fmt: skip
+
+        pages = supervisor_.PageSupervisor(desk, job, False, lambda line: print(line, flush=True))
+        thread = threading.Thread(target=pages.run, args=(is_over,))
+        thread.start()
+        try:
+            yield
+        finally:
+            is_over.set()
+            thread.join()
+            pages.end()
+            desk.close()
 
 
 if __name__ == "__main__":

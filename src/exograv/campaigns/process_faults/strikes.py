@@ -84,13 +84,9 @@ def _suspend(target: Target) -> Struck:
 
 
 def _wake_hooks(cell: Cell, target: Target) -> None:
-    """Wake the hook of the process that acts: the sender of a half-written word or message."""
-    acts = cell.process
-    if cell.fault in (Fault.HALF_WORD, Fault.HALF_MESSAGE):
-        acts = Process.GUARD if cell.process is Process.PARENT else Process.PARENT
-    if cell.fault is Fault.FULL_PIPE and cell.process is not Process.PARENT:
-        os.kill(target.pids[Process.PARENT], hooks.STRIKE)
-    os.kill(target.pids[acts], hooks.STRIKE)
+    """Wake the hooks of the processes that make the fault."""
+    for process in hooks.acting(cell):
+        os.kill(target.pids[process], hooks.STRIKE)
 
 
 def _limit(pid: int, kind: int, most: int) -> None:

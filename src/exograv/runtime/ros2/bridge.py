@@ -32,6 +32,9 @@ SLOW_EVERY = 10
 ALIVE_EVERY_S = 0.5
 """Time between two reports of the number of published messages, which are also the signs of life [s]."""
 
+OVER = "over"
+"""Last message of the bridge."""
+
 BEHIND = 10
 """Niceness of the bridge process: guard and control take precedence even without real-time rights."""
 
@@ -73,6 +76,7 @@ def _run(bridge: "Bridge", parent: Connection) -> None:
             word = parent.recv()
             if word is None:
                 parent.send(bridge.published)
+                parent.send(OVER)
                 return
             bridge.remark(word)
         bridge.publish()

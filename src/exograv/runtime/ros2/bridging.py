@@ -12,7 +12,7 @@ from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.runtime.processes.supervisor import Supervisor
 from exograv.runtime.recorder.recorder import Recorder
 
-from .bridge import BridgeJob, bridge_process
+from .bridge import OVER, BridgeJob, bridge_process
 from .levels import Levels
 from .library import require_zenoh
 
@@ -153,10 +153,12 @@ class Bridging:
         if self._child is None:
             return
         self._child.send(None)
-        until = time.monotonic() + END_S
-        while (left_s := until - time.monotonic()) > 0.0 and not self._child.has_hung_up:
+        until, word = time.monotonic() + END_S, None
+        while word != OVER and (left_s := until - time.monotonic()) > 0.0 and not self._child.has_hung_up:
             if type(word := self._child.next_word(left_s)) is int:
                 self._published = word
+        if word != OVER and not self._ended:
+            self._ended = "The bridge to ROS 2 did not answer at the end of the run, and was ended."
         self._child.end(1.0)
         self._child = None
 
