@@ -24,7 +24,7 @@ from .notes import write_note
 from .strikes import IN_HOOK, Target, strike
 from .struck_session import Session, struck_session
 from .table import Outcome, expected_of, needs_motion
-from .watching import end_all, forget_memory, left_memory, memory_of, processes_of, send_all
+from .watching import end_all, forget_memory, is_running, left_memory, memory_of, processes_of, send_all
 
 STATE_MAX_S = 90.0
 """Longest time from the start of the session to the state [s]."""
@@ -34,6 +34,9 @@ SETTLED_S, INTO_DESCENT_S = 0.6, 0.4
 
 GOES_ON_S, ENDS_S, STOPS_S = 2.5, 9.0, 45.0
 """Time in which a session must go on; in which it must end by itself; and in which it must end after Stop [s]."""
+
+AFTER_GUARD_S = 2.0
+"""Time for the command to end after its guard [s]."""
 
 IN_DESCENT_S, HOOK_S = 0.3, 5.0
 """Time between two strikes in a descent, and time for a hook to act [s]. A hook waits for the next tick."""
@@ -95,7 +98,7 @@ class Strike:
 def _flown(
     cells: Sequence[Cell], ground: Ground, drives: Path, router: str, folder: Path
 ) -> tuple[list[Strike], dict[str, Any]]:
-    motion_s = max(10.0, 3.0 + GOES_ON_S * len(cells)) if needs_motion(cells[0]) else 0.0
+    motion_s = max(10.0, 3.0 + GOES_ON_S * len(cells)) if any(map(needs_motion, cells)) else 0.0
     orders = folder / "orders.json"
     names, loop_s = tuple(cell.name for cell in cells), 60.0 + 2.0 * REPLACES_S
     FlightOrders(names, str(folder), str(ground.participant), str(drives), loop_s, motion_s, router).write(orders)
@@ -124,7 +127,7 @@ def _flown(
 
 def _brought_into(cells: Sequence[Cell], session: Session) -> tuple[str, float | None]:
     """Wait for the state; return the reason why it was not reached (or empty), and the time of Stop."""
-    for mode in _way(cells[0]):
+    for mode in _way(cells):
         if why := _await_mode(session, mode):
             return why, None
     for process in {cell.process for cell in cells} & {Process.CONSOLE}:
@@ -140,11 +143,11 @@ def _brought_into(cells: Sequence[Cell], session: Session) -> tuple[str, float |
     return "", pressed
 
 
-def _way(cell: Cell) -> tuple[str, ...]:
-    """Modes on the way to the state of a cell."""
-    if not needs_motion(cell):
+def _way(cells: Sequence[Cell]) -> tuple[str, ...]:
+    """Modes on the way to the state of these cells."""
+    if not any(map(needs_motion, cells)):
         return ("floating",)
-    return ("moving", "floating") if cell.state is State.FLOATING else ("moving",)
+    return ("moving", "floating") if cells[0].state is State.FLOATING else ("moving",)
 
 
 def _await_mode(session: Session, mode: str) -> str:
@@ -176,9 +179,8 @@ def _pids(session: Session) -> dict[str, int]:
 
 def _replaced_at(process: Process, struck_t: float, session: Session) -> float | None:
     """Time at which the next process of this name noted its start [s]; None if there was none."""
-    return next(
-        (float(one["t"]) for one in session.notes("process") if one["name"] == process and one["t"] > struck_t), None
-    )
+    times = (float(one["t"]) for one in session.notes("process") if one["name"] == process)
+    return next((t for t in times if t > struck_t), None)
 
 
 def _struck_all(cells: Sequence[Cell], strikes: list[Strike], session: Session) -> int | None:
@@ -240,7 +242,13 @@ def _struck_last(cells: Sequence[Cell], strikes: list[Strike], session: Session)
     _strike_one(cell, one, session)
     goes_on = cell.state is not State.DESCENDING and Outcome.GOES_ON in expected.outcomes
     ends_s = REPLACES_S if any(each.process is Process.RECORDER for each in cells) else ENDS_S
-    has_ended = session.await_end(GOES_ON_S if goes_on else ends_s)
+    if not goes_on and cell.process in (Process.PARENT, Process.SESSION):
+        # A parent that stands still does not end by itself. The descent is over when the guard has ended.
+        guard = _pids(session)[Process.GUARD]
+        _awaited(session, lambda: not is_running(guard), ends_s)
+        has_ended = session.await_end(AFTER_GUARD_S)
+    else:
+        has_ended = session.await_end(GOES_ON_S if goes_on else ends_s)
     if goes_on and not has_ended:
         for each, struck in zip(cells, strikes, strict=True):
             if expected_of(each).is_replaced and (struck_t := struck.struck_t) is not None:

@@ -3,6 +3,7 @@
 import contextlib
 import importlib
 import json
+import select
 import subprocess
 import sys
 import time
@@ -36,9 +37,7 @@ def neighbours(needs_stream: bool, needs_router: bool) -> Iterator[str]:
         assert process.stdout is not None
         try:
             if READY not in process.stdout.readline():
-                raise RigError(
-                    "The neighbours of the process faults do not start. Their output above gives the reason."
-                )
+                raise RigError("The neighbours of the process faults do not start. Their output gives the reason.")
             yield f"tcp/localhost:{port}" if needs_router else ""
         finally:
             process.kill()
@@ -52,17 +51,11 @@ def main(needs_stream: str, port: str) -> None:
         outlet = _outlet() if int(needs_stream) else None
         print(READY, flush=True)
         count = 0
-        while sys.stdin.fileno() and not _has_ended():
+        while not select.select([sys.stdin], [], [], 0.0)[0]:  # readable when the campaign has ended
             if outlet is not None:
                 count += 1
                 outlet.push_sample([float(count)])
             time.sleep(1.0 / RATE_HZ)
-
-
-def _has_ended() -> bool:
-    import select
-
-    return bool(select.select([sys.stdin], [], [], 0.0)[0])
 
 
 def _outlet() -> Any:

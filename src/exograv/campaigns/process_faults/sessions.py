@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from .cell import Cell, Fault, Process, State
 from .table import GOES_ON, expected_of, needs_motion
 
-STRIKES_MAX = {State.FLOATING: 8, State.MOVING: 6, State.DESCENDING: 4}
+STRIKES_MAX = {State.FLOATING: 8, State.MOVING: 6, State.DESCENDING: 6}
 """Largest number of strikes in one session. A descent takes 3 s, and only its first part is fast."""
 
 REPLACED_MAX = 2
-"""Largest number of strikes after which a process of one session is replaced: the product replaces only a few in a row."""
+"""Largest number of strikes at the same process of one session: the product replaces only a few in a row."""
 
 HARMLESS = (Fault.TERMINATE,)
 """Faults after which the process goes on unchanged."""
@@ -41,7 +41,9 @@ def _fits(cell: Cell, session: Sequence[Cell]) -> bool:
     first = session[0]
     if not (leaves_alive(cell) and leaves_alive(first)) or len(session) >= STRIKES_MAX[cell.state]:
         return False
-    if (cell.state, cell.loop, needs_motion(cell)) != (first.state, first.loop, needs_motion(first)):
+    # A descent may begin in a motion or not.
+    needs = cell.state is State.DESCENDING or needs_motion(cell) == needs_motion(first)
+    if (cell.state, cell.loop) != (first.state, first.loop) or not needs:
         return False
     same = [one for one in session if one.process is cell.process and one.fault not in HARMLESS]
     if cell.fault in HARMLESS or not same:

@@ -131,7 +131,7 @@ EXPECTED: Mapping[tuple[Process, Fault], Expected] = MappingProxyType(
         (_P.PARENT, _F.SPIN): Expected(LOWERED, SILENT_MS, _SILENT, None),
         (_P.PARENT, _F.TERMINATE): Expected(LOWERED, PARENT_MS, "SIGTERM acts like Ctrl-C", (0, 143)),
         (_P.PARENT, _F.EXCEPTION): Expected(LOWERED, PARENT_MS, "the parent asks before it kills", (1,)),
-        (_P.PARENT, _F.HALF_WORD): Expected(EITHER, SILENT_MS, "a parent that waits gives no sign of life", None),
+        (_P.PARENT, _F.HALF_WORD): Expected(GOES_ON, None, "the parent never waits for the rest of a word", None),
         (_P.PARENT, _F.HALF_MESSAGE): Expected(LOWERED, PARENT_MS, "the parent asks before it kills", (1,)),
         (_P.PARENT, _F.FULL_PIPE): Expected(LOWERED, SILENT_MS, _SILENT, None),
         (_P.PARENT, _F.MEMORY): Expected(EITHER, None, "a parent without memory may end the session", None),
@@ -145,9 +145,7 @@ EXPECTED: Mapping[tuple[Process, Fault], Expected] = MappingProxyType(
 
 IN_PYTHON: Mapping[tuple[Process, Fault], Expected] = MappingProxyType(
     {
-        (_P.GUARD, _F.SPIN): Expected(
-            BRAKED, DRIVES_MS, "the loop itself spins, so no command reaches the drives", None
-        ),
+        (_P.GUARD, _F.SPIN): Expected(BRAKED, DRIVES_MS, "the loop itself spins, so no command is sent", None),
         (_P.GUARD, _F.HALF_WORD): Expected(EITHER, PARENT_MS, "anything in the pipe ends the run", None),
         (_P.GUARD, _F.FULL_PIPE): Expected(
             (Outcome.BRAKED, Outcome.LOWERED), SILENT_MS, "a message of the loop itself waits for the parent", None

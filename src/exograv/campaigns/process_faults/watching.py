@@ -33,6 +33,14 @@ def _is_zombie(folder: Path) -> bool:
     return (folder / "stat").read_text().rpartition(")")[2].split()[0] == "Z"
 
 
+def is_running(pid: int) -> bool:
+    """Return True if this process lives and is no zombie."""
+    try:
+        return not _is_zombie(Path(f"/proc/{pid}"))
+    except OSError:
+        return False
+
+
 def is_tracker(pid: int) -> bool:
     """Return True for a process of Python that deletes shared memory when its session has ended."""
     try:

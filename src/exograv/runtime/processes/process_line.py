@@ -38,7 +38,7 @@ class BrokenLineError(OSError):
 
 
 class ProcessLine:
-    """Line to a child process. The child's end is an ordinary `Connection` whose calls wait. Thread-safe for sending."""
+    """Line to a child process, whose end is an ordinary `Connection`. Several threads may send."""
 
     def __init__(self, connection: Connection):
         """Take over the connection; no other code may read from it or write to it."""
