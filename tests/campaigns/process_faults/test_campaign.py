@@ -1,5 +1,6 @@
 """A campaign repeats flights that ended before the strike, keeps each verdict, and is bad if one cell is not proved."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -7,12 +8,20 @@ import pytest
 from tests.campaigns.process_faults.made_up_process_flights import MACHINE, Course, evidence_of
 
 from exograv.campaigns.process_faults import campaign as module
-from exograv.campaigns.process_faults.campaign import MatrixCampaign, flown_cell, run_matrix, verdict_of
+from exograv.campaigns.process_faults.campaign import (
+    ABSENT_HERE,
+    MatrixCampaign,
+    absent_verdicts,
+    flown_session,
+    run_matrix,
+    verdict_of,
+)
 from exograv.campaigns.process_faults.cell import Cell
 from exograv.campaigns.process_faults.evidence import FlightEvidence
 from exograv.campaigns.process_faults.figures import figures_of
 from exograv.campaigns.process_faults.flight import Ground
 from exograv.campaigns.process_faults.judge import CellVerdict
+from exograv.campaigns.process_faults.table import all_cells
 from exograv.model.description import load_rig
 
 CELL = Cell.of("control:kill:floating")
@@ -22,29 +31,43 @@ GOOD = evidence_of(Course(descends_s=0.004))
 
 
 def fly_as(patch: pytest.MonkeyPatch, *flights: FlightEvidence) -> list[str]:
-    """Let the campaign fly these flights; return the list that will hold the folder names of its flights."""
+    """Let the campaign fly these flights; return the list that will hold the folder names of its sessions."""
     left, places = list(flights), list[str]()
 
-    def fly(_cell: Cell, _expected: object, _ground: Ground, folder: Path) -> FlightEvidence:
+    def fly(cells: Sequence[Cell], _ground: Ground, folder: Path) -> list[FlightEvidence]:
         places.append(folder.name)
-        return left.pop(0)
+        return [left.pop(0) for _ in cells]
 
     patch.setattr(module, "fly", fly)
     return places
 
 
+def flown(campaign: MatrixCampaign, cells: Sequence[Cell]) -> list[CellVerdict]:
+    return list(flown_session(campaign, cells, GROUND, MACHINE, campaign.out))
+
+
 def test_a_flight_that_ended_before_the_strike_is_repeated(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     places = fly_as(monkeypatch, EARLY, GOOD)
-    verdict = flown_cell(MatrixCampaign(out=tmp_path), CELL, GROUND, MACHINE, tmp_path)
+    (verdict,) = flown(MatrixCampaign(out=tmp_path), [CELL])
     assert (verdict.status, verdict.tries) == ("as expected", 2)
     assert places == ["control_kill_floating_1", "control_kill_floating_2"]
 
 
 def test_a_cell_that_never_was_struck_is_not_flown(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     fly_as(monkeypatch, EARLY, EARLY, GOOD)
-    verdict = flown_cell(MatrixCampaign(out=tmp_path, tries=2), CELL, GROUND, MACHINE, tmp_path)
+    (verdict,) = flown(MatrixCampaign(out=tmp_path, tries=2), [CELL])
     assert (verdict.status, verdict.tries) == ("not flown", 2)
     assert figures_of([verdict], [], 0, 2).is_bad
+
+
+def test_a_cell_that_an_earlier_strike_of_its_session_prevented_is_flown_alone(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+):
+    cells = [Cell.of("worker:stop:moving"), Cell.of("recorder:stop:moving")]
+    places = fly_as(monkeypatch, evidence_of(Course()), EARLY, evidence_of(Course()))
+    verdicts = flown(MatrixCampaign(out=tmp_path), cells)
+    assert [(one.cell, one.tries) for one in verdicts] == [("worker:stop:moving", 1), ("recorder:stop:moving", 2)]
+    assert places == ["worker_stop_moving_1", "recorder_stop_moving_2"]
 
 
 def test_a_resumed_campaign_flies_only_the_cells_without_a_verdict(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
@@ -62,16 +85,28 @@ def test_a_resumed_campaign_flies_only_the_cells_without_a_verdict(monkeypatch: 
     assert all(name in text for name in names)
 
 
-def test_an_interrupted_campaign_is_not_good(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+def test_the_full_matrix_is_complete_after_an_interruption_and_flies_no_cell_twice(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+):
     monkeypatch.setattr(module, "prepared_ground", lambda *_: (GROUND, MACHINE))
+    struck, sessions_left = list[Cell](), [60]
 
-    def interrupted(*_: object) -> FlightEvidence:
-        raise KeyboardInterrupt
+    def fly(cells: Sequence[Cell], _ground: Ground, _folder: Path) -> list[FlightEvidence]:
+        if not sessions_left[0]:
+            raise KeyboardInterrupt
+        sessions_left[0] -= 1
+        struck.extend(cells)
+        return [evidence_of(Course()) for _ in cells]
 
-    monkeypatch.setattr(module, "fly", interrupted)
-    figures = run_matrix(MatrixCampaign(only=("control:kill:floating",), out=tmp_path), lambda *_: None)
-    assert figures.missing == ["control:kill:floating"]
-    assert figures.is_bad
+    monkeypatch.setattr(module, "fly", fly)
+    monkeypatch.setattr(module, "missing_library", lambda _: "")
+    first = run_matrix(MatrixCampaign(cells="all", out=tmp_path), lambda *_: None)
+    assert first.is_bad
+    assert sorted([*first.missing, *(cell.name for cell in struck)]) == sorted(cell.name for cell in all_cells())
+    sessions_left[0] = 1000
+    second = run_matrix(MatrixCampaign(cells="all", out=tmp_path, resume=True), lambda *_: None)
+    assert second.missing == []
+    assert sorted(cell.name for cell in struck) == sorted(cell.name for cell in all_cells())
 
 
 def test_a_verdict_is_the_same_after_the_checkpoint():
@@ -79,8 +114,19 @@ def test_a_verdict_is_the_same_after_the_checkpoint():
     assert verdict_of(asdict(verdict)) == verdict
 
 
-def test_a_cell_that_cannot_be_flown_is_not_flown_and_not_bad(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+def test_a_cell_whose_library_is_not_installed_is_not_flown_and_not_bad(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+):
     fly_as(monkeypatch)
-    verdict = flown_cell(MatrixCampaign(out=tmp_path), Cell.of("console:kill:floating"), GROUND, MACHINE, tmp_path)
-    assert verdict.status == "not in this session"
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    (verdict,) = flown(MatrixCampaign(out=tmp_path), [Cell.of("lsl:kill:floating")])
+    assert verdict.status == ABSENT_HERE
+    assert "exograv[lsl]" in verdict.faults[0]
     assert not figures_of([verdict], [], 0, 2).is_bad
+
+
+def test_pairs_that_make_no_sense_are_listed_with_their_reason_and_are_not_bad():
+    verdicts = absent_verdicts()
+    assert all(verdict.faults[0] for verdict in verdicts)
+    assert "session:kill" in {verdict.cell for verdict in verdicts}
+    assert not figures_of(verdicts, [], 0, 2).is_bad

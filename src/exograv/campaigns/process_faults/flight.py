@@ -187,8 +187,8 @@ def _struck_all(cells: Sequence[Cell], strikes: list[Strike], session: Session) 
     """Strike one process after another, then press Stop; return the exit code of the command."""
     *before, last = range(len(cells))
     for number in before:
-        if not _is_fresh(number, cells, strikes, session):
-            strikes[number].stopped_before = "the process struck before was not replaced"
+        if why := _why_not_struck(number, cells, strikes, session):
+            strikes[number].stopped_before = why
             continue
         _strike_one(cells[number], strikes[number], session)
         pause_s = IN_DESCENT_S if cells[number].state is State.DESCENDING else GOES_ON_S
@@ -198,24 +198,28 @@ def _struck_all(cells: Sequence[Cell], strikes: list[Strike], session: Session) 
             return session.process.poll()
         # What happens from now on may come from the next strike.
         strikes[number].released_t = time.monotonic()
-    if _is_fresh(last, cells, strikes, session):
+    if not (why := _why_not_struck(last, cells, strikes, session)):
         return _struck_last(cells, strikes, session)
-    strikes[last].stopped_before = "the process struck before was not replaced"
+    strikes[last].stopped_before = why
     session.press_stop()
     return session.process.poll() if session.await_end(STOPS_S) else None
 
 
-def _is_fresh(number: int, cells: Sequence[Cell], strikes: list[Strike], session: Session) -> bool:
-    """Wait for the process that replaces one that was struck before; return True if the process can be struck."""
+def _why_not_struck(number: int, cells: Sequence[Cell], strikes: list[Strike], session: Session) -> str:
+    """Wait for the process that replaces one that was struck before; return the reason if none can be struck."""
     cell = cells[number]
     if cell.state is State.DESCENDING:
-        return True
+        return ""
     times = [
         one.struck_t
         for earlier, one in zip(cells[:number], strikes, strict=False)
         if earlier.process is cell.process and expected_of(earlier).is_replaced and one.struck_t is not None
     ]
-    return not times or _awaited(session, lambda: _replaced_at(cell.process, times[-1], session) is not None)
+    if times and not _awaited(session, lambda: _replaced_at(cell.process, times[-1], session) is not None):
+        return "the process that was struck before was not replaced"
+    # The motion may be over, and the guard may have stopped the machine.
+    mode = session.modes[-1:]
+    return "" if mode == [cell.state] else f"the machine was not {cell.state} any more"
 
 
 def _strike_one(cell: Cell, one: Strike, session: Session) -> None:

@@ -69,6 +69,7 @@ def _router(port: int) -> Any:
         "mode": "router",
         "listen": {"endpoints": [f"tcp/localhost:{port}"]},
         "scouting": {"multicast": {"enabled": False}},
+        "transport": {"shared_memory": {"enabled": False}},
     }
     return zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))
 

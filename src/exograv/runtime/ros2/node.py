@@ -28,6 +28,8 @@ def configuration(router: str) -> dict[str, Any]:
         "listen": {"endpoints": ["tcp/localhost:0"]},
         "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": True}},
         "timestamping": {"enabled": True},
+        # Zenoh's own shared memory would outlive a bridge that is killed. The messages here are small.
+        "transport": {"shared_memory": {"enabled": False}},
     }
 
 
