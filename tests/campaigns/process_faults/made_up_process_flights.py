@@ -47,4 +47,5 @@ def evidence_of(course: Course, **changes: object) -> FlightEvidence:
     )  # fmt: skip
     ticks = RecordedTicks(t[is_sent], states, np.arange(int(is_sent.sum())))
     whole = FlightEvidence(drives, STRUCK_S, ticks=ticks, acknowledged=len(ticks.t) - 3, exit_code=0, ended_s=4.0)
+    whole = replace(whole, replaced_t=STRUCK_S + 1.0)
     return replace(whole, **changes)  # type: ignore[arg-type]

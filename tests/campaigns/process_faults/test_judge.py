@@ -150,3 +150,15 @@ def test_a_stop_by_late_simulated_drives_proves_nothing_unless_the_guard_itself_
     assert judged("recorder:kill:floating", replace(evidence, ticks=slow, acknowledged=0)).status == "late"
     other = replace(ticks, stop=StopReason.CONTROL_SILENT.value)
     assert judged("recorder:kill:floating", replace(evidence, ticks=other)).status == "late"
+
+
+def test_a_process_that_should_be_replaced_and_is_not_fails():
+    verdict = judged("lsl:kill:floating", evidence_of(Course(), replaced_t=None))
+    assert verdict.faults == ("the process was not replaced",)
+    assert judged("lsl:kill:floating", evidence_of(Course())).status == "as expected"
+
+
+@pytest.mark.parametrize(("times", "status"), [(0, "not as expected"), (1, "as expected"), (2, "not as expected")])
+def test_the_loss_of_the_bridge_has_to_be_told_exactly_once(times: int, status: str):
+    output = times * "The bridge to ROS 2 has ended (exit status -9), and the run went on without it.\n"
+    assert judged("ros2:kill:floating", evidence_of(Course(), output=output)).status == status

@@ -84,7 +84,7 @@ def judge(cell: Cell, expected: Expected, evidence: FlightEvidence, machine: Mac
         *torque_faults(evidence, machine, _descent_begin(cell, seen, evidence)),
         *recording_faults(cell, evidence),
         *_end_faults(expected, evidence),
-        *_neighbour_faults(cell, expected, evidence),
+        *_neighbour_faults(seen, expected, evidence),
     ]
     return CellVerdict(
         cell.name,
@@ -210,10 +210,15 @@ def _end_faults(expected: Expected, evidence: FlightEvidence) -> list[str]:
     return faults
 
 
-def _neighbour_faults(cell: Cell, expected: Expected, evidence: FlightEvidence) -> list[str]:
-    """Return what is wrong with the process itself: it must be replaced, or told as lost exactly once."""
+def _neighbour_faults(seen: Seen, expected: Expected, evidence: FlightEvidence) -> list[str]:
+    """Return what is wrong with the process itself: it must be replaced, or told as lost exactly once.
+
+    A session that ends does neither.
+    """
+    if seen.outcome is not Outcome.GOES_ON:
+        return []
     faults = []
-    if expected.is_replaced and cell.state is not State.DESCENDING and evidence.replaced_t is None:
+    if expected.is_replaced and evidence.replaced_t is None:
         faults.append("the process was not replaced")
     if expected.told and (count := evidence.output.count(expected.told)) != 1:
         faults.append(f"the loss of the process was told {count} times, expected: once")
