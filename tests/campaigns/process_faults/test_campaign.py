@@ -1,6 +1,6 @@
 """A campaign repeats flights that ended before the strike, keeps each verdict, and is bad if one cell is not proved."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from exograv.campaigns.process_faults.campaign import (
     ABSENT_HERE,
     MatrixCampaign,
     absent_verdicts,
-    flown_session,
+    fly_sessions,
     run_matrix,
     verdict_of,
 )
@@ -34,16 +34,19 @@ def fly_as(patch: pytest.MonkeyPatch, *flights: FlightEvidence) -> list[str]:
     """Let the campaign fly these flights; return the list that will hold the folder names of its sessions."""
     left, places = list(flights), list[str]()
 
-    def fly(cells: Sequence[Cell], _ground: Ground, folder: Path) -> list[FlightEvidence]:
+    def fly(cells: Sequence[Cell], _ground: Ground, folder: Path) -> Callable[[], list[FlightEvidence]]:
         places.append(folder.name)
-        return [left.pop(0) for _ in cells]
+        flown = [left.pop(0) for _ in cells]
+        return lambda: flown
 
     patch.setattr(module, "fly", fly)
     return places
 
 
 def flown(campaign: MatrixCampaign, cells: Sequence[Cell]) -> list[CellVerdict]:
-    return list(flown_session(campaign, cells, GROUND, MACHINE, campaign.out))
+    verdicts = list[CellVerdict]()
+    fly_sessions(campaign, [tuple(cells)], GROUND, MACHINE, campaign.out, verdicts.append)
+    return verdicts
 
 
 def test_a_flight_that_ended_before_the_strike_is_repeated(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
@@ -91,12 +94,12 @@ def test_the_full_matrix_is_complete_after_an_interruption_and_flies_no_cell_twi
     monkeypatch.setattr(module, "prepared_ground", lambda *_: (GROUND, MACHINE))
     struck, sessions_left = list[Cell](), [60]
 
-    def fly(cells: Sequence[Cell], _ground: Ground, _folder: Path) -> list[FlightEvidence]:
+    def fly(cells: Sequence[Cell], _ground: Ground, _folder: Path) -> Callable[[], list[FlightEvidence]]:
         if not sessions_left[0]:
             raise KeyboardInterrupt
         sessions_left[0] -= 1
         struck.extend(cells)
-        return [evidence_of(Course()) for _ in cells]
+        return lambda: [evidence_of(Course()) for _ in cells]
 
     monkeypatch.setattr(module, "fly", fly)
     monkeypatch.setattr(module, "missing_library", lambda _: "")

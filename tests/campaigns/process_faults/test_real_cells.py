@@ -12,8 +12,9 @@ from pathlib import Path
 import pytest
 from tests.waiting import wait_until
 
-from exograv.campaigns.process_faults.campaign import MatrixCampaign, flown_session, prepared_ground
+from exograv.campaigns.process_faults.campaign import MatrixCampaign, fly_sessions, prepared_ground
 from exograv.campaigns.process_faults.cell import Cell
+from exograv.campaigns.process_faults.judge import CellVerdict
 from exograv.campaigns.process_faults.notes import read_notes
 from exograv.campaigns.process_faults.watching import left_memory, memory_of, processes_of
 
@@ -38,7 +39,9 @@ def test_a_killed_process_of_a_real_session_is_as_expected(
     name: str, seen: str, campaign: MatrixCampaign, tmp_path: Path
 ):
     ground, machine = prepared_ground(campaign, lambda *_: None)
-    (verdict,) = flown_session(campaign, [Cell.of(name)], ground, machine, tmp_path)
+    verdicts = list[CellVerdict]()
+    fly_sessions(campaign, [(Cell.of(name),)], ground, machine, tmp_path, verdicts.append)
+    (verdict,) = verdicts
     if verdict.status == "not flown":
         pytest.skip(f"{verdict.faults[0]}, {verdict.tries} times")
     assert (verdict.status, verdict.seen) == ("as expected", seen), verdict.faults
@@ -59,7 +62,7 @@ def test_ctrl_c_in_the_middle_of_a_session_leaves_no_process_and_no_shared_memor
     thread = threading.Thread(target=interrupt)
     thread.start()
     with pytest.raises(KeyboardInterrupt):
-        list(flown_session(campaign, [Cell.of("recorder:kill:floating")], ground, machine, tmp_path))
+        fly_sessions(campaign, [(Cell.of("recorder:kill:floating"),)], ground, machine, tmp_path, print)
     thread.join()
     assert started(place) >= {"guard", "recorder"}
     assert list(processes_of(place / "orders.json")) == []

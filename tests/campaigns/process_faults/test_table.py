@@ -9,13 +9,13 @@ from exograv.campaigns.process_faults.options import ProcessFaultOptions
 from exograv.campaigns.process_faults.sessions import HARMLESS, leaves_alive, sessions_of
 from exograv.campaigns.process_faults.strikes import IN_HOOK
 from exograv.campaigns.process_faults.table import (
-    COVERED_IN_PYTHON,
     EXPECTED,
     GOES_ON,
     OF_LOOP,
     all_cells,
     covering_cells,
     expected_of,
+    python_cells,
     reason_absent,
 )
 from exograv.errors import ConfigError
@@ -41,16 +41,19 @@ def test_all_cells_fly_each_expected_pair_in_each_state_and_in_both_loops():
 
 
 def test_the_covering_cells_have_each_pair_once_and_all_states():
-    cells = [cell for cell in covering_cells() if cell.loop is Loop.C]
+    cells = covering_cells()
+    assert {cell.loop for cell in cells} == {Loop.C}
     assert sorted((cell.process, cell.fault) for cell in cells) == sorted(EXPECTED)
     for process in (Process.CONSOLE, Process.LSL, Process.ROS2):
         assert {cell.state for cell in cells if cell.process is process} == set(State)
 
 
-def test_the_covering_cells_fly_the_loop_in_python_in_all_states():
-    cells = [cell for cell in covering_cells() if cell.loop is Loop.PYTHON]
-    assert [(cell.process, cell.fault) for cell in cells] == list(COVERED_IN_PYTHON)
-    assert {cell.state for cell in cells} == set(State)
+def test_the_cells_in_python_have_each_pair_of_the_loop_once_and_all_states():
+    cells = python_cells()
+    pairs = [(cell.process, cell.fault) for cell in cells]
+    assert sorted(pairs) == sorted(pair for pair in EXPECTED if pair[0] in OF_LOOP)
+    for process in OF_LOOP:
+        assert {cell.state for cell in cells if cell.process is process} == set(State)
 
 
 def test_neighbours_of_the_guard_never_stop_it():

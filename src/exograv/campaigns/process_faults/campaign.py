@@ -3,7 +3,9 @@
 import importlib.util
 import pickle
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +19,7 @@ from exograv.runtime.clock.timing import PERIOD_NS
 from exograv.storage.checkpoint import CheckpointRows
 
 from .cell import Cell, Fault, Process
-from .evidence import MachineFigures
+from .evidence import FlightEvidence, MachineFigures
 from .figures import MatrixFigures, figures_of
 from .flight import Ground, fly
 from .gaps import TickGaps
@@ -60,12 +62,14 @@ def run_matrix(campaign: MatrixCampaign, progress: Progress) -> MatrixFigures:
     ground, machine = prepared_ground(campaign, progress)
     cells = campaign.planned
     sessions = sessions_of([cell for cell in cells if cell.name not in done])
+
+    def keep(verdict: CellVerdict) -> None:
+        rows.add(verdict)
+        done[verdict.cell] = verdict
+        progress(f"Flown: {verdict.cell}", len(done) / max(len(cells), 1))
+
     try:
-        for number, session in enumerate(sessions):
-            progress(f"Flying {', '.join(cell.name for cell in session)}", number / len(sessions))
-            for verdict in flown_session(campaign, session, ground, machine, folder / FLIGHTS):
-                rows.add(verdict)
-                done[verdict.cell] = verdict
+        fly_sessions(campaign, sessions, ground, machine, folder / FLIGHTS, keep)
     except KeyboardInterrupt:
         progress("Stopped by Ctrl-C; the cells flown so far are summed up", 1.0)
     verdicts = [done[cell.name] for cell in cells if cell.name in done]
@@ -92,26 +96,62 @@ def prepared_ground(campaign: MatrixCampaign, progress: Progress) -> tuple[Groun
     return Ground(path, known.description, campaign.level, drawn_seed(campaign.seed)), machine
 
 
-def flown_session(
-    campaign: MatrixCampaign, cells: Sequence[Cell], ground: Ground, machine: MachineFigures, folder: Path
-) -> Iterator[CellVerdict]:
-    """Fly cells in one session, and judge it. A cell that was not struck is flown again, in a session of its own."""
-    if why := missing_library(cells):
-        yield from (CellVerdict(cell.name, ABSENT_HERE, faults=(why,), tries=0) for cell in cells)
+def fly_sessions(
+    campaign: MatrixCampaign,
+    sessions: Iterable[tuple[Cell, ...]],
+    ground: Ground,
+    machine: MachineFigures,
+    folder: Path,
+    keep: Callable[[CellVerdict], object],
+) -> None:
+    """Fly sessions, and judge each while the next one starts. `keep` is called with each verdict.
+
+    A cell that was not struck is flown again, in a session of its own, at most `campaign.tries` times in all.
+
+    Raises:
+        RigError: The simulated drives do not start.
+        KeyboardInterrupt: Ctrl-C was pressed. The sessions before are judged.
+    """
+    waiting = deque((tuple(cells), 1) for cells in sessions)
+    landed: Landed | None = None
+    with ThreadPoolExecutor(1, "judge") as judges:
+        while waiting or landed is not None:
+            before, landed = landed, None
+            try:
+                if waiting:
+                    landed = _flown(waiting.popleft(), ground, folder, judges)
+            finally:
+                if before is not None:
+                    for verdict in _judged(before, machine):
+                        if verdict.status == "not flown" and before.tries < campaign.tries:
+                            waiting.append(((Cell.of(verdict.cell),), before.tries + 1))
+                        else:
+                            keep(verdict)
+
+
+@dataclass(frozen=True)
+class Landed:
+    """Session that has ended and is judged now."""
+
+    cells: tuple[Cell, ...]
+    tries: int
+    evidence: "Future[list[FlightEvidence]]"
+
+
+def _flown(order: tuple[tuple[Cell, ...], int], ground: Ground, folder: Path, judges: ThreadPoolExecutor) -> Landed:
+    cells, tries = order
+    if missing_library(cells):
+        return Landed(cells, tries, judges.submit(list))
+    place = folder / f"{cells[0].name.replace(':', '_')}_{tries}"
+    return Landed(cells, tries, judges.submit(fly(cells, ground, place)))
+
+
+def _judged(landed: Landed, machine: MachineFigures) -> Iterator[CellVerdict]:
+    if why := missing_library(landed.cells):
+        yield from (CellVerdict(cell.name, ABSENT_HERE, faults=(why,), tries=0) for cell in landed.cells)
         return
-    waiting, tries = [tuple(cells)], 0
-    while waiting and tries < campaign.tries:
-        tries, again = tries + 1, list[tuple[Cell, ...]]()
-        for session in waiting:
-            place = folder / f"{session[0].name.replace(':', '_')}_{tries}"
-            flown = zip(session, fly(session, ground, place), strict=True)
-            for cell, evidence in flown:
-                verdict = replace(judge(cell, expected_of(cell), evidence, machine), tries=tries)
-                if verdict.status == "not flown" and tries < campaign.tries:
-                    again.append((cell,))
-                else:
-                    yield verdict
-        waiting = again
+    for cell, evidence in zip(landed.cells, landed.evidence.result(), strict=True):
+        yield replace(judge(cell, expected_of(cell), evidence, machine), tries=landed.tries)
 
 
 ABSENT_HERE = "not in this session"

@@ -2,8 +2,9 @@
 
 import signal
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -58,11 +59,10 @@ class Ground:
     wearer_seed: int
 
 
-def fly(cells: Sequence[Cell], ground: Ground, folder: Path) -> list[FlightEvidence]:
-    """Fly these cells in one session in `folder`, one strike after another, and return what happened, by cell.
+def fly(cells: Sequence[Cell], ground: Ground, folder: Path) -> Callable[[], list[FlightEvidence]]:
+    """Fly these cells in one session in `folder`, one strike after another.
 
-    Raises:
-        RigError: The simulated drives do not start.
+    The result reads what happened, by cell. It takes seconds, in which the next session may already start.
     """
     folder.mkdir(parents=True, exist_ok=True)
     drives = written(folder, ground.description)
@@ -74,13 +74,25 @@ def fly(cells: Sequence[Cell], ground: Ground, folder: Path) -> list[FlightEvide
     try:
         with neighbours(Process.LSL in has, Process.ROS2 in has) as router:
             strikes, common = _flown(cells, ground, drives, router, folder)
-    finally:
+    except BaseException:
         process.end()
+        raise
+    return partial(_evidence, process, log, strikes, common)
+
+
+def _evidence(
+    process: DrivesProcess, log: Path, strikes: Sequence["Strike"], common: Mapping[str, Any]
+) -> list[FlightEvidence]:
+    """Read what the drives and the recorder have written.
+
+    Raises:
+        RigError: The simulated drives did not start.
+    """
+    process.end()
     process.refuse_dead()
-    ticks, why = _recorded(folder / "live.mcap")
-    common |= {"ticks": ticks, "recording_why": why}
+    ticks, why = _recorded(log.parent / "live.mcap")
     at_drives = DrivesLog.read(log)
-    return [FlightEvidence(at_drives, **(common | vars(one))) for one in strikes]
+    return [FlightEvidence(at_drives, ticks=ticks, recording_why=why, **common, **vars(one)) for one in strikes]
 
 
 @dataclass
@@ -102,7 +114,7 @@ def _flown(
     orders = folder / "orders.json"
     names, loop_s = tuple(cell.name for cell in cells), 60.0 + 2.0 * REPLACES_S
     FlightOrders(names, str(folder), str(ground.participant), str(drives), loop_s, motion_s, router).write(orders)
-    with struck_session(orders, folder) as session:
+    with struck_session(orders, folder, cells[0].loop) as session:
         why, pressed = _brought_into(cells, session)
         strikes = [Strike(stopped_before=why) for _ in cells]
         memory, exit_code = memory_of(list(processes_of(orders))), None
@@ -201,7 +213,8 @@ def _struck_all(cells: Sequence[Cell], strikes: list[Strike], session: Session) 
     if not (why := _why_not_struck(last, cells, strikes, session)):
         return _struck_last(cells, strikes, session)
     strikes[last].stopped_before = why
-    session.press_stop()
+    if "safe" not in session.modes:  # otherwise the session ends by itself
+        session.press_stop()
     return session.process.poll() if session.await_end(STOPS_S) else None
 
 

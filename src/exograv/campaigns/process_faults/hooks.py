@@ -21,7 +21,7 @@ from typing import Any
 from exograv.errors import ConfigError
 from exograv.runtime.processes.shared_memory import PART_BYTES, MessageRing
 
-from .cell import ORDERS, Cell, Fault, FlightOrders, Loop, Process
+from .cell import ORDERS, Cell, Fault, FlightOrders, Process
 from .notes import read_notes, write_note
 
 STRIKE = getattr(signal, "SIGUSR1", signal.SIGTERM)  # Windows has no SIGUSR1, and the campaign needs Linux
@@ -140,8 +140,6 @@ def struck_target(name: str, target: Callable[[Any, Connection], object], job: A
     if process is Process.GUARD:
         write_note(orders.folder, "ring", name=job.channels.inlet.tick_ring)
         job = replace(job, build=partial(announcing, orders.folder, job.build))
-        if orders.loop is Loop.PYTHON:
-            vars(importlib.import_module("exograv.live.native.library")).update(LIBRARY=None)
     install(orders, process, lambda _: line)
     target(job, line)
 

@@ -10,15 +10,16 @@ from exograv.errors import ConfigError
 from exograv.options import Level, Options, Repeated, Seed, Within
 
 from .cell import Cell
-from .table import all_cells, covering_cells
+from .table import all_cells, covering_cells, python_cells
 
 
 @dataclass(frozen=True)
 class ProcessFaultOptions(Options):
     """Options of `exograv dev process-faults`."""
 
-    cells: Literal["covering", "all"] = "covering"
-    """Cells to fly: each process with each fault once, in rotated states; or all states."""
+    cells: Literal["covering", "python", "all"] = "covering"
+    """Cells to fly: each process with each fault once, in rotated states; the same in the loop in Python, for the
+    processes that this loop meets; or all states and both loops."""
 
     only: Annotated[Repeated, tyro.conf.arg(metavar="PROCESS:FAULT:STATE")] = ()
     """Cells to fly in place of `--cells`, such as control:kill:floating. Can be repeated."""
@@ -57,4 +58,4 @@ class ProcessFaultOptions(Options):
         """Cells of this campaign, in the order of the flights."""
         if self.only:
             return self.chosen
-        return covering_cells() if self.cells == "covering" else all_cells()
+        return {"covering": covering_cells, "python": python_cells, "all": all_cells}[self.cells]()

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from .cell import ORDERS
+from .cell import ORDERS, Loop
 from .notes import read_notes
-from .watching import acknowledged_ticks, end_all
+from .watching import acknowledged_ticks, end_all, forget_memory, left_memory, memory_of, processes_of
 
 LOOK_S = 0.02
 
@@ -67,10 +67,10 @@ class Session:
 
 
 @contextlib.contextmanager
-def struck_session(orders: Path, folder: Path) -> Iterator[Session]:
-    """Start the session of these orders; yield it, and end all its processes."""
+def struck_session(orders: Path, folder: Path, loop: Loop) -> Iterator[Session]:
+    """Start the session of these orders; yield it, and end all its processes. An error also deletes their memory."""
     words = [sys.executable, "-m", f"{__package__}.session"]
-    environment = {**os.environ, ORDERS: str(orders), "COLUMNS": "200"}
+    environment = {**os.environ, ORDERS: str(orders), "COLUMNS": "200", "EXOGRAV_LOOP": loop.value}
     pipe, nothing = subprocess.PIPE, subprocess.DEVNULL
     # A group of its own in the campaign's terminal session: an orphaned group would ignore Ctrl-Z.
     process = subprocess.Popen(
@@ -82,6 +82,11 @@ def struck_session(orders: Path, folder: Path) -> Iterator[Session]:
     reader.start()
     try:
         yield session
+    except BaseException:
+        memory = memory_of(list(processes_of(orders)))
+        end_all(orders, 0.0)
+        forget_memory(left_memory(memory))
+        raise
     finally:
         end_all(orders, 0.0)
         process.wait()

@@ -203,21 +203,18 @@ def all_cells() -> list[Cell]:
 OF_LOOP = (Process.GUARD, Process.CONTROL, Process.PARENT, Process.SESSION)
 """Processes whose faults the loop of the guard meets. The others are children of the same parent in both loops."""
 
-COVERED_IN_PYTHON = (
-    (_P.GUARD, _F.KILL), (_P.GUARD, _F.SPIN), (_P.GUARD, _F.EXCEPTION), (_P.GUARD, _F.HALF_MESSAGE),
-    (_P.CONTROL, _F.KILL), (_P.CONTROL, _F.SPIN), (_P.PARENT, _F.KILL), (_P.PARENT, _F.STOP), (_P.SESSION, _F.QUIT),
-)  # fmt: skip
-"""Faults that the covering cells fly in the loop in Python: one for each way in which that loop learns of a fault."""
-
 
 def covering_cells() -> list[Cell]:
-    """Return one cell for each pair of process and fault, with rotated states, and some in the loop in Python."""
+    """Return one cell for each pair of process and fault, with rotated states, in the loop in C."""
     states = {process: cycle(State) for process in Process}
     # A floating worker has nothing to do, and the flight to there takes half a minute.
     states[Process.WORKER] = cycle((State.MOVING, State.MOVING, State.DESCENDING))
     for number, process in enumerate(Process):
         for _ in range(number % len(State)):
             next(states[process])
-    in_c = [Cell(process, fault, next(states[process])) for process, fault in EXPECTED]
-    turn = cycle(State)
-    return [*in_c, *(Cell(process, fault, next(turn), Loop.PYTHON) for process, fault in COVERED_IN_PYTHON)]
+    return [Cell(process, fault, next(states[process])) for process, fault in EXPECTED]
+
+
+def python_cells() -> list[Cell]:
+    """Return the covering cells of the processes whose faults the guard's loop meets, in the loop in Python."""
+    return [replace(cell, loop=Loop.PYTHON) for cell in covering_cells() if cell.process in OF_LOOP]
