@@ -159,6 +159,34 @@ def test_no_sample_is_missing_or_repeated_after_recorder_and_listener_were_kille
     assert [note.kind for note in stream.notes] == ["connected", "connected"]
 
 
+def test_a_listener_that_hangs_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    # Not less: a parent that stood still for half of it blames itself.
+    monkeypatch.setattr("exograv.runtime.lsl.listening.HANGS_S", 2.0)
+    path = tmp_path / "a.mcap"
+    with device("amp:float32"), recording(path, "amp") as (listening, recorder):
+        wait_until(noted(listening, "connected"), "the first listener")
+        os.kill(listening.pid, signal.SIGSTOP)
+        wait_until(noted(listening, "connected", 2), "another listener")
+        before = written(path, "/lsl/amp")
+        wait_until(lambda: written(path, "/lsl/amp") > before + 20, "samples after it")
+        assert listening.restarts == 1
+        assert [note.kind for note in finished(listening, recorder).streams[0].notes] == ["connected", "connected"]
+
+
+def test_a_listener_that_is_not_replaced_any_more_is_noted_as_lost_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    with device("amp:float32"), recording(tmp_path / "a.mcap", "amp") as (listening, recorder):
+        wait_until(noted(listening, "connected"), "the listener")
+        monkeypatch.setattr(listening._child, "replace", lambda _: False)
+        os.kill(listening.pid, signal.SIGKILL)
+        wait_until(noted(listening, "lost"), "the loss")
+        for _ in range(5):
+            listening.check()
+        notes = finished(listening, recorder).streams[0].notes
+    assert [note.kind for note in notes] == ["connected", "lost"]
+
+
 @pytest.mark.slow
 def test_a_device_that_hangs_is_silent_and_then_resumed(tmp_path: Path):
     path = tmp_path / "a.mcap"

@@ -138,6 +138,18 @@ def test_a_recorder_that_hangs_is_replaced_and_no_tick_is_missing(tmp_path: Path
     assert read_recording(path).ticks["sequence"].tolist() == list(range(200))
 
 
+def test_messages_to_a_recorder_that_stands_still_do_not_make_its_parent_wait(tmp_path: Path):
+    path, count = tmp_path / "a.mcap", 3000
+    with recording(path) as (recorder, control):
+        control.put(100)
+        os.kill(recorder.pid, signal.SIGSTOP)
+        for number in range(count):  # far more than a pipe holds
+            recorder.write("/control", 1e-3 * number, {"act": "publish", "x": 60 * [float(number)]})
+        os.kill(recorder.pid, signal.SIGCONT)
+    messages = read_recording(path).messages("/control")
+    assert [message["x"][0] for message in messages] == [float(number) for number in range(count)]
+
+
 def test_a_recorder_that_hangs_at_the_end_is_replaced_and_no_tick_is_missing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

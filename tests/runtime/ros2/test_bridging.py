@@ -243,19 +243,46 @@ def test_without_the_operator_s_consent_no_level_is_accepted(run: Run):
     assert sum(run.bridging.figures().refused.values()) == 1
 
 
-def test_a_killed_bridge_is_noted_and_the_run_goes_on(run: Run):
+@pytest.mark.parametrize(
+    ("number", "words"),
+    [(signal.SIGKILL, "exit status -9"), (signal.SIGSTOP, "was silent for")],
+    ids=["killed", "hanging"],
+)
+def test_a_bridge_that_is_killed_or_hangs_is_noted_and_the_run_goes_on(
+    run: Run, number: signal.Signals, words: str, monkeypatch: pytest.MonkeyPatch
+):
+    # Not less: a parent that stood still for half of it blames itself.
+    monkeypatch.setattr("exograv.runtime.ros2.bridging.HANGS_S", 2.0)
     run.message(JOINT_STATES)
-    os.kill(run.bridging.pid, signal.SIGKILL)
+    pid = run.bridging.pid
+    os.kill(pid, number)
 
     def ended() -> str:
         run.tick()
         return run.bridging.figures().ended
 
-    assert "exit status -9" in wait_until(ended, "the end of the bridge", SOON_S)
+    assert words in wait_until(ended, "the end of the bridge", SOON_S)
     put_in = len(run.put_in)
     for _ in range(50):
         run.tick()
     assert run.recorder.finish().acknowledged == put_in + 50
+    run.bridging.close()
+    assert not Path(f"/proc/{pid}").exists()
+
+
+def test_a_bridge_that_does_not_answer_at_the_end_of_a_run_is_told(run: Run):
+    run.message(JOINT_STATES)
+    os.kill(run.bridging.pid, signal.SIGSTOP)
+    run.bridging.close()
+    assert "did not answer at the end" in run.bridging.figures().ended
+
+
+def test_a_bridge_that_ends_as_asked_is_not_told_as_lost(run: Run):
+    run.message(JOINT_STATES)
+    run.bridging.close()
+    figures = run.bridging.figures()
+    assert figures.ended == ""
+    assert figures.joint_states
 
 
 def test_an_invalid_router_is_refused_before_anything_moves(tmp_path: Path):

@@ -32,8 +32,8 @@ STAGE_0_S, STREAM_S, METHOD_S = 20.0, 8.0, 6.0
 SCENARIO_S, FAULT_PERSON_S, STRIKE_S = 0.5, 40.0, 60.0
 """Fault campaign: one scenario, preparation of one person, one strike of each kind on a live run [s]."""
 
-CELL_S = 20.0
-"""Process faults: one cell, from the start of its session to the end of all its processes [s]."""
+CELLS_S = 16.0
+"""Process faults: one session with its cells, from its start to the end of all its processes [s]."""
 
 SESSION_S, FLIGHT_S = 1.9, 10.5
 """Example study: one session before the flight, and one flight, on one core [s].
@@ -109,7 +109,9 @@ def _benchmark(options: Any) -> float:
 
 
 def _process_faults(options: Any) -> float:
-    return FAULT_PERSON_S + CELL_S * len(options.planned)
+    from exograv.campaigns.process_faults.sessions import sessions_of
+
+    return FAULT_PERSON_S + CELLS_S * len(sessions_of(options.planned))
 
 
 def _faults(options: Any) -> float:
