@@ -158,6 +158,11 @@ def test_a_process_that_should_be_replaced_and_is_not_fails():
     assert judged("lsl:kill:floating", evidence_of(Course())).status == "as expected"
 
 
+def test_pages_that_do_not_come_back_at_their_address_fail():
+    verdict = judged("console:kill:floating", evidence_of(Course(), has_silent_pages=True))
+    assert verdict.faults == ("the pages did not answer at their address any more",)
+
+
 @pytest.mark.parametrize(("times", "status"), [(0, "not as expected"), (1, "as expected"), (2, "not as expected")])
 def test_the_loss_of_the_bridge_has_to_be_told_exactly_once(times: int, status: str):
     output = times * "The bridge to ROS 2 has ended (exit status -9), and the run went on without it.\n"

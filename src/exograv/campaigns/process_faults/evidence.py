@@ -65,3 +65,5 @@ class FlightEvidence:
     """Time from the strike to the end of the command [s]."""
     replaced_t: float | None = None
     """Time at which a process of the same name started after the strike; None if there was none."""
+    has_silent_pages: bool = False
+    """True if the pages, which were struck, did not answer at their first address before the end."""

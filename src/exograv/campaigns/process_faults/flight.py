@@ -2,9 +2,11 @@
 
 import signal
 import time
+import urllib.request
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +27,7 @@ from .notes import write_note
 from .strikes import IN_HOOK, Target, strike
 from .struck_session import Session, struck_session
 from .table import Outcome, expected_of, needs_motion
-from .watching import end_all, forget_memory, is_running, left_memory, memory_of, processes_of, send_all
+from .watching import end_all, forget_memory, is_running, left_memory, send_all
 
 STATE_MAX_S = 90.0
 """Longest time from the start of the session to the state [s]."""
@@ -105,6 +107,7 @@ class Strike:
     resumed_t: float | None = None
     replaced_t: float | None = None
     ended_s: float | None = None
+    has_silent_pages: bool = False
 
 
 def _flown(
@@ -117,7 +120,8 @@ def _flown(
     with struck_session(orders, folder, cells[0].loop) as session:
         why, pressed = _brought_into(cells, session)
         strikes = [Strike(stopped_before=why) for _ in cells]
-        memory, exit_code = memory_of(list(processes_of(orders))), None
+        session.look_at_memory()
+        exit_code = None
         if not why:
             exit_code = _struck_all(cells, strikes, session)
         ended = time.monotonic()
@@ -125,7 +129,7 @@ def _flown(
         end_all(orders, 0.0)
     output = b"".join(session.output).decode(errors="replace")
     (folder / "terminal.txt").write_text(output, encoding="utf-8")
-    left_in_memory = left_memory(memory)
+    left_in_memory = left_memory(session.memory)
     forget_memory(left_in_memory)
     names_of = {int(note["pid"]): str(note["name"]) for note in session.notes("process")}
     for cell, one in zip(cells, strikes, strict=True):
@@ -242,7 +246,7 @@ def _strike_one(cell: Cell, one: Strike, session: Session) -> None:
     before = len(session.notes("struck"))
     write_note(session.folder, "strike", cell=cell.name)
     try:
-        made = strike(cell, Target(_pids(session), list(processes_of(session.orders)), session.folder / "live.mcap"))
+        made = strike(cell, Target(_pids(session), session.look_at_memory(), session.folder / "live.mcap"))
     except ProcessLookupError:
         one.stopped_before = f"the process {cell.process} had ended"
         return
@@ -259,27 +263,48 @@ def _struck_last(cells: Sequence[Cell], strikes: list[Strike], session: Session)
     _strike_one(cell, one, session)
     goes_on = cell.state is not State.DESCENDING and Outcome.GOES_ON in expected.outcomes
     ends_s = REPLACES_S if any(each.process is Process.RECORDER for each in cells) else ENDS_S
+    guard = _pids(session)[Process.GUARD]
     if not goes_on and cell.process in (Process.PARENT, Process.SESSION):
         # A parent that stands still does not end by itself. The descent is over when the guard has ended.
-        guard = _pids(session)[Process.GUARD]
         _awaited(session, lambda: not is_running(guard), ends_s)
         has_ended = session.await_end(AFTER_GUARD_S)
     else:
         has_ended = session.await_end(GOES_ON_S if goes_on else ends_s)
+        if not has_ended and not is_running(guard):
+            has_ended = session.await_end(STOPS_S)  # Stop has nothing left to stop
     if goes_on and not has_ended:
         for each, struck in zip(cells, strikes, strict=True):
             if expected_of(each).is_replaced and (struck_t := struck.struck_t) is not None:
                 _awaited(session, lambda each=each, t=struck_t: _replaced_at(each.process, t, session) is not None)
+        if any(each.process is Process.CONSOLE for each in cells):
+            _note_silent_pages(cells, strikes, session)
         has_ended = session.process.poll() is not None
     if not has_ended:
         session.may_read.set()
-        stopped = [] if cell.process is Process.GUARD else list(processes_of(session.orders))
+        pids = session.look_at_memory()
+        stopped = [] if cell.process is Process.GUARD else pids
         if cell.fault in (Fault.CTRL_Z, Fault.STOP) and cell.process in (Process.PARENT, Process.SESSION):
             send_all(stopped, signal.SIGCONT)
         one.released_t = session.press_stop()
         has_ended = session.await_end(STOPS_S)
     session.may_read.set()
     return session.process.poll() if has_ended else None
+
+
+def _note_silent_pages(cells: Sequence[Cell], strikes: list[Strike], session: Session) -> None:
+    """Note pages that do not answer at their first address any more: their process counts as not replaced."""
+    host = str(session.notes("page")[0]["host"])
+    if not _awaited(session, lambda: _answers(host)) and session.process.poll() is None:
+        for each, struck in zip(cells, strikes, strict=True):
+            struck.has_silent_pages = each.process is Process.CONSOLE
+
+
+def _answers(host: str) -> bool:
+    try:
+        with urllib.request.urlopen(f"http://{host}/", timeout=1.0) as page:
+            return page.status == HTTPStatus.OK
+    except OSError:
+        return False
 
 
 def _recorded(path: Path) -> tuple[RecordedTicks | None, str]:

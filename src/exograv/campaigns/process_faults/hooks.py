@@ -65,9 +65,9 @@ class StrikeInTickError(Exception):
 class Hook:
     """Faults that wait in one process for their signal. A note of the campaign names the fault that is due."""
 
-    def __init__(self, orders: FlightOrders, line_to: Callable[[Process], Connection | None]):
-        """Wait for no fault yet; `line_to` returns the line on which this process sends to another one."""
-        self._folder, self._line_to = orders.folder, line_to
+    def __init__(self, orders: FlightOrders, process: Process, line_to: Callable[[Process], Connection | None]):
+        """Wait for no fault yet; `line_to` returns the line on which `process`, this one, sends to another one."""
+        self._folder, self._process, self._line_to = orders.folder, process, line_to
         self._in_tick: Fault | None = None
         self._half_message = threading.Event()
 
@@ -83,10 +83,10 @@ class Hook:
             write_half_word(self._folder, line)
         elif cell.fault is Fault.FULL_PIPE and cell.process is Process.PARENT:
             fill_terminal(self._folder)
+        elif cell.fault is Fault.FULL_PIPE and self._process is Process.PARENT:
+            read_nothing(self._folder)
         elif cell.fault is Fault.FULL_PIPE and line is not None:
             fill_pipe(self._folder, line)
-        elif cell.fault is Fault.FULL_PIPE:
-            read_nothing(self._folder)
 
     def within(self, tick: Callable[..., Any]) -> Callable[..., Any]:
         """Return the tick with the fault in it."""
@@ -153,7 +153,7 @@ def install(orders: FlightOrders, process: Process, line_to: Callable[[Process],
     cells = [cell for cell in orders.struck if process in acting(cell)]
     if not cells:
         return
-    hook = Hook(orders, line_to)
+    hook = Hook(orders, process, line_to)
     signal.signal(STRIKE, hook.due)
     for cell in cells:
         if cell.fault is Fault.HALF_MESSAGE:

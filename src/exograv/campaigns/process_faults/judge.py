@@ -220,6 +220,8 @@ def _neighbour_faults(seen: Seen, expected: Expected, evidence: FlightEvidence) 
     faults = []
     if expected.is_replaced and evidence.replaced_t is None:
         faults.append("the process was not replaced")
+    if evidence.has_silent_pages:
+        faults.append("the pages did not answer at their address any more")
     if expected.told and (count := evidence.output.count(expected.told)) != 1:
         faults.append(f"the loss of the process was told {count} times, expected: once")
     return faults

@@ -17,7 +17,7 @@ STREAM = "process-faults"
 """Name of the device's stream."""
 
 RATE_HZ = 100.0
-READY = "ready"
+READY = "The neighbours are ready."
 
 
 @contextlib.contextmanager
@@ -32,12 +32,16 @@ def neighbours(needs_stream: bool, needs_router: bool) -> Iterator[str]:
         return
     port = free_port() if needs_router else 0
     words = [sys.executable, "-m", __name__, str(int(needs_stream)), str(port)]
-    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, process_group=0) as process:
+    pipe, joined = subprocess.PIPE, subprocess.STDOUT
+    with subprocess.Popen(words, stdin=pipe, stdout=pipe, stderr=joined, text=True, process_group=0) as process:
         assert process.stdin is not None
         assert process.stdout is not None
         try:
-            if READY not in process.stdout.readline():
-                raise RigError("The neighbours of the process faults do not start. Their output gives the reason.")
+            said = ""
+            while READY not in said:
+                if not (line := process.stdout.readline()):
+                    raise RigError(f"The neighbours of the process faults do not start: {said.strip()}")
+                said += line
             yield f"tcp/localhost:{port}" if needs_router else ""
         finally:
             process.kill()

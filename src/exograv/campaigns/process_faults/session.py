@@ -37,7 +37,7 @@ from exograv.storage.self_test_pass import FILE as PASS
 from exograv.storage.self_test_pass import MachineKey, write_pass
 
 from . import hooks
-from .cell import ORDERS, Fault, FlightOrders, Process
+from .cell import ORDERS, FlightOrders, Process
 from .neighbours import STREAM
 from .notes import write_note
 from .participant import PreparedParticipant
@@ -103,13 +103,7 @@ def _spawned(
 
 def _install_in_parent(orders: FlightOrders, lines: dict[Process, Connection]) -> None:
     write_note(orders.folder, "process", name=Process.PARENT, pid=os.getpid())
-
-    def line_to(process: Process) -> Connection | None:
-        # The guard's full pipe is one that this process does not read; all other lines are written to here.
-        is_unread = any(cell.fault is Fault.FULL_PIPE for cell in orders.struck)
-        return None if is_unread else lines.get(process)
-
-    hooks.install(orders, Process.PARENT, line_to)
+    hooks.install(orders, Process.PARENT, lines.get)
 
 
 @contextlib.contextmanager

@@ -29,6 +29,8 @@ class Session:
     output: list[bytes] = field(default_factory=list)
     may_read: threading.Event = field(default_factory=threading.Event)
     acknowledged: int = 0
+    memory: set[str] = field(default_factory=set)
+    """Names of all shared memory that was seen in its processes."""
 
     def read(self) -> None:
         """Read the terminal's output until its end; pause while `may_read` is not set."""
@@ -41,6 +43,12 @@ class Session:
         for note in self.notes("ring"):
             self.acknowledged = acknowledged_ticks(note["name"], self.acknowledged)
         time.sleep(LOOK_S)
+
+    def look_at_memory(self) -> list[int]:
+        """Note the shared memory of all present processes; return their identifiers."""
+        pids = list(processes_of(self.orders))
+        self.memory |= memory_of(pids)
+        return pids
 
     def notes(self, kind: str) -> list[dict[str, Any]]:
         """Return the notes of one kind so far."""
@@ -83,9 +91,9 @@ def struck_session(orders: Path, folder: Path, loop: Loop) -> Iterator[Session]:
     try:
         yield session
     except BaseException:
-        memory = memory_of(list(processes_of(orders)))
+        session.look_at_memory()
         end_all(orders, 0.0)
-        forget_memory(left_memory(memory))
+        forget_memory(left_memory(session.memory))
         raise
     finally:
         end_all(orders, 0.0)
