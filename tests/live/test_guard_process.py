@@ -264,7 +264,11 @@ def test_an_error_in_a_tick_becomes_a_descent_that_is_recorded_and_reported(
         raise IndexError("mode 99")
 
     monkeypatch.setattr(table.guarding.hearing, "listen", fail)
-    ended = [table.tick(answers=True) for _ in range(2 * DOWN)]
+    clock, ended = Clock(), list[bool]()
+    monkeypatch.setattr("exograv.live.guard_process.time", clock)
+    for _ in range(2 * DOWN):
+        clock.sleep(PERIOD_S)
+        ended.append(table.tick(answers=True))
     assert ended[-1]
     assert table.guard.envelope.stop is StopReason.STOP_PRESSED
     assert ended.index(True) > DOWN // 4
@@ -274,7 +278,9 @@ def test_an_error_in_a_tick_becomes_a_descent_that_is_recorded_and_reported(
     texts = [row["text"].decode() for row in table.guarding._events.take()]
     assert table.guarding.failure in texts
     # A replay needs the act, in the tick in which the descent begins.
-    assert np.count_nonzero(table.guarding._ticks.take()["acts"] & STOP_PRESSED) == 1
+    ticks = table.guarding._ticks.take()
+    assert np.count_nonzero(ticks["acts"] & STOP_PRESSED) == 1
+    assert (np.diff(ticks["monotonic"][ticks["safe_state"] > 1]) > 0.0).all()  # each tick has a time of its own
 
 
 def test_a_machine_that_cannot_be_read_after_an_error_ends_the_run(table: Table, monkeypatch: pytest.MonkeyPatch):

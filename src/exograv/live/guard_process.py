@@ -153,6 +153,7 @@ class GuardLoop:
         woken = time.monotonic_ns()
         try:
             state, now = self.rig.read(), self.rig.t
+            self._row["monotonic"] = 1e-9 * time.monotonic_ns()  # as in `_tick`
             decision = self._step.take(state, now, SilentControl())
             self.rig.write(decision.command)
         except Exception:
