@@ -167,3 +167,10 @@ def test_pages_that_do_not_come_back_at_their_address_fail():
 def test_the_loss_of_the_bridge_has_to_be_told_exactly_once(times: int, status: str):
     output = times * "The bridge to ROS 2 has ended (exit status -9), and the run went on without it.\n"
     assert judged("ros2:kill:floating", evidence_of(Course(), output=output)).status == status
+
+
+def test_a_strike_after_the_descent_proves_nothing():
+    evidence = evidence_of(Course(descends_s=-2.9), pressed_t=STRUCK_S - 2.9)
+    assert judged("recorder:spin:descending", evidence).faults == ("not flown: the descent was over before the strike",)
+    evidence = evidence_of(Course(descends_s=-0.5), pressed_t=STRUCK_S - 0.5)
+    assert judged("recorder:spin:descending", evidence).status == "as expected"

@@ -138,6 +138,21 @@ def test_a_recorder_that_hangs_is_replaced_and_no_tick_is_missing(tmp_path: Path
     assert read_recording(path).ticks["sequence"].tolist() == list(range(200))
 
 
+def test_a_recorder_that_hangs_before_it_completes_its_file_is_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr("exograv.runtime.recorder.recorder.HANGS_S", 2.0)
+    path = tmp_path / "a.mcap"
+    with recording(path) as (recorder, control):
+        control.put(100)
+        wait_until(lambda: recorder.check().acknowledged == 100, "100 ticks on disk")
+        os.kill(recorder.pid, signal.SIGSTOP)  # no tick waits
+        report = recorder.finish()
+        assert report.restarts >= 1
+        assert report.why == ""
+    assert len(read_recording(path).ticks["sequence"]) == 100
+
+
 def test_messages_to_a_recorder_that_stands_still_do_not_make_its_parent_wait(tmp_path: Path):
     path, count = tmp_path / "a.mcap", 3000
     with recording(path) as (recorder, control):

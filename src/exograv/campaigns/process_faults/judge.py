@@ -73,6 +73,8 @@ def judge(cell: Cell, expected: Expected, evidence: FlightEvidence, machine: Mac
         why = evidence.stopped_before or "the hook did not act"
         stop = "" if evidence.ticks is None or not evidence.ticks.stop else f" ({evidence.ticks.stop})"
         return CellVerdict(cell.name, "not flown", faults=(f"not flown: {why}{stop}",))
+    if evidence.pressed_t is not None and evidence.struck_t > evidence.pressed_t + SHARE_OF_DESCENT * machine.descent_s:
+        return CellVerdict(cell.name, "not flown", faults=("not flown: the descent was over before the strike",))
     seen = reaction(cell, evidence, machine)
     if cell.state is not State.DESCENDING and seen.outcome is Outcome.LOWERED and drives_were_late(evidence):
         return CellVerdict(cell.name, "not flown", faults=("not flown: the simulated drives were late",))

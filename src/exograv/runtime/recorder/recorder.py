@@ -163,10 +163,10 @@ class Recorder:
         self._end_hanging()
         return self._report()
 
-    def _end_hanging(self) -> None:
-        """Kill a recorder that writes nothing although ticks wait. It is replaced after it has ended."""
+    def _end_hanging(self, is_completing: bool = False) -> None:
+        """Kill a recorder that writes nothing although ticks, or the end of the file, wait. It is replaced later."""
         safe, now = self._ticks.acknowledged, time.monotonic()
-        if safe != self._safe or safe == self._ticks.written:
+        if safe != self._safe or (safe == self._ticks.written and not is_completing):
             self._safe, self._stuck_since_s = safe, None
         elif self._stuck_since_s is None:
             self._stuck_since_s = now
@@ -200,7 +200,7 @@ class Recorder:
             if self._child.await_exit(0.1):
                 self._replace()
                 self._say_end(timing)
-            self._end_hanging()
+            self._end_hanging(is_completing=True)
             if time.monotonic() > until:
                 self._child.kill()
                 self._failure = (
