@@ -270,8 +270,6 @@ def _struck_last(cells: Sequence[Cell], strikes: list[Strike], session: Session)
         has_ended = session.await_end(AFTER_GUARD_S)
     else:
         has_ended = session.await_end(GOES_ON_S if goes_on else ends_s)
-        if not has_ended and not is_running(guard):
-            has_ended = session.await_end(STOPS_S)  # Stop has nothing left to stop
     if goes_on and not has_ended:
         for each, struck in zip(cells, strikes, strict=True):
             if expected_of(each).is_replaced and (struck_t := struck.struck_t) is not None:
@@ -279,16 +277,23 @@ def _struck_last(cells: Sequence[Cell], strikes: list[Strike], session: Session)
         if any(each.process is Process.CONSOLE for each in cells):
             _note_silent_pages(cells, strikes, session)
         has_ended = session.process.poll() is not None
+    if not has_ended and not is_running(guard) and cell.process not in (Process.PARENT, Process.SESSION):
+        has_ended = session.await_end(STOPS_S)  # Stop has nothing left to stop, and a struck parent may need it
     if not has_ended:
         session.may_read.set()
         pids = session.look_at_memory()
         stopped = [] if cell.process is Process.GUARD else pids
-        if cell.fault in (Fault.CTRL_Z, Fault.STOP) and cell.process in (Process.PARENT, Process.SESSION):
+        if stands_still(cell):
             send_all(stopped, signal.SIGCONT)
         one.released_t = session.press_stop()
         has_ended = session.await_end(STOPS_S)
     session.may_read.set()
     return session.process.poll() if has_ended else None
+
+
+def stands_still(cell: Cell) -> bool:
+    """Return True if the parent stands still until it is woken."""
+    return cell.process in (Process.PARENT, Process.SESSION) and cell.fault in (Fault.CTRL_Z, Fault.STOP)
 
 
 def _note_silent_pages(cells: Sequence[Cell], strikes: list[Strike], session: Session) -> None:
