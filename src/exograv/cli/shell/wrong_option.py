@@ -161,7 +161,7 @@ def _can_be(kind: Any, text: str) -> bool:
 
 
 def _allowed(option: Option) -> str:
-    """Allowed values of an option, as the end of a sentence."""
+    """Return the allowed values of an option, as the end of a sentence."""
     kind = _element(_kinds(option)[0])
     if get_origin(kind) is Literal:
         return f"{', '.join(map(str, get_args(kind)))}."
