@@ -20,7 +20,7 @@ def test_a_value_becomes_the_ten_that_it_lies_in():
 
 
 def test_what_no_person_has_is_refused_and_not_repeated():
-    with pytest.raises(ConfigError, match="--mass is .* allowed: 15 to 250 kg, such as --mass 74") as refused:
+    with pytest.raises(ConfigError, match=r"--mass is .* allowed: 15 to 250 kg, such as --mass 74") as refused:
         band("mass", 1234.5)
     assert "1234" not in str(refused.value)
 

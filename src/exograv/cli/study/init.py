@@ -27,8 +27,6 @@ def run_init(command: Init) -> dict[str, Any]:
     settings = checked(StudySettings, AS_PUBLISHED.model_dump() | told, "--name")
     folder = begin_study(command.study, settings)
     first = next(iter(settings.groups))
-    print(
-        f"{folder.path} is a study. Fill in {folder.path / 'study.toml'}, then add a participant with the version of the consent:"
-    )
+    print(f"{folder.path} is a study. Fill in {folder.path / 'study.toml'}, then add a participant:")
     print(f"  exograv study participant {folder.path} new --group {first} --consent v1")
     return {"study": str(folder.path), "groups": list(settings.groups)}

@@ -61,8 +61,8 @@ def band(name: str, value: float | None) -> str | None:
     low, high, unit, example = RANGES[name]
     if not low <= value <= high:
         raise ConfigError(
-            f"--{name} is outside the range of people; allowed: {low} to {high} {unit}, such as --{name} {example}. The "
-            "value is personal data, so this message does not repeat it."
+            f"--{name} is outside the range of people; allowed: {low} to {high} {unit}, such as --{name} {example}. "
+            "The value is personal data, so this message does not repeat it."
         )
     first = int(value // BAND) * BAND
     return f"{first}-{first + BAND - 1}"
