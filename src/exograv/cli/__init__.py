@@ -155,7 +155,7 @@ FORMER_NAMES = {
 
 FIRST_STEPS = (
     ("exograv doctor", "check this computer", "some seconds"),
-    ("exograv demo", "identify and float a simulated arm, and write a report", "about a minute"),
+    ("exograv demo", "identify and float a simulated arm, and write a report", "half a minute"),
     ("exograv rigs", "list the machines that come with exograv", "a second"),
 )
 

@@ -17,8 +17,12 @@ it."""
 SILENT_BELOW_S = 2.0
 """Shortest duration that is announced [s]."""
 
-CALIBRATION_S, IDENTIFIED_S_PER_S, FLOATED_S = 12.0, 0.25, 8.0
-"""Calibration of the twin [s]; identification per second of motion; floating and a known weight [s]."""
+CALIBRATION_S, IDENTIFIED_S_PER_S, FLOATED_S, RUN_REPORT_S = 11.0, 0.03, 3.0, 5.5
+"""Calibration of the twin [s]; identification per second of motion; floating and a known weight; report of a run [s].
+
+Sum: the 23 s of a warm `exograv demo` on a quiet computer (docs/results/results.md); shares: the phases of one run. A
+machine with seven joints takes about twice as long: 61 against 33 s of CPU time for `demo`.
+"""
 
 WINDOW_S, VERIFIED_S, ATTEMPTS_S = 25.0, 30.0, 60.0
 """A window of a session; a verification; the attempts of a search for support [s]."""
@@ -56,12 +60,12 @@ def _prepared(options: Any) -> float:
 
 
 def _demo(options: Any) -> float:
-    return _prepared(options) + _moved(options) + FLOATED_S
+    return _prepared(options) + _moved(options) + FLOATED_S + RUN_REPORT_S
 
 
 def _moved(options: Any) -> float:
     seconds = options.seconds if options.motion != "planned" else 2.0 * options.seconds
-    return seconds if options.realtime else 5.0 + IDENTIFIED_S_PER_S * seconds
+    return seconds if options.realtime else 2.0 + IDENTIFIED_S_PER_S * seconds
 
 
 def _calibrate(options: Any) -> float | None:
@@ -173,7 +177,7 @@ DURATIONS: dict[str, Seconds] = {
     "rig calibrate": _calibrate,
     "rig self-test": _self_test,
     "rig motion": lambda options: 5.0 + min(options.seconds, 25.0 * options.starts),
-    "arm identify": lambda options: _prepared(options) + _moved(options),
+    "arm identify": lambda options: _prepared(options) + _moved(options) + RUN_REPORT_S,
     "arm identify-log": lambda options: _by_size(options, 4.0, "log"),
     "arm weigh": lambda options: _prepared(options) + 40.0,
     "arm verify": _verify,
