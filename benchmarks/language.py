@@ -110,6 +110,14 @@ def print_statistics(paths: list[Path]) -> None:
     for name, counter in (("forbidden beginning", forbidden), (f"<= {FEW_WORDS} words", short)):
         print(f"{name}: {counter.total()} of {total.total()}, {counter.total() / max(total.total(), 1):.1%}")
 
+    print(f"words of docs, without generated pages and punctuation: {words_of_docs()}")
+
+
+def words_of_docs() -> int:
+    """Return the number of words on the pages of docs; a word has a letter or a digit."""
+    pages = [path for path in (ROOT / "docs").rglob("*.md") if not {"generated", "_build"} & set(path.parts)]
+    return sum(bool(re.search(r"\w", word)) for page in pages for word in page.read_text(encoding="utf-8").split())
+
 
 def print_sample(paths: list[Path], size: int, seed: int) -> None:
     """Print random docstrings, each with file, line and name."""

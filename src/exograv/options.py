@@ -50,9 +50,13 @@ class Within:
         """
         if self.low <= value <= self.high:
             return
+        raise ConfigError(f"{flag} is {value}{self.unit}; allowed: {self.range}")
+
+    @property
+    def range(self) -> str:
+        """Allowed values, as the end of an error message."""
         end = "and above" if self.high == math.inf else f"to {self.high:g}"
-        allowed = f"{self.low:g} {end}." if self.allowed is None else self.allowed
-        raise ConfigError(f"{flag} is {value}{self.unit}; allowed: {allowed}")
+        return f"{self.low:g} {end}." if self.allowed is None else self.allowed
 
 
 @dataclass(frozen=True)

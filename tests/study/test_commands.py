@@ -108,6 +108,11 @@ def test_identities_need_a_passphrase_and_stand_beside_the_study(study: Path, mo
     assert run_identity(Identity(study=study, key_file=key))["codes"] == []
 
 
+def test_the_status_of_an_empty_study_says_how_to_add_a_participant(capsys: pytest.CaptureFixture[str]):
+    show_status(StudyStatus("Trial", False, False, (), 0, 0, {}, {}, 0))
+    assert "no participant yet. Add one: exograv study participant STUDY new" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("columns", [80, 40])
 def test_no_heading_and_no_code_of_the_status_is_cut_off(columns: int, monkeypatch: pytest.MonkeyPatch, capsys):
     monkeypatch.setenv("COLUMNS", str(columns))

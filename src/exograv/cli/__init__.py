@@ -9,7 +9,7 @@ import sys
 import tempfile
 import textwrap
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext, redirect_stdout
+from contextlib import contextmanager, nullcontext, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -155,7 +155,7 @@ FORMER_NAMES = {
 
 FIRST_STEPS = (
     ("exograv doctor", "check this computer", "some seconds"),
-    ("exograv demo", "identify and float a simulated arm, and write a report", "about a minute"),
+    ("exograv demo", "identify and float a simulated arm, and write a report", "half a minute"),
     ("exograv rigs", "list the machines that come with exograv", "a second"),
 )
 
@@ -257,15 +257,16 @@ def parsed(path: str, words: list[str]) -> Any:
 
         defaults = with_settings(Path(file), path, ACTIONS, words)
     config = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.SuppressFixed)
+    framed = io.StringIO()
     try:
-        with heeded_no_color(), wrapped_output() if set(words) & set(HELP) else nullcontext():
+        with heeded_no_color(), wrapped_output() if set(words) & set(HELP) else nullcontext(), redirect_stderr(framed):
             return tyro.cli(kind, prog=f"exograv {path}", args=words, default=defaults, config=config)
     except SystemExit as end:
         if end.code:
-            from exograv.cli.shell.unknown_option import advice
+            from exograv.cli.shell.wrong_option import missing_words, wrong_word
 
-            if sentence := advice(path, words, ACTIONS):
-                print(f"exograv: {sentence}", file=sys.stderr)
+            sentence = wrong_word(path, words, ACTIONS) or missing_words(path, words, ACTIONS, defaults)
+            print(f"exograv: {sentence}" if sentence else framed.getvalue(), file=sys.stderr)
         raise
 
 

@@ -215,11 +215,17 @@ def test_a_study_is_added_to_and_exported_by_commands(tmp_path: Path, capsys: py
     folder.table("touches").unlink()  # made again from the sources
     result = run_export(Export(study=folder.path, bids=tmp_path / "bids"))
     assert (result.sessions, result.participants, result.touches) == (2, 2, 6)
-    assert "Markers" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "Markers" in shown
+    assert "README.md describes the data set." in shown
+    assert "--no-raw" in shown
     assert problems_of(tmp_path / "bids") == []
     assert {path.name for path in (tmp_path / "bids").glob("sub-*")} == {f"sub-{code}" for code in people}
     with pytest.raises(ConfigError, match="--rate"):
         run_export(Export(study=folder.path, bids=tmp_path / "bids", rate=0.0))
+    capsys.readouterr()
+    run_export(Export(study=folder.path, bids=tmp_path / "bids", raw=False))
+    assert "--no-raw" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("is_swapped", [False, True], ids=["while writing", "while swapping"])

@@ -17,8 +17,12 @@ it."""
 SILENT_BELOW_S = 2.0
 """Shortest duration that is announced [s]."""
 
-CALIBRATION_S, IDENTIFIED_S_PER_S, FLOATED_S = 12.0, 0.25, 8.0
-"""Calibration of the twin [s]; identification per second of motion; floating and a known weight [s]."""
+CALIBRATION_S, IDENTIFIED_S_PER_S, FLOATED_S, RUN_REPORT_S = 11.0, 0.03, 3.0, 5.5
+"""Calibration of the twin [s]; identification per second of motion; floating and a known weight; report of a run [s].
+
+Sum: the 23 s of a warm `exograv demo` on a quiet computer (docs/results/results.md); shares: the phases of one run. A
+machine with seven joints takes about twice as long: 61 against 33 s of CPU time for `demo`.
+"""
 
 WINDOW_S, VERIFIED_S, ATTEMPTS_S = 25.0, 30.0, 60.0
 """A window of a session; a verification; the attempts of a search for support [s]."""
@@ -44,10 +48,11 @@ Ratio of the two by CPU time; sum by the 2.0 min of `study example --participant
 FLOWN_SESSION_S = 90.0
 """Simulated study: one session in a machine [s]."""
 
-REPORT_S, REPORT_S_PER_MB, EXPORT_S_PER_MB = 15.0, 0.05, 0.08
+REPORT_S, REPORT_S_PER_MB, EXPORT_S_PER_MB = 25.0, 0.05, 0.08
 """Report of a study: figures and page; reading of its recordings, and their export [s, s/MB].
 
-The last two are estimates: the times in docs/howto/study.md over a size that was extrapolated from ten sessions.
+The first follows from the CPU time of a report on five sessions, 34 s on a busy computer. The last two are estimates:
+the times in docs/howto/study.md over a size that was extrapolated from ten sessions.
 """
 
 
@@ -56,12 +61,12 @@ def _prepared(options: Any) -> float:
 
 
 def _demo(options: Any) -> float:
-    return _prepared(options) + _moved(options) + FLOATED_S
+    return _prepared(options) + _moved(options) + FLOATED_S + RUN_REPORT_S
 
 
 def _moved(options: Any) -> float:
     seconds = options.seconds if options.motion != "planned" else 2.0 * options.seconds
-    return seconds if options.realtime else 5.0 + IDENTIFIED_S_PER_S * seconds
+    return seconds if options.realtime else 2.0 + IDENTIFIED_S_PER_S * seconds
 
 
 def _calibrate(options: Any) -> float | None:
@@ -175,7 +180,7 @@ DURATIONS: dict[str, Seconds] = {
     "rig calibrate": _calibrate,
     "rig self-test": _self_test,
     "rig motion": lambda options: 5.0 + min(options.seconds, 25.0 * options.starts),
-    "arm identify": lambda options: _prepared(options) + _moved(options),
+    "arm identify": lambda options: _prepared(options) + _moved(options) + RUN_REPORT_S,
     "arm identify-log": lambda options: _by_size(options, 4.0, "log"),
     "arm weigh": lambda options: _prepared(options) + 40.0,
     "arm verify": _verify,

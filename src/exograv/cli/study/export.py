@@ -33,8 +33,8 @@ def run_export(command: Export) -> "ExportResult":
     from exograv.study.bids.export import export_bids
 
     with bars(FIRST_LINE_S) as progress:
-        progress("Writing the data set", 0.0)
-        result = export_bids(command.study, command.bids, command.rate, command.raw)
+        progress("Reading the study", 0.0)
+        result = export_bids(command.study, command.bids, command.rate, command.raw, progress)
     print(
         f"{result.dataset}: {result.sessions} sessions of {result.participants} participants, "
         f"{result.touches} touches, {result.motion_rows} rows of motion, {result.bytes / 1e6:.1f} MB in "
@@ -42,4 +42,9 @@ def run_export(command: Export) -> "ExportResult":
     )
     for sentence in result.not_exported:
         print(sentence)
+    print(f"{result.dataset / 'README.md'} describes the data set.")
+    if command.raw:
+        print(
+            f"Before you share it: {result.dataset / 'sourcedata'} has the wearers' body data. --no-raw leaves it out."
+        )
     return result

@@ -26,5 +26,7 @@ def run_init(command: Init) -> dict[str, Any]:
     told = {} if command.name is None else {"name": command.name}
     settings = checked(StudySettings, AS_PUBLISHED.model_dump() | told, "--name")
     folder = begin_study(command.study, settings)
-    print(f"{folder.path} is a study. Fill in study.toml, then: exograv study participant {folder.path} new --group …")
+    first = next(iter(settings.groups))
+    print(f"{folder.path} is a study. Fill in {folder.path / 'study.toml'}, then add a participant:")
+    print(f"  exograv study participant {folder.path} new --group {first} --consent v1")
     return {"study": str(folder.path), "groups": list(settings.groups)}

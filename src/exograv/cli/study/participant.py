@@ -85,8 +85,8 @@ def _new(command: Participant, folder: "StudyFolder") -> dict[str, Any]:
         "consent": command.consent,
         "age_band": band("age", command.age),
         "sex": command.sex,
-        "height_band_cm": band("height_cm", command.height),
-        "mass_band_kg": band("mass_kg", command.mass),
+        "height_band_cm": band("height", command.height),
+        "mass_band_kg": band("mass", command.mass),
         "handedness": command.hand,
     }
     with alone(folder):

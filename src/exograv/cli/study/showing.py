@@ -11,7 +11,10 @@ from exograv.study.folder.study_folder import UNFINISHED
 def show_status(status: StudyStatus) -> None:
     """Print the sessions of each participant, missing sessions, and problems."""
     console = Console()
-    console.print(_table(status, console.width))
+    if status.participants:
+        console.print(_table(status, console.width))
+    else:
+        console.print(f"{status.name} has no participant yet. {NEW_PARTICIPANT}", highlight=False, markup=False)
     if status.is_unfinished:
         console.print(UNFINISHED, highlight=False)
     for what, remark in status.remarks.items():
@@ -24,6 +27,7 @@ def show_status(status: StudyStatus) -> None:
         )
 
 
+NEW_PARTICIPANT = "Add one: exograv study participant STUDY new --group GROUP --consent VERSION"
 MISSING = "missing"
 MISSING_COLUMNS = 8
 """Smallest width of the column of missing sessions [columns]; its text is wrapped."""

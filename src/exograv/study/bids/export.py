@@ -5,7 +5,7 @@ import glob
 import os
 import secrets
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,7 +46,13 @@ class ExportResult:
     """Sentences on streams that were not exported."""
 
 
-def export_bids(study: Path, out: Path, rate_Hz: float = 100.0, with_raw: bool = True) -> ExportResult:
+Progress = Callable[[str, float], None]
+"""Function of a phase, as a text, and the share of it that is done."""
+
+
+def export_bids(
+    study: Path, out: Path, rate_Hz: float = 100.0, with_raw: bool = True, progress: Progress = lambda *_: None
+) -> ExportResult:
     """Export a study in its present state, under the lock of the study.
 
     Args:
@@ -54,6 +60,7 @@ def export_bids(study: Path, out: Path, rate_Hz: float = 100.0, with_raw: bool =
         out: Folder of the data set; an earlier export there is replaced.
         rate_Hz: Wanted rows per second of the motion; every n-th tick gives a row, with the nearest whole n.
         with_raw: Include the raw files.
+        progress: Takes the phase and the share of it that is done.
 
     Raises:
         ConfigError: The folder is no study, another command changes it, two codes have the same label, or `out` is not
@@ -63,11 +70,16 @@ def export_bids(study: Path, out: Path, rate_Hz: float = 100.0, with_raw: bool =
     folder = StudyFolder(Path(study))
     settings = read_settings(folder)
     with alone(folder):
-        return write_dataset(folder, settings, refresh(folder), Path(out), (rate_Hz, with_raw))
+        return write_dataset(folder, settings, refresh(folder), Path(out), (rate_Hz, with_raw), progress)
 
 
 def write_dataset(
-    folder: StudyFolder, settings: StudySettings, tables: Tables, out: Path, options: tuple[float, bool]
+    folder: StudyFolder,
+    settings: StudySettings,
+    tables: Tables,
+    out: Path,
+    options: tuple[float, bool],
+    progress: Progress = lambda *_: None,
 ) -> ExportResult:
     """Export a study with given tables. The caller holds the lock of the study.
 
@@ -77,6 +89,7 @@ def write_dataset(
         tables: Tables of the study.
         out: Folder of the data set.
         options: `rate_Hz` and `with_raw` of `export_bids`.
+        progress: `progress` of `export_bids`.
 
     Raises:
         ConfigError: As for `export_bids`.
@@ -90,11 +103,13 @@ def write_dataset(
     subjects, protocols = _labels(tables)
     with _in_place_of(out, folder) as root:
         rows, left = 0, list[str]()
-        for session in sessions_of(tables):
+        for number, session in enumerate(sessions_of(tables)):
+            progress("Writing the sessions", number / len(tables.sessions))
             row = session.session
             place = SessionPlace(subjects[row["participant"]], f"{protocols[row['protocol']]}{row['session']:02d}")
             more, not_exported = _write_one(folder, root, place, session, options)
             rows, left = rows + more, [*left, *not_exported]
+        progress("Writing the tables and check sums", 0.0)
         PageContent(settings, tables, subjects, with_raw, left).write(root)
         for name in TABLES:
             shutil.copyfile(folder.table(name), root / TIDY / f"{name}.parquet")

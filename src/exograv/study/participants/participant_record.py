@@ -20,8 +20,8 @@ Hand = Literal["right", "left", "both"]
 BAND = 10
 """Width of a band [years, cm, kg]."""
 
-RANGES = {"age": (5, 110), "height_cm": (80, 230), "mass_kg": (15, 250)}
-"""Smallest and largest value that is accepted for a person, by quantity."""
+RANGES = {"age": (5, 110, "years", 34), "height": (80, 230, "cm", 178), "mass": (15, 250, "kg", 74)}
+"""Smallest and largest value that is accepted for a person, its unit, and an example, by option."""
 
 
 class ParticipantRow(Settings):
@@ -58,10 +58,11 @@ def band(name: str, value: float | None) -> str | None:
     """
     if value is None:
         return None
-    low, high = RANGES[name]
+    low, high, unit, example = RANGES[name]
     if not low <= value <= high:
         raise ConfigError(
-            f"The value given for {name} is outside the range of people, {low} to {high}. Check its unit."
+            f"--{name} is outside the range of people; allowed: {low} to {high} {unit}, such as --{name} {example}. "
+            "The value is personal data, so this message does not repeat it."
         )
     first = int(value // BAND) * BAND
     return f"{first}-{first + BAND - 1}"
