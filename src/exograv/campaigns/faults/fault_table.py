@@ -106,7 +106,7 @@ _FAULTS = (
     Fault("control", of_control.WrongTorque),
 )  # fmt: skip
 
-LIES = (*MOVED, STOP.MODEL_LOST, STOP.ENCODERS_PART, STOP.ENCODER_JUMPED, STOP.ASTRAY)
+LIES = (*MOVED, STOP.DRIFTED, STOP.MODEL_LOST, STOP.ENCODERS_PART, STOP.ENCODER_JUMPED, STOP.ASTRAY)
 """Reasons of a stop after a slow change of the machine or of the arm in it."""
 
 FROZEN = (STOP.MACHINE_SILENT, STOP.ENCODER_DEAD, STOP.ENCODERS_PART, STOP.TORQUE_WRONG)

@@ -7,7 +7,7 @@ import numpy as np
 from exograv.runtime.recorder.recorder_process import Inlet
 from exograv.safety.limits import PersonLimits
 
-RESET, STOP_PRESSED, ASTRAY, TOLD_PERSON, TOLD_LEVEL = 1, 2, 4, 8, 16
+RESET, STOP_PRESSED, ASTRAY, TOLD_PERSON, TOLD_LEVEL, DRIFTED = 1, 2, 4, 8, 16, 32
 """Bits of `acts` in a recorded tick, in the order in which the acts come between two ticks."""
 
 EVENT_SHIFT = 8
