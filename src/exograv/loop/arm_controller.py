@@ -89,6 +89,11 @@ class ArmController:
         return self._handover.x
 
     @property
+    def z(self) -> Float[np.ndarray, " freedom"]:
+        """Angles of the arm in its cuffs in the last step [rad]."""
+        return self._tick.z
+
+    @property
     def carried(self) -> parameters.Parameters:
         """Parameters of the arm with the payload in force, as a machine that carries both in full feels them."""
         x = self._handover.x.copy()

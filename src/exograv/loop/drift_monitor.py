@@ -4,9 +4,6 @@ Every driver of a control step feeds it: the pilot in lock-step, control's proce
 fault campaign. It has no access to the guard. Its finding is a value, and its caller lets the arm down.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
 import numpy as np
 from jaxtyping import Bool
 
@@ -20,6 +17,7 @@ from exograv.identification.drift.arm_scale import CHECK_S, ArmScale, ScaleCheck
 from exograv.identification.drift.residual_test import Bound, ResidualTest
 
 from .arm_controller import ArmController
+from .drift_finding import ALL_JOINTS, ONE_JOINT, OTHER_ARM, DriftFinding
 
 Joints = np.ndarray
 
@@ -44,35 +42,6 @@ BLUR_RAD_S = 0.05
 
 STOP_NEAR_RAD = np.deg2rad(3.0)
 """Distance from a joint's stop within which the stop may carry a part of the torque [rad]."""
-
-
-@dataclass(frozen=True)
-class DriftFinding:
-    """Finding of the monitor."""
-
-    joint: int
-    residual_Nm: float
-    """Mean of measured torque minus torque of the model since the residual became too large [N·m]."""
-
-    stops: bool
-    """True if the arm has to come down; False if the operator is told only."""
-
-    cause: str
-    """Likely cause, as a clause for the operator."""
-
-    def text(self, joints: Sequence[str]) -> str:
-        """Return the sentence for the operator."""
-        verb = "The arm comes down" if self.stops else "Watch the arm"
-        return (
-            f"{verb}: the torque at {joints[self.joint]} differs from the model by {self.residual_Nm:+.1f} N·m and "
-            f"more motion does not explain it. Likely cause: {self.cause}."
-        )
-
-
-ONE_JOINT = "the motor or the encoders of this joint"
-OTHER_ARM = "another person's file, or a weight in the hand"
-ALL_JOINTS = "a tilted base, a cuff that has moved, or a wearer who pushes"
-"""Likely causes, by the joints at which the residual is large."""
 
 
 class DriftMonitor:
@@ -106,7 +75,7 @@ class DriftMonitor:
         self._ticks = max(round(PERIOD_S / period_s), 1)
         self._sums, self._count = np.zeros((2, assembly.n)), 0
         self._means: list[np.ndarray] = []
-        self._waits_s, self._x = SETTLES_S, controller.x
+        self._waits_s, self._is_closed = SETTLES_S, False
         self.finding: DriftFinding | None = None
         """Last finding; None if there was none. A descent follows a message, never the other way round."""
         self.check: ScaleCheck | None = None
@@ -127,10 +96,15 @@ class DriftMonitor:
     def restart(self) -> None:
         """Begin a new motion, after a stop or a gap in the measurements."""
         self._sums[:], self._count, self._means = 0.0, 0, []
-        self._model.restart()
+        self._is_closed = False
         self._test.restart()
         self._scale.restart()
-        self._waits_s = SETTLES_S
+        self._waits_s, self.finding = SETTLES_S, None
+
+    def rehearse(self, q: Joints) -> None:
+        """Run the code of a sample at the posture `q` [rad] once. The first run is slower than a tick."""
+        self._judge(Sample(0.0, q.copy(), np.zeros_like(q), np.zeros_like(q), np.zeros_like(q)))
+        self.restart()
 
     @property
     def _dt(self) -> float:
@@ -154,6 +128,9 @@ class DriftMonitor:
 
     def _judge(self, sample: Sample) -> DriftFinding | None:
         x = self.controller.carried
+        if not self._is_closed:
+            self._model.continue_at(sample.q, self.controller.z)
+            self._is_closed = True
         expected, D = self._model.linearise(sample, x)
         residual = sample.tau - expected
         sd = np.sqrt(np.einsum("ij,jk,ik->i", D, self._covariance, D) + self._unmodelled**2)

@@ -6,7 +6,7 @@ from pathlib import Path
 from exograv.safety.envelope import Envelope
 from exograv.safety.stops import StopReason
 
-from .drift_monitor import DriftFinding
+from .drift_finding import DriftFinding
 
 TEST_AGAIN = "Run `exograv rig self-test` before the machine is worn again."
 
