@@ -312,7 +312,14 @@ def _float_and_weigh(
     with_weight[parameters.ParameterLayout.of(assembly).phi] += held_weight(assembly.arm, weighing.mass)
     ignored, compensated = (rounded(examination.score(x, mass).total) for x in (found.last.x, with_weight))
     float_arm(
-        pilot, controller, posture, options.gravity_level, FLOAT_S / 2, "float with weight", found.last.covariance, model
+        pilot,
+        controller,
+        posture,
+        options.gravity_level,
+        FLOAT_S / 2,
+        "float with weight",
+        found.last.covariance,
+        model,
     )
     return FloatedArm(
         FloatFigures(options.gravity_level, rounded(drift.drift_deg), drift.window_s),

@@ -140,8 +140,7 @@ class Pilot:
                     moment = self._tick(controller, reference, guide)
                 if listener is not None and moment is not None:
                     listener(moment)
-                if moment is not None and self.drift is not None and self.drift.controller is controller:
-                    self._look_for_drift(self.drift, moment)
+                self._look_for_drift(controller, moment)
                 if interrupt.has_come:
                     self.guard.press_stop()
                 if self.envelope.stop is not None:
@@ -272,8 +271,11 @@ class Pilot:
             return 0
         return DRIFTED if self.envelope.stop is StopReason.DRIFTED else ASTRAY
 
-    def _look_for_drift(self, drift: DriftMonitor, moment: TickSample) -> None:
+    def _look_for_drift(self, controller: Controller, moment: TickSample | None) -> None:
         """Tell the operator about a new finding of the drift monitor, and let the arm down if it has to."""
+        drift = self.drift
+        if drift is None or moment is None or drift.controller is not controller or self.envelope.stop is not None:
+            return
         finding = drift.take(moment.state.q, moment.tau_measured)
         if finding is None:
             return

@@ -44,8 +44,7 @@ def stopped_text(
     if reason is StopReason.DRIFTED and drift is not None:
         values = f" {drift.text(joints)}"
     return (
-        f"The run was stopped: {reason.value}{values} The arm was let down softly.{kept} "
-        f"{NEXT.get(reason, TEST_AGAIN)}"
+        f"The run was stopped: {reason.value}{values} The arm was let down softly.{kept} {NEXT.get(reason, TEST_AGAIN)}"
     )
 
 

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from exograv.loop.drift_monitor import DriftMonitor
 from exograv.loop.control_step import NO_MEASUREMENT, ControlStep, Decision
+from exograv.loop.drift_monitor import DriftMonitor
 from exograv.loop.output_feedback import OutputFeedback
 from exograv.rig.twin import TwinDivergedError
 from exograv.safety.envelope import Envelope

@@ -9,9 +9,10 @@ from exograv.identification.core.noise import Noise
 
 from .alarm_rate import Joints, threshold_of, variance_rate
 
-SURE_SD = 3.0
-"""Multiple of the model's standard deviation that counts as known [-]. An error of the model lasts, so no time averages
-it; three standard deviations leave out one wearer in 400."""
+SURE_SD = 2.0
+"""Multiple of the model's standard deviation that is not added up [-]. An error of the model lasts, so no time averages
+it. An error beyond two standard deviations raises the rate of false alarms, and one beyond that and the bound gives an
+alarm in any case: with the smallest bound, that is four standard deviations of a usual arm."""
 
 BLOCK_S = 1.0
 """Duration of the means from which the size of the wearer's slow torque is estimated [s]."""
@@ -44,7 +45,7 @@ class ResidualTest:
         self._sums = np.zeros((len(bounds), 2, joints))
         self._since_s, self._total = np.zeros((2, joints)), np.zeros((2, joints))
         self._variance, self._weight = noise.disturbance_sd**2, USUAL_BLOCKS
-        self._block, self._block_s, self._before = np.zeros(joints), 0.0, None
+        self._block, self._block_s, self._before = np.zeros((2, joints)), 0.0, None
         self._set_thresholds()
 
     @property
@@ -104,16 +105,20 @@ class ResidualTest:
         self._total = np.where(runs, self._total + dt * signed, 0.0)
 
     def _measure(self, dt: float, residual: Joints) -> None:
-        """Estimate the size of the slow torque from differences of means, which a lasting residual does not change."""
-        self._block += dt * residual
+        """Estimate the size of the slow torque from differences of means, which a lasting residual does not change.
+
+        A wearer who pushes quickly also pushes slowly: the slow torque is no smaller than the changes within a block.
+        """
+        self._block += dt * np.array([residual, residual**2])
         self._block_s += dt
         if self._block_s < BLOCK_S - 0.5 * dt:
             return
-        mean, before = self._block / self._block_s, self._before
-        self._before, self._block, self._block_s = mean, np.zeros_like(mean), 0.0
+        (mean, square), before = self._block / self._block_s, self._before
+        self._before, self._block, self._block_s = mean, np.zeros_like(self._block), 0.0
         if before is None:
             return
         own = (mean - before) ** 2 / difference_share(BLOCK_S / self._noise.disturbance_correlation_s)
+        own = np.maximum(own, square - mean**2)
         keeps = np.exp(-BLOCK_S / MEMORY_S)
         usual = self._noise.disturbance_sd**2
         self._weight = min(self._weight + 1.0, 1.0 / (1.0 - keeps))
