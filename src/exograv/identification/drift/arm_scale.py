@@ -30,10 +30,14 @@ class ScaleCheck:
     sd: float
     """Standard error of `excess` [-]."""
 
+    hidden: float
+    """Share of the arm's weight that friction may carry [-]. At rest it is the same in all seconds, so no time averages
+    it."""
+
     @property
     def is_contradicted(self) -> bool:
         """True if the arm is clearly heavier or lighter than its file."""
-        return abs(self.excess) > SURE * self.sd
+        return abs(self.excess) > SURE * self.sd + self.hidden
 
 
 class ArmScale:
@@ -76,7 +80,8 @@ class ArmScale:
         variance = slow + mean_friction**2 / 3.0
         self._information += float((mean_arm**2 / variance).sum())
         self._weighted += float((mean_arm * mean_residual / variance).sum())
-        self._own += float((mean_arm * mean_sd / variance).sum())
+        self._own += float((np.abs(mean_arm) * mean_sd / variance).sum())
+        self._stuck += float((np.abs(mean_arm) * mean_friction / variance).sum())
         self._squares += float((mean_residual**2 / variance).sum())
         self._count += len(variance)
         self._relaxed_s += BLOCK_S
@@ -87,10 +92,10 @@ class ArmScale:
         unexplained = (self._squares - self._weighted**2 / information) / max(self._count - 1, 1)
         own = self._own / information  # the model's error is the same in all rows, with the worst signs
         sd = float(np.hypot(np.sqrt(max(unexplained, 1.0) / information), own))
-        result = ScaleCheck(-self._weighted / information, sd)
+        result = ScaleCheck(-self._weighted / information, sd, self._stuck / information)
         self._begin()
         return result
 
     def _begin(self) -> None:
         self._information = self._weighted = self._own = self._squares = self._relaxed_s = 0.0
-        self._count = 0
+        self._stuck, self._count = 0.0, 0
