@@ -79,7 +79,7 @@ class DriftMonitor:
         self._means: list[np.ndarray] = []
         self._waits_s, self._is_closed = SETTLES_S, False
         self.finding: DriftFinding | None = None
-        """Last finding; None if there was none. A descent follows a message, never the other way round."""
+        """Last finding; None if there was none."""
         self.check: ScaleCheck | None = None
         """Result of the last re-check of the arm's weight; None before the first."""
 
@@ -139,12 +139,12 @@ class DriftMonitor:
         friction = self._friction(sample, expected, x)
         if self._waits_s > 0.0:
             return None
-        test, dt = self._test, self._dt
-        test.take(dt, residual, friction, sd, self._may_rise(sample.q))
+        test, dt, may_rise = self._test, self._dt, self._may_rise(sample.q)
+        test.take(dt, residual, friction, sd, may_rise)
         arm = D[:, self._layout.phi] @ x[self._layout.phi]
-        check = self._scale.take(dt, residual, arm, friction, sd, test.scale)
+        check = self._scale.take(dt, residual, arm, np.where(may_rise.all(axis=0), friction, np.inf), sd, test.scale)
         self.check = check or self.check
-        return self._found(check)
+        return self._found(check, arm)
 
     def _friction(self, sample: Sample, expected: Joints, x: np.ndarray) -> Joints:
         """Return the torque that friction may hide at this speed (joint,) [N·m]; infinite near a singular posture."""
@@ -158,22 +158,23 @@ class DriftMonitor:
         """Return False where a joint's stop may push: up from the lower stop, down from the upper one."""
         return np.array([q < self._upper - STOP_NEAR_RAD, q > self._lower + STOP_NEAR_RAD])
 
-    def _found(self, check: ScaleCheck | None) -> DriftFinding | None:
+    def _found(self, check: ScaleCheck | None, arm: Joints) -> DriftFinding | None:
+        """Return a finding that is new. A descent may follow a message, and nothing follows a descent."""
         known = self.finding
         if known is not None and known.stops:
             return None
-        joint, stops = self._test.beyond(1), True
-        if joint is None and check is not None and check.is_contradicted:
-            joint = int(np.abs(self._test.means() / self._large).argmax())
-        if joint is None and known is None:
-            joint, stops = self._test.beyond(0), False
-        if joint is None:
+        if (joint := self._test.beyond(1)) is not None:
+            found = DriftFinding(joint, self._test.mean(joint), True, self._cause())
+        elif check is not None and check.is_contradicted:
+            joint = int(np.abs(arm).argmax())
+            found = DriftFinding(joint, float(-check.excess * arm[joint]), True, OTHER_ARM)
+        elif known is None and (joint := self._test.beyond(0)) is not None:
+            found = DriftFinding(joint, self._test.mean(joint), False, self._cause())
+        else:
             return None
-        self.finding = DriftFinding(joint, self._test.mean(joint), stops, self._cause())
-        return self.finding
+        self.finding = found
+        return found
 
     def _cause(self) -> str:
-        if self.check is not None and self.check.is_contradicted:
-            return OTHER_ARM
         large = np.abs(self._test.means()) > 2.0 * self._told
         return ONE_JOINT if large.sum() <= 1 else ALL_JOINTS
