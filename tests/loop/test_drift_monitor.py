@@ -1,4 +1,4 @@
-"""The drift monitor of a pilot lets down an arm that its file does not fit, tells about slow lies, and else is silent."""
+"""The drift monitor lets down an arm that its file does not fit, tells about slow lies, and is silent otherwise."""
 
 from collections.abc import Callable
 from pathlib import Path
