@@ -30,6 +30,12 @@ def test_the_right_file_is_not_contradicted_in_half_an_hour():
     assert 0.3 < z.std() < 1.0  # the interval is not too small, and no more than three times too large
 
 
+def test_each_result_is_surer_than_the_one_before_while_the_arm_stays_the_same():
+    sd = [one.sd for one in checks(0.0, 4 * CHECK_S)]
+    assert sd == sorted(sd, reverse=True)
+    assert sd[-1] < 0.8 * sd[0]
+
+
 @pytest.mark.parametrize("excess", [-0.4, 0.4])
 def test_an_arm_of_another_weight_is_found_in_one_check(excess: float):
     found = [checks(excess, CHECK_S, seed=seed)[0] for seed in range(10)]

@@ -13,8 +13,11 @@ BLOCK_S = 1.0
 """Duration of the means that enter as one row [s]."""
 
 CHECK_S = 15.0
-"""Time after which a check ends and the next begins [s]. With the two seconds before it, another person's file is found
+"""Time of a relaxed wearer between two results [s]. With the two seconds before it, another person's file is found
 within the 20 s of its budget (docs/explanation/safety.md, F48)."""
+
+KEEPS = 0.78
+"""Weight of earlier seconds in the next result [-]: a memory of a minute."""
 
 SURE = 4.6
 """Standard errors by which the arm's weight must differ [-]: once in 240 000 checks, or in 1000 h, by chance."""
@@ -46,13 +49,14 @@ class ArmScale:
     def __init__(self, noise: Noise):
         """Begin the first check."""
         self._noise = noise
+        self._sums = np.zeros(6)
         self._rows, self._seconds = np.zeros((4, len(noise.sd))), 0.0
-        self._begin()
+        self._relaxed_s = 0.0
 
     def restart(self) -> None:
         """Drop the present check, for example after a gap."""
         self._rows[:], self._seconds = 0.0, 0.0
-        self._begin()
+        self._sums[:], self._relaxed_s = 0.0, 0.0
 
     def take(
         self, dt: float, residual: Joints, arm: Joints, friction: Joints, sd: Joints, scale: Joints
@@ -78,24 +82,21 @@ class ArmScale:
         # A mean of the slow torque repeats the ones before: its variance counts as that of independent means.
         slow = 2.0 * (scale * self._noise.disturbance_sd) ** 2 * self._noise.disturbance_correlation_s / BLOCK_S
         variance = slow + mean_friction**2 / 3.0
-        self._information += float((mean_arm**2 / variance).sum())
-        self._weighted += float((mean_arm * mean_residual / variance).sum())
-        self._own += float((np.abs(mean_arm) * mean_sd / variance).sum())
-        self._stuck += float((np.abs(mean_arm) * mean_friction / variance).sum())
-        self._squares += float((mean_residual**2 / variance).sum())
-        self._count += len(variance)
+        own, stuck = np.abs(mean_arm) * mean_sd, np.abs(mean_arm) * mean_friction
+        rows = np.array([mean_arm**2, mean_arm * mean_residual, own, stuck, mean_residual**2, variance])
+        self._sums += (rows / variance).sum(axis=1)
         self._relaxed_s += BLOCK_S
         if self._relaxed_s < CHECK_S - 0.5:
             return None
-        information = max(self._information, 1e-9)
-        # A wearer who pushes at one joint is no heavier arm: what the weight does not explain widens the interval.
-        unexplained = (self._squares - self._weighted**2 / information) / max(self._count - 1, 1)
-        own = self._own / information  # the model's error is the same in all rows, with the worst signs
-        sd = float(np.hypot(np.sqrt(max(unexplained, 1.0) / information), own))
-        result = ScaleCheck(-self._weighted / information, sd, self._stuck / information)
-        self._begin()
+        result = self._result()
+        self._sums *= KEEPS
+        self._relaxed_s = 0.0
         return result
 
-    def _begin(self) -> None:
-        self._information = self._weighted = self._own = self._squares = self._relaxed_s = 0.0
-        self._stuck, self._count = 0.0, 0
+    def _result(self) -> ScaleCheck:
+        information, weighted, own, stuck, squares, count = self._sums
+        # A wearer who pushes at one joint is no heavier arm: what the weight does not explain widens the interval.
+        unexplained = (squares - weighted**2 / information) / max(count - 1.0, 1.0)
+        # Errors of the model are the same in all rows, with the worst signs.
+        sd = np.hypot(np.sqrt(max(unexplained, 1.0) / information), own / information)
+        return ScaleCheck(float(-weighted / information), float(sd), float(stuck / information))

@@ -20,6 +20,10 @@ BLOCK_S = 1.0
 MEMORY_S = 60.0
 """Time constant of that estimate [s]."""
 
+BURST = 4.0
+"""Largest squared difference in that estimate over its present value [-]. An arm that falls once by a fault is no
+restless wearer."""
+
 USUAL_BLOCKS = 10.0
 """Weight of the assumed size in that estimate, as a number of blocks [-]."""
 
@@ -118,7 +122,7 @@ class ResidualTest:
         if before is None:
             return
         own = (mean - before) ** 2 / difference_share(BLOCK_S / self._noise.disturbance_correlation_s)
-        own = np.maximum(own, square - mean**2)
+        own = np.minimum(np.maximum(own, square - mean**2), BURST * self._variance)
         keeps = np.exp(-BLOCK_S / MEMORY_S)
         usual = self._noise.disturbance_sd**2
         self._weight = min(self._weight + 1.0, 1.0 / (1.0 - keeps))
