@@ -12,7 +12,7 @@ from exograv.errors import RigError
 from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.arm_controller import ArmController
-from exograv.loop.drift_finding import CAUSES, DriftFinding
+from exograv.loop.drift_finding import ALL_JOINTS, CAUSES, ONE_JOINT, DriftFinding
 from exograv.loop.drift_monitor import DriftMonitor
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot
@@ -88,23 +88,25 @@ def test_another_persons_file_lets_the_arm_down_and_the_recording_says_why(tmp_p
 
 
 def tilt(floating: Floating) -> None:
-    floating.twin.fly(np.array([0.0, np.sin(np.deg2rad(10.0)), np.cos(np.deg2rad(10.0))]))
+    floating.twin.fly(np.array([np.sin(np.deg2rad(10.0)), 0.0, np.cos(np.deg2rad(10.0))]))
 
 
-def weaken(floating: Floating) -> None:
-    floating.twin.turn_motor(0, 0.6)
+def push(floating: Floating) -> None:
+    floating.twin.tau_voluntary[0] += 1.5  # as a motor of the shoulder that gives more torque than its current says
 
 
-@pytest.mark.parametrize("lie", [tilt, weaken])
-def test_a_lie_of_the_machine_that_moves_the_arm_is_told(lie: Callable[[Floating], None]):
+@pytest.mark.parametrize(("lie", "cause", "size_Nm"), [(tilt, ALL_JOINTS, 1.4), (push, ONE_JOINT, -1.5)])
+def test_a_lie_that_moves_the_arm_is_told_within_a_minute_with_joint_size_and_cause(
+    lie: Callable[[Floating], None], cause: str, size_Nm: float
+):
     floating = Floating()
     floating.fly(5.0)
     lie(floating)
-    try:
-        floating.fly(55.0)
-    except RigError:
-        assert floating.pilot.envelope.stop is StopReason.DRIFTED
-    assert floating.monitor.finding is not None
+    floating.fly(50.0)
+    finding = floating.monitor.finding
+    assert finding is not None
+    assert (finding.joint, finding.cause) == (0, cause)
+    assert finding.residual_Nm == pytest.approx(size_Nm, abs=0.3)
 
 
 @pytest.mark.parametrize(("arm_share", "gravity_level"), [(0.5, 0.0), (1.0, 0.5)])
