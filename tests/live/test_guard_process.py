@@ -12,6 +12,7 @@ from exograv.live.guard_process import LOST_AFTER, GuardLoop
 from exograv.recording.encoding import tick_dtype
 from exograv.rig.drive_status import DriveStatus
 from exograv.runtime.control_loop.exchange import (
+    DRIFTED,
     STOP_PRESSED,
     TOLD_LEVEL,
     Channels,
@@ -295,3 +296,26 @@ def test_a_machine_that_cannot_be_read_after_an_error_ends_the_run(table: Table,
         assert not table.tick(answers=True)
     with pytest.raises(OSError, match="no network"):
         table.tick(answers=True)
+
+
+def test_a_finding_of_the_drift_monitor_is_recorded_once_and_a_large_one_lowers_the_arm(table: Table):
+    for level in (0, 1, 1, 1):
+        table._row["drift"], table._row["drift_Nm"] = level, 0.6
+        table.tick(answers=True)
+    assert table.guard.envelope.stop is None
+    table._row["drift"], table._row["drift_Nm"] = 2, 2.4
+    for _ in range(5):
+        table.tick(answers=True)
+    assert table.guard.envelope.stop is StopReason.DRIFTED
+    told = [row["text"].decode() for row in table.guarding._events.take() if row["kind"] == b"warning"]
+    assert [size for size in ("+0.6 N", "+2.4 N") if size in " ".join(told)] == ["+0.6 N", "+2.4 N"]
+    assert len(told) == 2
+    assert np.count_nonzero(table.guarding._ticks.take()["acts"] & DRIFTED) == 1
+
+
+def test_a_finding_at_a_joint_that_does_not_exist_changes_nothing(table: Table):
+    table._row["drift"], table._row["drift_joint"] = 2, 7
+    for _ in range(5):
+        table.tick(answers=True)
+    assert table.guard.envelope.stop is None
+    assert not table.guarding.failure

@@ -14,6 +14,7 @@ from exograv.live.native.record import HAPPENINGS, ORDERS, Happening, HappeningP
 from exograv.rig.drives.udp.layout import Type
 from exograv.rig.drives.udp.native import record as udp_record
 from exograv.rig.drives.udp.packets import Packet, decode
+from exograv.runtime.control_loop.exchange import DRIFTED
 from exograv.safety.guard import WINDOW_MS
 from exograv.safety.native import build, core
 from exograv.safety.native.library import LIBRARY
@@ -309,3 +310,22 @@ def test_the_loop_in_c_runs_only_what_it_knows(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.undo()
     with side(calm(10), None) as one:
         assert native_guard.native_guard(one.job, one.lines[0], one.made) is None  # type: ignore[arg-type]
+
+
+@needs_loop
+def test_the_supervisor_passes_a_large_finding_of_the_drift_monitor_on_and_the_loop_lowers_the_arm():
+    with flown(calm(TICKS)) as native:
+        guarding, row = native.guarding, native.side._row
+        row["drift"], row["drift_joint"], row["drift_Nm"] = 1, 2, 0.6
+        for period, level in enumerate((1, 1, 2, 2, 2)):
+            row["drift"] = level
+            tick(native, period)
+            guarding._look_for_drift()
+            while guarding._waiting:
+                assert native.library.loop_order(guarding.loop, guarding._waiting.popleft())
+            if level == 1:
+                assert stop_of(native) is None
+        assert stop_of(native) is StopReason.DRIFTED
+        told = [event for event in native.side.events.take() if event["kind"] == b"warning"]
+        assert len(told) == 2
+        assert np.count_nonzero(native.side.ticks.take()["acts"] & DRIFTED) == 1

@@ -191,7 +191,10 @@ class Twin:
                 worn.limit_to_person()
             lower, upper = self.rig.workspace
             alone_s = plan.seconds if plan.law is None else BEFORE_LAW_S
-            drift = float_arm(worn.pilot, worn.controller, 0.5 * (lower + upper), plan.gravity_level, alone_s)
+            middle = 0.5 * (lower + upper)
+            drift = float_arm(
+                worn.pilot, worn.controller, middle, plan.gravity_level, alone_s, covariance=estimate.covariance
+            )
             if plan.law is not None:
                 self._fly_law(worn, plan.law, plan.seconds)
         truth = worn.examination().score(estimate.x).total

@@ -297,7 +297,9 @@ def _float_and_weigh(
     options, description = run.options, run.laboratory.description
     lower, upper = description.workspace
     posture = 0.5 * (lower + upper)
-    drift: Drift = float_arm(pilot, controller, posture, options.gravity_level, FLOAT_S)
+    drift: Drift = float_arm(
+        pilot, controller, posture, options.gravity_level, FLOAT_S, covariance=found.last.covariance, model=model
+    )
     mass = float(np.random.default_rng([options.seed, 9]).uniform(*WEIGHT_KG))
     pilot.begin(WEIGHING)
 
@@ -309,7 +311,16 @@ def _float_and_weigh(
     assembly = controller.assembly
     with_weight[parameters.ParameterLayout.of(assembly).phi] += held_weight(assembly.arm, weighing.mass)
     ignored, compensated = (rounded(examination.score(x, mass).total) for x in (found.last.x, with_weight))
-    float_arm(pilot, controller, posture, options.gravity_level, FLOAT_S / 2, "float with weight")
+    float_arm(
+        pilot,
+        controller,
+        posture,
+        options.gravity_level,
+        FLOAT_S / 2,
+        "float with weight",
+        found.last.covariance,
+        model,
+    )
     return FloatedArm(
         FloatFigures(options.gravity_level, rounded(drift.drift_deg), drift.window_s),
         HandWeight(WeightRow.of(round(mass, 4), weighing), PayloadLeftOver(ignored, compensated)),

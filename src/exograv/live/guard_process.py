@@ -11,12 +11,13 @@ from multiprocessing.connection import Connection
 import numpy as np
 
 from exograv.loop.control_step import ControlStep
+from exograv.loop.drift_finding import DriftFinding
 from exograv.recording.encoding import tick_dtype
 from exograv.rig import Powered, Rig, may_be_worn
 from exograv.runtime.clock.real_time_loop import run_loop
 from exograv.runtime.clock.realtime import GUARD_PRIORITY, PRIORITY, Rights, realtime
 from exograv.runtime.clock.timing import Timing
-from exograv.runtime.control_loop.exchange import UNANSWERED, answer_dtype, state_dtype
+from exograv.runtime.control_loop.exchange import DRIFTED, UNANSWERED, answer_dtype, state_dtype
 from exograv.runtime.control_loop.guard_commands import GuardCommands, GuardInbox
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.runtime.recorder.recorder_process import PHASE, event
@@ -104,7 +105,7 @@ class GuardLoop:
         self._modes: list[tuple[str, float]] = []
         self._unanswered = self._silent = self._started_ns = 0
         self._has_begun = self._was_stopped = False
-        self._lost, self.failure = 0, ""
+        self._lost, self.failure, self._drift_known = 0, "", 0
         # A latch of a real machine ends the run: the operator inspects the machine and repeats its self-test first.
         self._ends_stopped = may_be_worn(self.rig)
         self._resets = not (self._ends_stopped or job.is_steered)
@@ -183,6 +184,8 @@ class GuardLoop:
         self._safe_state = decision.safe_state
         self._look_for_stops(period, now, decision.stop)
         self._record(period, now, state, command.tau, answer, woken)
+        if answer is not None:
+            self._look_for_drift(now, answer)
         # Control must answer before the latch is reset: a missing control cannot carry the arm.
         if self._was_stopped and self._resets and not self.hearing.is_asked_to_end and answer is not None:
             self.hearing.reset(now, "The virtual operator has reset the latch.")
@@ -245,6 +248,16 @@ class GuardLoop:
             self._announce(name)
             if text := self._job.notes.get(name):
                 self._note(now, text)
+
+    def _look_for_drift(self, now: float, answer: np.void) -> None:
+        """Record a new finding of control's drift monitor, and let the arm down if it has to."""
+        before, self._drift_known = self._drift_known, int(answer["drift"])
+        if self._drift_known <= before or (finding := DriftFinding.of_answer(answer)) is None:
+            return
+        self._events.put(event(now, "warning", finding.text(self.rig.joints)))
+        if finding.stops:
+            self._guard.envelope.trip(StopReason.DRIFTED)
+            self.hearing.acts |= DRIFTED
 
     def _note(self, now: float, text: str) -> None:
         self._events.put(event(now, "note", text))

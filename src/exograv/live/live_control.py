@@ -7,7 +7,10 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from exograv.identification.core.arm_model import ArmModel
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.drift_finding import CAUSES
+from exograv.loop.drift_monitor import DriftMonitor
 from exograv.loop.machine_limits import limits
 from exograv.loop.output_feedback import OutputFeedback
 from exograv.loop.phases import FLOATING, IDENTIFICATION, next_drive
@@ -123,6 +126,7 @@ class LiveControl:
         self._publishes_later, self._found = publishes_later, None
         self._is_steered, self._is_first, self._gravity_level = is_steered, is_first, gravity_level
         self._controller = ArmController(prepared.assembly, prepared.machine, prepared.x, period_s)
+        self._model, self._covariance = ArmModel(prepared.assembly, prepared.machine), prepared.covariance
         self._still, self._period_s = np.zeros(prepared.assembly.n), period_s
         self._lesson = lesson.lesson() if isinstance(lesson, LiveIdentificationPlan) else lesson
         self._actuators = prepared.machine.actuators
@@ -142,6 +146,7 @@ class LiveControl:
             self.answer(state, row)
             self.afterwards()
         self._controller.publish(self._controller.x.copy(), state["q"].copy())
+        self._drift.rehearse(state["q"])
         np.linalg.eigvalsh(np.eye(4) + 0.1)
         if self._lesson is not None:
             self._lesson.prepare(state["q"].copy())
@@ -156,6 +161,7 @@ class LiveControl:
         self._controller = self._controller.again(self._controller.x)
         self._controller.mode.gravity_level = self._gravity_level
         self._controller.mode.arm_share = self._modes.arm_share
+        self._drift = DriftMonitor(self._controller, self._covariance, self._period_s, self._model)
         self._feedback = OutputFeedback(len(self._still), self._period_s, self._controller)
         self._feedback.guide = self._guide
 
@@ -174,12 +180,24 @@ class LiveControl:
         row["q_reference"] = reference.q if self._controller.mode.drive else np.nan
         row["slope"], row["mode"] = self._controller.closure_slope, MODES.index(self.mode)
         row["findings"] = 0 if self._lesson is None else self._lesson.findings
+        drift = self._drift.finding
+        row["drift"] = 0 if drift is None else drift.level
+        if drift is not None:
+            row["drift_joint"], row["drift_Nm"] = drift.joint, drift.residual_Nm
+            row["drift_cause"] = CAUSES.index(drift.cause)
         row["drive"], row["gravity_level"], row["arm_share"] = astuple(self._controller.mode)
         if self._lesson is not None and self.mode is Mode.MOVING:
             self._lesson.told(float(state["now"]), state["q"], self._actuators.torque(state["current"]), reference.q)
 
     def afterwards(self) -> None:
-        """Put a new estimate into force, with a ramp. It takes longer than a tick has left before its answer."""
+        """Put a new estimate into force, with a ramp, and look for drift.
+
+        Both take longer than a tick has left before its answer.
+        """
+        self._publish_found()
+        self._drift.take(self._state["q"], self._actuators.torque(self._state["current"]))
+
+    def _publish_found(self) -> None:
         if self._found is not None:
             self._controller.publish(self._found, self._feedback.q)
             self._found = None
@@ -187,6 +205,7 @@ class LiveControl:
     def forget(self, mode: Mode, arm_share: float) -> None:
         """Restart in a mode with a share of the arm, after a gap in the recording."""
         self._feedback.forget()
+        self._drift.restart()
         self._modes, self._rested_s, self._has_begun = ModeMachine(mode, arm_share), 0.0, True
         self._controller.forget()
 
@@ -216,6 +235,7 @@ class LiveControl:
             if modes.take(Event.FAULT):
                 # The solved posture may be the cause of the fault; without this it would survive every reset.
                 self._controller.forget()
+                self._drift.restart()
             self._rested_s = 0.0
             return
         if not self._has_begun:
@@ -248,7 +268,7 @@ class LiveControl:
         if (x := lesson.found()) is not None:
             self._found = x
             if not self._publishes_later:
-                self.afterwards()
+                self._publish_found()
         phase = lesson.phase(persons)
         if modes.mode is Mode.FLOATING and phase is IDENTIFICATION:
             modes.take(Event.MOVE)

@@ -14,6 +14,7 @@ from multiprocessing.connection import Connection
 import numpy as np
 
 from exograv.loop.control_step import CLOSURE_SLOPE_MAX
+from exograv.loop.drift_finding import DriftFinding
 from exograv.recording.encoding import tick_dtype
 from exograv.rig import may_be_worn
 from exograv.rig.drives.udp.host import UdpRig
@@ -26,10 +27,11 @@ from exograv.runtime.control_loop.exchange import FeltLevel, PersonUpdate, answe
 from exograv.runtime.control_loop.guard_commands import PERSON_KNOWN, STOPPED_BEFORE, GuardInbox, level_note
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.runtime.recorder.recorder_process import PHASE, event
-from exograv.safety.envelope import REASONS
+from exograv.safety.envelope import NUMBERS, REASONS
 from exograv.safety.guard import COMMAND_LIFE_S, GRAVITY_LEVEL_S, SafeState
 from exograv.safety.limits import PersonLimits
 from exograv.safety.person import PLACES, GuardedPerson
+from exograv.safety.stops import StopReason
 
 from .guard_job import (
     ASKED_AGAIN_EVERY,
@@ -107,7 +109,7 @@ class NativeGuard:
         self._fill(made.gain)
         self._waiting: deque[OrderPlace] = deque()
         self._people: list[GuardedPerson] = []  # the loop uses their tables
-        self._has_begun = threading.Event()
+        self._has_begun, self._drift_known = threading.Event(), 0
         self._latches: list[StopLatch] = []
         self._modes: list[tuple[str, float]] = []
         self.failure = ""
@@ -143,6 +145,7 @@ class NativeGuard:
         while self._waiting and self._library.loop_order(self.loop, self._waiting[0]):
             self._waiting.popleft()
         self.hear()
+        self._look_for_drift()
         if why := self._inbox.why_gone():
             self._note(self.loop.now, why)
             self._library.loop_end(self.loop)
@@ -163,6 +166,19 @@ class NativeGuard:
             self._waiting.append(OrderPlace(Order.FEEL, (word.gravity_level, word.ramp_s)))
         else:
             self._library.loop_end(self.loop)
+
+    def _look_for_drift(self) -> None:
+        """Record a new finding of control's drift monitor, and order a descent if it has to be."""
+        answer = self._answers.read()
+        before, self._drift_known = self._drift_known, 0 if answer is None else int(answer[1]["drift"])
+        if self._drift_known <= before or answer is None:
+            return
+        finding = DriftFinding.of_answer(answer[1])
+        if finding is None:
+            return
+        self._events.put(event(self.loop.now, "warning", finding.text(self.rig.joints)))
+        if finding.stops:
+            self._waiting.append(OrderPlace(Order.TRIP, (float(NUMBERS[StopReason.DRIFTED]), 0.0)))
 
     def report(self, timing: Timing, rights: Rights) -> GuardReport:
         """Return the report at the end of the loop."""

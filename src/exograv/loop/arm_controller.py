@@ -88,6 +88,18 @@ class ArmController:
         """Arm parameters with which the controller computes torques now."""
         return self._handover.x
 
+    @property
+    def z(self) -> Float[np.ndarray, " freedom"]:
+        """Angles of the arm in its cuffs in the last step [rad]."""
+        return self._tick.z
+
+    @property
+    def carried(self) -> parameters.Parameters:
+        """Parameters of the arm with the payload in force, as a machine that carries both in full feels them."""
+        x = self._handover.x.copy()
+        x[: len(self._no_payload)] += self._payloads.x
+        return x
+
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
         """Desired joint torque [N·m]."""
         self._tick.payload[:] = self._payloads.step()

@@ -17,14 +17,16 @@ from exograv.motion import Trajectory
 from exograv.recording import RecordingWriter, TickRow
 from exograv.rig import Powered, Rig, may_be_worn
 from exograv.runtime.clock.pace import RealTimePace
-from exograv.runtime.control_loop.exchange import ASTRAY
+from exograv.runtime.control_loop.exchange import ASTRAY, DRIFTED
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard
+from exograv.safety.stops import StopReason
 from exograv.signals import JointState, Reference
 from exograv.storage.self_test_pass import MachineKey, unlock, withdraw_pass
 
 from .arm_controller import ArmController
 from .control_step import ControlStep, Decision
+from .drift_monitor import DriftMonitor
 from .interrupt import HeldInterrupt
 from .native_ticks import NativeTicks
 from .output_feedback import Controller, Guide, OutputFeedback
@@ -78,6 +80,8 @@ class Pilot:
     """Setter of the wearer's limits in the guard; absent if the machine is not worn."""
     key: MachineKey | None = None
     """Key that unlocks a real machine for an arm."""
+    drift: DriftMonitor | None = None
+    """Monitor of the arm that its controller carries; None while the arm is not known."""
     tick_us: MutableSequence[float] = field(default_factory=lambda: array("d"))
     """Computing time of each decision, guard included [µs]."""
 
@@ -136,6 +140,7 @@ class Pilot:
                     moment = self._tick(controller, reference, guide)
                 if listener is not None and moment is not None:
                     listener(moment)
+                self._look_for_drift(controller, moment)
                 if interrupt.has_come:
                     self.guard.press_stop()
                 if self.envelope.stop is not None:
@@ -167,7 +172,7 @@ class Pilot:
         if self._account is not None:
             self._account.note(state.t, controller, self.envelope.person)
         # A listener may have tripped the envelope between two ticks.
-        acts = ASTRAY if self.envelope.stop is not self._stop_known else 0
+        acts = self._acts_since_tick()
         feedback = self.feedback
         feedback.controller, feedback.reference, feedback.guide = controller, reference, guide
         start = time.perf_counter_ns()
@@ -199,7 +204,7 @@ class Pilot:
         t, recording = self.rig.t, self.recording
         if self._account is not None:
             self._account.note(t, controller, self.envelope.person)
-        acts = ASTRAY if self.envelope.stop is not self._stop_known else 0
+        acts = self._acts_since_tick()
         believed = native.run(k, reference, acts, recording)
         self._step.check_model(controller.closure_slope)
         self.tick_us.append(native.tick_us)
@@ -260,6 +265,27 @@ class Pilot:
             )
         )
 
+    def _acts_since_tick(self) -> int:
+        """Return the act of a listener or the drift monitor since the last tick, for the recording."""
+        if self.envelope.stop is self._stop_known:
+            return 0
+        return DRIFTED if self.envelope.stop is StopReason.DRIFTED else ASTRAY
+
+    def _look_for_drift(self, controller: Controller, moment: TickSample | None) -> None:
+        """Tell the operator about a new finding of the drift monitor, and let the arm down if it has to."""
+        drift = self.drift
+        if drift is None or moment is None or drift.controller is not controller or self.envelope.stop is not None:
+            return
+        finding = drift.take(moment.state.q, moment.tau_measured)
+        if finding is None:
+            return
+        text = finding.text(self.rig.joints)
+        if self.recording is not None:
+            self.recording.write("/event", moment.state.t, {"kind": "warning", "text": text})
+        self.progress(text, 1.0)
+        if finding.stops:
+            self.envelope.trip(StopReason.DRIFTED)
+
     def _watch_posture(self, clearance: float, t: float) -> None:
         """Record an event each time the arm comes near a singular posture."""
         is_near = clearance < NEAR_SINGULAR
@@ -274,7 +300,8 @@ class Pilot:
         if recording is not None:
             recording.write("/event", self.rig.read().t, {"kind": "stop", "text": text})
         path = None if recording is None else recording.path
-        told = stopped_text(self.envelope, self.rig.joints, path)
+        finding = None if self.drift is None else self.drift.finding
+        told = stopped_text(self.envelope, self.rig.joints, path, finding)
         try:
             for _ in range(round((self.envelope.limits.descent_s + 1.0) / self.rig.period_s)):
                 self._tick(controller, reference)

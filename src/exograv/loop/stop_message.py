@@ -6,6 +6,8 @@ from pathlib import Path
 from exograv.safety.envelope import Envelope
 from exograv.safety.stops import StopReason
 
+from .drift_finding import DriftFinding
+
 TEST_AGAIN = "Run `exograv rig self-test` before the machine is worn again."
 
 NEXT: Mapping[StopReason, str] = {
@@ -17,26 +19,32 @@ NEXT: Mapping[StopReason, str] = {
     StopReason.ASTRAY: "Check what the joint touched, then repeat.",
     StopReason.NOT_THIS_ARM: "Check what the hand holds and who wears the machine, ask for a relaxed arm, repeat.",
     StopReason.CONTROL_SILENT: "Run `exograv doctor --loop 60` to check the timing of this computer.",
+    StopReason.DRIFTED: "Check base, cuffs, name of the wearer and load of the hand, then test the machine.",
     StopReason.STOP_PRESSED: "Repeat when the wearer is ready.",
 }
 """Next step by reason of the stop. The self-test is the default, for faults of the machine itself."""
 
 
-def stopped_text(envelope: Envelope, joints: Sequence[str], recording: Path | None) -> str:
+def stopped_text(
+    envelope: Envelope, joints: Sequence[str], recording: Path | None, drift: DriftFinding | None = None
+) -> str:
     """Return a text for the operator: the cause of the stop, and the next step.
 
     Args:
         envelope: The envelope that stopped the run.
         joints: Names of its joints.
         recording: File of the recording, if there is one.
+        drift: Last finding of the drift monitor, if there was one.
     """
     reason = envelope.stop
     if reason is None:
         raise ValueError("The envelope has not stopped the run: there is no stop to describe.")
     kept = "" if recording is None else f" Recorded until then: {recording}."
+    values = _values(envelope, joints)
+    if reason is StopReason.DRIFTED and drift is not None:
+        values = f" {drift.text(joints)}"
     return (
-        f"The run was stopped: {reason.value}{_values(envelope, joints)} The arm was let down softly.{kept} "
-        f"{NEXT.get(reason, TEST_AGAIN)}"
+        f"The run was stopped: {reason.value}{values} The arm was let down softly.{kept} {NEXT.get(reason, TEST_AGAIN)}"
     )
 
 

@@ -108,8 +108,8 @@ TICK = Channel(
             "-",
             "acts on the guard since the last tick: 1 reset of its latch, 2 Stop pressed, 4 a joint that did not "
             "follow its reference, 8 limits of the identified person (the next `wear` of `/control`), 16 a felt level "
-            "(the latest `level` of `/control`); from bit 8 on the index plus 1 of the event sent to control, of "
-            "self-test, passed, take the arm, give it back, switch off, reset",
+            "(the latest `level` of `/control`), 32 a finding of the drift monitor; from bit 8 on the index plus 1 of "
+            "the event sent to control, of self-test, passed, take the arm, give it back, switch off, reset",
             since=3,
             default=0.0,
         ),

@@ -23,6 +23,7 @@ class StopReason(enum.Enum):
     ENCODERS_PART = "The encoders of a joint and of its motor disagree."
     DRIVE_FAULT = "A drive reports a fault."
     STOP_PRESSED = "Stop was pressed."
+    DRIFTED = "The torque at a joint has differed from the model for too long."
 
     @property
     def sentence(self) -> Sentence:

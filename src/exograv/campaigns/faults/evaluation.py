@@ -55,6 +55,7 @@ def figures_of(
         false_trips_per_hour=round(len(false) / quiet_h, 2) if quiet_h else 0.0,
         false_trips_per_hour_at_most=round(rate_bound_per_hour(len(false), quiet_h), 4) if quiet_h else None,
         quiet_hours=round(quiet_h, 4),
+        drift_messages=sum(map(_is_told_early, verdicts)),
         pairs=PairFigures(len(pairs), sum(bool(v.missed) for v in pairs)),
         relaxed_hand_m_s=_hand(
             [(v, v.course.hand_m_s) for v in verdicts if _is_stopped(v) and len(v.scenario.faults) == 1]
@@ -64,6 +65,12 @@ def figures_of(
         disturbance_level=level,
         through=through,
     )
+
+
+def _is_told_early(verdict: ScenarioVerdict) -> bool:
+    """Return True if the drift monitor told the operator before the first fault."""
+    told = verdict.course.told_tick
+    return told is not None and 1e-3 * verdict.course.period_ms * told < verdict.quiet_s
 
 
 def _of_fault(name: str, verdicts: Sequence[ScenarioVerdict]) -> FaultFigures:

@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from exograv.dynamics.parameters import Parameters
 from exograv.errors import RigError
+from exograv.identification.core.arm_model import ArmModel
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.person_limits import limits_of_table
@@ -40,6 +41,11 @@ class FaultParticipant:
     person: PersonLimits
     strangers: Float[np.ndarray, "person phi"]
     """Inertial parameters of other persons' arms in this machine, without error."""
+
+    @cached_property
+    def model(self) -> ArmModel:
+        """Model of the arm in the machine, for drift monitors; made at the first use."""
+        return ArmModel(self.prepared.assembly, self.prepared.machine)
 
     @cached_property
     def _tables(self) -> TableMaker:

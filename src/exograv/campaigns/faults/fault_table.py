@@ -52,6 +52,9 @@ class Fault:
     one_suffices: bool = False
     """True if a relaxed flight that keeps either the budget or the limits is accepted."""
 
+    told_suffices: bool = False
+    """True if a message of the drift monitor to the operator counts as detection, as the descent does."""
+
     after_ms: int = AFTER_MS
     """Time flown after the onset [ms]. Slow faults need longer flights."""
 
@@ -106,7 +109,7 @@ _FAULTS = (
     Fault("control", of_control.WrongTorque),
 )  # fmt: skip
 
-LIES = (*MOVED, STOP.MODEL_LOST, STOP.ENCODERS_PART, STOP.ENCODER_JUMPED, STOP.ASTRAY)
+LIES = (*MOVED, STOP.DRIFTED, STOP.MODEL_LOST, STOP.ENCODERS_PART, STOP.ENCODER_JUMPED, STOP.ASTRAY)
 """Reasons of a stop after a slow change of the machine or of the arm in it."""
 
 FROZEN = (STOP.MACHINE_SILENT, STOP.ENCODER_DEAD, STOP.ENCODERS_PART, STOP.TORQUE_WRONG)
@@ -117,11 +120,11 @@ SLOW: Mapping[Measure, float] = MappingProxyType({Measure.HAND: HAND_MAX_M_S})
 _LATER = (
     Fault("F41", of_lies.FrozenMachine, FROZEN, 50.0, DESCENT, limits=SLOW),
     Fault("F41 board", of_lies.FrozenBoard, (*FROZEN, STOP.DRIVE_FAULT), 100.0, ISOLATION, limits=SLOW),
-    Fault("F45", of_lies.TiltingBase, LIES, 60e3, DESCENT, limits=SLOW, after_ms=61_000),
-    Fault("F46", of_lies.TorqueConstantDrift, LIES, 30e3, DESCENT, limits=SLOW, after_ms=31_000),
+    Fault("F45", of_lies.TiltingBase, LIES, 60e3, DESCENT, limits=SLOW, told_suffices=True, after_ms=61_000),
+    Fault("F46", of_lies.TorqueConstantDrift, LIES, 30e3, DESCENT, limits=SLOW, told_suffices=True, after_ms=31_000),
     Fault("F47", of_lies.CommonEncoderSlip, limits=SLOW, after_ms=15_000),
     Fault("F48", of_lies.OtherPerson, LIES, 20e3, DESCENT, limits=SLOW, after_ms=21_000),
-    Fault("F49", of_lies.CuffSlide, LIES, 5e3, DESCENT, limits=SLOW, after_ms=6_000),
+    Fault("F49", of_lies.CuffSlide, LIES, 5e3, DESCENT, limits=SLOW, told_suffices=True, after_ms=6_000),
     Fault("F50", of_lies.WeightDropped, limits=SLOW, after_ms=3_000),
     Fault("F51", of_lies.WeightTakenUp, limits=SLOW, after_ms=3_000),
 )  # fmt: skip

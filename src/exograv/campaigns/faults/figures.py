@@ -262,6 +262,9 @@ class CampaignFigures:
     """Upper 95 % bound of the rate, for Poisson events; None without any quiet time."""
 
     quiet_hours: float
+    drift_messages: int
+    """Messages of the drift monitor before the first fault."""
+
     pairs: PairFigures
     relaxed_hand_m_s: HandFigures
     """Hands after a stop."""

@@ -9,11 +9,13 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.loop.control_step import NO_MEASUREMENT, ControlStep, Decision
+from exograv.loop.drift_monitor import DriftMonitor
 from exograv.loop.output_feedback import OutputFeedback
 from exograv.rig.twin import TwinDivergedError
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import ControlRequest, Guard, SafeState
 from exograv.safety.person import GuardedPerson
+from exograv.safety.stops import StopReason
 from exograv.signals import Command, JointState, Reference
 
 from .fault_plant import FaultParticipant, FaultPlant, TruthSample
@@ -47,6 +49,8 @@ class FaultFlight:
         self._guard = Guard.of_machine(self._envelope, period_s, gain.tolist())
         self._step, feedback = ControlStep(self._guard, gain), OutputFeedback(len(posture), period_s, self._controller)
         self._control = _FaultyControl(feedback, self._envelope)
+        self._gain = gain
+        self._drift = DriftMonitor(self._controller, prepared.covariance, period_s, participant.model)
         self._oracle = EnvelopeOracle(participant.limits, participant.person, period_s)
         self._faults, still = faults, np.zeros(len(posture))
         self._last = Command(stand.t, NO_MEASUREMENT, stand.t, still, still)
@@ -121,12 +125,24 @@ class FaultFlight:
         control = self._control
         control.faults, control.tick = active, tick
         decision = self._step.take(state, now, control)
+        self._look_for_drift(tick, decision)
         self._note(tick, decision, control.isolated)
         command = decision.command._replace(sequence=sequence)
         for fault in active:
             command = fault.commanded(command, tick)
         self._last = command
         self._stand.write(command)
+
+    def _look_for_drift(self, tick: int, decision: Decision) -> None:
+        """Let the arm down from the next tick on if the drift monitor says so, as a pilot does."""
+        believed = decision.believed
+        if believed is None or self._envelope.stop is not None:
+            return
+        finding = self._drift.take(believed.q, self._gain * believed.current)
+        if finding is not None and not finding.stops:
+            self.watch.warned(tick)
+        elif finding is not None:
+            self._envelope.trip(StopReason.DRIFTED)
 
     def _note(self, tick: int, decision: Decision, isolated: frozenset[int]) -> None:
         tau, q = decision.command.tau, None if decision.believed is None else decision.believed.q

@@ -46,11 +46,17 @@ def detection_begin(course: ScenarioLog, fault: Fault, shows: Bool[np.ndarray, "
 
 
 def detection_ms(course: ScenarioLog, fault: Fault, begin: float) -> float | None:
-    """Time until the safe state was reached for a permitted reason [ms]; None if it was not reached."""
+    """Time until the safe state was reached for a permitted reason [ms]; None if it was not reached.
+
+    Where a message suffices, the time until the operator was told, if that was earlier.
+    """
     if fault.at_drive:
         tick = course.braked_tick
     else:
         tick = course.since.get(fault.safe_state) if course.reason in fault.reasons else None
+        told = course.told_tick
+        if fault.told_suffices and told is not None and told >= begin and (tick is None or told < tick):
+            tick = told
     return None if tick is None else course.period_ms * max(tick - begin, 0.0)
 
 

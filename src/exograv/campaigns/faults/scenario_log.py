@@ -38,6 +38,9 @@ class ScenarioLog:
     violated_ticks: int = 0
     stopped_tick: int | None = None
     reason: StopReason | None = None
+    told_tick: int | None = None
+    """First tick in which the drift monitor told the operator; None if it did not before the arm came down."""
+
     since: dict[SafeState, int] = field(default_factory=dict)
     """First tick in which this safe state, or a more restrictive one, was in force."""
 
@@ -127,6 +130,11 @@ class TruthWatch:
             course.stopped_tick, course.reason = tick, stop
         if safe_state > course.worst:
             course.since |= {state: tick for state in SafeState if course.worst < state <= safe_state}
+
+    def warned(self, tick: int) -> None:
+        """Note that the drift monitor told the operator."""
+        if self.course.told_tick is None:
+            self.course.told_tick = tick
 
     def forget(self) -> None:
         """Forget the torques of past ticks."""

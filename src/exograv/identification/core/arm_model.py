@@ -91,6 +91,10 @@ class ArmModel:
         """Start a new motion: the next sample is closed from a cold start."""
         self._q_before = None
 
+    def continue_at(self, q: Joints, z: Float[np.ndarray, " freedom"]) -> None:
+        """Take the arm's angles `z` [rad] at the posture `q` [rad] from a closure that is solved already."""
+        self._z[:], self._q_before = z, q.copy()
+
     def at_rest(self, q: Joints, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
         """Torque (joint,) that holds exoskeleton and arm at rest at `q` [rad], and its derivative.
 

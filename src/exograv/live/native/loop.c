@@ -143,6 +143,10 @@ static void obey(live_loop *loop, int64_t period)
         feel(loop, order.numbers[0], order.numbers[1], period);
     else if (order.kind == ORDER_WEAR)
         wear(loop, order.record, order.table, period);
+    else if (order.kind == ORDER_TRIP) {
+        loop->acts |= ACT_DRIFTED;
+        trip(loop, (int64_t)order.numbers[0]);
+    }
 }
 
 /* --- one tick ----------------------------------------------------------------------------------------------------- */

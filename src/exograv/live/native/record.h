@@ -1,7 +1,7 @@
 /* Made from the classes in record.py; do not edit. docs/explanation/realtime.md says how. */
 #pragma once
 #include <stdint.h>
-#define LAYOUT_OF_LIVE_LOOP 1444903809
+#define LAYOUT_OF_LIVE_LOOP 2699642462
 
 #define GUARD_STOP 43
 #define GUARD_SINCE_STOP 44
@@ -40,6 +40,7 @@
 #define ORDER_NONE 0
 #define ORDER_FEEL 1
 #define ORDER_WEAR 2
+#define ORDER_TRIP 3
 #define HAPPENED_NONE 0
 #define HAPPENED_MODE 1
 #define HAPPENED_STOP 2
@@ -57,6 +58,7 @@
 #define ACT_STOP_PRESSED 2
 #define ACT_TOLD_PERSON 8
 #define ACT_TOLD_LEVEL 16
+#define ACT_DRIFTED 32
 #define DESCENT 1
 
 typedef struct order_place {
@@ -106,6 +108,10 @@ typedef struct answer_places {
     int64_t gravity_level;
     int64_t arm_share;
     int64_t seen;
+    int64_t drift;
+    int64_t drift_joint;
+    int64_t drift_cause;
+    int64_t drift_Nm;
     int64_t v;
     int64_t q_reference;
     int64_t tau;

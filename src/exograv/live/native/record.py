@@ -14,6 +14,7 @@ import numpy as np
 
 from exograv.recording.encoding import tick_dtype
 from exograv.runtime.control_loop.exchange import (
+    DRIFTED,
     STOP_PRESSED,
     TOLD_LEVEL,
     TOLD_PERSON,
@@ -39,6 +40,8 @@ class Order(enum.IntEnum):
     """Lead the felt gravity level to `numbers[0]`, by a ramp of at least `numbers[1]` seconds."""
     WEAR = 2
     """Take the limits of a person from `record`, with the table `table`."""
+    TRIP = 3
+    """Let the arm down for the reason with the number `numbers[0]`, which the drift monitor found."""
 
 
 class Happening(enum.IntEnum):
@@ -206,6 +209,7 @@ def constants() -> Mapping[str, float | int]:
     named |= {f"OUTCOME_{one.name}": int(one) for one in Outcome}
     named |= {"ORDERS": ORDERS, "HAPPENINGS": HAPPENINGS, "MAILBOX_SLOTS": SLOTS}
     named |= {"ACT_STOP_PRESSED": STOP_PRESSED, "ACT_TOLD_PERSON": TOLD_PERSON, "ACT_TOLD_LEVEL": TOLD_LEVEL}
+    named |= {"ACT_DRIFTED": DRIFTED}
     return named | {"DESCENT": int(SafeState.DESCENT)}
 
 

@@ -9,7 +9,7 @@ from exograv.loop.control_step import AnsweringControl, ControlStep, Decision
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import GAIN_SD_KNOWN
 from exograv.model.description import RigDescription
-from exograv.runtime.control_loop.exchange import ASTRAY, RESET, STOP_PRESSED, TOLD_LEVEL
+from exograv.runtime.control_loop.exchange import ASTRAY, DRIFTED, RESET, STOP_PRESSED, TOLD_LEVEL
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard, SafeState
 from exograv.safety.limits import PersonLimits
@@ -113,6 +113,8 @@ class GuardReplay:
             self.guard.press_stop()
         if acts & ASTRAY:
             self.guard.envelope.trip(StopReason.ASTRAY)
+        if acts & DRIFTED:
+            self.guard.envelope.trip(StopReason.DRIFTED)
         if acts & TOLD_LEVEL:
             self._want_level(columns.now[k])
         now = columns.now[k]

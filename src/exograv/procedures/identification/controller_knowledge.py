@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Parameters
 from exograv.identification.calibration.empty_machine import Calibration
+from exograv.identification.core.interface import Covariance
 from exograv.model.assembly import Assembly
 
 MOTION_S = 60.0  # as in `exograv demo`
@@ -24,3 +25,6 @@ class ControllerKnowledge:
 
     calibration: Calibration | None = None
     """Calibration of the empty machine, where it was measured."""
+
+    covariance: Covariance | None = None
+    """Covariance of `x`; None where the arm is the table's, or its method states no uncertainty."""

@@ -6,7 +6,10 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv import motion
+from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.interface import Covariance
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.drift_monitor import DriftMonitor
 from exograv.loop.mode_ramp import fade
 from exograv.loop.phases import FLOATING, ON_THE_WAY, Phase
 from exograv.loop.pilot import Pilot, TickSample
@@ -31,10 +34,20 @@ def float_arm(
     gravity_level: float,
     window_s: float,
     phase: Phase | str = FLOATING,
+    covariance: Covariance | None = None,
+    model: ArmModel | None = None,
 ) -> Drift:
-    """Bring the arm to a posture [rad], release it, and watch it for `window_s`.
+    """Bring the arm to a posture [rad], release it, and watch it for `window_s`, also by the drift monitor.
 
-    `phase` names the watch in the recording.
+    Args:
+        pilot: Pilot of the machine.
+        controller: Controller that carries the arm.
+        posture: Posture of release [rad].
+        gravity_level: Felt share of the arm's weight [-].
+        window_s: Duration of the watch [s].
+        phase: Name of the watch in the recording.
+        covariance: Covariance of the arm's parameters; None for the arm of the body-segment table.
+        model: Model of this arm in this machine, for the drift monitor; made anew if absent.
 
     Raises:
         RigError: The envelope stopped the run.
@@ -57,5 +70,7 @@ def float_arm(
         if ticks % SKELETON_TICKS == 0:
             record_skeleton(pilot, controller, moment)
 
+    pilot.drift = DriftMonitor(controller, covariance, dt, model)
     pilot.run(controller, motion.hold(start, window_s, dt), f"Floating at gravity level {gravity_level:g}", watch)
+    pilot.drift = None
     return Drift(np.rad2deg(farthest), window_s)

@@ -7,7 +7,7 @@ import numpy as np
 from exograv.runtime.recorder.recorder_process import Inlet
 from exograv.safety.limits import PersonLimits
 
-RESET, STOP_PRESSED, ASTRAY, TOLD_PERSON, TOLD_LEVEL = 1, 2, 4, 8, 16
+RESET, STOP_PRESSED, ASTRAY, TOLD_PERSON, TOLD_LEVEL, DRIFTED = 1, 2, 4, 8, 16, 32
 """Bits of `acts` in a recorded tick, in the order in which the acts come between two ticks."""
 
 EVENT_SHIFT = 8
@@ -93,6 +93,8 @@ def answer_dtype(joints: int) -> np.dtype:
     """Return the type of control's answer.
 
     `findings` counts the findings of a worker that control has taken. `q_reference` is NaN without a reference motion.
+    `drift` is the last finding of the drift monitor: 0 none, 1 for the operator, 2 for a descent; with its joint, its
+    residual torque [N·m] and the index of its likely cause.
     """
     per_joint = (joints,)
     return np.dtype(
@@ -106,6 +108,10 @@ def answer_dtype(joints: int) -> np.dtype:
             ("gravity_level", "<f8"),
             ("arm_share", "<f8"),
             ("seen", "<u8"),
+            ("drift", "<i8"),
+            ("drift_joint", "<i8"),
+            ("drift_cause", "<i8"),
+            ("drift_Nm", "<f8"),
             ("v", "<f8", per_joint),
             ("q_reference", "<f8", per_joint),
             ("tau", "<f8", per_joint),
