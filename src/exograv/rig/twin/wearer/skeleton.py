@@ -143,7 +143,11 @@ class Skeleton:
     def mid_forearm(self) -> tuple[str, Vector]:
         """Point half-way between elbow and wrist, as in `centres`, where a weight is strapped to the forearm."""
         bone, centre = self.elbow
-        return bone, centre + _below(0.5 * self.lengths["forearm"])
+        name, wrist = self.wrist
+        while name != bone:
+            above = self.bone(name)
+            wrist, name = wrist + above.origin, above.parent or bone
+        return bone, centre + 0.5 * (wrist - centre)
 
     def bones_of(self, segment: str) -> Iterator[tuple[Bone, Vector]]:
         """Yield the bones of a segment, with their places relative to the segment's proximal centre [m]."""
