@@ -74,6 +74,14 @@ def test_the_wrist_turns_with_the_forearm():
     assert joints["wrist_flexion"] @ line == pytest.approx(0.0, abs=ROUNDING)
 
 
+def test_the_hand_of_a_donned_arm_lies_in_line_with_its_forearm():
+    skeleton = with_elbow(skeleton_of("right", "whole"), ALL_TURNED)
+    q = np.zeros(7)
+    q[3] = 0.5 * np.pi
+    lying = lying_like(skeleton, q)
+    np.testing.assert_allclose(lying[5:], 0.0, atol=1e-5)  # the wrist stays straight
+
+
 def test_an_oblique_arm_can_lie_along_the_links_of_a_machine():
     skeleton = with_elbow(skeleton_of("right"), ALL_TURNED)
     q = np.deg2rad([20.0, 25.0, 10.0, 70.0])

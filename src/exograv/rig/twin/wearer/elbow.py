@@ -74,6 +74,7 @@ def with_elbow(skeleton: Skeleton, elbow: ElbowForm) -> Skeleton:
         bones=tuple(_turned(bone, R, axis, turned) for bone in skeleton.bones),
         grip=(grip_bone, R @ grip),
         wrist=(wrist_bone, R @ wrist),
+        hand_axes=R,
     )
 
 

@@ -94,7 +94,7 @@ def lying_like(skeleton: Skeleton, q: Angles) -> Angles:
         )
         misses = [_along(shoulder, elbow) + wanted["upper_arm"][:, 2], _along(elbow, wrist) + wanted["forearm"][:, 2]]
         if "hand" in wanted:
-            misses.append((poses[skeleton.held["hand"]].R - wanted["hand"]).ravel())
+            misses.append((poses[skeleton.held["hand"]].R @ skeleton.hand_axes - wanted["hand"]).ravel())
         return np.concatenate([*misses, KEPT * (angles - q)])
 
     return least_squares(astray, q, xtol=1e-14, ftol=1e-14, gtol=1e-14).x

@@ -1,7 +1,7 @@
 """Bones and joints of one true arm as it hangs straight, when every frame has x forward, y left, z up."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float
@@ -94,6 +94,9 @@ class Skeleton:
 
     grip: tuple[str, Vector]
     """Point at which a weight hangs in the hand, in the frame of a bone [m]."""
+
+    hand_axes: Float[np.ndarray, "3 3"] = field(default_factory=lambda: np.eye(3))
+    """Axes of the hand in the frame of the bone that bears it, as columns; z points from the fingers to the wrist."""
 
     couplings: tuple[Coupling, ...] = ()
     follows_elevation: bool = True

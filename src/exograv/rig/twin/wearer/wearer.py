@@ -141,10 +141,7 @@ def draw_wearer(
     errors = {name: error * float(generator.standard_normal()) for name in SEGMENTS}
     return Wearer(
         body=body,
-        arms=tuple(
-            _draw_arm(disturbances, seed, owner, one)
-            for owner, one in zip(OWNERS, skeletons, strict=False)
-        ),
+        arms=tuple(_draw_arm(disturbances, seed, owner, one) for owner, one in zip(OWNERS, skeletons, strict=False)),
         lengths_given={name: length + errors[name] for name, length in lengths.items()},
         glenohumeral_share=_number(disturbances, "glenohumeral_shift", "share"),
         cuffs=_cuffs(disturbances),
