@@ -64,6 +64,20 @@ WEARER: Mapping[str, LevelRow] = MappingProxyType(
         "glenohumeral_shift": LevelRow(
             "share of the shift of the shoulder centre with elevation", {"share": (0.0, 0.25, 0.5, 1.0, 1.0)}
         ),
+        # Paraskevas et al. (2004), Surg Radiol Anat 26:19: men 10.97 ± 4.27°, women 15.07 ± 4.95°.
+        "carrying_angle": LevelRow(
+            "forearm outwards from the upper arm's line, elbow extended; mean and SD by sex [°]",
+            {
+                "male_mean_deg": (0.0, 5.0, 11.0, 11.0, 12.0),
+                "male_sd_deg": (0.0, 2.0, 4.0, 4.0, 5.0),
+                "female_mean_deg": (0.0, 7.0, 15.0, 15.0, 16.0),
+                "female_sd_deg": (0.0, 2.0, 5.0, 5.0, 5.0),
+            },
+        ),
+        "elbow_axis": LevelRow(
+            "turn of the elbow's axis and of the forearm in its frame, SD about each of two axes [°]",
+            {"axis_sd_deg": (0.0, 1.0, 3.0, 4.0, 5.0), "forearm_sd_deg": (0.0, 1.0, 2.0, 3.0, 4.0)},
+        ),
         "cuff_stiffness": LevelRow(
             "along and across the limb [N/mm]",
             {"along": (100.0, 6.0, 3.0, 2.1, 2.1), "across": (100.0, 10.0, 6.0, 4.5, 4.5)},

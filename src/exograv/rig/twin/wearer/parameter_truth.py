@@ -4,9 +4,10 @@ import casadi as ca
 import numpy as np
 from jaxtyping import Float
 
+from .elbow import outward_sign
 from .passive import shoulder_shift
-from .posture import fastened_parts
-from .skeleton import Bone
+from .posture import fastened_parts, hanging_points
+from .skeleton import Bone, Skeleton
 from .wearer import Wearer, WearerArm
 
 INERTIA_ENTRIES = {"Ixx": (0, 0), "Ixy": (0, 1), "Iyy": (1, 1), "Ixz": (0, 2), "Iyz": (1, 2), "Izz": (2, 2)}
@@ -26,7 +27,10 @@ def parameter_truth(wearer: Wearer) -> dict[str, float]:
     Each freedom has `.stiffness` [N·m/rad], `.spring_offset` (stiffness times neutral angle) [N·m] and `.damping`
     [N·m·s/rad]. The offset of the shoulder centre from the machine's is `shoulder_offset_x` to `_z` [m], in base axes.
     `glenohumeral_slope` is the mean shift per elevation over the first 90° [m/rad]; the true path is not quite
-    straight. It is absent if a girdle of bones moves the shoulder. With two arms every name begins with `right_` or
+    straight. It is absent if a girdle of bones moves the shoulder. `elbow_axis_x` and `elbow_axis_z` are components of
+    the elbow's unit axis [-], in the axes of the upper arm as it lies in the fastened cuffs, when the bent forearm
+    points along x: zero if the axis is at right angles to both bones. `carrying_angle` is the least angle between the
+    bones' lines as the elbow turns, positive outwards [rad]. With two arms every name begins with `right_` or
     `left_`.
     """
     if len(wearer.arms) == 1:
@@ -47,12 +51,29 @@ def _of_arm(wearer: Wearer, arm: WearerArm) -> dict[str, float]:
     }
     for kind, values in per_joint.items():
         truth |= {f"{freedom}.{kind}": float(value) for freedom, value in zip(skeleton.freedoms, values, strict=True)}
+    truth |= _elbow(skeleton)
     truth |= {f"shoulder_offset_{axis}": float(x) for axis, x in zip(AXES, arm.donning_offset, strict=True)}
     if skeleton.follows_elevation:
         forward = ca.SX([np.pi / 2.0, *[0.0] * (len(skeleton.freedoms) - 1)])
         raised = shoulder_shift(skeleton, forward, wearer.glenohumeral_share)
         truth["glenohumeral_slope"] = float(ca.DM(ca.evalf(raised))) / (np.pi / 2.0)
     return truth
+
+
+def _elbow(skeleton: Skeleton) -> dict[str, float]:
+    """Obliqueness of the elbow's axis to the lines of the upper arm and of the forearm, and the carrying angle."""
+    points = hanging_points(skeleton)
+    upper_arm, forearm = points["elbow"] - points["shoulder"], points["wrist"] - points["elbow"]
+    axis = next(joint.axis for bone in skeleton.bones for joint in bone.joints if joint.name == "elbow")
+    along_upper_arm, along_forearm = (
+        float(axis @ line / np.linalg.norm(axis) / np.linalg.norm(line)) for line in (upper_arm, forearm)
+    )
+    inwards = np.arcsin(along_upper_arm) - np.arcsin(along_forearm)
+    return {
+        "elbow_axis_x": along_forearm,
+        "elbow_axis_z": -along_upper_arm,
+        "carrying_angle": float(outward_sign(skeleton.side) * inwards),
+    }
 
 
 def _about_origin(bone: Bone) -> Float[np.ndarray, "4 4"]:

@@ -13,9 +13,13 @@ from exograv.rig.twin.disturbances.levels import Disturbances
 from exograv.rig.twin.disturbances.streams import stream, uniform
 
 from .anatomy import ANATOMY
+from .elbow import draw_elbow, with_elbow
 from .regressions import SEGMENTS
 from .segments import Body, Segment, draw_body, draw_segments
 from .skeleton import Skeleton, drawn_skeleton
+
+OWNERS = "wearer", "wearer, second arm"
+"""Owners of the random numbers of a person's arms."""
 
 PerFreedom = Float[np.ndarray, " freedom"]
 
@@ -137,10 +141,7 @@ def draw_wearer(
     errors = {name: error * float(generator.standard_normal()) for name in SEGMENTS}
     return Wearer(
         body=body,
-        arms=tuple(
-            _draw_arm(disturbances, seed, owner, one)
-            for owner, one in zip(("wearer", "wearer, second arm"), skeletons, strict=False)
-        ),
+        arms=tuple(_draw_arm(disturbances, seed, owner, one) for owner, one in zip(OWNERS, skeletons, strict=False)),
         lengths_given={name: length + errors[name] for name, length in lengths.items()},
         glenohumeral_share=_number(disturbances, "glenohumeral_shift", "share"),
         cuffs=_cuffs(disturbances),
@@ -152,10 +153,15 @@ def _draw_skeletons(
 ) -> tuple[Skeleton, ...]:
     segments = draw_segments(body, disturbances, seed)
     if side != "both":
-        return (drawn_skeleton(segments, side, kind),)
-    return (
-        drawn_skeleton(segments, "right", kind),
-        drawn_skeleton(_other_arm(segments, disturbances, seed), "left", kind),
+        arms = (drawn_skeleton(segments, side, kind),)
+    else:
+        arms = (
+            drawn_skeleton(segments, "right", kind),
+            drawn_skeleton(_other_arm(segments, disturbances, seed), "left", kind),
+        )
+    return tuple(
+        with_elbow(arm, draw_elbow(disturbances, seed, owner, body.sex))
+        for owner, arm in zip(OWNERS, arms, strict=False)
     )
 
 
