@@ -23,15 +23,14 @@ FIT = (
     "upper_arm_lengthening",
     "cuff_log_stiffness",
     "cuff_log_rotational_stiffness",
-    "elbow_axis_outward",
-    "elbow_axis_inward_turn",
+    "elbow_axis_x",
+    "elbow_axis_z",
 )
 """Fit of one arm in the machine; zero agrees with the machine's description and the tape measure. Offset of the
 wearer's shoulder centre from the machine's, in base axes [m]; its migration up and medially per elevation, mean over
 the first 90° [m/rad]; upper arm length minus measured length [m]; logarithm of the cuffs' stiffness over that in
-`rig.toml`, in translation and rotation [-]; angles by which the elbow's axis leaves the machine's usual one, in the
-fastened cuffs: tilted in the frontal plane, so that the extended forearm points outward, and turned inward about the
-upper arm [rad]."""
+`rig.toml`, in translation and rotation [-]; forward and upward components of the elbow's unit
+axis, in the axes of the upper arm that a usual elbow (0, -1, 0) would have in the fastened cuffs [-]."""
 
 TWIST_COSINE_MIN = 0.3
 """Smallest cosine of a cuff's rotation in a true minimum of energy [-]. True minima have 0.86 or more with 30 mm of
@@ -46,6 +45,9 @@ Posture = Float[np.ndarray, " joint"]
 Freedoms = Float[np.ndarray, " freedom"]
 
 STAGE = 0.1  # rad: step on the way from the donning posture; each start must be in the basin of the next minimum
+
+AXIS_SQUARE_MIN = 0.25
+"""Smallest square of the third component of the elbow's axis: a tilt of 60°, which no elbow has."""
 
 ELEVATION_ROUNDING = 0.05  # rad: elevation has no gradient at a hanging arm; rounding gives it one
 
@@ -103,9 +105,8 @@ def arm_hinges(assembly: Assembly, fit: ca.SX) -> Hinges:
     """
     hinges = {}
     for limb in assembly.arm.limbs:
-        outward = 1.0 if limb.side == "right" else -1.0
-        tilt, turn = fit_of(limb, fit)[7], fit_of(limb, fit)[8]
-        axis = ca.vertcat(outward * ca.sin(turn), -ca.cos(turn) * ca.cos(tilt), outward * ca.cos(turn) * ca.sin(tilt))
+        x, z = fit_of(limb, fit)[7], fit_of(limb, fit)[8]
+        axis = ca.vertcat(x, -ca.sqrt(ca.fmax(1 - x**2 - z**2, AXIS_SQUARE_MIN)), z)
         zero = float(assembly.description.arm_donning_posture[limb.joints.index(limb.elbow) + limb.freedoms.start])
         usual = assembly.arm.tree.joints[limb.elbow].axis
         R = np.array(ca.evalf(rotation_about(ca.DM(usual), ca.SX(zero))))

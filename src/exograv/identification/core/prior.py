@@ -31,11 +31,6 @@ SHOULDER_OFFSET_SD = 0.015  # m
 GLENOHUMERAL_SLOPE, GLENOHUMERAL_SLOPE_SD = 0.011, 0.011  # m/rad
 LENGTH_SD = 0.03  # share of the measured upper arm
 CUFF_LOG_STIFFNESS_SD = 0.4  # between people and straps: linear fits of one cuff reach from 2.1 to 4.6 N/mm
-# Axis of the elbow against the machine's, tilted outward and turned inward. Tracked arms have a carrying angle of
-# 11.6 ± 3.2° (men) and 16.7 ± 2.6° (women) that falls to about -1.7° in full flexion (Ergonomics 48:1645, 2005): a hinge
-# that is oblique to both bones by a half each. The axis of Rajagopal 2016 is turned by 13°. How people lie in the
-# machine adds some degrees (assumed).
-ELBOW_AXIS, ELBOW_AXIS_SD = np.deg2rad([6.0, 6.0]), np.deg2rad([5.0, 7.0])
 ROTOR_SD = 0.4  # share: error of the reflected inertia in a data sheet
 # Warm-up changes friction by 10-20 % within half an hour (docs/explanation/arm.md), and the calibration is about that
 # old.
@@ -59,7 +54,9 @@ def prior(
     mean[layout.stiffness] = stiffness[0]
     mean[layout.spring_offset] = stiffness[0] * neutral[0]
     mean[layout.damping] = damping[0]
-    mean[layout.fit] = np.tile([0.0, 0.0, 0.0, GLENOHUMERAL_SLOPE, 0.0, 0.0, 0.0, *ELBOW_AXIS], len(arm.limbs))
+    mean[layout.fit] = np.concatenate(
+        [[0.0, 0.0, 0.0, GLENOHUMERAL_SLOPE, 0.0, 0.0, 0.0, *arm.elbow_axis(limb)[0]] for limb in arm.limbs]
+    )
     covariance = np.zeros((len(mean), len(mean)))
     covariance[layout.phi, layout.phi] = arm.phi_covariance
     for block, spread in (
@@ -91,8 +88,8 @@ def _fit_sd(arm: Arm) -> Float[np.ndarray, " 7"]:
             length,
             CUFF_LOG_STIFFNESS_SD,
             CUFF_LOG_STIFFNESS_SD,
-            *ELBOW_AXIS_SD,
-        ]  # fmt: skip
+            *arm.elbow_axis(arm.limbs[0])[1],
+        ]
     )
 
 
