@@ -144,6 +144,9 @@ Sex = Literal["female", "male"]
 Loss = Literal["finish", "stop"]
 """Action on an open window when no page controls the machine any more."""
 
+WorldName = Literal["home", "tissue", "shoulder", "cuffs", "drives", "all"]
+"""Laws of the twin: those that the estimator assumes ("home"), or foreign ones."""
+
 Bus = Literal["canopen", "moteus", "udp"]
 Profile = Literal["harmonic", "qdd"]
 

@@ -22,7 +22,7 @@ from exograv.rig.twin.wearer.muscles import Muscles
 from exograv.rig.twin.wearer.wearer import Wearer
 from exograv.rig.twin.world.cuff_sensors import CuffSensors, Wrenches
 from exograv.rig.twin.world.engine_code import engine_addresses, engine_halves
-from exograv.rig.twin.world.forces import measured_truth, pass_clock, step_forces
+from exograv.rig.twin.world.forces import late_name, measured_truth, pass_clock, step_forces
 from exograv.rig.twin.world.poles import shoulder_poles
 from exograv.rig.twin.world.scene import TIMESTEP, build_scene
 from exograv.rig.twin.world.statics import Statics
@@ -371,6 +371,9 @@ class Twin:
         drives[THETA] = q + tau / self._machine.drives.gear_stiffness
         drives[OMEGA] = 0.0
         memory["hysteresis"][:] = q_arm
+        for place in self._scene.arms:
+            if late_name(place) in memory:
+                memory[late_name(place)][...] = self._scene.data.qpos[place.shift]
         # The delay lines are filled as if the machine had stood still for long. Transposed, a line of one step has the
         # same shape as a longer one.
         np.atleast_2d(memory["commands"].T)[:] = [*tau, *np.zeros(len(q)), math.inf]

@@ -8,6 +8,7 @@ from jaxtyping import Float, Int
 
 from exograv.rig.twin.machine.machine_bodies import TIMESTEP, add_weight, weight_body
 
+from .shoulder_path import ShoulderPath
 from .skeleton import Bone, BoneJoint, Skeleton
 
 # MuJoCo moves no body without mass, so a bone that only links two joints gets a negligible mass and inertia.
@@ -44,8 +45,10 @@ class ArmPlace:
         return [*([self.shift] if self.shift >= 0 else []), *self.coupled.tolist()]
 
 
-def add_arm(spec: mujoco.MjSpec, skeleton: Skeleton, shoulder: Float[np.ndarray, " 3"]) -> None:
-    """Add an arm that hangs from its shoulder centre at `shoulder` [m], base axes."""
+def add_arm(
+    spec: mujoco.MjSpec, skeleton: Skeleton, shoulder: Float[np.ndarray, " 3"], path: ShoulderPath | None = None
+) -> None:
+    """Add an arm that hangs from its shoulder centre at `shoulder` [m], base axes; a foreign world has its `path`."""
     for bone in skeleton.bones:
         parent = spec.worldbody if bone.parent is None else spec.body(body_name(skeleton, bone.parent))
         body = parent.add_body(
@@ -56,6 +59,7 @@ def add_arm(spec: mujoco.MjSpec, skeleton: Skeleton, shoulder: Float[np.ndarray,
             # Up and medial in equal parts, in the frontal plane (direction unverified).
             medial = 1.0 if skeleton.side == "right" else -1.0
             axis = np.array([0.0, medial, 1.0]) / np.sqrt(2.0)
+            axis = axis if path is None else path.direction(axis)
             body.add_joint(name=joint_name(skeleton, "shift"), type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
         for joint in bone.joints:
             _add_joint(body, skeleton, joint)

@@ -16,7 +16,9 @@ from .anatomy import ANATOMY
 from .elbow import draw_elbow, with_elbow
 from .regressions import SEGMENTS
 from .segments import Body, Segment, draw_body, draw_segments
+from .shoulder_path import ShoulderPath, draw_shoulder_path
 from .skeleton import Skeleton, drawn_skeleton
+from .tissue import Tissue, both, draw_tissue
 
 OWNERS = "wearer", "wearer, second arm"
 """Owners of the random numbers of a person's arms."""
@@ -62,6 +64,9 @@ class PassiveJoints:
 
     hysteresis: float
     """Elastic torque that a fast motion adds and that then decays, over the static elastic torque [-]."""
+
+    tissue: Tissue | None = None
+    """Laws of a foreign world, scaled to `stiffness` at 1 rad from `neutral`; linear springs at home."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +116,8 @@ class Wearer:
     """Share of the shift of the shoulder centre with elevation [-]."""
 
     cuffs: Cuffs
+    shoulder_path: ShoulderPath | None = None
+    """Path of the shoulders' centres in a foreign world; None at home."""
 
     @cached_property
     def passive(self) -> PassiveJoints:
@@ -120,7 +127,8 @@ class Wearer:
             name: np.concatenate([getattr(part, name) for part in parts])
             for name in ("stiffness", "neutral", "damping", "range", "stop")
         }
-        return PassiveJoints(**joined, hysteresis=parts[0].hysteresis)
+        tissues = [part.tissue for part in parts if part.tissue is not None]
+        return PassiveJoints(**joined, hysteresis=parts[0].hysteresis, tissue=both(tissues) if tissues else None)
 
 
 def draw_wearer(
@@ -138,13 +146,15 @@ def draw_wearer(
     generator = stream(seed, "wearer", "length_error")
     error = 1e-3 * uniform(generator, disturbances.value("length_error", "sd_mm"))
     generator.random()  # keeps the draws of wearers in earlier recordings
+    path = draw_shoulder_path(seed) if disturbances.is_foreign("shoulder") else None
     errors = {name: error * float(generator.standard_normal()) for name in SEGMENTS}
     return Wearer(
         body=body,
         arms=tuple(_draw_arm(disturbances, seed, owner, one) for owner, one in zip(OWNERS, skeletons, strict=False)),
         lengths_given={name: length + errors[name] for name, length in lengths.items()},
-        glenohumeral_share=_number(disturbances, "glenohumeral_shift", "share"),
+        glenohumeral_share=_number(disturbances, "glenohumeral_shift", "share") if path is None else path.share,
         cuffs=_cuffs(disturbances),
+        shoulder_path=path,
     )
 
 
@@ -210,13 +220,15 @@ def _draw_passive(disturbances: Disturbances, seed: int, owner: str, freedoms: t
     anatomy = [ANATOMY[freedom] for freedom in freedoms]
     spread = 10.0 * stream(seed, owner, "neutral").standard_normal(len(anatomy))
     has_end_stops = _number(disturbances, "end_stops", "present") > 0.0
+    stiffness = _per_freedom(disturbances, "passive_stiffness", seed, owner, freedoms)
     return PassiveJoints(
-        stiffness=_per_freedom(disturbances, "passive_stiffness", seed, owner, freedoms),
+        stiffness=stiffness,
         neutral=np.deg2rad(np.array([one.neutral_deg for one in anatomy]) + spread),
         damping=_per_freedom(disturbances, "passive_damping", seed, owner, freedoms),
         range=np.deg2rad([one.range_deg for one in anatomy]),
         stop=has_end_stops * np.array([one.stop_Nm for one in anatomy]),
         hysteresis=_number(disturbances, "hysteresis", "share"),
+        tissue=draw_tissue(seed, owner, freedoms, stiffness) if disturbances.is_foreign("tissue") else None,
     )
 
 

@@ -131,7 +131,7 @@ def build_scene(
     if wearer is not None:
         centres = _shoulder_centres(spec, description)
         for arm in wearer.arms:
-            add_arm(spec, arm.skeleton, centres[arm.side] + arm.donning_offset)
+            add_arm(spec, arm.skeleton, centres[arm.side] + arm.donning_offset, wearer.shoulder_path)
     if surroundings is not None:
         add_surroundings(spec, surroundings, [arm.skeleton for arm in wearer.arms] if wearer else [])
     model = spec.compile()
