@@ -310,7 +310,7 @@ class Disturbances:
         return cls(MappingProxyType(dict.fromkeys(ROWS, _checked(level))), world)
 
     def is_foreign(self, part: WorldName) -> bool:
-        """True if the laws of this part are foreign ones: tissue, shoulder, cuffs or drives."""
+        """Return True if the laws of this part are foreign ones: tissue, shoulder, cuffs or drives."""
         return self.world in (part, "all")
 
     def with_row(self, row: str, level: int) -> "Disturbances":

@@ -106,7 +106,7 @@ def elevation_cosine(skeleton: Skeleton, q: ca.SX) -> ca.SX:
 
 
 def _upper_arm_line(skeleton: Skeleton, q: ca.SX) -> ca.SX:
-    """Unit direction (3,) from the elbow to the shoulder."""
+    """Return the unit direction (3,) from the elbow to the shoulder."""
     along = ca.SX([0.0, 0.0, 1.0])
     for joint in reversed(skeleton.shoulder_joints):
         along = _turned(ca.SX(joint.axis), q[skeleton.freedoms.index(joint.name)], along)

@@ -34,7 +34,7 @@ class ShoulderPath:
     """
 
     def direction(self, usual: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " 3"]:
-        """Unit direction of the path, from the `usual` one in the frontal plane."""
+        """Return the unit direction of the path, from the `usual` one in the frontal plane."""
         forward = np.array([1.0, 0.0, 0.0])
         # The usual direction lies between up and medial; its lateral part tells the side.
         outwards = float(np.sign(usual[1]))

@@ -1,7 +1,7 @@
 """True parameters of one virtual wearer. Controllers and estimators must not read them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,7 @@ from .regressions import SEGMENTS
 from .segments import Body, Segment, draw_body, draw_segments
 from .shoulder_path import ShoulderPath, draw_shoulder_path
 from .skeleton import Skeleton, drawn_skeleton
+from .strained_cuffs import SoftTissue, StrainedCuffs, draw_soft_tissue, draw_strained_cuffs
 from .tissue import Tissue, both, draw_tissue
 
 OWNERS = "wearer", "wearer, second arm"
@@ -41,6 +42,9 @@ class Cuffs:
 
     damping_rotation: float
     """Damping of relative rotation [N·m·s/rad]."""
+
+    strained: StrainedCuffs | None = None
+    """Law of a foreign world, for the translations; linear springs at home."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +98,8 @@ class WearerArm:
 
     passive: PassiveJoints
     unrest: RestlessArm
+    soft_tissue: Mapping[str, SoftTissue] = field(default_factory=dict)
+    """Soft tissue of a foreign world, by the segment whose cuff holds its bone; none at home."""
 
     @property
     def side(self) -> ArmSide:
@@ -153,7 +159,7 @@ def draw_wearer(
         arms=tuple(_draw_arm(disturbances, seed, owner, one) for owner, one in zip(OWNERS, skeletons, strict=False)),
         lengths_given={name: length + errors[name] for name, length in lengths.items()},
         glenohumeral_share=_number(disturbances, "glenohumeral_shift", "share") if path is None else path.share,
-        cuffs=_cuffs(disturbances),
+        cuffs=_cuffs(disturbances, seed),
         shoulder_path=path,
     )
 
@@ -199,6 +205,7 @@ def _draw_arm(disturbances: Disturbances, seed: int, owner: str, skeleton: Skele
         donning_offset=offset * stream(seed, owner, "donning_offset").uniform(-1.0, 1.0, 3),
         passive=_draw_passive(disturbances, seed, owner, skeleton.freedoms),
         unrest=_draw_unrest(disturbances, seed, owner, skeleton.freedoms),
+        soft_tissue=draw_soft_tissue(seed, owner) if disturbances.is_foreign("cuffs") else {},
     )
 
 
@@ -207,13 +214,17 @@ def _draw_arm(disturbances: Disturbances, seed: int, owner: str, skeleton: Skele
 CUFF_RADIUS = 0.05
 
 
-def _cuffs(disturbances: Disturbances) -> Cuffs:
+def _cuffs(disturbances: Disturbances, seed: int) -> Cuffs:
     along, across = (1e3 * _number(disturbances, "cuff_stiffness", column) for column in ("along", "across"))
     limb, others = np.rad2deg(
         [_number(disturbances, "cuff_rotation", column) for column in ("about_limb", "about_others")]
     )
     damping = _number(disturbances, "cuff_damping", "value")
-    return Cuffs(np.array([across, across, along, others, others, limb]), damping, damping * CUFF_RADIUS**2)
+    stiffness = np.array([across, across, along, others, others, limb])
+    strained = draw_strained_cuffs(seed) if disturbances.is_foreign("cuffs") else None
+    if strained is not None:
+        stiffness = strained.stiffness_factor * stiffness
+    return Cuffs(stiffness, damping, damping * CUFF_RADIUS**2, strained)
 
 
 def _draw_passive(disturbances: Disturbances, seed: int, owner: str, freedoms: tuple[str, ...]) -> PassiveJoints:

@@ -8,7 +8,15 @@ import numpy as np
 
 from exograv import kernel
 from exograv.rig.twin.machine.delays import Delays, passed
-from exograv.rig.twin.machine.drive import DRIVE_STATES, TAU_MOTOR, THETA, DriveInput, drive_step
+from exograv.rig.twin.machine.drive import (
+    DRIVE_STATES,
+    FOREIGN_STATES,
+    TAU_MOTOR,
+    THETA,
+    DriveInput,
+    drive_step,
+    foreign_drive_step,
+)
 from exograv.rig.twin.machine.machine import Machine
 from exograv.rig.twin.wearer.arm_bodies import ArmPlace
 from exograv.rig.twin.wearer.passive import (
@@ -21,7 +29,7 @@ from exograv.rig.twin.wearer.passive import (
 )
 from exograv.rig.twin.wearer.wearer import Wearer
 
-from .cuffs import Kinematics, cuff_wrenches
+from .cuffs import Kinematics, cuff_wrenches, slip
 from .scene import TIMESTEP, Scene
 
 WATCHDOG_S = 0.02
@@ -29,6 +37,10 @@ WATCHDOG_S = 0.02
 
 docs/explanation/safety.md: a drive brakes 20 to 30 ms after its last command; 5 ms of them are the life of the command.
 """
+
+
+SLIPPED = "slipped"
+"""Name of the state that holds the ways by which cuffs have slipped along the limb (cuff,) [m]."""
 
 
 @dataclass(frozen=True)
@@ -120,10 +132,16 @@ def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> kernel
     told, carried["commands"] = _arriving(machine, now)
     at_joints = ca.vertcat(now.qpos[scene.exo.tolist()], now.drives[TAU_MOTOR, :].T, now.drives[THETA, :].T)
     carried["measurements"] = passed(now.measurements, at_joints)[1]
-    qfrc, carried["drives"] = _drive_forces(scene, machine, now, told)
+    qfrc, carried["drives"] = _drive_forces(scene, machine, now, told, foreign)
     xfrc = ca.SX.zeros(6, scene.model.nbody)
     if wearer is not None:
-        xfrc = cuff_wrenches(scene, wearer.cuffs, kinematics)
+        slipped = None
+        if wearer.cuffs.strained is not None:
+            slipped = slip(
+                scene, wearer.cuffs, wearer.cuffs.strained, kinematics, foreign.new(SLIPPED, len(scene.cuffs))
+            )
+            foreign.next[SLIPPED] = slipped
+        xfrc = cuff_wrenches(scene, wearer.cuffs, kinematics, slipped)
         arm_forces, carried["hysteresis"] = _arm_forces(scene, wearer, now, foreign)
         qfrc += arm_forces
     carried |= foreign.next
@@ -172,14 +190,25 @@ def _arriving(machine: Machine, now: StepInput) -> tuple[_Told, ca.SX]:
     return _Told(ca.if_else(age <= 0.0, tau, 0.0), ca.if_else(age <= 0.0, damping, braked)), behind
 
 
-def _drive_forces(scene: Scene, machine: Machine, now: StepInput, told: "_Told") -> tuple[ca.SX, ca.SX]:
+def _drive_forces(
+    scene: Scene, machine: Machine, now: StepInput, told: "_Told", foreign: ForeignStates
+) -> tuple[ca.SX, ca.SX]:
     """Return the forces of all drives (dof,) [N·m], and their next states."""
-    qfrc, next_states = ca.SX.zeros(scene.model.nv), []
+    qfrc, next_states, next_foreign = ca.SX.zeros(scene.model.nv), [], []
+    laws = machine.foreign
+    states = None if laws is None else foreign.new("foreign_drives", FOREIGN_STATES, len(scene.exo))
     for joint, dof in enumerate(scene.exo.tolist()):
         seen = DriveInput(told.tau[joint], now.qpos[dof], now.qvel[dof], now.warmth, told.damping[joint])
-        step = drive_step(machine, joint, now.drives[:, joint], seen, TIMESTEP)
+        state = now.drives[:, joint]
+        if laws is None or states is None:
+            step = drive_step(machine, joint, state, seen, TIMESTEP)
+        else:
+            step = foreign_drive_step(machine, laws, joint, (state, states[:, joint]), seen, TIMESTEP)
+            next_foreign.append(step.foreign_next)
         qfrc[dof] += step.tau_joint + now.tau_hand[joint]
         next_states.append(step.state_next)
+    if next_foreign:
+        foreign.next["foreign_drives"] = ca.horzcat(*next_foreign)
     return qfrc, ca.horzcat(*next_states)
 
 
