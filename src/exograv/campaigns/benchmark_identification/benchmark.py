@@ -133,7 +133,7 @@ def _grouped(runs: Sequence[MethodRun]) -> dict[Group, dict[str, list[MethodRun]
     groups: dict[Group, dict[str, list[MethodRun]]] = {}
     for run in runs:
         case = run.case
-        key = (run.setting, case.level, case.profile, case.only, case.without, case.restless)
+        key = (run.setting, case.level, case.profile, case.only, case.without, case.restless, case.world)
         groups.setdefault(key, {}).setdefault(run.method, []).append(run)
     return groups
 
@@ -171,6 +171,7 @@ def _wearer_row(run: MethodRun) -> WearerFigures:
         only=case.only,
         without=case.without,
         never_relaxed=case.restless,
+        world=case.world,
         failed=run.failed,
         time_to_target_s=rounded(time_to(run)),
         left_over_Nm={
