@@ -169,8 +169,8 @@ Level = Annotated[int, Within(0, 4, "0 (none) to 4 (a bad day)."), tyro.conf.arg
 World = Annotated[
     WorldName,
     tyro.conf.arg(
-        help="Laws of the twin: those of the estimator's model (home), or foreign ones of tissue, shoulder, cuffs, drives "
-        "or all of them. A level changes sizes, a world changes laws."
+        help="Laws of the twin: those of the estimator's model (home), or foreign ones of tissue, shoulder, cuffs, "
+        "drives or all of them. A level changes sizes, a world changes laws."
     ),
 ]
 AnySeed = Annotated[int, tyro.conf.arg(help="Seed of machine, wearer and run; the same seed gives the same figures.")]

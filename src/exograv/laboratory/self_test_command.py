@@ -53,8 +53,8 @@ class TwinUnderTest:
     def _weigh(self) -> list[Step]:
         asked = self.options
         options = WeighOptions(
-            asked.rig, asked.side, asked.level, asked.world, asked.seed, hand_weight_kg=0.0, body_mass_kg=asked.body_mass_kg,
-            calibration=self.calibration,
+            asked.rig, asked.side, asked.level, asked.world, asked.seed, hand_weight_kg=0.0,
+            body_mass_kg=asked.body_mass_kg, calibration=self.calibration,
         )  # fmt: skip
         found = run_weighing(options, self.progress)
         what_to_do = found.why if found.refused else ""

@@ -133,7 +133,7 @@ def _grouped(runs: Sequence[MethodRun]) -> dict[Group, dict[str, list[MethodRun]
     groups: dict[Group, dict[str, list[MethodRun]]] = {}
     for run in runs:
         case = run.case
-        key = (run.setting, case.level, case.profile, case.only, case.without, case.restless, case.world)
+        key = (run.setting, case.level, case.profile, case.only, case.without, case.restless)
         groups.setdefault(key, {}).setdefault(run.method, []).append(run)
     return groups
 

@@ -78,5 +78,6 @@ class TrainOptions(Options):
         return {
             "protocol": self.protocol, "participant": self.participant, "session": self.session, "rig": self.rig,
             "side": self.side, "level": self.level, "world": self.world, "seed": self.seed,
-            "donning": self.donning, "windows": self.windows, "allocation": None if self.allocation is None else str(self.allocation),
+            "donning": self.donning, "windows": self.windows,
+            "allocation": None if self.allocation is None else str(self.allocation),
         }  # fmt: skip

@@ -196,6 +196,6 @@ def guided_result(
     """Add the common figures of all guided runs to the findings."""
     description = laboratory.description
     return GuidedResult(
-        found, lead, description.name, description.joints, options.level, options.world, options.seed, is_simulated=True,
-        recording=recorded,
+        found, lead, description.name, description.joints, options.level, options.world, options.seed,
+        is_simulated=True, recording=recorded,
     )  # fmt: skip
