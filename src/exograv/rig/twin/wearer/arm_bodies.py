@@ -167,7 +167,7 @@ def _add_soft_tissue(body: mujoco.MjsBody, skeleton: Skeleton, bone: Bone, soft:
     _add_mass(body, replace(bone, mass=bone.mass - mass))
     flesh = body.add_body(name=soft_name(skeleton, bone.name), pos=bone.com)
     flesh.explicitinertial = True
-    flesh.mass, flesh.inertia = mass, np.full(3, INERTIA_LEAST)
+    flesh.mass, flesh.ipos, flesh.inertia = mass, np.zeros(3), np.full(3, INERTIA_LEAST)
     for name, axis in zip("xyz", np.eye(3), strict=True):
         flesh.add_joint(
             name=f"{soft_name(skeleton, bone.name)}_{name}",
