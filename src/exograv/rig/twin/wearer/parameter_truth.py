@@ -31,7 +31,8 @@ def parameter_truth(wearer: Wearer) -> dict[str, float]:
     the elbow's unit axis [-], in the axes of the upper arm as it lies in the fastened cuffs, when the bent forearm
     points along x: zero if the axis is at right angles to both bones. `carrying_angle` is the least angle between the
     bones' lines as the elbow turns, positive outwards [rad]. With two arms every name begins with `right_` or
-    `left_`.
+    `left_`. Where a foreign world has another law, a parameter of the home law does not exist and is absent: stiffness
+    and spring offset in the world of other tissue, the glenohumeral slope in the world of another shoulder.
     """
     if len(wearer.arms) == 1:
         return _of_arm(wearer, wearer.arms[0])
@@ -44,16 +45,14 @@ def _of_arm(wearer: Wearer, arm: WearerArm) -> dict[str, float]:
         parts = [_about_origin(bone) for bone in fastened_parts(skeleton, segment)]
         truth |= _inertial(segment, np.sum(parts, axis=0))
     passive = arm.passive
-    per_joint = {
-        "stiffness": passive.stiffness,
-        "spring_offset": passive.stiffness * passive.neutral,
-        "damping": passive.damping,
-    }
+    per_joint = {"damping": passive.damping}
+    if passive.tissue is None:
+        per_joint |= {"stiffness": passive.stiffness, "spring_offset": passive.stiffness * passive.neutral}
     for kind, values in per_joint.items():
         truth |= {f"{freedom}.{kind}": float(value) for freedom, value in zip(skeleton.freedoms, values, strict=True)}
     truth |= _elbow(skeleton)
     truth |= {f"shoulder_offset_{axis}": float(x) for axis, x in zip(AXES, arm.donning_offset, strict=True)}
-    if skeleton.follows_elevation:
+    if skeleton.follows_elevation and wearer.shoulder_path is None:
         forward = ca.SX([np.pi / 2.0, *[0.0] * (len(skeleton.freedoms) - 1)])
         raised = shoulder_shift(skeleton, forward, wearer.glenohumeral_share)
         truth["glenohumeral_slope"] = float(ca.DM(ca.evalf(raised))) / (np.pi / 2.0)
