@@ -100,6 +100,16 @@ def lying_like(skeleton: Skeleton, q: Angles) -> Angles:
     return least_squares(astray, q, xtol=1e-14, ftol=1e-14, gtol=1e-14).x
 
 
+def turned_to_lie(skeleton: Skeleton) -> Angles:
+    """Angles by which each freedom is turned in the fastened cuffs beyond those of a usual arm there [rad].
+
+    An oblique elbow needs another rotation of the upper arm. Software that takes the arm for a usual one in the moment of
+    donning counts all later angles from there.
+    """
+    q = FASTENED[: len(skeleton.freedoms)]
+    return lying_like(skeleton, q) - q
+
+
 def fastened_parts(skeleton: Skeleton, segment: str) -> list[Bone]:
     """Bones of a segment as parts of one body, with their frames at its proximal centre, in its axes.
 
