@@ -47,7 +47,8 @@ def _of_arm(wearer: Wearer, arm: WearerArm) -> dict[str, float]:
     passive = arm.passive
     per_joint = {"damping": passive.damping}
     if passive.tissue is None:
-        per_joint |= {"stiffness": passive.stiffness, "spring_offset": passive.stiffness * passive.neutral}
+        neutral = passive.neutral - turned_to_lie(skeleton)
+        per_joint |= {"stiffness": passive.stiffness, "spring_offset": passive.stiffness * neutral}
     for kind, values in per_joint.items():
         truth |= {f"{freedom}.{kind}": float(value) for freedom, value in zip(skeleton.freedoms, values, strict=True)}
     truth |= _elbow(skeleton)
