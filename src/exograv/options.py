@@ -148,6 +148,9 @@ Sex = Literal["female", "male"]
 Loss = Literal["finish", "stop"]
 """Action on an open window when no page controls the machine any more."""
 
+WorldName = Literal["home", "tissue", "shoulder", "cuffs", "drives", "all"]
+"""Laws of the twin: those that the estimator assumes ("home"), or foreign ones."""
+
 Bus = Literal["canopen", "moteus", "udp"]
 Profile = Literal["harmonic", "qdd"]
 
@@ -167,6 +170,13 @@ ON_SIMULATED = Acts(lambda all_: all_.drives is None or all_.simulate, "on a sim
 SideOption = Annotated[Side | None, tyro.conf.arg(help=SIDE_HELP)]
 OneSideOption = Annotated[Literal["right", "left"] | None, tyro.conf.arg(help=SIDE_HELP)]
 Level = Annotated[int, Within(0, 4, "0 (none) to 4 (a bad day)."), tyro.conf.arg(help=LEVEL_HELP.format("twin"))]
+World = Annotated[
+    WorldName,
+    tyro.conf.arg(
+        help="Laws of the twin: those of the estimator's model (home), or foreign ones of tissue, shoulder, cuffs, "
+        "drives or all of them. A level changes sizes, a world changes laws."
+    ),
+]
 AnySeed = Annotated[int, tyro.conf.arg(help="Seed of machine, wearer and run; the same seed gives the same figures.")]
 Seed = Annotated[AnySeed, Within(0)]
 Processes = Annotated[int, Within(1, 64)]
@@ -208,6 +218,7 @@ class TwinOptions(Options):
     rig: RigArgument = "recupera_like"
     side: SideOption = None
     level: Level = 2
+    world: World = "home"
     seed: Seed = 0
 
 
@@ -216,6 +227,7 @@ class MachineOptions(TwinOptions):
     """Options of a command for the twin or a machine on drives. Each subclass states the tests its drives must pass."""
 
     level: Annotated[Level, ON_SIMULATED] = 2
+    world: Annotated[World, ON_SIMULATED] = "home"
     seed: Annotated[Seed, ON_SIMULATED] = 0
 
     drives: DrivesFile = None

@@ -32,7 +32,7 @@ def skew(w: ca.SX) -> ca.SX:
     return ca.vertcat(ca.horzcat(0, -w[2], w[1]), ca.horzcat(w[2], 0, -w[0]), ca.horzcat(-w[1], w[0], 0))
 
 
-def rotation_about(axis: ca.DM, angle: ca.SX) -> ca.SX:
+def rotation_about(axis: ca.DM | ca.SX, angle: ca.SX) -> ca.SX:
     """Rotation (3, 3) by `angle` about a unit `axis` (3,), by Rodrigues' formula."""
     K = skew(ca.SX(axis))
     return ca.SX.eye(3) + ca.sin(angle) * K + (1 - ca.cos(angle)) * (K @ K)

@@ -13,7 +13,8 @@ from exograv.dynamics.loop_torque import GRAVITY, ArmExpression, arm_load
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
-from exograv.model.loops import FIT, LoopSolver
+from exograv.model.loops import FIT, LoopSolver, arm_hinges
+from exograv.model.personal import with_hinges
 from exograv.model.rig_settings import ArmSide
 from exograv.model.support import assemble, refuse_unsupported
 
@@ -36,7 +37,7 @@ AXES = {
 }
 """Orders of the machine's shoulder axes; the order of the arm's axes stays."""
 
-OFFSET = np.array([0.015, -0.01, 0.008, 0.0, 0.004, 0.0, 0.0])
+OFFSET = np.array([0.015, -0.01, 0.008, 0.0, 0.004, 0.0, 0.0, 0.12, 0.08])
 
 
 RIGS = {kind: "recupera_like_7" if len(cuffs) == 3 else "recupera_like" for kind, cuffs in CUFFS.items()}
@@ -69,7 +70,8 @@ class RigidLoop:
     """Both trees in Pinocchio, with the rows that the cuffs hold."""
 
     def __init__(self, assembly: Assembly, make_pinocchio: Callable, write_urdf: Callable):
-        exo, arm = assembly.exo, assembly.arm.tree
+        exo, hinges = assembly.exo, arm_hinges(assembly, ca.SX(ca.DM(OFFSET)))
+        arm = with_hinges(assembly.arm.tree, hinges)
         self.exo = make_pinocchio(write_urdf(exo, exo.phi), exo.joint_names)
         self.arm = make_pinocchio(write_urdf(arm, arm.phi), arm.joint_names)
         self.base = exo.frame("shoulder_centre").p_body_frame + OFFSET[:3]

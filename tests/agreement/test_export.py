@@ -33,8 +33,11 @@ WORN_FIT = {
     "upper_arm_lengthening": 0.006,
     "cuff_log_stiffness": 0.2,
     "cuff_log_rotational_stiffness": -0.3,
+    "elbow_axis_x": 0.06,
+    "elbow_axis_z": 0.04,
 }
-"""Fit without a shift of the shoulder's centre: MJCF holds it fixed, while in exograv it follows the arm."""
+"""Fit without a shift of the shoulder's centre: MJCF holds it fixed, while in exograv it follows the arm. The elbow is
+a little oblique: the two residuals of a cuff's rotation differ with the cube of the angle by which it is strained."""
 SETTLE_STEPS = 6_000  # 3 s, half of them for the motion
 
 

@@ -32,7 +32,7 @@ def model(assembly) -> ArmModel:
 def likely_parameters(assembly) -> np.ndarray:
     x = parameters.table_parameters(assembly.arm, np.full(4, 0.2), np.full(4, 2.0), np.full(4, 1.0))
     x[LAYOUT.stiffness], x[LAYOUT.spring_offset], x[LAYOUT.damping] = 1.5, 0.8, 0.4
-    x[LAYOUT.fit] = [0.012, -0.009, 0.007, 0.02, 0.006, 0.2, -0.3]
+    x[LAYOUT.fit] = [0.012, -0.009, 0.007, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08]
     return x
 
 
@@ -93,7 +93,7 @@ def test_in_stiff_cuffs_the_torque_is_linear_in_all_but_the_fit(assembly, model)
     straight = ArmModel(assembly, machine)
     sample = Sample(0.0, np.array([0.8, 0.3, -0.2, 1.3]), np.full(4, 0.7), np.full(4, -1.2), none)
     x = likely_parameters(assembly)
-    x[LAYOUT.fit][-2:] = np.log(STIFFER)
+    x[LAYOUT.fit][5:7] = np.log(STIFFER)
     change = 0.1 * np.random.default_rng(0).normal(size=len(x))
     change[LAYOUT.fit] = 0.0
     tau, derivative = straight.linearise(sample, x)

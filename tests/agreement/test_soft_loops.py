@@ -19,14 +19,15 @@ from exograv.model.anthropometry import Body
 from exograv.model.arm import build_arm
 from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription, load_rig
-from exograv.model.loops import FIT, LoopSolver, arm_positions
+from exograv.model.loops import FIT, LoopSolver, arm_hinges, arm_positions
+from exograv.model.personal import with_hinges
 from exograv.model.support import assemble
 from exograv.rig.twin import Disturbances, Examiner, Wearer, draw_machine, draw_wearer, parameter_truth, rms
 from exograv.signals import Reference
 
 ENERGY_TOLERANCE = 1e-8  # N·m: six-point differences of energies of about 30 J, rounded to 1e-14 of that
 STEP = 4e-3  # rad: step of those differences
-FIT_OF_WEARER = np.array([0.015, -0.012, 0.008, 0.02, 0.006, 0.2, -0.3])
+FIT_OF_WEARER = np.array([0.015, -0.012, 0.008, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08])
 
 SETTLING = 25  # steps; the sag of a softly held arm converges by a factor of ten per step
 
@@ -39,11 +40,12 @@ class Energies:
     """Energies of cuffs, machine and arm by NumPy and Pinocchio."""
 
     def __init__(self, assembly: Assembly, make_pinocchio: Callable, write_urdf: Callable):
-        exo, arm = assembly.exo, assembly.arm.tree
+        exo, hinges = assembly.exo, arm_hinges(assembly, ca.SX(ca.DM(FIT_OF_WEARER)))
+        arm = with_hinges(assembly.arm.tree, hinges)
         self.exo = make_pinocchio(write_urdf(exo, exo.phi), exo.joint_names)
         self.arm = make_pinocchio(write_urdf(arm, arm.phi), arm.joint_names)
         self.base = exo.frame("shoulder_centre").p_body_frame + FIT_OF_WEARER[:3]
-        translation, rotation = np.exp(FIT_OF_WEARER[5:])
+        translation, rotation = np.exp(FIT_OF_WEARER[5:7])
         scale = np.array([translation] * 3 + [rotation] * 3)
         donning = assembly.description.donning_posture
         self.cuffs = []

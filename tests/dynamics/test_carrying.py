@@ -13,7 +13,7 @@ from exograv.model.arm import held_weight
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
 from exograv.model.kinematics import body_poses
-from exograv.model.loops import LoopSolver, arm_positions, arm_roots, fit_names
+from exograv.model.loops import LoopSolver, arm_poses, fit_names
 from exograv.model.support import assemble, sample_postures
 from exograv.model.tree import Tree
 
@@ -39,7 +39,7 @@ def energies(assembly: Assembly, y: np.ndarray, z: np.ndarray) -> np.ndarray:
     """Potential energies of the machine, the arm and 1 kg in each hand, at one posture [J]."""
     arm, fit = assembly.arm, ca.SX.zeros(len(fit_names(assembly)))
     exo = height_energy(assembly.exo, assembly.exo.phi, body_poses(assembly.exo, ca.SX(ca.DM(y))))
-    poses = body_poses(arm.tree, arm_positions(arm, ca.SX(ca.DM(z)), fit), arm_roots(assembly, fit))
+    poses = arm_poses(assembly, ca.SX(ca.DM(z)), fit)
     weights = sum((held_weight(arm, 1.0, limb) for limb in range(len(arm.limbs))), np.zeros_like(arm.phi))
     found = [exo]
     for phi in (arm.phi, weights):

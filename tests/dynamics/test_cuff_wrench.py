@@ -8,9 +8,10 @@ from exograv.dynamics.cuff_wrench import cuff_torque
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.kinematics import body_poses
-from exograv.model.loops import arm_positions, arm_roots, cuff_pairs
+from exograv.model.loops import arm_poses, cuff_pairs
 from exograv.model.support import assemble
 
+FIT_OF_WEARER = [0.015, -0.012, 0.008, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08]
 STEP = 1e-6  # rad
 TOLERANCE = 1e-6  # N·m, for torques of some tens of N·m
 
@@ -18,8 +19,8 @@ TOLERANCE = 1e-6  # N·m, for torques of some tens of N·m
 @pytest.mark.parametrize("seed", range(3))
 def test_torque_is_work_per_angle(seed: int):
     assembly = assemble(load_rig("recupera_like"), Body(1.75, 75.0, "male"))
-    y, z, fit = ca.SX.sym("y", 4), ca.SX.sym("z", 4), ca.SX.zeros(7)
-    arm = body_poses(assembly.arm.tree, arm_positions(assembly.arm, z, fit), arm_roots(assembly, fit))
+    y, z, fit = ca.SX.sym("y", 4), ca.SX.sym("z", 4), ca.SX(ca.DM(FIT_OF_WEARER))
+    arm = arm_poses(assembly, z, fit)
     pairs = [pair.T_exo_arm for pair in cuff_pairs(assembly, body_poses(assembly.exo, y), arm, fit)]
     poses = ca.Function("poses", [y, z], [value for T in pairs for value in (T.p, T.R)])
     wrenches = ca.SX.sym("wrenches", 6, 2)

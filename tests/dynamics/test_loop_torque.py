@@ -142,7 +142,7 @@ def test_passive_joints_cost_what_the_arms_own_joints_would(assembly, fit):
 
 
 def test_left_and_right_cost_the_same(fit):
-    mirrored_fit = fit * np.array([1.0, -1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
+    mirrored_fit = fit * np.array([1.0, -1.0, 1.0, 1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
     totals = []
     sides: list[tuple[Side, np.ndarray]] = [("right", fit), ("left", mirrored_fit)]
     for side, own_fit in sides:

@@ -13,7 +13,7 @@ from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig, rig_names
 from exograv.model.kinematics import body_poses
-from exograv.model.loops import LoopSolver, arm_positions, arm_roots, fit_names
+from exograv.model.loops import LoopSolver, arm_poses, fit_names
 from exograv.model.support import assemble
 from exograv.model.tree import Tree
 from exograv.spatial import Transform
@@ -21,7 +21,7 @@ from exograv.spatial import Transform
 STEP = 1e-3  # rad, of fourth-order differences
 TOLERANCE = 1e-8  # N·m: of energies of 30 J
 PARITY = 1e-10  # N·m: the same sums in another order
-OFFSETS = np.array([0.012, -0.009, 0.007, 0.02, 0.006, 0.2, -0.3])
+OFFSETS = np.array([0.012, -0.009, 0.007, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08])
 FOUR_JOINTS = "recupera_like"
 
 
@@ -46,8 +46,7 @@ class AtRest:
         closed = closure(cuffs, y, z_next, fit, static_load(assembly, arm, z_next, GRAVITY))
         exo = exo_torque(assembly, assembly.exo.phi, still, (y, still, still), GRAVITY)
         load = arm_load(assembly, arm, cuffs, closed, (y, still, still), GRAVITY)
-        positions = arm_positions(assembly.arm, closed.z, fit)
-        poses = body_poses(assembly.arm.tree, positions, arm_roots(assembly, fit))
+        poses = arm_poses(assembly, closed.z, fit)
         energy = weight_energy(assembly.arm.tree, poses) + weight_energy(assembly.exo, body_poses(assembly.exo, y))
         energy += ca.Function("cuffs", [cuffs.y, cuffs.z, cuffs.fit], [cuffs.energy])(y, closed.z, fit)
         outputs = [closed.z, exo + closed.G.T @ load + closed.strain, energy]

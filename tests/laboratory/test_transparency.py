@@ -43,7 +43,7 @@ def result() -> MachineTransparency:
         "zero_g": 0.5,
     }
     efforts = {name: [effort(size), effort(1.1 * size), effort(5.0 * size, 1.2)] for name, size in sizes.items()}
-    return rig_result(load_rig("recupera_like"), 2, SEEDS, pointing(4, 1e-3), efforts)
+    return rig_result(load_rig("recupera_like"), TransparencyOptions(), SEEDS, pointing(4, 1e-3), efforts)
 
 
 def test_the_figures_follow_the_contract():

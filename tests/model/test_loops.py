@@ -19,13 +19,14 @@ STAGES = 40  # steps of a followed path: 2° each at most
 
 
 def random_fit(generator: np.random.Generator) -> np.ndarray:
-    """Fit of a wearer up to 30 mm off, with a moving shoulder and cuff stiffness that differs from the file."""
+    """Fit of a wearer up to 30 mm off, with a moving shoulder, another cuff stiffness and an oblique elbow."""
     return np.concatenate(
         [
             generator.uniform(-0.03, 0.03, 3),
             generator.uniform(0.0, 0.025, 1),
             generator.uniform(-0.01, 0.01, 1),
             generator.uniform(-0.3, 0.3, 2),
+            generator.uniform(-0.2, 0.2, 2),
         ]
     )
 

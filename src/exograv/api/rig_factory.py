@@ -43,7 +43,7 @@ def simulated_wearer(options: "MachineOptions") -> "SimulatedWearer | None":
     from exograv.laboratory.truth_score import ScoredWearer
     from exograv.laboratory.virtual_laboratory import draw_laboratory
 
-    return ScoredWearer(draw_laboratory(options.rig, options.side, options.level, options.seed))
+    return ScoredWearer(draw_laboratory(options.rig, options.side, options.level, options.seed, world=options.world))
 
 
 def run_calibration(
@@ -75,7 +75,7 @@ def _truth(options: "CalibrateOptions", description: "RigDescription") -> "Truth
         return None
     from exograv.laboratory.calibration_command import truth_of_machine
 
-    return truth_of_machine(description, options.level, options.seed)
+    return truth_of_machine(description, options.level, options.seed, options.world)
 
 
 def run_self_test(
@@ -109,9 +109,7 @@ def run_live(
 
     return run_live_simulated(
         options,
-        lambda: prepare_live_twin(
-            options.rig, options.side, options.level, options.seed, not options.identify_s, options.self_test, progress
-        ),
+        lambda: prepare_live_twin(options, not options.identify_s, options.self_test, progress),
         folder,
         progress,
         started,

@@ -14,11 +14,12 @@ from exograv.errors import ConfigError
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.laboratory.preparation import Preparation, WornTwin, no_progress
 from exograv.laboratory.provenance import run_settings
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory, laboratory_at
+from exograv.laboratory.virtual_laboratory import laboratory_at
 from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.pilot import Progress
 from exograv.model.anthropometry import Body
 from exograv.model.description import RigDescription
+from exograv.options import WorldName
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.float_arm import float_arm
 from exograv.recording import RecordingWriter
@@ -48,24 +49,35 @@ class Twin:
     Neither the controller nor the estimator has access to the parameters of the twin.
     """
 
-    def __init__(self, rig: RigDescription, *, level: int = 2, seed: int = 0, progress: Progress = no_progress):
+    def __init__(
+        self,
+        rig: RigDescription,
+        *,
+        level: int = 2,
+        world: WorldName = "home",
+        seed: int = 0,
+        progress: Progress = no_progress,
+    ):
         """Draw machine and wearer.
 
         Args:
             rig: Machine, by `load_rig`.
             level: Level of all disturbances: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one.
+            world: Laws of machine and wearer: `home`, or foreign ones of `tissue`, `shoulder`, `cuffs`, `drives` or
+                `all`.
             seed: Seed of machine, wearer and run; the same seed gives the same figures.
             progress: Called from time to time with a text and the share done.
 
         Raises:
-            ConfigError: The level is not 0 to 4, the seed is negative, or the machine has joints without a motor.
+            ConfigError: The level is not 0 to 4, the world does not exist, the seed is negative, or the machine has
+                joints without a motor.
         """
         if level not in LEVELS or seed < 0:
             raise ConfigError(f"level is {level} and seed is {seed}; allowed: level 0 to 4, seed 0 and above.")
         refuse_motorless(rig)
-        drawn = laboratory_at(rig, Disturbances.at_level(level), seed, seed)
+        drawn = laboratory_at(rig, Disturbances.at_level(level, world), seed, seed)
         self.rig, self.level, self.seed = rig, level, seed
-        self._laboratory = VirtualLaboratory(rig, drawn.machine, drawn.wearer, None, twin_identity(level, seed))
+        self._laboratory = replace(drawn, serial=twin_identity(level, seed, world))
         self._preparation = Preparation(self._laboratory, seed, progress)
         self._calibrated: tuple[Calibration, float] | None = None
 

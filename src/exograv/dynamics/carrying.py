@@ -13,7 +13,7 @@ from exograv import kernel
 from exograv.model.arm import held_weight
 from exograv.model.assembly import Assembly
 from exograv.model.kinematics import body_poses
-from exograv.model.loops import LoopSolver, arm_positions, arm_roots, cuff_residuals, fit_names, scaled_stiffness
+from exograv.model.loops import LoopSolver, arm_poses, arm_positions, cuff_residuals, fit_names, scaled_stiffness
 
 from .loop_torque import GRAVITY
 from .weight import weight
@@ -55,7 +55,7 @@ def _function(assembly: Assembly) -> ca.Function:
     fit = ca.SX.zeros(len(fit_names(assembly)))
     exo, _ = weight(assembly.exo, body_poses(assembly.exo, y), ca.SX(ca.DM(assembly.exo.phi.T)), gravity)
     x = arm_positions(arm, z, fit)
-    poses = body_poses(arm.tree, x, arm_roots(assembly, fit))
+    poses = arm_poses(assembly, z, fit)
     weights = sum((held_weight(arm, 1.0, limb) for limb in range(len(arm.limbs))), np.zeros_like(arm.phi))
     loads = []
     for phi in (arm.phi, weights):

@@ -18,8 +18,16 @@ from functools import cached_property
 import casadi as ca
 
 from exograv.model.assembly import Assembly
-from exograv.model.kinematics import body_poses
-from exograv.model.loops import CuffPair, arm_positions, arm_roots, cuff_pairs, fit_names, scaled_stiffness
+from exograv.model.kinematics import NO_HINGES, Hinges, body_poses, joint_axis
+from exograv.model.loops import (
+    CuffPair,
+    arm_hinges,
+    arm_poses,
+    arm_positions,
+    cuff_pairs,
+    fit_names,
+    scaled_stiffness,
+)
 from exograv.model.tree import Tree
 from exograv.spatial import Transform, cosine_of, rotation_residual, skew
 
@@ -157,7 +165,7 @@ def cuff_energy(assembly: Assembly) -> CuffEnergy:
     J = ca.jacobian(x, z)
     u_y, u_z = along[:n], along[n:]
     u_x = J @ u_z
-    exo, arm = body_poses(assembly.exo, y), body_poses(tree, x, arm_roots(assembly, fit))
+    exo, arm, hinges = body_poses(assembly.exo, y), arm_poses(assembly, z, fit), arm_hinges(assembly, fit)
     stiffness = ca.reshape(scaled_stiffness(assembly, fit), 6, -1)
     energy, cosine, g_y, g_x, g_bent = (
         ca.SX(0),
@@ -171,7 +179,7 @@ def cuff_energy(assembly: Assembly) -> CuffEnergy:
         cuff = _CuffLoad(pair.T_exo_arm.p, pair.T_exo_arm.R, stiffness[:3, i], stiffness[3:, i])
         # Order of the chain: the machine from the cuff to the base, then the arm from the base to the cuff.
         machine = _links(assembly.exo, exo, pair, pair.exo_body, turned=-1.0)[::-1]
-        limb = _links(tree, arm, pair, pair.arm_body, turned=1.0)
+        limb = _links(tree, arm, pair, pair.arm_body, turned=1.0, hinges=hinges)
         energy += cuff.energy
         cosine = ca.fmin(cosine, cosine_of(cuff.Q))
         for link in machine:
@@ -231,13 +239,15 @@ def _bent_slopes(cuff: _CuffLoad, chain: list[_Link], speeds: list[ca.SX]) -> li
     ]  # fmt: skip
 
 
-def _links(tree: Tree, poses: list[Transform], pair: CuffPair, body: int, turned: float) -> list[_Link]:
+def _links(
+    tree: Tree, poses: list[Transform], pair: CuffPair, body: int, turned: float, hinges: Hinges = NO_HINGES
+) -> list[_Link]:
     """Joints between the base and a body, starting at the base; `turned` is −1 if the chain passes them backwards."""
     R, p_end = pair.T_world_exo.R.T, pair.T_world_arm.p
     links = []
     while body >= 0:
         joint, pose = tree.joints[body], poses[body]
-        axis = turned * (R @ (pose.R @ ca.DM(joint.axis)))
+        axis = turned * (R @ (pose.R @ joint_axis(tree, body, hinges)))
         if joint.kind == "revolute":
             links.append(_Link(body, axis, ca.cross(axis, R @ (p_end - pose.p))))
         else:

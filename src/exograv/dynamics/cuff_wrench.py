@@ -4,7 +4,7 @@ import casadi as ca
 
 from exograv.model.assembly import Assembly
 from exograv.model.kinematics import body_poses
-from exograv.model.loops import arm_positions, arm_roots, cuff_pairs
+from exograv.model.loops import arm_poses, cuff_pairs
 
 
 def cuff_torque(assembly: Assembly, y: ca.SX, z: ca.SX, fit: ca.SX, wrenches: ca.SX) -> ca.SX:
@@ -16,7 +16,7 @@ def cuff_torque(assembly: Assembly, y: ca.SX, z: ca.SX, fit: ca.SX, wrenches: ca
     pose of the arm's cuff frame in the machine's cuff frame; the two frames need not coincide.
     """
     exo = body_poses(assembly.exo, y)
-    arm = body_poses(assembly.arm.tree, arm_positions(assembly.arm, z, fit), arm_roots(assembly, fit))
+    arm = arm_poses(assembly, z, fit)
     torque = ca.SX.zeros(z.numel())
     for i, pair in enumerate(cuff_pairs(assembly, exo, arm, fit)):
         T, force, moment = pair.T_exo_arm, wrenches[:3, i], wrenches[3:, i]

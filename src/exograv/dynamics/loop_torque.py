@@ -7,8 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.model.assembly import Assembly
-from exograv.model.kinematics import body_poses
-from exograv.model.loops import arm_positions, arm_roots
+from exograv.model.loops import arm_hinges, arm_poses, arm_positions
 
 from .closure import Closure, CuffEnergy, StaticLoad, velocity_bias
 from .passive import passive_torque
@@ -83,8 +82,8 @@ def static_load(
     `passive_share` scales the arm's elasticity: one value for all freedoms, or one per freedom (freedom,).
     """
     tree, stretched = assembly.arm.tree, arm_positions(assembly.arm, z, arm.fit)
-    poses = body_poses(tree, stretched, arm_roots(assembly, arm.fit))
-    torque, stiffness = weight(tree, poses, _tree_parameters(assembly, arm), _expression(gravity))
+    poses, hinges = arm_poses(assembly, z, arm.fit), arm_hinges(assembly, arm.fit)
+    torque, stiffness = weight(tree, poses, _tree_parameters(assembly, arm), _expression(gravity), hinges)
     # Chain rule to the freedoms, with the second derivative of the shoulder's shift.
     at, pull = ca.SX.sym("at", z.numel()), ca.SX.sym("pull", stretched.numel())
     x = arm_positions(assembly.arm, at, arm.fit)
@@ -122,7 +121,8 @@ def arm_load(
     x_at, S_at, bias_at = ca.Function("tree", [z, fit, along], [x, S, bias]).call([closed.z, arm.fit, v_z])
     tree = assembly.arm.tree
     phi = _tree_parameters(assembly, arm)
-    tau_tree = rnea(tree, x_at, S_at @ v_z, S_at @ a_z + bias_at, phi, _expression(gravity))
+    hinges = arm_hinges(assembly, arm.fit)
+    tau_tree = rnea(tree, x_at, S_at @ v_z, S_at @ a_z + bias_at, phi, _expression(gravity), hinges)
     passive = passive_torque(arm.stiffness, arm.spring_offset, arm.damping, closed.z, v_z)
     return S_at.T @ tau_tree + passive_share * passive
 

@@ -2,12 +2,12 @@
 
 import casadi as ca
 
-from exograv.model.kinematics import joint_transforms
+from exograv.model.kinematics import NO_HINGES, Hinges, joint_axis, joint_transforms
 from exograv.model.tree import Tree
 from exograv.spatial import inertia_matrix
 
 
-def rnea(tree: Tree, q: ca.SX, v: ca.SX, a: ca.SX, phi: ca.SX, gravity: ca.SX) -> ca.SX:
+def rnea(tree: Tree, q: ca.SX, v: ca.SX, a: ca.SX, phi: ca.SX, gravity: ca.SX, hinges: Hinges = NO_HINGES) -> ca.SX:
     """Generalised forces (joint,) of a tree: M a + bias, with gravity.
 
     Args:
@@ -17,20 +17,21 @@ def rnea(tree: Tree, q: ca.SX, v: ca.SX, a: ca.SX, phi: ca.SX, gravity: ca.SX) -
         a: Joint accelerations (joint,).
         phi: Inertial parameters (10, body); the result is linear in them.
         gravity: Gravity vector (3,) in the base frame [m/s²]; (0, 0, −9.81) if z is up.
+        hinges: Oblique hinges of the tree.
 
     Returns:
         Force along each joint axis that the motors must give [N·m or N].
 
     Source: Featherstone 2008, Rigid Body Dynamics Algorithms, table 5.1, written with three-dimensional vectors.
     """
-    transforms = joint_transforms(tree, q)
+    transforms = joint_transforms(tree, q, hinges)
+    axes = [joint_axis(tree, i, hinges) for i in range(len(tree.joints))]
     n = len(tree.joints)
-    forces, moments = _body_wrenches(tree, transforms, v, a, phi, gravity)
+    forces, moments = _body_wrenches(tree, transforms, axes, v, a, phi, gravity)
     tau = [ca.SX(0)] * n
     for i in reversed(range(n)):
         joint, T = tree.joints[i], transforms[i]
-        axis = ca.DM(joint.axis)
-        tau[i] = ca.dot(axis, moments[i] if joint.kind == "revolute" else forces[i])
+        tau[i] = ca.dot(axes[i], moments[i] if joint.kind == "revolute" else forces[i])
         if joint.parent >= 0:
             force = T.R @ forces[i]
             forces[joint.parent] += force
@@ -38,11 +39,11 @@ def rnea(tree: Tree, q: ca.SX, v: ca.SX, a: ca.SX, phi: ca.SX, gravity: ca.SX) -
     return ca.vertcat(*tau)
 
 
-def _body_wrenches(tree, transforms, v, a, phi, gravity):
+def _body_wrenches(tree, transforms, axes, v, a, phi, gravity):
     """Force and moment about the body's origin that move each body, in the body's frame."""
     omegas, alphas, accelerations, forces, moments = [], [], [], [], []
     for i, (joint, T) in enumerate(zip(tree.joints, transforms, strict=True)):
-        axis = ca.DM(joint.axis)
+        axis = axes[i]
         if joint.parent >= 0:
             omega_p, alpha_p, acc_p = omegas[joint.parent], alphas[joint.parent], accelerations[joint.parent]
         else:

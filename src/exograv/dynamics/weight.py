@@ -10,11 +10,14 @@ from collections.abc import Sequence
 
 import casadi as ca
 
+from exograv.model.kinematics import NO_HINGES, Hinges, joint_axis
 from exograv.model.tree import Tree
 from exograv.spatial import Transform
 
 
-def weight(tree: Tree, poses: Sequence[Transform], phi: ca.SX, gravity: ca.SX) -> tuple[ca.SX, ca.SX]:
+def weight(
+    tree: Tree, poses: Sequence[Transform], phi: ca.SX, gravity: ca.SX, hinges: Hinges = NO_HINGES
+) -> tuple[ca.SX, ca.SX]:
     """Torque (joint,) [N·m or N] that holds the bodies at rest, and its derivative (joint, joint) by the positions.
 
     Args:
@@ -22,14 +25,16 @@ def weight(tree: Tree, poses: Sequence[Transform], phi: ca.SX, gravity: ca.SX) -
         poses: Poses of its bodies in the frame of `gravity`.
         phi: Inertial parameters (10, body).
         gravity: Gravity vector (3,) [m/s²].
+        hinges: Oblique hinges of the tree.
     """
     n = len(tree.joints)
     torque, stiffness = ca.SX.zeros(n), ca.SX.zeros(n, n)
     mass = [phi[0, i] for i in range(n)]
+    axes = [poses[i].R @ joint_axis(tree, i, hinges) for i in range(n)]
     # First moment of the whole subtree about its joint's origin, once its children have been added.
     moment = [poses[i].R @ phi[1:4, i] for i in range(n)]
     for j in reversed(range(n)):
-        joint, axis = tree.joints[j], poses[j].R @ ca.DM(tree.joints[j].axis)
+        joint, axis = tree.joints[j], axes[j]
         swing = ca.cross(axis, moment[j]) if joint.kind == "revolute" else mass[j] * axis
         torque[j] = -ca.dot(gravity, swing)
         pull = ca.cross(gravity, swing)
@@ -37,7 +42,7 @@ def weight(tree: Tree, poses: Sequence[Transform], phi: ca.SX, gravity: ca.SX) -
         while k >= 0:
             if tree.joints[k].kind == "revolute":
                 # −g·(a_k × s) = a_k·(g × s)
-                stiffness[j, k] = stiffness[k, j] = ca.dot(poses[k].R @ ca.DM(tree.joints[k].axis), pull)
+                stiffness[j, k] = stiffness[k, j] = ca.dot(axes[k], pull)
             k = tree.joints[k].parent
         if joint.parent >= 0:
             moment[joint.parent] += moment[j] + mass[j] * (poses[j].p - poses[joint.parent].p)

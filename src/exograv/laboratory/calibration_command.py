@@ -9,6 +9,7 @@ import numpy as np
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.loop.pilot import Progress
 from exograv.model.description import RigDescription
+from exograv.options import WorldName
 from exograv.procedures.calibration.calibrate_command import TruthAt
 from exograv.procedures.calibration.figures import CalibrationTruth
 from exograv.procedures.calibration.options import CalibrateOptions
@@ -30,12 +31,12 @@ class EmptyTwinMachine:
     @property
     def serial(self) -> str:
         """Identity of the twin of this level and seed."""
-        return twin_identity(self.options.level, self.options.seed)
+        return twin_identity(self.options.level, self.options.seed, self.options.world)
 
     @property
     def truth(self) -> TruthAt:
         """True values of the twin's machine."""
-        return truth_of_machine(self.description, self.options.level, self.options.seed)
+        return truth_of_machine(self.description, self.options.level, self.options.seed, self.options.world)
 
     def calibrate(self, lengths: Mapping[str, float]) -> tuple[Calibration, float]:
         """Calibrate from cold; return the result and the rig's clock at the end [s]."""
@@ -46,7 +47,7 @@ class EmptyTwinMachine:
         return self._empty(lengths).recheck(before, self._pilots)
 
     def _empty(self, lengths: Mapping[str, float]) -> EmptyTwin:
-        disturbances = Disturbances.at_level(self.options.level)
+        disturbances = Disturbances.at_level(self.options.level, self.options.world)
         machine = draw_machine(self.description, disturbances, self.options.seed)
         return EmptyTwin(self.description, machine, self.options.seed, lengths)
 
@@ -55,9 +56,9 @@ class EmptyTwinMachine:
         return pilots(self.description, self.progress)
 
 
-def truth_of_machine(description: RigDescription, level: int, seed: int) -> TruthAt:
-    """Return a function of the clock [s] for the true values of the machine of this disturbance level and seed."""
-    return partial(calibration_truth, draw_machine(description, Disturbances.at_level(level), seed))
+def truth_of_machine(description: RigDescription, level: int, seed: int, world: WorldName = "home") -> TruthAt:
+    """Return a function of the clock [s] for the true values of the machine of this level, seed and world."""
+    return partial(calibration_truth, draw_machine(description, Disturbances.at_level(level, world), seed))
 
 
 def calibration_truth(machine: Machine, t: float) -> CalibrationTruth:

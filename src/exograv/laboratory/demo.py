@@ -122,6 +122,7 @@ def run_demo(
         options.wearer_model,
         options.wearer_map,
         options.donning,
+        options.world,
     )
     refuse_motorless(laboratory.description)
     targets = [TARGET_NM[place] for place in laboratory.description.places]
@@ -206,6 +207,7 @@ def _phases(run: _Run) -> _Phases:
         method=options.method,
         motion=options.motion,
         disturbance_level=options.level,
+        world=options.world,
         seed=options.seed,
         joints=description.joints,
         calibration_used=MeasuredCalibration() if run.taken is None else run.taken.used,

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from exograv.identification.core.interface import Outcome
+from exograv.options import WorldName
 from exograv.procedures.identification.participant_session import KeptParticipant, NotKept
 from exograv.procedures.identification.warm_start import WarmStartFigures
 from exograv.results import MERGED, OPTIONAL
@@ -114,6 +115,7 @@ class DemoFindings:
     method: str
     motion: str
     disturbance_level: int
+    world: WorldName
     seed: int
     joints: tuple[str, ...]
     calibration_used: CalibrationUsed | MeasuredCalibration

@@ -89,10 +89,10 @@ def front_end(bus: Bus, drives: Drives) -> Callable[..., SimulatedDevices]:
 
 def _plant(options: DriveSimOptions, description: RigDescription, drives: Drives, wiring: dict[str, Wiring]) -> Plant:
     if not options.worn:
-        machine = draw_machine(description, Disturbances.at_level(options.level), options.seed)
+        machine = draw_machine(description, Disturbances.at_level(options.level, options.world), options.seed)
         twin = Twin(description, machine, None, options.seed, starting_posture(read_exoskeleton(description)))
         return Plant(twin, drives, wiring)
-    laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed)
+    laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed, world=options.world)
     twin = laboratory.twin(options.seed)
     plant = Plant(twin, drives, wiring)
     grip = ArmHold(twin, laboratory.own_arm())

@@ -2,7 +2,7 @@
 
 from exograv.errors import RigError
 from exograv.loop.pilot import Progress
-from exograv.options import Side
+from exograv.options import TwinOptions
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.live_machine import LiveMachine
 from exograv.procedures.self_test.machine_test import test_machine
@@ -14,16 +14,11 @@ from .truth_score import ScoredWearer
 from .virtual_laboratory import driven_laboratory
 
 
-def prepare_live_twin(
-    rig: str, side: Side | None, level: int, seed: int, is_identified: bool, is_tested: bool, progress: Progress
-) -> LiveMachine:
+def prepare_live_twin(options: TwinOptions, is_identified: bool, is_tested: bool, progress: Progress) -> LiveMachine:
     """Draw and calibrate the machine. If requested, identify the arm and test the machine.
 
     Args:
-        rig: Name or folder of the machine.
-        side: Side of the arm; the machine's first side if absent.
-        level: Level of all disturbances.
-        seed: Seed of machine and wearer.
+        options: Machine, disturbances and seed.
         is_identified: True if the arm is identified now.
         is_tested: True if the machine is tested without its wearer.
         progress: Receives the progress.
@@ -31,7 +26,9 @@ def prepare_live_twin(
     Raises:
         ExogravError: The machine, the wearer or the run was refused, or the self-test has failed.
     """
-    preparation = Preparation(driven_laboratory(rig, side, level, seed), seed, progress)
+    seed = options.seed
+    drawn = driven_laboratory(options.rig, options.side, options.level, seed, options.world)
+    preparation = Preparation(drawn, seed, progress)
     known = preparation.identified() if is_identified else preparation.calibrated()
     laboratory = preparation.laboratory
     self_test = _tested(preparation, known, progress) if is_tested else None

@@ -25,6 +25,7 @@ from exograv.options import (
     SideOption,
     TwinOptions,
     Within,
+    World,
 )
 from exograv.procedures.identification.method_names import (
     MethodName,
@@ -45,6 +46,7 @@ class IdentifyOptions(Options):
     rig: RigArgument = "recupera_like"
     side: SideOption = None
     level: Level = 2
+    world: World = "home"
 
     method: MethodName = "recursive"
     """Method that identifies the arm: ours, the paper's, or the table alone."""
@@ -122,6 +124,7 @@ class TransparencyOptions(Options):
     rig: Annotated[DerivedMachine, tyro.conf.arg(help=f"{RIG_HELP} Default: one with each kind of drive.")] = None
     side: OneSideOption = None
     level: Level = 2
+    world: World = "home"
     seed: Seed = 0
 
     machines: Annotated[int, Within(1, 100, "1 to 100. Goals are judged by at least 5.")] = 5
@@ -146,6 +149,7 @@ class DriveSimOptions(Options):
     """File drives.toml of the machine, with this bus. Without it, one is written into the folder drive_sim of --out."""
 
     level: Level = 0
+    world: World = "home"
     seed: Seed = 0
 
     worn: bool = False

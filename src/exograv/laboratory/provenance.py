@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from exograv.loop.machine_limits import limits
 from exograv.loop.replay_log import ToldPerson, versions, written_rig
 from exograv.model.rig_settings import RigSettings
+from exograv.options import WorldName
 from exograv.results import MERGED, json_value
 
 from .virtual_laboratory import VirtualLaboratory
@@ -62,6 +63,7 @@ class RunSettings:
     command: str
     """Command as typed, without options."""
     disturbance_level: int
+    world: WorldName
     seed: int
 
 
@@ -131,5 +133,6 @@ def run_settings(
         ),
         command=command,
         disturbance_level=level,
+        world=laboratory.world,
         seed=seed,
     )  # fmt: skip

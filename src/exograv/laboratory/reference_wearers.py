@@ -71,10 +71,11 @@ def compare(options: DemoOptions, is_fresh: bool, joints: Sequence[str], left_ov
             f"No other simulated wearers were run on {key.rig} at level {key.level} with these settings, so this run "
             "has no comparison."
         )
-    if not (is_fresh and options.side is None and options.wearer_model is None and options.donning == 0):
+    is_usual = options.side is None and options.wearer_model is None and options.donning == 0
+    if not (is_fresh and is_usual and options.world == "home"):
         return WearerComparison(
             "This run has no comparison. The runs to compare with use the machine's first side, its own calibration, "
-            "the usual arm model and an arm that is not known yet. This run differs in one of these."
+            "the usual arm model and laws, and an arm that is not known yet. This run differs in one of these."
         )
     rows = [row for row in reference["wearers"] if "left_over_Nm" in row and row["seed"] != options.seed]
     others = [row["left_over_Nm"] for row in rows]

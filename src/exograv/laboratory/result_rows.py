@@ -13,6 +13,7 @@ from exograv.identification.core.identifiability import identifiability
 from exograv.identification.core.interface import Estimate
 from exograv.model.arm import Arm, Limb
 from exograv.model.assembly import Assembly
+from exograv.options import WorldName
 from exograv.procedures.weighing.weight_estimator import Weighing
 from exograv.recording.rounding import rounded
 from exograv.rig.twin import Machine, Wearer
@@ -31,6 +32,7 @@ class TwinRun:
 
     rig: str
     disturbance_level: int
+    world: WorldName
     seed: int
 
 

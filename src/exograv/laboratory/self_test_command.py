@@ -31,7 +31,7 @@ class TwinUnderTest:
     @property
     def serial(self) -> str:
         """Identity of the twin of this level and seed."""
-        return twin_identity(self.options.level, self.options.seed)
+        return twin_identity(self.options.level, self.options.seed, self.options.world)
 
     def hardware_steps(self) -> list[Step]:
         """Return no steps: the twin has no bus and no button."""
@@ -39,7 +39,8 @@ class TwinUnderTest:
 
     def subject(self, whole: StoredCalibration) -> TestedMachine:
         """Return the machine of this level and seed, empty and hanging."""
-        machine = draw_machine(self.description, Disturbances.at_level(self.options.level), self.options.seed)
+        disturbances = Disturbances.at_level(self.options.level, self.options.world)
+        machine = draw_machine(self.description, disturbances, self.options.seed)
         empty = EmptyTwin(self.description, machine, self.options.seed, whole.measured.lengths_m)
         return empty.under_test(whole.calibration())
 
@@ -52,8 +53,8 @@ class TwinUnderTest:
     def _weigh(self) -> list[Step]:
         asked = self.options
         options = WeighOptions(
-            asked.rig, asked.side, asked.level, asked.seed, hand_weight_kg=0.0, body_mass_kg=asked.body_mass_kg,
-            calibration=self.calibration,
+            asked.rig, asked.side, asked.level, asked.world, asked.seed, hand_weight_kg=0.0,
+            body_mass_kg=asked.body_mass_kg, calibration=self.calibration,
         )  # fmt: skip
         found = run_weighing(options, self.progress)
         what_to_do = found.why if found.refused else ""

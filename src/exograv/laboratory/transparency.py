@@ -114,9 +114,9 @@ def _run_rig(
             note(f"{description.name}, machine {k + 1} of {len(seeds)}: {text}", (k + share) / len(seeds))
 
         try:
-            of_machine = run_trial(TransparencyTrial(description, options.level, seed), movement, tell)
+            of_machine = run_trial(TransparencyTrial(description, options.level, seed, options.world), movement, tell)
         except ExogravError as error:
             raise type(error)(f"{description.name}, seed {seed}: {error}") from error
         for condition, effort in of_machine.items():
             efforts[condition].append(effort)
-    return rig_result(description, options.level, seeds, movement, efforts)
+    return rig_result(description, options, seeds, movement, efforts)

@@ -18,6 +18,7 @@ from exograv.report.figures.transparency_data import (
 
 from .effort import TRACKING_MAX_DEG, Effort
 from .movements import WantedMovement
+from .options import TransparencyOptions
 
 ELBOW = FREEDOMS.index("elbow")
 
@@ -26,13 +27,18 @@ Efforts = Mapping[str, Sequence[Effort]]
 
 
 def rig_result(
-    description: RigDescription, level: int, seeds: Sequence[int], movement: WantedMovement, efforts: Efforts
+    description: RigDescription,
+    options: TransparencyOptions,
+    seeds: Sequence[int],
+    movement: WantedMovement,
+    efforts: Efforts,
 ) -> MachineTransparency:
     """Return all figures of one kind of machine. Medians are over its machines."""
     return MachineTransparency(
         rig=description.name,
         profile=profile(description),
-        disturbance_level=level,
+        disturbance_level=options.level,
+        world=options.world,
         seeds=list(seeds),
         movement=movement.name,
         movement_s=round(movement.repeats * movement.path.seconds, 3),

@@ -9,6 +9,7 @@ from exograv.dynamics.actuator import ActuatorGain
 from exograv.loop.output_feedback import Controller, NoTorque
 from exograv.loop.pilot import Progress
 from exograv.model.description import RigDescription
+from exograv.options import WorldName
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin import Disturbances
 from exograv.rig.twin.behaviour.internal_model import out_of_the_machine, weightless
@@ -46,10 +47,11 @@ class TransparencyTrial:
     description: RigDescription
     level: int
     seed: int
+    world: WorldName = "home"
 
     def laboratory(self, *off: str) -> VirtualLaboratory:
         """Draw the laboratory with the disturbances in `off` switched off. All others stay the same."""
-        disturbances = Disturbances.at_level(self.level).without(*off)
+        disturbances = Disturbances.at_level(self.level, self.world).without(*off)
         return laboratory_at(self.description, disturbances, self.seed, self.seed)
 
 

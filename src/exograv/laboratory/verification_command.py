@@ -37,7 +37,7 @@ def run_verification(options: VerifyOptions, progress: Progress) -> VerifyResult
         RigError: The envelope stopped the run.
     """
     start = time.perf_counter()
-    laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed)
+    laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed, options.world)
     former = None if options.before is None else read_former(options.before, laboratory.description.name)
     preparation = Preparation(laboratory, options.seed, progress)
     worn = preparation.worn(preparation.calibrated(options.calibration, make=calibration_command(options)))
@@ -57,6 +57,7 @@ def run_verification(options: VerifyOptions, progress: Progress) -> VerifyResult
     result = VerifyResult(
         rig=laboratory.description.name,
         disturbance_level=options.level,
+        world=options.world,
         seed=options.seed,
         at_utc=at.isoformat(timespec="seconds"),
         found=verified_figures(verified, laboratory.description.joints),

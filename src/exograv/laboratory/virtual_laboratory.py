@@ -13,7 +13,7 @@ from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.support import assemble
 from exograv.model.wearer_form import WearerForm
-from exograv.options import Side
+from exograv.options import Side, WorldName
 from exograv.rig.twin import (
     Disturbances,
     Machine,
@@ -41,6 +41,8 @@ class VirtualLaboratory:
     """Third party's model of the arm, if it serves as the truth."""
     serial: str = ""
     """Serial number of the machine, which identifies its stored calibration."""
+    world: WorldName = "home"
+    """World whose laws act on machine and wearer."""
 
     @property
     def body(self) -> Body:
@@ -83,13 +85,15 @@ class VirtualLaboratory:
         return worn_inertia(self.description, self.machine, self.wearer)
 
 
-def driven_laboratory(rig: str, side: Side | None, level: int, seed: int) -> VirtualLaboratory:
+def driven_laboratory(
+    rig: str, side: Side | None, level: int, seed: int, world: WorldName = "home"
+) -> VirtualLaboratory:
     """Draw machine and wearer of this seed; a machine with joints that have no motor is rejected.
 
     Raises:
         ConfigError: The machine cannot be read, or has joints without a motor.
     """
-    laboratory = draw_laboratory(rig, side, level, seed)
+    laboratory = draw_laboratory(rig, side, level, seed, world=world)
     refuse_motorless(laboratory.description)
     return laboratory
 
@@ -102,6 +106,7 @@ def draw_laboratory(
     wearer_model: str | None = None,
     wearer_map: str | None = None,
     donning: int = 0,
+    world: WorldName = "home",
 ) -> VirtualLaboratory:
     """Draw machine and wearer of this seed, at a disturbance level of 0 to 4.
 
@@ -113,12 +118,13 @@ def draw_laboratory(
         wearer_model: MJCF or URDF of an arm that replaces the drawn one as the truth (docs/howto/wearer_models.md).
         wearer_map: Assignment of the model's bodies and joints.
         donning: Number of the day on which this wearer is in this machine, 0 for the first.
+        world: World whose laws act.
 
     Raises:
         ConfigError: A file cannot be read or is not valid, or only one of model and map is given.
         ModelError: The model is not an arm that the machine can move.
     """
-    description, disturbances = load_rig(rig, side), Disturbances.at_level(level)
+    description, disturbances = load_rig(rig, side), Disturbances.at_level(level, world)
     foreign = None
     if wearer_model is not None and wearer_map is not None:
         foreign = read_wearer_model(Path(wearer_model), Path(wearer_map), description)
@@ -130,7 +136,7 @@ def draw_laboratory(
         )
     drawn = laboratory_at(description, disturbances, seed, seed, foreign)
     wearer = donned_again(drawn.wearer, disturbances, seed, donning)
-    return VirtualLaboratory(description, drawn.machine, wearer, foreign, twin_identity(level, seed))
+    return VirtualLaboratory(description, drawn.machine, wearer, foreign, twin_identity(level, seed, world), world)
 
 
 def laboratory_at(
@@ -148,7 +154,7 @@ def laboratory_at(
     else:
         skeleton = foreign.skeleton
         wearer = draw_wearer(disturbances, wearer_seed, skeleton.side, foreign.body, skeleton=skeleton)
-    return VirtualLaboratory(description, machine, wearer, foreign)
+    return VirtualLaboratory(description, machine, wearer, foreign, world=disturbances.world)
 
 
 PASSIVE_RIG, ACTIVE_RIG = "recupera_like_passive", "recupera_like"

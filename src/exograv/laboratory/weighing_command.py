@@ -90,7 +90,7 @@ def run_weighing(options: WeighOptions, progress: Progress) -> WeighResult:
         RigError: The envelope stopped the run, or the machine cannot carry a weight.
     """
     start = time.perf_counter()
-    laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed)
+    laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed, options.world)
     own = laboratory.body
     typed = own.mass_kg if options.body_mass_kg is None else options.body_mass_kg
     found = _Found()
@@ -159,7 +159,7 @@ def _result(
     arm = sum(value for name, value in truth.items() if name.startswith(first) and name.endswith(".mass"))
     refused = check is None or check.refused
     return WeighResult(
-        run=TwinRun(laboratory.description.name, options.level, options.seed),
+        run=TwinRun(laboratory.description.name, options.level, options.world, options.seed),
         typed_body_mass_kg=round(typed, 2),
         arm_mass_kg=check and round(check.arm_mass, 4),
         ci95_kg=check and rounded(np.array(check.ci95)),

@@ -50,7 +50,10 @@ def run_live_simulated(
         refuse_motorless(description)
         refuse_small_disk(folder / "live.mcap", len(description.joints), options.loop_s)
         machine = prepare()
-        said = {"disturbance_level": options.level, "seed": options.seed, "settings": {"options": options.recorded()}}
+        said = {
+            "disturbance_level": options.level, "world": options.world, "seed": options.seed,
+            "settings": {"options": options.recorded()},
+        }  # fmt: skip
         plan = _plan(options, machine, progress, stack)
         lsl = streaming_of(options, description, machine.period_s, listening)
         flown = fly_plan(plan, options.loop_s, folder, said, progress, started, machine.self_test is not None, lsl)

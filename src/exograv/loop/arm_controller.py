@@ -25,7 +25,7 @@ from exograv.model.arm import WeightPlace, held_weight
 from exograv.model.assembly import Assembly
 from exograv.model.description import ArmSide
 from exograv.model.kinematics import body_poses, frame_pose
-from exograv.model.loops import arm_positions, arm_roots
+from exograv.model.loops import arm_poses
 from exograv.model.tree import Tree, is_physical
 from exograv.signals import Reference
 from exograv.spatial import Transform
@@ -196,7 +196,7 @@ def skeleton_function(assembly: Assembly) -> ca.Function:
     fit = ca.SX.sym("fit", layout.fit.stop - layout.fit.start)
     exo = body_poses(assembly.exo, q)
     tree = assembly.arm.tree
-    arm = body_poses(tree, arm_positions(assembly.arm, z, fit), arm_roots(assembly, fit))
+    arm = arm_poses(assembly, z, fit)
     chains = [_exo_chain(assembly, exo, leaf) for leaf in _leaves(assembly.exo)]
     # Each chain except the last is also drawn backwards, so that one line draws a machine with branches.
     exo_points = [point for chain in chains[:-1] for point in (*chain, *reversed(chain))] + chains[-1]

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float
 
-from .anthropometry import Body, segment_lengths, segment_prior
+from .anthropometry import Body, Sex, segment_lengths, segment_prior
 from .limb import FREEDOMS as FREEDOMS
 from .limb import SEGMENTS as SEGMENTS
 from .limb import Limb as Limb
@@ -34,6 +34,15 @@ COMFORT_DEG = {
 }  # fmt: skip
 """Range in which a relaxed joint is at least 15° from its end [°]: clinical ranges of healthy adults from textbooks,
 unverified. The elbow may be straight: its end is bone, and the machine's own limit lies before it."""
+
+ELBOW_OBLIQUE_DEG: Mapping[Sex, tuple[float, float]] = {"male": (6.7, 4.9), "female": (9.2, 7.5)}
+ELBOW_OBLIQUE_SD_DEG = (7.0, 5.0)
+"""Angle of the elbow's axis to a right angle with forearm and upper arm, and its standard deviation [°].
+
+Tracked elbows have a carrying angle of 11.6 ± 3.2° (men) and 16.7 ± 2.6° (women) when extended, and of -1.8° and -1.6°
+at the end of flexion (Ergonomics 48:1645, 2005, abstract): half of the sum and of the difference. The deviations are
+assumed: studies differ in mean and spread (9.8 ± 2.8° to 11.6° in men), the axis of Rajagopal 2016 is turned by 13°,
+and nobody lies exactly along the machine's links."""
 
 WeightPlace = Literal["hand", "forearm"]
 """Places where a person can carry a known weight."""
@@ -59,6 +68,7 @@ class Arm:
     """Inertial parameters of all segments in order, (10,) each, about the proximal joint centre [kg, kg·m, kg·m²]."""
 
     phi_covariance: Float[np.ndarray, "phi phi"]
+    sex: Sex
 
     @property
     def freedoms(self) -> tuple[str, ...]:
@@ -75,6 +85,12 @@ class Arm:
         """Index in the tree of each segment."""
         return tuple(body for limb in self.limbs for body in limb.bodies.values())
 
+    def elbow_axis(self, limb: Limb) -> tuple[Float[np.ndarray, " 2"], Float[np.ndarray, " 2"]]:
+        """Mean and standard deviation of the elbow's axis before any motion, as in `model.loops.FIT` [-]."""
+        outward = 1.0 if limb.side == "right" else -1.0
+        turn, tilt = np.deg2rad(ELBOW_OBLIQUE_DEG[self.sex])
+        return outward * np.sin([turn, tilt]), np.deg2rad(ELBOW_OBLIQUE_SD_DEG)
+
     def is_reachable(self, z: Float[np.ndarray, "*state freedom"]) -> Bool[np.ndarray, "*state"]:
         """Return True if angles [rad] lie in the range of the freedoms, with a margin."""
         lower, upper = np.array([LIMITS[name] for limb in self.limbs for name in FREEDOMS[: limb.n_freedoms]]).T
@@ -90,7 +106,7 @@ def build_arm(body: Body, *sides: ArmSide, kind: ArmKind = "shoulder_elbow") -> 
     limbs = tuple(Limb(side, kind, number, f"{side}_" if len(sides) > 1 else "") for number, side in enumerate(sides))
     lengths = segment_lengths(body)
     phi, covariance = _prior(body, kind, lengths)
-    return _arm(limbs, lengths, np.tile(phi, len(limbs)), _block_diagonal([covariance] * len(limbs)))
+    return _arm(limbs, lengths, np.tile(phi, len(limbs)), _block_diagonal([covariance] * len(limbs)), body.sex)
 
 
 def _arm(
@@ -98,6 +114,7 @@ def _arm(
     lengths: Mapping[str, float],
     phi: Float[np.ndarray, " phi"],
     covariance: Float[np.ndarray, "phi phi"],
+    sex: Sex,
 ) -> Arm:
     joints, bodies, frames = [], [], {}
     for limb in limbs:
@@ -107,7 +124,7 @@ def _arm(
     masses = np.zeros((len(joints), 10))
     masses[bodies] = phi.reshape(-1, 10)
     tree = Tree("arm", tuple(joints), tuple(f"after {joint.name}" for joint in joints), masses, frames)
-    return Arm(tree, limbs, lengths, phi, covariance)
+    return Arm(tree, limbs, lengths, phi, covariance, sex)
 
 
 def _prior(

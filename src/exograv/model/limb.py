@@ -51,6 +51,11 @@ class Limb:
         return self.root + 4
 
     @property
+    def elbow(self) -> int:
+        """Index of the elbow's joint."""
+        return self.root + 5
+
+    @property
     def joints(self) -> list[int]:
         """Indices of the joints that are the freedoms."""
         return [self.root + i for i in (1, 2, 3, *range(5, self.n_freedoms + 2))]

@@ -8,12 +8,12 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv import kernel
-from exograv.spatial import Transform, cosine_of, rotation_residual
+from exograv.spatial import Transform, cosine_of, rotation_about, rotation_residual
 
 from .arm import Arm, Limb
 from .assembly import Assembly
 from .descent import descend
-from .kinematics import body_poses, frame_pose
+from .kinematics import Hinges, ObliqueHinge, body_poses, frame_pose
 
 FIT = (
     "shoulder_offset_x",
@@ -23,11 +23,14 @@ FIT = (
     "upper_arm_lengthening",
     "cuff_log_stiffness",
     "cuff_log_rotational_stiffness",
+    "elbow_axis_x",
+    "elbow_axis_z",
 )
 """Fit of one arm in the machine; zero agrees with the machine's description and the tape measure. Offset of the
 wearer's shoulder centre from the machine's, in base axes [m]; its migration up and medially per elevation, mean over
 the first 90° [m/rad]; upper arm length minus measured length [m]; logarithm of the cuffs' stiffness over that in
-`rig.toml`, in translation and rotation [-]."""
+`rig.toml`, in translation and rotation [-]; forward and upward components of the elbow's unit
+axis, in the axes of the upper arm that a usual elbow (0, -1, 0) would have in the fastened cuffs [-]."""
 
 TWIST_COSINE_MIN = 0.3
 """Smallest cosine of a cuff's rotation in a true minimum of energy [-]. True minima have 0.86 or more with 30 mm of
@@ -42,6 +45,9 @@ Posture = Float[np.ndarray, " joint"]
 Freedoms = Float[np.ndarray, " freedom"]
 
 STAGE = 0.1  # rad: step on the way from the donning posture; each start must be in the basin of the next minimum
+
+AXIS_SQUARE_MIN = 0.25
+"""Smallest square of the third component of the elbow's axis: a tilt of 60°, which no elbow has."""
 
 ELEVATION_ROUNDING = 0.05  # rad: elevation has no gradient at a hanging arm; rounding gives it one
 
@@ -91,6 +97,29 @@ def arm_roots(assembly: Assembly, fit: ca.SX) -> list[Transform]:
     return roots
 
 
+def arm_hinges(assembly: Assembly, fit: ca.SX) -> Hinges:
+    """Elbows whose axes are oblique to both segments, as people's are (Paraskevas et al. 2004, Surg Radiol Anat 26:19).
+
+    The segments lie along the machine's links when the cuffs are fastened; from there the forearm turns about the
+    wearer's own axis.
+    """
+    hinges = {}
+    for limb in assembly.arm.limbs:
+        x, z = fit_of(limb, fit)[7], fit_of(limb, fit)[8]
+        axis = ca.vertcat(x, -ca.sqrt(ca.fmax(1 - x**2 - z**2, AXIS_SQUARE_MIN)), z)
+        zero = float(assembly.description.arm_donning_posture[limb.joints.index(limb.elbow) + limb.freedoms.start])
+        usual = assembly.arm.tree.joints[limb.elbow].axis
+        R = np.array(ca.evalf(rotation_about(ca.DM(usual), ca.SX(zero))))
+        hinges[limb.elbow] = ObliqueHinge(R, ca.DM(R.T) @ axis, zero)
+    return hinges
+
+
+def arm_poses(assembly: Assembly, z: ca.SX, fit: ca.SX) -> list[Transform]:
+    """Pose of each body of the arms at their freedoms z (freedom,), in the base frame."""
+    positions = arm_positions(assembly.arm, z, fit)
+    return body_poses(assembly.arm.tree, positions, arm_roots(assembly, fit), arm_hinges(assembly, fit))
+
+
 def clearance(arm: Arm, z: ca.SX) -> ca.SX:
     """Distance of z from the postures in which an arm's angles are singular: squared cosine of abduction [-].
 
@@ -138,7 +167,7 @@ def cuff_pairs(assembly: Assembly, exo: list[Transform], arm: list[Transform], f
     description, tree = assembly.description, assembly.arm.tree
     exo_donning = body_poses(assembly.exo, ca.SX(ca.DM(description.donning_posture)))
     z_donning = ca.SX(ca.DM(description.arm_donning_posture))
-    arm_donning = body_poses(tree, arm_positions(assembly.arm, z_donning, fit), arm_roots(assembly, fit))
+    arm_donning = arm_poses(assembly, z_donning, fit)
     pairs = []
     for cuff in assembly.cuffs:
         segment = assembly.arm.limb(cuff.side).prefix + cuff.segment
@@ -163,7 +192,7 @@ def cuff_residuals(assembly: Assembly, y: ca.SX, z: ca.SX, fit: ca.SX) -> tuple[
         [-] (3,) each; and the cosine of each cuff's rotation (cuff,).
     """
     exo = body_poses(assembly.exo, y)
-    arm = body_poses(assembly.arm.tree, arm_positions(assembly.arm, z, fit), arm_roots(assembly, fit))
+    arm = arm_poses(assembly, z, fit)
     rows, cosines = [], []
     for pair in cuff_pairs(assembly, exo, arm, fit):
         rows += [pair.T_exo_arm.p, rotation_residual(pair.T_exo_arm.R)]

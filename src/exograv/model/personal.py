@@ -7,9 +7,11 @@ import casadi as ca
 import numpy as np
 from jaxtyping import Float
 
+from exograv.spatial import rotation_about
+
 from .assembly import Assembly
-from .kinematics import body_poses, frame_pose
-from .loops import FIT, arm_positions, arm_roots, cuff_pairs
+from .kinematics import Hinges, body_poses, frame_pose
+from .loops import FIT, arm_hinges, arm_poses, arm_roots, cuff_pairs
 from .rig_settings import ArmSide
 from .tree import Frame, Tree
 
@@ -62,6 +64,7 @@ def personal(
     holds = _holds(assembly, fit)
     tree = replace(tree, frames={**tree.frames, **{hold.arm_frame: _frame(tree, hold) for hold in holds}})
     parts = fit.reshape(-1, len(FIT))
+    tree = with_hinges(tree, arm_hinges(assembly, _constant(fit)))
     for limb in reversed(arm.limbs):
         tree = without_joint(tree, limb.lengthening, float(parts[limb.number, FIT.index("upper_arm_lengthening")]))
     roots: dict[ArmSide, Vector] = {
@@ -75,6 +78,15 @@ def personal(
         {limb.side: float(parts[limb.number, FIT.index("glenohumeral_slope")]) for limb in arm.limbs},
         holds,
     )
+
+
+def with_hinges(tree: Tree, hinges: Hinges) -> Tree:
+    """Return a copy of the tree with these oblique hinges, in numbers, as its own joints."""
+    joints = list(tree.joints)
+    for i, hinge in hinges.items():
+        back = np.array(ca.evalf(rotation_about(hinge.axis, ca.SX(-hinge.zero))))
+        joints[i] = replace(joints[i], R_parent_joint=hinge.R_parent_zero @ back, axis=_vector(hinge.axis))
+    return replace(tree, joints=tuple(joints))
 
 
 def without_joint(tree: Tree, index: int, position: float) -> Tree:
@@ -112,13 +124,13 @@ def _holds(assembly: Assembly, fit: Float[np.ndarray, " fit"]) -> tuple[CuffHold
     description, tree = assembly.description, assembly.arm.tree
     y, z = _constant(description.donning_posture), _constant(description.arm_donning_posture)
     exo = body_poses(assembly.exo, y)
-    arm = body_poses(tree, arm_positions(assembly.arm, z, _constant(fit)), arm_roots(assembly, _constant(fit)))
+    arm = arm_poses(assembly, z, _constant(fit))
     holds = []
     for cuff, pair in zip(assembly.cuffs, cuff_pairs(assembly, exo, arm, _constant(fit)), strict=True):
         limb = assembly.arm.limb(cuff.side)
         segment = limb.prefix + cuff.segment
         place = frame_pose(tree, arm, segment).inverse() @ pair.T_world_arm
-        translation, rotation = np.exp(fit.reshape(-1, len(FIT))[limb.number, 5:])
+        translation, rotation = np.exp(fit.reshape(-1, len(FIT))[limb.number, 5:7])
         stiffness = cuff.stiffness * np.array([translation] * 3 + [rotation] * 3)
         name = limb.prefix + cuff.name if not cuff.name.startswith(limb.prefix) else cuff.name
         R = np.array(ca.evalf(place.R))

@@ -43,6 +43,7 @@ SETTINGS = Channel(
         Field("method", "string", "-", "identification method", optional=True),
         Field("torque_source", "string", "-", "where measured torque comes from", optional=True),
         Field("disturbance_level", "integer", "-", "level of the twin, 0–4", optional=True),
+        Field("world", "string", "-", "laws of the twin: `home`, or a foreign world", optional=True),
         Field("seed", "integer", "-", "seed of the run", optional=True),
         Field("gravity_level", "number", "-", "felt share of the arm's own weight", optional=True),
         Field(
@@ -225,6 +226,7 @@ RESULT = Channel(
         Field("method", "string", "-", "identification method", optional=True),
         Field("motion", "string", "-", "source of the motion during identification", optional=True),
         Field("disturbance_level", "integer", "-", "level of the twin, 0–4", optional=True),
+        Field("world", "string", "-", "laws of the twin: `home`, or a foreign world", optional=True),
         Field("seed", "integer", "-", "seed of the run", optional=True),
         Field("joints", "string", "-", "actuated joints", LIST, optional=True),
     ),

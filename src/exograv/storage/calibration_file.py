@@ -7,6 +7,7 @@ from typing import Literal
 
 from exograv.errors import ConfigError
 from exograv.model.description import RigDescription
+from exograv.options import WorldName
 
 from .calibration_schema import Identity, StoredCalibration
 from .sealed_file import read_sealed, refuse_other_kind, write_sealed
@@ -124,9 +125,14 @@ def friction_warning(whole: StoredCalibration, now: datetime) -> str | None:
     )
 
 
-def twin_identity(level: int, seed: int) -> str:
+def twin_identity(level: int, seed: int, world: WorldName = "home") -> str:
     """Identity of a virtual machine, in place of a serial number."""
-    return f"twin, level {level}, seed {seed}"
+    return f"twin, level {level}, seed {seed}{in_world(world)}"
+
+
+def in_world(world: WorldName) -> str:
+    """Return the end of the identity of a virtual machine: empty at home, where no law is foreign."""
+    return "" if world == "home" else f", world {world}"
 
 
 @dataclass(frozen=True)

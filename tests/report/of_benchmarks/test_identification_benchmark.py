@@ -37,6 +37,7 @@ ROW = MethodFigures(
     only=None,
     without=None,
     never_relaxed=False,
+    world="home",
     offline=False,
     wearers=3,
     failed=0,

@@ -29,6 +29,7 @@ def made_up(profile: str, left: float) -> MachineTransparency:
         rig=f"made_up_{profile}",
         profile=profile,
         disturbance_level=2,
+        world="home",
         seeds=[0, 1, 2],
         movement="pointing",
         movement_s=22.0,

@@ -171,6 +171,7 @@ def _wearer_row(run: MethodRun) -> WearerFigures:
         only=case.only,
         without=case.without,
         never_relaxed=case.restless,
+        world=case.world,
         failed=run.failed,
         time_to_target_s=rounded(time_to(run)),
         left_over_Nm={

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from exograv.errors import ConfigError
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, laboratory_at
 from exograv.model.description import RigDescription, load_rig
-from exograv.options import Profile
+from exograv.options import Profile, WorldName
 from exograv.rig.twin import Disturbances, WearerModel, read_wearer_model
 from exograv.rig.twin.disturbances.levels import MACHINE
 
@@ -49,6 +49,8 @@ class Case:
     restless: Annotated[bool, "the wearer never relaxes"] = False
     """True if the wearer's muscles are as restless as at level 4."""
 
+    world: Annotated[WorldName, "world whose laws act"] = "home"
+
     rig: Annotated[str | None, "machine"] = None
     """Machine by name or folder, in place of the profile's machine."""
 
@@ -56,17 +58,18 @@ class Case:
     def disturbances(self) -> Disturbances:
         """Disturbances of the twin, each at its level in this case."""
         if self.only is not None:
-            return Disturbances.at_level(0).with_row(self.only, self.level)
-        rows = Disturbances.at_level(self.level)
+            return Disturbances.at_level(0, self.world).with_row(self.only, self.level)
+        rows = Disturbances.at_level(self.level, self.world)
         if self.restless:
             rows = rows.with_row("slow_bias", RESTLESS_LEVEL).with_row("bursts", RESTLESS_LEVEL)
         return rows if self.without is None else rows.without(self.without)
 
     @property
-    def machine_key(self) -> tuple[str, int, tuple[int | None, ...], str | None]:
+    def machine_key(self) -> tuple[str, int, tuple[int | None, ...], str | None, bool]:
         """Key of the machine and its calibration. Cases that differ only in rows of the wearer share it."""
-        levels = self.disturbances.levels
-        return self.profile, self.machine_seed, tuple(levels[row] for row in MACHINE), self.rig
+        disturbances = self.disturbances
+        levels = tuple(disturbances.levels[row] for row in MACHINE)
+        return self.profile, self.machine_seed, levels, self.rig, disturbances.is_foreign("drives")
 
     @property
     def description(self) -> RigDescription:
@@ -93,6 +96,7 @@ def population(
     only: str | None = None,
     without: str | None = None,
     restless: bool = False,
+    world: WorldName = "home",
 ) -> list[Case]:
     """Return `count` wearers with seeds from `seed_from` on. Some share a machine, some have third parties' arms.
 
@@ -113,6 +117,7 @@ def population(
             only=only,
             without=without,
             restless=restless,
+            world=world,
         )
         for k in range(count)
     ]

@@ -65,6 +65,7 @@ def row(runs: Sequence[MethodRun]) -> MethodFigures:
         only=first.case.only,
         without=first.case.without,
         never_relaxed=first.case.restless,
+        world=first.case.world,
         offline=any(run.offline for run in runs),
         wearers=len(runs),
         failed=len(runs) - len(finished),

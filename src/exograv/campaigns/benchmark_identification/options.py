@@ -7,7 +7,7 @@ from typing import Annotated, Literal, cast, get_args
 import tyro
 
 from exograv.errors import ConfigError
-from exograv.options import Options, Processes, Profile, Within, words
+from exograv.options import Options, Processes, Profile, Within, World, words
 from exograv.procedures.identification.method_names import MethodName
 
 MOTION_S = 120.0
@@ -64,6 +64,8 @@ class BenchmarkOptions(Options):
 
     levels: Annotated[tuple[int, ...], words(levels_of)] = (2,)
     """Disturbance levels by commas, 0 (none) to 4 (worst)."""
+
+    world: World = "home"
 
     profiles: Annotated[tuple[Profile, ...], words(profiles_of)] = ("harmonic",)
     """Kinds of drive by commas: harmonic, qdd."""

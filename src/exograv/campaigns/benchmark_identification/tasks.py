@@ -21,12 +21,12 @@ def machines(options: BenchmarkOptions) -> list[list[WearerTask]]:
 def _cases(options: BenchmarkOptions, level: int, profile: Profile) -> list[Case]:
     kind = options.break_down
     count = options.streams if kind else max(options.wearers, options.streams)
-    more = options.only, options.without, options.never_relaxed
+    more = options.only, options.without, options.never_relaxed, options.world
     whole = population(profile, level, count, options.first_seed, *more)
     if kind is None:
         return whole
     # A single disturbance is compared with none at all, a missing one with all.
-    reference = whole if kind == "without" else population(profile, 0, count, options.first_seed)
+    reference = whole if kind == "without" else population(profile, 0, count, options.first_seed, world=options.world)
     return [*reference, *(replace(case, **{kind: row}) for row in ROWS for case in whole)]
 
 

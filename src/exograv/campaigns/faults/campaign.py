@@ -66,7 +66,7 @@ class Campaign(FaultOptions):
     def identity(self) -> dict[str, int | str | None]:
         """Settings that determine the flight of each scenario number."""
         numbered = None if self.through is None else self.scenarios
-        named = ("seed", "level", "persons", "through")
+        named = ("seed", "level", "world", "persons", "through")
         kind = "faults" if self.healthy_hours is None else "healthy use"
         return {name: getattr(self, name) for name in named} | {"numbered": numbered, "kind": kind}
 
@@ -74,7 +74,7 @@ class Campaign(FaultOptions):
     def told(self) -> str:
         """Options that a replay command of one of its scenarios needs besides seed and number."""
         usual = Campaign()
-        named = ("level", "persons", "through", "healthy_hours")
+        named = ("level", "world", "persons", "through", "healthy_hours")
         names = [name for name in named if getattr(self, name) != getattr(usual, name)]
         return "".join(f" --{name.replace('_', '-')} {getattr(self, name)}" for name in names)
 
@@ -152,12 +152,13 @@ def _struck(campaign: Campaign, path: Path, progress: Progress) -> Strikes:
 
 
 def _figures(campaign: Campaign, verdicts: list[ScenarioVerdict]) -> CampaignFigures:
-    return figures_of(verdicts, campaign.faults, campaign.seed, campaign.level, campaign.through)
+    return figures_of(verdicts, campaign.faults, campaign.seed, campaign.level, campaign.through, campaign.world)
 
 
 def _replayed(campaign: Campaign, folder: Path, progress: Progress) -> CampaignFigures:
     scenario = campaign.replayed()
-    path = prepare_participant(campaign.seed, scenario.number % campaign.persons, campaign.level, folder, progress)
+    person = scenario.number % campaign.persons
+    path = prepare_participant(campaign.seed, person, campaign.level, folder, progress, campaign.world)
     with _ground(path, campaign) as (who, ground):
         verdict = _flown_one(who, scenario, ground)
     return replace(_figures(campaign, [verdict]), course=course_of(verdict))
@@ -202,7 +203,7 @@ def _chunks(campaign: Campaign, done: Container[int] = ()) -> list[tuple[int, li
 
 
 def _make_known(campaign: Campaign, folder: Path, person: int, _tell: Tell) -> Iterator[Path]:
-    yield prepare_participant(campaign.seed, person, campaign.level, folder)
+    yield prepare_participant(campaign.seed, person, campaign.level, folder, world=campaign.world)
 
 
 def _fly_chunk(

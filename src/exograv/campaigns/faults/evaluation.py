@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
+from exograv.options import WorldName
 from exograv.safety.guard import SafeState
 
 from .acceptance import HAND_MAX_M_S, Measure
@@ -32,6 +33,7 @@ def figures_of(
     seed: int = 0,
     level: int = 0,
     through: str | None = None,
+    world: WorldName = "home",
 ) -> CampaignFigures:
     """Compute the figures of all scenarios of a campaign."""
     quiet_h = sum(v.quiet_s for v in verdicts) / 3600.0
@@ -63,6 +65,7 @@ def figures_of(
         relaxed_hand_every_flight_m_s=_hand([(v, v.course.flight_hand_m_s) for v in verdicts]),
         seed=seed,
         disturbance_level=level,
+        world=world,
         through=through,
     )
 

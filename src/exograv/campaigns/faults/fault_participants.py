@@ -14,6 +14,7 @@ from exograv.loop.arm_controller import ArmController
 from exograv.loop.machine_limits import limits
 from exograv.loop.person_limits import person_limits
 from exograv.loop.pilot import Progress
+from exograv.options import WorldName
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin import parameter_truth
 
@@ -26,14 +27,21 @@ RIGS = ("recupera_like", "recupera_like_qdd")
 """Machines of the participants, in turn."""
 
 
-def prepare_participant(seed: int, person: int, level: int, folder: Path, progress: Progress = lambda *_: None) -> Path:
+def prepare_participant(
+    seed: int,
+    person: int,
+    level: int,
+    folder: Path,
+    progress: Progress = lambda *_: None,
+    world: WorldName = "home",
+) -> Path:
     """Calibrate and identify a participant as in any session; write the result to a file in `folder`.
 
     Raises:
         ExogravError: The machine or the person could not be prepared.
     """
     drawn = 1000 * (seed + 1) + person
-    laboratory = draw_laboratory(RIGS[person % len(RIGS)], None, level, drawn)
+    laboratory = draw_laboratory(RIGS[person % len(RIGS)], None, level, drawn, world=world)
     prepared = prepare(laboratory, drawn, progress)
     of_person = person_limits(prepared.assembly, prepared.machine, prepared.x)
     others = [STRANGER_SEEDS * (drawn + 1) + k for k in range(STRANGERS)]

@@ -274,6 +274,7 @@ class CampaignFigures:
 
     seed: int
     disturbance_level: int
+    world: str
     through: str | None
     proved_by: Mapping[str, Sequence[str]] = field(
         default_factory=lambda: {row.id: row.proved_by for row in TESTED_FAULTS}

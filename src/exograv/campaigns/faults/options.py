@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from exograv.options import Acts, Level, Options, Seed, Within
+from exograv.options import Acts, Level, Options, Seed, Within, World
 
 STRIKES_MAX = 60
 """Largest number of strikes of each kind. The limit follows from the two hours that a live run may last."""
@@ -32,6 +32,7 @@ class FaultOptions(Options):
 
     seed: Seed = 0
     level: Level = 2
+    world: World = "home"
 
     persons: Annotated[int, Within(1)] = 2
     """Number of participants, each calibrated and identified first; every second one has quasi-direct drives."""

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
+from itertools import product
 from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
@@ -11,6 +12,7 @@ from exograv.campaigns.benchmark_identification.cases import WEARERS_A_MACHINE, 
 from exograv.errors import ConfigError
 from exograv.laboratory.transparency_summary import profile
 from exograv.model.description import load_rig
+from exograv.options import WorldName
 from exograv.rig.twin.disturbances.levels import ROWS
 
 from .task import Grid
@@ -40,6 +42,9 @@ class WearerGrid(Grid):
     """Seeds of machines for every wearer; one machine for every three wearers if absent."""
 
     levels: Annotated[list[Level], Several] = Field(default=[2])
+    worlds: Annotated[list[WorldName], Several] = Field(default=["home"])
+    """Worlds whose laws act."""
+
     whole: bool = True
     """True to include the case without a switched disturbance."""
 
@@ -75,18 +80,19 @@ class WearerGrid(Grid):
     def cases_count(self) -> int:
         """Number of pairs of wearer and machine."""
         machines = 1 if self.machine_seeds is None else len(self.machine_seeds)
-        return self.wearers * machines * len(self.rigs) * len(self.levels) * len(self.variants)
+        return self.wearers * machines * len(self.rigs) * len(self.levels) * len(self.worlds) * len(self.variants)
 
     def cases(self) -> Iterator[tuple[str, list[Case]]]:
         """Yield the machine's hash, and the wearers between two of its calibrations."""
         for rig, sha256 in self.machines:
-            for level in self.levels:
-                for only, without in self.variants:
-                    for group in self._wearers(rig, level, only, without):
-                        yield sha256, group
+            for level, world, (only, without) in product(self.levels, self.worlds, self.variants):
+                for group in self._wearers(rig, level, world, only, without):
+                    yield sha256, group
 
-    def _wearers(self, rig: str, level: int, only: str | None, without: str | None) -> Iterator[list[Case]]:
-        named = {"profile": profile(load_rig(rig)), "rig": rig}
+    def _wearers(
+        self, rig: str, level: int, world: WorldName, only: str | None, without: str | None
+    ) -> Iterator[list[Case]]:
+        named = {"profile": profile(load_rig(rig)), "rig": rig, "world": world}
         for block in range(0, self.wearers, BLOCK):
             count = min(BLOCK, self.wearers - block)
             cases = population("harmonic", level, count, self.first_seed + block, only, without)

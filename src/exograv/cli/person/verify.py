@@ -44,7 +44,7 @@ def show_verification(result: "VerifyResult") -> None:
     from exograv.cli.shell.terminal import say
 
     level, found = result.disturbance_level, result.found
-    drawn = "" if level is None else f", disturbance level {level}"
+    drawn = "" if level is None else f", disturbance level {level}, world {result.world}"
     table = Table(title=f"{result.rig}{drawn}, seed {result.seed}")
     for heading in ("left over, N·m RMS", "found", "95 %", "target", "truth"):
         table.add_column(heading, justify="left" if heading.startswith("left") else "right")

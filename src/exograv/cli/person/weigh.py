@@ -36,7 +36,7 @@ def show_weighing(result: "WeighResult") -> None:
     if not result.weights:
         return
     run = result.run
-    table = Table(title=f"{run.rig}, disturbance level {run.disturbance_level}, seed {run.seed}")
+    table = Table(title=f"{run.rig}, disturbance level {run.disturbance_level}, world {run.world}, seed {run.seed}")
     for heading in ("weight at the", "found, kg", "95 %, kg", "true, kg"):
         table.add_column(heading, justify="right")
     for row in result.weights:

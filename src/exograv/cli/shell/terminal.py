@@ -54,7 +54,9 @@ def _cell(value: float | str | None) -> str:
 def show_demo(result: "DemoResult") -> None:
     """Print the closing table of `demo` and `identify`."""
     found = result.findings
-    table = Table(title=f"{found.rig}, disturbance level {found.disturbance_level}, seed {found.seed}")
+    table = Table(
+        title=f"{found.rig}, disturbance level {found.disturbance_level}, world {found.world}, seed {found.seed}"
+    )
     table.add_column("left over (true), N·m RMS")
     for label in ("exo\nonly", "by\ntable", "arm\nfound"):
         table.add_column(label, justify="right")

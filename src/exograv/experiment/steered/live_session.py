@@ -269,7 +269,7 @@ class LiveFlight:
         options = self._options
         with contextlib.ExitStack() as stack:
             plan = state.place.people.plan(state.who, prepared, options.seed, stack)
-            said = {"disturbance_level": options.level, "seed": options.seed,
+            said = {"disturbance_level": options.level, "world": options.world, "seed": options.seed,
                     "settings": {"options": options.written()}}  # fmt: skip
             self._controller = ArmController(
                 prepared.assembly, prepared.machine, plan.prepared.x, 1e-9 * plan.period_ns

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from exograv.options import Acts, Donning, Level, Loss, PersonCode, Seed, TwinOptions, Within
+from exograv.options import Acts, Donning, Level, Loss, PersonCode, Seed, TwinOptions, Within, World
 
 MOVED = Acts(lambda all_: not all_.rehearse, "on a machine, without --rehearse")
 
@@ -16,6 +16,7 @@ class SteeredOptions(TwinOptions):
     """Options of a steered session on the twin."""
 
     level: Annotated[Level, MOVED] = 2
+    world: Annotated[World, MOVED] = "home"
     seed: Annotated[Seed, MOVED] = 0
     donning: Annotated[Donning, MOVED] = 0
 

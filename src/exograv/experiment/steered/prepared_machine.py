@@ -33,7 +33,9 @@ class PreparedMachine:
         self._options, self._make = options, calibration_command(options)
         if options.calibration is not None:
             read_calibration(options.calibration, self._make)  # Refused now, and not on the page minutes later.
-        self.laboratory = draw_laboratory(options.rig, side, options.level, options.seed, donning=options.donning)
+        self.laboratory = draw_laboratory(
+            options.rig, side, options.level, options.seed, donning=options.donning, world=options.world
+        )
         self.description = self.laboratory.description
         refuse_motorless(self.description)
         connect, serial = partial(attentive_twin, self.laboratory), self.laboratory.serial

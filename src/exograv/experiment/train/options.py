@@ -19,6 +19,7 @@ from exograv.options import (
     PersonCode,
     Seed,
     Within,
+    World,
 )
 
 
@@ -42,6 +43,7 @@ class TrainOptions(Options):
 
     side: OneSideOption = None
     level: Level = 2
+    world: World = "home"
     seed: Annotated[Seed, Within(0, 2**31)] = 0
     donning: Donning = 0
     calibration: CalibrationFile = None
@@ -75,6 +77,7 @@ class TrainOptions(Options):
         """Options that must be the same when a run is continued."""
         return {
             "protocol": self.protocol, "participant": self.participant, "session": self.session, "rig": self.rig,
-            "side": self.side, "level": self.level, "seed": self.seed, "donning": self.donning,
-            "windows": self.windows, "allocation": None if self.allocation is None else str(self.allocation),
+            "side": self.side, "level": self.level, "world": self.world, "seed": self.seed,
+            "donning": self.donning, "windows": self.windows,
+            "allocation": None if self.allocation is None else str(self.allocation),
         }  # fmt: skip

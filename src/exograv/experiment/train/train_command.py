@@ -108,7 +108,7 @@ class _Training:
         else:
             refuse_kept(self._kept_path)
         self._laboratory: VirtualLaboratory = draw_laboratory(
-            self._asked.rig, options.side, options.level, options.seed, donning=options.donning
+            self._asked.rig, options.side, options.level, options.seed, donning=options.donning, world=options.world
         )
         self._day = day_seed(options.seed, options.donning)
         self._refuse_machine()
@@ -154,7 +154,7 @@ class _Training:
         recording.write("/result", t, {
             "task": {**json_value(run.totals().figures()), **json_value(figures)}, "rig": self._asked.rig,
             "joints": list(self._laboratory.description.joints), "disturbance_level": self._options.level,
-            "seed": self._options.seed, "simulated_s": round(t, 3),
+            "world": self._options.world, "seed": self._options.seed, "simulated_s": round(t, 3),
         })  # fmt: skip
 
     @property
@@ -177,7 +177,7 @@ class _Training:
             is_whole_protocol=self._asked.is_whole,
             attempts=len(run.state.windows),
             preparation=preparation,
-            run=TwinRun(self._asked.rig, self._options.level, self._options.seed),
+            run=TwinRun(self._asked.rig, self._options.level, self._options.world, self._options.seed),
             simulated_s=round(t, 3),
             wall_s=round(time.perf_counter() - self._begun, 2),
             recording_MB=round(1e-6 * self._recording_path.stat().st_size, 1),

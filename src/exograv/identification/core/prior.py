@@ -54,7 +54,9 @@ def prior(
     mean[layout.stiffness] = stiffness[0]
     mean[layout.spring_offset] = stiffness[0] * neutral[0]
     mean[layout.damping] = damping[0]
-    mean[layout.fit] = np.tile([0.0, 0.0, 0.0, GLENOHUMERAL_SLOPE, 0.0, 0.0, 0.0], len(arm.limbs))
+    mean[layout.fit] = np.concatenate(
+        [[0.0, 0.0, 0.0, GLENOHUMERAL_SLOPE, 0.0, 0.0, 0.0, *arm.elbow_axis(limb)[0]] for limb in arm.limbs]
+    )
     covariance = np.zeros((len(mean), len(mean)))
     covariance[layout.phi, layout.phi] = arm.phi_covariance
     for block, spread in (
@@ -80,7 +82,14 @@ def _springs(arm: Arm) -> Float[np.ndarray, "3 2 freedom"]:
 def _fit_sd(arm: Arm) -> Float[np.ndarray, " 7"]:
     length = LENGTH_SD * arm.lengths["upper_arm"]
     return np.array(
-        [*[SHOULDER_OFFSET_SD] * 3, GLENOHUMERAL_SLOPE_SD, length, CUFF_LOG_STIFFNESS_SD, CUFF_LOG_STIFFNESS_SD]
+        [
+            *[SHOULDER_OFFSET_SD] * 3,
+            GLENOHUMERAL_SLOPE_SD,
+            length,
+            CUFF_LOG_STIFFNESS_SD,
+            CUFF_LOG_STIFFNESS_SD,
+            *arm.elbow_axis(arm.limbs[0])[1],
+        ]
     )
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from exograv.laboratory.support_level.options import SupportOptions, Synergy
-from exograv.options import Level, OneSideOption, OptionRecord, Options, PersonCode, RigArgument, Seed, Within
+from exograv.options import Level, OneSideOption, OptionRecord, Options, PersonCode, RigArgument, Seed, Within, World
 
 SEED_OF_SESSION = 10_000
 """Distance between the seeds of two sessions of one person. Noise and mobilised strength differ from day to day."""
@@ -24,6 +24,7 @@ class AssistOptions(Options):
     rig: RigArgument = "recupera_like_qdd"
     side: OneSideOption = None
     level: Level = 2
+    world: World = "home"
     seed: Seed = 0
 
     strength: float | None = None
@@ -50,9 +51,9 @@ class AssistOptions(Options):
         Raises:
             ConfigError: An option is outside its limits.
         """
-        first = SupportOptions(self.rig, self.side, self.level, self.seed, self.strength, self.synergy)
+        first = SupportOptions(self.rig, self.side, self.level, self.world, self.seed, self.strength, self.synergy)
         grown = first.strength_or_usual * math.pow(1.0 + self.gain, session - 1)
-        return SupportOptions(self.rig, self.side, self.level, self.seed, min(grown, 1.0), self.synergy)
+        return SupportOptions(self.rig, self.side, self.level, self.world, self.seed, min(grown, 1.0), self.synergy)
 
     def run_seed(self, session: int, blocks: int) -> int:
         """Seed of the noise in a session that continues after this number of blocks."""
@@ -62,6 +63,6 @@ class AssistOptions(Options):
     def kept(self) -> OptionRecord:
         """Options of the virtual person and the machine, which must be the same in all sessions."""
         return {
-            "rig": self.rig, "side": self.side, "level": self.level, "seed": self.seed, "strength": self.strength,
-            "synergy": self.synergy, "gain": self.gain,
+            "rig": self.rig, "side": self.side, "level": self.level, "world": self.world, "seed": self.seed,
+            "strength": self.strength, "synergy": self.synergy, "gain": self.gain,
         }  # fmt: skip

@@ -15,6 +15,7 @@ from exograv.laboratory.provenance import run_settings
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, driven_laboratory
 from exograv.loop.pilot import Progress
 from exograv.model.description import ArmSide
+from exograv.options import WorldName
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.rehabilitation.guided.floating_arm import FloatingArm, GuardRecord, rms_deg
 from exograv.procedures.rehabilitation.guided.grip import GripOutcome
@@ -75,6 +76,7 @@ class GuidedResult(Generic[Found]):
     rig: str
     joints: tuple[str, ...]
     disturbance_level: int
+    world: WorldName
     seed: int
     is_simulated: bool
     recording: Path
@@ -160,7 +162,7 @@ def floating_twin(
 
 
 def _of_one_arm(options: GuidedOptions) -> VirtualLaboratory:
-    laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed)
+    laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed, options.world)
     if len(laboratory.description.arm_sides) > 1:
         raise ConfigError(
             f"{options.rig} holds both arms, but a path is for one arm: no check prevents a collision of the hands. "
@@ -194,6 +196,6 @@ def guided_result(
     """Add the common figures of all guided runs to the findings."""
     description = laboratory.description
     return GuidedResult(
-        found, lead, description.name, description.joints, options.level, options.seed, is_simulated=True,
-        recording=recorded,
+        found, lead, description.name, description.joints, options.level, options.world, options.seed,
+        is_simulated=True, recording=recorded,
     )  # fmt: skip

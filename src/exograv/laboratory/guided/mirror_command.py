@@ -60,7 +60,7 @@ def run_mirror(
         ConfigError: The machine does not have two mirrored arms, or an option is not valid.
         RigError: The envelope stopped the run.
     """
-    laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed)
+    laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed, options.world)
     description, assembly = laboratory.description, laboratory.assembly()
     which = MirrorMap.of(description, assembly.exo, options.lead)
     recorded = folder / "mirror.mcap"

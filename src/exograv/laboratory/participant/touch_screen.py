@@ -10,8 +10,8 @@ from pydantic import Field
 from exograv.dynamics import parameters
 from exograv.laboratory.movements import REST_DEG, TARGET_DEG
 from exograv.model.assembly import Assembly
-from exograv.model.kinematics import body_poses, frame_pose
-from exograv.model.loops import arm_positions, arm_roots
+from exograv.model.kinematics import frame_pose
+from exograv.model.loops import arm_poses
 from exograv.model.rig_settings import Settings
 from exograv.rig.twin.world.surroundings import FINGER_RADIUS, HAND_RADIUS, Surroundings
 from exograv.task.screen import ScreenCalibration
@@ -81,5 +81,5 @@ def _place(assembly: Assembly, frame: str, angles_deg: tuple[float, ...]) -> Vec
     z[: len(angles_deg)] = np.deg2rad(angles_deg)
     fit = ca.DM.zeros(layout.fit.stop - layout.fit.start)
     tree = assembly.arm.tree
-    poses = body_poses(tree, arm_positions(assembly.arm, ca.SX(ca.DM(z)), ca.SX(fit)), arm_roots(assembly, ca.SX(fit)))
+    poses = arm_poses(assembly, ca.SX(ca.DM(z)), ca.SX(fit))
     return np.asarray(ca.evalf(frame_pose(tree, poses, limb.prefix + frame).p)).ravel()

@@ -7,7 +7,7 @@ from typing import Annotated
 import tyro
 
 from exograv.errors import ConfigError
-from exograv.options import Acts, Level, OneSideOption, Options, RigArgument, Seed, Within
+from exograv.options import Acts, Level, OneSideOption, Options, RigArgument, Seed, Within, World
 
 STRENGTH = 0.1
 """Default strength of the person [-]. With it, the machine must carry about half of the arm's weight."""
@@ -28,6 +28,7 @@ class SupportOptions(Options):
     rig: Annotated[RigArgument, VIRTUAL] = "recupera_like_qdd"
     side: Annotated[OneSideOption, VIRTUAL] = None
     level: Annotated[Level, VIRTUAL] = 2
+    world: Annotated[World, VIRTUAL] = "home"
     seed: Annotated[Seed, VIRTUAL] = 0
 
     strength: float | None = None

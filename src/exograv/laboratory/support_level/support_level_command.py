@@ -82,7 +82,7 @@ def run_support_level(options: SupportOptions, folder: Path, progress: Progress)
         tried = [(one.target, one.support, one.reached) for one in attempts]
         found = VirtualSupport(
             figures(needed, tried, sum(one.reached for one in confirmed)),
-            TwinRun(one.laboratory.description.name, options.level, options.seed),
+            TwinRun(one.laboratory.description.name, options.level, options.world, options.seed),
             one.weakness.strength.round(4),
             one.weakness.synergy,
             flight.rescues,

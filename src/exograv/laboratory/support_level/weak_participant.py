@@ -51,7 +51,7 @@ def prepare_weak_participant(options: SupportOptions, progress: Progress) -> Wea
         ConfigError: An option, a file or the machine is not valid.
         ExogravError: The machine, the wearer or the run was refused.
     """
-    laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed)
+    laboratory = driven_laboratory(options.rig, options.side, options.level, options.seed, options.world)
     description = laboratory.description
     if len(description.joints) != 4 or len(laboratory.wearer.arms) != 1 or description.settings.donning.arm_posture_deg:
         raise ConfigError(

@@ -19,6 +19,7 @@ from exograv.rig.drives.settings import Drives, load_drives
 from exograv.runtime.clock.pace import RealTimePace
 from exograv.safety.envelope import Envelope
 from exograv.safety.limits import Limits
+from exograv.storage.calibration_file import in_world
 
 from .simulated_drives import simulated_drives
 
@@ -33,7 +34,11 @@ CONNECTING = "Connecting to the drives"
 def serial_of(options: MachineOptions, drives: Drives) -> str:
     """Return the serial number of calibration and self-test. Simulated drives never have the number of a real one."""
     own = drives.settings.serial
-    return f"{own}, simulated, level {options.level}, seed {options.seed}" if options.simulate else own
+    return (
+        f"{own}, simulated, level {options.level}, seed {options.seed}{in_world(options.world)}"
+        if options.simulate
+        else own
+    )
 
 
 @dataclass(frozen=True)
@@ -88,7 +93,7 @@ def drives_with_hands(
             yield drives, KeyboardHands(say)
             return
         told = ["--drives", str(path), "--rig", str(description.folder), "--side", description.side]
-        twin = ["--level", str(options.level), "--seed", str(options.seed)]
+        twin = ["--level", str(options.level), "--seed", str(options.seed), "--world", options.world]
         clock = [] if in_real_time else ["--lock-step"]
         with simulated_drives(drives.settings.bus, [*told, *twin, *clock, *simulation]) as tell:
             yield drives, BenchHands(tell)

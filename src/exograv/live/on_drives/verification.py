@@ -58,6 +58,7 @@ def run_verification_on_drives(
         VerifyResult(
             rig=description.name,
             disturbance_level=options.level if options.simulate else None,
+            world=options.world if options.simulate else None,
             seed=options.seed,
             at_utc=at.isoformat(timespec="seconds"),
             found=verified_figures(verified, description.joints),

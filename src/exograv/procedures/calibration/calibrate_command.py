@@ -11,7 +11,7 @@ from typing import Protocol
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.model.description import RigDescription, load_rig
 from exograv.next_command import calibration_command
-from exograv.options import OUT
+from exograv.options import OUT, WorldName
 from exograv.results import MERGED
 from exograv.storage.calibration_file import (
     identity_of,
@@ -38,6 +38,7 @@ class CalibrationResult:
     rig: str
     side: str
     disturbance_level: int
+    world: WorldName
     seed: int
     machine: str
     """Serial number, or identity of the twin."""
@@ -121,6 +122,7 @@ def calibrate_and_keep(
         rig=description.name,
         side=description.side,
         disturbance_level=options.level,
+        world=options.world,
         seed=options.seed,
         machine=identity.machine,
         figures=calibration_figures(calibration, description.joints, true),

@@ -11,6 +11,7 @@ from typing import Protocol
 from exograv.loop.pilot import Progress
 from exograv.model.description import RigDescription, load_rig
 from exograv.next_command import calibration_command
+from exograv.options import WorldName
 from exograv.procedures.calibration.breakaway_checks import refuse_joints_without_motor
 from exograv.rig import may_be_worn
 from exograv.storage.calibration_file import MAKE, TakenCalibration, take_calibration
@@ -43,6 +44,7 @@ class SelfTestResult:
     rig: str
     side: str
     disturbance_level: int
+    world: WorldName
     seed: int
     ok: bool
     """True if the machine has passed. Steps that only lock worn mode do not count."""
@@ -120,6 +122,7 @@ def self_test_and_unlock(
         rig=description.name,
         side=description.side,
         disturbance_level=options.level,
+        world=options.world,
         seed=options.seed,
         ok=all(step.passed or step.locks_only for step in steps),
         may_be_worn=all(bool(step.passed) for step in steps),

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from exograv.options import WorldName
 from exograv.recording.rounding import rounded
 from exograv.results import MERGED, OPTIONAL, json_value
 
@@ -55,6 +56,7 @@ class VerifyResult:
 
     rig: str
     disturbance_level: int | None
+    world: WorldName | None
     seed: int
     at_utc: str
     found: VerificationFigures = field(metadata=MERGED)

@@ -9,8 +9,8 @@ from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Parameters
 from exograv.model.assembly import Assembly
-from exograv.model.kinematics import body_poses, frame_pose
-from exograv.model.loops import arm_positions, arm_roots
+from exograv.model.kinematics import frame_pose
+from exograv.model.loops import arm_poses
 
 from .postures import Postures
 
@@ -54,6 +54,6 @@ class Fingertip:
 def _tips_function(assembly: Assembly) -> ca.Function:
     layout, tree = ParameterLayout.of(assembly), assembly.arm.tree
     z, fit = ca.SX.sym("z", layout.freedoms), ca.SX.sym("fit", layout.fit.stop - layout.fit.start)
-    poses = body_poses(tree, arm_positions(assembly.arm, z, fit), arm_roots(assembly, fit))
+    poses = arm_poses(assembly, z, fit)
     tips = [frame_pose(tree, poses, limb.prefix + "finger_tip").p for limb in assembly.arm.limbs]
     return ca.Function("fingertips", [z, fit], [ca.vertcat(*tips)], ["z", "fit"], ["tips"])

@@ -61,6 +61,7 @@ class MethodFigures:
     only: str | None
     without: str | None
     never_relaxed: bool
+    world: str
     offline: bool
     wearers: int
     failed: int
@@ -158,6 +159,7 @@ class WearerFigures:
     only: str | None
     without: str | None
     never_relaxed: bool
+    world: str
     failed: str | None
     time_to_target_s: float | None
     left_over_Nm: dict[str, Ends]

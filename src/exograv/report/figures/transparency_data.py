@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from exograv.options import WorldName
+
 
 @dataclass(frozen=True)
 class MachineEffort:
@@ -59,6 +61,7 @@ class MachineTransparency:
     profile: str
     """Kind of drive: `harmonic` or `qdd`."""
     disturbance_level: int
+    world: WorldName
     seeds: Sequence[int]
     movement: str
     movement_s: float

@@ -20,6 +20,9 @@ from exograv.report.style.page import SIMULATED, Bullets, Chapter, Page, Table, 
 HEADINGS = (
     "method", "target s", "coarse s", "reached", "20 s", "60 s", "120 s", "95 % coverage", "possible", "update µs"
 )  # fmt: skip
+PLACE = ("setting", "level", "profile", "only", "without", "never_relaxed", "world")
+"""Fields of a result that have a table of their own for each value."""
+
 VERDICTS = ("method", "where", "stop rule, wearers", "stop s", "rated restless", "rejected", "unrest")
 BREAK_DOWN = ("method", "drives", "disturbance", "shoulder", "change (95 %)", "elbow", "change (95 %)")
 SETTINGS = {"open_loop": "same recorded stream for all", "closed_loop": "each method drives its own arm"}
@@ -50,14 +53,14 @@ def tables(rows: Sequence[MethodFigures]) -> list[Chapter]:
     """Return one table per setting, level and kind of drive; variations of a level have their own tables."""
     found = dict[tuple[Any, ...], list[MethodFigures]]()
     for row in rows:
-        place = tuple(getattr(row, key) for key in ("setting", "level", "profile", "only", "without", "never_relaxed"))
+        place = tuple(getattr(row, key) for key in PLACE)
         found.setdefault(place, []).append(row)
     return [Chapter(_title(here[0]), [Table(HEADINGS, [cells(row) for row in here])]) for here in found.values()]
 
 
 def _title(row: MethodFigures) -> str:
     drives = PROFILES.get(row.profile, row.profile)
-    title = f"Level {row.level}, {drives}, {row.wearers} wearers, {SETTINGS[row.setting]}"
+    title = f"Level {row.level}, world {row.world}, {drives}, {row.wearers} wearers, {SETTINGS[row.setting]}"
     variations = "".join(f", {name} {getattr(row, name)}" for name in ("only", "without") if getattr(row, name))
     return title + variations + (", never relaxed" if row.never_relaxed else "")
 
@@ -132,7 +135,9 @@ def verdicts(rows: Sequence[MethodFigures]) -> list[list[str]]:
     for row in rows:
         if not row.coverage95.of or row.setting != "open_loop":
             continue
-        where = f"level {row.level}, {row.profile}" + (", never relaxed" if row.never_relaxed else "")
+        where = f"level {row.level}, world {row.world}, {row.profile}" + (
+            ", never relaxed" if row.never_relaxed else ""
+        )
         said = ", ".join(f"{name.lower().replace('_', ' ')} {count}" for name, count in row.outcomes.items())
         stop = "–" if row.stop_s is None else f"{row.stop_s:.0f}"
         shares = [_percent(row.told_restless_share), _percent(row.rejected_share)]

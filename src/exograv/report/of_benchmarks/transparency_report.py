@@ -84,6 +84,7 @@ def _facts(result: MachineTransparency) -> list[tuple[str, str]]:
     facts = [
         ("movement", f"{result.movement}, {result.movement_s:g} s"),
         ("disturbance level", str(result.disturbance_level)),
+        ("world", result.world),
         ("machines", ", ".join(f"seed {seed}" for seed in result.seeds)),
     ]
     if result.recorded_samples:

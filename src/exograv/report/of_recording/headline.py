@@ -27,6 +27,7 @@ def run_facts(recording: Recording) -> list[tuple[str, str]]:
         ("method", settings.get("method")),
         ("gravity level", None if level is None else gravity_words(float(level))),
         ("disturbance level", settings.get("disturbance_level")),
+        ("world", settings.get("world")),
         ("seed", settings.get("seed")),
         ("calibration", None if calibration is None else f"stored, {calibration[:12]}…"),
     ]

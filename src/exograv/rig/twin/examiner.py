@@ -106,7 +106,10 @@ class Examiner:
         """
         drives, offset = self._machine.drives, self._machine.sensors.encoder_offset
         currents = currents_of(self.postures + offset)
-        return np.clip(drives.gain * currents, -drives.torque_max, drives.torque_max)
+        torque = np.clip(drives.gain * currents, -drives.torque_max, drives.torque_max)
+        foreign = self._machine.foreign
+        # In a foreign world the gain depends on the angle. Heat is a state of the run: the motors are scored cold.
+        return torque if foreign is None else foreign.gain_at(self.postures) * torque
 
 
 def rms(left_over: Postures) -> Joints:

@@ -18,11 +18,12 @@ from exograv.rig.native_period import NativeMuscles, NativePeriod
 from exograv.rig.twin.machine.drive import OMEGA, TAU_MOTOR, THETA
 from exograv.rig.twin.machine.machine import Machine
 from exograv.rig.twin.machine.sensors import Sensors
+from exograv.rig.twin.wearer.arm_bodies import let_soft_tissue_hang
 from exograv.rig.twin.wearer.muscles import Muscles
 from exograv.rig.twin.wearer.wearer import Wearer
 from exograv.rig.twin.world.cuff_sensors import CuffSensors, Wrenches
 from exograv.rig.twin.world.engine_code import engine_addresses, engine_halves
-from exograv.rig.twin.world.forces import measured_truth, pass_clock, step_forces
+from exograv.rig.twin.world.forces import SLIPPED, late_name, measured_truth, pass_clock, step_forces
 from exograv.rig.twin.world.poles import shoulder_poles
 from exograv.rig.twin.world.scene import TIMESTEP, build_scene
 from exograv.rig.twin.world.statics import Statics
@@ -332,7 +333,8 @@ class Twin:
     @cached_property
     def _cuff_sensors(self) -> CuffSensors:
         """Sensors at the cuffs, made at the first use: most machines have none."""
-        return CuffSensors(self._machine.cuff_sensors, self._seed, self._scene, self._wearer)
+        slipped = self._memory.get(SLIPPED)
+        return CuffSensors(self._machine.cuff_sensors, self._seed, self._scene, self._wearer, slipped)
 
     @property
     def truth(self) -> Truth:
@@ -367,11 +369,17 @@ class Twin:
         drives = memory["drives"]
         # A joint without a motor cannot be held: it moves at once.
         tau = np.where(self._machine.drives.gain != 0.0, tau, 0.0)
-        drives[TAU_MOTOR] = tau
+        of_gain = np.ones(len(q)) if self._machine.foreign is None else self._machine.foreign.gain_at(q)
+        drives[TAU_MOTOR] = tau / of_gain
         drives[THETA] = q + tau / self._machine.drives.gear_stiffness
         drives[OMEGA] = 0.0
         memory["hysteresis"][:] = q_arm
+        let_soft_tissue_hang(self._scene.data, self._scene.arms)
+        for place in self._scene.arms:
+            if late_name(place) in memory:
+                memory[late_name(place)][...] = self._scene.data.qpos[place.shift]
         # The delay lines are filled as if the machine had stood still for long. Transposed, a line of one step has the
         # same shape as a longer one.
-        np.atleast_2d(memory["commands"].T)[:] = [*tau, *np.zeros(len(q)), math.inf]
-        np.atleast_2d(memory["measurements"].T)[:] = [*q, *tau, *drives[THETA]]
+        tau_asked = drives[TAU_MOTOR].tolist()
+        np.atleast_2d(memory["commands"].T)[:] = [*tau_asked, *np.zeros(len(q)), math.inf]
+        np.atleast_2d(memory["measurements"].T)[:] = [*q, *tau_asked, *drives[THETA]]

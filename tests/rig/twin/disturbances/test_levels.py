@@ -19,7 +19,7 @@ def ends(value) -> tuple[float, float]:
 def test_both_tables_have_all_their_rows():
     # Passive stiffness of elbow and shoulder are columns of one row. The row of a second arm came with machines for
     # both arms, and the row of changes from day to day with files of participants.
-    assert len(WEARER) == 16 - 1 + 1 + 1
+    assert len(WEARER) == 18 - 1 + 1 + 1
     # Coulomb friction of both drives is one row, too; gear stiffness and bandwidth are two rows. The sensors at the
     # cuffs came with the methods that need them.
     assert len(MACHINE) == 17 - 1 + 1 + 1
@@ -37,6 +37,10 @@ def test_no_level_is_milder_than_the_one_below_it(row: str):
     ("row", "column", "level", "value"),
     [
         ("donning_offset", "max_mm", 2, 15.0),
+        ("carrying_angle", "male_mean_deg", 2, 11.0),
+        ("carrying_angle", "female_sd_deg", 4, 5.0),
+        ("elbow_axis", "axis_sd_deg", 3, 4.0),
+        ("elbow_axis", "forearm_sd_deg", 2, 2.0),
         ("cuff_stiffness", "along", 2, 3.0),
         ("cuff_rotation", "about_others", 4, 0.18),
         ("passive_stiffness", "elbow", 2, (0.4, 1.2)),

@@ -36,7 +36,8 @@ def cuff_energy(scene, cuffs, qpos: np.ndarray) -> float:
 def test_no_cuff_is_strained_at_the_donning_posture(rig, make_scene):
     scene, wearer = make_scene(LEVEL), draw_wearer(LEVEL, 0)
     qpos = np.zeros(scene.model.nq)
-    qpos[scene.exo] = qpos[scene.arm] = rig.donning_posture
+    qpos[scene.exo], qpos[scene.arm] = scene.fastened
+    np.testing.assert_array_equal(scene.fastened[0], rig.donning_posture)
     assert cuff_energy(scene, wearer.cuffs, qpos) == pytest.approx(0.0, abs=1e-20)
 
 

@@ -8,7 +8,7 @@ from exograv.model.arm import Limb
 from exograv.model.assembly import Assembly
 from exograv.model.description import Cuff
 from exograv.model.kinematics import body_poses, frame_pose
-from exograv.model.loops import LoopSolver, arm_positions, arm_roots, fit_names
+from exograv.model.loops import LoopSolver, arm_poses, fit_names
 from exograv.model.support import sample_postures
 from exograv.model.tree import Tree
 from exograv.spatial import Transform
@@ -39,10 +39,8 @@ class Donned:
         self.assembly, description = assembly, assembly.description
         fit = ca.SX.zeros(len(fit_names(assembly)))
         self.q, self.z = description.donning_posture, description.arm_donning_posture
-        self._roots = arm_roots(assembly, fit)
         self._exo = body_poses(assembly.exo, ca.SX(ca.DM(self.q)))
-        x = arm_positions(assembly.arm, ca.SX(ca.DM(self.z)), fit)
-        self._arm = body_poses(assembly.arm.tree, x, self._roots)
+        self._arm = arm_poses(assembly, ca.SX(ca.DM(self.z)), fit)
 
     def exo_body(self, body: int) -> Pose:
         """Pose of a body of the machine."""

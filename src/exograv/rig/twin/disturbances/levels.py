@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from exograv.errors import ConfigError
+from exograv.options import WorldName
 
 Value = float | tuple[float, float]
 """Number, or the lower and upper end of a uniform range."""
@@ -63,6 +64,20 @@ WEARER: Mapping[str, LevelRow] = MappingProxyType(
         ),
         "glenohumeral_shift": LevelRow(
             "share of the shift of the shoulder centre with elevation", {"share": (0.0, 0.25, 0.5, 1.0, 1.0)}
+        ),
+        # Paraskevas et al. (2004), Surg Radiol Anat 26:19: men 10.97 ± 4.27°, women 15.07 ± 4.95°.
+        "carrying_angle": LevelRow(
+            "forearm outwards from the upper arm's line, elbow extended; mean and SD by sex [°]",
+            {
+                "male_mean_deg": (0.0, 5.0, 11.0, 11.0, 12.0),
+                "male_sd_deg": (0.0, 2.0, 4.0, 4.0, 5.0),
+                "female_mean_deg": (0.0, 7.0, 15.0, 15.0, 16.0),
+                "female_sd_deg": (0.0, 2.0, 5.0, 5.0, 5.0),
+            },
+        ),
+        "elbow_axis": LevelRow(
+            "turn of the elbow's axis and of the forearm in its frame, SD about each of two axes [°]",
+            {"axis_sd_deg": (0.0, 1.0, 3.0, 4.0, 5.0), "forearm_sd_deg": (0.0, 1.0, 2.0, 3.0, 4.0)},
         ),
         "cuff_stiffness": LevelRow(
             "along and across the limb [N/mm]",
@@ -259,16 +274,44 @@ MACHINE: Mapping[str, LevelRow] = MappingProxyType(
 ROWS: Mapping[str, LevelRow] = MappingProxyType({**WEARER, **MACHINE})
 
 
+WORLDS: Mapping[WorldName, str] = MappingProxyType(
+    {
+        "home": "laws of the same form as the estimator's",
+        "tissue": "other laws of the joints' elasticity, coupled joints, a rest posture that creeps, another time of "
+        "the hysteresis",
+        "shoulder": "another path of the shoulder's centre, which also depends on the plane of elevation, and lags",
+        "cuffs": "cuffs that stiffen with strain, have another stiffness and slip along the limb; soft tissue that "
+        "wobbles",
+        "drives": "another law of friction, further ripple, a gain that depends on angle and temperature, hysteresis "
+        "of the gears",
+        "all": "all of these foreign laws at once",
+    }
+)
+"""Worlds by name: the laws that act. A level changes sizes; a world changes laws."""
+
+
 @dataclass(frozen=True)
 class Disturbances:
-    """Level of every row; `None` switches a row off."""
+    """Level of every row, where `None` switches a row off, and the world."""
 
     levels: Mapping[str, int | None]
+    world: WorldName = "home"
+    """World whose laws act, at any level."""
 
     @classmethod
-    def at_level(cls, level: int) -> "Disturbances":
-        """Set every row to one level."""
-        return cls(MappingProxyType(dict.fromkeys(ROWS, _checked(level))))
+    def at_level(cls, level: int, world: WorldName = "home") -> "Disturbances":
+        """Set every row to one level.
+
+        Raises:
+            ConfigError: The level or the world does not exist.
+        """
+        if world not in WORLDS:
+            raise ConfigError(f"No world '{world}'. Worlds: {', '.join(WORLDS)}.")
+        return cls(MappingProxyType(dict.fromkeys(ROWS, _checked(level))), world)
+
+    def is_foreign(self, part: WorldName) -> bool:
+        """Return True if the laws of this part are foreign ones: tissue, shoulder, cuffs or drives."""
+        return self.world in (part, "all")
 
     def with_row(self, row: str, level: int) -> "Disturbances":
         """Return a copy with one row at another level."""

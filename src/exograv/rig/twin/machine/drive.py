@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from .foreign_drive import ELEMENTS, ForeignDrives, ForeignStep, dahl, gear_hysteresis, heated, maxwell_slip
 from .machine import Machine
 
 STRIBECK_EXPONENT = 1.3
@@ -34,6 +35,11 @@ DRIVE_STATES = ("bristle", "theta", "omega", "tau_motor")
 """Bristle deflection [rad]; position [rad] and speed [rad/s] of a rotor behind its gear; motor torque [N·m]."""
 
 THETA, OMEGA, TAU_MOTOR = (DRIVE_STATES.index(name) for name in ("theta", "omega", "tau_motor"))
+
+
+FOREIGN_STATES = ELEMENTS + 2
+"""Number of states of a drive in a foreign world: torques of the friction's elements [N·m], heat [-], torque of the
+gear's hysteresis [N·m]."""
 
 
 @dataclass(frozen=True)
@@ -83,18 +89,16 @@ class DriveStep:
     state_next: ca.SX
     """Next state, in the order of `DRIVE_STATES`."""
 
+    foreign_next: ca.SX | None = None
+    """Next state of the laws of a foreign world, in the order of `FOREIGN_STATES`."""
+
 
 def drive_step(machine: Machine, joint: int, state: ca.SX, now: DriveInput, dt: float) -> DriveStep:
-    """Advance the drive of a joint by `dt` [s] from a state in the order of `DRIVE_STATES`."""
+    """Advance the drive of a joint by `dt` [s] from a state in the order of `DRIVE_STATES`; laws of the home world."""
     drives = machine.drives
     bristle, theta, omega, tau_motor = ca.vertsplit(state)
     stiffness, inertia = drives.gear_stiffness[joint], drives.rotor_inertia[joint]
-    # The drive brakes by the encoder on the motor's own shaft and through the same current loop, so within the same
-    # torque limit.
-    brake = now.damping * (now.v if np.isinf(stiffness) else omega)
-    asked = ca.fmin(ca.fmax(now.tau_asked - brake, -drives.torque_max[joint]), drives.torque_max[joint])
-    # exp(-inf) is zero: a motor without lag reaches its new torque at once.
-    tau_motor = asked + (tau_motor - asked) * np.exp(-2.0 * np.pi * drives.bandwidth[joint] * dt)
+    tau_motor = _motor_torque(machine, joint, tau_motor, omega, now, dt)
     if np.isinf(stiffness):
         rubbed, bristle = friction_step(machine, joint, bristle, FrictionState(now.q, now.v, tau_motor, now.warmth), dt)
         return DriveStep(tau_motor - rubbed, ca.vertcat(bristle, now.q, now.v, tau_motor))
@@ -103,6 +107,72 @@ def drive_step(machine: Machine, joint: int, state: ca.SX, now: DriveInput, dt: 
     rubbed, bristle = friction_step(machine, joint, bristle, FrictionState(theta, omega, tau_gear, now.warmth), dt)
     omega = omega + dt / inertia * (tau_motor - rubbed - tau_gear)
     return DriveStep(tau_gear, ca.vertcat(bristle, theta + dt * omega, omega, tau_motor))
+
+
+def foreign_drive_step(
+    machine: Machine, laws: ForeignDrives, joint: int, states: tuple[ca.SX, ca.SX], now: DriveInput, dt: float
+) -> DriveStep:
+    """Advance the drive of a joint by `dt` [s] by the laws of a foreign world.
+
+    The torque of a motor is its current's torque at the mean gain, as sensors see it, times a gain that they do not
+    see. `states` are the state in the order of `DRIVE_STATES` and that in the order of `FOREIGN_STATES`.
+    """
+    drives, (state, foreign) = machine.drives, states
+    bristle, theta, omega, tau_motor = ca.vertsplit(state)
+    forces, heat, hysteresis = ca.vertsplit(foreign, [0, ELEMENTS, ELEMENTS + 1, ELEMENTS + 2])
+    stiffness, inertia = drives.gear_stiffness[joint], drives.rotor_inertia[joint]
+    tau_motor = _motor_torque(machine, joint, tau_motor, omega, now, dt)
+    tau_shaft = laws.gain(joint, now.q, heat) * tau_motor
+    warmer = heated(heat, tau_motor, float(drives.torque_max[joint]), dt)
+    if np.isinf(stiffness):
+        rubbed = foreign_friction(machine, laws, joint, forces, FrictionState(now.q, now.v, tau_shaft, now.warmth), dt)
+        return DriveStep(
+            tau_shaft - rubbed.tau,
+            ca.vertcat(bristle, now.q, now.v, tau_motor),
+            ca.vertcat(rubbed.next, warmer, hysteresis),
+        )
+    damping = 2.0 * GEAR_DAMPING_RATIO * np.sqrt(stiffness * inertia)
+    lost = gear_hysteresis(hysteresis, omega - now.v, float(stiffness), float(laws.hysteresis[joint]), dt)
+    tau_gear = stiffness * (theta - now.q) + damping * (omega - now.v) + lost.tau
+    rubbed = foreign_friction(machine, laws, joint, forces, FrictionState(theta, omega, tau_gear, now.warmth), dt)
+    omega = omega + dt / inertia * (tau_shaft - rubbed.tau - tau_gear)
+    return DriveStep(
+        tau_gear,
+        ca.vertcat(bristle, theta + dt * omega, omega, tau_motor),
+        ca.vertcat(rubbed.next, warmer, lost.next),
+    )
+
+
+def _motor_torque(machine: Machine, joint: int, before: ca.SX, omega: ca.SX, now: DriveInput, dt: float) -> ca.SX:
+    """Return the torque of a motor one step later, from the torque `before` [N·m] and the motor's speed [rad/s]."""
+    drives = machine.drives
+    # The drive brakes by the encoder on the motor's own shaft and through the same current loop, so within the same
+    # torque limit.
+    brake = now.damping * (now.v if np.isinf(drives.gear_stiffness[joint]) else omega)
+    asked = ca.fmin(ca.fmax(now.tau_asked - brake, -drives.torque_max[joint]), drives.torque_max[joint])
+    # exp(-inf) is zero: a motor without lag reaches its new torque at once.
+    return asked + (before - asked) * np.exp(-2.0 * np.pi * drives.bandwidth[joint] * dt)
+
+
+def foreign_friction(
+    machine: Machine, laws: ForeignDrives, joint: int, forces: ca.SX, now: FrictionState, dt: float
+) -> ForeignStep:
+    """Torque that friction takes from the motion by the law of a foreign world, and its next state (element,)."""
+    friction = machine.friction
+    coulomb = float(friction.coulomb[joint])
+    viscous = friction.viscous[joint] * (1.0 - friction.warm_up[joint] * now.warmth) * now.omega
+    if coulomb == 0.0:
+        return ForeignStep(viscous, forces)
+    further = coulomb * laws.further_ripple(joint, machine.drives.gear_ratio[joint] * now.theta)
+    if machine.drives.gain[joint] == 0.0:
+        further = 0.0  # a joint without motor has a bearing and no gear
+    if laws.is_maxwell:
+        sliding = sliding_friction(machine, joint, now, further)
+        step = maxwell_slip(forces, now.omega, sliding, coulomb, BRISTLE_TRAVEL, dt)
+        return ForeignStep(step.tau + viscous, step.next)
+    level = laws.worn(joint, now.theta) * friction_level(machine, joint, now, further)
+    step = dahl(forces[0], now.omega, level, coulomb / BRISTLE_TRAVEL, dt)
+    return ForeignStep(step.tau + viscous, ca.vertcat(step.next, forces[1:]))
 
 
 def friction_step(machine: Machine, joint: int, bristle: ca.SX, now: FrictionState, dt: float) -> tuple[ca.SX, ca.SX]:
@@ -121,16 +191,21 @@ def friction_step(machine: Machine, joint: int, bristle: ca.SX, now: FrictionSta
     return stiffness * bristle_next + damping * (bristle_next - bristle) / dt + viscous, bristle_next
 
 
-def sliding_friction(machine: Machine, joint: int, now: FrictionState) -> ca.SX:
-    """Magnitude of friction without its viscous part, in steady sliding [N·m]."""
+def sliding_friction(machine: Machine, joint: int, now: FrictionState, further: ca.SX | float = 0.0) -> ca.SX:
+    """Magnitude of friction without its viscous part, in steady sliding [N·m]; `further` [N·m] adds to its ripple."""
+    friction, level = machine.friction, friction_level(machine, joint, now, further)
+    rest = ca.exp(-((ca.fabs(now.omega) / friction.stribeck_velocity[joint]) ** STRIBECK_EXPONENT))
+    return level * (1.0 + (friction.breakaway[joint] - 1.0) * rest)
+
+
+def friction_level(machine: Machine, joint: int, now: FrictionState, further: ca.SX | float = 0.0) -> ca.SX:
+    """Magnitude of friction in fast sliding, without its viscous part [N·m]; `further` [N·m] adds to its ripple."""
     friction, turns = machine.friction, machine.drives.gear_ratio[joint]
     coulomb = friction.coulomb[joint]
     ripple = friction.ripple[joint] * ca.sin(turns * now.theta + friction.ripple_phase[joint])
     level = coulomb * (1.0 - friction.warm_up[joint] * now.warmth)
     level = level * (1.0 + friction.asymmetry[joint] * ca.sign(now.omega))
-    level = ca.fmax(level + friction.load_share[joint] * ca.fabs(now.load) + ripple, FRICTION_FLOOR * coulomb)
-    rest = ca.exp(-((ca.fabs(now.omega) / friction.stribeck_velocity[joint]) ** STRIBECK_EXPONENT))
-    return level * (1.0 + (friction.breakaway[joint] - 1.0) * rest)
+    return ca.fmax(level + friction.load_share[joint] * ca.fabs(now.load) + ripple + further, FRICTION_FLOOR * coulomb)
 
 
 def bristle_law(machine: Machine, joint: int) -> tuple[float, float]:

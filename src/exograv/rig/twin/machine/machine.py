@@ -9,6 +9,8 @@ from exograv.model.description import RigDescription
 from exograv.rig.twin.disturbances.levels import ROWS, Disturbances
 from exograv.rig.twin.disturbances.streams import stream, uniform
 
+from .foreign_drive import ForeignDrives, draw_foreign_drives
+
 GRAVITY = 9.81
 """Earth's gravity [m/s²]."""
 
@@ -123,6 +125,9 @@ class Machine:
     link_centre_sd: float
     """SD of the shift of a link's centre of mass per axis [m]."""
 
+    foreign: ForeignDrives | None = None
+    """Laws of the drives in a foreign world; None at home."""
+
     def link_error(self, link: str) -> tuple[float, Float[np.ndarray, " 3"]]:
         """Factor on the mass of a link [-] and shift of its centre of mass in its frame [m]."""
         drawn = stream(self.seed, "machine", f"link {link}").standard_normal(4)
@@ -144,6 +149,7 @@ def draw_machine(description: RigDescription, disturbances: Disturbances, seed: 
         seed=seed,
         link_mass_sd=draw.number("links", "mass"),
         link_centre_sd=1e-3 * draw.number("links", "centre_mm"),
+        foreign=draw_foreign_drives(seed, len(description.joints)) if disturbances.is_foreign("drives") else None,
     )
 
 

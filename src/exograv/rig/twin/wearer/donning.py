@@ -9,9 +9,7 @@ from exograv.rig.twin.disturbances.levels import Disturbances
 from exograv.rig.twin.disturbances.streams import stream
 
 from .skeleton import Bone
-from .wearer import Cuffs, PassiveJoints, Wearer, WearerArm
-
-OWNERS = ("wearer", "wearer, second arm")
+from .wearer import OWNERS, Cuffs, PassiveJoints, Wearer, WearerArm
 
 
 def day_seed(seed: int, donning: int) -> int:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from .shoulder_path import ShoulderPath
 from .skeleton import Skeleton
 from .wearer import PassiveJoints, Wearer
 
@@ -52,17 +53,27 @@ class PassiveTorque:
     """Angles to which the fast part of the elasticity has relaxed (arm,) [rad]."""
 
 
-def passive_torque(joints: PassiveJoints, q: ca.SX, v: ca.SX, hysteresis: ca.SX, dt: float) -> PassiveTorque:
-    """Elasticity, damping, hysteresis and end stops of the arm's joints at `q`, `v` (arm,)."""
-    tau = elastic_torque(joints, q) - ca.DM(joints.damping) * v
+def passive_torque(
+    joints: PassiveJoints, q: ca.SX, v: ca.SX, hysteresis: ca.SX, dt: float, crept: ca.SX | None = None
+) -> PassiveTorque:
+    """Elasticity, damping, hysteresis and end stops of the arm's joints at `q`, `v` (arm,).
+
+    `crept` (arm,) is the angle by which the rest posture has moved [rad], in a world where it does.
+    """
+    tau = elastic_torque(joints, q, crept) - ca.DM(joints.damping) * v
     fast = joints.hysteresis * ca.DM(joints.stiffness)
-    relaxed = hysteresis + (q - hysteresis) * (1.0 - np.exp(-dt / HYSTERESIS_DECAY))
+    decay = HYSTERESIS_DECAY if joints.tissue is None else joints.tissue.hysteresis_decay
+    relaxed = hysteresis + (q - hysteresis) * (1.0 - np.exp(-dt / decay))
     return PassiveTorque(tau - fast * (q - hysteresis), relaxed)
 
 
-def elastic_torque(joints: PassiveJoints, q: ca.SX) -> ca.SX:
+def elastic_torque(joints: PassiveJoints, q: ca.SX, crept: ca.SX | None = None) -> ca.SX:
     """Passive torque of the relaxed joints at rest, when the hysteresis has decayed (arm,) [N·m]."""
-    tau = -ca.DM(joints.stiffness) * (q - ca.DM(joints.neutral))
+    angle = q - ca.DM(joints.neutral)
+    if joints.tissue is None:
+        tau = -ca.DM(joints.stiffness) * angle
+    else:
+        tau = -joints.tissue.torque(joints.stiffness, angle if crept is None else angle - crept)
     if not joints.stop.any():
         return tau
     (low, high), stop = joints.range.T, ca.DM(joints.stop)
@@ -79,7 +90,7 @@ def follower_paths(wearer: Wearer, q: ca.SX) -> ca.SX:
         skeleton = arm.skeleton
         own = q[start : start + len(skeleton.freedoms)]
         if skeleton.follows_elevation:
-            paths.append(shoulder_shift(skeleton, own, wearer.glenohumeral_share))
+            paths.append(shoulder_shift(skeleton, own, wearer.glenohumeral_share, wearer.shoulder_path))
         for coupling in skeleton.couplings:
             angle = own[skeleton.freedoms.index(coupling.freedom)]
             paths.append(ca.polyval(ca.DM(coupling.polynomial[::-1]), angle))
@@ -91,14 +102,22 @@ def elevation_cosine(skeleton: Skeleton, q: ca.SX) -> ca.SX:
     """Cosine of the angle between the upper arm and the hanging upper arm, at the posture `q` (arm,) of one arm."""
     if skeleton.is_usual:
         return ca.cos(q[0]) * ca.cos(q[1])
+    return _upper_arm_line(skeleton, q)[2]
+
+
+def _upper_arm_line(skeleton: Skeleton, q: ca.SX) -> ca.SX:
+    """Return the unit direction (3,) from the elbow to the shoulder."""
     along = ca.SX([0.0, 0.0, 1.0])
     for joint in reversed(skeleton.shoulder_joints):
         along = _turned(ca.SX(joint.axis), q[skeleton.freedoms.index(joint.name)], along)
-    return along[2]
+    return along
 
 
-def shoulder_shift(skeleton: Skeleton, q: ca.SX, share: float) -> ca.SX:
-    """Distance that the shoulder centre has moved up and inwards at the posture `q` (arm,) of one arm [m]."""
+def shoulder_shift(skeleton: Skeleton, q: ca.SX, share: float, path: ShoulderPath | None = None) -> ca.SX:
+    """Distance that the shoulder centre has moved on its path at the posture `q` (arm,) of one arm [m].
+
+    The path leads up and inwards at home, and in another direction in a world that has a `path` of its own.
+    """
     chord = ca.sqrt(2.0 * (1.0 - elevation_cosine(skeleton, q)) + CORNER**2) - CORNER
     powers = np.arange(1, len(SHIFT_TABLE) + 1)
     # A polynomial without constant goes through the table. Its variable is the chord of the elevation, which is smooth
@@ -108,10 +127,34 @@ def shoulder_shift(skeleton: Skeleton, q: ca.SX, share: float) -> ca.SX:
     shift = ca.SX(0)
     for coefficient in coefficients[::-1]:
         shift = (shift + float(coefficient)) * chord
-    return share * shift
+    if path is None:
+        return share * shift
+    forward = -_upper_arm_line(skeleton, q)[0]
+    return (share + path.by_plane * forward) * shift
 
 
-def shift_forces(shift: ca.SX, q: ca.SX, v: ca.SX, x: ca.SX, v_x: ca.SX) -> tuple[ca.SX, ca.SX]:
+@dataclass(frozen=True)
+class LateShift:
+    """Place of a shoulder's centre that follows the arm with a lag."""
+
+    place: ca.SX
+    """Present place on the path [m]."""
+
+    speed: ca.SX
+    """Present speed along the path [m/s]."""
+
+    next: ca.SX
+    """Place one step later [m]."""
+
+
+def late_shift(shift: ca.SX, place: ca.SX, path: ShoulderPath, dt: float) -> LateShift:
+    """Follow `shift` [m] from the present `place` [m] over one step `dt` [s], by a first-order lag."""
+    return LateShift(place, (shift - place) / path.lag, place + (shift - place) * (1.0 - np.exp(-dt / path.lag)))
+
+
+def shift_forces(
+    shift: ca.SX, q: ca.SX, v: ca.SX, x: ca.SX, v_x: ca.SX, late: LateShift | None = None
+) -> tuple[ca.SX, ca.SX]:
     """Force along the shoulder's path [N] and its reaction on the arm's joints (arm,) [N·m].
 
     Args:
@@ -120,9 +163,13 @@ def shift_forces(shift: ca.SX, q: ca.SX, v: ca.SX, x: ca.SX, v_x: ca.SX) -> tupl
         v: Velocity of the arm (arm,) [rad/s].
         x: Present position of the centre [m].
         v_x: Present velocity of the centre [m/s].
+        late: Place and speed on the path to which the girdle has brought the centre, where it lags.
     """
     slope = ca.gradient(shift, q)
-    force = -SHIFT_STIFFNESS * (x - shift) - SHIFT_DAMPING * (v_x - ca.dot(slope, v))
+    if late is None:
+        force = -SHIFT_STIFFNESS * (x - shift) - SHIFT_DAMPING * (v_x - ca.dot(slope, v))
+    else:
+        force = -SHIFT_STIFFNESS * (x - late.place) - SHIFT_DAMPING * (v_x - late.speed)
     return force, -slope * force
 
 

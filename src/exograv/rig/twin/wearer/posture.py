@@ -51,15 +51,22 @@ def bone_poses(skeleton: Skeleton, q: Angles) -> dict[str, BonePose]:
                 p = p + R @ axis * value
                 continue
             anchor = p + R @ joint.anchor
-            R = R @ _turn(axis, value)
+            R = R @ rotation(axis, value)
             p = anchor - R @ joint.anchor
         poses[bone.name] = BonePose(R, p)
     return poses
 
 
+def hanging_points(skeleton: Skeleton) -> dict[str, Vector]:
+    """Centres of shoulder, elbow and wrist while the arm hangs straight [m]."""
+    poses = bone_poses(skeleton, np.zeros(len(skeleton.freedoms)))
+    places = {"shoulder": skeleton.centres["upper_arm"], "elbow": skeleton.elbow, "wrist": skeleton.wrist}
+    return {name: poses[bone].of(point) for name, (bone, point) in places.items()}
+
+
 def usual_axes(skeleton: Skeleton, q: Angles) -> dict[str, Matrix]:
     """Axes of upper arm, forearm and hand of a usual arm at the posture `q` [rad]."""
-    turns = [_turn(axis_of(name, skeleton.side), float(angle)) for name, angle in zip(FREEDOMS, q, strict=False)]
+    turns = [rotation(axis_of(name, skeleton.side), float(angle)) for name, angle in zip(FREEDOMS, q, strict=False)]
     upper_arm = turns[0] @ turns[1] @ turns[2]
     forearm = upper_arm @ turns[3]
     if len(q) == len(FREEDOMS):
@@ -87,10 +94,20 @@ def lying_like(skeleton: Skeleton, q: Angles) -> Angles:
         )
         misses = [_along(shoulder, elbow) + wanted["upper_arm"][:, 2], _along(elbow, wrist) + wanted["forearm"][:, 2]]
         if "hand" in wanted:
-            misses.append((poses[skeleton.held["hand"]].R - wanted["hand"]).ravel())
+            misses.append((poses[skeleton.held["hand"]].R @ skeleton.hand_axes - wanted["hand"]).ravel())
         return np.concatenate([*misses, KEPT * (angles - q)])
 
     return least_squares(astray, q, xtol=1e-14, ftol=1e-14, gtol=1e-14).x
+
+
+def turned_to_lie(skeleton: Skeleton) -> Angles:
+    """Angles by which each freedom is turned in the fastened cuffs beyond those of a usual arm there [rad].
+
+    An oblique elbow needs another rotation of the upper arm. Software that takes the arm for a usual one in the moment of
+    donning counts all later angles from there.
+    """
+    q = FASTENED[: len(skeleton.freedoms)]
+    return lying_like(skeleton, q) - q
 
 
 def fastened_parts(skeleton: Skeleton, segment: str) -> list[Bone]:
@@ -118,7 +135,7 @@ def _along(begin: Vector, end: Vector) -> Vector:
     return (end - begin) / np.linalg.norm(end - begin)
 
 
-def _turn(axis: Vector, angle: float) -> Matrix:
+def rotation(axis: Vector, angle: float) -> Matrix:
     """Rotation by an angle [rad] about a unit axis."""
     x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -1,7 +1,7 @@
 """Bones and joints of one true arm as it hangs straight, when every frame has x forward, y left, z up."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float
@@ -95,6 +95,9 @@ class Skeleton:
     grip: tuple[str, Vector]
     """Point at which a weight hangs in the hand, in the frame of a bone [m]."""
 
+    hand_axes: Float[np.ndarray, "3 3"] = field(default_factory=lambda: np.eye(3))
+    """Axes of the hand in the frame of the bone that bears it, as columns; z points from the fingers to the wrist."""
+
     couplings: tuple[Coupling, ...] = ()
     follows_elevation: bool = True
     """True if the shoulder centre shifts with elevation. If a girdle of bones moves it, it has no such shift."""
@@ -143,7 +146,11 @@ class Skeleton:
     def mid_forearm(self) -> tuple[str, Vector]:
         """Point half-way between elbow and wrist, as in `centres`, where a weight is strapped to the forearm."""
         bone, centre = self.elbow
-        return bone, centre + _below(0.5 * self.lengths["forearm"])
+        name, wrist = self.wrist
+        while name != bone:
+            above = self.bone(name)
+            wrist, name = wrist + above.origin, above.parent or bone
+        return bone, centre + 0.5 * (wrist - centre)
 
     def bones_of(self, segment: str) -> Iterator[tuple[Bone, Vector]]:
         """Yield the bones of a segment, with their places relative to the segment's proximal centre [m]."""

@@ -1,7 +1,7 @@
 """True parameters of one virtual wearer. Controllers and estimators must not read them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,9 +13,16 @@ from exograv.rig.twin.disturbances.levels import Disturbances
 from exograv.rig.twin.disturbances.streams import stream, uniform
 
 from .anatomy import ANATOMY
+from .elbow import draw_elbow, with_elbow
 from .regressions import SEGMENTS
 from .segments import Body, Segment, draw_body, draw_segments
+from .shoulder_path import ShoulderPath, draw_shoulder_path
 from .skeleton import Skeleton, drawn_skeleton
+from .strained_cuffs import SoftTissue, StrainedCuffs, draw_soft_tissue, draw_strained_cuffs
+from .tissue import Tissue, both, draw_tissue
+
+OWNERS = "wearer", "wearer, second arm"
+"""Owners of the random numbers of a person's arms."""
 
 PerFreedom = Float[np.ndarray, " freedom"]
 
@@ -35,6 +42,9 @@ class Cuffs:
 
     damping_rotation: float
     """Damping of relative rotation [N·m·s/rad]."""
+
+    strained: StrainedCuffs | None = None
+    """Law of a foreign world, for the translations; linear springs at home."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +68,9 @@ class PassiveJoints:
 
     hysteresis: float
     """Elastic torque that a fast motion adds and that then decays, over the static elastic torque [-]."""
+
+    tissue: Tissue | None = None
+    """Laws of a foreign world, scaled to `stiffness` at 1 rad from `neutral`; linear springs at home."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +98,8 @@ class WearerArm:
 
     passive: PassiveJoints
     unrest: RestlessArm
+    soft_tissue: Mapping[str, SoftTissue] = field(default_factory=dict)
+    """Soft tissue of a foreign world, by the segment whose cuff holds its bone; none at home."""
 
     @property
     def side(self) -> ArmSide:
@@ -107,6 +122,8 @@ class Wearer:
     """Share of the shift of the shoulder centre with elevation [-]."""
 
     cuffs: Cuffs
+    shoulder_path: ShoulderPath | None = None
+    """Path of the shoulders' centres in a foreign world; None at home."""
 
     @cached_property
     def passive(self) -> PassiveJoints:
@@ -116,7 +133,8 @@ class Wearer:
             name: np.concatenate([getattr(part, name) for part in parts])
             for name in ("stiffness", "neutral", "damping", "range", "stop")
         }
-        return PassiveJoints(**joined, hysteresis=parts[0].hysteresis)
+        tissues = [part.tissue for part in parts if part.tissue is not None]
+        return PassiveJoints(**joined, hysteresis=parts[0].hysteresis, tissue=both(tissues) if tissues else None)
 
 
 def draw_wearer(
@@ -134,16 +152,15 @@ def draw_wearer(
     generator = stream(seed, "wearer", "length_error")
     error = 1e-3 * uniform(generator, disturbances.value("length_error", "sd_mm"))
     generator.random()  # keeps the draws of wearers in earlier recordings
+    path = draw_shoulder_path(seed) if disturbances.is_foreign("shoulder") else None
     errors = {name: error * float(generator.standard_normal()) for name in SEGMENTS}
     return Wearer(
         body=body,
-        arms=tuple(
-            _draw_arm(disturbances, seed, owner, one)
-            for owner, one in zip(("wearer", "wearer, second arm"), skeletons, strict=False)
-        ),
+        arms=tuple(_draw_arm(disturbances, seed, owner, one) for owner, one in zip(OWNERS, skeletons, strict=False)),
         lengths_given={name: length + errors[name] for name, length in lengths.items()},
-        glenohumeral_share=_number(disturbances, "glenohumeral_shift", "share"),
-        cuffs=_cuffs(disturbances),
+        glenohumeral_share=_number(disturbances, "glenohumeral_shift", "share") if path is None else path.share,
+        cuffs=_cuffs(disturbances, seed),
+        shoulder_path=path,
     )
 
 
@@ -152,10 +169,15 @@ def _draw_skeletons(
 ) -> tuple[Skeleton, ...]:
     segments = draw_segments(body, disturbances, seed)
     if side != "both":
-        return (drawn_skeleton(segments, side, kind),)
-    return (
-        drawn_skeleton(segments, "right", kind),
-        drawn_skeleton(_other_arm(segments, disturbances, seed), "left", kind),
+        arms = (drawn_skeleton(segments, side, kind),)
+    else:
+        arms = (
+            drawn_skeleton(segments, "right", kind),
+            drawn_skeleton(_other_arm(segments, disturbances, seed), "left", kind),
+        )
+    return tuple(
+        with_elbow(arm, draw_elbow(disturbances, seed, owner, body.sex))
+        for owner, arm in zip(OWNERS, arms, strict=False)
     )
 
 
@@ -183,6 +205,7 @@ def _draw_arm(disturbances: Disturbances, seed: int, owner: str, skeleton: Skele
         donning_offset=offset * stream(seed, owner, "donning_offset").uniform(-1.0, 1.0, 3),
         passive=_draw_passive(disturbances, seed, owner, skeleton.freedoms),
         unrest=_draw_unrest(disturbances, seed, owner, skeleton.freedoms),
+        soft_tissue=draw_soft_tissue(seed, owner) if disturbances.is_foreign("cuffs") else {},
     )
 
 
@@ -191,26 +214,32 @@ def _draw_arm(disturbances: Disturbances, seed: int, owner: str, skeleton: Skele
 CUFF_RADIUS = 0.05
 
 
-def _cuffs(disturbances: Disturbances) -> Cuffs:
+def _cuffs(disturbances: Disturbances, seed: int) -> Cuffs:
     along, across = (1e3 * _number(disturbances, "cuff_stiffness", column) for column in ("along", "across"))
     limb, others = np.rad2deg(
         [_number(disturbances, "cuff_rotation", column) for column in ("about_limb", "about_others")]
     )
     damping = _number(disturbances, "cuff_damping", "value")
-    return Cuffs(np.array([across, across, along, others, others, limb]), damping, damping * CUFF_RADIUS**2)
+    stiffness = np.array([across, across, along, others, others, limb])
+    strained = draw_strained_cuffs(seed) if disturbances.is_foreign("cuffs") else None
+    if strained is not None:
+        stiffness = strained.stiffness_factor * stiffness
+    return Cuffs(stiffness, damping, damping * CUFF_RADIUS**2, strained)
 
 
 def _draw_passive(disturbances: Disturbances, seed: int, owner: str, freedoms: tuple[str, ...]) -> PassiveJoints:
     anatomy = [ANATOMY[freedom] for freedom in freedoms]
     spread = 10.0 * stream(seed, owner, "neutral").standard_normal(len(anatomy))
     has_end_stops = _number(disturbances, "end_stops", "present") > 0.0
+    stiffness = _per_freedom(disturbances, "passive_stiffness", seed, owner, freedoms)
     return PassiveJoints(
-        stiffness=_per_freedom(disturbances, "passive_stiffness", seed, owner, freedoms),
+        stiffness=stiffness,
         neutral=np.deg2rad(np.array([one.neutral_deg for one in anatomy]) + spread),
         damping=_per_freedom(disturbances, "passive_damping", seed, owner, freedoms),
         range=np.deg2rad([one.range_deg for one in anatomy]),
         stop=has_end_stops * np.array([one.stop_Nm for one in anatomy]),
         hysteresis=_number(disturbances, "hysteresis", "share"),
+        tissue=draw_tissue(seed, owner, freedoms, stiffness) if disturbances.is_foreign("tissue") else None,
     )
 
 

@@ -14,6 +14,7 @@ from exograv.rig.twin.machine.machine import TrueCuffSensors
 from exograv.rig.twin.wearer.wearer import Wearer
 
 from .cuffs import Kinematics, wrenches_at_cuffs
+from .forces import SLIPPED
 from .scene import Scene
 
 Wrenches = Float[np.ndarray, "cuff 6"]
@@ -22,11 +23,21 @@ Wrenches = Float[np.ndarray, "cuff 6"]
 class CuffSensors:
     """Sensors of all cuffs of one scene. They read MuJoCo's own memory and never write it."""
 
-    def __init__(self, truth: TrueCuffSensors, seed: int, scene: Scene, wearer: Wearer | None) -> None:
-        """Compile the true wrenches. `seed` draws the noise; without a wearer all true wrenches are zero."""
+    def __init__(
+        self,
+        truth: TrueCuffSensors,
+        seed: int,
+        scene: Scene,
+        wearer: Wearer | None,
+        slipped: Float[np.ndarray, "*cuff"] | None = None,
+    ) -> None:
+        """Compile the true wrenches. `seed` draws the noise; without a wearer all true wrenches are zero.
+
+        `slipped` is the memory of the ways by which cuffs have slipped [m], in a world where they do.
+        """
         self._truth = truth
         self._stream = stream(seed, "run", "cuff_noise")
-        self._kernel = None if wearer is None else kernel.compile(*_true_wrenches(scene, wearer))
+        self._kernel = None if wearer is None else kernel.compile(*_true_wrenches(scene, wearer, slipped))
 
     def measure(self) -> Wrenches:
         """Measure force and moment of each cuff on the arm [N, N·m].
@@ -39,10 +50,15 @@ class CuffSensors:
         return truth.gain * true + truth.bias + noise
 
 
-def _true_wrenches(scene: Scene, wearer: Wearer) -> tuple[ca.Function, dict[str, np.ndarray]]:
+def _true_wrenches(
+    scene: Scene, wearer: Wearer, slipped: Float[np.ndarray, "*cuff"] | None
+) -> tuple[ca.Function, dict[str, np.ndarray]]:
     """Return the function that computes the true wrenches, and the memory that it reads."""
     kinematics = Kinematics.of(scene.model.nbody)
-    symbols = vars(kinematics)
-    wrenches = wrenches_at_cuffs(scene, wearer.cuffs, kinematics)
-    function = ca.Function("twin_cuff_sensors", list(symbols.values()), [wrenches], list(symbols), ["wrenches"])
-    return function, {name: getattr(scene.data, name) for name in symbols}
+    symbols = dict(vars(kinematics))
+    memory = {name: getattr(scene.data, name) for name in symbols}
+    if slipped is not None:
+        symbols[SLIPPED] = ca.SX.sym(SLIPPED, len(scene.cuffs))
+        memory[SLIPPED] = slipped
+    wrenches = wrenches_at_cuffs(scene, wearer.cuffs, kinematics, symbols.get(SLIPPED))
+    return ca.Function("twin_cuff_sensors", list(symbols.values()), [wrenches], list(symbols), ["wrenches"]), memory

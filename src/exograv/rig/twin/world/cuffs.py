@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 from jaxtyping import Float
 
+from exograv.rig.twin.wearer.strained_cuffs import StrainedCuffs
 from exograv.rig.twin.wearer.wearer import Cuffs
 
 from .scene import CuffPlace, Scene
@@ -57,38 +58,60 @@ class Kinematics:
         return omega, linear + ca.cross(omega, point - self.subtree_com[:, root])
 
 
-def cuff_wrenches(scene: Scene, cuffs: Cuffs, kinematics: Kinematics) -> ca.SX:
-    """Return forces and torques of all cuffs at the bodies' centres of mass (6, body) [N, N·m], world axes."""
+def cuff_wrenches(scene: Scene, cuffs: Cuffs, kinematics: Kinematics, slipped: ca.SX | None = None) -> ca.SX:
+    """Return forces and torques of all cuffs at the bodies' centres of mass (6, body) [N, N·m], world axes.
+
+    `slipped` (cuff,) is the way by which each cuff has slipped along the limb [m], in a world where cuffs slip.
+    """
     wrenches = ca.SX.zeros(6, scene.model.nbody)
-    for place in scene.cuffs:
-        point, force, moment = _on_arm(scene, place, cuffs, kinematics)
+    for number, place in enumerate(scene.cuffs):
+        point, force, moment = _on_arm(scene, place, cuffs, kinematics, None if slipped is None else slipped[number])
         for body, sign in ((place.arm_body, 1.0), (place.exo_body, -1.0)):
             lever = point - kinematics.xipos[:, body]
             wrenches[:, body] += sign * ca.vertcat(force, moment + ca.cross(lever, force))
     return wrenches
 
 
-def wrenches_at_cuffs(scene: Scene, cuffs: Cuffs, kinematics: Kinematics) -> ca.SX:
+def slip(scene: Scene, cuffs: Cuffs, strained: StrainedCuffs, kinematics: Kinematics, slipped: ca.SX) -> ca.SX:
+    """Return the way by which each cuff has slipped along the limb after this step (cuff,) [m]."""
+    ways = []
+    for number, place in enumerate(scene.cuffs):
+        along = _offset(place, kinematics)[1][2]
+        ways.append(strained.slipped(slipped[number], along, float(place.holds[2] * cuffs.stiffness[2])))
+    return ca.vertcat(*ways)
+
+
+def wrenches_at_cuffs(scene: Scene, cuffs: Cuffs, kinematics: Kinematics, slipped: ca.SX | None = None) -> ca.SX:
     """Wrenches of all cuffs on the arm (6, cuff), as a sensor between machine and cuff measures them.
 
     Force, then moment about the origin of the machine's cuff frame, in that frame's axes [N, N·m].
     """
     columns = []
-    for place in scene.cuffs:
-        point, force, moment = _on_arm(scene, place, cuffs, kinematics)
+    for number, place in enumerate(scene.cuffs):
+        point, force, moment = _on_arm(scene, place, cuffs, kinematics, None if slipped is None else slipped[number])
         R_exo = kinematics.axes(place.exo_body)
         lever = point - kinematics.xpos[:, place.exo_body]
         columns.append(ca.vertcat(R_exo.T @ force, R_exo.T @ (moment + ca.cross(lever, force))))
     return ca.horzcat(*columns)
 
 
-def _on_arm(scene: Scene, place: CuffPlace, cuffs: Cuffs, kinematics: Kinematics) -> tuple[ca.SX, ca.SX, ca.SX]:
+def _offset(place: CuffPlace, kinematics: Kinematics) -> tuple[ca.SX, ca.SX]:
+    """Return a cuff's point on the arm [m], and its offset from the machine's side in the cuff's axes [m] (3,)."""
+    point = kinematics.xpos[:, place.arm_body] + kinematics.axes(place.arm_body) @ place.p_arm
+    return point, kinematics.axes(place.exo_body).T @ (point - kinematics.xpos[:, place.exo_body])
+
+
+def _on_arm(
+    scene: Scene, place: CuffPlace, cuffs: Cuffs, kinematics: Kinematics, slipped: ca.SX | None
+) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Point of action [m], force [N] and moment [N·m] (3,) that a cuff exerts on the arm."""
     R_exo = kinematics.axes(place.exo_body)
-    R_world_segment = kinematics.axes(place.arm_body)
-    point = kinematics.xpos[:, place.arm_body] + R_world_segment @ place.p_arm
-    Q = R_exo.T @ R_world_segment @ place.R_arm
-    e_p = R_exo.T @ (point - kinematics.xpos[:, place.exo_body])
+    Q = R_exo.T @ kinematics.axes(place.arm_body) @ place.R_arm
+    point, e_p = _offset(place, kinematics)
+    if slipped is not None:
+        e_p = e_p - ca.vertcat(0.0, 0.0, slipped)
+    if cuffs.strained is not None:
+        e_p = cuffs.strained.stretched(e_p)
     e_r = 0.5 * ca.vertcat(Q[2, 1] - Q[1, 2], Q[0, 2] - Q[2, 0], Q[1, 0] - Q[0, 1])
     # de_r = ½ (tr(Q) 1 − Q) dφ for a small turn dφ of the arm. Without the transpose of this factor, the moment would
     # not be the gradient of an energy.

@@ -1,19 +1,35 @@
 """Forces of the twin that MuJoCo does not model, as one function on MuJoCo's own memory."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
 
 from exograv import kernel
 from exograv.rig.twin.machine.delays import Delays, passed
-from exograv.rig.twin.machine.drive import DRIVE_STATES, TAU_MOTOR, THETA, DriveInput, drive_step
+from exograv.rig.twin.machine.drive import (
+    DRIVE_STATES,
+    FOREIGN_STATES,
+    TAU_MOTOR,
+    THETA,
+    DriveInput,
+    drive_step,
+    foreign_drive_step,
+)
 from exograv.rig.twin.machine.machine import Machine
-from exograv.rig.twin.wearer.passive import elastic_torque, follower_paths, passive_torque, shift_forces, shoulder_shift
+from exograv.rig.twin.wearer.arm_bodies import ArmPlace
+from exograv.rig.twin.wearer.passive import (
+    elastic_torque,
+    follower_paths,
+    late_shift,
+    passive_torque,
+    shift_forces,
+    shoulder_shift,
+)
 from exograv.rig.twin.wearer.wearer import Wearer
 
-from .cuffs import Kinematics, cuff_wrenches
+from .cuffs import Kinematics, cuff_wrenches, slip
 from .scene import TIMESTEP, Scene
 
 WATCHDOG_S = 0.02
@@ -21,6 +37,10 @@ WATCHDOG_S = 0.02
 
 docs/explanation/safety.md: a drive brakes 20 to 30 ms after its last command; 5 ms of them are the life of the command.
 """
+
+
+SLIPPED = "slipped"
+"""Name of the state that holds the ways by which cuffs have slipped along the limb (cuff,) [m]."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +108,19 @@ class StepInput:
         return cls(**{name: ca.SX.sym(name, *size) for name, size in sizes.items()})
 
 
+@dataclass
+class ForeignStates:
+    """States that only the laws of a foreign world carry from step to step; at home there are none."""
+
+    symbols: dict[str, ca.SX] = field(default_factory=dict)
+    next: dict[str, ca.SX] = field(default_factory=dict)
+
+    def new(self, name: str, *size: int) -> ca.SX:
+        """Return the symbol of a new state; its next value belongs into `next`."""
+        self.symbols[name] = ca.SX.sym(name, *size)
+        return self.symbols[name]
+
+
 def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> kernel.Kernel:
     """Delays, drives, cuffs, passive joints and muscles, for one step of the scene; memory as in `StepInput`.
 
@@ -95,16 +128,24 @@ def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> kernel
     """
     kinematics, now = Kinematics.of(scene.model.nbody), StepInput.of(scene, Delays.of(machine.sensors.delay))
     carried: dict[str, ca.SX] = {"steps": now.steps + 1}
+    foreign = ForeignStates()
     told, carried["commands"] = _arriving(machine, now)
     at_joints = ca.vertcat(now.qpos[scene.exo.tolist()], now.drives[TAU_MOTOR, :].T, now.drives[THETA, :].T)
     carried["measurements"] = passed(now.measurements, at_joints)[1]
-    qfrc, carried["drives"] = _drive_forces(scene, machine, now, told)
+    qfrc, carried["drives"] = _drive_forces(scene, machine, now, told, foreign)
     xfrc = ca.SX.zeros(6, scene.model.nbody)
     if wearer is not None:
-        xfrc = cuff_wrenches(scene, wearer.cuffs, kinematics)
-        arm_forces, carried["hysteresis"] = _arm_forces(scene, wearer, now)
+        slipped = None
+        if wearer.cuffs.strained is not None:
+            slipped = slip(
+                scene, wearer.cuffs, wearer.cuffs.strained, kinematics, foreign.new(SLIPPED, len(scene.cuffs))
+            )
+            foreign.next[SLIPPED] = slipped
+        xfrc = cuff_wrenches(scene, wearer.cuffs, kinematics, slipped)
+        arm_forces, carried["hysteresis"] = _arm_forces(scene, wearer, now, foreign)
         qfrc += arm_forces
-    inputs, results = vars(kinematics) | vars(now), {"xfrc_applied": xfrc, "qfrc_applied": qfrc}
+    carried |= foreign.next
+    inputs, results = vars(kinematics) | vars(now) | foreign.symbols, {"xfrc_applied": xfrc, "qfrc_applied": qfrc}
     results["damping_in_force"] = told.damping
     results |= {f"{name}_next": value for name, value in carried.items()}
     function = ca.Function(
@@ -149,33 +190,58 @@ def _arriving(machine: Machine, now: StepInput) -> tuple[_Told, ca.SX]:
     return _Told(ca.if_else(age <= 0.0, tau, 0.0), ca.if_else(age <= 0.0, damping, braked)), behind
 
 
-def _drive_forces(scene: Scene, machine: Machine, now: StepInput, told: "_Told") -> tuple[ca.SX, ca.SX]:
+def _drive_forces(
+    scene: Scene, machine: Machine, now: StepInput, told: "_Told", foreign: ForeignStates
+) -> tuple[ca.SX, ca.SX]:
     """Return the forces of all drives (dof,) [N·m], and their next states."""
-    qfrc, next_states = ca.SX.zeros(scene.model.nv), []
+    qfrc, next_states, next_foreign = ca.SX.zeros(scene.model.nv), [], []
+    laws = machine.foreign
+    states = None if laws is None else foreign.new("foreign_drives", FOREIGN_STATES, len(scene.exo))
     for joint, dof in enumerate(scene.exo.tolist()):
         seen = DriveInput(told.tau[joint], now.qpos[dof], now.qvel[dof], now.warmth, told.damping[joint])
-        step = drive_step(machine, joint, now.drives[:, joint], seen, TIMESTEP)
+        state = now.drives[:, joint]
+        if laws is None or states is None:
+            step = drive_step(machine, joint, state, seen, TIMESTEP)
+        else:
+            step = foreign_drive_step(machine, laws, joint, (state, states[:, joint]), seen, TIMESTEP)
+            next_foreign.append(step.foreign_next)
         qfrc[dof] += step.tau_joint + now.tau_hand[joint]
         next_states.append(step.state_next)
+    if next_foreign:
+        foreign.next["foreign_drives"] = ca.horzcat(*next_foreign)
     return qfrc, ca.horzcat(*next_states)
 
 
-def _arm_forces(scene: Scene, wearer: Wearer, now: StepInput) -> tuple[ca.SX, ca.SX]:
+def _arm_forces(scene: Scene, wearer: Wearer, now: StepInput, foreign: ForeignStates) -> tuple[ca.SX, ca.SX]:
     """Return the forces of the wearer's joints and shoulders (dof,) [N·m, N], and the next state of the hysteresis."""
     arm, qfrc = scene.arm.tolist(), ca.SX.zeros(scene.model.nv)
-    passive = passive_torque(wearer.passive, now.qpos[arm], now.qvel[arm], now.hysteresis, TIMESTEP)
+    crept = None
+    if wearer.passive.tissue is not None:
+        crept = foreign.new("crept", len(arm))
+        foreign.next["crept"] = wearer.passive.tissue.crept(crept, TIMESTEP)
+    passive = passive_torque(wearer.passive, now.qpos[arm], now.qvel[arm], now.hysteresis, TIMESTEP, crept)
     reactions = []
     for place in scene.arms:
         q, v = now.qpos[place.freedoms.tolist()], now.qvel[place.freedoms.tolist()]
         if place.shift < 0:
             reactions.append(ca.SX.zeros(len(place.freedoms)))
             continue
-        shift = shoulder_shift(place.skeleton, q, wearer.glenohumeral_share)
-        force, reaction = shift_forces(shift, q, v, now.qpos[place.shift], now.qvel[place.shift])
+        shift = shoulder_shift(place.skeleton, q, wearer.glenohumeral_share, wearer.shoulder_path)
+        late = None
+        if wearer.shoulder_path is not None:
+            name = late_name(place)
+            late = late_shift(shift, foreign.new(name), wearer.shoulder_path, TIMESTEP)
+            foreign.next[name] = late.next
+        force, reaction = shift_forces(shift, q, v, now.qpos[place.shift], now.qvel[place.shift], late)
         qfrc[place.shift] = force
         reactions.append(reaction)
     qfrc[arm] = passive.tau + ca.vertcat(*reactions) + (now.tau_muscle + now.tau_voluntary)
     return qfrc, passive.hysteresis_next
+
+
+def late_name(place: ArmPlace) -> str:
+    """Name of the state of a shoulder's centre that lags."""
+    return f"{place.skeleton.side}_shoulder"
 
 
 def measured_truth(scene: Scene, machine: Machine) -> ca.Function:

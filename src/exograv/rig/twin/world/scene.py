@@ -131,7 +131,7 @@ def build_scene(
     if wearer is not None:
         centres = _shoulder_centres(spec, description)
         for arm in wearer.arms:
-            add_arm(spec, arm.skeleton, centres[arm.side] + arm.donning_offset)
+            add_arm(spec, arm, centres[arm.side] + arm.donning_offset, wearer.shoulder_path)
     if surroundings is not None:
         add_surroundings(spec, surroundings, [arm.skeleton for arm in wearer.arms] if wearer else [])
     model = spec.compile()
@@ -143,7 +143,7 @@ def build_scene(
         )
     data, scratch = mujoco.MjData(model), mujoco.MjData(model)
     exo = np.array([dof(model, joint) for joint in description.joints])
-    arms = tuple(find_arm(model, arm.skeleton) for arm in wearer.arms) if wearer else ()
+    arms = tuple(find_arm(model, arm) for arm in wearer.arms) if wearer else ()
     fastened = description.donning_posture, _arm_donning_posture(description, wearer)
     return Scene(
         model, data, scratch, exo, arms,

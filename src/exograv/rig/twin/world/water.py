@@ -14,7 +14,7 @@ from types import MappingProxyType
 
 import mujoco
 
-from exograv.rig.twin.wearer.arm_bodies import body_name
+from exograv.rig.twin.wearer.arm_bodies import SOFT, body_name
 from exograv.rig.twin.wearer.skeleton import Skeleton
 
 BODY_DENSITY: Mapping[str, float] = MappingProxyType({"upper_arm": 1070.0, "forearm": 1130.0, "hand": 1160.0})
@@ -45,10 +45,14 @@ def flood(spec: mujoco.MjSpec, water: Water, skeletons: Sequence[Skeleton]) -> N
     """Put a world that has the wearer's arms under water, and keep all other bodies dry."""
     spec.option.density, spec.option.viscosity = water.density, water.viscosity
     wet = {body_name(skeleton, bone.name): bone.segment for skeleton in skeletons for bone in skeleton.bones}
+    soft = {f"{name}{SOFT}": segment for name, segment in wet.items()}
     for body in spec.bodies:
+        if body.name in wet or body.name in soft:
+            body.gravcomp = water.density / water.body_density[(wet | soft)[body.name]]
+        # Soft tissue floats with its bone, whose box has the drag.
         if body.name in wet:
-            body.gravcomp = water.density / water.body_density[wet[body.name]]
-        elif body is not spec.worldbody:
+            continue
+        if body is not spec.worldbody:
             # MuJoCo gives a body with an ellipsoid shape no inertia box in the water. The coefficients of this shape
             # are zero, so that it has no drag.
             body.add_geom(
