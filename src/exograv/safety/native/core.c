@@ -6,7 +6,7 @@ static inline long modulo(long a, long b) { long rest = a % b; return rest < 0 ?
 static inline long smaller(long a, long b) { return b < a ? b : a; }
 
 /* Check sum of core.py: a library that was made from another source is not used. */
-const long long guard_source = 145640566;
+const long long guard_source = 1337069325;
 
 #define JOINTS 16
 #define SLOTS 128
@@ -46,115 +46,122 @@ const long long guard_source = 145640566;
 #define FROZEN_MOST 31
 #define FROZEN_JOINT 32
 #define NOISE_STEP 33
-#define CAME 34
-#define SEQUENCE_IN 35
-#define T_IN 36
-#define NOW 37
-#define IN_CURRENT 38
-#define HAS_MOTOR 39
-#define SPOKE 40
-#define ANSWERS 41
-#define VALID_UNTIL 42
-#define STOP 43
-#define SINCE_STOP 44
-#define WITHOUT_MODEL 45
-#define CLIPPED 46
-#define LEVEL 47
-#define LEVEL_WANTED 48
-#define LEVEL_STEP 49
-#define LEVEL_MOVES 50
-#define DRIVEN 51
-#define ENERGY 52
-#define IN_WALL 53
-#define SEQUENCE 54
-#define T_USED 55
-#define DROPPED 56
-#define USABLE 57
-#define USED_AT 58
-#define TOLD_AT 59
-#define TOLD_COUNT 60
-#define BEFORE_AT 61
-#define BEFORE_COUNT 62
-#define SPEED_T 63
-#define HAS_SPEED 64
-#define BRIDGES 65
-#define SAFE_STATE 66
-#define MACHINE_MISSES 67
-#define CONTROL_MISSES 80
-#define _FIELDS 93
-#define TORQUE_MAX 93
-#define DAMPING 109
-#define ACTIVE 125
-#define LEAST_ACTIVE 141
-#define LOWER 157
-#define UPPER 173
-#define FREE_LOWER 189
-#define FREE_UPPER 205
-#define DRY 221
-#define VISCOUS 237
-#define ERROR 253
-#define REACH 269
-#define SLACK 285
-#define LEAST_WAY 301
-#define GAIN 317
-#define Q_IN 333
-#define CURRENT_IN 349
-#define TAU_IN 365
-#define Q_MOTOR_IN 381
-#define FAULTY_IN 397
-#define ANSWER_IN 413
-#define DESIRED 429
-#define Q_GIVEN 445
-#define V_GIVEN 461
-#define TAU 477
-#define TAU_AT_STOP 493
-#define ISOLATED 509
-#define POWERLESS 525
-#define Q 541
-#define V 557
-#define KNOWN 573
-#define CARRIED 589
-#define FRICTION 605
-#define LOW 621
-#define HIGH 637
-#define LAST_TAU 653
-#define WANTED 669
-#define OVER 685
-#define IGNORED 701
-#define JUMPS 717
-#define JUMPED 733
-#define DEAD 749
-#define BROKEN 765
-#define PARTED 781
-#define WRONG 797
-#define FIRST 813
-#define PARTED_TICKS 829
-#define LAST 845
-#define STILL 861
-#define MOTOR_THEN 877
-#define OFF_TICKS 893
-#define BIAS 909
-#define REFUSED_TICKS 925
-#define HELD 941
-#define Q_SEEN 957
-#define V_SEEN 973
-#define V_FILTER 989
-#define Q_FILTER 1005
-#define FAULTY 1021
-#define KEPT_TICKS 1037
-#define KEPT_SHARE 1053
-#define KEPT_CHANCE 1069
-#define KEPT_SEEN 1085
-#define TURNS 1101
-#define Q_KEPT 1117
-#define MOTOR_KEPT 1133
-#define TORQUE_KEPT 1149
-#define CHANGE_BEFORE 1165
-#define USED 1181
-#define TOLD 3229
-#define BEFORE 5277
-#define MOTOR_BEFORE 5917
-#define SIZE 6557
+#define POWER_MAX 34
+#define HAND_MAX 35
+#define CAME 36
+#define SEQUENCE_IN 37
+#define T_IN 38
+#define NOW 39
+#define IN_CURRENT 40
+#define HAS_MOTOR 41
+#define SPOKE 42
+#define ANSWERS 43
+#define VALID_UNTIL 44
+#define STOP 45
+#define SINCE_STOP 46
+#define WITHOUT_MODEL 47
+#define CLIPPED 48
+#define LEVEL 49
+#define LEVEL_WANTED 50
+#define LEVEL_STEP 51
+#define LEVEL_MOVES 52
+#define DRIVEN 53
+#define ENERGY 54
+#define IN_WALL 55
+#define SEQUENCE 56
+#define T_USED 57
+#define DROPPED 58
+#define USABLE 59
+#define USED_AT 60
+#define TOLD_AT 61
+#define TOLD_COUNT 62
+#define BEFORE_AT 63
+#define BEFORE_COUNT 64
+#define SPEED_T 65
+#define HAS_SPEED 66
+#define BRIDGES 67
+#define SAFE_STATE 68
+#define MACHINE_MISSES 69
+#define CONTROL_MISSES 82
+#define _FIELDS 95
+#define TORQUE_MAX 95
+#define DAMPING 111
+#define ACTIVE 127
+#define LEAST_ACTIVE 143
+#define LOWER 159
+#define UPPER 175
+#define FREE_LOWER 191
+#define FREE_UPPER 207
+#define DRY 223
+#define VISCOUS 239
+#define ERROR 255
+#define REACH 271
+#define SLACK 287
+#define LEAST_WAY 303
+#define GAIN 319
+#define LIMB 335
+#define LENGTH 351
+#define HURRY 367
+#define Q_IN 383
+#define CURRENT_IN 399
+#define TAU_IN 415
+#define Q_MOTOR_IN 431
+#define FAULTY_IN 447
+#define ANSWER_IN 463
+#define DESIRED 479
+#define Q_GIVEN 495
+#define V_GIVEN 511
+#define TAU 527
+#define TAU_AT_STOP 543
+#define ISOLATED 559
+#define POWERLESS 575
+#define Q 591
+#define V 607
+#define KNOWN 623
+#define SLOPE 639
+#define AHEAD 655
+#define CARRIED 671
+#define FRICTION 687
+#define LOW 703
+#define HIGH 719
+#define LAST_TAU 735
+#define WANTED 751
+#define OVER 767
+#define IGNORED 783
+#define JUMPS 799
+#define JUMPED 815
+#define DEAD 831
+#define BROKEN 847
+#define PARTED 863
+#define WRONG 879
+#define FIRST 895
+#define PARTED_TICKS 911
+#define LAST 927
+#define STILL 943
+#define MOTOR_THEN 959
+#define OFF_TICKS 975
+#define BIAS 991
+#define REFUSED_TICKS 1007
+#define HELD 1023
+#define Q_SEEN 1039
+#define V_SEEN 1055
+#define V_FILTER 1071
+#define Q_FILTER 1087
+#define FAULTY 1103
+#define KEPT_TICKS 1119
+#define KEPT_SHARE 1135
+#define KEPT_CHANCE 1151
+#define KEPT_SEEN 1167
+#define TURNS 1183
+#define Q_KEPT 1199
+#define MOTOR_KEPT 1215
+#define TORQUE_KEPT 1231
+#define CHANGE_BEFORE 1247
+#define USED 1263
+#define TOLD 3311
+#define BEFORE 5359
+#define MOTOR_BEFORE 5999
+#define SIZE 6639
 #define NOT_FINITE 1
 #define TOO_FAST 2
 #define NO_MEASUREMENT 3
@@ -175,6 +182,7 @@ const long long guard_source = 145640566;
 #define GRAVITY_LEVEL_MAX 1.8
 #define SHARE_MAX 1.3
 #define MARGIN_NM 3.0
+#define HAND_WIDTH_M_S 0.3
 #define WALL_AHEAD_S 0.1
 #define AGE_MAX_S 0.003
 #define JUMPS_MAX 3.0
@@ -207,7 +215,10 @@ int guard_is_past_a_stop(double *restrict r);
 double guard_into_upper(double *restrict r, long j);
 double guard_into_lower(double *restrict r, long j);
 double guard_bounded(double *restrict r, long j, double tau);
-void guard_price(double *restrict r);
+double guard_hurry(double *restrict r, long j);
+void guard_price(double *restrict r, long speed);
+void guard_look_ahead(double *restrict r);
+void guard_spare(double *restrict r, long speed);
 void guard_afford(double *restrict r);
 void guard_pay(double *restrict r);
 void guard_trip(double *restrict r, long reason, int without_model);
@@ -220,6 +231,7 @@ void guard_descend(double *restrict r);
 double guard_brake(double *restrict r, long j);
 void guard_bound_and_brake(double *restrict r, int brakes);
 int guard_limit_rate(double *restrict r);
+int guard_follow(double *restrict r, double fastest);
 void guard_limit(double *restrict r, double *restrict w);
 void guard_take_in(double *restrict r);
 void guard_ignore_isolated(double *restrict r, long slots);
@@ -614,7 +626,21 @@ double guard_bounded(double *restrict r, long j, double tau)
     return guard_within(tau, low, high);
 }
 
-void guard_price(double *restrict r)
+double guard_hurry(double *restrict r, long j)
+{
+    double speed;
+    long k;
+    speed = 0.0;
+    const long t1 = (long)(r[N]);
+    for (k = 0; k < t1; k += 1) {
+        if ((r[(LIMB + k)] == r[(LIMB + j)])) {
+            speed += (r[(LENGTH + k)] * fabs(r[(KNOWN + k)]));
+        }
+    }
+    return guard_within(((speed - r[HAND_MAX]) / HAND_WIDTH_M_S), 0.0, 1.0);
+}
+
+void guard_price(double *restrict r, long speed)
 {
     long j;
     double over;
@@ -622,7 +648,7 @@ void guard_price(double *restrict r)
     const long t1 = (long)(r[N]);
     for (j = 0; j < t1; j += 1) {
         over = (r[(TAU + j)] - r[(CARRIED + j)]);
-        if (((over * r[(KNOWN + j)]) > 0.0)) {
+        if (((over * r[(speed + j)]) > 0.0)) {
             friction = r[(FRICTION + j)];
             if ((over > friction)) {
                 over = (over - friction);
@@ -638,13 +664,47 @@ void guard_price(double *restrict r)
     }
 }
 
+void guard_look_ahead(double *restrict r)
+{
+    long j;
+    double passes;
+    const long t1 = (long)(r[N]);
+    for (j = 0; j < t1; j += 1) {
+        passes = (SPEED_FILTER_S + (fabs((r[(TAU + j)] - r[(CARRIED + j)])) / r[RATE]));
+        r[(AHEAD + j)] = (r[(KNOWN + j)] + (passes * r[(SLOPE + j)]));
+    }
+}
+
+void guard_spare(double *restrict r, long speed)
+{
+    double power;
+    long j;
+    double lost;
+    guard_price(r, speed);
+    power = 0.0;
+    const long t1 = (long)(r[N]);
+    for (j = 0; j < t1; j += 1) {
+        power += guard_most(0.0, (r[(OVER + j)] * r[(speed + j)]));
+    }
+    if ((power <= r[POWER_MAX])) {
+        return;
+    }
+    lost = (1.0 - (r[POWER_MAX] / power));
+    const long t2 = (long)(r[N]);
+    for (j = 0; j < t2; j += 1) {
+        if (((r[(OVER + j)] * r[(speed + j)]) > 0.0)) {
+            r[(TAU + j)] = (r[(TAU + j)] - (lost * r[(OVER + j)]));
+        }
+    }
+}
+
 void guard_afford(double *restrict r)
 {
     double needed;
     long j;
     double has;
     double lost;
-    guard_price(r);
+    guard_price(r, KNOWN);
     needed = 0.0;
     const long t1 = (long)(r[N]);
     for (j = 0; j < t1; j += 1) {
@@ -682,7 +742,7 @@ void guard_pay(double *restrict r)
         refill = t3;
         fullest = t4;
     }
-    guard_price(r);
+    guard_price(r, KNOWN);
     power = (-refill);
     const long t5 = (long)(r[N]);
     for (j = 0; j < t5; j += 1) {
@@ -823,13 +883,15 @@ double guard_brake(double *restrict r, long j)
 {
     double v;
     double speed;
+    double share;
     v = r[(V + j)];
     if ((r[STOP] != 0.0)) {
         return ((((r[WITHOUT_MODEL] != 0.0) ? WITHOUT_MODEL_SHARE : 1.0) * r[(DAMPING + j)]) * v);
     }
     speed = guard_most((fabs(v) - r[V_DAMPING]), 0.0);
     if ((r[WORN] != 0.0)) {
-        speed = guard_most(speed, (((v > 0.0) ? guard_into_upper(r, j) : guard_into_lower(r, j)) * fabs(v)));
+        share = ((v > 0.0) ? guard_into_upper(r, j) : guard_into_lower(r, j));
+        speed = guard_most(speed, (guard_most(share, r[(HURRY + j)]) * fabs(v)));
     }
     return copysign((r[(DAMPING + j)] * speed), v);
 }
@@ -877,12 +939,39 @@ int guard_limit_rate(double *restrict r)
     return is_clipped;
 }
 
+int guard_follow(double *restrict r, double fastest)
+{
+    int is_any;
+    double passes;
+    long j;
+    double speed;
+    double step;
+    const int t1 = 0;
+    const double t2 = (SPEED_FILTER_S + r[DT]);
+    is_any = t1;
+    passes = t2;
+    const long t3 = (long)(r[N]);
+    for (j = 0; j < t3; j += 1) {
+        speed = ((fastest <= V_CREDIBLE_RAD_S) ? r[(V + j)] : 0.0);
+        step = ((speed - r[(KNOWN + j)]) - (r[DT] * r[(SLOPE + j)]));
+        r[(SLOPE + j)] = ((r[(ISOLATED + j)] == 0.0) ? (r[(SLOPE + j)] + (step / passes)) : 0.0);
+        r[(KNOWN + j)] = speed;
+    }
+    const long t4 = (long)(r[N]);
+    for (j = 0; j < t4; j += 1) {
+        r[(HURRY + j)] = (((r[WORN] != 0.0) && (r[DRIVEN] == 0.0)) ? guard_hurry(r, j) : 0.0);
+        is_any = (is_any || (r[(HURRY + j)] > 0.0));
+    }
+    return is_any;
+}
+
 void guard_limit(double *restrict r, double *restrict w)
 {
     long n;
     int worn;
     double fastest;
     long j;
+    int hurries;
     int is_clipped;
     guard_believe(r);
     const long t1 = (long)(r[N]);
@@ -895,10 +984,7 @@ void guard_limit(double *restrict r, double *restrict w)
     for (j = 0; j < t4; j += 1) {
         fastest = guard_most(fastest, fabs(r[(V + j)]));
     }
-    const long t5 = n;
-    for (j = 0; j < t5; j += 1) {
-        r[(KNOWN + j)] = ((fastest <= V_CREDIBLE_RAD_S) ? r[(V + j)] : 0.0);
-    }
+    hurries = guard_follow(r, fastest);
     if (worn) {
         guard_look(r, w);
     }
@@ -906,13 +992,16 @@ void guard_limit(double *restrict r, double *restrict w)
     if ((r[STOP] != 0.0)) {
         guard_descend(r);
     } else {
-        const long t6 = n;
-        for (j = 0; j < t6; j += 1) {
+        const long t5 = n;
+        for (j = 0; j < t5; j += 1) {
             r[(WANTED + j)] = r[(DESIRED + j)];
         }
     }
-    guard_bound_and_brake(r, ((r[STOP] != 0.0) || (fastest > r[V_DAMPING]) || (worn && (r[IN_WALL] != 0.0))));
+    guard_bound_and_brake(r, ((r[STOP] != 0.0) || (fastest > r[V_DAMPING]) || hurries || (worn && (r[IN_WALL] != 0.0))));
     if (worn) {
+        guard_look_ahead(r);
+        guard_spare(r, KNOWN);
+        guard_spare(r, AHEAD);
         guard_afford(r);
     }
     is_clipped = guard_limit_rate(r);

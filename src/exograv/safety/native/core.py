@@ -32,31 +32,32 @@ MISSES = 11
     N, DT, RATE, V_DAMPING, V_TRIP, DESCENT_S, WORN, WALL, PAST_STOP, V_TRIP_PERSON, TANK_START, TANK_MAX, PATH_W,
     DRIVEN_W, DRIVEN_J, WAY, MOVING, USED_SLOTS, COMPARES, BY_GAIN, LATELY, SLOWEST, IN_A_ROW, SPEED, STILL_MOST,
     BIAS_SHARE, REFUSED_MOST, LEAST_OPPOSITE, WINDOW, IN_WINDOW, SECOND, FROZEN_MOST, FROZEN_JOINT, NOISE_STEP,
-) = range(34)  # fmt: skip
+    POWER_MAX, HAND_MAX,
+) = range(36)  # fmt: skip
 
 # Input of a tick: from the machine, then from control.
-CAME, SEQUENCE_IN, T_IN, NOW, IN_CURRENT, HAS_MOTOR, SPOKE, ANSWERS, VALID_UNTIL = range(34, 43)
+CAME, SEQUENCE_IN, T_IN, NOW, IN_CURRENT, HAS_MOTOR, SPOKE, ANSWERS, VALID_UNTIL = range(36, 45)
 
 # State of the guard.
 (
     STOP, SINCE_STOP, WITHOUT_MODEL, CLIPPED, LEVEL, LEVEL_WANTED, LEVEL_STEP, LEVEL_MOVES, DRIVEN, ENERGY, IN_WALL,
     SEQUENCE, T_USED, DROPPED, USABLE, USED_AT, TOLD_AT, TOLD_COUNT, BEFORE_AT, BEFORE_COUNT, SPEED_T,
     HAS_SPEED, BRIDGES, SAFE_STATE,
-) = range(43, 67)  # fmt: skip
-MACHINE_MISSES, CONTROL_MISSES = 67, 67 + 2 + MISSES
+) = range(45, 69)  # fmt: skip
+MACHINE_MISSES, CONTROL_MISSES = 69, 69 + 2 + MISSES
 """Missed ticks: number of the tick, place of the newest miss, and the ticks of the last misses."""
 
 _FIELDS = CONTROL_MISSES + 2 + MISSES
 (
     TORQUE_MAX, DAMPING, ACTIVE, LEAST_ACTIVE, LOWER, UPPER, FREE_LOWER, FREE_UPPER, DRY, VISCOUS, ERROR, REACH, SLACK,
-    LEAST_WAY, GAIN,
+    LEAST_WAY, GAIN, LIMB, LENGTH, HURRY,
     Q_IN, CURRENT_IN, TAU_IN, Q_MOTOR_IN, FAULTY_IN, ANSWER_IN, DESIRED, Q_GIVEN, V_GIVEN,
-    TAU, TAU_AT_STOP, ISOLATED, POWERLESS, Q, V, KNOWN, CARRIED, FRICTION, LOW, HIGH, LAST_TAU, WANTED, OVER,
+    TAU, TAU_AT_STOP, ISOLATED, POWERLESS, Q, V, KNOWN, SLOPE, AHEAD, CARRIED, FRICTION, LOW, HIGH, LAST_TAU, WANTED, OVER,
     IGNORED, JUMPS, JUMPED, DEAD, BROKEN, PARTED, WRONG, FIRST, PARTED_TICKS, LAST, STILL, MOTOR_THEN, OFF_TICKS, BIAS,
     REFUSED_TICKS, HELD, Q_SEEN, V_SEEN, V_FILTER, Q_FILTER, FAULTY,
     KEPT_TICKS, KEPT_SHARE, KEPT_CHANCE, KEPT_SEEN, TURNS, Q_KEPT, MOTOR_KEPT, TORQUE_KEPT, CHANGE_BEFORE,
-) = range(_FIELDS, _FIELDS + 68 * JOINTS, JOINTS)  # fmt: skip
-USED = _FIELDS + 68 * JOINTS
+) = range(_FIELDS, _FIELDS + 73 * JOINTS, JOINTS)  # fmt: skip
+USED = _FIELDS + 73 * JOINTS
 """Ring of the last used positions [rad]."""
 TOLD = USED + SLOTS * JOINTS
 """Ring of the last commanded torques [N·m]."""
@@ -79,6 +80,8 @@ GRAVITY_LEVEL_MAX = 1.8
 """Gravity level in the pull-up of a parabolic flight [-]; the arm is then pushed down with 0.8 of its weight."""
 SHARE_MAX, MARGIN_NM = 1.3, 3.0
 """Largest torque as a multiple of the plausible one [-], and torque beyond that and friction [N·m]."""
+HAND_WIDTH_M_S = 0.3
+"""Speed of the hand beyond its limit at which braking is complete [m/s]."""
 WALL_AHEAD_S = 0.1
 """Time ahead for which a wall acts on the predicted joint position [s]. Torque needs this time to turn into braking."""
 AGE_MAX_S = 0.003
@@ -316,11 +319,26 @@ def bounded(r: Record, j: int, tau: float) -> float:
     return within(tau, low, high)
 
 
-def price(r: Record) -> None:
-    """Write the torque of `TAU` beyond the plausible weight, and beyond friction in the direction of motion [N·m]."""
+def hurry(r: Record, j: int) -> float:
+    """Excess of the hand's speed on the limb of a joint, from 0 at the limit to 1 where braking is complete [-].
+
+    No hand is faster than the sum of its joints' speeds, each times the length from the joint to the hand.
+    """
+    speed = 0.0
+    for k in range(int(r[N])):
+        if r[LIMB + k] == r[LIMB + j]:
+            speed += r[LENGTH + k] * abs(r[KNOWN + k])
+    return within((speed - r[HAND_MAX]) / HAND_WIDTH_M_S, 0.0, 1.0)
+
+
+def price(r: Record, speed: int) -> None:
+    """Write the torque of `TAU` beyond the plausible weight, and beyond friction in the direction of motion [N·m].
+
+    `speed` is the place of the joints' speeds: `KNOWN`, or `AHEAD`.
+    """
     for j in range(int(r[N])):
         over = r[TAU + j] - r[CARRIED + j]
-        if over * r[KNOWN + j] > 0.0:
+        if over * r[speed + j] > 0.0:
             friction = r[FRICTION + j]
             if over > friction:
                 over = over - friction
@@ -331,6 +349,30 @@ def price(r: Record) -> None:
         r[OVER + j] = over
 
 
+def look_ahead(r: Record) -> None:
+    """Write the speeds that the joints will have when their excess torque can be gone.
+
+    Braking that turns against a joint that bounces off would drive it, and torque may change only at its rate.
+    """
+    for j in range(int(r[N])):
+        passes = SPEED_FILTER_S + abs(r[TAU + j] - r[CARRIED + j]) / r[RATE]
+        r[AHEAD + j] = r[KNOWN + j] + passes * r[SLOPE + j]
+
+
+def spare(r: Record, speed: int) -> None:
+    """Reduce the power into the person beyond carrying and friction to its limit, at the speeds in this place."""
+    price(r, speed)
+    power = 0.0
+    for j in range(int(r[N])):
+        power += most(0.0, r[OVER + j] * r[speed + j])
+    if power <= r[POWER_MAX]:
+        return
+    lost = 1.0 - r[POWER_MAX] / power
+    for j in range(int(r[N])):
+        if r[OVER + j] * r[speed + j] > 0.0:
+            r[TAU + j] = r[TAU + j] - lost * r[OVER + j]
+
+
 def afford(r: Record) -> None:
     """Reduce the power into the person to what the energy tank can pay for.
 
@@ -338,7 +380,7 @@ def afford(r: Record) -> None:
     it spends a_j² |v_j| / (2 rate). That much energy must be in the tank, so that the tank is empty only when no excess
     is left.
     """
-    price(r)
+    price(r, KNOWN)
     needed = 0.0
     for j in range(int(r[N])):
         if r[OVER + j] * r[KNOWN + j] > 0.0:
@@ -359,7 +401,7 @@ def pay(r: Record) -> None:
     refill, fullest = r[PATH_W], r[TANK_MAX]
     if r[DRIVEN] != 0.0:
         refill, fullest = most(refill, r[DRIVEN_W]), most(fullest, r[DRIVEN_J])
-    price(r)
+    price(r, KNOWN)
     power = -refill
     for j in range(int(r[N])):
         power += r[OVER + j] * r[KNOWN + j]
@@ -449,14 +491,16 @@ def descend(r: Record) -> None:
 def brake(r: Record, j: int) -> float:
     """Damping torque of one joint [N·m].
 
-    In a descent it damps all motion. Otherwise it damps speed beyond the limit, and motion into the wall before a stop.
+    In a descent it damps all motion. Otherwise it damps speed beyond the limit of joint or hand, and motion into the
+    wall before a stop.
     """
     v = r[V + j]
     if r[STOP] != 0.0:
         return (WITHOUT_MODEL_SHARE if r[WITHOUT_MODEL] != 0.0 else 1.0) * r[DAMPING + j] * v
     speed = most(abs(v) - r[V_DAMPING], 0.0)
     if r[WORN] != 0.0:
-        speed = most(speed, (into_upper(r, j) if v > 0.0 else into_lower(r, j)) * abs(v))
+        share = into_upper(r, j) if v > 0.0 else into_lower(r, j)
+        speed = most(speed, most(share, r[HURRY + j]) * abs(v))
     return math.copysign(r[DAMPING + j] * speed, v)
 
 
@@ -484,15 +528,29 @@ def limit_rate(r: Record) -> bool:
     return is_clipped
 
 
+def follow(r: Record, fastest: float) -> bool:
+    """Update the speeds in use, their slope and the excess of the hands; return True if a hand is above its limit."""
+    is_any, passes = False, SPEED_FILTER_S + r[DT]
+    for j in range(int(r[N])):
+        # Friction at an incredible speed would lift every bound, and its power would empty the tank for good.
+        speed = r[V + j] if fastest <= V_CREDIBLE_RAD_S else 0.0
+        step = (speed - r[KNOWN + j]) - r[DT] * r[SLOPE + j]
+        # An isolated joint counts as standing still from one tick to the next; that is no deceleration.
+        r[SLOPE + j] = r[SLOPE + j] + step / passes if r[ISOLATED + j] == 0.0 else 0.0
+        r[KNOWN + j] = speed
+    for j in range(int(r[N])):
+        r[HURRY + j] = hurry(r, j) if r[WORN] != 0.0 and r[DRIVEN] == 0.0 else 0.0
+        is_any = is_any or r[HURRY + j] > 0.0
+    return is_any
+
+
 def limit(r: Record, w: Record) -> None:
     """Write to `TAU` the torque that may go out [N·m], for `DESIRED`, `Q_GIVEN` and `V_GIVEN`."""
     believe(r)
     n, worn, fastest = int(r[N]), r[WORN] != 0.0, 0.0
     for j in range(n):
         fastest = most(fastest, abs(r[V + j]))
-    for j in range(n):
-        # Friction at an incredible speed would lift every bound, and its power would empty the tank for good.
-        r[KNOWN + j] = r[V + j] if fastest <= V_CREDIBLE_RAD_S else 0.0
+    hurries = follow(r, fastest)
     if worn:
         look(r, w)
     watch(r, fastest)
@@ -501,8 +559,11 @@ def limit(r: Record, w: Record) -> None:
     else:
         for j in range(n):
             r[WANTED + j] = r[DESIRED + j]
-    bound_and_brake(r, r[STOP] != 0.0 or fastest > r[V_DAMPING] or (worn and r[IN_WALL] != 0.0))
+    bound_and_brake(r, r[STOP] != 0.0 or fastest > r[V_DAMPING] or hurries or (worn and r[IN_WALL] != 0.0))
     if worn:
+        look_ahead(r)
+        spare(r, KNOWN)
+        spare(r, AHEAD)
         afford(r)
     is_clipped = limit_rate(r)
     if worn:
