@@ -6,7 +6,7 @@ static inline long modulo(long a, long b) { long rest = a % b; return rest < 0 ?
 static inline long smaller(long a, long b) { return b < a ? b : a; }
 
 /* Check sum of core.py: a library that was made from another source is not used. */
-const long long guard_source = 1337069325;
+const long long guard_source = 3709735422;
 
 #define JOINTS 16
 #define SLOTS 128
@@ -999,8 +999,8 @@ void guard_limit(double *restrict r, double *restrict w)
     }
     guard_bound_and_brake(r, ((r[STOP] != 0.0) || (fastest > r[V_DAMPING]) || hurries || (worn && (r[IN_WALL] != 0.0))));
     if (worn) {
-        guard_look_ahead(r);
         guard_spare(r, KNOWN);
+        guard_look_ahead(r);
         guard_spare(r, AHEAD);
         guard_afford(r);
     }

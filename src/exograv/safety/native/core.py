@@ -561,8 +561,8 @@ def limit(r: Record, w: Record) -> None:
             r[WANTED + j] = r[DESIRED + j]
     bound_and_brake(r, r[STOP] != 0.0 or fastest > r[V_DAMPING] or hurries or (worn and r[IN_WALL] != 0.0))
     if worn:
-        look_ahead(r)
         spare(r, KNOWN)
+        look_ahead(r)
         spare(r, AHEAD)
         afford(r)
     is_clipped = limit_rate(r)
