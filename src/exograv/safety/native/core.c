@@ -6,7 +6,7 @@ static inline long modulo(long a, long b) { long rest = a % b; return rest < 0 ?
 static inline long smaller(long a, long b) { return b < a ? b : a; }
 
 /* Check sum of core.py: a library that was made from another source is not used. */
-const long long guard_source = 3709735422;
+const long long guard_source = 2266994378;
 
 #define JOINTS 16
 #define SLOTS 128
@@ -215,10 +215,9 @@ int guard_is_past_a_stop(double *restrict r);
 double guard_into_upper(double *restrict r, long j);
 double guard_into_lower(double *restrict r, long j);
 double guard_bounded(double *restrict r, long j, double tau);
-double guard_hurry(double *restrict r, long j);
 void guard_price(double *restrict r, long speed);
-void guard_look_ahead(double *restrict r);
-void guard_spare(double *restrict r, long speed);
+void guard_spare(double *restrict r, double ahead);
+void guard_give_back(double *restrict r, long speed, double share);
 void guard_afford(double *restrict r);
 void guard_pay(double *restrict r);
 void guard_trip(double *restrict r, long reason, int without_model);
@@ -231,7 +230,7 @@ void guard_descend(double *restrict r);
 double guard_brake(double *restrict r, long j);
 void guard_bound_and_brake(double *restrict r, int brakes);
 int guard_limit_rate(double *restrict r);
-int guard_follow(double *restrict r, double fastest);
+double guard_follow(double *restrict r, double fastest);
 void guard_limit(double *restrict r, double *restrict w);
 void guard_take_in(double *restrict r);
 void guard_ignore_isolated(double *restrict r, long slots);
@@ -481,8 +480,6 @@ void guard_derive(double *restrict w, long value, long pull, long run, long runs
     double two;
     double three;
     double four;
-    double first;
-    double second;
     const long t1 = runs;
     for (back = 0; back < t1; back += 1) {
         i = ((runs - 1) - back);
@@ -516,12 +513,8 @@ void guard_derive(double *restrict w, long value, long pull, long run, long runs
             b += (two * w[(((value + parent) + k) + 1)]);
             c += (three * w[((value + parent) + k)]);
             d += (four * w[(((value + parent) + k) + 1)]);
-            first = (w[((pull + parent) + k)] + ((one * even) + (three * odd)));
-            second = (w[(((pull + parent) + k) + 1)] + ((two * even) + (four * odd)));
-            const double t13 = first;
-            const double t14 = second;
-            w[((pull + parent) + k)] = t13;
-            w[(((pull + parent) + k) + 1)] = t14;
+            w[((pull + parent) + k)] += ((one * even) + (three * odd));
+            w[(((pull + parent) + k) + 1)] += ((two * even) + (four * odd));
         }
         w[(pull + cosine)] += (a + b);
         w[((pull + cosine) + 1)] += (c + d);
@@ -626,20 +619,6 @@ double guard_bounded(double *restrict r, long j, double tau)
     return guard_within(tau, low, high);
 }
 
-double guard_hurry(double *restrict r, long j)
-{
-    double speed;
-    long k;
-    speed = 0.0;
-    const long t1 = (long)(r[N]);
-    for (k = 0; k < t1; k += 1) {
-        if ((r[(LIMB + k)] == r[(LIMB + j)])) {
-            speed += (r[(LENGTH + k)] * fabs(r[(KNOWN + k)]));
-        }
-    }
-    return guard_within(((speed - r[HAND_MAX]) / HAND_WIDTH_M_S), 0.0, 1.0);
-}
-
 void guard_price(double *restrict r, long speed)
 {
     long j;
@@ -650,50 +629,40 @@ void guard_price(double *restrict r, long speed)
         over = (r[(TAU + j)] - r[(CARRIED + j)]);
         if (((over * r[(speed + j)]) > 0.0)) {
             friction = r[(FRICTION + j)];
-            if ((over > friction)) {
-                over = (over - friction);
-            } else {
-                if ((over < (-friction))) {
-                    over = (over + friction);
-                } else {
-                    over = 0.0;
-                }
-            }
+            over = ((over > 0.0) ? guard_most(0.0, (over - friction)) : guard_least(0.0, (over + friction)));
         }
         r[(OVER + j)] = over;
     }
 }
 
-void guard_look_ahead(double *restrict r)
+void guard_spare(double *restrict r, double ahead)
 {
     long j;
-    double passes;
+    double ahead_s;
+    double power;
     const long t1 = (long)(r[N]);
     for (j = 0; j < t1; j += 1) {
-        passes = (SPEED_FILTER_S + (fabs((r[(TAU + j)] - r[(CARRIED + j)])) / r[RATE]));
-        r[(AHEAD + j)] = (r[(KNOWN + j)] + (passes * r[(SLOPE + j)]));
+        ahead_s = (ahead * (SPEED_FILTER_S + (fabs((r[(TAU + j)] - r[(CARRIED + j)])) / r[RATE])));
+        r[(AHEAD + j)] = (r[(KNOWN + j)] + (ahead_s * r[(SLOPE + j)]));
+    }
+    guard_price(r, AHEAD);
+    power = 0.0;
+    const long t2 = (long)(r[N]);
+    for (j = 0; j < t2; j += 1) {
+        power += guard_most(0.0, (r[(OVER + j)] * r[(AHEAD + j)]));
+    }
+    if ((power > r[POWER_MAX])) {
+        guard_give_back(r, AHEAD, (1.0 - (r[POWER_MAX] / power)));
     }
 }
 
-void guard_spare(double *restrict r, long speed)
+void guard_give_back(double *restrict r, long speed, double share)
 {
-    double power;
     long j;
-    double lost;
-    guard_price(r, speed);
-    power = 0.0;
     const long t1 = (long)(r[N]);
     for (j = 0; j < t1; j += 1) {
-        power += guard_most(0.0, (r[(OVER + j)] * r[(speed + j)]));
-    }
-    if ((power <= r[POWER_MAX])) {
-        return;
-    }
-    lost = (1.0 - (r[POWER_MAX] / power));
-    const long t2 = (long)(r[N]);
-    for (j = 0; j < t2; j += 1) {
         if (((r[(OVER + j)] * r[(speed + j)]) > 0.0)) {
-            r[(TAU + j)] = (r[(TAU + j)] - (lost * r[(OVER + j)]));
+            r[(TAU + j)] = (r[(TAU + j)] - (share * r[(OVER + j)]));
         }
     }
 }
@@ -702,8 +671,6 @@ void guard_afford(double *restrict r)
 {
     double needed;
     long j;
-    double has;
-    double lost;
     guard_price(r, KNOWN);
     needed = 0.0;
     const long t1 = (long)(r[N]);
@@ -713,16 +680,8 @@ void guard_afford(double *restrict r)
         }
     }
     needed /= (2.0 * r[RATE]);
-    has = guard_most(0.0, r[ENERGY]);
-    if ((needed <= has)) {
-        return;
-    }
-    lost = (1.0 - sqrt((has / needed)));
-    const long t2 = (long)(r[N]);
-    for (j = 0; j < t2; j += 1) {
-        if (((r[(OVER + j)] * r[(KNOWN + j)]) > 0.0)) {
-            r[(TAU + j)] = (r[(TAU + j)] - (lost * r[(OVER + j)]));
-        }
+    if ((needed > guard_most(0.0, r[ENERGY]))) {
+        guard_give_back(r, KNOWN, (1.0 - sqrt((guard_most(0.0, r[ENERGY]) / needed))));
     }
 }
 
@@ -869,13 +828,11 @@ void guard_descend(double *restrict r)
 {
     double share;
     long j;
-    int is_dropped;
     r[SINCE_STOP] += r[DT];
     share = guard_most(0.0, (1.0 - (r[SINCE_STOP] / r[DESCENT_S])));
     const long t1 = (long)(r[N]);
     for (j = 0; j < t1; j += 1) {
-        is_dropped = ((r[WITHOUT_MODEL] != 0.0) || (r[(POWERLESS + j)] != 0.0));
-        r[(WANTED + j)] = (is_dropped ? 0.0 : (r[(TAU_AT_STOP + j)] * share));
+        r[(WANTED + j)] = (((r[WITHOUT_MODEL] != 0.0) || (r[(POWERLESS + j)] != 0.0)) ? 0.0 : (r[(TAU_AT_STOP + j)] * share));
     }
 }
 
@@ -883,15 +840,13 @@ double guard_brake(double *restrict r, long j)
 {
     double v;
     double speed;
-    double share;
     v = r[(V + j)];
     if ((r[STOP] != 0.0)) {
         return ((((r[WITHOUT_MODEL] != 0.0) ? WITHOUT_MODEL_SHARE : 1.0) * r[(DAMPING + j)]) * v);
     }
     speed = guard_most((fabs(v) - r[V_DAMPING]), 0.0);
     if ((r[WORN] != 0.0)) {
-        share = ((v > 0.0) ? guard_into_upper(r, j) : guard_into_lower(r, j));
-        speed = guard_most(speed, (guard_most(share, r[(HURRY + j)]) * fabs(v)));
+        speed = guard_most(speed, (guard_most(((v > 0.0) ? guard_into_upper(r, j) : guard_into_lower(r, j)), r[(HURRY + j)]) * fabs(v)));
     }
     return copysign((r[(DAMPING + j)] * speed), v);
 }
@@ -939,30 +894,35 @@ int guard_limit_rate(double *restrict r)
     return is_clipped;
 }
 
-int guard_follow(double *restrict r, double fastest)
+double guard_follow(double *restrict r, double fastest)
 {
-    int is_any;
-    double passes;
+    double largest;
     long j;
     double speed;
-    double step;
-    const int t1 = 0;
-    const double t2 = (SPEED_FILTER_S + r[DT]);
-    is_any = t1;
-    passes = t2;
-    const long t3 = (long)(r[N]);
-    for (j = 0; j < t3; j += 1) {
+    double slope;
+    double hand;
+    long k;
+    largest = 0.0;
+    const long t1 = (long)(r[N]);
+    for (j = 0; j < t1; j += 1) {
         speed = ((fastest <= V_CREDIBLE_RAD_S) ? r[(V + j)] : 0.0);
-        step = ((speed - r[(KNOWN + j)]) - (r[DT] * r[(SLOPE + j)]));
-        r[(SLOPE + j)] = ((r[(ISOLATED + j)] == 0.0) ? (r[(SLOPE + j)] + (step / passes)) : 0.0);
-        r[(KNOWN + j)] = speed;
+        slope = (r[(SLOPE + j)] + (((speed - r[(KNOWN + j)]) - (r[DT] * r[(SLOPE + j)])) / (SPEED_FILTER_S + r[DT])));
+        const double t2 = ((r[(ISOLATED + j)] == 0.0) ? slope : 0.0);
+        const double t3 = speed;
+        r[(SLOPE + j)] = t2;
+        r[(KNOWN + j)] = t3;
     }
     const long t4 = (long)(r[N]);
     for (j = 0; j < t4; j += 1) {
-        r[(HURRY + j)] = (((r[WORN] != 0.0) && (r[DRIVEN] == 0.0)) ? guard_hurry(r, j) : 0.0);
-        is_any = (is_any || (r[(HURRY + j)] > 0.0));
+        hand = 0.0;
+        const long t5 = (long)(r[N]);
+        for (k = 0; k < t5; k += 1) {
+            hand += ((r[(LIMB + k)] == r[(LIMB + j)]) ? (r[(LENGTH + k)] * fabs(r[(KNOWN + k)])) : 0.0);
+        }
+        r[(HURRY + j)] = ((r[DRIVEN] == 0.0) ? guard_within(((hand - r[HAND_MAX]) / HAND_WIDTH_M_S), 0.0, 1.0) : 0.0);
+        largest = guard_most(largest, r[(HURRY + j)]);
     }
-    return is_any;
+    return largest;
 }
 
 void guard_limit(double *restrict r, double *restrict w)
@@ -971,7 +931,7 @@ void guard_limit(double *restrict r, double *restrict w)
     int worn;
     double fastest;
     long j;
-    int hurries;
+    double hurry;
     int is_clipped;
     guard_believe(r);
     const long t1 = (long)(r[N]);
@@ -984,7 +944,7 @@ void guard_limit(double *restrict r, double *restrict w)
     for (j = 0; j < t4; j += 1) {
         fastest = guard_most(fastest, fabs(r[(V + j)]));
     }
-    hurries = guard_follow(r, fastest);
+    hurry = guard_follow(r, fastest);
     if (worn) {
         guard_look(r, w);
     }
@@ -997,11 +957,10 @@ void guard_limit(double *restrict r, double *restrict w)
             r[(WANTED + j)] = r[(DESIRED + j)];
         }
     }
-    guard_bound_and_brake(r, ((r[STOP] != 0.0) || (fastest > r[V_DAMPING]) || hurries || (worn && (r[IN_WALL] != 0.0))));
+    guard_bound_and_brake(r, ((r[STOP] != 0.0) || (fastest > r[V_DAMPING]) || (hurry > 0.0) || (worn && (r[IN_WALL] != 0.0))));
     if (worn) {
-        guard_spare(r, KNOWN);
-        guard_look_ahead(r);
-        guard_spare(r, AHEAD);
+        guard_spare(r, 0.0);
+        guard_spare(r, 1.0);
         guard_afford(r);
     }
     is_clipped = guard_limit_rate(r);
@@ -1350,13 +1309,11 @@ double guard_off_lately(double *restrict r, long j, double tau, long ticks)
 
 void guard_tell(double *restrict r)
 {
-    long slots;
     long at;
     long j;
-    slots = (long)(r[SLOWEST]);
-    at = modulo(((long)(r[TOLD_AT]) + 1), slots);
+    at = modulo(((long)(r[TOLD_AT]) + 1), (long)(r[SLOWEST]));
     const long t1 = at;
-    const double t2 = guard_least((r[TOLD_COUNT] + 1.0), (double)(slots));
+    const double t2 = guard_least((r[TOLD_COUNT] + 1.0), r[SLOWEST]);
     r[TOLD_AT] = t1;
     r[TOLD_COUNT] = t2;
     const long t3 = (long)(r[N]);
@@ -1405,12 +1362,14 @@ int guard_misses_too_many(double *restrict r, long at, int is_missed)
         return 0;
     }
     newest = modulo(((long)(r[(at + 1)]) + 1), MISSES);
-    r[(at + 1)] = newest;
-    r[((at + 2) + newest)] = r[at];
+    const long t1 = newest;
+    const double t2 = r[at];
+    r[(at + 1)] = t1;
+    r[((at + 2) + newest)] = t2;
     in_window = 0;
     in_second = 0;
-    const long t1 = MISSES;
-    for (k = 0; k < t1; k += 1) {
+    const long t3 = MISSES;
+    for (k = 0; k < t3; k += 1) {
         ago = (r[at] - r[((at + 2) + k)]);
         in_window += ((ago < r[WINDOW]) ? 1 : 0);
         in_second += ((ago < r[SECOND]) ? 1 : 0);

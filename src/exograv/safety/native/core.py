@@ -247,9 +247,8 @@ def derive(w: Record, value: int, pull: int, run: int, runs: int) -> None:
             b += two * w[value + parent + k + 1]
             c += three * w[value + parent + k]
             d += four * w[value + parent + k + 1]
-            first = w[pull + parent + k] + (one * even + three * odd)
-            second = w[pull + parent + k + 1] + (two * even + four * odd)
-            w[pull + parent + k], w[pull + parent + k + 1] = first, second
+            w[pull + parent + k] += one * even + three * odd
+            w[pull + parent + k + 1] += two * even + four * odd
         w[pull + cosine] += a + b
         w[pull + cosine + 1] += c + d
 
@@ -319,18 +318,6 @@ def bounded(r: Record, j: int, tau: float) -> float:
     return within(tau, low, high)
 
 
-def hurry(r: Record, j: int) -> float:
-    """Excess of the hand's speed on the limb of a joint, from 0 at the limit to 1 where braking is complete [-].
-
-    No hand is faster than the sum of its joints' speeds, each times the length from the joint to the hand.
-    """
-    speed = 0.0
-    for k in range(int(r[N])):
-        if r[LIMB + k] == r[LIMB + j]:
-            speed += r[LENGTH + k] * abs(r[KNOWN + k])
-    return within((speed - r[HAND_MAX]) / HAND_WIDTH_M_S, 0.0, 1.0)
-
-
 def price(r: Record, speed: int) -> None:
     """Write the torque of `TAU` beyond the plausible weight, and beyond friction in the direction of motion [N·m].
 
@@ -340,37 +327,32 @@ def price(r: Record, speed: int) -> None:
         over = r[TAU + j] - r[CARRIED + j]
         if over * r[speed + j] > 0.0:
             friction = r[FRICTION + j]
-            if over > friction:
-                over = over - friction
-            elif over < -friction:
-                over = over + friction
-            else:
-                over = 0.0
+            over = most(0.0, over - friction) if over > 0.0 else least(0.0, over + friction)
         r[OVER + j] = over
 
 
-def look_ahead(r: Record) -> None:
-    """Write the speeds that the joints will have when their excess torque can be gone.
+def spare(r: Record, ahead: float) -> None:
+    """Reduce the power into the person beyond carrying and friction to its limit.
 
-    Braking that turns against a joint that bounces off would drive it, and torque may change only at its rate.
+    With `ahead` 0, power counts at the present speeds. With 1 it counts at the speeds that the joints will have when
+    their excess can be gone: braking would drive a joint that bounces off, and torque may change only at its rate.
     """
     for j in range(int(r[N])):
-        passes = SPEED_FILTER_S + abs(r[TAU + j] - r[CARRIED + j]) / r[RATE]
-        r[AHEAD + j] = r[KNOWN + j] + passes * r[SLOPE + j]
-
-
-def spare(r: Record, speed: int) -> None:
-    """Reduce the power into the person beyond carrying and friction to its limit, at the speeds in this place."""
-    price(r, speed)
+        ahead_s = ahead * (SPEED_FILTER_S + abs(r[TAU + j] - r[CARRIED + j]) / r[RATE])
+        r[AHEAD + j] = r[KNOWN + j] + ahead_s * r[SLOPE + j]
+    price(r, AHEAD)
     power = 0.0
     for j in range(int(r[N])):
-        power += most(0.0, r[OVER + j] * r[speed + j])
-    if power <= r[POWER_MAX]:
-        return
-    lost = 1.0 - r[POWER_MAX] / power
+        power += most(0.0, r[OVER + j] * r[AHEAD + j])
+    if power > r[POWER_MAX]:
+        give_back(r, AHEAD, 1.0 - r[POWER_MAX] / power)
+
+
+def give_back(r: Record, speed: int, share: float) -> None:
+    """Take a share of the excess from the torque of each joint that its excess drives."""
     for j in range(int(r[N])):
         if r[OVER + j] * r[speed + j] > 0.0:
-            r[TAU + j] = r[TAU + j] - lost * r[OVER + j]
+            r[TAU + j] = r[TAU + j] - share * r[OVER + j]
 
 
 def afford(r: Record) -> None:
@@ -387,13 +369,8 @@ def afford(r: Record) -> None:
             needed += r[OVER + j] * r[OVER + j] * abs(r[KNOWN + j])
     needed /= 2.0 * r[RATE]
     # In this order an energy that is not a number counts as an empty tank.
-    has = most(0.0, r[ENERGY])
-    if needed <= has:
-        return
-    lost = 1.0 - math.sqrt(has / needed)
-    for j in range(int(r[N])):
-        if r[OVER + j] * r[KNOWN + j] > 0.0:
-            r[TAU + j] = r[TAU + j] - lost * r[OVER + j]
+    if needed > most(0.0, r[ENERGY]):
+        give_back(r, KNOWN, 1.0 - math.sqrt(most(0.0, r[ENERGY]) / needed))
 
 
 def pay(r: Record) -> None:
@@ -484,8 +461,7 @@ def descend(r: Record) -> None:
     r[SINCE_STOP] += r[DT]
     share = most(0.0, 1.0 - r[SINCE_STOP] / r[DESCENT_S])
     for j in range(int(r[N])):
-        is_dropped = r[WITHOUT_MODEL] != 0.0 or r[POWERLESS + j] != 0.0
-        r[WANTED + j] = 0.0 if is_dropped else r[TAU_AT_STOP + j] * share
+        r[WANTED + j] = 0.0 if r[WITHOUT_MODEL] != 0.0 or r[POWERLESS + j] != 0.0 else r[TAU_AT_STOP + j] * share
 
 
 def brake(r: Record, j: int) -> float:
@@ -499,8 +475,7 @@ def brake(r: Record, j: int) -> float:
         return (WITHOUT_MODEL_SHARE if r[WITHOUT_MODEL] != 0.0 else 1.0) * r[DAMPING + j] * v
     speed = most(abs(v) - r[V_DAMPING], 0.0)
     if r[WORN] != 0.0:
-        share = into_upper(r, j) if v > 0.0 else into_lower(r, j)
-        speed = most(speed, most(share, r[HURRY + j]) * abs(v))
+        speed = most(speed, most(into_upper(r, j) if v > 0.0 else into_lower(r, j), r[HURRY + j]) * abs(v))
     return math.copysign(r[DAMPING + j] * speed, v)
 
 
@@ -528,20 +503,26 @@ def limit_rate(r: Record) -> bool:
     return is_clipped
 
 
-def follow(r: Record, fastest: float) -> bool:
-    """Update the speeds in use, their slope and the excess of the hands; return True if a hand is above its limit."""
-    is_any, passes = False, SPEED_FILTER_S + r[DT]
+def follow(r: Record, fastest: float) -> float:
+    """Update the speeds in use and their slope; return the largest excess of a hand's speed.
+
+    No hand is faster than the sum of its joints' speeds, each times the length from the joint to the hand. The excess
+    is 0 at the limit and 1 where braking is complete [-].
+    """
+    largest = 0.0
     for j in range(int(r[N])):
         # Friction at an incredible speed would lift every bound, and its power would empty the tank for good.
         speed = r[V + j] if fastest <= V_CREDIBLE_RAD_S else 0.0
-        step = (speed - r[KNOWN + j]) - r[DT] * r[SLOPE + j]
+        slope = r[SLOPE + j] + ((speed - r[KNOWN + j]) - r[DT] * r[SLOPE + j]) / (SPEED_FILTER_S + r[DT])
         # An isolated joint counts as standing still from one tick to the next; that is no deceleration.
-        r[SLOPE + j] = r[SLOPE + j] + step / passes if r[ISOLATED + j] == 0.0 else 0.0
-        r[KNOWN + j] = speed
+        r[SLOPE + j], r[KNOWN + j] = slope if r[ISOLATED + j] == 0.0 else 0.0, speed
     for j in range(int(r[N])):
-        r[HURRY + j] = hurry(r, j) if r[WORN] != 0.0 and r[DRIVEN] == 0.0 else 0.0
-        is_any = is_any or r[HURRY + j] > 0.0
-    return is_any
+        hand = 0.0
+        for k in range(int(r[N])):
+            hand += r[LENGTH + k] * abs(r[KNOWN + k]) if r[LIMB + k] == r[LIMB + j] else 0.0
+        r[HURRY + j] = within((hand - r[HAND_MAX]) / HAND_WIDTH_M_S, 0.0, 1.0) if r[DRIVEN] == 0.0 else 0.0
+        largest = most(largest, r[HURRY + j])
+    return largest
 
 
 def limit(r: Record, w: Record) -> None:
@@ -550,7 +531,7 @@ def limit(r: Record, w: Record) -> None:
     n, worn, fastest = int(r[N]), r[WORN] != 0.0, 0.0
     for j in range(n):
         fastest = most(fastest, abs(r[V + j]))
-    hurries = follow(r, fastest)
+    hurry = follow(r, fastest)
     if worn:
         look(r, w)
     watch(r, fastest)
@@ -559,11 +540,10 @@ def limit(r: Record, w: Record) -> None:
     else:
         for j in range(n):
             r[WANTED + j] = r[DESIRED + j]
-    bound_and_brake(r, r[STOP] != 0.0 or fastest > r[V_DAMPING] or hurries or (worn and r[IN_WALL] != 0.0))
+    bound_and_brake(r, r[STOP] != 0.0 or fastest > r[V_DAMPING] or hurry > 0.0 or (worn and r[IN_WALL] != 0.0))
     if worn:
-        spare(r, KNOWN)
-        look_ahead(r)
-        spare(r, AHEAD)
+        spare(r, 0.0)
+        spare(r, 1.0)
         afford(r)
     is_clipped = limit_rate(r)
     if worn:
@@ -763,9 +743,8 @@ def off_lately(r: Record, j: int, tau: float, ticks: int) -> float:
 
 def tell(r: Record) -> None:
     """Record the torque that goes out."""
-    slots = int(r[SLOWEST])
-    at = (int(r[TOLD_AT]) + 1) % slots
-    r[TOLD_AT], r[TOLD_COUNT] = at, least(r[TOLD_COUNT] + 1.0, float(slots))
+    at = (int(r[TOLD_AT]) + 1) % int(r[SLOWEST])
+    r[TOLD_AT], r[TOLD_COUNT] = at, least(r[TOLD_COUNT] + 1.0, r[SLOWEST])
     for j in range(int(r[N])):
         r[TOLD + at * JOINTS + j] = r[TAU + j]
 
@@ -798,8 +777,7 @@ def misses_too_many(r: Record, at: int, is_missed: bool) -> bool:
     if not is_missed:
         return False
     newest = (int(r[at + 1]) + 1) % MISSES
-    r[at + 1] = newest
-    r[at + 2 + newest] = r[at]
+    r[at + 1], r[at + 2 + newest] = newest, r[at]
     in_window = in_second = 0
     for k in range(MISSES):
         ago = r[at] - r[at + 2 + k]
