@@ -120,8 +120,6 @@ def draw_machines(rng: np.random.Generator, machines: int, joints: int) -> Machi
         tank_start=tank_max * rng.uniform(0.1, 1.0, each),
         tank_max=tank_max,
         power=rng.choice([np.inf, 10.0, 0.5], each),
-        hand=rng.choice([np.inf, 1.5, 0.3], each),
-        to_hand=rng.uniform(0.0, 1.0, every),
     )
 
 
@@ -236,9 +234,8 @@ def first_envelope(m: Machines, k: int, library: Library | None = LIBRARY) -> En
         angles = {"wall_rad": float(m.wall[k]), "trip_rad": float(m.trip[k])}
         angles |= {"v_trip_rad_s": float(m.own_trip[k]), "path_W": float(m.path[k])}
         tank = {"tank_start_J": float(m.tank_start[k]), "tank_max_J": float(m.tank_max[k])}
-        motion = {"power_max_W": float(m.power[k]), "hand_max_m_s": float(m.hand[k]), "to_hand_m": m.to_hand[k]}
-        limits = PersonLimits(table, m.active[k], m.lower[k], m.upper[k], **angles, **tank, **motion)
-        envelope.person = GuardedPerson(limits)
+        tank |= {"power_max_W": float(m.power[k])}
+        envelope.person = GuardedPerson(PersonLimits(table, m.active[k], m.lower[k], m.upper[k], **angles, **tank))
     return envelope
 
 

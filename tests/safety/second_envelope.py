@@ -48,10 +48,6 @@ class Machines:
     tank_max: np.ndarray
     power: np.ndarray
     """Largest power into the person; infinite without a limit."""
-    hand: np.ndarray
-    """Speed of a hand above which it is braked; infinite without a limit."""
-    to_hand: np.ndarray
-    """Distance from a joint to the hand of its limb."""
 
 
 @dataclass
@@ -154,7 +150,6 @@ class SecondEnvelope:
         change = credible - self.v_before - m.period[:, None] * self.slope
         self.slope = np.where(distrusted, 0.0, self.slope + change / (0.008 + m.period)[:, None])
         self.v_before = credible
-        self.haste = self._haste(credible)
         asked, brake = np.where(self.stopped[:, None], self._descent(), tau), self._brake(v)
         v, wanted = credible, asked + brake
         bounded = np.where(m.worn[:, None], self._for_the_person(asked, brake, v, level), wanted)
@@ -178,19 +173,10 @@ class SecondEnvelope:
         lower = np.clip(((self.m.lower + wall) - np.minimum(self.q, self.soon)) / wall, 0.0, 1.0)
         return np.where(worn, upper, 0.0), np.where(worn, lower, 0.0)
 
-    def _haste(self, v: np.ndarray) -> np.ndarray:
-        """Part of the full damping, by the speed that the hand of a joint's limb has at most: none to all in 0.3 m/s."""
-        haste = np.zeros_like(v)
-        for joints, *_ in self.m.chains:
-            hand = (self.m.to_hand * np.abs(v))[:, joints].sum(axis=1)
-            haste[:, joints] = np.clip((hand - self.m.hand) / 0.3, 0.0, 1.0)[:, None]
-        return np.where(self.m.worn[:, None], haste, 0.0)
-
     def _brake(self, v: np.ndarray) -> np.ndarray:
         v = np.clip(v, -1e3, 1e3)
         upper, lower = self._depth()
         braked = np.maximum(np.abs(v) - self.m.v_damping[:, None], np.where(v > 0.0, upper, lower) * np.abs(v))
-        braked = np.maximum(braked, self.haste * np.abs(v))
         descending = np.where(self.without_model, 2.0, 1.0)[:, None] * np.abs(v)
         speed = np.where(self.stopped[:, None], descending, np.maximum(braked, 0.0))
         return -self.m.damping * speed * np.sign(v)

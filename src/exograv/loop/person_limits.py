@@ -4,7 +4,6 @@ import numpy as np
 
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Parameters
-from exograv.model.arm import GRIP_SHARE_OF_HAND
 from exograv.model.assembly import Assembly
 from exograv.safety.limits import PersonLimits
 from exograv.safety.plausible import PlausibleTable
@@ -17,10 +16,6 @@ wrist's value is assumed."""
 
 POWER_MAX_W = 10.0
 """Largest power into the person beyond carrying and friction (docs/explanation/safety.md)."""
-
-HAND_MAX_M_S = 1.5
-"""Bound on the hand's speed from which on the guard brakes [m/s]. It overestimates the speed: the shipped pointing
-movement, whose hand reaches about 1 m/s, has a bound of 1.4 m/s."""
 
 STOPS_GIVE_RAD = np.deg2rad(8.0)
 """Angle past a joint stop that does not count as a fault [rad]. A restless wearer with 1 kg in the hand moved 5° past
@@ -41,17 +36,4 @@ def limits_of_table(assembly: Assembly, table: PlausibleTable) -> PersonLimits:
     """Table and walls as in `person_limits`, for a table that exists already."""
     lower, upper = np.array([(joint.lower, joint.upper) for joint in assembly.exo.joints]).T
     active = np.array([ACTIVE_MAX_NM[place] for place in assembly.description.places])
-    lengths = assembly.arm.lengths
-    to_hand = {"wrist": GRIP_SHARE_OF_HAND * lengths["hand"]}
-    to_hand["elbow"] = to_hand["wrist"] + lengths["forearm"]
-    to_hand["shoulder"] = to_hand["elbow"] + lengths["upper_arm"]
-    return PersonLimits(
-        table,
-        active,
-        lower,
-        upper,
-        trip_rad=float(STOPS_GIVE_RAD),
-        power_max_W=POWER_MAX_W,
-        hand_max_m_s=HAND_MAX_M_S,
-        to_hand_m=np.array([to_hand[place] for place in assembly.description.places]),
-    )
+    return PersonLimits(table, active, lower, upper, trip_rad=float(STOPS_GIVE_RAD), power_max_W=POWER_MAX_W)

@@ -1,6 +1,5 @@
 """Guard limits of the wearer in each phase of a session. Tables are made between two ticks, never within one."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -88,7 +87,6 @@ class LimitsMaker:
             tank_start_J=tank_J,
             tank_max_J=tank_J,
             path_W=PATH_W,
-            hand_max_m_s=math.inf,  # the limit above is lower, and holds for each joint of the motion
         )
         return _driven(limits)
 

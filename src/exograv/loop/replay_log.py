@@ -155,9 +155,6 @@ def read_person(message: Mapping[str, Any]) -> PersonLimits:
     chains = tuple(_limb(one) for one in table["chains"])
     bounds = {name: np.array(table[name]) for name in ("error", "dry", "viscous")}
     arrays = {name: np.array(message[name]) for name in ("active_max_Nm", "q_lower", "q_upper")}
-    # Recordings of before have no limit of the hand's speed and of the power.
-    if message.get("to_hand_m") is not None:
-        arrays["to_hand_m"] = np.array(message["to_hand_m"])
     rest = {name: value for name, value in message.items() if name not in {"table", *arrays}}
     return PersonLimits(table=PlausibleTable(chains, **bounds), **arrays, **rest)
 

@@ -81,12 +81,6 @@ class PersonLimits:
     power_max_W: float = math.inf
     """Largest power of all joints into the person beyond carrying and friction."""
 
-    hand_max_m_s: float = math.inf
-    """Bound on the speed of a floating hand from which on the guard brakes, by joint speeds and `to_hand_m` alone."""
-
-    to_hand_m: Joints | None = None
-    """Largest distance of the hand from each joint; None without a limit of its speed."""
-
     path_W: float = 0.0
     driven_W: float = 0.0
     driven_J: float = 0.0
@@ -98,8 +92,7 @@ class PersonLimits:
         for name, is_allowed, allowed in (
             ("wall_rad", self.wall_rad > 0.0, "above 0"),
             ("active_max_Nm", is_active.all(), "above 0, finite"),
-            *((name, getattr(self, name) > 0.0, "above 0") for name in ("v_trip_rad_s", "power_max_W", "hand_max_m_s")),
-            ("to_hand_m", self.to_hand_m is None or bool((self.to_hand_m >= 0.0).all()), "0 and above"),
+            *((name, getattr(self, name) > 0.0, "above 0") for name in ("v_trip_rad_s", "power_max_W")),
             *((name, 0.0 <= getattr(self, name) < math.inf, "0 and above, finite") for name in not_negative),
             ("tank_start_J", 0.0 < self.tank_start_J <= most_J < math.inf, f"above 0 and up to tank_max_J, {most_J}"),
         ):

@@ -6,7 +6,7 @@ static inline long modulo(long a, long b) { long rest = a % b; return rest < 0 ?
 static inline long smaller(long a, long b) { return b < a ? b : a; }
 
 /* Check sum of core.py: a library that was made from another source is not used. */
-const long long guard_source = 2266994378;
+const long long guard_source = 3747641901;
 
 #define JOINTS 16
 #define SLOTS 128
@@ -47,121 +47,117 @@ const long long guard_source = 2266994378;
 #define FROZEN_JOINT 32
 #define NOISE_STEP 33
 #define POWER_MAX 34
-#define HAND_MAX 35
-#define CAME 36
-#define SEQUENCE_IN 37
-#define T_IN 38
-#define NOW 39
-#define IN_CURRENT 40
-#define HAS_MOTOR 41
-#define SPOKE 42
-#define ANSWERS 43
-#define VALID_UNTIL 44
-#define STOP 45
-#define SINCE_STOP 46
-#define WITHOUT_MODEL 47
-#define CLIPPED 48
-#define LEVEL 49
-#define LEVEL_WANTED 50
-#define LEVEL_STEP 51
-#define LEVEL_MOVES 52
-#define DRIVEN 53
-#define ENERGY 54
-#define IN_WALL 55
-#define SEQUENCE 56
-#define T_USED 57
-#define DROPPED 58
-#define USABLE 59
-#define USED_AT 60
-#define TOLD_AT 61
-#define TOLD_COUNT 62
-#define BEFORE_AT 63
-#define BEFORE_COUNT 64
-#define SPEED_T 65
-#define HAS_SPEED 66
-#define BRIDGES 67
-#define SAFE_STATE 68
-#define MACHINE_MISSES 69
-#define CONTROL_MISSES 82
-#define _FIELDS 95
-#define TORQUE_MAX 95
-#define DAMPING 111
-#define ACTIVE 127
-#define LEAST_ACTIVE 143
-#define LOWER 159
-#define UPPER 175
-#define FREE_LOWER 191
-#define FREE_UPPER 207
-#define DRY 223
-#define VISCOUS 239
-#define ERROR 255
-#define REACH 271
-#define SLACK 287
-#define LEAST_WAY 303
-#define GAIN 319
-#define LIMB 335
-#define LENGTH 351
-#define HURRY 367
-#define Q_IN 383
-#define CURRENT_IN 399
-#define TAU_IN 415
-#define Q_MOTOR_IN 431
-#define FAULTY_IN 447
-#define ANSWER_IN 463
-#define DESIRED 479
-#define Q_GIVEN 495
-#define V_GIVEN 511
-#define TAU 527
-#define TAU_AT_STOP 543
-#define ISOLATED 559
-#define POWERLESS 575
-#define Q 591
-#define V 607
-#define KNOWN 623
-#define SLOPE 639
-#define AHEAD 655
-#define CARRIED 671
-#define FRICTION 687
-#define LOW 703
-#define HIGH 719
-#define LAST_TAU 735
-#define WANTED 751
-#define OVER 767
-#define IGNORED 783
-#define JUMPS 799
-#define JUMPED 815
-#define DEAD 831
-#define BROKEN 847
-#define PARTED 863
-#define WRONG 879
-#define FIRST 895
-#define PARTED_TICKS 911
-#define LAST 927
-#define STILL 943
-#define MOTOR_THEN 959
-#define OFF_TICKS 975
-#define BIAS 991
-#define REFUSED_TICKS 1007
-#define HELD 1023
-#define Q_SEEN 1039
-#define V_SEEN 1055
-#define V_FILTER 1071
-#define Q_FILTER 1087
-#define FAULTY 1103
-#define KEPT_TICKS 1119
-#define KEPT_SHARE 1135
-#define KEPT_CHANCE 1151
-#define KEPT_SEEN 1167
-#define TURNS 1183
-#define Q_KEPT 1199
-#define MOTOR_KEPT 1215
-#define TORQUE_KEPT 1231
-#define CHANGE_BEFORE 1247
-#define USED 1263
-#define TOLD 3311
-#define BEFORE 5359
-#define MOTOR_BEFORE 5999
-#define SIZE 6639
+#define CAME 35
+#define SEQUENCE_IN 36
+#define T_IN 37
+#define NOW 38
+#define IN_CURRENT 39
+#define HAS_MOTOR 40
+#define SPOKE 41
+#define ANSWERS 42
+#define VALID_UNTIL 43
+#define STOP 44
+#define SINCE_STOP 45
+#define WITHOUT_MODEL 46
+#define CLIPPED 47
+#define LEVEL 48
+#define LEVEL_WANTED 49
+#define LEVEL_STEP 50
+#define LEVEL_MOVES 51
+#define DRIVEN 52
+#define ENERGY 53
+#define IN_WALL 54
+#define SEQUENCE 55
+#define T_USED 56
+#define DROPPED 57
+#define USABLE 58
+#define USED_AT 59
+#define TOLD_AT 60
+#define TOLD_COUNT 61
+#define BEFORE_AT 62
+#define BEFORE_COUNT 63
+#define SPEED_T 64
+#define HAS_SPEED 65
+#define BRIDGES 66
+#define SAFE_STATE 67
+#define MACHINE_MISSES 68
+#define CONTROL_MISSES 81
+#define _FIELDS 94
+#define TORQUE_MAX 94
+#define DAMPING 110
+#define ACTIVE 126
+#define LEAST_ACTIVE 142
+#define LOWER 158
+#define UPPER 174
+#define FREE_LOWER 190
+#define FREE_UPPER 206
+#define DRY 222
+#define VISCOUS 238
+#define ERROR 254
+#define REACH 270
+#define SLACK 286
+#define LEAST_WAY 302
+#define GAIN 318
+#define Q_IN 334
+#define CURRENT_IN 350
+#define TAU_IN 366
+#define Q_MOTOR_IN 382
+#define FAULTY_IN 398
+#define ANSWER_IN 414
+#define DESIRED 430
+#define Q_GIVEN 446
+#define V_GIVEN 462
+#define TAU 478
+#define TAU_AT_STOP 494
+#define ISOLATED 510
+#define POWERLESS 526
+#define Q 542
+#define V 558
+#define KNOWN 574
+#define SLOPE 590
+#define AHEAD 606
+#define CARRIED 622
+#define FRICTION 638
+#define LOW 654
+#define HIGH 670
+#define LAST_TAU 686
+#define WANTED 702
+#define OVER 718
+#define IGNORED 734
+#define JUMPS 750
+#define JUMPED 766
+#define DEAD 782
+#define BROKEN 798
+#define PARTED 814
+#define WRONG 830
+#define FIRST 846
+#define PARTED_TICKS 862
+#define LAST 878
+#define STILL 894
+#define MOTOR_THEN 910
+#define OFF_TICKS 926
+#define BIAS 942
+#define REFUSED_TICKS 958
+#define HELD 974
+#define Q_SEEN 990
+#define V_SEEN 1006
+#define V_FILTER 1022
+#define Q_FILTER 1038
+#define FAULTY 1054
+#define KEPT_TICKS 1070
+#define KEPT_SHARE 1086
+#define KEPT_CHANCE 1102
+#define KEPT_SEEN 1118
+#define TURNS 1134
+#define Q_KEPT 1150
+#define MOTOR_KEPT 1166
+#define TORQUE_KEPT 1182
+#define CHANGE_BEFORE 1198
+#define USED 1214
+#define TOLD 3262
+#define BEFORE 5310
+#define MOTOR_BEFORE 5950
+#define SIZE 6590
 #define NOT_FINITE 1
 #define TOO_FAST 2
 #define NO_MEASUREMENT 3
@@ -182,7 +178,6 @@ const long long guard_source = 2266994378;
 #define GRAVITY_LEVEL_MAX 1.8
 #define SHARE_MAX 1.3
 #define MARGIN_NM 3.0
-#define HAND_WIDTH_M_S 0.3
 #define WALL_AHEAD_S 0.1
 #define AGE_MAX_S 0.003
 #define JUMPS_MAX 3.0
@@ -230,7 +225,7 @@ void guard_descend(double *restrict r);
 double guard_brake(double *restrict r, long j);
 void guard_bound_and_brake(double *restrict r, int brakes);
 int guard_limit_rate(double *restrict r);
-double guard_follow(double *restrict r, double fastest);
+void guard_follow(double *restrict r, double fastest);
 void guard_limit(double *restrict r, double *restrict w);
 void guard_take_in(double *restrict r);
 void guard_ignore_isolated(double *restrict r, long slots);
@@ -480,6 +475,8 @@ void guard_derive(double *restrict w, long value, long pull, long run, long runs
     double two;
     double three;
     double four;
+    double first;
+    double second;
     const long t1 = runs;
     for (back = 0; back < t1; back += 1) {
         i = ((runs - 1) - back);
@@ -513,8 +510,12 @@ void guard_derive(double *restrict w, long value, long pull, long run, long runs
             b += (two * w[(((value + parent) + k) + 1)]);
             c += (three * w[((value + parent) + k)]);
             d += (four * w[(((value + parent) + k) + 1)]);
-            w[((pull + parent) + k)] += ((one * even) + (three * odd));
-            w[(((pull + parent) + k) + 1)] += ((two * even) + (four * odd));
+            first = (w[((pull + parent) + k)] + ((one * even) + (three * odd)));
+            second = (w[(((pull + parent) + k) + 1)] + ((two * even) + (four * odd)));
+            const double t13 = first;
+            const double t14 = second;
+            w[((pull + parent) + k)] = t13;
+            w[(((pull + parent) + k) + 1)] = t14;
         }
         w[(pull + cosine)] += (a + b);
         w[((pull + cosine) + 1)] += (c + d);
@@ -671,6 +672,7 @@ void guard_afford(double *restrict r)
 {
     double needed;
     long j;
+    double has;
     guard_price(r, KNOWN);
     needed = 0.0;
     const long t1 = (long)(r[N]);
@@ -680,8 +682,9 @@ void guard_afford(double *restrict r)
         }
     }
     needed /= (2.0 * r[RATE]);
-    if ((needed > guard_most(0.0, r[ENERGY]))) {
-        guard_give_back(r, KNOWN, (1.0 - sqrt((guard_most(0.0, r[ENERGY]) / needed))));
+    has = guard_most(0.0, r[ENERGY]);
+    if ((needed > has)) {
+        guard_give_back(r, KNOWN, (1.0 - sqrt((has / needed))));
     }
 }
 
@@ -828,11 +831,13 @@ void guard_descend(double *restrict r)
 {
     double share;
     long j;
+    int is_dropped;
     r[SINCE_STOP] += r[DT];
     share = guard_most(0.0, (1.0 - (r[SINCE_STOP] / r[DESCENT_S])));
     const long t1 = (long)(r[N]);
     for (j = 0; j < t1; j += 1) {
-        r[(WANTED + j)] = (((r[WITHOUT_MODEL] != 0.0) || (r[(POWERLESS + j)] != 0.0)) ? 0.0 : (r[(TAU_AT_STOP + j)] * share));
+        is_dropped = ((r[WITHOUT_MODEL] != 0.0) || (r[(POWERLESS + j)] != 0.0));
+        r[(WANTED + j)] = (is_dropped ? 0.0 : (r[(TAU_AT_STOP + j)] * share));
     }
 }
 
@@ -846,7 +851,7 @@ double guard_brake(double *restrict r, long j)
     }
     speed = guard_most((fabs(v) - r[V_DAMPING]), 0.0);
     if ((r[WORN] != 0.0)) {
-        speed = guard_most(speed, (guard_most(((v > 0.0) ? guard_into_upper(r, j) : guard_into_lower(r, j)), r[(HURRY + j)]) * fabs(v)));
+        speed = guard_most(speed, (((v > 0.0) ? guard_into_upper(r, j) : guard_into_lower(r, j)) * fabs(v)));
     }
     return copysign((r[(DAMPING + j)] * speed), v);
 }
@@ -894,15 +899,11 @@ int guard_limit_rate(double *restrict r)
     return is_clipped;
 }
 
-double guard_follow(double *restrict r, double fastest)
+void guard_follow(double *restrict r, double fastest)
 {
-    double largest;
     long j;
     double speed;
     double slope;
-    double hand;
-    long k;
-    largest = 0.0;
     const long t1 = (long)(r[N]);
     for (j = 0; j < t1; j += 1) {
         speed = ((fastest <= V_CREDIBLE_RAD_S) ? r[(V + j)] : 0.0);
@@ -912,17 +913,6 @@ double guard_follow(double *restrict r, double fastest)
         r[(SLOPE + j)] = t2;
         r[(KNOWN + j)] = t3;
     }
-    const long t4 = (long)(r[N]);
-    for (j = 0; j < t4; j += 1) {
-        hand = 0.0;
-        const long t5 = (long)(r[N]);
-        for (k = 0; k < t5; k += 1) {
-            hand += ((r[(LIMB + k)] == r[(LIMB + j)]) ? (r[(LENGTH + k)] * fabs(r[(KNOWN + k)])) : 0.0);
-        }
-        r[(HURRY + j)] = ((r[DRIVEN] == 0.0) ? guard_within(((hand - r[HAND_MAX]) / HAND_WIDTH_M_S), 0.0, 1.0) : 0.0);
-        largest = guard_most(largest, r[(HURRY + j)]);
-    }
-    return largest;
 }
 
 void guard_limit(double *restrict r, double *restrict w)
@@ -931,7 +921,6 @@ void guard_limit(double *restrict r, double *restrict w)
     int worn;
     double fastest;
     long j;
-    double hurry;
     int is_clipped;
     guard_believe(r);
     const long t1 = (long)(r[N]);
@@ -944,7 +933,7 @@ void guard_limit(double *restrict r, double *restrict w)
     for (j = 0; j < t4; j += 1) {
         fastest = guard_most(fastest, fabs(r[(V + j)]));
     }
-    hurry = guard_follow(r, fastest);
+    guard_follow(r, fastest);
     if (worn) {
         guard_look(r, w);
     }
@@ -957,7 +946,7 @@ void guard_limit(double *restrict r, double *restrict w)
             r[(WANTED + j)] = r[(DESIRED + j)];
         }
     }
-    guard_bound_and_brake(r, ((r[STOP] != 0.0) || (fastest > r[V_DAMPING]) || (hurry > 0.0) || (worn && (r[IN_WALL] != 0.0))));
+    guard_bound_and_brake(r, ((r[STOP] != 0.0) || (fastest > r[V_DAMPING]) || (worn && (r[IN_WALL] != 0.0))));
     if (worn) {
         guard_spare(r, 0.0);
         guard_spare(r, 1.0);
@@ -1309,11 +1298,13 @@ double guard_off_lately(double *restrict r, long j, double tau, long ticks)
 
 void guard_tell(double *restrict r)
 {
+    long slots;
     long at;
     long j;
-    at = modulo(((long)(r[TOLD_AT]) + 1), (long)(r[SLOWEST]));
+    slots = (long)(r[SLOWEST]);
+    at = modulo(((long)(r[TOLD_AT]) + 1), slots);
     const long t1 = at;
-    const double t2 = guard_least((r[TOLD_COUNT] + 1.0), r[SLOWEST]);
+    const double t2 = guard_least((r[TOLD_COUNT] + 1.0), (double)(slots));
     r[TOLD_AT] = t1;
     r[TOLD_COUNT] = t2;
     const long t3 = (long)(r[N]);
@@ -1362,14 +1353,12 @@ int guard_misses_too_many(double *restrict r, long at, int is_missed)
         return 0;
     }
     newest = modulo(((long)(r[(at + 1)]) + 1), MISSES);
-    const long t1 = newest;
-    const double t2 = r[at];
-    r[(at + 1)] = t1;
-    r[((at + 2) + newest)] = t2;
+    r[(at + 1)] = newest;
+    r[((at + 2) + newest)] = r[at];
     in_window = 0;
     in_second = 0;
-    const long t3 = MISSES;
-    for (k = 0; k < t3; k += 1) {
+    const long t1 = MISSES;
+    for (k = 0; k < t1; k += 1) {
         ago = (r[at] - r[((at + 2) + k)]);
         in_window += ((ago < r[WINDOW]) ? 1 : 0);
         in_second += ((ago < r[SECOND]) ? 1 : 0);

@@ -32,32 +32,32 @@ MISSES = 11
     N, DT, RATE, V_DAMPING, V_TRIP, DESCENT_S, WORN, WALL, PAST_STOP, V_TRIP_PERSON, TANK_START, TANK_MAX, PATH_W,
     DRIVEN_W, DRIVEN_J, WAY, MOVING, USED_SLOTS, COMPARES, BY_GAIN, LATELY, SLOWEST, IN_A_ROW, SPEED, STILL_MOST,
     BIAS_SHARE, REFUSED_MOST, LEAST_OPPOSITE, WINDOW, IN_WINDOW, SECOND, FROZEN_MOST, FROZEN_JOINT, NOISE_STEP,
-    POWER_MAX, HAND_MAX,
-) = range(36)  # fmt: skip
+    POWER_MAX,
+) = range(35)  # fmt: skip
 
 # Input of a tick: from the machine, then from control.
-CAME, SEQUENCE_IN, T_IN, NOW, IN_CURRENT, HAS_MOTOR, SPOKE, ANSWERS, VALID_UNTIL = range(36, 45)
+CAME, SEQUENCE_IN, T_IN, NOW, IN_CURRENT, HAS_MOTOR, SPOKE, ANSWERS, VALID_UNTIL = range(35, 44)
 
 # State of the guard.
 (
     STOP, SINCE_STOP, WITHOUT_MODEL, CLIPPED, LEVEL, LEVEL_WANTED, LEVEL_STEP, LEVEL_MOVES, DRIVEN, ENERGY, IN_WALL,
     SEQUENCE, T_USED, DROPPED, USABLE, USED_AT, TOLD_AT, TOLD_COUNT, BEFORE_AT, BEFORE_COUNT, SPEED_T,
     HAS_SPEED, BRIDGES, SAFE_STATE,
-) = range(45, 69)  # fmt: skip
-MACHINE_MISSES, CONTROL_MISSES = 69, 69 + 2 + MISSES
+) = range(44, 68)  # fmt: skip
+MACHINE_MISSES, CONTROL_MISSES = 68, 68 + 2 + MISSES
 """Missed ticks: number of the tick, place of the newest miss, and the ticks of the last misses."""
 
 _FIELDS = CONTROL_MISSES + 2 + MISSES
 (
     TORQUE_MAX, DAMPING, ACTIVE, LEAST_ACTIVE, LOWER, UPPER, FREE_LOWER, FREE_UPPER, DRY, VISCOUS, ERROR, REACH, SLACK,
-    LEAST_WAY, GAIN, LIMB, LENGTH, HURRY,
+    LEAST_WAY, GAIN,
     Q_IN, CURRENT_IN, TAU_IN, Q_MOTOR_IN, FAULTY_IN, ANSWER_IN, DESIRED, Q_GIVEN, V_GIVEN,
     TAU, TAU_AT_STOP, ISOLATED, POWERLESS, Q, V, KNOWN, SLOPE, AHEAD, CARRIED, FRICTION, LOW, HIGH, LAST_TAU, WANTED, OVER,
     IGNORED, JUMPS, JUMPED, DEAD, BROKEN, PARTED, WRONG, FIRST, PARTED_TICKS, LAST, STILL, MOTOR_THEN, OFF_TICKS, BIAS,
     REFUSED_TICKS, HELD, Q_SEEN, V_SEEN, V_FILTER, Q_FILTER, FAULTY,
     KEPT_TICKS, KEPT_SHARE, KEPT_CHANCE, KEPT_SEEN, TURNS, Q_KEPT, MOTOR_KEPT, TORQUE_KEPT, CHANGE_BEFORE,
-) = range(_FIELDS, _FIELDS + 73 * JOINTS, JOINTS)  # fmt: skip
-USED = _FIELDS + 73 * JOINTS
+) = range(_FIELDS, _FIELDS + 70 * JOINTS, JOINTS)  # fmt: skip
+USED = _FIELDS + 70 * JOINTS
 """Ring of the last used positions [rad]."""
 TOLD = USED + SLOTS * JOINTS
 """Ring of the last commanded torques [N·m]."""
@@ -80,8 +80,6 @@ GRAVITY_LEVEL_MAX = 1.8
 """Gravity level in the pull-up of a parabolic flight [-]; the arm is then pushed down with 0.8 of its weight."""
 SHARE_MAX, MARGIN_NM = 1.3, 3.0
 """Largest torque as a multiple of the plausible one [-], and torque beyond that and friction [N·m]."""
-HAND_WIDTH_M_S = 0.3
-"""Speed of the hand beyond its limit at which braking is complete [m/s]."""
 WALL_AHEAD_S = 0.1
 """Time ahead for which a wall acts on the predicted joint position [s]. Torque needs this time to turn into braking."""
 AGE_MAX_S = 0.003
@@ -247,8 +245,9 @@ def derive(w: Record, value: int, pull: int, run: int, runs: int) -> None:
             b += two * w[value + parent + k + 1]
             c += three * w[value + parent + k]
             d += four * w[value + parent + k + 1]
-            w[pull + parent + k] += one * even + three * odd
-            w[pull + parent + k + 1] += two * even + four * odd
+            first = w[pull + parent + k] + (one * even + three * odd)
+            second = w[pull + parent + k + 1] + (two * even + four * odd)
+            w[pull + parent + k], w[pull + parent + k + 1] = first, second
         w[pull + cosine] += a + b
         w[pull + cosine + 1] += c + d
 
@@ -369,8 +368,9 @@ def afford(r: Record) -> None:
             needed += r[OVER + j] * r[OVER + j] * abs(r[KNOWN + j])
     needed /= 2.0 * r[RATE]
     # In this order an energy that is not a number counts as an empty tank.
-    if needed > most(0.0, r[ENERGY]):
-        give_back(r, KNOWN, 1.0 - math.sqrt(most(0.0, r[ENERGY]) / needed))
+    has = most(0.0, r[ENERGY])
+    if needed > has:
+        give_back(r, KNOWN, 1.0 - math.sqrt(has / needed))
 
 
 def pay(r: Record) -> None:
@@ -461,21 +461,21 @@ def descend(r: Record) -> None:
     r[SINCE_STOP] += r[DT]
     share = most(0.0, 1.0 - r[SINCE_STOP] / r[DESCENT_S])
     for j in range(int(r[N])):
-        r[WANTED + j] = 0.0 if r[WITHOUT_MODEL] != 0.0 or r[POWERLESS + j] != 0.0 else r[TAU_AT_STOP + j] * share
+        is_dropped = r[WITHOUT_MODEL] != 0.0 or r[POWERLESS + j] != 0.0
+        r[WANTED + j] = 0.0 if is_dropped else r[TAU_AT_STOP + j] * share
 
 
 def brake(r: Record, j: int) -> float:
     """Damping torque of one joint [N·m].
 
-    In a descent it damps all motion. Otherwise it damps speed beyond the limit of joint or hand, and motion into the
-    wall before a stop.
+    In a descent it damps all motion. Otherwise it damps speed beyond the limit, and motion into the wall before a stop.
     """
     v = r[V + j]
     if r[STOP] != 0.0:
         return (WITHOUT_MODEL_SHARE if r[WITHOUT_MODEL] != 0.0 else 1.0) * r[DAMPING + j] * v
     speed = most(abs(v) - r[V_DAMPING], 0.0)
     if r[WORN] != 0.0:
-        speed = most(speed, most(into_upper(r, j) if v > 0.0 else into_lower(r, j), r[HURRY + j]) * abs(v))
+        speed = most(speed, (into_upper(r, j) if v > 0.0 else into_lower(r, j)) * abs(v))
     return math.copysign(r[DAMPING + j] * speed, v)
 
 
@@ -503,26 +503,14 @@ def limit_rate(r: Record) -> bool:
     return is_clipped
 
 
-def follow(r: Record, fastest: float) -> float:
-    """Update the speeds in use and their slope; return the largest excess of a hand's speed.
-
-    No hand is faster than the sum of its joints' speeds, each times the length from the joint to the hand. The excess
-    is 0 at the limit and 1 where braking is complete [-].
-    """
-    largest = 0.0
+def follow(r: Record, fastest: float) -> None:
+    """Update the speeds in use and their slope."""
     for j in range(int(r[N])):
         # Friction at an incredible speed would lift every bound, and its power would empty the tank for good.
         speed = r[V + j] if fastest <= V_CREDIBLE_RAD_S else 0.0
         slope = r[SLOPE + j] + ((speed - r[KNOWN + j]) - r[DT] * r[SLOPE + j]) / (SPEED_FILTER_S + r[DT])
         # An isolated joint counts as standing still from one tick to the next; that is no deceleration.
         r[SLOPE + j], r[KNOWN + j] = slope if r[ISOLATED + j] == 0.0 else 0.0, speed
-    for j in range(int(r[N])):
-        hand = 0.0
-        for k in range(int(r[N])):
-            hand += r[LENGTH + k] * abs(r[KNOWN + k]) if r[LIMB + k] == r[LIMB + j] else 0.0
-        r[HURRY + j] = within((hand - r[HAND_MAX]) / HAND_WIDTH_M_S, 0.0, 1.0) if r[DRIVEN] == 0.0 else 0.0
-        largest = most(largest, r[HURRY + j])
-    return largest
 
 
 def limit(r: Record, w: Record) -> None:
@@ -531,7 +519,7 @@ def limit(r: Record, w: Record) -> None:
     n, worn, fastest = int(r[N]), r[WORN] != 0.0, 0.0
     for j in range(n):
         fastest = most(fastest, abs(r[V + j]))
-    hurry = follow(r, fastest)
+    follow(r, fastest)
     if worn:
         look(r, w)
     watch(r, fastest)
@@ -540,7 +528,7 @@ def limit(r: Record, w: Record) -> None:
     else:
         for j in range(n):
             r[WANTED + j] = r[DESIRED + j]
-    bound_and_brake(r, r[STOP] != 0.0 or fastest > r[V_DAMPING] or hurry > 0.0 or (worn and r[IN_WALL] != 0.0))
+    bound_and_brake(r, r[STOP] != 0.0 or fastest > r[V_DAMPING] or (worn and r[IN_WALL] != 0.0))
     if worn:
         spare(r, 0.0)
         spare(r, 1.0)
@@ -743,8 +731,9 @@ def off_lately(r: Record, j: int, tau: float, ticks: int) -> float:
 
 def tell(r: Record) -> None:
     """Record the torque that goes out."""
-    at = (int(r[TOLD_AT]) + 1) % int(r[SLOWEST])
-    r[TOLD_AT], r[TOLD_COUNT] = at, least(r[TOLD_COUNT] + 1.0, r[SLOWEST])
+    slots = int(r[SLOWEST])
+    at = (int(r[TOLD_AT]) + 1) % slots
+    r[TOLD_AT], r[TOLD_COUNT] = at, least(r[TOLD_COUNT] + 1.0, float(slots))
     for j in range(int(r[N])):
         r[TOLD + at * JOINTS + j] = r[TAU + j]
 
@@ -777,7 +766,8 @@ def misses_too_many(r: Record, at: int, is_missed: bool) -> bool:
     if not is_missed:
         return False
     newest = (int(r[at + 1]) + 1) % MISSES
-    r[at + 1], r[at + 2 + newest] = newest, r[at]
+    r[at + 1] = newest
+    r[at + 2 + newest] = r[at]
     in_window = in_second = 0
     for k in range(MISSES):
         ago = r[at] - r[at + 2 + k]
