@@ -92,8 +92,7 @@ def read_act(message: Mapping[str, Any]) -> ControllerAct:
         KeyError: The message is not a command.
     """
     kind = ACTS[message["act"]]
-    values: dict[str, Any] = {one.name: message[one.name] for one in fields(kind) if one.init and one.name != "by_slope"}
-    if kind is PublishParameters:
-        values["by_slope"] = message.get("by_slope", False)
+    former = {"by_slope": False}  # recordings of before do not have this field
+    values: dict[str, Any] = {one.name: {**former, **message}[one.name] for one in fields(kind) if one.init}
     values |= {name: np.array(values[name]) for name in ("x", "q") if name in values}
     return kind(**values)

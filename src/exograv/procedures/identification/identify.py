@@ -128,8 +128,8 @@ def identify_arm(
 
 
 IMPLAUSIBLE = (
-    "The identified arm is refused: its weight is implausible for the stated height and weight, or it fits the cuffs in "
-    "no posture. Check both, and the calibration; then repeat the identification."
+    "The identified arm is refused: its weight is implausible for the stated height and weight, or it fits the cuffs "
+    "in no posture. Check both, and the calibration; then repeat the identification."
 )
 
 
