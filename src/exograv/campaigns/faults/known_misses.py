@@ -34,9 +34,8 @@ _MISSES = (
         "F29",
         Measure.POWER,
         40.0,
-        "A joint that bounces off turns back faster than its braking torque can fade at 150 N·m/s. A joint that was too "
-        "fast gets no torque any more, and the arm's own weight then counts as power. Faster drives, or a brake by the "
-        "drive in place of torque, would avoid the first.",
+        "A joint that bounces off turns back faster than its braking torque can fade at 150 N·m/s. A joint that was "
+        "too fast gets no torque any more, and the arm's own weight then counts as power.",
     ),
     KnownMiss("F28", Measure.TIME, None, _WEIGHT),
     KnownMiss("F28", Measure.DRIFT, None, _WEIGHT),
