@@ -6,7 +6,7 @@ static inline long modulo(long a, long b) { long rest = a % b; return rest < 0 ?
 static inline long smaller(long a, long b) { return b < a ? b : a; }
 
 /* Check sum of core.py: a library that was made from another source is not used. */
-const long long guard_source = 2028584285;
+const long long guard_source = 1494329100;
 
 #define JOINTS 16
 #define SLOTS 128
@@ -641,19 +641,23 @@ void guard_spare(double *restrict r, double ahead)
     long j;
     double ahead_s;
     double power;
+    double allowed;
     const long t1 = (long)(r[N]);
     for (j = 0; j < t1; j += 1) {
         ahead_s = (ahead * (SPEED_FILTER_S + (fabs((r[(TAU + j)] - r[(CARRIED + j)])) / r[RATE])));
         r[(AHEAD + j)] = (r[(KNOWN + j)] + (ahead_s * r[(SLOPE + j)]));
     }
     guard_price(r, AHEAD);
-    power = 0.0;
-    const long t2 = (long)(r[N]);
-    for (j = 0; j < t2; j += 1) {
+    const double t2 = 0.0;
+    const double t3 = guard_most(0.0, r[POWER_MAX]);
+    power = t2;
+    allowed = t3;
+    const long t4 = (long)(r[N]);
+    for (j = 0; j < t4; j += 1) {
         power += guard_most(0.0, (r[(OVER + j)] * r[(AHEAD + j)]));
     }
-    if ((power > r[POWER_MAX])) {
-        guard_give_back(r, AHEAD, (1.0 - (r[POWER_MAX] / power)));
+    if ((power > allowed)) {
+        guard_give_back(r, AHEAD, (1.0 - (allowed / power)));
     }
 }
 

@@ -340,11 +340,11 @@ def spare(r: Record, ahead: float) -> None:
         ahead_s = ahead * (SPEED_FILTER_S + abs(r[TAU + j] - r[CARRIED + j]) / r[RATE])
         r[AHEAD + j] = r[KNOWN + j] + ahead_s * r[SLOPE + j]
     price(r, AHEAD)
-    power = 0.0
+    power, allowed = 0.0, most(0.0, r[POWER_MAX])
     for j in range(int(r[N])):
         power += most(0.0, r[OVER + j] * r[AHEAD + j])
-    if power > r[POWER_MAX]:
-        give_back(r, AHEAD, 1.0 - r[POWER_MAX] / power)
+    if power > allowed:
+        give_back(r, AHEAD, 1.0 - allowed / power)
 
 
 def give_back(r: Record, speed: int, share: float) -> None:
