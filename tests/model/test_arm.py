@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from exograv.dynamics.loop_torque import GRAVITY
 from exograv.dynamics.rnea import rnea
 from exograv.model.anthropometry import Body
-from exograv.model.arm import GRIP_SHARE_OF_HAND, Arm, build_arm, held_weight, translation_of_parameters
+from exograv.model.arm import GRIP_SHARE_OF_HAND, Arm, build_arm, held_weight, is_plausible, translation_of_parameters
 from exograv.model.kinematics import body_poses, frame_pose
 from exograv.model.rig_settings import ArmKind, ArmSide
 from exograv.model.tree import inertial_parameters, is_physical
@@ -203,3 +203,12 @@ def test_a_weight_in_a_hand_of_its_own_adds_to_that_hand_alone():
     both = held_weight(build_arm(PERSON, "right", "left"), 2.0)
     assert both[10] == 2.0
     assert not both[20:].any()
+
+
+@pytest.mark.parametrize("share", [0.39, 1.61])
+def test_an_arm_outside_the_plausible_share_of_the_table_is_implausible(share: float):
+    arm = build_arm(PERSON, "right", "left")
+    assert is_plausible(arm, arm.phi)
+    one = arm.phi.copy()
+    one[: len(one) // 2] *= share  # the weight of one arm must not hide behind the other
+    assert not is_plausible(arm, one)

@@ -119,6 +119,7 @@ def draw_machines(rng: np.random.Generator, machines: int, joints: int) -> Machi
         path=rng.choice([0.0, 0.0, 2.0], each),
         tank_start=tank_max * rng.uniform(0.1, 1.0, each),
         tank_max=tank_max,
+        power=rng.choice([np.inf, 10.0, 0.5], each),
     )
 
 
@@ -233,6 +234,7 @@ def first_envelope(m: Machines, k: int, library: Library | None = LIBRARY) -> En
         angles = {"wall_rad": float(m.wall[k]), "trip_rad": float(m.trip[k])}
         angles |= {"v_trip_rad_s": float(m.own_trip[k]), "path_W": float(m.path[k])}
         tank = {"tank_start_J": float(m.tank_start[k]), "tank_max_J": float(m.tank_max[k])}
+        tank |= {"power_max_W": float(m.power[k])}
         envelope.person = GuardedPerson(PersonLimits(table, m.active[k], m.lower[k], m.upper[k], **angles, **tank))
     return envelope
 

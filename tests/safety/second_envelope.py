@@ -46,6 +46,8 @@ class Machines:
     """Power on a path."""
     tank_start: np.ndarray
     tank_max: np.ndarray
+    power: np.ndarray
+    """Largest power into the person; infinite without a limit."""
 
 
 @dataclass
@@ -101,6 +103,7 @@ class SecondEnvelope:
         self.tau_at_stop = np.zeros(shape)
         self.q = np.zeros(shape)
         self.energy = machines.tank_start.copy()
+        self.v_before, self.slope = np.zeros(shape), np.zeros(shape)
         self.clipped = np.zeros(shape[0], dtype=int)
 
     @property
@@ -127,7 +130,7 @@ class SecondEnvelope:
 
     def limit(self, tau: np.ndarray, q: np.ndarray, v: np.ndarray, level: np.ndarray) -> np.ndarray:
         """Torque (machine, joint) that may go out."""
-        m = self.m
+        m, distrusted = self.m, self.isolated.copy()
         v, q = np.where(self.isolated, 0.0, v), np.where(self.isolated, self.q, q)
         knows_q, knows_v = ~any_joint(~np.isfinite(q)), ~any_joint(~np.isfinite(v))
         self.q = np.where(knows_q[:, None], q, self.q)
@@ -143,6 +146,10 @@ class SecondEnvelope:
         # No joint is that fast, so the person's bounds and the tank are then those at rest.
         credible = np.where(any_joint(np.abs(v) > 1e3)[:, None], 0.0, v)
         self.soon = self.q + 0.1 * credible
+        # Forward difference through a low-pass filter of 8 ms, without the joints that were distrusted before.
+        change = credible - self.v_before - m.period[:, None] * self.slope
+        self.slope = np.where(distrusted, 0.0, self.slope + change / (0.008 + m.period)[:, None])
+        self.v_before = credible
         asked, brake = np.where(self.stopped[:, None], self._descent(), tau), self._brake(v)
         v, wanted = credible, asked + brake
         bounded = np.where(m.worn[:, None], self._for_the_person(asked, brake, v, level), wanted)
@@ -192,11 +199,21 @@ class SecondEnvelope:
         upper, lower = self._depth()
         tau = np.clip(tau, (1.0 - lower) * low + lower * p, (1.0 - upper) * high + upper * p)
         tau = np.clip(tau + brake, low, high)
+        tau = self._within_power(tau, v)
+        # After the reaction of the filter and the fading of the excess, each joint has another speed.
+        later = 0.008 + np.abs(tau - self.carried) / m.rate[:, None]
+        tau = self._within_power(tau, v + self.slope * later)
         driving = np.maximum(self._over(tau, v), 0.0)
         needed = (driving**2 * np.abs(v)).sum(axis=1) / (2.0 * m.rate)
         has = np.maximum(self.energy, 0.0)
         kept = np.where(needed > self.energy, np.sqrt(has / np.where(needed > 0.0, needed, 1.0)), 1.0)
         return tau - np.sign(v) * (1.0 - kept)[:, None] * driving
+
+    def _within_power(self, tau: np.ndarray, v: np.ndarray) -> np.ndarray:
+        driving = np.maximum(self._over(tau, v), 0.0)
+        power = (driving * np.abs(v)).sum(axis=1)
+        share = np.minimum(1.0, self.m.power / np.where(power > 0.0, power, 1e-300))
+        return tau - np.sign(v) * driving * (1.0 - share)[:, None]
 
     def _over(self, tau: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Torque in the direction of motion, beyond carrying and friction; negative when it brakes."""

@@ -12,6 +12,7 @@ from hypothesis.extra.numpy import arrays
 from exograv.errors import ConfigError
 from exograv.safety.envelope import Envelope
 from exograv.safety.limits import Limits, PersonLimits
+from exograv.safety.native import core
 from exograv.safety.native.core import MARGIN_NM, SHARE_MAX, V_CREDIBLE_RAD_S, WALL_AHEAD_S
 from exograv.safety.person import GuardedPerson
 from exograv.safety.plausible import LimbTable, PlausibleTable
@@ -383,3 +384,30 @@ def test_the_friction_of_a_joint_counts_up_to_the_greatest_credible_speed_and_no
         assert envelope.person is not None
         most = envelope.person.bounded([1e6, 0.0])[0]
         assert most == pytest.approx(bounds(STILL, np.array([speed * counts, 0.0]))[1][0])
+
+
+def test_power_beyond_carrying_stays_within_its_limit_at_the_present_speed():
+    envelope = worn(limits=replace(LIMITS, power_max_W=1.0, tank_start_J=50.0, tank_max_J=50.0))
+    v = np.full(len(LIMITS.q_lower), 1.5)
+    q = 0.5 * (LIMITS.q_lower + LIMITS.q_upper)
+    for _ in range(200):
+        tau = envelope.limit(np.full_like(v, 20.0), q, v)
+    record = envelope.record
+    over = np.maximum(tau - record.of(core.CARRIED) - record.of(core.FRICTION), 0.0)
+    assert over @ v == pytest.approx(1.0)
+
+
+def test_braking_fades_before_a_joint_turns_back():
+    """Torque in the direction of motion after a rebound, with and without the limit of power."""
+
+    def torque_after_rebound(power_max_W: float) -> float:
+        machine = replace(MACHINE, torque_rate_max_Nm_per_s=150.0)
+        envelope = worn(limits=replace(LIMITS, power_max_W=power_max_W), machine=machine)
+        q = 0.5 * (LIMITS.q_lower + LIMITS.q_upper)
+        for speed in [*[3.9] * 200, *np.linspace(3.9, -3.9, 20)]:
+            v = np.zeros_like(q)
+            v[0] = speed
+            tau = envelope.limit(np.where(v != 0.0, -20.0, 0.0), q, v)
+        return float(envelope.record.of(core.CARRIED)[0] - tau[0])
+
+    assert torque_after_rebound(2.0) < 0.8 * torque_after_rebound(math.inf)

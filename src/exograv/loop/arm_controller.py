@@ -21,7 +21,7 @@ from exograv.control.native_law import NativeLaw
 from exograv.control.tick import ControlMode, Tick
 from exograv.dynamics import parameters
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.model.arm import WeightPlace, held_weight
+from exograv.model.arm import WeightPlace, held_weight, is_plausible
 from exograv.model.assembly import Assembly
 from exograv.model.description import ArmSide
 from exograv.model.kinematics import body_poses, frame_pose
@@ -114,21 +114,33 @@ class ArmController:
         """Search the arm's posture with a cold start in the next step. Needed after a gap in the measurements."""
         self._tick.forget()
 
-    def publish(self, x: parameters.Parameters, q: Joints) -> bool:
+    def publish(self, x: parameters.Parameters, q: Joints, by_slope: bool = True) -> bool:
         """Publish new parameters. They fade in so slowly that the torque at `q` [rad] changes within its rate limit.
+
+        Args:
+            x: New parameters.
+            q: Present joint positions [rad].
+            by_slope: False replays a recording of before: implausible arms are taken, and the ramp is planned by the
+                torques at its ends alone.
 
         Returns:
             True if the parameters are taken. Parameters of a physically impossible arm are refused; plain least squares
-            may produce them. Parameters with which the arm has no rest posture in its cuffs at `q` are refused too.
+            may produce them. Implausible arms (`is_plausible`) are refused, and parameters with which the arm has no
+            rest posture in its cuffs at `q`.
         """
         if not (np.isfinite(x).all() and all(is_physical(x[body]) for body in self._bodies)):
+            return False
+        if by_slope and not is_plausible(self.assembly.arm, x):
             return False
         wanted = self.torque_at_rest(q, x)
         is_taken = self._trial.is_closed
         if is_taken:
-            change = wanted - self.torque_at_rest(q, self.x)
-            self._handover.publish(x, float(np.abs(change).max()))
-        self.acts.append(PublishParameters(x.copy(), q.copy(), is_taken))
+            start = self.x.copy()
+            torques = [self.torque_at_rest(q, start), wanted]
+            if by_slope:
+                torques.insert(1, self.torque_at_rest(q, 0.5 * (start + x)))
+            self._handover.publish(x, steepest_change(*torques))
+        self.acts.append(PublishParameters(x.copy(), q.copy(), is_taken, by_slope))
         return is_taken
 
     def put_in_force(self, x: parameters.Parameters) -> None:
@@ -187,6 +199,19 @@ class ArmController:
         """Points to draw in the base frame [m]: of the exoskeleton, and of the arm as the controller estimates it."""
         exo, arm = self._skeleton.of(q, self._tick.z, self.x[self._fit])
         return exo.T.round(5).tolist(), arm.T.round(5).tolist()
+
+
+def steepest_change(start: Joints, *later: Joints) -> float:
+    """Largest torque change of a ramp, if all of it were as steep as its steepest part [N·m].
+
+    The torques are those at the ends, or at the ends and in the middle. Along a ramp the torque is no straight line,
+    because the arm's posture in its cuffs depends on the parameters. Through three points goes a parabola, which is
+    steepest at one of its ends.
+    """
+    if len(later) == 1:
+        return float(np.abs(later[0] - start).max())
+    first, second = later[0] - start, later[1] - later[0]
+    return float(max(np.abs(3.0 * first - second).max(), np.abs(3.0 * second - first).max()))
 
 
 def skeleton_function(assembly: Assembly) -> ca.Function:

@@ -14,6 +14,9 @@ ACTIVE_MAX_NM = {"shoulder": 8.0, "elbow": 4.0, "wrist": 1.0}
 """Torque that a weak adult can resist, in addition to carrying and friction [N·m] (docs/explanation/safety.md). The
 wrist's value is assumed."""
 
+POWER_MAX_W = 10.0
+"""Largest power into the person beyond carrying and friction (docs/explanation/safety.md)."""
+
 STOPS_GIVE_RAD = np.deg2rad(8.0)
 """Angle past a joint stop that does not count as a fault [rad]. A restless wearer with 1 kg in the hand moved 5° past
 the twin's stop (`exograv demo --rig recupera_like_qdd`, level 2, seed 0)."""
@@ -33,4 +36,4 @@ def limits_of_table(assembly: Assembly, table: PlausibleTable) -> PersonLimits:
     """Table and walls as in `person_limits`, for a table that exists already."""
     lower, upper = np.array([(joint.lower, joint.upper) for joint in assembly.exo.joints]).T
     active = np.array([ACTIVE_MAX_NM[place] for place in assembly.description.places])
-    return PersonLimits(table, active, lower, upper, trip_rad=float(STOPS_GIVE_RAD))
+    return PersonLimits(table, active, lower, upper, trip_rad=float(STOPS_GIVE_RAD), power_max_W=POWER_MAX_W)

@@ -101,6 +101,22 @@ class Arm:
         return self.limbs[0] if side is None else next(limb for limb in self.limbs if limb.side == side)
 
 
+MOMENTS_MIN, MOMENTS_MAX = 0.4, 1.6
+"""Plausible first moments of an arm, relative to those of the anthropometric table [-]
+(docs/explanation/safety.md)."""
+
+
+def is_plausible(arm: Arm, phi: Float[np.ndarray, " phi"]) -> bool:
+    """Return True if the first moments of each arm are plausible for the wearer whose table made `arm`.
+
+    The first moment of a segment is its mass times the distance of its centre of mass from its proximal joint. Only
+    first moments cause gravity torque. Further parameters after those of the segments are ignored.
+    """
+    firsts = [np.linalg.norm(one[: arm.phi.size].reshape(-1, 10)[:, 1:4], axis=1) for one in (phi, arm.phi)]
+    new, table = (one.reshape(len(arm.limbs), -1).sum(axis=1) for one in firsts)
+    return bool(((new >= MOMENTS_MIN * table) & (new <= MOMENTS_MAX * table)).all())
+
+
 def build_arm(body: Body, *sides: ArmSide, kind: ArmKind = "shoulder_elbow") -> Arm:
     """Build one or both arms of a person from the table."""
     limbs = tuple(Limb(side, kind, number, f"{side}_" if len(sides) > 1 else "") for number, side in enumerate(sides))

@@ -76,9 +76,10 @@ class PersonLimits:
     """Energy that control may put into the person beyond carrying [J].
 
     Braking and `path_W` fill the tank again.
-
-    Braking and `path_W` fill the tank again.
     """
+
+    power_max_W: float = math.inf
+    """Largest power of all joints into the person beyond carrying and friction."""
 
     path_W: float = 0.0
     driven_W: float = 0.0
@@ -91,7 +92,7 @@ class PersonLimits:
         for name, is_allowed, allowed in (
             ("wall_rad", self.wall_rad > 0.0, "above 0"),
             ("active_max_Nm", is_active.all(), "above 0, finite"),
-            ("v_trip_rad_s", self.v_trip_rad_s > 0.0, "above 0"),
+            *((name, getattr(self, name) > 0.0, "above 0") for name in ("v_trip_rad_s", "power_max_W")),
             *((name, 0.0 <= getattr(self, name) < math.inf, "0 and above, finite") for name in not_negative),
             ("tank_start_J", 0.0 < self.tank_start_J <= most_J < math.inf, f"above 0 and up to tank_max_J, {most_J}"),
         ):

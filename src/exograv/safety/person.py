@@ -12,7 +12,7 @@ from .native import core
 from .record import NO_TABLE, GuardRecord, places
 
 _SCALARS = [core.WORN, core.WALL, core.PAST_STOP, core.V_TRIP_PERSON, core.TANK_START, core.TANK_MAX, core.PATH_W]
-_SCALARS += [core.DRIVEN_W, core.DRIVEN_J, core.LEVEL, core.DRIVEN, core.ENERGY, core.IN_WALL]
+_SCALARS += [core.DRIVEN_W, core.DRIVEN_J, core.POWER_MAX, core.LEVEL, core.DRIVEN, core.ENERGY, core.IN_WALL]
 _FIELDS = [core.ACTIVE, core.LEAST_ACTIVE, core.LOWER, core.UPPER, core.FREE_LOWER, core.FREE_UPPER]
 _FIELDS += [core.DRY, core.VISCOUS, core.ERROR, core.FRICTION, core.LOW, core.HIGH]
 PLACES = np.array([*_SCALARS, *places(_FIELDS)])
@@ -41,6 +41,7 @@ class GuardedPerson:
             limits.tank_start_J,
         )
         r[core.PATH_W], r[core.DRIVEN_W], r[core.DRIVEN_J] = limits.path_W, limits.driven_W, limits.driven_J
+        r[core.POWER_MAX] = limits.power_max_W
         record.put(core.ACTIVE, limits.active_max_Nm)
         record.put(core.LEAST_ACTIVE, np.minimum(core.MARGIN_NM, limits.active_max_Nm))
         record.put(core.LOWER, limits.q_lower)

@@ -34,23 +34,11 @@ _MISSES = (
         "wearer. A force sensor at the cuff or a torque sensor at the joint would show it.",
     ),
     KnownMiss(
-        "F26",
-        Measure.TORQUE_CHANGE,
-        6.0,
-        "The ramp of a new estimate is planned from the torques at its ends. Between them the torque is no straight "
-        "line, because the arm's posture in its cuffs depends on the parameters.",
-    ),
-    KnownMiss(
-        "F26",
-        Measure.ARM_BOUND,
-        None,
-        "Nothing refuses an identified arm that is implausible; the guard bounds the torque by the person's envelope.",
-    ),
-    KnownMiss(
         "F29",
         Measure.POWER,
         40.0,
-        "The guard limits torque and speed, not their product: 8 N·m beyond carrying and friction, at up to 5 rad/s.",
+        "A joint that bounces off turns back faster than its braking torque can fade at 150 N·m/s. A joint that was "
+        "too fast gets no torque any more, and the arm's own weight then counts as power.",
     ),
     KnownMiss("F28", Measure.TIME, None, _WEIGHT),
     KnownMiss("F28", Measure.DRIFT, None, _WEIGHT),

@@ -1,34 +1,34 @@
 /* Made from the classes in record.py; do not edit. docs/explanation/realtime.md says how. */
 #pragma once
 #include <stdint.h>
-#define LAYOUT_OF_LOCK_STEP 781022320
+#define LAYOUT_OF_LOCK_STEP 3966482708
 
 #define ARMS 2
 #define RAMPS 2
 #define FINISHED 0
 #define NOT_FINITE 1
 #define DIVERGED 2
-#define GUARD_CAME 34
-#define GUARD_SEQUENCE_IN 35
-#define GUARD_T_IN 36
-#define GUARD_NOW 37
-#define GUARD_IN_CURRENT 38
-#define GUARD_HAS_MOTOR 39
-#define GUARD_SPOKE 40
-#define GUARD_ANSWERS 41
-#define GUARD_VALID_UNTIL 42
-#define GUARD_Q_IN 333
-#define GUARD_CURRENT_IN 349
-#define GUARD_TAU_IN 365
-#define GUARD_Q_MOTOR_IN 381
-#define GUARD_ANSWER_IN 413
-#define GUARD_TAU 477
-#define GUARD_ISOLATED 509
-#define GUARD_POWERLESS 525
-#define GUARD_DAMPING 109
-#define GUARD_STOP 43
-#define GUARD_USABLE 57
-#define GUARD_SAFE_STATE 66
+#define GUARD_CAME 35
+#define GUARD_SEQUENCE_IN 36
+#define GUARD_T_IN 37
+#define GUARD_NOW 38
+#define GUARD_IN_CURRENT 39
+#define GUARD_HAS_MOTOR 40
+#define GUARD_SPOKE 41
+#define GUARD_ANSWERS 42
+#define GUARD_VALID_UNTIL 43
+#define GUARD_Q_IN 334
+#define GUARD_CURRENT_IN 350
+#define GUARD_TAU_IN 366
+#define GUARD_Q_MOTOR_IN 382
+#define GUARD_ANSWER_IN 414
+#define GUARD_TAU 478
+#define GUARD_ISOLATED 510
+#define GUARD_POWERLESS 526
+#define GUARD_DAMPING 110
+#define GUARD_STOP 44
+#define GUARD_USABLE 58
+#define GUARD_SAFE_STATE 67
 #define GUARD_WITHOUT_MODEL_SHARE 2.0
 #define ROW_T 0
 #define ROW_NOW 1

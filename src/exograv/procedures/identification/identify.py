@@ -120,9 +120,17 @@ def identify_arm(
     for part in chain([path], parts):
         pilot.run(controller, part, f"Identifying the arm by '{identifier.result.method.name}'", identifier)
     result = identifier.finish(pilot.rig.read().t)
-    controller.publish(result.last.x, pilot.q)
-    worn.know(result.last.x)
+    if controller.publish(result.last.x, pilot.q):
+        worn.know(result.last.x)
+    elif pilot.recording is not None:
+        pilot.recording.write("/event", pilot.rig.read().t, {"kind": "implausible arm", "text": IMPLAUSIBLE})
     return result
+
+
+IMPLAUSIBLE = (
+    "The identified arm is refused: its weight is implausible for the stated height and weight, or it fits the cuffs "
+    "in no posture. Check both, and the calibration; then repeat the identification."
+)
 
 
 def record_skeleton(pilot: Pilot, controller: ArmController, moment: TickSample) -> None:

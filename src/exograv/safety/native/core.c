@@ -6,7 +6,7 @@ static inline long modulo(long a, long b) { long rest = a % b; return rest < 0 ?
 static inline long smaller(long a, long b) { return b < a ? b : a; }
 
 /* Check sum of core.py: a library that was made from another source is not used. */
-const long long guard_source = 145640566;
+const long long guard_source = 1494329100;
 
 #define JOINTS 16
 #define SLOTS 128
@@ -46,115 +46,118 @@ const long long guard_source = 145640566;
 #define FROZEN_MOST 31
 #define FROZEN_JOINT 32
 #define NOISE_STEP 33
-#define CAME 34
-#define SEQUENCE_IN 35
-#define T_IN 36
-#define NOW 37
-#define IN_CURRENT 38
-#define HAS_MOTOR 39
-#define SPOKE 40
-#define ANSWERS 41
-#define VALID_UNTIL 42
-#define STOP 43
-#define SINCE_STOP 44
-#define WITHOUT_MODEL 45
-#define CLIPPED 46
-#define LEVEL 47
-#define LEVEL_WANTED 48
-#define LEVEL_STEP 49
-#define LEVEL_MOVES 50
-#define DRIVEN 51
-#define ENERGY 52
-#define IN_WALL 53
-#define SEQUENCE 54
-#define T_USED 55
-#define DROPPED 56
-#define USABLE 57
-#define USED_AT 58
-#define TOLD_AT 59
-#define TOLD_COUNT 60
-#define BEFORE_AT 61
-#define BEFORE_COUNT 62
-#define SPEED_T 63
-#define HAS_SPEED 64
-#define BRIDGES 65
-#define SAFE_STATE 66
-#define MACHINE_MISSES 67
-#define CONTROL_MISSES 80
-#define _FIELDS 93
-#define TORQUE_MAX 93
-#define DAMPING 109
-#define ACTIVE 125
-#define LEAST_ACTIVE 141
-#define LOWER 157
-#define UPPER 173
-#define FREE_LOWER 189
-#define FREE_UPPER 205
-#define DRY 221
-#define VISCOUS 237
-#define ERROR 253
-#define REACH 269
-#define SLACK 285
-#define LEAST_WAY 301
-#define GAIN 317
-#define Q_IN 333
-#define CURRENT_IN 349
-#define TAU_IN 365
-#define Q_MOTOR_IN 381
-#define FAULTY_IN 397
-#define ANSWER_IN 413
-#define DESIRED 429
-#define Q_GIVEN 445
-#define V_GIVEN 461
-#define TAU 477
-#define TAU_AT_STOP 493
-#define ISOLATED 509
-#define POWERLESS 525
-#define Q 541
-#define V 557
-#define KNOWN 573
-#define CARRIED 589
-#define FRICTION 605
-#define LOW 621
-#define HIGH 637
-#define LAST_TAU 653
-#define WANTED 669
-#define OVER 685
-#define IGNORED 701
-#define JUMPS 717
-#define JUMPED 733
-#define DEAD 749
-#define BROKEN 765
-#define PARTED 781
-#define WRONG 797
-#define FIRST 813
-#define PARTED_TICKS 829
-#define LAST 845
-#define STILL 861
-#define MOTOR_THEN 877
-#define OFF_TICKS 893
-#define BIAS 909
-#define REFUSED_TICKS 925
-#define HELD 941
-#define Q_SEEN 957
-#define V_SEEN 973
-#define V_FILTER 989
-#define Q_FILTER 1005
-#define FAULTY 1021
-#define KEPT_TICKS 1037
-#define KEPT_SHARE 1053
-#define KEPT_CHANCE 1069
-#define KEPT_SEEN 1085
-#define TURNS 1101
-#define Q_KEPT 1117
-#define MOTOR_KEPT 1133
-#define TORQUE_KEPT 1149
-#define CHANGE_BEFORE 1165
-#define USED 1181
-#define TOLD 3229
-#define BEFORE 5277
-#define MOTOR_BEFORE 5917
-#define SIZE 6557
+#define POWER_MAX 34
+#define CAME 35
+#define SEQUENCE_IN 36
+#define T_IN 37
+#define NOW 38
+#define IN_CURRENT 39
+#define HAS_MOTOR 40
+#define SPOKE 41
+#define ANSWERS 42
+#define VALID_UNTIL 43
+#define STOP 44
+#define SINCE_STOP 45
+#define WITHOUT_MODEL 46
+#define CLIPPED 47
+#define LEVEL 48
+#define LEVEL_WANTED 49
+#define LEVEL_STEP 50
+#define LEVEL_MOVES 51
+#define DRIVEN 52
+#define ENERGY 53
+#define IN_WALL 54
+#define SEQUENCE 55
+#define T_USED 56
+#define DROPPED 57
+#define USABLE 58
+#define USED_AT 59
+#define TOLD_AT 60
+#define TOLD_COUNT 61
+#define BEFORE_AT 62
+#define BEFORE_COUNT 63
+#define SPEED_T 64
+#define HAS_SPEED 65
+#define BRIDGES 66
+#define SAFE_STATE 67
+#define MACHINE_MISSES 68
+#define CONTROL_MISSES 81
+#define _FIELDS 94
+#define TORQUE_MAX 94
+#define DAMPING 110
+#define ACTIVE 126
+#define LEAST_ACTIVE 142
+#define LOWER 158
+#define UPPER 174
+#define FREE_LOWER 190
+#define FREE_UPPER 206
+#define DRY 222
+#define VISCOUS 238
+#define ERROR 254
+#define REACH 270
+#define SLACK 286
+#define LEAST_WAY 302
+#define GAIN 318
+#define Q_IN 334
+#define CURRENT_IN 350
+#define TAU_IN 366
+#define Q_MOTOR_IN 382
+#define FAULTY_IN 398
+#define ANSWER_IN 414
+#define DESIRED 430
+#define Q_GIVEN 446
+#define V_GIVEN 462
+#define TAU 478
+#define TAU_AT_STOP 494
+#define ISOLATED 510
+#define POWERLESS 526
+#define Q 542
+#define V 558
+#define KNOWN 574
+#define SLOPE 590
+#define AHEAD 606
+#define CARRIED 622
+#define FRICTION 638
+#define LOW 654
+#define HIGH 670
+#define LAST_TAU 686
+#define WANTED 702
+#define OVER 718
+#define IGNORED 734
+#define JUMPS 750
+#define JUMPED 766
+#define DEAD 782
+#define BROKEN 798
+#define PARTED 814
+#define WRONG 830
+#define FIRST 846
+#define PARTED_TICKS 862
+#define LAST 878
+#define STILL 894
+#define MOTOR_THEN 910
+#define OFF_TICKS 926
+#define BIAS 942
+#define REFUSED_TICKS 958
+#define HELD 974
+#define Q_SEEN 990
+#define V_SEEN 1006
+#define V_FILTER 1022
+#define Q_FILTER 1038
+#define FAULTY 1054
+#define KEPT_TICKS 1070
+#define KEPT_SHARE 1086
+#define KEPT_CHANCE 1102
+#define KEPT_SEEN 1118
+#define TURNS 1134
+#define Q_KEPT 1150
+#define MOTOR_KEPT 1166
+#define TORQUE_KEPT 1182
+#define CHANGE_BEFORE 1198
+#define USED 1214
+#define TOLD 3262
+#define BEFORE 5310
+#define MOTOR_BEFORE 5950
+#define SIZE 6590
 #define NOT_FINITE 1
 #define TOO_FAST 2
 #define NO_MEASUREMENT 3
@@ -207,7 +210,9 @@ int guard_is_past_a_stop(double *restrict r);
 double guard_into_upper(double *restrict r, long j);
 double guard_into_lower(double *restrict r, long j);
 double guard_bounded(double *restrict r, long j, double tau);
-void guard_price(double *restrict r);
+void guard_price(double *restrict r, long speed);
+void guard_spare(double *restrict r, double ahead);
+void guard_give_back(double *restrict r, long speed, double share);
 void guard_afford(double *restrict r);
 void guard_pay(double *restrict r);
 void guard_trip(double *restrict r, long reason, int without_model);
@@ -220,6 +225,7 @@ void guard_descend(double *restrict r);
 double guard_brake(double *restrict r, long j);
 void guard_bound_and_brake(double *restrict r, int brakes);
 int guard_limit_rate(double *restrict r);
+void guard_follow(double *restrict r, double fastest);
 void guard_limit(double *restrict r, double *restrict w);
 void guard_take_in(double *restrict r);
 void guard_ignore_isolated(double *restrict r, long slots);
@@ -614,7 +620,7 @@ double guard_bounded(double *restrict r, long j, double tau)
     return guard_within(tau, low, high);
 }
 
-void guard_price(double *restrict r)
+void guard_price(double *restrict r, long speed)
 {
     long j;
     double over;
@@ -622,19 +628,47 @@ void guard_price(double *restrict r)
     const long t1 = (long)(r[N]);
     for (j = 0; j < t1; j += 1) {
         over = (r[(TAU + j)] - r[(CARRIED + j)]);
-        if (((over * r[(KNOWN + j)]) > 0.0)) {
+        if (((over * r[(speed + j)]) > 0.0)) {
             friction = r[(FRICTION + j)];
-            if ((over > friction)) {
-                over = (over - friction);
-            } else {
-                if ((over < (-friction))) {
-                    over = (over + friction);
-                } else {
-                    over = 0.0;
-                }
-            }
+            over = ((over > 0.0) ? guard_most(0.0, (over - friction)) : guard_least(0.0, (over + friction)));
         }
         r[(OVER + j)] = over;
+    }
+}
+
+void guard_spare(double *restrict r, double ahead)
+{
+    long j;
+    double ahead_s;
+    double power;
+    double allowed;
+    const long t1 = (long)(r[N]);
+    for (j = 0; j < t1; j += 1) {
+        ahead_s = (ahead * (SPEED_FILTER_S + (fabs((r[(TAU + j)] - r[(CARRIED + j)])) / r[RATE])));
+        r[(AHEAD + j)] = (r[(KNOWN + j)] + (ahead_s * r[(SLOPE + j)]));
+    }
+    guard_price(r, AHEAD);
+    const double t2 = 0.0;
+    const double t3 = guard_most(0.0, r[POWER_MAX]);
+    power = t2;
+    allowed = t3;
+    const long t4 = (long)(r[N]);
+    for (j = 0; j < t4; j += 1) {
+        power += guard_most(0.0, (r[(OVER + j)] * r[(AHEAD + j)]));
+    }
+    if ((power > allowed)) {
+        guard_give_back(r, AHEAD, (1.0 - (allowed / power)));
+    }
+}
+
+void guard_give_back(double *restrict r, long speed, double share)
+{
+    long j;
+    const long t1 = (long)(r[N]);
+    for (j = 0; j < t1; j += 1) {
+        if (((r[(OVER + j)] * r[(speed + j)]) > 0.0)) {
+            r[(TAU + j)] = (r[(TAU + j)] - (share * r[(OVER + j)]));
+        }
     }
 }
 
@@ -643,8 +677,7 @@ void guard_afford(double *restrict r)
     double needed;
     long j;
     double has;
-    double lost;
-    guard_price(r);
+    guard_price(r, KNOWN);
     needed = 0.0;
     const long t1 = (long)(r[N]);
     for (j = 0; j < t1; j += 1) {
@@ -654,15 +687,8 @@ void guard_afford(double *restrict r)
     }
     needed /= (2.0 * r[RATE]);
     has = guard_most(0.0, r[ENERGY]);
-    if ((needed <= has)) {
-        return;
-    }
-    lost = (1.0 - sqrt((has / needed)));
-    const long t2 = (long)(r[N]);
-    for (j = 0; j < t2; j += 1) {
-        if (((r[(OVER + j)] * r[(KNOWN + j)]) > 0.0)) {
-            r[(TAU + j)] = (r[(TAU + j)] - (lost * r[(OVER + j)]));
-        }
+    if ((needed > has)) {
+        guard_give_back(r, KNOWN, (1.0 - sqrt((has / needed))));
     }
 }
 
@@ -682,7 +708,7 @@ void guard_pay(double *restrict r)
         refill = t3;
         fullest = t4;
     }
-    guard_price(r);
+    guard_price(r, KNOWN);
     power = (-refill);
     const long t5 = (long)(r[N]);
     for (j = 0; j < t5; j += 1) {
@@ -877,6 +903,22 @@ int guard_limit_rate(double *restrict r)
     return is_clipped;
 }
 
+void guard_follow(double *restrict r, double fastest)
+{
+    long j;
+    double speed;
+    double slope;
+    const long t1 = (long)(r[N]);
+    for (j = 0; j < t1; j += 1) {
+        speed = ((fastest <= V_CREDIBLE_RAD_S) ? r[(V + j)] : 0.0);
+        slope = (r[(SLOPE + j)] + (((speed - r[(KNOWN + j)]) - (r[DT] * r[(SLOPE + j)])) / (SPEED_FILTER_S + r[DT])));
+        const double t2 = ((r[(ISOLATED + j)] == 0.0) ? slope : 0.0);
+        const double t3 = speed;
+        r[(SLOPE + j)] = t2;
+        r[(KNOWN + j)] = t3;
+    }
+}
+
 void guard_limit(double *restrict r, double *restrict w)
 {
     long n;
@@ -895,10 +937,7 @@ void guard_limit(double *restrict r, double *restrict w)
     for (j = 0; j < t4; j += 1) {
         fastest = guard_most(fastest, fabs(r[(V + j)]));
     }
-    const long t5 = n;
-    for (j = 0; j < t5; j += 1) {
-        r[(KNOWN + j)] = ((fastest <= V_CREDIBLE_RAD_S) ? r[(V + j)] : 0.0);
-    }
+    guard_follow(r, fastest);
     if (worn) {
         guard_look(r, w);
     }
@@ -906,13 +945,15 @@ void guard_limit(double *restrict r, double *restrict w)
     if ((r[STOP] != 0.0)) {
         guard_descend(r);
     } else {
-        const long t6 = n;
-        for (j = 0; j < t6; j += 1) {
+        const long t5 = n;
+        for (j = 0; j < t5; j += 1) {
             r[(WANTED + j)] = r[(DESIRED + j)];
         }
     }
     guard_bound_and_brake(r, ((r[STOP] != 0.0) || (fastest > r[V_DAMPING]) || (worn && (r[IN_WALL] != 0.0))));
     if (worn) {
+        guard_spare(r, 0.0);
+        guard_spare(r, 1.0);
         guard_afford(r);
     }
     is_clipped = guard_limit_rate(r);

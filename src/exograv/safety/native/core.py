@@ -32,18 +32,19 @@ MISSES = 11
     N, DT, RATE, V_DAMPING, V_TRIP, DESCENT_S, WORN, WALL, PAST_STOP, V_TRIP_PERSON, TANK_START, TANK_MAX, PATH_W,
     DRIVEN_W, DRIVEN_J, WAY, MOVING, USED_SLOTS, COMPARES, BY_GAIN, LATELY, SLOWEST, IN_A_ROW, SPEED, STILL_MOST,
     BIAS_SHARE, REFUSED_MOST, LEAST_OPPOSITE, WINDOW, IN_WINDOW, SECOND, FROZEN_MOST, FROZEN_JOINT, NOISE_STEP,
-) = range(34)  # fmt: skip
+    POWER_MAX,
+) = range(35)  # fmt: skip
 
 # Input of a tick: from the machine, then from control.
-CAME, SEQUENCE_IN, T_IN, NOW, IN_CURRENT, HAS_MOTOR, SPOKE, ANSWERS, VALID_UNTIL = range(34, 43)
+CAME, SEQUENCE_IN, T_IN, NOW, IN_CURRENT, HAS_MOTOR, SPOKE, ANSWERS, VALID_UNTIL = range(35, 44)
 
 # State of the guard.
 (
     STOP, SINCE_STOP, WITHOUT_MODEL, CLIPPED, LEVEL, LEVEL_WANTED, LEVEL_STEP, LEVEL_MOVES, DRIVEN, ENERGY, IN_WALL,
     SEQUENCE, T_USED, DROPPED, USABLE, USED_AT, TOLD_AT, TOLD_COUNT, BEFORE_AT, BEFORE_COUNT, SPEED_T,
     HAS_SPEED, BRIDGES, SAFE_STATE,
-) = range(43, 67)  # fmt: skip
-MACHINE_MISSES, CONTROL_MISSES = 67, 67 + 2 + MISSES
+) = range(44, 68)  # fmt: skip
+MACHINE_MISSES, CONTROL_MISSES = 68, 68 + 2 + MISSES
 """Missed ticks: number of the tick, place of the newest miss, and the ticks of the last misses."""
 
 _FIELDS = CONTROL_MISSES + 2 + MISSES
@@ -51,12 +52,12 @@ _FIELDS = CONTROL_MISSES + 2 + MISSES
     TORQUE_MAX, DAMPING, ACTIVE, LEAST_ACTIVE, LOWER, UPPER, FREE_LOWER, FREE_UPPER, DRY, VISCOUS, ERROR, REACH, SLACK,
     LEAST_WAY, GAIN,
     Q_IN, CURRENT_IN, TAU_IN, Q_MOTOR_IN, FAULTY_IN, ANSWER_IN, DESIRED, Q_GIVEN, V_GIVEN,
-    TAU, TAU_AT_STOP, ISOLATED, POWERLESS, Q, V, KNOWN, CARRIED, FRICTION, LOW, HIGH, LAST_TAU, WANTED, OVER,
-    IGNORED, JUMPS, JUMPED, DEAD, BROKEN, PARTED, WRONG, FIRST, PARTED_TICKS, LAST, STILL, MOTOR_THEN, OFF_TICKS, BIAS,
-    REFUSED_TICKS, HELD, Q_SEEN, V_SEEN, V_FILTER, Q_FILTER, FAULTY,
+    TAU, TAU_AT_STOP, ISOLATED, POWERLESS, Q, V, KNOWN, SLOPE, AHEAD, CARRIED, FRICTION, LOW, HIGH, LAST_TAU, WANTED,
+    OVER, IGNORED, JUMPS, JUMPED, DEAD, BROKEN, PARTED, WRONG, FIRST, PARTED_TICKS, LAST, STILL, MOTOR_THEN, OFF_TICKS,
+    BIAS, REFUSED_TICKS, HELD, Q_SEEN, V_SEEN, V_FILTER, Q_FILTER, FAULTY,
     KEPT_TICKS, KEPT_SHARE, KEPT_CHANCE, KEPT_SEEN, TURNS, Q_KEPT, MOTOR_KEPT, TORQUE_KEPT, CHANGE_BEFORE,
-) = range(_FIELDS, _FIELDS + 68 * JOINTS, JOINTS)  # fmt: skip
-USED = _FIELDS + 68 * JOINTS
+) = range(_FIELDS, _FIELDS + 70 * JOINTS, JOINTS)  # fmt: skip
+USED = _FIELDS + 70 * JOINTS
 """Ring of the last used positions [rad]."""
 TOLD = USED + SLOTS * JOINTS
 """Ring of the last commanded torques [N·m]."""
@@ -316,19 +317,41 @@ def bounded(r: Record, j: int, tau: float) -> float:
     return within(tau, low, high)
 
 
-def price(r: Record) -> None:
-    """Write the torque of `TAU` beyond the plausible weight, and beyond friction in the direction of motion [N·m]."""
+def price(r: Record, speed: int) -> None:
+    """Write the torque of `TAU` beyond the plausible weight, and beyond friction in the direction of motion [N·m].
+
+    `speed` is the place of the joints' speeds: `KNOWN`, or `AHEAD`.
+    """
     for j in range(int(r[N])):
         over = r[TAU + j] - r[CARRIED + j]
-        if over * r[KNOWN + j] > 0.0:
+        if over * r[speed + j] > 0.0:
             friction = r[FRICTION + j]
-            if over > friction:
-                over = over - friction
-            elif over < -friction:
-                over = over + friction
-            else:
-                over = 0.0
+            over = most(0.0, over - friction) if over > 0.0 else least(0.0, over + friction)
         r[OVER + j] = over
+
+
+def spare(r: Record, ahead: float) -> None:
+    """Reduce the power into the person beyond carrying and friction to its limit.
+
+    With `ahead` 0, power counts at the present speeds. With 1 it counts at the speeds that the joints will have when
+    their excess can be gone: braking would drive a joint that bounces off, and torque may change only at its rate.
+    """
+    for j in range(int(r[N])):
+        ahead_s = ahead * (SPEED_FILTER_S + abs(r[TAU + j] - r[CARRIED + j]) / r[RATE])
+        r[AHEAD + j] = r[KNOWN + j] + ahead_s * r[SLOPE + j]
+    price(r, AHEAD)
+    power, allowed = 0.0, most(0.0, r[POWER_MAX])
+    for j in range(int(r[N])):
+        power += most(0.0, r[OVER + j] * r[AHEAD + j])
+    if power > allowed:
+        give_back(r, AHEAD, 1.0 - allowed / power)
+
+
+def give_back(r: Record, speed: int, share: float) -> None:
+    """Take a share of the excess from the torque of each joint that its excess drives."""
+    for j in range(int(r[N])):
+        if r[OVER + j] * r[speed + j] > 0.0:
+            r[TAU + j] = r[TAU + j] - share * r[OVER + j]
 
 
 def afford(r: Record) -> None:
@@ -338,7 +361,7 @@ def afford(r: Record) -> None:
     it spends a_j² |v_j| / (2 rate). That much energy must be in the tank, so that the tank is empty only when no excess
     is left.
     """
-    price(r)
+    price(r, KNOWN)
     needed = 0.0
     for j in range(int(r[N])):
         if r[OVER + j] * r[KNOWN + j] > 0.0:
@@ -346,12 +369,8 @@ def afford(r: Record) -> None:
     needed /= 2.0 * r[RATE]
     # In this order an energy that is not a number counts as an empty tank.
     has = most(0.0, r[ENERGY])
-    if needed <= has:
-        return
-    lost = 1.0 - math.sqrt(has / needed)
-    for j in range(int(r[N])):
-        if r[OVER + j] * r[KNOWN + j] > 0.0:
-            r[TAU + j] = r[TAU + j] - lost * r[OVER + j]
+    if needed > has:
+        give_back(r, KNOWN, 1.0 - math.sqrt(has / needed))
 
 
 def pay(r: Record) -> None:
@@ -359,7 +378,7 @@ def pay(r: Record) -> None:
     refill, fullest = r[PATH_W], r[TANK_MAX]
     if r[DRIVEN] != 0.0:
         refill, fullest = most(refill, r[DRIVEN_W]), most(fullest, r[DRIVEN_J])
-    price(r)
+    price(r, KNOWN)
     power = -refill
     for j in range(int(r[N])):
         power += r[OVER + j] * r[KNOWN + j]
@@ -484,15 +503,23 @@ def limit_rate(r: Record) -> bool:
     return is_clipped
 
 
+def follow(r: Record, fastest: float) -> None:
+    """Update the speeds in use and their slope."""
+    for j in range(int(r[N])):
+        # Friction at an incredible speed would lift every bound, and its power would empty the tank for good.
+        speed = r[V + j] if fastest <= V_CREDIBLE_RAD_S else 0.0
+        slope = r[SLOPE + j] + ((speed - r[KNOWN + j]) - r[DT] * r[SLOPE + j]) / (SPEED_FILTER_S + r[DT])
+        # An isolated joint counts as standing still from one tick to the next; that is no deceleration.
+        r[SLOPE + j], r[KNOWN + j] = slope if r[ISOLATED + j] == 0.0 else 0.0, speed
+
+
 def limit(r: Record, w: Record) -> None:
     """Write to `TAU` the torque that may go out [N·m], for `DESIRED`, `Q_GIVEN` and `V_GIVEN`."""
     believe(r)
     n, worn, fastest = int(r[N]), r[WORN] != 0.0, 0.0
     for j in range(n):
         fastest = most(fastest, abs(r[V + j]))
-    for j in range(n):
-        # Friction at an incredible speed would lift every bound, and its power would empty the tank for good.
-        r[KNOWN + j] = r[V + j] if fastest <= V_CREDIBLE_RAD_S else 0.0
+    follow(r, fastest)
     if worn:
         look(r, w)
     watch(r, fastest)
@@ -503,6 +530,8 @@ def limit(r: Record, w: Record) -> None:
             r[WANTED + j] = r[DESIRED + j]
     bound_and_brake(r, r[STOP] != 0.0 or fastest > r[V_DAMPING] or (worn and r[IN_WALL] != 0.0))
     if worn:
+        spare(r, 0.0)
+        spare(r, 1.0)
         afford(r)
     is_clipped = limit_rate(r)
     if worn:
