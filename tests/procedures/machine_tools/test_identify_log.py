@@ -95,7 +95,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def identified(lab: Path, progress: Progress = lambda _text, _share: None, **changes: Any) -> dict[str, Any]:
     options: dict[str, Any] = {
         "log": lab / "loaded.csv",
-        "unloaded": lab / "unloaded.csv",
+        "unloaded": [lab / "unloaded.csv"],
         "urdf": lab / "robot.urdf",
         "payload_frame": "tool",
         "gains": GAINS,
@@ -188,7 +188,7 @@ def test_a_payload_at_the_wrong_link_is_called_strange(lab: Path):
 
 def test_swapped_logs_are_recognised(lab: Path):
     with pytest.raises(IdentificationError, match="swapped"):
-        identified(lab, log=lab / "unloaded.csv", unloaded=lab / "loaded.csv")
+        identified(lab, log=lab / "unloaded.csv", unloaded=[lab / "loaded.csv"])
 
 
 def test_progress_names_every_stage_and_ends_at_one(lab: Path):
@@ -256,7 +256,7 @@ def test_a_log_that_this_robot_cannot_have_made_is_refused(
 def real_pair() -> dict[str, Any]:
     paths = {
         "log": DATA / "ur-20_02_19_14harm50secLoad.csv",
-        "unloaded": DATA / "ur-20_02_19_14harm50sec.csv",
+        "unloaded": [DATA / "ur-20_02_19_14harm50sec.csv"],
         "urdf": DATA / "ur10e.urdf",
     }
     missing = [path.name for path in paths.values() if not path.is_file()]

@@ -50,7 +50,7 @@ class Spread:
     """Change of the torque offset, as a share of the Coulomb friction [-]."""
 
     def changes(self, x: Parameters, n: int) -> Float[np.ndarray, " change"]:
-        """Standard deviation of the changes of a log, in the order of `changing`, for the robot `x`."""
+        """Return the standard deviations of a log's changes, in the order of `changing`, for the robot `x`."""
         blocks = RobotBlocks(n)
         coulomb, viscous = np.abs(x[blocks.coulomb]), np.abs(x[blocks.viscous])
         return np.concatenate([self.coulomb * coulomb, self.viscous * viscous, self.asymmetry * coulomb])
@@ -88,7 +88,7 @@ class Spread:
 
 
 def changing(n: int) -> np.ndarray:
-    """Indices of the parameters that change between two logs: Coulomb and viscous friction, and torque offset."""
+    """Return the indices of the parameters that change between two logs: Coulomb and viscous friction, and torque offset."""
     blocks = RobotBlocks(n)
     return np.r_[blocks.coulomb, blocks.viscous, blocks.asymmetry]
 
