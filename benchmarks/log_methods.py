@@ -39,9 +39,7 @@ def main() -> None:
     names, path, pairs = options.pop("methods").split(","), options.pop("json"), options.pop("unloaded")
     options["gains"] = [float(gain) for gain in options["gains"].split(",") if gain]
     results = []
-    print(
-        "| method | unloaded | mass kg | error % | 95 % interval kg | holds it | within 10 % to the end from s | took s |"
-    )
+    print("| method | unloaded | mass kg | error % | 95 % interval kg | holds it | within 10 % from s | took s |")
     print("|---|---|---|---|---|---|---|---|")
     for name in names:
         for pair in pairs:

@@ -13,8 +13,8 @@ from .robot_from_log import RobotFromLog
 class LoadDiscrepancy(Discrepancy):
     """Smooth torque fields over posture: one static, one that changes sign with the direction of motion.
 
-    Their size at a posture is the residual of the parts of the unloaded logs that were held out, extrapolated to the
-    load that the joint carries there.
+    Their size is that of the residual which repeats with the posture, in the parts of the unloaded logs that were held
+    out. A second part is in proportion to the load that the joint carries at the posture.
     """
 
     def __init__(self, model: PayloadModel, robot: RobotFromLog, carried: Parameters):
@@ -32,5 +32,5 @@ class LoadDiscrepancy(Discrepancy):
         """Torque [N·m] of each joint's own errors at one standard deviation, at posture `q` and velocity `v`."""
         still = np.zeros_like(q)
         load = self._model.linearise(Sample(0.0, q, still, still, still), self._carried)[0]
-        size = np.hypot(self._residuals.sd, self._residuals.per_load * load)
+        size = np.hypot(self._residuals.field_sd, self._residuals.per_load * load)
         return size[:, None] * super().errors_of_joint(q, v)

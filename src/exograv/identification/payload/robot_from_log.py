@@ -7,12 +7,14 @@ far the stated gains contradict each other; an error that all gains share stays 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
-from scipy.optimize import nnls
+from jaxtyping import Bool, Float
+from scipy.linalg import cho_factor, cho_solve
+from scipy.special import logsumexp
 
 from exograv.identification.calibration.empty_machine import SAMPLE_PERIOD_S
 from exograv.identification.core.arm_model import SLOW_V
 from exograv.identification.core.correlation import integrated_correlation
+from exograv.identification.core.discrepancy import FEATURES, POSTURE_LENGTH_RAD, Discrepancy
 from exograv.identification.core.interface import Covariance, Joints, Parameters, Sample
 from exograv.identification.core.sample_pace import Averages
 
@@ -24,6 +26,11 @@ SETTLED = 0.01  # largest last step, in standard deviations
 NOISE_SD_START = 0.02  # of the effort; the first round replaces it
 FOLDS = 5  # parts of each log that are held out, one after the other
 CLEAR_SAMPLES_MIN = 50
+FIELD_SHARES = (0.0, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0)
+"""Possible sizes of the part that repeats with the posture, as shares of the residual [-]; all are equally likely."""
+LOAD_FIELDS = (0.0, 0.0025, 0.005, 0.01, 0.02, 0.04)
+"""Possible sizes of the part in proportion to the load [-]; the gain of a drive changes by up to some hundredths with
+its angle."""
 FELT_EVERY = 20  # samples
 FELT_MIN = 0.03  # RMS torque per standard deviation, as a share of the residual
 
@@ -38,8 +45,11 @@ class Residuals:
     correlation_s: Joints
     """Integrated autocorrelation time [s]."""
 
+    field_sd: Joints
+    """Size of the part that repeats with the posture [N·m]."""
+
     per_load: float
-    """Growth of the residual with the load: its variance grows by (`per_load` · load)² [-]."""
+    """Size of the part that repeats with the posture and is in proportion to the load of the joint [-]."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +125,7 @@ def felt_covariance(
     felt = [model.linearise(s, robot.x)[1] @ root / robot.residual_sd[:, None] for s in motion[::FELT_EVERY]]
     _, strength, directions = np.linalg.svd(np.concatenate(felt), full_matrices=False)
     # A gain error scales the payload's torque, which this motion's robot torque alone does not show.
-    gain = np.abs(root[model.blocks.gain] @ directions.T).max(axis=0) > FELT_MIN * robot.spread.gain
+    gain = np.abs(root[model.blocks.gain] @ directions.T).max(axis=0) > FELT_MIN * np.min(robot.spread.gain)
     kept = root @ directions[(strength > FELT_MIN * np.sqrt(len(felt))) | gain].T
     return kept @ kept.T
 
@@ -146,13 +156,14 @@ class _Fit:
         self._model, self._logs, self._n = model, logs, model.n_joints
         self._mean, self._sd = robot_prior(model.tree)
         self._changing = changing(self._n)
+        self._unit_field = Discrepancy(np.ones(self._n), POSTURE_LENGTH_RAD, FEATURES)
         self.shared = len(self._mean)
         """Number of unknowns that all logs share."""
 
     def start(self) -> _Found:
         """Return the prior, with a guess of the noise."""
         noise = NOISE_SD_START * np.array([joint.effort for joint in self._model.tree.joints])
-        residuals = Residuals(noise, np.full(self._n, SAMPLE_PERIOD_S), per_load=0.0)
+        residuals = Residuals(noise, np.full(self._n, SAMPLE_PERIOD_S), noise, 0.0)
         z = np.concatenate([self._mean, np.zeros(len(self._changing) * len(self._logs))])
         return _Found(z, np.zeros((len(z), len(z))), residuals, Spread())
 
@@ -176,7 +187,7 @@ class _Fit:
 
     def held_out(self, found: _Found) -> Residuals:
         """Statistics of the residual of each part of the logs, predicted from all other parts."""
-        errors, loads, clear = [], [], []
+        errors, loads, clear, features = [], [], [], []
         for k, rows in enumerate(self._all_rows(found.z)):
             weight = self._weight(rows, found)
             robot = self._robot_of(found.z, k)
@@ -188,7 +199,11 @@ class _Fit:
                 errors.append(inside.residual + inside.H @ moved)
             loads += [self._load(sample, robot) for sample in self._logs[k]]
             clear += [np.abs(sample.v) > SLOW_V for sample in self._logs[k]]
-        return _statistics(errors, np.array(loads), np.array(clear), self._period_s())
+            features += [self._unit_field.errors_of_joint(sample.q, sample.v) for sample in self._logs[k]]
+        sd, correlation_s = _statistics(errors, np.array(clear), self._period_s())
+        kept = _Kept(np.concatenate(errors), np.array(clear), np.array(loads), np.array(features))
+        repeats = np.maximum(correlation_s / SAMPLE_PERIOD_S, 1.0)
+        return Residuals(sd, correlation_s, *_fields(kept, sd, repeats))
 
     def spread(self, found: _Found) -> Spread:
         """Sizes of gain errors and changes that agree with the present unknowns."""
@@ -255,25 +270,68 @@ def _information(
 
 
 def _statistics(
-    parts: list[Float[np.ndarray, "sample joint"]],
-    loads: Float[np.ndarray, "sample joint"],
-    clear: Float[np.ndarray, "sample joint"],
-    period_s: float,
-) -> Residuals:
-    """Size, correlation and growth with the load of held-out residuals, per joint."""
-    columns, growths, weights = [], [], []
+    parts: list[Float[np.ndarray, "sample joint"]], clear: Float[np.ndarray, "sample joint"], period_s: float
+) -> tuple[Joints, Joints]:
+    """Return standard deviation and correlation time of held-out residuals in clear motion, per joint."""
+    columns = []
     starts = np.cumsum([0, *[len(part) for part in parts]])
-    for j in range(loads.shape[1]):
-        kept = clear[:, j] if np.count_nonzero(clear[:, j]) >= CLEAR_SAMPLES_MIN else np.ones(len(loads), dtype=bool)
+    for j in range(clear.shape[1]):
+        kept = clear[:, j] if np.count_nonzero(clear[:, j]) >= CLEAR_SAMPLES_MIN else np.ones(len(clear), dtype=bool)
         error = np.concatenate([part[:, j] for part in parts])
         # The correlation is taken within a part: at its border the prediction changes.
         inside = [part[kept[a:b], j] for part, a, b in zip(parts, starts[:-1], starts[1:], strict=True)]
         times = [integrated_correlation(r, period_s) for r in inside if len(r) > CLEAR_SAMPLES_MIN // FOLDS]
-        squares, of_load = error[kept] ** 2, loads[kept, j] ** 2
-        columns.append((np.sqrt(squares.mean()), float(np.mean(times)) if times else period_s))
-        (_, growth), _ = nnls(np.column_stack([np.ones(len(squares)), of_load]), squares)
-        growths.append(growth)
-        weights.append((np.std(of_load) / squares.mean()) ** 2)
-    # All joints share the growth: a joint that carries little weight cannot show its own.
-    per_load = float(np.sqrt(np.average(growths, weights=weights))) if sum(weights) > 0.0 else 0.0
-    return Residuals(*np.array(columns).T, per_load=per_load)
+        columns.append((np.sqrt(np.mean(error[kept] ** 2)), float(np.mean(times)) if times else period_s))
+    sd, correlation_s = np.array(columns).T
+    return sd, correlation_s
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """Held-out residuals of all logs, and what they may depend on."""
+
+    error: Float[np.ndarray, "sample joint"]
+    clear: Bool[np.ndarray, "sample joint"]
+    load: Float[np.ndarray, "sample joint"]
+    features: Float[np.ndarray, "sample joint feature"]
+
+
+def _fields(kept: _Kept, sd: Joints, repeats: Joints) -> tuple[Joints, float]:
+    """Sizes of the posture's field per joint [N·m] and of the load's field [-], as root mean squares of the posterior.
+
+    The residual is noise plus a field of the posture plus a field in proportion to the load. Each pair of sizes has the
+    likelihood of the residuals, in the space of the fields' features. All joints share the size of the load's field.
+    """
+    likelihood = np.array([_likelihood(kept, j, float(sd[j]), float(repeats[j])) for j in range(len(sd))])
+    by_load = np.exp(_normalised(_log_sum(likelihood, axis=1).sum(axis=0)))
+    per_load = float(np.sqrt(by_load @ np.square(LOAD_FIELDS)))
+    shares = np.exp(likelihood - _log_sum(likelihood, axis=1)[:, None, :])
+    return sd * np.sqrt(np.einsum("jsl,l,s->j", shares, by_load, np.square(FIELD_SHARES))), per_load
+
+
+def _likelihood(kept: _Kept, joint: int, sd: float, repeats: float) -> Float[np.ndarray, "share load"]:
+    """Logarithm of the likelihood of one joint's residuals for each pair of sizes."""
+    clear = kept.clear[:, joint]
+    F = kept.features[clear, joint]
+    G = kept.load[clear, joint][:, None] * F
+    Q, R = np.linalg.qr(np.hstack([F, G]))
+    seen, split = Q.T @ kept.error[clear, joint], F.shape[1]
+    of_posture, of_load = R[:, :split] @ R[:, :split].T, R[:, split:] @ R[:, split:].T
+    values = np.empty((len(FIELD_SHARES), len(LOAD_FIELDS)))
+    for i, share in enumerate(FIELD_SHARES):
+        for k, per_load in enumerate(LOAD_FIELDS):
+            # Coloured noise has `repeats` times the white variance in smooth features.
+            covariance = (share * sd) ** 2 * of_posture + per_load**2 * of_load
+            covariance += np.eye(len(seen)) * repeats * sd**2 * max(1.0 - share**2, 0.05)
+            factor = cho_factor(covariance, lower=True)
+            determinant = np.log(np.diag(factor[0])).sum()
+            values[i, k] = -0.5 * seen @ cho_solve(factor, seen) - determinant
+    return values
+
+
+def _log_sum(values: np.ndarray, axis: int) -> np.ndarray:
+    return np.asarray(logsumexp(values, axis=axis))
+
+
+def _normalised(values: np.ndarray) -> np.ndarray:
+    return values - logsumexp(values)

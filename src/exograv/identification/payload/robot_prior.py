@@ -29,6 +29,11 @@ calibrated, as at disturbance level 2 of the twin."""
 
 ASYMMETRY_DRIFT = 0.02  # change of the torque offset between two logs, as a share of the Coulomb friction
 
+FREEDOMS = 4.0
+"""Degrees of freedom of Student's prior of a gain error [-]."""
+
+GAIN_STEPS = 20
+
 PRIOR_COUNT = 6.0
 """Number of observations that the assumed size of a gain error or of a change of friction counts for [-]."""
 
@@ -37,8 +42,8 @@ PRIOR_COUNT = 6.0
 class Spread:
     """Standard deviations that the logs themselves correct: gain errors, and changes of friction between two logs."""
 
-    gain: float = GAIN_SD
-    """Error of a joint's torque gain [-]."""
+    gain: float | Float[np.ndarray, " joint"] = GAIN_SD
+    """Error of a joint's torque gain [-]; one for all joints, or one per joint."""
 
     coulomb: float = COULOMB_DRIFT
     """Change of the Coulomb friction [-]."""
@@ -69,7 +74,7 @@ class Spread:
             x: Robot, whose friction the changes are compared with.
         """
         n = len(gain[0])
-        found = self._size(GAIN_SD, gain[0] ** 2 + gain[1])
+        found = self._gain_sizes(gain[0] ** 2 + gain[1])
         if len(changes[0]) < 2:
             # One log cannot tell the changes from the friction itself.
             return replace(self, gain=found)
@@ -82,13 +87,22 @@ class Spread:
             self._size(ASYMMETRY_DRIFT, asymmetry),
         )
 
+    @classmethod
+    def _gain_sizes(cls, squares: Float[np.ndarray, " joint"]) -> Float[np.ndarray, " joint"]:
+        """Size of each joint's gain error, with Student's prior: one joint far off does not shift all others."""
+        common, weight = GAIN_SD, np.ones_like(squares)
+        for _ in range(GAIN_STEPS):
+            common = cls._size(GAIN_SD, weight * squares)
+            weight = (FREEDOMS + 1.0) / (FREEDOMS + squares / common**2)
+        return common / np.sqrt(weight)
+
     @staticmethod
     def _size(assumed: float, squares: Float[np.ndarray, " value"]) -> float:
         return float(np.sqrt((PRIOR_COUNT * assumed**2 + squares.sum()) / (PRIOR_COUNT + len(squares))))
 
 
 def changing(n: int) -> np.ndarray:
-    """Return the indices of the parameters that change between two logs: Coulomb and viscous friction, and torque offset."""
+    """Return the indices of what changes between two logs: Coulomb and viscous friction, and torque offset."""
     blocks = RobotBlocks(n)
     return np.r_[blocks.coulomb, blocks.viscous, blocks.asymmetry]
 
