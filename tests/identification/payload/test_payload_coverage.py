@@ -24,14 +24,14 @@ AXES = ("0 0 1", "0 1 0")
 LENGTH = 0.28
 DT = 0.04
 GAIN_SD, DAY_SD = 0.04, 0.05  # errors of the simulated robots, one standard deviation
-NOISE_SHARE, NOISE_S = 0.02, 0.2  # of the effort; correlation time
+NOISE_SHARE, NOISE_S = 0.01, 0.2  # of the effort; correlation time
 
 SEVEN_SECONDS = 30.0
 DRAWS, DRAWS_LONG = 20, 60
 HELD_MIN, HELD_MIN_LONG = 17, 53
 """With 95 % intervals, 20 draws hold fewer than 17, and 60 draws fewer than 53, in less than 2 % of such tests."""
-HALF_WIDTH_MAX = 0.12
-"""An interval that holds everything would be useless: gain errors of 4 % in few joints allow ± 8 %."""
+HALF_WIDTH_MAX = 0.2
+"""An interval that holds everything would be useless: gain errors of 4 % in four joints alone allow ± 8 %."""
 
 
 def chain(joints: int, scale: np.ndarray | None = None) -> str:
