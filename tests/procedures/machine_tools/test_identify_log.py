@@ -133,7 +133,8 @@ def test_plain_descent_finds_the_mass_states_no_interval_and_takes_longer(lab: P
     result = identified(lab, method="gradient", true_kg=MASS)
     assert result["payload"]["mass_kg"] == pytest.approx(MASS, rel=0.1)
     assert result["payload"]["ci95_kg"] is None
-    assert result["outcome"] == PayloadOutcome.NO_INTERVAL.value
+    # An error of the mass of 8 % is a torque error of many times the noise of this log.
+    assert result["outcome"] == PayloadOutcome.NOT_FITTED.value
     assert 0.0 <= plain["time_to_10pct_s"] < result["time_to_10pct_s"] < result["duration_s"]
 
 
@@ -278,8 +279,11 @@ def test_a_second_unloaded_log_makes_the_interval_narrower(lab: Path, tmp_path: 
 
 
 @pytest.mark.parametrize("method", ["least-squares", "ekf", "rls"])
-def test_no_method_states_a_narrower_interval_than_the_direct_fit(lab: Path, method: MethodName):
+def test_a_method_states_an_interval_with_the_gain_errors_or_says_that_it_did_not_fit(lab: Path, method: MethodName):
     result = identified(lab, method=method)
+    if result["outcome"] == PayloadOutcome.NOT_FITTED.value:
+        assert result["payload"]["ci95_kg"] is None
+        return
     low, high = result["payload"]["ci95_kg"]
     assert low <= MASS <= high
     assert high - low > 0.05 * MASS

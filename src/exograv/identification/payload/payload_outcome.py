@@ -26,8 +26,8 @@ class PayloadOutcome(enum.Enum):
     NOTHING_THERE = "No payload was found: the interval of its mass contains zero. Check that this is the loaded log."
     STRANGE = "The torques fit no rigid payload at this frame. Check frame, gains, and that nothing touched the robot."
     NOT_FITTED = (
-        "The method did not fit the log: its torque error is far above that of a direct fit. Its mass is not usable, "
-        "and no interval is stated. Use --method recursive."
+        "The method did not fit the log: its torque error is far above that of a direct fit. Its mass may be "
+        "far off, and no interval is stated. Use --method recursive."
     )
     NO_INTERVAL = "The log is over. This method states no uncertainty, so the accuracy of the payload is not known."
 
