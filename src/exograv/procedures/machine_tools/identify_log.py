@@ -163,25 +163,13 @@ def identify_log(options: LogOptions, progress: Progress = lambda _text, _share:
 
 
 def _refuse_options(tree: Tree, options: LogOptions) -> None:
-    gains, true_kg, method, gain_sd = options.gains, options.true_kg, options.method, options.gain_sd
-    names = ", ".join(tree.joint_names)
-    if options.torque and len(gains) > 0:
-        raise ConfigError("--torque means that the logs contain torques; leave out --gains, or --torque.")
+    true_kg, method, gain_sd = options.true_kg, options.method, options.gain_sd
     if not options.unloaded:
         raise ConfigError("--unloaded names no log. Give one or more logs of the robot without the payload.")
-    if not options.torque and len(gains) == 0:
-        raise ConfigError(
-            "--gains is missing: the joint torque per motor current [N·m/A], one per joint. If the logs contain joint "
-            "torques, give --torque."
-        )
-    if not options.torque and len(gains) != len(tree.joints):
-        raise ConfigError(
-            f"--gains has {len(gains)} numbers; {tree.name} has {len(tree.joints)} joints ({names}) and needs one each "
-            "[N·m/A]."
-        )
-    for name, gain in zip(tree.joint_names, gains, strict=True):
-        if not np.isfinite(gain) or gain == 0.0:
-            raise ConfigError(f"--gains of joint '{name}' is {gain}; it must be finite and not zero [N·m/A].")
+    if options.torque and len(options.gains) > 0:
+        raise ConfigError("--torque means that the logs contain torques; leave out --gains, or --torque.")
+    if not options.torque:
+        _refuse_gains(tree, options.gains)
     if true_kg is not None and not 0.0 < true_kg < np.inf:
         raise ConfigError(f"--true-kg is {true_kg}; it must be a positive mass in kg. Leave it out if it is not known.")
     if not 0.0 <= gain_sd < 1.0:
@@ -191,6 +179,23 @@ def _refuse_options(tree: Tree, options: LogOptions) -> None:
             f"--method {method} is for arms: a payload has no table and no cuffs. "
             f"Choose {', '.join(METHODS[:-1])} or {METHODS[-1]}."
         )
+
+
+def _refuse_gains(tree: Tree, gains: Sequence[float]) -> None:
+    names = ", ".join(tree.joint_names)
+    if len(gains) == 0:
+        raise ConfigError(
+            "--gains is missing: the joint torque per motor current [N·m/A], one per joint. If the logs contain joint "
+            "torques, give --torque."
+        )
+    if len(gains) != len(tree.joints):
+        raise ConfigError(
+            f"--gains has {len(gains)} numbers; {tree.name} has {len(tree.joints)} joints ({names}) and needs one each "
+            "[N·m/A]."
+        )
+    for name, gain in zip(tree.joint_names, gains, strict=True):
+        if not np.isfinite(gain) or gain == 0.0:
+            raise ConfigError(f"--gains of joint '{name}' is {gain}; it must be finite and not zero [N·m/A].")
 
 
 def _read_all(tree: Tree, options: LogOptions) -> list[MotionLog]:
