@@ -322,7 +322,7 @@ def test_the_interval_of_a_real_load_holds_with_unloaded_logs_of_two_earlier_day
 
 
 def test_least_squares_finds_a_real_load_in_each_short_piece_of_its_log():
-    """In such pieces the search stopped at a third of the mass, because its steps were small and not at a minimum."""
+    """Guard against a search that stops far from the minimum, at a third of the mass, because its steps are small."""
     log = real_logs(UR10E_LOGS[1])
     for rows in ("1100:1600", "3200:3700"):
         result = json_value(identify_log(LogOptions(**log, rows=rows, method="least-squares")))

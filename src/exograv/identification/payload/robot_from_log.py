@@ -270,7 +270,7 @@ def _information(
 
 
 def _statistics(
-    parts: list[Float[np.ndarray, "sample joint"]], clear: Float[np.ndarray, "sample joint"], period_s: float
+    parts: list[Float[np.ndarray, "_ joint"]], clear: Bool[np.ndarray, "sample joint"], period_s: float
 ) -> tuple[Joints, Joints]:
     """Return standard deviation and correlation time of held-out residuals in clear motion, per joint."""
     columns = []
