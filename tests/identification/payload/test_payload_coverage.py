@@ -29,7 +29,7 @@ NOISE_SHARE, NOISE_S = 0.01, 0.2  # of the effort; correlation time
 SEVEN_SECONDS = 30.0
 DRAWS, DRAWS_LONG = 20, 60
 HELD_MIN, HELD_MIN_LONG = 17, 53
-"""Bounds: with 95 % intervals, 20 draws hold fewer than 17, and 60 draws fewer than 53, in less than 2 % of such tests."""
+"""Bounds: with 95 % intervals, 20 draws hold fewer than 17, and 60 fewer than 53, in less than 2 % of such tests."""
 HALF_WIDTH_MAX = 0.2
 """An interval that holds everything would be useless: gain errors of 4 % in four joints alone allow ± 8 %."""
 

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.identification.calibration.empty_machine import SAMPLE_PERIOD_S
-from exograv.identification.core.interface import Covariance, Parameters, Sample
+from exograv.identification.core.interface import Parameters, Sample
 
 from .payload import PAYLOAD, PayloadModel, payload_prior
 from .robot_from_log import RobotFromLog, thinned
@@ -22,8 +22,8 @@ class FirstFit:
     x: Parameters
     """All parameters; the robot's are those of the unloaded logs."""
 
-    covariance: Covariance
-    """Covariance (10, 10) of the payload. It contains the coloured residual and the uncertainty of the robot: gains,
+    covariance: Float[np.ndarray, "10 10"]
+    """Covariance of the payload. It contains the coloured residual and the uncertainty of the robot: gains,
     friction between two logs, and links."""
 
     cost: float
