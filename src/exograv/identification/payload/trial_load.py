@@ -90,7 +90,7 @@ def _candidates(name: str, setting: Setting, rehearsal: list[Sample]) -> tuple[T
     if name == "least-squares":
         # A ridge above one would pull a light payload towards nothing. A payload is far from its start in log-Cholesky
         # coordinates, along a curved valley: the search of the arm stopped at 1.0 kg of 2.8 kg.
-        return (MappingProxyType({"ridge": 1.0, "settled": 1e-7, "steps_max": 100}),)
+        return (MappingProxyType({"ridge": 1.0, "settled": 1e-7, "steps_max": 100.0}),)
     mean = setting.mean.copy()
     mean[PAYLOAD] = TRIAL_LOAD
     loaded = replace(setting, mean=mean)
