@@ -10,7 +10,8 @@ from exograv.errors import RecordingError
 from exograv.recording import read_log
 
 DATA = Path(os.environ.get("EXOGRAV_DATA", Path(__file__).parents[3] / "shared" / "data")) / "ur10e"
-JOINTS = 2
+JOINTS = ("turn", "lift")
+SIX = ("a", "b", "c", "d", "e", "f")
 
 
 def rows_of_motion(rest_before: int = 100, motion: int = 400, rest_after: int = 60) -> np.ndarray:
@@ -34,7 +35,7 @@ def test_the_longest_motion_between_two_rests_is_kept(tmp_path: Path):
     assert log.rows == (131, 530)
     assert len(log.t) == 400
     assert log.skipped == 0
-    np.testing.assert_allclose(log.current, 2.0 * log.v, atol=1e-6)
+    np.testing.assert_allclose(log.effort, 2.0 * log.v, atol=1e-6)
 
 
 def test_a_header_is_counted_as_a_line_and_not_as_a_loss(tmp_path: Path):
@@ -72,7 +73,7 @@ def test_a_log_with_many_bad_rows_is_refused(tmp_path: Path):
 
 def test_too_few_columns_are_named(tmp_path: Path):
     with pytest.raises(RecordingError, match="8 columns; 6 joints need 19"):
-        read_log(write(tmp_path / "log.csv", rows_of_motion()), 6)
+        read_log(write(tmp_path / "log.csv", rows_of_motion()), SIX)
 
 
 def test_time_in_milliseconds_is_refused(tmp_path: Path):
@@ -117,7 +118,7 @@ def test_an_empty_or_absent_or_binary_file_is_a_readable_error(tmp_path: Path):
 def test_a_real_log_is_cut_to_its_motion(name: str, rows: tuple[int, int]):
     if not (DATA / name).is_file():
         pytest.skip(f"no recorded UR10e log: {name} is not in $EXOGRAV_DATA/ur10e (docs say where to get it)")
-    log = read_log(DATA / name, 6)
+    log = read_log(DATA / name, SIX)
     np.testing.assert_allclose(log.rows, rows, atol=20)
     assert log.skipped == 0
     assert 49.5 < log.t[-1] - log.t[0] < 50.5

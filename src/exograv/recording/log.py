@@ -1,7 +1,8 @@
-"""CSV logs of other robots: read, cleaned and cut to the motion, with each loss counted."""
+"""Logs of other robots (CSV, ROS recordings): read, cleaned and cut to the motion, with each loss counted."""
 
 import csv
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +10,9 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.errors import RecordingError
+
+from .joint_states import is_ros_recording, read_joint_states
+from .log_columns import USUAL, Columns, chosen_columns, header_columns, usual_columns
 
 SHARE_OF_SPEED = 0.01
 """Speed above which a robot moves, as a share of the log's fast speed (95th percentile over its rows) [-].
@@ -25,8 +29,6 @@ SKIPPED_SHARE_MAX = 0.1
 PERIOD_MAX_S = 0.2
 """Largest time between samples [s]; above it accelerations are guesses, or time is not in seconds."""
 
-COLUMNS = "time [s], positions [rad], velocities [rad/s] and currents [A], one each per joint"
-
 
 @dataclass(frozen=True)
 class MotionLog:
@@ -41,8 +43,8 @@ class MotionLog:
     v: Float[np.ndarray, "sample joint"]
     """Joint velocities [rad/s]."""
 
-    current: Float[np.ndarray, "sample joint"]
-    """Motor currents [A]."""
+    effort: Float[np.ndarray, "sample joint"]
+    """Motor currents [A], or joint torques [N·m]."""
 
     skipped: int
     """Number of rejected rows between the first and the last used line.
@@ -54,19 +56,26 @@ class MotionLog:
     """First and last line used, counted from 1 as in an editor."""
 
 
-def read_log(path: Path, n_joints: int, rows: str | None = None) -> MotionLog:
-    """Read the motion of a log: time, positions, velocities, currents; a header and further columns are ignored.
+def read_log(
+    path: Path, joints: Sequence[str], rows: str | None = None, columns: str | None = None, *, is_torque: bool = False
+) -> MotionLog:
+    """Read the motion of a log: time, positions, velocities, and currents or torques.
+
+    A CSV log has the usual order of columns, unless its header names them or `columns` chooses them. A ROS recording
+    (MCAP, or the folder of a ROS 2 bag) is read by the names of the joints; each message counts as a row.
 
     Args:
-        path: The CSV file.
-        n_joints: Joints of the robot; positions, velocities and currents have as many columns each.
+        path: The log.
+        joints: Names of the robot's joints; positions, velocities and efforts have as many columns each.
         rows: Lines to use, "first:last", counted from 1; without it, the longest motion between two rests.
+        columns: Choice of columns, as in `log_columns.chosen_columns`.
+        is_torque: True if the efforts are torques.
 
     Raises:
         RecordingError: The file is missing, has other columns, too many bad rows, no running time, or no motion.
     """
-    path = Path(path)
-    lines, values, bad = _numeric_rows(path, n_joints)
+    path, n_joints = Path(path), len(joints)
+    lines, values, bad = _states(path, joints) if is_ros_recording(path) else _lines(path, joints, columns, is_torque)
     if rows:
         first, last = _chosen(rows, path)
         inside = (first <= lines) & (lines <= last)
@@ -85,20 +94,45 @@ def read_log(path: Path, n_joints: int, rows: str | None = None) -> MotionLog:
     return MotionLog(values[:, 0], *np.split(values[:, 1:], 3, axis=1), skipped=skipped, rows=used)
 
 
-def _numeric_rows(path: Path, n_joints: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _states(path: Path, joints: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return message numbers and values of a ROS recording, as `_lines` does."""
+    states = read_joint_states(path, joints)
+    values = np.column_stack([states.t, states.q, states.v, states.effort])
+    good = np.isfinite(values).all(axis=1)
+    numbers = np.arange(1, len(values) + 1)
+    return numbers[good], values[good], numbers[~good]
+
+
+def _lines(
+    path: Path, joints: Sequence[str], choice: str | None, is_torque: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return line numbers and needed columns of the good rows, and line numbers of the bad ones."""
-    needed = 1 + 3 * n_joints
     rows = _cells(path)
+    header = rows[0][1] if rows and not _has_number(rows[0][1]) else None
+    columns = _columns(path, header, joints, choice, is_torque)
+    needed = 1 + max(columns.places)
     usual = Counter(len(cells) for _, cells in rows).most_common(1)[0][0] if rows else 0
     if usual < needed:
-        raise RecordingError(f"{path} has {usual} columns; {n_joints} joints need {needed}: {COLUMNS}.")
-    parsed = [(line, _numbers(cells[:needed]) if len(cells) == usual else None) for line, cells in rows]
-    if parsed and parsed[0][1] is None and not _has_number(rows[0][1]):
-        parsed = parsed[1:]  # a header
+        raise RecordingError(f"{path} has {usual} columns; {len(joints)} joints need {needed}: {USUAL}.")
+    body = rows if header is None else rows[1:]
+    parsed = [(line, _needed(cells, columns) if len(cells) == usual else None) for line, cells in body]
     good = [(line, numbers) for line, numbers in parsed if numbers is not None]
     lines = np.array([line for line, _ in good], dtype=int)
-    values = np.array([numbers for _, numbers in good], dtype=float).reshape(-1, needed)
+    values = np.array([numbers for _, numbers in good], dtype=float).reshape(-1, len(columns.places))
     return lines, values, np.array([line for line, numbers in parsed if numbers is None], dtype=int)
+
+
+def _columns(
+    path: Path, header: list[str] | None, joints: Sequence[str], choice: str | None, is_torque: bool
+) -> Columns:
+    if choice is not None:
+        return chosen_columns(choice, header, joints, path)
+    named = None if header is None else header_columns(header, joints, is_torque)
+    return named or usual_columns(len(joints))
+
+
+def _needed(cells: list[str], columns: Columns) -> list[float] | None:
+    return _numbers([cells[place] for place in columns.places])
 
 
 def _cells(path: Path) -> list[tuple[int, list[str]]]:
@@ -132,7 +166,7 @@ def _chosen(rows: str, path: Path) -> tuple[int, int]:
 
 def _refuse_other_clocks(path: Path, t: np.ndarray, rows: str | None) -> None:
     if len(t) < 2:
-        raise RecordingError(f"{path} has {len(t)} usable rows in {rows or 'all its lines'}. Rows must have {COLUMNS}.")
+        raise RecordingError(f"{path} has {len(t)} usable rows in {rows or 'all its lines'}. Rows must have {USUAL}.")
     period = float(np.median(np.diff(t)))
     if period > PERIOD_MAX_S:
         raise RecordingError(
@@ -145,7 +179,7 @@ def _refuse_many_skipped(path: Path, skipped: int, rows: tuple[int, int], n_join
     if skipped > SKIPPED_SHARE_MAX * (rows[1] - rows[0] + 1):
         raise RecordingError(
             f"{path}: {skipped} of the lines {rows[0]}–{rows[1]} are cut short, not numbers or out of time order; "
-            f"allowed is one in ten. Check that the columns are {COLUMNS}, for {n_joints} joints."
+            f"allowed is one in ten. Check that the columns are {USUAL}, for {n_joints} joints."
         )
 
 
@@ -153,7 +187,7 @@ def _longest_motion(path: Path, t: np.ndarray, speed: np.ndarray) -> slice:
     """Return the longest motion between two rests, as samples: robots drive to the start before, and home after."""
     moving = np.flatnonzero(speed > SHARE_OF_SPEED * np.percentile(speed, 95))
     if len(moving) < 2:
-        raise RecordingError(f"Nothing moves in {path}: all velocities are zero. Check the columns: {COLUMNS}.")
+        raise RecordingError(f"Nothing moves in {path}: all velocities are zero. Check the columns: {USUAL}.")
     # A gap in the data is not a rest: samples must show that no joint moved.
     breaks = np.flatnonzero((np.diff(t[moving]) > REST_S) & (np.diff(moving) > 1))
     first = moving[np.concatenate([[0], breaks + 1])]

@@ -27,7 +27,12 @@ def test_each_outcome_has_its_case(
     mass: float, sd: float | None, rejected: float, ratio: float, outcome: PayloadOutcome
 ):
     result = estimate(mass, sd, rejected)
-    assert judge(result, mass_interval(result, 0.0), ratio) is outcome
+    assert judge(result, mass_interval(result, 0.0), ratio, is_fitted=True) is outcome
+
+
+def test_a_method_that_did_not_fit_the_log_is_never_called_found():
+    result = estimate(2.0, 0.02)
+    assert judge(result, mass_interval(result, 0.0), 1.1, is_fitted=False) is PayloadOutcome.NOT_FITTED
 
 
 def test_an_uncertain_gain_adds_to_the_interval_as_an_independent_error():

@@ -54,9 +54,9 @@ class LeastSquares:
     name = "least-squares"
     offline = True
 
-    def __init__(self, setting: Setting, ridge: float = RIDGE):
+    def __init__(self, setting: Setting, ridge: float = RIDGE, settled: float = SETTLED, steps_max: float = STEPS_MAX):
         self._setting, self._averages, self._t = setting, Averages(BATCH_PERIOD_S), 0.0
-        self._fit = _StagedFit(setting, ridge)
+        self._fit = _StagedFit(setting, ridge, settled, int(steps_max))
         self._done: Estimate | None = None
 
     def update(self, sample: Sample) -> None:
@@ -79,7 +79,8 @@ class LeastSquares:
 class _StagedFit:
     """Fit of the unknowns: coordinates of bodies and linear parameters, then the curves of elasticity."""
 
-    def __init__(self, setting: Setting, ridge: float):
+    def __init__(self, setting: Setting, ridge: float, settled: float, steps_max: int):
+        self._settled, self._steps_max = settled, steps_max
         self.samples: list[Sample] = []
         self._model, self._sd = setting.model, setting.residual_sd
         self._springs, self._mean = setting.springs, setting.mean
@@ -107,14 +108,14 @@ class _StagedFit:
             return self._coordinates.at(u[: self._split])[0], None
         angles = self._angles(u)
         here, damping = self._at(u, angles), DAMPING
-        for _ in range(STEPS_MAX):
+        for _ in range(self._steps_max):
             damped = here.information + damping * np.diag(np.diag(here.information))
             trial = u - np.linalg.solve(damped, here.slope)
             there = self._at(trial, angles)
             if there.cost < here.cost:
                 gained = here.cost - there.cost
                 u, here, damping = trial, there, 0.2 * damping
-                if gained < SETTLED * here.cost:
+                if gained < self._settled * here.cost:
                     break
             else:
                 damping *= 10.0

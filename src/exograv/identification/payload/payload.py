@@ -62,6 +62,16 @@ class RobotBlocks:
         return self._joint_block(4)
 
     @property
+    def curvature(self) -> slice:
+        """Further viscous friction per unit of speed, usually negative [N·m·s²/rad²]."""
+        return self._joint_block(5)
+
+    @property
+    def gain(self) -> slice:
+        """Relative error of the stated torque gain: measured torque = (1 + gain) · torque [-]."""
+        return self._joint_block(6)
+
+    @property
     def robot(self) -> slice:
         """Slice of all parameters except the payload's."""
         return slice(10, self.count)
@@ -69,7 +79,7 @@ class RobotBlocks:
     @property
     def count(self) -> int:
         """Length of the parameter vector."""
-        return 10 + 15 * self.n
+        return 10 + 17 * self.n
 
     def _joint_block(self, i: int) -> slice:
         start = 10 + (10 + i) * self.n
@@ -114,7 +124,7 @@ def payload_prior() -> tuple[Float[np.ndarray, " 10"], Float[np.ndarray, "10 10"
 
 
 def robot_torque(tree: Tree, motion: tuple[ca.SX, ca.SX, ca.SX], x: ca.SX, phi_extra: ca.SX, body: int) -> ca.SX:
-    """Motor torque (joint,) [N·m] of a robot with extra inertial parameters (10,) on one of its bodies.
+    """Measured torque (joint,) [N·m] of a robot with extra inertial parameters (10,) on one of its bodies.
 
     Args:
         tree: Joints and links of the robot.
@@ -137,7 +147,8 @@ def robot_torque(tree: Tree, motion: tuple[ca.SX, ca.SX, ca.SX], x: ca.SX, phi_e
         v_stribeck=np.full(blocks.n, V_STRIBECK),
         v_rest=V_REST,
     )
-    return load + friction_torque(friction, v, load)
+    # Friction of a harmonic drive grows more slowly than its speed: the viscous term has a curvature.
+    return (1.0 + x[blocks.gain]) * (load + friction_torque(friction, v, load) + x[blocks.curvature] * v * ca.fabs(v))
 
 
 def about_body(frame: Frame) -> Float[np.ndarray, "10 10"]:

@@ -27,11 +27,11 @@ def samples_of_log(log: MotionLog, gain: Joints) -> list[Sample]:
 
     Args:
         log: Log of the motion.
-        gain: Joint torque per current [N·m/A].
+        gain: Joint torque per current [N·m/A]; ones if the log contains torques [-].
     """
     dt = float(np.median(np.diff(log.t)))
     t = np.arange(log.t[0], log.t[-1], dt)
-    q, v, tau = (_at(t, log.t, table) for table in (log.q, log.v, gain * log.current))
+    q, v, tau = (_at(t, log.t, table) for table in (log.q, log.v, gain * log.effort))
     n = len(gain)
     of_position, of_velocity = SampleFilter(n, dt), SampleFilter(n, dt)
     samples = []
@@ -83,7 +83,7 @@ def _refuse_velocities(log: MotionLog, tree: Tree, path: Path) -> None:
             raise RecordingError(
                 f"{path}: the velocities of joint '{joint.name}' are not the derivative of its "
                 f"positions: they differ by {error:.2f} rad/s RMS at {size:.2f} rad/s RMS. The columns must be time, "
-                "all positions, all velocities [rad/s], all currents."
+                "all positions, all velocities [rad/s], all currents or torques; choose others with --columns."
             )
 
 

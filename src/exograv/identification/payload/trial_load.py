@@ -41,6 +41,8 @@ def rehearsed(name: str, setting: Setting, unloaded: list[Sample], progress: Cal
     """
     rehearsal = with_trial_load(setting, unloaded)
     candidates = _candidates(name, setting, rehearsal)
+    if len(candidates) == 1:
+        return candidates[0]
     best: tuple[tuple[float, float], Tuning] | None = None
     for i, tuning in enumerate(candidates):
         progress(i / len(candidates))
@@ -85,6 +87,10 @@ def found_after(method: Method, rehearsal: list[Sample]) -> tuple[float, float]:
 
 def _candidates(name: str, setting: Setting, rehearsal: list[Sample]) -> tuple[Tuning, ...]:
     """Candidates of the arm; step lengths depend on the robot and are shares of the largest stable one instead."""
+    if name == "least-squares":
+        # A ridge above one would pull a light payload towards nothing. A payload is far from its start in log-Cholesky
+        # coordinates, along a curved valley: the search of the arm stopped at 1.0 kg of 2.8 kg.
+        return (MappingProxyType({"ridge": 1.0, "settled": 1e-7, "steps_max": 100.0}),)
     mean = setting.mean.copy()
     mean[PAYLOAD] = TRIAL_LOAD
     loaded = replace(setting, mean=mean)

@@ -1,7 +1,7 @@
 """Identification of a payload from recorded logs of a robot, with the methods that serve the arm."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +11,21 @@ from jaxtyping import Float
 from exograv.errors import ConfigError, IdentificationError, RecordingError
 from exograv.identification.core.interface import Estimate, Method, Sample
 from exograv.identification.methods import BUILDERS, built
+from exograv.identification.payload.first_fit import FirstFit, cost_at, first_fit
 from exograv.identification.payload.payload import PAYLOAD, PayloadModel
 from exograv.identification.payload.payload_gradient import PayloadGradient, rehearsed_step
-from exograv.identification.payload.payload_outcome import PayloadOutcome, judge, mass_interval, refuse_negative_mass
+from exograv.identification.payload.payload_outcome import (
+    NOT_FITTED_RATIO,
+    PayloadOutcome,
+    judge,
+    mass_interval,
+    refuse_negative_mass,
+)
 from exograv.identification.payload.payload_samples import refuse_other_robots, samples_of_log
 from exograv.identification.payload.payload_setting import payload_setting
 from exograv.identification.payload.robot_from_log import RobotFromLog, robot_from_log
 from exograv.identification.payload.trial_load import rehearsed
+from exograv.identification.recursive.recursive import Recursive
 from exograv.loop.pilot import Progress
 from exograv.model.tree import Tree
 from exograv.model.urdf import read_urdf
@@ -38,6 +46,10 @@ METHODS = ("gradient", *BUILDERS)
 SAMPLES_MIN = 100
 FOUND = 0.1  # allowed error as a share of the known mass
 
+COMPLETE = ("recursive", "oracle")
+"""Methods whose covariance contains the coloured residual, the gain errors and the changes of the robot's friction. The
+covariance of another method is at least that of the direct fit."""
+
 
 @dataclass(frozen=True)
 class _Loaded:
@@ -45,8 +57,14 @@ class _Loaded:
 
     model: PayloadModel
     robot: RobotFromLog
-    unloaded: list[Sample]
+    unloaded: list[list[Sample]]
     samples: list[Sample]
+    first: FirstFit
+
+    @property
+    def all_unloaded(self) -> list[Sample]:
+        """Samples of all unloaded logs, one log after the other."""
+        return [sample for log in self.unloaded for sample in log]
 
 
 @dataclass(frozen=True)
@@ -80,17 +98,21 @@ class LogResult:
     method: str
     payload_frame: str
     true_kg: float | None
-    gains_Nm_per_A: Sequence[float]
+    gains_Nm_per_A: Sequence[float] | None
+    """Gains of the options; None if the logs contain torques."""
     gain_sd: float
+    gain_errors: list[float]
+    """Error of each joint's torque, relative to those of the other joints [-]."""
+    gain_errors_sd: list[float]
     rejected_share: float
     joints: tuple[str, ...]
     residual_rms_Nm: dict[str, list[float]]
     log: LogRows
-    unloaded: LogRows
+    unloaded: list[LogRows]
 
 
 def identify_log(options: LogOptions, progress: Progress = lambda _text, _share: None) -> LogResult:
-    """Identify the empty robot from one log, then its payload from another.
+    """Identify the empty robot from unloaded logs, then its payload from another log.
 
     Raises:
         ConfigError: An option cannot be used.
@@ -102,48 +124,52 @@ def identify_log(options: LogOptions, progress: Progress = lambda _text, _share:
     _refuse_options(tree, options)
     model = PayloadModel(tree, options.payload_frame)
     progress("Reading the logs", 0.0)
-    paths, true_kg = (options.unloaded, options.log), options.true_kg
-    chosen = (options.rows_unloaded, options.rows)
-    logs = [_read(path, tree, rows) for path, rows in zip(paths, chosen, strict=True)]
-    samples_unloaded, samples = (_samples(one, path, options.gains) for one, path in zip(logs, paths, strict=True))
+    log, *unloaded = logs = _read_all(tree, options)
+    gains = np.ones(len(tree.joints)) if options.torque else np.array(options.gains)
+    paths = (options.log, *options.unloaded)
+    samples, *samples_unloaded = (_samples(one, path, gains) for one, path in zip(logs, paths, strict=True))
     progress("Identifying the empty robot", 0.0)
-    robot = robot_from_log(model, samples_unloaded)
-    refuse_negative_mass(model, robot, samples)
-    loaded = _Loaded(model, robot, samples_unloaded, samples)
+    robot = robot_from_log(model, *samples_unloaded)
+    first = first_fit(model, robot, samples)
+    refuse_negative_mass(first)
+    loaded = _Loaded(model, robot, samples_unloaded, samples, first)
+    true_kg = options.true_kg
     estimate, masses = _follow(loaded, options.method, true_kg is not None, progress)
+    is_fitted = cost_at(model, robot, samples, estimate.x) <= NOT_FITTED_RATIO * first.cost
+    estimate = _widened(estimate, options.method, first) if is_fitted else replace(estimate, covariance=None)
     interval = mass_interval(estimate, options.gain_sd)
     residuals = _residuals(loaded, estimate)
     worse = np.max(residuals["loaded_with_payload"] / residuals["unloaded"])
+    gain, gain_sd = (values[model.blocks.gain] for values in (estimate.x, np.sqrt(np.diag(robot.covariance))))
     return LogResult(
         payload=_payload(estimate, interval),
         time_to_10pct_s=None if true_kg is None else _time_to_stay_within(FOUND * true_kg, masses, true_kg),
-        duration_s=_digits(logs[1].t[-1] - logs[1].t[0]),
+        duration_s=_digits(log.t[-1] - log.t[0]),
         samples=len(samples),
-        outcome=judge(estimate, interval, float(worse)),
+        outcome=judge(estimate, interval, float(worse), is_fitted),
         method=options.method,
         payload_frame=options.payload_frame,
         true_kg=true_kg,
-        gains_Nm_per_A=options.gains,
+        gains_Nm_per_A=None if options.torque else options.gains,
         gain_sd=options.gain_sd,
+        gain_errors=_digits(gain),
+        gain_errors_sd=_digits(gain_sd),
         rejected_share=_digits(estimate.rejected_share),
         joints=tree.joint_names,
         residual_rms_Nm={name: _digits(rms) for name, rms in residuals.items()},
-        log=LogRows(logs[1].rows, logs[1].skipped),
-        unloaded=LogRows(logs[0].rows, logs[0].skipped),
+        log=LogRows(log.rows, log.skipped),
+        unloaded=[LogRows(one.rows, one.skipped) for one in unloaded],
     )
 
 
 def _refuse_options(tree: Tree, options: LogOptions) -> None:
-    gains, true_kg, method, gain_sd = options.gains, options.true_kg, options.method, options.gain_sd
-    names = ", ".join(tree.joint_names)
-    if len(gains) != len(tree.joints):
-        raise ConfigError(
-            f"--gains has {len(gains)} numbers; {tree.name} has {len(tree.joints)} joints ({names}) and needs one each "
-            "[N·m/A]."
-        )
-    for name, gain in zip(tree.joint_names, gains, strict=True):
-        if not np.isfinite(gain) or gain == 0.0:
-            raise ConfigError(f"--gains of joint '{name}' is {gain}; it must be finite and not zero [N·m/A].")
+    true_kg, method, gain_sd = options.true_kg, options.method, options.gain_sd
+    if not options.unloaded:
+        raise ConfigError("--unloaded names no log. Give one or more logs of the robot without the payload.")
+    if options.torque and len(options.gains) > 0:
+        raise ConfigError("--torque means that the logs contain torques; leave out --gains, or --torque.")
+    if not options.torque:
+        _refuse_gains(tree, options.gains)
     if true_kg is not None and not 0.0 < true_kg < np.inf:
         raise ConfigError(f"--true-kg is {true_kg}; it must be a positive mass in kg. Leave it out if it is not known.")
     if not 0.0 <= gain_sd < 1.0:
@@ -155,14 +181,41 @@ def _refuse_options(tree: Tree, options: LogOptions) -> None:
         )
 
 
-def _read(path: Path, tree: Tree, rows: str | None) -> MotionLog:
-    log = read_log(path, len(tree.joints), rows)
-    refuse_other_robots(log, tree, path)
-    return log
+def _refuse_gains(tree: Tree, gains: Sequence[float]) -> None:
+    names = ", ".join(tree.joint_names)
+    if len(gains) == 0:
+        raise ConfigError(
+            "--gains is missing: the joint torque per motor current [N·m/A], one per joint. If the logs contain joint "
+            "torques, give --torque."
+        )
+    if len(gains) != len(tree.joints):
+        raise ConfigError(
+            f"--gains has {len(gains)} numbers; {tree.name} has {len(tree.joints)} joints ({names}) and needs one each "
+            "[N·m/A]."
+        )
+    for name, gain in zip(tree.joint_names, gains, strict=True):
+        if not np.isfinite(gain) or gain == 0.0:
+            raise ConfigError(f"--gains of joint '{name}' is {gain}; it must be finite and not zero [N·m/A].")
 
 
-def _samples(log: MotionLog, path: Path, gains: Sequence[float]) -> list[Sample]:
-    samples = samples_of_log(log, np.array(gains))
+def _read_all(tree: Tree, options: LogOptions) -> list[MotionLog]:
+    """Read the loaded log, then the unloaded ones."""
+    chosen = [None] * len(options.unloaded) if options.rows_unloaded is None else options.rows_unloaded.split(",")
+    if len(chosen) != len(options.unloaded):
+        raise ConfigError(
+            f"--rows-unloaded has {len(chosen)} ranges for {len(options.unloaded)} unloaded logs; give one for each, "
+            "separated by commas."
+        )
+    logs = []
+    for path, rows in zip((options.log, *options.unloaded), (options.rows, *chosen), strict=True):
+        log = read_log(path, tree.joint_names, rows, options.columns, is_torque=options.torque)
+        refuse_other_robots(log, tree, path)
+        logs.append(log)
+    return logs
+
+
+def _samples(log: MotionLog, path: Path, gains: Float[np.ndarray, " joint"]) -> list[Sample]:
+    samples = samples_of_log(log, gains)
     if len(samples) < SAMPLES_MIN:
         raise RecordingError(
             f"{path}: {len(samples)} samples remain of rows {log.rows[0]}–{log.rows[1]} after the filter has settled; "
@@ -185,7 +238,7 @@ def _follow(
             look_t += period_s
             progress("Identifying the payload", sample.t / last)
             if watch_mass:
-                looks.append((sample.t, identifier.estimate().x[0]))
+                looks.append((sample.t, _parameters(identifier)[0]))
     progress("Identifying the payload", 1.0)
     estimate = identifier.estimate()
     if not np.isfinite(estimate.x).all():
@@ -193,13 +246,28 @@ def _follow(
     return estimate, np.array(looks).reshape(-1, 2)
 
 
+def _parameters(identifier: Method) -> Float[np.ndarray, " parameter"]:
+    """Present parameters, without the covariance where the method can leave it out."""
+    return identifier.parameters() if isinstance(identifier, Recursive) else identifier.estimate().x
+
+
+def _widened(estimate: Estimate, method: MethodName, first: FirstFit) -> Estimate:
+    """Replace a covariance that is smaller than that of the direct fit; see `COMPLETE`."""
+    if estimate.covariance is None or method in COMPLETE or estimate.covariance[0, 0] >= first.covariance[0, 0]:
+        return estimate
+    covariance = estimate.covariance.copy()
+    covariance[PAYLOAD, PAYLOAD] = first.covariance
+    return replace(estimate, covariance=covariance)
+
+
 def _method(loaded: _Loaded, method: MethodName, progress: Progress) -> Method:
-    setting = payload_setting(loaded.model, loaded.robot, loaded.unloaded + loaded.samples)
+    setting = payload_setting(loaded.model, loaded.robot, loaded.all_unloaded + loaded.samples, loaded.first.x)
     text = "Rehearsing on the unloaded log"
     progress(text, 0.0)
     if method == "gradient":
-        return PayloadGradient(loaded.model, setting.mean, rehearsed_step(setting, loaded.unloaded))
-    return built(method, setting, rehearsed(method, setting, loaded.unloaded, lambda share: progress(text, share)))
+        return PayloadGradient(loaded.model, setting.mean, rehearsed_step(setting, loaded.unloaded[0]))
+    tuning = rehearsed(method, setting, loaded.unloaded[0], lambda share: progress(text, share))
+    return built(method, setting, tuning)
 
 
 def _payload(estimate: Estimate, interval: Any) -> PayloadFigures:
@@ -226,7 +294,7 @@ def _residuals(loaded: _Loaded, estimate: Estimate) -> dict[str, Float[np.ndarra
     without = estimate.x.copy()
     without[PAYLOAD] = 0.0
     runs = (
-        ("unloaded", loaded.unloaded, loaded.robot.x),
+        ("unloaded", loaded.all_unloaded, loaded.robot.x),
         ("loaded_without_payload", loaded.samples, without),
         ("loaded_with_payload", loaded.samples, estimate.x),
     )

@@ -122,10 +122,11 @@ class LogOptions:
     """Options of `exograv arm identify-log`."""
 
     log: Annotated[Path, tyro.conf.Positional] = field(default=tyro.MISSING)
-    """Log with the payload: CSV with time [s], positions [rad], velocities [rad/s] and currents [A] only."""
+    """Log with the payload: CSV (time [s], positions [rad], velocities [rad/s], currents [A] or torques [N·m]), or the
+    joint states of a ROS recording (MCAP, folder of a ROS 2 bag)."""
 
-    unloaded: Path = field(default=tyro.MISSING)
-    """Log of the same robot without the payload."""
+    unloaded: Sequence[Path] = field(default=tyro.MISSING)
+    """Logs of the same robot without the payload, one or more; several logs also show how its friction changes."""
 
     urdf: Path = field(default=tyro.MISSING)
     """URDF of the robot."""
@@ -133,10 +134,15 @@ class LogOptions:
     payload_frame: str = field(default=tyro.MISSING)
     """Link or frame that carries the payload."""
 
-    gains: Annotated[Sequence[float], words(lambda text: tuple(read_numbers(text, "--gains")))] = field(
-        default=tyro.MISSING
-    )
-    """Joint torque per motor current [N·m/A], one per joint, separated by commas."""
+    gains: Annotated[Sequence[float], words(lambda text: tuple(read_numbers(text, "--gains")))] = ()
+    """Joint torque per motor current [N·m/A], one per joint, separated by commas; or give --torque."""
+
+    torque: bool = False
+    """The logs contain joint torques [N·m] in place of currents."""
+
+    columns: str | None = None
+    """Columns of CSV logs: four words for time, positions, velocities and efforts. 1,2,8,14 are their first columns;
+    t,q*,v*,i* are names of a header, where * is the joint's name or number. Without it: usual names, or this order."""
 
     true_kg: float | None = None
     """Known mass of the payload [kg]: the time until the estimate stays within 10 % is then reported."""
@@ -148,7 +154,7 @@ class LogOptions:
     """First and last row of the log to use, counted from 1, as a:b; without it the log is cut to the motion."""
 
     rows_unloaded: str | None = None
-    """First and last row of the unloaded log to use, as --rows."""
+    """First and last row of each unloaded log to use, as --rows; separated by commas."""
 
     gain_sd: float = 0.0
-    """Standard deviation of the gains, as a share; widens the interval."""
+    """Standard deviation of an error that all gains share, as a share; widens the interval."""
