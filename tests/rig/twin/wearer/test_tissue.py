@@ -1,5 +1,7 @@
 """Tissue of a foreign world follows its published laws, has the level's stiffness at 1 rad, and creates no energy."""
 
+import itertools
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -96,7 +98,7 @@ def test_damped_tissue_with_hysteresis_only_takes_energy_from_a_cyclic_motion():
     t = np.arange(0.0, 12.0, DT)
     path = wearer.passive.neutral + 0.5 * np.sin(np.pi * t)[:, None] * np.array([1.0, 0.5, -0.3, 0.8])
     state, work = path[0], 0.0
-    for before, now in zip(path, path[1:], strict=False):
+    for before, now in itertools.pairwise(path):
         tau, state = step(0.5 * (now + before), (now - before) / DT, state)
         work += float(ca.dot(tau, now - before))
     assert work < 0.0  # six full cycles: the elastic energy is where it was
