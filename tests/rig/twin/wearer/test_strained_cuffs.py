@@ -1,4 +1,4 @@
-"""Cuffs of a foreign world stiffen exponentially and slip like dry friction; soft tissue wobbles and weighs the same."""
+"""Cuffs of a foreign world stiffen exponentially and slip with dry friction; soft tissue keeps its weight."""
 
 import itertools
 from dataclasses import replace
