@@ -14,6 +14,7 @@ from exograv.errors import ConfigError
 from exograv.laboratory.cooperative_wearer import cooperative_machine
 from exograv.live.live_control import LivePlan
 from exograv.loop.pilot import Progress
+from exograv.options import foreign_world
 from exograv.runtime.processes.process_pool import ProcessPool, Tell, in_order
 
 from .checkpoint import KeptVerdicts
@@ -66,9 +67,10 @@ class Campaign(FaultOptions):
     def identity(self) -> dict[str, int | str | None]:
         """Settings that determine the flight of each scenario number."""
         numbered = None if self.through is None else self.scenarios
-        named = ("seed", "level", "world", "persons", "through")
+        named = ("seed", "level", "persons", "through")
         kind = "faults" if self.healthy_hours is None else "healthy use"
-        return {name: getattr(self, name) for name in named} | {"numbered": numbered, "kind": kind}
+        identity = {name: getattr(self, name) for name in named} | {"numbered": numbered, "kind": kind}
+        return identity | foreign_world(self.world)
 
     @property
     def told(self) -> str:
