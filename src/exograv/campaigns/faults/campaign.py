@@ -14,7 +14,6 @@ from exograv.errors import ConfigError
 from exograv.laboratory.cooperative_wearer import cooperative_machine
 from exograv.live.live_control import LivePlan
 from exograv.loop.pilot import Progress
-from exograv.options import foreign_world
 from exograv.runtime.processes.process_pool import ProcessPool, Tell, in_order
 
 from .checkpoint import KeptVerdicts
@@ -67,10 +66,10 @@ class Campaign(FaultOptions):
     def identity(self) -> dict[str, int | str | None]:
         """Settings that determine the flight of each scenario number."""
         numbered = None if self.through is None else self.scenarios
-        named = ("seed", "level", "persons", "through")
+        # Home is not named, so that earlier campaigns continue.
+        named = ("seed", "level", "persons", "through", *(() if self.world == "home" else ("world",)))
         kind = "faults" if self.healthy_hours is None else "healthy use"
-        identity = {name: getattr(self, name) for name in named} | {"numbered": numbered, "kind": kind}
-        return identity | foreign_world(self.world)
+        return {name: getattr(self, name) for name in named} | {"numbered": numbered, "kind": kind}
 
     @property
     def told(self) -> str:
