@@ -73,4 +73,4 @@ def test_a_level_and_a_switch_keep_the_world():
 
 def test_a_world_that_does_not_exist_is_refused_with_the_names_of_all():
     with pytest.raises(ConfigError, match=r"No world 'mars'\. Worlds: home, tissue, shoulder, cuffs, drives, all\."):
-        Disturbances.at_level(2, "mars")  # type: ignore[arg-type]
+        Disturbances.at_level(2, "mars")
