@@ -305,7 +305,7 @@ class Disturbances:
         Raises:
             ConfigError: The level or the world does not exist.
         """
-        named = next((one for one in WORLDS if one == world), None)
+        named: WorldName | None = next((one for one in WORLDS if one == world), None)
         if named is None:
             raise ConfigError(f"No world '{world}'. Worlds: {', '.join(WORLDS)}.")
         return cls(MappingProxyType(dict.fromkeys(ROWS, _checked(level))), named)
