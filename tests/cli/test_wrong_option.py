@@ -57,7 +57,7 @@ def test_words_that_can_be_used_are_not_called_wrong(path: str, words: str):
 def test_absent_options_are_named_with_their_meaning():
     text = missing_words("arm identify-log", ["a.csv", "--urdf", "r.urdf", "--gains", "1,2"], ACTIONS)
     assert text is not None
-    assert text.startswith("`exograv arm identify-log` needs --unloaded (Log of the same robot without the payload);")
+    assert text.startswith("`exograv arm identify-log` needs --unloaded (Logs of the same robot without the payload")
     assert "--urdf" not in text
     assert missing_words("demo", [], ACTIONS) is None
 

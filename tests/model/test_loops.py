@@ -108,7 +108,7 @@ def test_a_hanging_arm_has_a_gradient_of_elevation():
 
 def test_shift_and_lengthening_follow_from_the_fit(assembly):
     x = numbers(
-        arm_positions(assembly.arm, ca.SX([np.pi / 2, 0.0, 0.1, 0.2]), ca.SX([0.0, 0.0, 0.0, 0.02, 0.007, 0.0, 0.0]))
+        arm_positions(assembly.arm, ca.SX([np.pi / 2, 0.0, 0.1, 0.2]), ca.SX([0.0, 0.0, 0.0, 0.02, 0.007, *[0.0] * 4]))
     )
     np.testing.assert_allclose(x, [0.02 * np.pi / 2, np.pi / 2, 0.0, 0.1, 0.007, 0.2], atol=2e-3)
 
