@@ -7,7 +7,7 @@ import pytest
 from exograv import kernel
 from exograv.dynamics.cuff_energy import CuffEnergy, cuff_energy
 from exograv.model.assembly import Assembly
-from exograv.model.loops import cuff_residuals, scaled_stiffness
+from exograv.model.loops import FIT, cuff_residuals, scaled_stiffness
 
 PARITY = 1e-12
 """Tolerance relative to the largest entry: some hundred rounding errors."""
@@ -30,20 +30,20 @@ def compared(assembly: Assembly) -> kernel.Kernel:
 @pytest.mark.parametrize("seed", range(1000, 1010))
 def test_geometry_and_differentiation_agree(compared, seed: int):
     rng = np.random.default_rng(seed)
-    values = compared.of(rng.normal(size=4), rng.normal(size=4), 0.3 * rng.normal(size=7), rng.normal(size=8))
+    values = compared.of(rng.normal(size=4), rng.normal(size=4), 0.3 * rng.normal(size=len(FIT)), rng.normal(size=8))
     for mine, plain in zip(values[:6], values[6:], strict=True):
         np.testing.assert_allclose(mine, plain, atol=PARITY * np.abs(plain).max(), rtol=0.0)
 
 
 def test_curvature_is_the_same_from_both_sides(compared):
     rng = np.random.default_rng(1010)
-    H = compared.of(rng.normal(size=4), rng.normal(size=4), 0.3 * rng.normal(size=7), np.zeros(8))[3]
+    H = compared.of(rng.normal(size=4), rng.normal(size=4), 0.3 * rng.normal(size=len(FIT)), np.zeros(8))[3]
     np.testing.assert_allclose(H, H.T, atol=PARITY * np.abs(H).max())
 
 
 def test_nothing_is_strained_where_the_cuffs_were_fastened(compared, assembly):
     donning = assembly.description.donning_posture
-    energy, slope, strain, H, *_ = compared.of(donning, donning, np.zeros(7), np.zeros(8))
+    energy, slope, strain, H, *_ = compared.of(donning, donning, np.zeros(len(FIT)), np.zeros(8))
     assert energy[0] == pytest.approx(0.0, abs=1e-20)
     for forces in (slope, strain):
         np.testing.assert_allclose(forces, 0.0, atol=1e-10)

@@ -96,7 +96,8 @@ def test_a_margin_covers_nine_in_ten_of_the_arms_that_are_believed_possible_at_a
     tau = found.tau_desired.reshape(201, len(q), -1)
     usable = found.is_closed.reshape(201, len(q)).all(axis=1)
     within = (np.abs(tau[1:] - tau[0]) <= margin).all(axis=(1, 2))
-    # For a normal distribution three deviations would hold 99 %. Cuffs and an oblique elbow make the posture nonlinear: 90 %.
+    # For a normal distribution three deviations would hold 99 %. Cuffs and an oblique elbow make the posture nonlinear:
+    # 90 %.
     assert within[usable[1:]].mean() >= 0.9
     assert (maker.table(mean, margin=margin).error > margin).all()
 
