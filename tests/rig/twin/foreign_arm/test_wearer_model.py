@@ -158,6 +158,21 @@ def test_muscles_and_tendons_are_left_out_and_it_is_said():
     assert "A girdle of bones moves the shoulder" in notes
 
 
+def test_a_gram_between_two_hinges_adds_its_mass_and_not_an_impossible_inertia(tmp_path: Path, rig):
+    arm, place = FILES["girdle"].read_text(encoding="utf-8"), 'pos="0.01 -0.15 0.02">'
+    begin = arm.index('<body name="upper"')
+    end = arm.index('<joint name="abduct"')
+    flex = arm[arm.index('<joint name="flex"') : end]
+    gram = f'<body name="between" {place}{flex}<inertial mass="0.001" pos="0 0 0" diaginertia="1 1 1"/>'
+    arm = f'{arm[:begin]}{gram}<body name="upper">{arm[end:]}'.replace("</body>" * 5, "</body>" * 6)
+    (tmp_path / "model.xml").write_text(arm, encoding="utf-8")
+    model = read_wearer_model(tmp_path / "model.xml", WEARERS / "girdle.toml", rig)
+    inertias = [np.sum([bone.inertia for bone in one.skeleton.bones], axis=0) for one in (model, read("girdle"))]
+    assert sum(bone.mass for bone in model.skeleton.bones) == pytest.approx(4.001)
+    np.testing.assert_allclose(*inertias, atol=INERTIA)
+    assert "between" in " ".join(model.notes)
+
+
 def test_held_at_its_lock_torque_an_arm_with_couplings_stays(rig):
     frictionless = MILD.without("coulomb", "viscous", "passive_damping", "cuff_damping")
     wearer = worn(read("girdle"), frictionless)
