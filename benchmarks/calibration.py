@@ -35,7 +35,7 @@ def run(rig: str, level: int, seed: int, worn: bool) -> dict[str, Any]:
     key = {"rig": rig, "level": level, "seed": seed}
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "calibration.toml"
-        options = CalibrateOptions(rig, None, level, seed, calibration=file)
+        options = CalibrateOptions(rig, None, level, seed=seed, calibration=file)
         try:
             found = run_calibration(options, Path(folder), lambda _text, _share: None)
         except ExogravError as error:

@@ -36,7 +36,7 @@ def calibrated(rig: str, level: int, seed: int, folder: Path) -> Path | None:
     if not file.exists() and not file.with_suffix(".refused").exists():
         folder.mkdir(parents=True, exist_ok=True)
         try:
-            options = CalibrateOptions(rig, None, level, seed, calibration=file)
+            options = CalibrateOptions(rig, None, level, seed=seed, calibration=file)
             run_calibration(options, folder, lambda _text, _share: None)
         except ExogravError as error:
             file.with_suffix(".refused").write_text(str(error))

@@ -40,6 +40,7 @@ def run(rig: str, level: int, seed: int, movement: str) -> dict[str, Any]:
 
 def merged(rig: str, level: int, seeds: list[int], movement: str, runs: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the result for one kind of machine, in the form of `exograv dev transparency --json`."""
+    from exograv.laboratory.options import TransparencyOptions
     from exograv.laboratory.transparency import movement_for
     from exograv.laboratory.transparency_summary import rig_result
     from exograv.model.description import load_rig
@@ -48,7 +49,7 @@ def merged(rig: str, level: int, seeds: list[int], movement: str, runs: list[dic
     description = load_rig(rig)
     wanted = movement_for(movement, description)  # pyright: ignore[reportArgumentType] - checked by the parser
     efforts = {condition: [one[condition] for one in runs] for condition in runs[0]}
-    return json_value(rig_result(description, level, seeds, wanted, efforts))
+    return json_value(rig_result(description, TransparencyOptions(level=level), seeds, wanted, efforts))
 
 
 def show(result: dict[str, Any]) -> None:

@@ -27,7 +27,7 @@ def run(rig: str, level: int, seed: int) -> dict[str, Any]:
 
     job = {"rig": rig, "level": level, "seed": seed}
     try:
-        found = run_verification(VerifyOptions(rig, None, level, seed), lambda _text, _share: None)
+        found = run_verification(VerifyOptions(rig, None, level, seed=seed), lambda _text, _share: None)
         return {**job, **json_value(found)}
     except ExogravError as error:
         return {**job, "broke_off": str(error)}

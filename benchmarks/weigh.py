@@ -35,7 +35,7 @@ def run(rig: str, level: int, seed: int, hand: float, forearm: float, factor: fl
     job = {"rig": rig, "level": level, "seed": seed, "factor": factor}
     try:
         typed = factor * draw_laboratory(rig, None, level, seed).body.mass_kg
-        options = WeighOptions(rig, None, level, seed, hand, forearm, typed)
+        options = WeighOptions(rig, None, level, "home", seed, hand, forearm, typed)
         return {**job, **json_value(run_weighing(options, lambda _text, _share: None))}
     except ExogravError as error:
         return {**job, "broke_off": str(error)}

@@ -387,6 +387,7 @@ def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch
         "recursive",
         "designed",
         2,
+        "home",
         0,
         joints,
         MeasuredCalibration(),

@@ -141,6 +141,12 @@ def flags(kind: type) -> Iterator[tuple[str, str, tuple[Any, ...]]]:
 OptionRecord = dict[str, str | int | float | bool | None]
 """Options by name in a checkpoint. A run continues only with the same options."""
 
+
+def foreign_world(world: "WorldName") -> OptionRecord:
+    """Return the entry of a foreign world in a checkpoint. Home has none, so that earlier checkpoints continue."""
+    return {} if world == "home" else {"world": world}
+
+
 Side = Literal["right", "left", "both"]
 """Side of a machine. A machine for both arms is one machine."""
 

@@ -20,6 +20,7 @@ from exograv.loop.native_ticks import NativeTicks
 from exograv.loop.person_limits import person_limits
 from exograv.loop.pilot import Pilot, TickSample
 from exograv.model.assembly import adjusted, read_exoskeleton
+from exograv.options import WorldName
 from exograv.procedures.calibration.breakaway_test import BreakawayPush, starting_posture
 from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import table_guess
@@ -148,9 +149,11 @@ def test_an_empty_machine_is_pushed_and_swept_with_a_weight_alike(
     assert flown.native_ticks > 0.9 * len(flown.ticks)
 
 
+@pytest.mark.parametrize("world", ["home", "all"])
 def test_a_worn_machine_is_driven_published_to_loaded_and_floated_alike(
-    laboratory: VirtualLaboratory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    world: WorldName, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
+    laboratory = draw_laboratory("recupera_like", None, 2, SEED, world=world)
     assembly, machine = laboratory.assembly(), nominal(laboratory)
     x = table_guess(assembly, machine)
     person = person_limits(assembly, machine, x)

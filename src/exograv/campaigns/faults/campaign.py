@@ -66,7 +66,8 @@ class Campaign(FaultOptions):
     def identity(self) -> dict[str, int | str | None]:
         """Settings that determine the flight of each scenario number."""
         numbered = None if self.through is None else self.scenarios
-        named = ("seed", "level", "world", "persons", "through")
+        # Home is not named, so that earlier campaigns continue.
+        named = ("seed", "level", "persons", "through", *(() if self.world == "home" else ("world",)))
         kind = "faults" if self.healthy_hours is None else "healthy use"
         return {name: getattr(self, name) for name in named} | {"numbered": numbered, "kind": kind}
 

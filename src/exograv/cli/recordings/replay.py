@@ -59,7 +59,8 @@ def show_replay(result: "ReplayFigures", figure: Path | None) -> None:
             console.print(f"{name}, {ticks} ticks: {told}.", highlight=False)
     else:
         console.print(_table(result))
-    for line in [*result.circumstances, _answer(result)]:
+    flown = [] if result.world is None else [f"Flown in the world '{result.world}' of the twin."]
+    for line in [*flown, *result.circumstances, _answer(result)]:
         console.print(line, highlight=False)
     console.print(f"Figure: {figure}", highlight=False, soft_wrap=True)
 

@@ -70,6 +70,8 @@ class ReplayFigures:
     remark: str | None
     rig: str | None
     command: str | None
+    world: str | None
+    """World of the twin; None for a real machine, and for recordings from before worlds."""
     joints: tuple[str, ...]
     ticks: int
     compared: dict[str, int]
@@ -148,6 +150,7 @@ def figures(
         remark=run.recording.remark,
         rig=settings.get("rig"),
         command=settings.get("command"),
+        world=settings.get("world"),
         joints=run.recording.joints,
         ticks=len(columns),
         compared={name: int(np.isfinite(one.by_tick).all(axis=1).sum()) for name, one in found.items()},

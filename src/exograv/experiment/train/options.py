@@ -20,6 +20,7 @@ from exograv.options import (
     Seed,
     Within,
     World,
+    foreign_world,
 )
 
 
@@ -75,9 +76,9 @@ class TrainOptions(Options):
     @property
     def kept(self) -> OptionRecord:
         """Options that must be the same when a run is continued."""
-        return {
+        return foreign_world(self.world) | {
             "protocol": self.protocol, "participant": self.participant, "session": self.session, "rig": self.rig,
-            "side": self.side, "level": self.level, "world": self.world, "seed": self.seed,
+            "side": self.side, "level": self.level, "seed": self.seed,
             "donning": self.donning, "windows": self.windows,
             "allocation": None if self.allocation is None else str(self.allocation),
         }  # fmt: skip

@@ -5,7 +5,18 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from exograv.laboratory.support_level.options import SupportOptions, Synergy
-from exograv.options import Level, OneSideOption, OptionRecord, Options, PersonCode, RigArgument, Seed, Within, World
+from exograv.options import (
+    Level,
+    OneSideOption,
+    OptionRecord,
+    Options,
+    PersonCode,
+    RigArgument,
+    Seed,
+    Within,
+    World,
+    foreign_world,
+)
 
 SEED_OF_SESSION = 10_000
 """Distance between the seeds of two sessions of one person. Noise and mobilised strength differ from day to day."""
@@ -62,7 +73,7 @@ class AssistOptions(Options):
     @property
     def kept(self) -> OptionRecord:
         """Options of the virtual person and the machine, which must be the same in all sessions."""
-        return {
-            "rig": self.rig, "side": self.side, "level": self.level, "world": self.world, "seed": self.seed,
+        return foreign_world(self.world) | {
+            "rig": self.rig, "side": self.side, "level": self.level, "seed": self.seed,
             "strength": self.strength, "synergy": self.synergy, "gain": self.gain,
         }  # fmt: skip

@@ -299,15 +299,16 @@ class Disturbances:
     """World whose laws act, at any level."""
 
     @classmethod
-    def at_level(cls, level: int, world: WorldName = "home") -> "Disturbances":
+    def at_level(cls, level: int, world: str = "home") -> "Disturbances":
         """Set every row to one level.
 
         Raises:
             ConfigError: The level or the world does not exist.
         """
-        if world not in WORLDS:
+        named: WorldName | None = next((one for one in WORLDS if one == world), None)
+        if named is None:
             raise ConfigError(f"No world '{world}'. Worlds: {', '.join(WORLDS)}.")
-        return cls(MappingProxyType(dict.fromkeys(ROWS, _checked(level))), world)
+        return cls(MappingProxyType(dict.fromkeys(ROWS, _checked(level))), named)
 
     def is_foreign(self, part: WorldName) -> bool:
         """Return True if the laws of this part are foreign ones: tissue, shoulder, cuffs or drives."""

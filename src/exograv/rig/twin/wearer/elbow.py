@@ -42,7 +42,7 @@ class ElbowForm:
     @property
     def is_usual(self) -> bool:
         """True if the elbow deviates in nothing."""
-        return self.carrying_angle == 0.0 and not self.axis_turn.any() and not self.forearm_turn.any()
+        return not any([self.carrying_angle, *self.axis_turn, *self.forearm_turn])
 
 
 def draw_elbow(disturbances: Disturbances, seed: int, owner: str, sex: Sex) -> ElbowForm:
