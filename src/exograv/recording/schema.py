@@ -305,8 +305,8 @@ CONTROL = Channel(
             "by_slope",
             "boolean",
             "-",
-            "true if implausible arms are refused and the ramp follows the steepest part of the torque; absent in older "
-            "recordings",
+            "true if implausible arms are refused and the ramp follows the steepest part of the torque; absent in "
+            "older recordings",
             optional=True,
         ),
     ),
