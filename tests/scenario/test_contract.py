@@ -26,6 +26,7 @@ BEYOND = {
     "motion",
     "possible_left_over_Nm",
     "recording",
+    "world",
 }
 
 

@@ -25,8 +25,8 @@ def parameter_truth(wearer: Wearer) -> dict[str, float]:
     (`posture.fastened_parts`).
 
     Each freedom has `.stiffness` [N·m/rad], `.spring_offset` (stiffness times neutral angle) [N·m] and `.damping`
-    [N·m·s/rad]. Neutral angles are counted as in a usual arm that lies alike in the fastened cuffs. The offset of the shoulder centre from the machine's is `shoulder_offset_x` to `_z` [m], in base axes.
-    `glenohumeral_slope` is the mean shift per elevation over the first 90° [m/rad]; the true path is not quite
+    [N·m·s/rad]. Neutral angles are counted as in a usual arm that lies alike in the fastened cuffs. The offset of the
+    shoulder centre from the machine's is `shoulder_offset_x` to `_z` [m], in base axes. `glenohumeral_slope` is the mean shift per elevation over the first 90° [m/rad]; the true path is not quite
     straight. It is absent if a girdle of bones moves the shoulder. `elbow_axis_x` and `elbow_axis_z` are components of
     the elbow's unit axis [-], in the axes of the upper arm as it lies in the fastened cuffs, when the bent forearm
     points along x: zero if the axis is at right angles to both bones. `carrying_angle` is the least angle between the

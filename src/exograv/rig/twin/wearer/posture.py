@@ -103,8 +103,8 @@ def lying_like(skeleton: Skeleton, q: Angles) -> Angles:
 def turned_to_lie(skeleton: Skeleton) -> Angles:
     """Angles by which each freedom is turned in the fastened cuffs beyond those of a usual arm there [rad].
 
-    An oblique elbow needs another rotation of the upper arm. Software that takes the arm for a usual one in the moment of
-    donning counts all later angles from there.
+    An oblique elbow needs another rotation of the upper arm. Software that takes the arm for a usual one while it is
+    donned counts all later angles from there.
     """
     q = FASTENED[: len(skeleton.freedoms)]
     return lying_like(skeleton, q) - q
