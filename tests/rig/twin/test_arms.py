@@ -173,10 +173,10 @@ def test_a_person_whose_wrist_is_held_straight_is_otherwise_the_same_person():
 def test_the_hand_of_a_hanging_arm_goes_where_each_freedom_says(side, freedom: str, moves: tuple[int, int]):
     # x forward, y left; for the left arm sideways is the other way round.
     person, spec = draw_wearer(MILD, 0, side, kind="whole"), mujoco.MjSpec()
-    add_arm(spec, person.arms[0].skeleton, np.zeros(3))
+    add_arm(spec, person.arms[0], np.zeros(3))
     model = spec.compile()
     data = mujoco.MjData(model)
-    place = find_arm(model, person.arms[0].skeleton)
+    place = find_arm(model, person.arms[0])
     before, after = [], []
     for angle, found in ((0.0, before), (0.01, after)):
         data.qpos[place.freedoms[place.skeleton.freedoms.index(freedom)]] = angle

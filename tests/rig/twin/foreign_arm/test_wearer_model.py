@@ -22,9 +22,10 @@ from exograv.rig.twin import (
     parameter_truth,
     read_wearer_model,
 )
-from exograv.rig.twin.wearer.arm_bodies import add_arm, body_name, find_arm
+from exograv.rig.twin.wearer.arm_bodies import ArmPlace, add_arm, body_name, find_arm
 from exograv.rig.twin.wearer.passive import elevation_cosine, follower_paths
 from exograv.rig.twin.wearer.posture import bone_poses, fastened_parts, lying_like
+from exograv.rig.twin.wearer.segments import Body
 from exograv.rig.twin.wearer.skeleton import Skeleton
 from exograv.rig.twin.world.scene import build_scene
 from exograv.rig.twin.world.statics import Statics
@@ -54,12 +55,13 @@ def worn(model: WearerModel, disturbances: Disturbances = GOOD, seed: int = 0) -
     return draw_wearer(disturbances, seed, model.skeleton.side, model.body, skeleton=model.skeleton)
 
 
-def alone(skeleton: Skeleton) -> tuple[mujoco.MjModel, mujoco.MjData, np.ndarray]:
-    """Arm in a world of its own, and its degrees of freedom."""
-    spec = mujoco.MjSpec()
-    add_arm(spec, skeleton, np.zeros(3))
+def alone(skeleton: Skeleton) -> tuple[mujoco.MjModel, mujoco.MjData, ArmPlace]:
+    """Arm in a world of its own, and its indices there."""
+    spec, anybody = mujoco.MjSpec(), Body("male", 1.75, 75.0)
+    arm = draw_wearer(MILD, 0, skeleton.side, anybody, skeleton=skeleton).arms[0]
+    add_arm(spec, arm, np.zeros(3))
     model = spec.compile()
-    return model, mujoco.MjData(model), find_arm(model, skeleton).freedoms
+    return model, mujoco.MjData(model), find_arm(model, arm)
 
 
 def inertia_matrix(model: mujoco.MjModel, data: mujoco.MjData, dofs: np.ndarray) -> np.ndarray:
@@ -84,26 +86,26 @@ def test_at_any_posture_the_arm_is_as_heavy_to_move_as_in_its_own_file(told: str
     skeleton = read(told, "recupera_like_7" if told == "rajagopal_7" else "recupera_like").skeleton
     own = mujoco.MjModel.from_xml_path(str(FILES[told]))
     names, locked = FREEDOMS_OF[told]
-    ours, data, dofs = alone(skeleton)
+    ours, data, place = alone(skeleton)
     theirs, generator = mujoco.MjData(own), np.random.default_rng(0)
     own_dofs = np.array([own.joint(name).dofadr[0] for name in names])
     signs = np.array([1.0, -1.0, 1.0, 1.0, 1.0, 1.0, -1.0])[: len(names)]
     zeros = np.array([0.0, 0.0, 0.0, 0.0, np.pi / 2, 0.0, 0.0])[: len(names)]
     for _ in range(5):
         q = generator.uniform(-0.8, 0.8, len(names))
-        data.qpos[dofs] = q
+        data.qpos[place.freedoms] = q
         theirs.qpos[own_dofs] = zeros + signs * q
         for name, angle in locked.items():
             theirs.qpos[own.joint(name).qposadr[0]] = angle
         expected = inertia_matrix(own, theirs, own_dofs) * np.outer(signs, signs)
-        np.testing.assert_allclose(inertia_matrix(ours, data, dofs), expected, atol=INERTIA)
+        np.testing.assert_allclose(inertia_matrix(ours, data, place.freedoms), expected, atol=INERTIA)
         shoulder = own.body("humerus").id
         com = OPENSIM @ (theirs.subtree_com[shoulder] - theirs.xpos[shoulder])
         np.testing.assert_allclose(data.subtree_com[1], com, atol=PLACE)
 
 
 def test_a_urdf_agrees_with_pinocchio():
-    ours, own_data, dofs = alone(read("sketched").skeleton)
+    ours, own_data, place = alone(read("sketched").skeleton)
     model = pinocchio.buildModelFromUrdf(str(FILES["sketched"]))
     data, generator = model.createData(), np.random.default_rng(1)
     names, signs = ["swing", "lift", "twist", "bend"], np.array([1.0, 1.0, 1.0, -1.0])
@@ -119,24 +121,24 @@ def test_a_urdf_agrees_with_pinocchio():
         q_theirs[model.joints[model.getJointId("roll")].idx_q] = np.deg2rad(30.0)
         M = np.triu(pinocchio.crba(model, data, q_theirs))
         M = M + np.triu(M, 1).T
-        own_data.qpos[dofs] = q
+        own_data.qpos[place.freedoms] = q
         expected = M[np.ix_(places, places)] * np.outer(signs, signs)
-        np.testing.assert_allclose(inertia_matrix(ours, own_data, dofs), expected, atol=INERTIA)
+        np.testing.assert_allclose(inertia_matrix(ours, own_data, place.freedoms), expected, atol=INERTIA)
 
 
 def test_a_girdle_that_follows_its_own_law_takes_the_shoulder_along():
     model = read("girdle")
     own, skeleton = mujoco.MjModel.from_xml_path(str(FILES["girdle"])), model.skeleton
     assert not skeleton.follows_elevation
-    theirs, (ours, data, dofs) = mujoco.MjData(own), alone(skeleton)
+    theirs, (ours, data, place) = mujoco.MjData(own), alone(skeleton)
     paths = follower_paths(worn(model), Q)
     for q in ([0.0, 0.0, 0.0, 0.0], [1.0, 0.3, -0.4, 1.2]):
         law = 0.02 + np.polyval([0.02, 0.15, 0.03], q[0] - 0.1)  # about the joints' values in the file
         asked = {"flex": q[0], "abduct": q[1], "turn": q[2], "bend": q[3], "rise": law, "open": np.deg2rad(20.0)}
         for name, angle in (asked | {"slide": 0.01}).items():
             theirs.qpos[own.joint(name).qposadr[0]] = angle
-        data.qpos[dofs] = q
-        data.qpos[find_arm(ours, skeleton).followers] = np.array(ca.Function("paths", [Q], [paths])(q)).ravel()
+        data.qpos[place.freedoms] = q
+        data.qpos[place.followers] = np.array(ca.Function("paths", [Q], [paths])(q)).ravel()
         mujoco.mj_forward(own, theirs)
         mujoco.mj_forward(ours, data)
         clavicle = own.body("clavicle").id
@@ -156,6 +158,21 @@ def test_muscles_and_tendons_are_left_out_and_it_is_said():
     assert "1 actuators and muscles" in notes
     assert "1 tendons" in notes
     assert "A girdle of bones moves the shoulder" in notes
+
+
+def test_a_gram_between_two_hinges_adds_its_mass_and_not_an_impossible_inertia(tmp_path: Path, rig):
+    arm, place = FILES["girdle"].read_text(encoding="utf-8"), 'pos="0.01 -0.15 0.02">'
+    begin = arm.index('<body name="upper"')
+    end = arm.index('<joint name="abduct"')
+    flex = arm[arm.index('<joint name="flex"') : end]
+    gram = f'<body name="between" {place}{flex}<inertial mass="0.001" pos="0 0 0" diaginertia="1 1 1"/>'
+    arm = f'{arm[:begin]}{gram}<body name="upper">{arm[end:]}'.replace("</body>" * 5, "</body>" * 6)
+    (tmp_path / "model.xml").write_text(arm, encoding="utf-8")
+    model = read_wearer_model(tmp_path / "model.xml", WEARERS / "girdle.toml", rig)
+    inertias = [np.sum([bone.inertia for bone in one.skeleton.bones], axis=0) for one in (model, read("girdle"))]
+    assert sum(bone.mass for bone in model.skeleton.bones) == pytest.approx(4.001)
+    np.testing.assert_allclose(*inertias, atol=INERTIA)
+    assert "between" in " ".join(model.notes)
 
 
 def test_held_at_its_lock_torque_an_arm_with_couplings_stays(rig):
@@ -191,9 +208,9 @@ def test_a_shoulder_told_as_one_joint_is_the_shoulder_told_by_its_hinges(tmp_pat
     as_ball = read_wearer_model(FILES["sketched"], tmp_path / "map.toml", rig).skeleton
     q, found = np.array([0.6, 0.2, -0.3, 1.0]), []
     for skeleton in (read("sketched").skeleton, as_ball):
-        model, data, dofs = alone(skeleton)
-        data.qpos[dofs] = q
-        found.append(inertia_matrix(model, data, dofs))
+        model, data, place = alone(skeleton)
+        data.qpos[place.freedoms] = q
+        found.append(inertia_matrix(model, data, place.freedoms))
     np.testing.assert_allclose(found[0], found[1], atol=INERTIA)
 
 
@@ -203,8 +220,8 @@ def test_a_shoulder_in_another_order_is_donned_in_the_same_posture():
     other = replace(usual, bones=(replace(usual.bones[0], joints=(second, first, third)), *usual.bones[1:]))
     asked, heights = np.array([0.7, 0.5, -0.3, 1.2]), []
     for skeleton in (usual, other):
-        model, data, dofs = alone(skeleton)
-        data.qpos[dofs] = lying_like(skeleton, asked)
+        model, data, place = alone(skeleton)
+        data.qpos[place.freedoms] = lying_like(skeleton, asked)
         mujoco.mj_kinematics(model, data)
         heights.append(data.body("weight_at_right_hand").xpos.copy())
         cosine = ca.Function("cosine", [Q], [elevation_cosine(skeleton, Q)])(lying_like(skeleton, asked))
@@ -245,10 +262,10 @@ def test_a_forearm_on_an_oblique_elbow_is_put_along_the_machines(rig):
 @pytest.mark.parametrize("told", ["arm26", "rajagopal", "girdle", "sketched"])
 def test_bones_are_where_mujoco_has_them(told: str):
     skeleton = read(told).skeleton
-    model, data, dofs = alone(skeleton)
+    model, data, place = alone(skeleton)
     q = np.array([0.9, 0.3, -0.4, 1.1])
-    data.qpos[dofs] = q
-    place, paths = find_arm(model, skeleton), follower_paths(worn(read(told), MILD), Q)
+    data.qpos[place.freedoms] = q
+    paths = follower_paths(worn(read(told), MILD), Q)
     data.qpos[place.followers] = np.array(ca.Function("paths", [Q], [paths])(q)).ravel()
     mujoco.mj_kinematics(model, data)
     for bone, pose in bone_poses(skeleton, q).items():

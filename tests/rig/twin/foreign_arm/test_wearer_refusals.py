@@ -78,6 +78,7 @@ def test_a_map_that_does_not_fit_is_refused(refusal, old: str, new: str, words: 
         ('axis="0 0 1" range="-90 90"', 'axis="0 1 0" range="-90 90"', ("freedoms.flexion", "90°")),
         ('mass="2.0325"', 'mass="-2.0325"', ("'humerus' weighs -2.0325 kg",)),
         ('mass="2.0325"', 'mass="nan"', ("'humerus' weighs nan kg",)),
+        ('"0.011946 0.004121 0.013409"', '"119.46 41.21 134.09"', ("'humerus' weighs 2.03 kg", "0.5 m", "units")),
         ('axis="0.2260 0.0223 0.9739" range="0 150"', 'type="slide"', ("freedoms.elbow", "slides")),
     ],
 )

@@ -24,6 +24,12 @@ SNAP = 1e-9
 TILT_MAX = np.deg2rad(25.0)
 """Largest angle between the vertical and a hanging upper arm or forearm [rad]."""
 
+GYRATION_MAX = 0.5
+"""Largest radius of gyration of a body of an arm [m]: no segment is longer than this."""
+
+INTERMEDIATE_MASS_MAX = 0.01
+"""Largest mass of a body that only carries one hinge of a joint [kg]. Converted models give it an arbitrary inertia."""
+
 
 @dataclass
 class Anatomy:
@@ -119,6 +125,7 @@ def _anatomy(model: mujoco.MjModel, data: mujoco.MjData, told: WearerMap, stand:
             leader[body] = body if moves else leader[parent]
     stand.coupled = {j: one for j, one in stand.coupled.items() if int(model.jnt_bodyid[j]) in leader}
     _refuse_unnamed(model, told, stand, leader)
+    _clean_inertias(model, stand, leader)
     anchors = [data.xanchor[j] for j in (*stand.ball, *(j for j, f in stand.freedoms.items() if f in FREEDOMS[:3]))]
     return Anatomy(model, data, told, stand, chain, leader, np.mean(anchors, axis=0))
 
@@ -134,6 +141,28 @@ def _refuse_unnamed(model: mujoco.MjModel, told: WearerMap, stand: HangingPostur
         raise ModelError(
             f"The arm has more joints than the map names: {listed(left)}. Give each an angle under [locked], couple "
             "it, or set lock_others = true, which leaves them as the file has them."
+        )
+
+
+def _clean_inertias(model: mujoco.MjModel, stand: HangingPosture, leader: dict[int, int]) -> None:
+    """Turn intermediate bodies with an impossible inertia into point masses, and refuse such a body of more mass."""
+    cleaned = []
+    for body in leader:
+        mass, inertia = float(model.body_mass[body]), float(model.body_inertia[body].max())
+        if inertia <= mass * GYRATION_MAX**2:
+            continue
+        name = model.body(body).name
+        if mass > INTERMEDIATE_MASS_MAX:
+            raise ModelError(
+                f"Body '{name}' weighs {mass:.3g} kg and has an inertia of {inertia:.3g} kg·m². Its radius of gyration "
+                f"is {np.sqrt(inertia / mass):.3g} m; allowed: at most {GYRATION_MAX} m. Correct the file; check its "
+                "units."
+            )
+        model.body_inertia[body] = 0.0
+        cleaned.append(name)
+    if cleaned:
+        stand.notes.append(
+            f"The masses of {listed(cleaned)} are too small for their inertias: these bodies count as point masses."
         )
 
 
