@@ -70,7 +70,7 @@ def test_a_measured_velocity_of_the_same_motion_gives_a_filtered_sample_like_the
 def test_a_measured_velocity_is_used(rig, arrays, calibration, estimate):
     q, tau = arrays
     still = exograv.identify(rig, PERSON, q, tau, DT, v=np.zeros_like(q), calibration=calibration)
-    damping = estimate.to_pandas().index.get_loc("elbow.damping")
+    damping = estimate.to_pandas().index.get_loc("rotation.damping")
     assert still.sd[damping] > 1.2 * estimate.sd[damping]  # motion at rest contains no information about damping
 
 

@@ -30,7 +30,7 @@ LEFT_AFTER: dict[MethodName, float] = {
     "kaczmarz": 0.5,
     "rls": 0.3,
     "ekf": 0.3,
-    "least-squares": 0.1,
+    "least-squares": 0.12,  # its ridge holds the unknowns near the prior; with the axis of the elbow there are two more
     "oracle": 0.1,
 }
 """Largest share of the torque error that remains after 6 s, for a noise-free arm of the method's own model. `gradient`

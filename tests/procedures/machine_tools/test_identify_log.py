@@ -189,7 +189,7 @@ def test_a_payload_at_the_wrong_link_is_called_strange(lab: Path):
 
 def test_swapped_logs_are_recognised(lab: Path):
     with pytest.raises(IdentificationError, match="swapped"):
-        identified(lab, log=lab / "unloaded.csv", unloaded=[lab / "loaded.csv"])
+        identified(lab, log=lab / "unloaded.csv", unloaded=(lab / "loaded.csv",))
 
 
 def test_progress_names_every_stage_and_ends_at_one(lab: Path):
@@ -272,7 +272,7 @@ def test_torques_in_place_of_currents_give_the_same_mass(lab: Path, tmp_path: Pa
 
 def test_a_second_unloaded_log_makes_the_interval_narrower(lab: Path, tmp_path: Path, plain: dict[str, Any]):
     further = write_log(tmp_path / "further.csv", seed=101, payload_kg=0.0, phase=0.7)
-    both = identified(lab, unloaded=[lab / "unloaded.csv", further])
+    both = identified(lab, unloaded=(lab / "unloaded.csv", further))
     widths = [np.ptp(result["payload"]["ci95_kg"]) for result in (both, plain)]
     assert widths[0] < widths[1]
     assert len(both["unloaded"]) == 2

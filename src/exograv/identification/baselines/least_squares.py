@@ -20,7 +20,7 @@ CANDIDATES: tuple[Mapping[str, float], ...] = tuple(MappingProxyType({"ridge": r
 RIDGE = 1e3
 """Weight of the start, in units of the prior's information [-]; from python benchmarks/tune_methods.py."""
 
-STEPS_MAX, SETTLED = 50, 1e-6
+STEPS_MAX, SETTLED = 25, 1e-4
 """Largest number of Levenberg–Marquardt steps, and relative decrease of the cost that ends the search [-]."""
 
 DAMPING, DAMPING_MAX = 1e-3, 1e6

@@ -125,7 +125,7 @@ class LogOptions:
     """Log with the payload: CSV (time [s], positions [rad], velocities [rad/s], currents [A] or torques [N·m]), or the
     joint states of a ROS recording (MCAP, folder of a ROS 2 bag)."""
 
-    unloaded: Sequence[Path] = field(default=tyro.MISSING)
+    unloaded: tuple[Path, ...] = field(default=tyro.MISSING)
     """Logs of the same robot without the payload, one or more; several logs also show how its friction changes."""
 
     urdf: Path = field(default=tyro.MISSING)
