@@ -43,7 +43,7 @@ def main() -> None:
     print("|---|---|---|---|---|---|---|---|")
     for name in names:
         for pair in pairs:
-            unloaded = [Path(text) for text in pair.split(",")]
+            unloaded = tuple(Path(text) for text in pair.split(","))
             begun = time.monotonic()
             stems = " + ".join(path.stem for path in unloaded)
             try:

@@ -95,7 +95,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def identified(lab: Path, progress: Progress = lambda _text, _share: None, **changes: Any) -> dict[str, Any]:
     options: dict[str, Any] = {
         "log": lab / "loaded.csv",
-        "unloaded": [lab / "unloaded.csv"],
+        "unloaded": (lab / "unloaded.csv",),
         "urdf": lab / "robot.urdf",
         "payload_frame": "tool",
         "gains": GAINS,
