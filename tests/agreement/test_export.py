@@ -59,8 +59,8 @@ def person(worn: tuple[Assembly, np.ndarray]) -> Personal:
 
 
 def inverse_dynamics(tree: Tree, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-    arguments = [ca.SX(ca.DM(one)) for one in (q, v, a, tree.phi.T, GRAVITY)]
-    return np.array(ca.evalf(rnea(tree, *arguments))).ravel()
+    q_, v_, a_, phi, gravity = (ca.SX(ca.DM(one)) for one in (q, v, a, tree.phi.T, GRAVITY))
+    return np.array(ca.evalf(rnea(tree, q_, v_, a_, phi, gravity))).ravel()
 
 
 def motions(tree: Tree, count: int = 10) -> np.ndarray:

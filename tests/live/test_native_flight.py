@@ -264,7 +264,7 @@ def test_a_control_that_stands_still_costs_a_descent(tmp_path: Path):
 def test_half_a_word_of_the_parent_lowers_the_arm_at_once_and_costs_no_tick(tmp_path: Path):
     with flying(tmp_path) as flight:
         before = flight.ticks.written
-        os.write(flight.guard.connection.fileno(), struct.pack("!i", 1000))
+        os.write(flight.guard._line._connection.fileno(), struct.pack("!i", 1000))
         report = flight.report()
         rows, texts = flight.recorded()[before:], flight.texts()
     assert PARENT_GONE in texts
@@ -277,7 +277,7 @@ def test_half_a_word_of_the_parent_lowers_the_arm_at_once_and_costs_no_tick(tmp_
 @pytest.mark.slow
 def test_a_parent_that_is_gone_ends_the_run_with_the_arm_down(tmp_path: Path):
     with flying(tmp_path) as flight:
-        flight.guard.connection.close()
+        flight.guard._line.close()
         wait_until(flight.is_down, "the arm is down")
         assert wait_until(lambda: flight.guard.exit_status is not None, "the guard has ended")
         assert flight.guard.exit_status == 0

@@ -390,6 +390,7 @@ def test_power_beyond_carrying_stays_within_its_limit_at_the_present_speed():
     envelope = worn(limits=replace(LIMITS, power_max_W=1.0, tank_start_J=50.0, tank_max_J=50.0))
     v = np.full(len(LIMITS.q_lower), 1.5)
     q = 0.5 * (LIMITS.q_lower + LIMITS.q_upper)
+    tau = np.zeros_like(v)
     for _ in range(200):
         tau = envelope.limit(np.full_like(v, 20.0), q, v)
     record = envelope.record
@@ -404,6 +405,7 @@ def test_braking_fades_before_a_joint_turns_back():
         machine = replace(MACHINE, torque_rate_max_Nm_per_s=150.0)
         envelope = worn(limits=replace(LIMITS, power_max_W=power_max_W), machine=machine)
         q = 0.5 * (LIMITS.q_lower + LIMITS.q_upper)
+        tau = np.zeros_like(q)
         for speed in [*[3.9] * 200, *np.linspace(3.9, -3.9, 20)]:
             v = np.zeros_like(q)
             v[0] = speed

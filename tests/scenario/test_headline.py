@@ -11,7 +11,7 @@ import pytest
 
 from exograv.campaigns.benchmark_identification.cases import Case, by_machine
 from exograv.campaigns.benchmark_identification.work import WearerTask, run_machine
-from exograv.rig.twin.disturbances.levels import WorldName
+from exograv.options import WorldName
 
 MOTION_S = 60.0
 
@@ -54,6 +54,11 @@ def test_three_home_wearers_are_within_the_target_and_their_intervals_hold():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("world", ["tissue", "shoulder", "cuffs", "drives", "all"])
-def test_a_foreign_world_leaves_no_more_over_than_today(world: WorldName):
-    print(headline(world, 3))
+@pytest.mark.parametrize(
+    ("world", "shoulder_Nm", "elbow_Nm"), [("tissue", 0.4, 0.2), ("shoulder", 0.4, 0.25), ("cuffs", 0.3, 0.12)]
+)
+def test_a_foreign_world_leaves_no_more_over_than_today(world: WorldName, shoulder_Nm: float, elbow_Nm: float):
+    """The targets are missed in these worlds, and too few intervals hold (docs/results/results.md)."""
+    found = headline(world, 3)
+    assert found.shoulder_Nm < shoulder_Nm
+    assert found.elbow_Nm < elbow_Nm

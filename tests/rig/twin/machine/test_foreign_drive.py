@@ -115,7 +115,7 @@ def test_steady_sliding_by_maxwell_slip_is_the_sliding_friction_of_the_speed(rig
         step = ca.Function(
             "friction", [forces], list(vars(foreign_friction(machine, laws, ELBOW, forces, now, DT)).values())
         )
-        state = np.zeros(ELEMENTS)
+        state, tau = np.zeros(ELEMENTS), np.zeros(1)
         for _ in range(2000):
             tau, state = step(state)
         steady = float(ca.evalf(sliding_friction(machine, ELBOW, now))) * np.sign(speed)

@@ -5,9 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exograv.model.rig_settings import ArmKind
+from exograv.options import Side
 from exograv.rig.twin import Body, Disturbances, Wearer, draw_wearer, parameter_truth
 from exograv.rig.twin.wearer.elbow import ElbowForm, draw_elbow, with_elbow
 from exograv.rig.twin.wearer.posture import bone_poses, lying_like, usual_axes
+from exograv.rig.twin.wearer.regressions import Sex
 from exograv.rig.twin.wearer.skeleton import Skeleton
 
 LEVEL = Disturbances.at_level(2)
@@ -21,7 +24,7 @@ ALL_TURNED = ElbowForm(np.deg2rad(12.0), np.deg2rad([3.0, -2.0]), np.deg2rad([2.
 ROUNDING = 1e-7
 
 
-def skeleton_of(side: str, kind: str = "shoulder_elbow") -> Skeleton:
+def skeleton_of(side: Side, kind: ArmKind = "shoulder_elbow") -> Skeleton:
     return draw_wearer(STRAIGHT, 0, side, kind=kind).arms[0].skeleton
 
 
@@ -34,7 +37,7 @@ def forearm_line(skeleton: Skeleton, elbow: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("side", "outward"), [("right", -1.0), ("left", 1.0)])
-def test_the_extended_forearm_deviates_outwards_by_the_carrying_angle(side: str, outward: float):
+def test_the_extended_forearm_deviates_outwards_by_the_carrying_angle(side: Side, outward: float):
     line = forearm_line(with_elbow(skeleton_of(side), CARRIED), 0.0)
     np.testing.assert_allclose(
         line, [0.0, outward * np.sin(CARRIED.carrying_angle), -np.cos(CARRIED.carrying_angle)], atol=ROUNDING
@@ -56,7 +59,7 @@ def test_a_usual_elbow_leaves_an_arm_as_it_was():
 
 
 @pytest.mark.parametrize("kind", ["shoulder_elbow", "whole"])
-def test_an_oblique_elbow_keeps_lengths_masses_and_moments_of_the_segments(kind: str):
+def test_an_oblique_elbow_keeps_lengths_masses_and_moments_of_the_segments(kind: ArmKind):
     before, after = skeleton_of("right", kind), with_elbow(skeleton_of("right", kind), ALL_TURNED)
     for old, new in zip(before.bones, after.bones, strict=True):
         assert new.mass == old.mass
@@ -94,7 +97,7 @@ def test_an_oblique_arm_can_lie_along_the_links_of_a_machine():
 
 
 @pytest.mark.parametrize(("sex", "mean", "sd"), [("male", 11.0, 4.0), ("female", 15.0, 5.0)])
-def test_carrying_angles_have_the_mean_and_spread_of_their_sex(sex: str, mean: float, sd: float):
+def test_carrying_angles_have_the_mean_and_spread_of_their_sex(sex: Sex, mean: float, sd: float):
     drawn = np.rad2deg([draw_elbow(LEVEL, seed, "wearer", sex).carrying_angle for seed in range(2000)])
     assert drawn.min() >= 0.0
     assert drawn.max() <= 25.0
@@ -128,7 +131,7 @@ def test_the_rows_of_the_elbow_change_no_other_draw_of_a_wearer():
 
 
 @pytest.mark.parametrize(("side", "prefix"), [("right", ""), ("both", "left_")])
-def test_the_truth_names_the_carrying_angle_and_the_axis(side: str, prefix: str):
+def test_the_truth_names_the_carrying_angle_and_the_axis(side: Side, prefix: str):
     calm = LEVEL.without("elbow_axis")
     truth = parameter_truth(draw_wearer(calm, 5, side, Body("male", 1.78, 80.0)))
     angle = draw_elbow(calm, 5, "wearer", "male").carrying_angle
