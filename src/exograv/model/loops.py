@@ -58,7 +58,7 @@ def fit_names(assembly: Assembly) -> tuple[str, ...]:
 
 
 def fit_of(limb: Limb, fit: ca.SX) -> ca.SX:
-    """Part (7,) of `fit` that belongs to one arm."""
+    """Part (9,) of `fit` that belongs to one arm."""
     return fit[limb.number * len(FIT) : (limb.number + 1) * len(FIT)]
 
 

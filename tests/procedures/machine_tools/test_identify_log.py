@@ -208,7 +208,7 @@ def test_progress_names_every_stage_and_ends_at_one(lab: Path):
         ({"gains": [1.0, float("nan"), 2.0]}, ConfigError, "joint 'lift' is nan"),
         ({"gains": ()}, ConfigError, "--gains is missing"),
         ({"torque": True}, ConfigError, "leave out --gains"),
-        ({"unloaded": []}, ConfigError, "names no log"),
+        ({"unloaded": ()}, ConfigError, "names no log"),
         ({"rows_unloaded": "1:900,1:900"}, ConfigError, "2 ranges for 1 unloaded"),
         ({"true_kg": -1.0}, ConfigError, "positive mass"),
         ({"gain_sd": -0.1}, ConfigError, "allowed: a share from 0"),
@@ -264,7 +264,7 @@ def test_torques_in_place_of_currents_give_the_same_mass(lab: Path, tmp_path: Pa
         np.savetxt(tmp_path / name, table, delimiter=",", fmt="%.6f")
         return tmp_path / name
 
-    logs = {"log": with_torques("loaded.csv"), "unloaded": [with_torques("unloaded.csv")]}
+    logs = {"log": with_torques("loaded.csv"), "unloaded": (with_torques("unloaded.csv"),)}
     result = identified(lab, **logs, gains=(), torque=True)
     assert result["payload"]["mass_kg"] == pytest.approx(plain["payload"]["mass_kg"], abs=1e-3)
     assert result["gains_Nm_per_A"] is None
@@ -304,7 +304,7 @@ def real_logs(*unloaded: str) -> dict[str, Any]:
         )
     log, urdf_path, *others = paths
     frame = {"payload_frame": "wrist_3_link", "gains": REAL_GAINS}
-    return {"log": log, "urdf": urdf_path, "unloaded": others, **frame}
+    return {"log": log, "urdf": urdf_path, "unloaded": tuple(others), **frame}
 
 
 @pytest.mark.parametrize("name", UR10E_LOGS)

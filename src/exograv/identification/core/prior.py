@@ -79,7 +79,7 @@ def _springs(arm: Arm) -> Float[np.ndarray, "3 2 freedom"]:
     return table
 
 
-def _fit_sd(arm: Arm) -> Float[np.ndarray, " 7"]:
+def _fit_sd(arm: Arm) -> Float[np.ndarray, " 9"]:
     length = LENGTH_SD * arm.lengths["upper_arm"]
     return np.array(
         [
