@@ -31,6 +31,10 @@ class Process:
     def is_alive(self) -> bool:
         return self.lives
 
+    @property
+    def exitcode(self) -> int | None:
+        return None if self.lives else 0
+
     def join(self, _patience_s: float) -> None:
         self.lives = False
 
