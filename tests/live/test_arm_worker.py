@@ -10,9 +10,11 @@ from exograv.identification.core.prior import prior
 from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.live.arm_worker import BRIDGED_TICKS, ArmWorker, LearnedArm
+from exograv.loop.person_limits_manager import LimitsMaker
 from exograv.motion import Trajectory
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
-from exograv.procedures.identification.identify import identification_motion
+from exograv.procedures.identification.estimator_session import table_guess
+from exograv.procedures.identification.identify import IMPLAUSIBLE, identification_motion
 from exograv.runtime.control_loop.exchange import sample_dtype
 
 PERIOD_S, SECONDS, NOW = 0.001, 12.0, 100.0
@@ -75,3 +77,23 @@ def test_a_worker_begins_with_the_file_and_says_when_it_is_of_a_heavier_arm(
     assert np.array_equal(news[0].prior, mean)
     assert news[-1].is_contradicted is is_other
     assert not news[0].is_contradicted
+
+
+@pytest.mark.parametrize("times", [1.0, 3.0])
+def test_the_guard_expects_the_tables_arm_where_control_refuses_the_learned_one(
+    prepared: ControllerKnowledge, times: float, monkeypatch: pytest.MonkeyPatch
+):
+    table = table_guess(prepared.assembly, prepared.machine)
+    phi, worker = ParameterLayout.of(prepared.assembly).phi, ArmWorker(prepared.assembly, prepared.machine, PERIOD_S)
+    path = path_of(prepared)
+    moved(worker, prepared, path, range(1000, len(path)))
+    last = worker._learner.last()
+    last.x[:] = table
+    last.x[phi] *= times
+    monkeypatch.setattr(worker._learner, "last", lambda: last)
+    x, learned = worker.finish()
+    assert isinstance(learned, LearnedArm)
+    expected = LimitsMaker(prepared.assembly, prepared.machine, table).known(table if times > 1.6 else x)
+    q = prepared.assembly.description.donning_posture
+    assert learned.why.startswith(IMPLAUSIBLE) == (times > 1.6)
+    np.testing.assert_array_equal(learned.person.table.torque(q, 0.0), expected.table.torque(q, 0.0))

@@ -23,6 +23,9 @@ BODY = Body(1.78, 75.0, "male")
 ERROR_MAX_NM = 0.15
 """Largest error of the table [N·m]; half of the smallest margin beside it would still be ten times as much."""
 
+ARMS = 1000
+"""Number of arms that are drawn from the prior."""
+
 
 @pytest.fixture(scope="module")
 def worn():
@@ -89,16 +92,16 @@ def test_a_margin_covers_nine_in_ten_of_the_arms_that_are_believed_possible_at_a
     q = sample_postures(assembly.description, 16)
     margin = maker.margin(mean, covariance, q)
     values, vectors = np.linalg.eigh(covariance)
-    draws = np.random.default_rng(1).standard_normal((200, len(mean)))
+    draws = np.random.default_rng(1).standard_normal((ARMS, len(mean)))
     arms = mean + draws @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
-    z = np.tile(resting.cold_start(q, mean), (201, 1))
-    found = resting(np.tile(q, (201, 1)), np.repeat(np.vstack([mean, arms]), len(q), axis=0), z)
-    tau = found.tau_desired.reshape(201, len(q), -1)
-    usable = found.is_closed.reshape(201, len(q)).all(axis=1)
+    z = np.tile(resting.cold_start(q, mean), (ARMS + 1, 1))
+    found = resting(np.tile(q, (ARMS + 1, 1)), np.repeat(np.vstack([mean, arms]), len(q), axis=0), z)
+    tau = found.tau_desired.reshape(ARMS + 1, len(q), -1)
+    usable = found.is_closed.reshape(ARMS + 1, len(q)).all(axis=1)
     within = (np.abs(tau[1:] - tau[0]) <= margin).all(axis=(1, 2))
     # For a normal distribution three deviations would hold 99 %. Cuffs and an oblique elbow make the posture nonlinear:
-    # 90 %.
-    assert within[usable[1:]].mean() >= 0.9
+    # 93 to 95 %, by seeds of the draws.
+    assert within[usable[1:]].mean() > 0.9
     assert (maker.table(mean, margin=margin).error > margin).all()
 
 

@@ -48,9 +48,6 @@ class PublishParameters:
     x: Parameters
     q: Joints
     taken: bool
-    by_slope: bool = True
-    """True if implausible arms are refused and the ramp follows the steepest part of the torque; recordings of before
-    do not have this field."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +89,6 @@ def read_act(message: Mapping[str, Any]) -> ControllerAct:
         KeyError: The message is not a command.
     """
     kind = ACTS[message["act"]]
-    former = {"by_slope": False}  # recordings of before do not have this field
-    values: dict[str, Any] = {one.name: {**former, **message}[one.name] for one in fields(kind) if one.init}
+    values: dict[str, Any] = {one.name: message[one.name] for one in fields(kind) if one.init}
     values |= {name: np.array(values[name]) for name in ("x", "q") if name in values}
     return kind(**values)

@@ -9,8 +9,10 @@ from exograv.dynamics.parameters import Parameters
 from exograv.identification.core.interface import Estimate, Outcome, Sample
 from exograv.identification.core.prior import prior
 from exograv.loop.person_limits_manager import LimitsMaker
+from exograv.model.arm import is_plausible
 from exograv.model.assembly import Assembly
 from exograv.procedures.identification.estimator_session import Belief, EstimatorSession, table_guess
+from exograv.procedures.identification.identify import IMPLAUSIBLE
 from exograv.procedures.identification.person_check import PersonCheck
 from exograv.procedures.verification.postures import NONE
 from exograv.procedures.verification.slow_passes import PassListener, PassSample
@@ -91,7 +93,8 @@ class ArmWorker:
         self._is_verified, self._learned, self._is_passed = is_verified, None, False
         self._listener, self._begun_at = PassListener(assembly.n, period_s), np.inf
         self._learner = EstimatorSession(assembly, machine, "recursive", period_s, belief)
-        self._limits = LimitsMaker(assembly, machine, table_guess(assembly, machine))
+        self._arm_of_table, self._table = assembly.arm, table_guess(assembly, machine)
+        self._limits = LimitsMaker(assembly, machine, self._table)
         self._check: PersonCheck | None = None
         if belief is not None:
             self._check = PersonCheck(self._learner.model.again(), machine, belief, prior(assembly, machine))
@@ -165,6 +168,9 @@ class ArmWorker:
         estimate = self._learner.last()
         self._judge(estimate)
         found = self._learner.close()
-        person = self._limits.known(estimate.x)
-        why = (found.outcome, found.why, found.stop_s, found.restless_s)
+        # Control refuses an implausible arm. The guard then expects the table's arm, and lets down any other one.
+        is_taken = is_plausible(self._arm_of_table, estimate.x)
+        person = self._limits.known(estimate.x if is_taken else self._table)
+        reason = found.why if is_taken else f"{IMPLAUSIBLE} {found.why}"
+        why = (found.outcome, reason, found.stop_s, found.restless_s)
         return LearnedArm(self._before, estimate, *why, person, self._is_verified)

@@ -114,14 +114,12 @@ class ArmController:
         """Search the arm's posture with a cold start in the next step. Needed after a gap in the measurements."""
         self._tick.forget()
 
-    def publish(self, x: parameters.Parameters, q: Joints, by_slope: bool = True) -> bool:
+    def publish(self, x: parameters.Parameters, q: Joints) -> bool:
         """Publish new parameters. They fade in so slowly that the torque at `q` [rad] changes within its rate limit.
 
         Args:
             x: New parameters.
             q: Present joint positions [rad].
-            by_slope: False replays a recording of before: implausible arms are taken, and the ramp is planned by the
-                torques at its ends alone.
 
         Returns:
             True if the parameters are taken. Parameters of a physically impossible arm are refused; plain least squares
@@ -130,17 +128,15 @@ class ArmController:
         """
         if not (np.isfinite(x).all() and all(is_physical(x[body]) for body in self._bodies)):
             return False
-        if by_slope and not is_plausible(self.assembly.arm, x):
+        if not is_plausible(self.assembly.arm, x):
             return False
         wanted = self.torque_at_rest(q, x)
         is_taken = self._trial.is_closed
         if is_taken:
             start = self.x.copy()
-            torques = [self.torque_at_rest(q, start), wanted]
-            if by_slope:
-                torques.insert(1, self.torque_at_rest(q, 0.5 * (start + x)))
-            self._handover.publish(x, steepest_change(*torques))
-        self.acts.append(PublishParameters(x.copy(), q.copy(), is_taken, by_slope))
+            middle = self.torque_at_rest(q, 0.5 * (start + x))
+            self._handover.publish(x, steepest_change(self.torque_at_rest(q, start), middle, wanted))
+        self.acts.append(PublishParameters(x.copy(), q.copy(), is_taken))
         return is_taken
 
     def put_in_force(self, x: parameters.Parameters) -> None:
@@ -201,16 +197,13 @@ class ArmController:
         return exo.T.round(5).tolist(), arm.T.round(5).tolist()
 
 
-def steepest_change(start: Joints, *later: Joints) -> float:
+def steepest_change(start: Joints, middle: Joints, end: Joints) -> float:
     """Largest torque change of a ramp, if all of it were as steep as its steepest part [N·m].
 
-    The torques are those at the ends, or at the ends and in the middle. Along a ramp the torque is no straight line,
-    because the arm's posture in its cuffs depends on the parameters. Through three points goes a parabola, which is
-    steepest at one of its ends.
+    Along a ramp the torque is no straight line, because the arm's posture in its cuffs depends on the parameters.
+    Through three points goes a parabola, which is steepest at one of its ends.
     """
-    if len(later) == 1:
-        return float(np.abs(later[0] - start).max())
-    first, second = later[0] - start, later[1] - later[0]
+    first, second = middle - start, end - middle
     return float(max(np.abs(3.0 * first - second).max(), np.abs(3.0 * second - first).max()))
 
 

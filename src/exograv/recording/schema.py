@@ -301,14 +301,6 @@ CONTROL = Channel(
         Field("ramp_s", "number", "s", "shortest duration of the ramp", optional=True),
         Field("is_driven", "boolean", "-", "true if the person is moved along a path", optional=True),
         Field("taken", "boolean", "-", "true if the controller accepted the input", optional=True),
-        Field(
-            "by_slope",
-            "boolean",
-            "-",
-            "of `publish`: true if implausible arms are refused and the ramp follows the steepest part of the torque; "
-            "absent in recordings of before",
-            optional=True,
-        ),
     ),
 )
 

@@ -134,7 +134,7 @@ class _Pilot:
             if isinstance(act, ForceParameters):
                 flying.put_in_force(x)
             else:
-                self._compare(act, flying.publish(x, act.q, act.by_slope), t)
+                self._compare(act, flying.publish(x, act.q), t)
 
     def _compare(self, act: CarryWeight | PublishParameters, is_taken: bool, t: float) -> None:
         if is_taken != act.taken:
