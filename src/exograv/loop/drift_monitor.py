@@ -135,7 +135,7 @@ class DriftMonitor:
             self._is_closed = True
         expected, D = self._model.linearise(sample, x)
         residual = sample.tau - expected
-        sd = np.sqrt(np.einsum("ij,jk,ik->i", D, self._covariance, D) + self._unmodelled**2)
+        sd = np.sqrt(((D @ self._covariance) * D).sum(axis=1) + self._unmodelled**2)
         friction = self._friction(sample, expected, x)
         if self._waits_s > 0.0:
             return None
