@@ -3,6 +3,7 @@
 python docs/generate.py
 """
 
+import ast
 import contextlib
 import inspect
 import io
@@ -10,9 +11,11 @@ import math
 import os
 import re
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
 
 import tyro
+from fault_tables import fault_page
 from settings_pages import SettingsFile, settings_page
 from udp_tables import udp_tables
 
@@ -65,6 +68,8 @@ def main() -> None:
     (FOLDER / "commands.md").write_text(commands(), encoding="utf-8")
     (FOLDER / "api.md").write_text(api(), encoding="utf-8")
     (FOLDER / "disturbances.md").write_text(disturbances(), encoding="utf-8")
+    (FOLDER / "faults.md").write_text(fault_page(), encoding="utf-8")
+    (FOLDER / "claims.md").write_text(claims(), encoding="utf-8")
     (FOLDER / "virtual_participant.md").write_text(participant_constants(), encoding="utf-8")
     (FOLDER / "settings.md").write_text(settings_page(SETTINGS_FILES), encoding="utf-8")
     (FOLDER / "udp_tables.inc").write_text(udp_tables(), encoding="utf-8")
@@ -124,11 +129,12 @@ def disturbances() -> str:
     """One table of the wearer's and one of the machine's disturbances, with the size at every level."""
     parts = [
         "# Sizes of the disturbances",
-        "A range is uniform, a dash means no limit. Sources: [disturbances](../../explanation/disturbances.md).",
+        "A range is uniform, a dash means no limit. A size without a source is our choice "
+        "([disturbances](../../explanation/disturbances.md)).",
     ]
     for title, rows in (("The wearer", WEARER), ("The machine", MACHINE)):
         lines = [line for name, row in rows.items() for line in disturbance_lines(name, row)]
-        parts += [f"## {title}", table(("switch", "size", "column", *"01234"), lines)]
+        parts += [f"## {title}", table(("switch", "size", "column", *"01234"), lines), *sources(rows)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -141,11 +147,38 @@ def disturbance_lines(name: str, row: LevelRow) -> list[tuple[str, ...]]:
     ]
 
 
+def sources(rows: Mapping[str, LevelRow]) -> list[str]:
+    """List of the sources of sizes; none where all are our choice."""
+    lines = [f"- `{name}`: {row.source}." for name, row in rows.items() if row.source]
+    return ["Sources:", "\n".join(lines)] if lines else []
+
+
 def size(value: Value) -> str:
     """Size of a disturbance as text."""
     if isinstance(value, tuple):
         return f"{value[0]:g}–{value[1]:g}"
     return "–" if math.isinf(value) else f"{value:g}"
+
+
+def claims() -> str:
+    """One line per claim about the guard, with its meaning."""
+    source = ast.parse((ROOT / "benchmarks" / "proof" / "promises.py").read_text(encoding="utf-8"))
+    functions = [node for node in source.body if isinstance(node, ast.FunctionDef)]
+    lines = [
+        f"- `{one.name}`: {(ast.get_docstring(one) or '').removeprefix('Return True if ')}"
+        for one in functions
+        if one.name.startswith(("holds_", "promise_", "setting_"))
+        and (ast.get_docstring(one) or "").startswith("Return True if ")
+    ]
+    lines += [
+        "- bridge of machine, of control: the bridge ends at the latest after the allowed number of missed ticks.",
+        "- missed ticks stop: too many missed ticks start a stop.",
+        "- divisions: the guard never divides by zero.",
+    ]
+    return (
+        "# Claims about the guard\n\n`make prove` uses these claims; the [proof](../../results/proof.md) has the "
+        "results. A claim concerns any joint, before and after a call.\n\n" + "\n".join(lines) + "\n"
+    )
 
 
 def participant_constants() -> str:

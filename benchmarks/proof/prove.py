@@ -54,7 +54,7 @@ def main() -> None:
             print(row(verdict), flush=True)
     print(f"{time.monotonic() - started:.0f} s")
     if options.save:
-        options.save.write_text(page(verdicts, read(CORE)), encoding="utf-8")
+        options.save.write_text(page(verdicts), encoding="utf-8")
     sys.exit(any(not one.is_good for one in verdicts))
 
 

@@ -1,6 +1,6 @@
 """Table of all faults: injector, permitted stop reasons, detection budget, and the safe state that protects the person.
 
-Identifiers and budgets: docs/explanation/safety.md, after the project's fault table.
+Identifiers and budgets follow the project's fault table. `make docs` writes a page of them.
 """
 
 from collections.abc import Mapping
@@ -29,7 +29,7 @@ class Fault:
     """Row of the fault table: one fault, how it must be detected, and the safe state that must follow."""
 
     id: str
-    """Identifier as in docs/explanation/safety.md."""
+    """Identifier, such as "F16"."""
 
     injector: type[Injector]
 
@@ -66,7 +66,8 @@ class Fault:
     @property
     def what(self) -> str:
         """Description of the fault as a clause."""
-        return (self.injector.__doc__ or "").split(": ", 1)[-1].split(". ")[0].rstrip(".")
+        first, *_ = (self.injector.__doc__ or "").split("\n\n")
+        return first.split(": ", 1)[-1].split(". ")[0].rstrip(".")
 
 
 ISOLATION, DESCENT, BRIDGE = SafeState.ISOLATION, SafeState.DESCENT, SafeState.BRIDGE

@@ -1,4 +1,4 @@
-"""Disturbances of the twin at levels 0 (none) to 4 (a bad day); docs/explanation/disturbances.md has their sources.
+"""Disturbances of the twin at levels 0 (none) to 4 (a bad day); `make docs` writes a page of them.
 
 A pair (a, b) is a uniform range. Each row can also be switched off. The numbers may be widened with a reason. They are
 never narrowed to reach a figure.
@@ -33,6 +33,8 @@ class LevelRow:
     columns: Mapping[str, tuple[Value, Value, Value, Value, Value]]
     off: Mapping[str, Value] | None = None
     """Size when switched off, where this is less than at level 0."""
+    source: str = ""
+    """Source of the sizes; empty if they are our choice."""
 
     def value(self, column: str, level: int | None) -> Value:
         """Size in a column at a level; `None` is off."""
@@ -47,6 +49,7 @@ WEARER: Mapping[str, LevelRow] = MappingProxyType(
             "segment masses and centres against the regression, times the residual SD",
             {"share": (1.0, 1.0, 1.0, 1.5, 2.0)},
             off={"share": 0.0},
+            source="Zatsiorsky–Seluyanov regressions",
         ),
         "between_study": LevelRow("factor on segment mass, SD of its logarithm", {"sd": (0.0, 0.04, 0.08, 0.12, 0.20)}),
         "between_arms": LevelRow(
@@ -65,7 +68,6 @@ WEARER: Mapping[str, LevelRow] = MappingProxyType(
         "glenohumeral_shift": LevelRow(
             "share of the shift of the shoulder centre with elevation", {"share": (0.0, 0.25, 0.5, 1.0, 1.0)}
         ),
-        # Paraskevas et al. (2004), Surg Radiol Anat 26:19: men 10.97 ± 4.27°, women 15.07 ± 4.95°.
         "carrying_angle": LevelRow(
             "forearm outwards from the upper arm's line, elbow extended; mean and SD by sex [°]",
             {
@@ -74,18 +76,25 @@ WEARER: Mapping[str, LevelRow] = MappingProxyType(
                 "female_mean_deg": (0.0, 7.0, 15.0, 15.0, 16.0),
                 "female_sd_deg": (0.0, 2.0, 5.0, 5.0, 5.0),
             },
+            source=(
+                "men 10.97 ± 4.27°, women 15.07 ± 4.95°, 600 students: Paraskevas et al. 2004, Surg Radiol Anat "
+                "26:19; it falls steadily with flexion: Ergonomics 48:1645, 2005"
+            ),
         ),
         "elbow_axis": LevelRow(
             "turn of the elbow's axis and of the forearm in its frame, SD about each of two axes [°]",
             {"axis_sd_deg": (0.0, 1.0, 3.0, 4.0, 5.0), "forearm_sd_deg": (0.0, 1.0, 2.0, 3.0, 4.0)},
+            source="13.1° from the medio-lateral axis in Rajagopal 2016; the spread is our choice",
         ),
         "cuff_stiffness": LevelRow(
             "along and across the limb [N/mm]",
             {"along": (100.0, 6.0, 3.0, 2.1, 2.1), "across": (100.0, 10.0, 6.0, 4.5, 4.5)},
+            source="Schiebl 2025 (levels 3, 4)",
         ),
         "cuff_rotation": LevelRow(
             "rotational stiffness about the limb and about the two other axes [N·m/°]",
             {"about_limb": (1.0, 0.06, 0.04, 0.035, 0.03), "about_others": (1.0, 0.3, 0.2, 0.2, 0.18)},
+            source="Schiebl 2025 (levels 3, 4)",
         ),
         "cuff_damping": LevelRow("[N·s/m]", {"value": (500.0, 100.0, 60.0, 30.0, 10.0)}, off={"value": 0.0}),
         "passive_stiffness": LevelRow(
@@ -95,9 +104,15 @@ WEARER: Mapping[str, LevelRow] = MappingProxyType(
                 "elbow": (0.0, 0.4, (0.4, 1.2), (0.4, 1.8), (1.0, 1.8)),
                 "wrist": (0.0, 0.3, (0.3, 1.0), (0.3, 1.5), (0.5, 2.0)),
             },
+            source=(
+                "elbow: Wiegner & Watts 1986 (levels 3, 4); wrist: Formica et al. 2012, J Neurophysiol, Delp et al. "
+                "1996, J Biomech 29:1371 (abstracts; numbers unverified)"
+            ),
         ),
         "end_stops": LevelRow(
-            "exponential end stops in the last 15° (1: present)", {"present": (0.0, 0.0, 1.0, 1.0, 1.0)}
+            "exponential end stops in the last 15° (1: present)",
+            {"present": (0.0, 0.0, 1.0, 1.0, 1.0)},
+            source="ranges of motion of the wrist: AAOS (unverified)",
         ),
         "hysteresis": LevelRow("hysteresis of the passive torque, share", {"share": (0.0, 0.0, 0.1, 0.3, 0.5)}),
         "passive_damping": LevelRow(
@@ -164,6 +179,10 @@ MACHINE: Mapping[str, LevelRow] = MappingProxyType(
                 ),
                 0.0,
             ),
+            source=(
+                "harmonic drives of 28–60 N·m 1.5–4 N·m (unverified), elbow of NESM 2.787 N·m; quasi-direct: AK80-6 "
+                "0.184 N·m, hip exoskeletons 0.4 N·m"
+            ),
         ),
         "breakaway": LevelRow("breakaway over Coulomb friction", {"ratio": (1.0, 1.1, 1.3, 1.5, 1.8)}),
         "stribeck_velocity": LevelRow(  # level 0 has no Stribeck effect (ratio 1): its value has no effect
@@ -179,6 +198,7 @@ MACHINE: Mapping[str, LevelRow] = MappingProxyType(
                 "passive": (0.01, (0.01, 0.02), (0.01, 0.04), (0.02, 0.06), (0.02, 0.1)),
             },
             off=dict.fromkeys(("harmonic", "quasi_direct", "harmonic.wrist", "quasi_direct.wrist", "passive"), 0.0),
+            source="harmonic drives 1–6 N·m·s/rad (unverified)",
         ),
         "load_friction": LevelRow(
             "load-dependent friction, share of the load",
@@ -202,10 +222,14 @@ MACHINE: Mapping[str, LevelRow] = MappingProxyType(
             },
         ),
         "warm_up": LevelRow(
-            "viscous and Coulomb friction fall over 30 min, share", {"share": (0.0, 0.03, 0.1, 0.2, 0.3)}
+            "viscous and Coulomb friction fall over 30 min, share",
+            {"share": (0.0, 0.03, 0.1, 0.2, 0.3)},
+            source="viscous friction falls by 1–2 %, Coulomb by 0.5 % per kelvin over 20–40 minutes (unverified)",
         ),
         "gain_error": LevelRow(
-            "torque constant and efficiency before calibration, SD", {"sd": (0.0, 0.02, 0.05, 0.08, 0.1)}
+            "torque constant and efficiency before calibration, SD",
+            {"sd": (0.0, 0.02, 0.05, 0.08, 0.1)},
+            source="5–10 % between units (unverified)",
         ),
         "rotor_inertia": LevelRow(
             "reflected to the joint [kg·m²]",
@@ -256,8 +280,7 @@ MACHINE: Mapping[str, LevelRow] = MappingProxyType(
             "mass and centre of the exoskeleton's links against its URDF, SD",
             {"mass": (0.0, 0.01, 0.03, 0.05, 0.1), "centre_mm": (0.0, 1.0, 3.0, 5.0, 10.0)},
         ),
-        # Only machines with such sensors use this row. Level 2 is a data sheet's ±0.5 % of 200 N and 7 N·m, taken as
-        # three SD; level 4 is another data sheet's ±2 % (docs/explanation/disturbances.md). Gain and noise are assumed.
+        # Only machines with such sensors use this row.
         "cuff_sensors": LevelRow(
             "force/torque sensors at the cuffs, SD: gain; what taring leaves; noise at 1 kHz [N, N·m]",
             {
@@ -267,6 +290,10 @@ MACHINE: Mapping[str, LevelRow] = MappingProxyType(
                 "force_noise": (0.0, 0.05, 0.1, 0.2, 0.4),
                 "torque_noise": (0.0, 0.002, 0.005, 0.01, 0.02),
             },
+            source=(
+                "level 2: ±0.5 % of 200 N and 7 N·m as three SD, level 4: ±2 %, by data sheets (develop.realman-"
+                "robotics.com); gain and noise are assumed"
+            ),
         ),
     }
 )
