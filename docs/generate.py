@@ -13,16 +13,18 @@ import re
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
+from typing import get_args
 
 import tyro
 from fault_tables import fault_page
-from settings_pages import SettingsFile, settings_page
+from settings_pages import SettingsFile, documentation, settings_page, table_of
 from udp_tables import udp_tables
 
 import exograv
 from exograv.campaigns.sweep.study_file import StudyFile
 from exograv.cli import ACTIONS, GROUPS, group_help
 from exograv.cli.shell.command import Action, command_class
+from exograv.experiment.steered.requests import Act
 from exograv.laboratory.participant.habits import register
 from exograv.laboratory.support_level.person_file import PersonFile
 from exograv.model.rig_settings import RigSettings
@@ -69,6 +71,7 @@ def main() -> None:
     (FOLDER / "api.md").write_text(api(), encoding="utf-8")
     (FOLDER / "disturbances.md").write_text(disturbances(), encoding="utf-8")
     (FOLDER / "faults.md").write_text(fault_page(), encoding="utf-8")
+    (FOLDER / "acts.md").write_text(acts(), encoding="utf-8")
     (FOLDER / "claims.md").write_text(claims(), encoding="utf-8")
     (FOLDER / "virtual_participant.md").write_text(participant_constants(), encoding="utf-8")
     (FOLDER / "settings.md").write_text(settings_page(SETTINGS_FILES), encoding="utf-8")
@@ -158,6 +161,18 @@ def size(value: Value) -> str:
     if isinstance(value, tuple):
         return f"{value[0]:g}–{value[1]:g}"
     return "–" if math.isinf(value) else f"{value:g}"
+
+
+def acts() -> str:
+    """One section per act of a page, with the fields that only this act has."""
+    kinds, _ = get_args(Act)
+    parts = ["# Acts of a page", "Requests to a live session ([steering](../../howto/steering.md))."]
+    for kind in get_args(kinds):
+        head, rule, *rows = table_of(kind).splitlines()
+        own = [row for row in rows if re.match(r"\| `(\w+)`", row)[1] in {*kind.__annotations__} - {"kind"}]  # pyright: ignore[reportOptionalSubscript]
+        parts += [f"## {kind.model_fields['kind'].default}", documentation(kind)]
+        parts += ["\n".join((head, rule, *own))] if own else []
+    return "\n\n".join(parts) + "\n"
 
 
 def claims() -> str:
