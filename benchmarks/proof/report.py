@@ -1,6 +1,5 @@
 """Report of the proof: lines for a terminal, and a page."""
 
-from collections.abc import Sequence
 
 from .judge import Verdict
 
@@ -26,7 +25,7 @@ def row(one: Verdict) -> str:
 
 
 def page(verdicts: list[Verdict]) -> str:
-    """Return the page of the results: the parts of the guard, and the claims with the numbers of parts."""
+    """Return the page of the results: the parts of the guard, and the claims that are undecided."""
     results = {one.name: [*one.promises.values(), *one.duties.values()] for one in verdicts}
     every = [result for own in results.values() for result in own]
     open_ = {part: own for part, own in results.items() if _proved(own) < len(own)}
@@ -44,8 +43,6 @@ def page(verdicts: list[Verdict]) -> str:
         f"All claims are proved for {len(results) - len(open_)} parts. Some are undecided for: "
         f"{', '.join(undecided) or 'no part'}.",
         "",
-        f"Number of parts for which a claim is proved: {', '.join(_claim(*claim) for claim in claims.items())}.",
-        "",
         *(f"- Undecided in the {part}: {', '.join(_undecided(part, claims))}." for part in open_),
     ]
     return HEAD + "\n".join(lines) + "\n"
@@ -53,10 +50,6 @@ def page(verdicts: list[Verdict]) -> str:
 
 def _proved(results: list[str]) -> int:
     return sum(result == "proved" for result in results)
-
-
-def _claim(name: str, results: Sequence[tuple[str, str | None]]) -> str:
-    return f"{name} {sum(result == 'proved' for _, result in results)}"
 
 
 def _undecided(part: str, claims: dict[str, list[tuple[str, str | None]]]) -> list[str]:
