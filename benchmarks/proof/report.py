@@ -1,6 +1,5 @@
 """Report of the proof: lines for a terminal, and a page."""
 
-
 from .judge import Verdict
 
 HEAD = """\
