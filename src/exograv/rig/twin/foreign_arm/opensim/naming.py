@@ -1,0 +1,1 @@
+def map_by_names(document, description): raise NotImplementedError
