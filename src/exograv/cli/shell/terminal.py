@@ -65,7 +65,8 @@ def show_demo(result: "DemoResult") -> None:
         table.add_row(joint.replace("_", " "), *(f"{value:.2f}" for value in values))
     console = Console()
     console.print(table)
-    for line in [*_of_identification(found), *_of_floated(found.floated), *_of_person(result.person), *_of_run(result)]:
+    lines = [*_of_identification(found), *_of_floated(found.floated), *_of_person(result.person)]
+    for line in [*lines, *_of_wearer_model(result.wearer_model), *_of_run(result)]:
         console.print(line, highlight=False)
     console.print(f"Report: {result.report}", highlight=False, soft_wrap=True)
 
@@ -92,6 +93,13 @@ def _of_identification(found: "DemoFindings") -> Iterator[str]:
         )
     if times.restless_s is not None:
         yield f"The person did not relax from {times.restless_s:.0f} s on."
+
+
+def _of_wearer_model(model: "ModelNotes | None") -> Iterator[str]:
+    """Yield lines on a third party's arm: its title, and which parts of it are not used."""
+    if model is not None:
+        yield f"Arm model: {model.title}."
+        yield from model.notes
 
 
 def _missed_target(found: "DemoFindings") -> str:

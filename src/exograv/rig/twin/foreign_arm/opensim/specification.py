@@ -188,7 +188,9 @@ def _put_coupling(arm: _Arm, name: str, axis: Axis, is_own: bool) -> None:
     if (is_own and drive.law is None) or not _moves(arm, drive.root):
         return
     root = arm.kinematics.coordinates[drive.root]
-    powers, error = powers_about(law, root.default, root.low, root.high)
+    # Some files have a range of ±100 000 rad, which says that there is none.
+    low, high = np.clip([root.low, root.high], -np.pi, np.pi)
+    powers, error = powers_about(law, root.default, float(low), float(high))
     allowed, unit, factor = (ERROR_MAX_M, "m", 1.0) if axis.is_slide else (ERROR_MAX_RAD, "°", np.rad2deg(1.0))
     if drive.root in arm.mapped and name not in arm.named and error > 1e-9:
         if error > allowed:
