@@ -5,6 +5,7 @@ from math import log10
 from typing import TYPE_CHECKING
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
@@ -13,7 +14,7 @@ from .progress import FIRST_LINE_S as FIRST_LINE_S
 from .progress import bars as bars
 
 if TYPE_CHECKING:
-    from exograv.laboratory.demo_result import DemoFindings, DemoResult, FloatedArm, ParticipantFigures
+    from exograv.laboratory.demo_result import DemoFindings, DemoResult, FloatedArm, ModelNotes, ParticipantFigures
     from exograv.live.on_drives.bring_up_command import BringUpStep
     from exograv.procedures.machine_tools.identify_log import LogResult
     from exograv.procedures.self_test.loop_timing import LatenessHistogram, LoopFigures, ScheduledLoop
@@ -98,8 +99,8 @@ def _of_identification(found: "DemoFindings") -> Iterator[str]:
 def _of_wearer_model(model: "ModelNotes | None") -> Iterator[str]:
     """Yield lines on a third party's arm: its title, and which parts of it are not used."""
     if model is not None:
-        yield f"Arm model: {model.title}."
-        yield from model.notes
+        yield escape(f"Arm model: {model.title}.")
+        yield from map(escape, model.notes)
 
 
 def _missed_target(found: "DemoFindings") -> str:

@@ -1,4 +1,4 @@
-"""Import of a third party's MJCF, URDF or OpenSim model: bodies, joints and masses, without actuators and visual elements."""
+"""Import of a third party's MJCF, URDF or OpenSim model: bodies, joints and masses, without actuators and visuals."""
 
 import warnings
 from dataclasses import dataclass

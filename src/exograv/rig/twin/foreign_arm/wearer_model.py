@@ -32,8 +32,8 @@ MASS_KG = (0.5, 12.0)
 """Allowed mass of an arm: from a child's to twice that of a man of 100 kg."""
 
 MAP_MISSING = (
-    "{missing} is missing: a wearer's model needs its map, and a map needs its model; only the names of an OpenSim model "
-    "(.osim) can stand for a map (docs/howto/wearer_models.md)."
+    "{missing} is missing: a wearer's model needs its map, and a map needs its model; only the names of an OpenSim "
+    "model (.osim) can stand for a map (docs/howto/wearer_models.md)."
 )
 
 

@@ -8,7 +8,6 @@ from xml.etree import ElementTree
 Layout = Literal[3, 4]
 Triple = tuple[float, float, float]
 ZERO: Triple = (0.0, 0.0, 0.0)
-LINE = "<LinearFunction><coefficients>1 0</coefficients></LinearFunction>"
 
 
 @dataclass(frozen=True)
@@ -28,7 +27,9 @@ class TransformAxis:
 
     coordinate: str
     axis: Triple
-    function: str = LINE
+    function: str = ""
+    """Text of the function; the coordinate itself if empty."""
+
     slot: str = ""
     """Name such as `translation1`; the next free rotation if empty."""
 
@@ -69,9 +70,7 @@ class Model:
     def with_part(self, body: str, **changes: object) -> "Model":
         """Return the model with a changed part."""
         assert any(part.body == body for part in self.parts)
-        return replace(
-            self, parts=[replace(part, **changes) if part.body == body else part for part in self.parts]
-        )
+        return replace(self, parts=[replace(part, **changes) if part.body == body else part for part in self.parts])
 
 
 def coupling(follower: str, leader: str, function: str, extra: str = "") -> str:
@@ -107,6 +106,11 @@ def osim(model: Model, layout: Layout = 4) -> str:
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode")
 
 
+def linear(slope: float = 1.0, at_zero: float = 0.0) -> str:
+    """Text of a straight line."""
+    return f"<LinearFunction><coefficients>{slope!r} {at_zero!r}</coefficients></LinearFunction>"
+
+
 def _row(values: Sequence[float]) -> str:
     return " ".join(repr(float(value)) for value in values)
 
@@ -120,8 +124,8 @@ def _body(part: Part, layout: Layout) -> str:
         inertia = "".join(f"<inertia_{side}>{float(value)!r}</inertia_{side}>" for side, value in rows)
         joint = f"<Joint>{_joint_of_layout_3(part)}</Joint>"
     return (
-        f'<Body name="{part.body}"><mass>{part.mass!r}</mass><mass_center>{_row(part.com)}</mass_center>{inertia}{joint}'
-        "</Body>"
+        f'<Body name="{part.body}"><mass>{part.mass!r}</mass><mass_center>{_row(part.com)}</mass_center>'
+        f"{inertia}{joint}</Body>"
     )
 
 
@@ -146,8 +150,8 @@ def _joint(part: Part) -> str:
 
 def _frame(name: str, parent: str, at: Triple, turned: Triple) -> str:
     return (
-        f'<PhysicalOffsetFrame name="{name}"><socket_parent>{parent}</socket_parent><translation>{_row(at)}</translation>'
-        f"<orientation>{_row(turned)}</orientation></PhysicalOffsetFrame>"
+        f'<PhysicalOffsetFrame name="{name}"><socket_parent>{parent}</socket_parent>'
+        f"<translation>{_row(at)}</translation><orientation>{_row(turned)}</orientation></PhysicalOffsetFrame>"
     )
 
 
@@ -175,7 +179,8 @@ def _transform(part: Part, layout: Layout) -> str:
         rows[axis.slot or next(turns)] = axis
     text = ""
     for slot, row in rows.items():
-        function = f"<function>{row.function}</function>" if layout == 3 else row.function
+        written = row.function or linear()
+        function = f"<function>{written}</function>" if layout == 3 else written
         text += (
             f'<TransformAxis name="{slot}"><coordinates>{row.coordinate}</coordinates><axis>{_row(row.axis)}</axis>'
             f"{function}</TransformAxis>"

@@ -20,7 +20,7 @@ from .values import flag, numbers, text
 
 GROUND = "ground"
 RANGE_ABSENT = (-np.pi, np.pi)
-"""Range of a coordinate that states none [rad, m]."""
+"""Range of a coordinate that states none or an endless one [rad, m]."""
 
 Pose = Float[np.ndarray, "4 4"]
 """Pose of a frame as a homogeneous matrix [-, m]."""
@@ -138,7 +138,9 @@ def read_opensim(content: str, path: Path) -> OsimDocument:
         raise ModelError(f"{path} has no <Model> in <OpenSimDocument>. Give the .osim file of a model.")
     bodies = _bodies(model, path)
     joints = dict(_joints(model, bodies, path))
-    _refuse_twice([coordinate.name for joint in joints.values() for coordinate in joint.coordinates], "coordinate", path)
+    _refuse_twice(
+        [coordinate.name for joint in joints.values() for coordinate in joint.coordinates], "coordinate", path
+    )
     couplings, constraints = _constraints(model, path)
     return OsimDocument(
         path,
@@ -180,10 +182,17 @@ def _joints(model: Element, bodies: Mapping[str, OsimBody], path: Path) -> Itera
         name = joint.get("name") or (body.get("name") if body is not None else None) or joint.tag
         where = f"{path}: joint '{name}'"
         if body is not None:
-            parent, T_parent_F = text(joint, "parent_body"), _pose(joint, "location_in_parent", "orientation_in_parent", where)
+            parent, T_parent_F = (
+                text(joint, "parent_body"),
+                _pose(joint, "location_in_parent", "orientation_in_parent", where),
+            )
             child = body.get("name", "")
             in_child = joint.find("location_in_child") is not None
-            T_child_M = _pose(joint, *(("location_in_child", "orientation_in_child") if in_child else ("location", "orientation")), where)
+            T_child_M = _pose(
+                joint,
+                *(("location_in_child", "orientation_in_child") if in_child else ("location", "orientation")),
+                where,
+            )
         else:
             own = shared | {frame.get("name") or "": frame for frame in joint.iterfind("frames/*")}
             parent, T_parent_F = _frame(joint, "socket_parent_frame", own, named, where)
@@ -217,7 +226,8 @@ def _joint(
 def _coordinate(element: Element, where: str) -> OsimCoordinate:
     name = element.get("name") or ""
     place = f"{where}, coordinate '{name}'"
-    low, high = numbers(element, "range", place, 2, RANGE_ABSENT)
+    is_endless = "inf" in text(element, "range").lower()
+    low, high = RANGE_ABSENT if is_endless else numbers(element, "range", place, 2, RANGE_ABSENT)
     default = float(numbers(element, "default_value", place, 1, (0.0,))[0])
     return OsimCoordinate(
         name, default, float(low), float(high), flag(element, "locked") or flag(element, "prescribed")

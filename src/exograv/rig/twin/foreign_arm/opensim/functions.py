@@ -82,9 +82,7 @@ def after(outer: Function, inner: Function) -> Function:
     return lambda q: outer(inner(q))
 
 
-def powers_about(
-    function: Function, at: float, low: float, high: float
-) -> tuple[Float[np.ndarray, " 5"], float]:
+def powers_about(function: Function, at: float, low: float, high: float) -> tuple[Float[np.ndarray, " 5"], float]:
     """Return the coefficients of a polynomial in `q - at`, lowest power first, and its largest error in the range.
 
     The polynomial is the function itself up to the fourth power, else fitted. It has no error at `at`.

@@ -49,7 +49,7 @@ def axes_of(element: Element, coordinates: Sequence[str], where: str) -> tuple[A
     """
     if element.tag == "CustomJoint":
         by_name = {one.get("name"): one for one in element.iterfind("SpatialTransform/TransformAxis")}
-        axes = [_custom_axis(by_name[name], name, where) for name in AXES if name in by_name]
+        axes = [_custom_axis(by_name[name], name, coordinates, where) for name in AXES if name in by_name]
         return tuple(axis for axis in axes if axis.coordinate or axis.function(0.0))
     if element.tag not in ROTATIONS:
         raise ModelError(
@@ -68,11 +68,13 @@ def axes_of(element: Element, coordinates: Sequence[str], where: str) -> tuple[A
     )
 
 
-def _custom_axis(element: Element, name: str, where: str) -> Axis:
+def _custom_axis(element: Element, name: str, coordinates: Sequence[str], where: str) -> Axis:
     place = f"{where}, {name}"
-    coordinates = text(element, "coordinates").split()
-    if len(coordinates) > 1:
-        raise ModelError(f"{place} depends on {len(coordinates)} coordinates; exograv reads one. Couple or lock them.")
+    used = text(element, "coordinates").split()
+    if len(used) > 1:
+        raise ModelError(f"{place} depends on {len(used)} coordinates; exograv reads one. Couple or lock them.")
+    if used and used[0] not in coordinates:
+        raise ModelError(f"{place}: the joint has no coordinate '{used[0]}'. It has: {', '.join(coordinates)}.")
     direction = numbers(element, "axis", place, 3)
     length = float(np.linalg.norm(direction))
     if length == 0.0:
@@ -84,6 +86,6 @@ def _custom_axis(element: Element, name: str, where: str) -> Axis:
     elif inline:
         function = read_function(inline[0], place)
     else:
-        function = Polynomial([0.0, 1.0] if coordinates else [0.0])
+        function = Polynomial([0.0, 1.0] if used else [0.0])
     is_slide = name.startswith("translation")
-    return Axis(name, direction / length, is_slide, coordinates[0] if coordinates else "", function)
+    return Axis(name, direction / length, is_slide, used[0] if used else "", function)

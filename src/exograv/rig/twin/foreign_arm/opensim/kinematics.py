@@ -45,8 +45,8 @@ class OsimKinematics:
                 raise ModelError(coupling.problem)
             if coordinate in seen or coupling.leader not in self.coordinates:
                 raise ModelError(
-                    f"{self.document.path}: coordinate '{coordinate}' follows '{coupling.leader}', which does not exist "
-                    "or follows it in turn. Correct the coupling."
+                    f"{self.document.path}: coordinate '{coordinate}' follows '{coupling.leader}', which does not "
+                    "exist or follows it in turn. Correct the coupling."
                 )
             seen.append(coordinate)
             law = coupling.law if law is None else after(law, coupling.law)
@@ -56,8 +56,6 @@ class OsimKinematics:
     def value(self, coordinate: str, roots: Mapping[str, float] | None = None) -> float:
         """Value of a coordinate; the roots that are not given have their default [rad, m]."""
         drive = self.drive(coordinate)
-        if drive.root not in self.coordinates:
-            raise ModelError(f"{self.document.path}: there is no coordinate '{drive.root}'. Correct the joint that names it.")
         root = (roots or {}).get(drive.root, self.coordinates[drive.root].default)
         return root if drive.law is None else drive.law(root)
 

@@ -15,11 +15,11 @@ from exograv.errors import ModelError
 from exograv.model.description import RigDescription
 from exograv.model.limb import FREEDOMS
 from exograv.model.rig_settings import FREEDOMS_OF_ARM, ArmSide
+from exograv.rig.twin.foreign_arm.model_joints import listed
+from exograv.rig.twin.foreign_arm.wearer_map import WearerMap
 from exograv.rig.twin.wearer.regressions import SAMPLE, TABLE
 from exograv.rig.twin.wearer.skeleton import axis_of
 
-from ..model_joints import listed
-from ..wearer_map import WearerMap
 from .document import OsimCoordinate, OsimDocument
 from .kinematics import OsimKinematics
 
@@ -48,6 +48,9 @@ HANGS = np.deg2rad(15.0)
 ALONG = np.deg2rad(30.0)
 """Largest angle between a hinge and the freedom that it is [rad]; hinges farther off are a shoulder of their own."""
 
+LEVEL_LEAST = 0.5
+"""Smallest horizontal part of the elbow's axis in the hanging arm [-]."""
+
 NEUTRAL_BELOW_DEG = -30.0
 """A forearm that turns below this angle counts from the palm facing the body, else from the palm facing forward."""
 
@@ -72,15 +75,16 @@ class _Naming:
         if "elbow" not in self.found:
             names = [one.name for _, one in document.coordinates()]
             raise ModelError(
-                f"{document.path}: no coordinate of a {self.side} arm is named like an elbow (elbow_flexion, elbow_flex_r, "
-                f"EL_x). Coordinates there: {listed(names)}. Give a map with --wearer-map (docs/howto/wearer_models.md)."
+                f"{document.path}: no coordinate of a {self.side} arm is named like an elbow (elbow_flexion, "
+                f"elbow_flex_r, EL_x). Coordinates there: {listed(names)}. Give a map with --wearer-map "
+                "(docs/howto/wearer_models.md)."
             )
         self.elbow = self.found["elbow"]
         self.lower = self._body_of(self.elbow)
         self.upper = document.joints[self.lower].parent
         self.shoulder = self._shoulder()
         self.hand = self._hand()
-        self.roots = {name: 0.0 for name in (*self.shoulder, self.elbow)}
+        self.roots = dict.fromkeys((*self.shoulder, self.elbow), 0.0)
 
     def map(self) -> tuple[WearerMap, tuple[str, ...]]:
         """Return the map and the note."""
@@ -184,14 +188,21 @@ class _Naming:
 
         start = np.zeros(len(self.shoulder))
         line, _ = self._lines()
-        if np.arccos(np.clip(-line @ up / np.linalg.norm(line), -1.0, 1.0)) > HANGS:
+        length = float(np.linalg.norm(line))
+        if length > 0.0 and np.arccos(np.clip(-line @ up / length, -1.0, 1.0)) > HANGS:
             start = np.array([self._coordinate(name).default for name in self.shoulder])
             tilt(least_squares(tilt, start).x)
 
     def _axes(self) -> tuple[Vector, Vector, Vector]:
         """Directions forward, left and up as signed axes of the model's world."""
         up, (_, axis) = self._up(), self._lines()
-        left = _nearest(-self._elbow_sign() * (axis - (axis @ up) * up))
+        level = axis - (axis @ up) * up
+        if np.linalg.norm(level) < LEVEL_LEAST:
+            raise ModelError(
+                f"{self.document.path}: the elbow '{self.elbow}' turns about a vertical axis while the arm hangs, so "
+                "the directions of the model are unknown. Give a map with --wearer-map."
+            )
+        left = _nearest(-self._elbow_sign() * level)
         return np.cross(left, up), left, up
 
     def _elbow_sign(self) -> int:
@@ -250,7 +261,8 @@ class _Naming:
 
     def _person(self) -> dict[str, object]:
         mass = sum(body.mass for body in self.document.bodies.values())
-        return PERSON | ({"mass_kg": mass} if PERSON_MASS_KG[0] <= mass <= PERSON_MASS_KG[1] else {})
+        is_whole = PERSON_MASS_KG[0] <= mass <= PERSON_MASS_KG[1]
+        return {**PERSON, "mass_kg": mass if is_whole else PERSON["mass_kg"]}
 
     def _note(self, content: dict) -> str:
         shoulder = content.get("shoulder")

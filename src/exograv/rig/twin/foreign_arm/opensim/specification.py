@@ -10,9 +10,9 @@ from numpy.polynomial import Polynomial
 from scipy.spatial.transform import Rotation
 
 from exograv.errors import ModelError
+from exograv.rig.twin.foreign_arm.model_joints import listed
+from exograv.rig.twin.foreign_arm.wearer_map import WearerMap
 
-from ..model_joints import listed
-from ..wearer_map import WearerMap
 from .document import GROUND, OsimBody, OsimDocument, OsimJoint
 from .functions import after, line_of, powers_about
 from .joints import Axis
@@ -73,7 +73,9 @@ def _bodies_of_arm(
 ) -> tuple[list[str], frozenset[str]]:
     """Return the bodies that are kept, in the file's order, and those of them that move."""
     path = document.path_to(told.segments.hand)
-    roots = [body for body in path if any(_leads(kinematics, one.name, named) for one in document.joints[body].coordinates)]
+    roots = [
+        body for body in path if any(_leads(kinematics, one.name, named) for one in document.joints[body].coordinates)
+    ]
     points = [point.body for point in (told.points.wrist, told.points.finger_tip) if point is not None]
     ends = {told.segments.hand, told.segments.forearm, told.segments.upper_arm, *points} & set(document.bodies)
     ends |= {body for body, one in document.coordinates() if one.name in named}
@@ -117,7 +119,9 @@ def _put_joints(arm: _Arm, body: mujoco.MjsBody, joint: OsimJoint) -> None:
     """Add the joints of a body, slides first: OpenSim moves along the parent's axes and turns afterwards."""
     moves = [axis for axis in joint.axes if axis.coordinate and _moves(arm, axis.coordinate)]
     arm.rigid += [
-        one.name for one in joint.coordinates if one.is_locked and not _moves(arm, one.name) and one.name not in arm.rigid
+        one.name
+        for one in joint.coordinates
+        if one.is_locked and not _moves(arm, one.name) and one.name not in arm.rigid
     ]
     own = {name: _own_axis(arm, joint, name) for name in dict.fromkeys(axis.coordinate for axis in moves)}
     R_child_M, anchor = joint.T_child_M[:3, :3], joint.T_child_M[:3, 3]
@@ -161,12 +165,12 @@ def _own_axis(arm: _Arm, joint: OsimJoint, coordinate: str) -> Axis | None:
     )
 
 
-def _directions(
-    arm: _Arm, joint: OsimJoint, turned: Float[np.ndarray, "3 3"]
-) -> Mapping[str, Float[np.ndarray, " 3"]]:
+def _directions(arm: _Arm, joint: OsimJoint, turned: Float[np.ndarray, "3 3"]) -> Mapping[str, Float[np.ndarray, " 3"]]:
     """Return the axes of a joint at its default posture, in the child's joint frame.
 
-    With R1 R2 R3 as the default turns, R1 exp(a1) R2 exp(a2) R3 exp(a3) = R1 R2 R3 exp((R2 R3)ᵀ a1) exp(R3ᵀ a2) exp(a3).
+    With R1 R2 R3 as the default turns,
+
+        R1 exp(a1) R2 exp(a2) R3 exp(a3) = R1 R2 R3 exp((R2 R3)ᵀ a1) exp(R3ᵀ a2) exp(a3)
     """
     directions = {}
     after_it = np.eye(3)

@@ -8,14 +8,17 @@ from jaxtyping import Float
 
 from exograv.errors import ModelError
 
+LARGEST = 1e9
+"""Largest absolute value of a number: beyond any length, mass or range, and without overflow in products."""
+
 
 def text(element: Element, tag: str) -> str:
-    """Text of a child, without blanks at its ends; empty if the child is absent."""
+    """Return the text of a child, without blanks at its ends; empty if the child is absent."""
     return (element.findtext(tag) or "").strip()
 
 
 def flag(element: Element, tag: str) -> bool:
-    """True if the child says `true`."""
+    """Return True if the child says `true`."""
     return text(element, tag).lower() == "true"
 
 
@@ -41,7 +44,7 @@ def numbers(
         values = np.array([float(word) for word in words])
     except ValueError:
         values = np.array([np.nan])
-    if not np.isfinite(values).all() or len(values) != (len(values) or 1 if count is None else count):
+    if not np.all(np.abs(values) <= LARGEST) or len(values) != (len(values) or 1 if count is None else count):
         wanted = "finite numbers" if count is None else "one finite number" if count == 1 else f"{count} finite numbers"
         raise ModelError(f"{where}: {tag} is '{' '.join(words)[:60]}'; it must be {wanted}. Correct it there.")
     return values
