@@ -11,7 +11,7 @@ import numpy as np
 from exograv.errors import ConfigError, ModelError
 
 from .opensim.document import OsimDocument, read_opensim
-from .opensim.specification import arm_specification
+from .opensim_specification import arm_specification
 from .wearer_map import WearerMap
 
 SIZE_MAX = 20_000_000

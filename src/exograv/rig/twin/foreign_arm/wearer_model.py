@@ -15,7 +15,7 @@ from exograv.rig.twin.wearer.skeleton import Skeleton, axis_of
 
 from .model_bones import build_skeleton
 from .model_joints import hanging
-from .opensim.naming import map_by_names
+from .opensim_naming import map_by_names
 from .wearer_file import compile_wearer, open_wearer_file
 from .wearer_map import WearerMap, read_wearer_map
 

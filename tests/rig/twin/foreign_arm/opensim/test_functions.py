@@ -4,7 +4,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from tests.rig.twin.foreign_arm.opensim.osim_text import spline
+from tests.rig.twin.foreign_arm.osim_text import spline
 
 from exograv.errors import ModelError
 from exograv.rig.twin.foreign_arm.opensim.functions import Function, after, powers_about, read_function

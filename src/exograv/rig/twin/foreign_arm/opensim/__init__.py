@@ -1,1 +1,1 @@
-"""Arm models of OpenSim (`.osim`, layouts 3.x and 4.x), converted to MuJoCo's specification."""
+"""Content and kinematics of OpenSim files (`.osim`, layouts 3.x and 4.x)."""

@@ -10,12 +10,12 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from jaxtyping import Float
 from numpy.polynomial import Polynomial
-from scipy.spatial.transform import Rotation
 
 from exograv.errors import ModelError
 
 from .functions import Function, after, read_function, single_function
 from .joints import Axis, axes_of
+from .turns import turn
 from .values import flag, numbers, text
 
 GROUND = "ground"
@@ -236,7 +236,8 @@ def _coordinate(element: Element, where: str) -> OsimCoordinate:
 
 def _pose(element: Element, location: str, orientation: str, where: str) -> Pose:
     T = np.eye(4)
-    T[:3, :3] = Rotation.from_euler("XYZ", numbers(element, orientation, where, 3, (0.0, 0.0, 0.0))).as_matrix()
+    for axis, angle in zip(np.eye(3), numbers(element, orientation, where, 3, (0.0, 0.0, 0.0)), strict=True):
+        T[:3, :3] = T[:3, :3] @ turn(axis, float(angle))
     T[:3, 3] = numbers(element, location, where, 3, (0.0, 0.0, 0.0))
     return T
 

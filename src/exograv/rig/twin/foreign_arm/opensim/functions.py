@@ -6,7 +6,6 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from jaxtyping import Float
 from numpy.polynomial import Polynomial
-from scipy.interpolate import BSpline, make_interp_spline
 
 from exograv.errors import ModelError
 
@@ -105,7 +104,7 @@ def _scaled(function: Function, scale: float) -> Function:
 
 
 def _piecewise(x: Float[np.ndarray, " node"], y: Float[np.ndarray, " node"]) -> Function:
-    return _with_straight_ends(make_interp_spline(x, y, k=1), x)
+    return _with_straight_ends(x, y, 1, None)
 
 
 def _simm_spline(x: Float[np.ndarray, " node"], y: Float[np.ndarray, " node"]) -> Function:
@@ -116,16 +115,21 @@ def _simm_spline(x: Float[np.ndarray, " node"], y: Float[np.ndarray, " node"]) -
     Source: Forsythe, Malcolm, Moler (1977), Computer Methods for Mathematical Computations, SPLINE.
     """
     if len(x) < 4:
-        return _with_straight_ends(make_interp_spline(x, y, k=len(x) - 1), x)
+        return _with_straight_ends(x, y, len(x) - 1, None)
     ends = ([(3, _third_derivative(x[:4], y[:4]))], [(3, _third_derivative(x[-4:], y[-4:]))])
-    return _with_straight_ends(make_interp_spline(x, y, k=3, bc_type=ends), x)
+    return _with_straight_ends(x, y, 3, ends)
 
 
 def _third_derivative(x: Float[np.ndarray, " 4"], y: Float[np.ndarray, " 4"]) -> float:
     return 6.0 * sum(y[i] / np.prod([x[i] - x[j] for j in range(4) if j != i]) for i in range(4))
 
 
-def _with_straight_ends(spline: BSpline, x: Float[np.ndarray, " node"]) -> Function:
+def _with_straight_ends(
+    x: Float[np.ndarray, " node"], y: Float[np.ndarray, " node"], degree: int, ends: tuple[list, list] | None
+) -> Function:
+    from scipy.interpolate import make_interp_spline  # imported here: takes 0.1 s, and a drawn arm does not need it
+
+    spline = make_interp_spline(x, y, k=degree, bc_type=ends)
     slope = spline.derivative()
 
     def value(q: float) -> float:

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
-from scipy.spatial.transform import Rotation
 
 from exograv.errors import ModelError
 
 from .document import GROUND, OsimDocument, OsimJoint, Pose
 from .functions import Function, after
+from .turns import small_turn, turn
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class OsimKinematics:
             if axis.is_slide:
                 T[:3, 3] += value * axis.direction
             else:
-                T[:3, :3] = T[:3, :3] @ Rotation.from_rotvec(value * axis.direction).as_matrix()
+                T[:3, :3] = T[:3, :3] @ turn(axis.direction, value)
         return T
 
     def pose(self, body: str, roots: Mapping[str, float] | None = None) -> Pose:
@@ -99,4 +99,4 @@ class OsimKinematics:
         child = next(body for body, one in self.document.coordinates() if one.name == coordinate)
         at, step = self.value(coordinate, roots), 1e-4  # rad
         R = [self.pose(child, {**(roots or {}), coordinate: at + s})[:3, :3] for s in (-step, step)]
-        return Rotation.from_matrix(R[1] @ R[0].T).as_rotvec() / (2.0 * step)
+        return small_turn(R[1] @ R[0].T) / np.sin(2.0 * step)

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.rig.twin.foreign_arm.opensim.osim_text import Coordinate, Model, coupling, linear, osim
-from tests.rig.twin.foreign_arm.opensim.test_naming import girdled, rajagopal
-from tests.rig.twin.foreign_arm.opensim.test_opensim import EXAMPLES
+from tests.rig.twin.foreign_arm.osim_text import Coordinate, Model, coupling, linear, osim
+from tests.rig.twin.foreign_arm.test_opensim_naming import girdled, rajagopal
+from tests.rig.twin.foreign_arm.test_opensim_specification import EXAMPLES
 
 from exograv.errors import ExogravError
 from exograv.model.description import RigDescription

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.rig.twin.foreign_arm.opensim.osim_text import Coordinate, Model, Part, TransformAxis, coupling, linear, osim
-from tests.rig.twin.foreign_arm.opensim.test_opensim import EXAMPLES, assert_same_arm, opensim_of, shipped
+from tests.rig.twin.foreign_arm.osim_text import Coordinate, Model, Part, TransformAxis, coupling, linear, osim
+from tests.rig.twin.foreign_arm.test_opensim_specification import EXAMPLES, assert_same_arm, opensim_of, shipped
 
 from exograv.errors import ConfigError, ModelError
 from exograv.laboratory.virtual_laboratory import draw_laboratory

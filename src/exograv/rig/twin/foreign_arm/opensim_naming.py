@@ -9,19 +9,18 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import least_squares
 
 from exograv.errors import ModelError
 from exograv.model.description import RigDescription
 from exograv.model.limb import FREEDOMS
 from exograv.model.rig_settings import FREEDOMS_OF_ARM, ArmSide
-from exograv.rig.twin.foreign_arm.model_joints import listed
-from exograv.rig.twin.foreign_arm.wearer_map import WearerMap
 from exograv.rig.twin.wearer.regressions import SAMPLE, TABLE
 from exograv.rig.twin.wearer.skeleton import axis_of
 
-from .document import OsimCoordinate, OsimDocument
-from .kinematics import OsimKinematics
+from .model_joints import listed
+from .opensim.document import OsimCoordinate, OsimDocument
+from .opensim.kinematics import OsimKinematics
+from .wearer_map import WearerMap
 
 Vector = Float[np.ndarray, " 3"]
 
@@ -190,6 +189,8 @@ class _Naming:
         line, _ = self._lines()
         length = float(np.linalg.norm(line))
         if length > 0.0 and np.arccos(np.clip(-line @ up / length, -1.0, 1.0)) > HANGS:
+            from scipy.optimize import least_squares  # imported here: the import takes 0.1 s
+
             start = np.array([self._coordinate(name).default for name in self.shoulder])
             tilt(least_squares(tilt, start).x)
 

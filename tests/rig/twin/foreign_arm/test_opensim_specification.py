@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.rig.twin.foreign_arm.opensim.osim_text import (
+from tests.rig.twin.foreign_arm.osim_text import (
     Coordinate,
     Layout,
     Model,
@@ -25,11 +25,11 @@ from exograv.model.description import load_rig
 from exograv.rig.twin import WearerModel, read_wearer_model
 from exograv.rig.twin.foreign_arm.opensim.document import read_opensim
 from exograv.rig.twin.foreign_arm.opensim.kinematics import OsimKinematics
-from exograv.rig.twin.foreign_arm.opensim.specification import arm_specification
+from exograv.rig.twin.foreign_arm.opensim_specification import arm_specification
 from exograv.rig.twin.foreign_arm.wearer_file import compile_wearer, open_wearer_file
 from exograv.rig.twin.foreign_arm.wearer_map import WearerMap, read_wearer_map
 
-EXAMPLES = Path(__file__).parents[5] / "examples" / "wearers"
+EXAMPLES = Path(__file__).parents[4] / "examples" / "wearers"
 SAME = 1e-6  # N·m, m, kg, -: the claim of the docs; the errors are those of double precision
 SHIPPED = {"arm26": "recupera_like", "rajagopal": "recupera_like", "rajagopal_7": "recupera_like_7"}
 

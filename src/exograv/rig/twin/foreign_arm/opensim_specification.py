@@ -7,16 +7,16 @@ import mujoco
 import numpy as np
 from jaxtyping import Float
 from numpy.polynomial import Polynomial
-from scipy.spatial.transform import Rotation
 
 from exograv.errors import ModelError
-from exograv.rig.twin.foreign_arm.model_joints import listed
-from exograv.rig.twin.foreign_arm.wearer_map import WearerMap
 
-from .document import GROUND, OsimBody, OsimDocument, OsimJoint
-from .functions import after, line_of, powers_about
-from .joints import Axis
-from .kinematics import OsimKinematics
+from .model_joints import listed
+from .opensim.document import GROUND, OsimBody, OsimDocument, OsimJoint
+from .opensim.functions import after, line_of, powers_about
+from .opensim.joints import Axis
+from .opensim.kinematics import OsimKinematics
+from .opensim.turns import turn
+from .wearer_map import WearerMap
 
 ERROR_MAX_RAD = np.deg2rad(1.0)
 """Largest error of a polynomial that stands for a joint's transform [rad]: far below that of a cuff on skin."""
@@ -180,7 +180,7 @@ def _directions(arm: _Arm, joint: OsimJoint, turned: Float[np.ndarray, "3 3"]) -
         else:
             directions[axis.name] = after_it.T @ axis.direction
             value = axis.function(arm.kinematics.value(axis.coordinate) if axis.coordinate else 0.0)
-            after_it = Rotation.from_rotvec(value * axis.direction).as_matrix() @ after_it
+            after_it = turn(axis.direction, value) @ after_it
     return directions
 
 
@@ -209,7 +209,9 @@ def _put_coupling(arm: _Arm, name: str, axis: Axis, is_own: bool) -> None:
 
 
 def _quaternion(T: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, " 4"]:
-    return np.roll(Rotation.from_matrix(T[:3, :3]).as_quat(), 1)
+    quaternion = np.empty(4)
+    mujoco.mju_mat2Quat(quaternion, T[:3, :3].ravel())
+    return quaternion
 
 
 def _notes(arm: _Arm, kept: list[str]) -> tuple[str, ...]:
