@@ -112,7 +112,7 @@ def test_a_joint_of_another_part_of_the_body_may_be_of_any_class(tmp_path: Path,
     )
     path = tmp_path / "model.osim"
     path.write_text(osim(replace(rajagopal(), parts=[*rajagopal().parts, leg])), encoding="utf-8")
-    assert "1 bodies that belong to no part of this arm are left out." in read_wearer_model(path, None, rig).notes
+    assert "Bodies that belong to no part of this arm are left out: 1." in read_wearer_model(path, None, rig).notes
 
 
 def test_a_scapula_on_an_ellipsoid_is_refused_with_its_name(refusal):

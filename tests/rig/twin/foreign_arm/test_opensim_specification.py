@@ -73,13 +73,15 @@ def compiled(text: str, told: WearerMap, folder: Path) -> tuple[mujoco.MjModel, 
 
 
 def put(model: mujoco.MjModel, data: mujoco.MjData, posture: Mapping[str, float]) -> None:
-    """Put joints at their angles, and the joints that follow where their polynomials say."""
+    """Put joints at their angles, and other joints that follow where their polynomials say."""
     data.qpos[:] = model.qpos0
     for name, value in posture.items():
         data.qpos[model.joint(name).qposadr[0]] = value
     for k in range(model.neq):
         led, leader = (model.jnt_qposadr[one[k]] for one in (model.eq_obj1id, model.eq_obj2id))
         moved = data.qpos[leader] - model.qpos0[leader]
+        if model.joint(model.eq_obj1id[k]).name in posture:
+            continue
         data.qpos[led] = model.qpos0[led] + np.polyval(model.eq_data[k, :5][::-1], moved)
     mujoco.mj_forward(model, data)
 
@@ -166,7 +168,7 @@ def chain(default: float = 0.0) -> Model:
         TransformAxis("", (0.0, 0.0, 1.0), "<Constant><value>0.04</value></Constant>", "translation3"),
     ]
     second = [
-        TransformAxis("bend", (0.0, 0.0, 0.0873)),
+        TransformAxis("bend", (0.02, 0.01, 0.0873)),
         TransformAxis("bend", (1.0, 1.0, 0.0), BENDS, "translation1"),
         TransformAxis("bend", (0.0, 1.0, 0.0), PARABOLA),
     ]  # fmt: skip
@@ -181,6 +183,36 @@ def chain(default: float = 0.0) -> Model:
         ],
         couplings=[coupling("follow", "bend", linear(-0.5, 0.1))],
     )  # fmt: skip
+
+
+# Posture of the chain, and what OpenSim 4.6 (package `opensim` of PyPI) computes there: origins of the bodies and their
+# y axes on the ground, and the torque that holds the arm against gravity. The spline has a node here.
+POSTURE = {"one": 0.5, "two": -0.3, "three": 0.8, "bend": 1.0}
+AT_NODE = {"lower_joint_translation1": 0.01}
+PLACES = {
+    "upper": ([0.128908322594, 0.183668520092, 0.341830608866], [-0.636333304954, -0.015781959096, 0.771252782669]),
+    "lower": ([0.337578778096, 0.220100188938, 0.107894842488], [0.378329048718, -0.7896667157, 0.48300477121]),
+    "last": ([0.243902814097, 0.440434969534, -0.042418813666], [0.827253263323, -0.269475018856, 0.49298605714]),
+}
+TORQUES = {"one": 6.874627388581, "two": 4.216137077646, "three": 6.290016653646, "follow": 0.776945546219}
+ROUNDED = 1e-10  # m, -, N·m: the digits above, with the error of double precision
+
+
+@pytest.mark.parametrize("layout", [3, 4])
+def test_bodies_and_gravity_torques_are_those_that_opensim_computes(tmp_path: Path, layout: Layout):
+    text = osim(chain(0.2), layout)
+    model, data, _ = compiled(text, CHAIN_MAP, tmp_path)
+    model.opt.gravity[:] = [0.0, -9.80665, 0.0]
+    put(model, data, {**POSTURE, **AT_NODE})
+    kinematics = OsimKinematics(read_opensim(text, Path("model.osim")))
+    for body, (origin, y) in PLACES.items():
+        T = kinematics.pose(body, POSTURE)
+        np.testing.assert_allclose(T[:3, 3], origin, atol=ROUNDED)
+        np.testing.assert_allclose(T[:3, 1], y, atol=ROUNDED)
+        np.testing.assert_allclose(data.body(body).xpos, origin, atol=ROUNDED)
+        np.testing.assert_allclose(data.body(body).xmat.reshape(3, 3)[:, 1], y, atol=ROUNDED)
+    for joint, torque in TORQUES.items():
+        assert data.qfrc_bias[model.joint(joint).dofadr[0]] == pytest.approx(torque, abs=ROUNDED)
 
 
 FIT = 0.002  # m, and the same in rad at these lengths: the largest error that a fitted spline may have

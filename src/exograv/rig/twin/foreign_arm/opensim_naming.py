@@ -70,16 +70,19 @@ class _Naming:
         self.document, self.kinematics = document, OsimKinematics(document)
         self.side: ArmSide = description.arm_sides[0]
         self.moved = FREEDOMS[: FREEDOMS_OF_ARM[description.settings.wearer.arm]]
-        self.found = dict(self._named())
-        if "elbow" not in self.found:
+        elbow = next(self._named("elbow"), None)
+        if elbow is None:
             names = [one.name for _, one in document.coordinates()]
             raise ModelError(
                 f"{document.path}: no coordinate of a {self.side} arm is named like an elbow (elbow_flexion, "
                 f"elbow_flex_r, EL_x). Coordinates there: {listed(names)}. Give a map with --wearer-map "
                 "(docs/howto/wearer_models.md)."
             )
-        self.elbow = self.found["elbow"]
-        self.lower = self._body_of(self.elbow)
+        self.elbow, self.lower = elbow, self._body_of(elbow)
+        beyond = {freedom: next(self._named(freedom, self.lower), None) for freedom in FREEDOMS[4:]}
+        self.distal = {freedom: name for freedom, name in beyond.items() if name is not None}
+        """Coordinates of forearm and wrist by freedom."""
+
         self.upper = document.joints[self.lower].parent
         self.shoulder = self._shoulder()
         self.hand = self._hand()
@@ -106,14 +109,14 @@ class _Naming:
             content["points"] = {"wrist": {"body": self.hand, "at_m": self._wrist()}}
         return WearerMap.model_validate(content), (self._note(content),)
 
-    def _named(self) -> Iterator[tuple[str, str]]:
-        """Yield the freedoms from the elbow on with the first coordinate of this side that has such a name."""
-        for freedom, pattern in NAMES.items():
-            for _, one in self.document.coordinates():
-                name = _without_side(one.name, self.side)
-                if name is not None and re.fullmatch(pattern, name) and one.name not in self.document.couplings:
-                    yield freedom, one.name
-                    break
+    def _named(self, freedom: str, beyond: str | None = None) -> Iterator[str]:
+        """Yield the coordinates of this side that are named like a freedom, of bodies that `beyond` carries."""
+        for body, one in self.document.coordinates():
+            name = _without_side(one.name, self.side)
+            is_named = name is not None and re.fullmatch(NAMES[freedom], name) is not None
+            is_there = beyond is None or self.document.carries(beyond, body)
+            if is_named and is_there and one.name not in self.document.couplings:
+                yield one.name
 
     def _body_of(self, coordinate: str) -> str:
         return next(body for body, one in self.document.coordinates() if one.name == coordinate)
@@ -149,19 +152,17 @@ class _Naming:
 
     def _hand(self) -> str:
         """Body beyond the wrist, or the forearm if the model has none."""
-        wrists = [self.found[name] for name in ("wrist_flexion", "wrist_deviation") if name in self.found]
-        beyond = [self._body_of(name) for name in wrists]
-        beyond = [body for body in beyond if self.lower in self.document.path_to(body)]
-        if beyond:
-            return max(beyond, key=lambda body: len(self.document.path_to(body)))
+        moved = [self._body_of(name) for freedom, name in self.distal.items() if freedom in FREEDOMS[5:]]
+        if moved:
+            return max(moved, key=lambda body: len(self.document.path_to(body)))
         named = [
             body for body in self.document.joints
-            if "hand" in body.lower() and body != self.lower and self.lower in self.document.path_to(body)
+            if "hand" in body.lower() and body != self.lower and self.document.carries(self.lower, body)
         ]  # fmt: skip
         return named[0] if named else self.lower
 
     def _forearm(self) -> str:
-        roll = self.found.get("forearm_roll")
+        roll = self.distal.get("forearm_roll")
         return self._body_of(roll) if roll and "forearm_roll" in self.moved else self.lower
 
     def _lines(self) -> tuple[Vector, Vector]:
@@ -223,10 +224,7 @@ class _Naming:
 
     def _put_distal(self, content: dict, axes: tuple[Vector, Vector, Vector]) -> None:
         """Add forearm and wrist: freedoms if the machine moves them, else locked with the palm facing the body."""
-        for freedom in FREEDOMS[4:]:
-            name = self.found.get(freedom)
-            if name is None or self.lower not in self.document.path_to(self._body_of(name)):
-                continue
+        for freedom, name in self.distal.items():
             one, zero = self._coordinate(name), 0.0
             if freedom == "forearm_roll" and np.rad2deg(one.low) > NEUTRAL_BELOW_DEG:
                 zero = 90.0
@@ -266,15 +264,14 @@ class _Naming:
         return {**PERSON, "mass_kg": mass if is_whole else PERSON["mass_kg"]}
 
     def _note(self, content: dict) -> str:
-        shoulder = content.get("shoulder")
-        parts = [f"shoulder {', '.join(self.shoulder)}"] if shoulder else []
-        parts += [f"{freedom} {one['joint']}" for freedom, one in content["freedoms"].items()]
+        parts = [f"shoulder = {', '.join(self.shoulder)}"] if "shoulder" in content else []
+        parts += [f"{freedom} = {one['joint']}" for freedom, one in content["freedoms"].items()]
         parts += [f"{name} locked at {angle:g}°" for name, angle in content["locked"].items()]
         person = content["body"]
-        wrist = "; the wrist is assumed" if content["points"] else ""
+        wrist = " The wrist is assumed, too." if content["points"] else ""
         return (
-            f"The names of the file stand for a map: {', '.join(parts)}. The person is assumed as {person['sex']}, "
-            f"{person['height_m']:g} m, {person['mass_kg']:.3g} kg{wrist}. Give a map to state them."
+            f"The names of the file stand for a map: {', '.join(parts)}. Assumed person: {person['sex']}, "
+            f"{person['height_m']:g} m, {person['mass_kg']:.3g} kg.{wrist} Give a map to state them."
         )
 
 

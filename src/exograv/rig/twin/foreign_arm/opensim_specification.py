@@ -79,13 +79,9 @@ def _bodies_of_arm(
     points = [point.body for point in (told.points.wrist, told.points.finger_tip) if point is not None]
     ends = {told.segments.hand, told.segments.forearm, told.segments.upper_arm, *points} & set(document.bodies)
     ends |= {body for body, one in document.coordinates() if one.name in named}
-    kept, moving = {one for end in ends for one in document.path_to(end)}, set()
-    for body in document.bodies:
-        # Bodies that the file leaves without a joint belong to no arm.
-        above = document.path_to(body) if body in document.joints else []
-        if roots and roots[0] in above:
-            moving.add(body)
-    moving |= {body for body, one in document.coordinates() if one.name in named}
+    kept = {one for end in ends for one in document.path_to(end)}
+    moving = {body for body, one in document.coordinates() if one.name in named}
+    moving |= {body for body in document.bodies if roots and document.carries(roots[0], body)}
     return [body for body in document.bodies if body in kept | moving], frozenset(moving)
 
 
@@ -219,7 +215,7 @@ def _notes(arm: _Arm, kept: list[str]) -> tuple[str, ...]:
     notes = []
     others = len(document.bodies) - len(kept)
     if others:
-        notes.append(f"{others} bodies that belong to no part of this arm are left out.")
+        notes.append(f"Bodies that belong to no part of this arm are left out: {others}.")
     for counts, what in ((document.forces, "forces and muscles"), (document.constraints, "constraints")):
         if counts:
             kinds = ", ".join(f"{count} {kind}" for kind, count in counts.items())

@@ -102,6 +102,14 @@ class OsimDocument:
             for coordinate in joint.coordinates:
                 yield child, coordinate
 
+    def carries(self, above: str, body: str) -> bool:
+        """Return True if `above` is `body`, or lies between it and the ground."""
+        seen: set[str] = set()
+        while body != above and body in self.joints and body not in seen:
+            seen.add(body)
+            body = self.joints[body].parent
+        return body == above
+
     def path_to(self, body: str) -> list[str]:
         """Return the bodies from the one on the ground to `body`.
 
