@@ -240,6 +240,15 @@ def test_the_laboratory_takes_an_opensim_model_without_a_map(tmp_path: Path):
     assert laboratory.wearer_model.title == "synthetic (OpenSim), mapped by its names"
 
 
+def test_an_elbow_about_a_vertical_axis_is_refused_with_the_next_step(tmp_path: Path):
+    ulna = next(part for part in rajagopal().parts if part.body == "ulna")
+    upright = [replace(axis, axis=Y) for axis in ulna.axes]
+    with pytest.raises(
+        ModelError, match=r"'elbow_flex_r' turns about a vertical axis .*Give a map with --wearer-map\."
+    ):
+        read(rajagopal().with_part("ulna", axes=upright), tmp_path)
+
+
 def test_only_an_opensim_model_needs_no_map():
     with pytest.raises(ConfigError, match=r"--wearer-map is missing: .*names of an OpenSim model"):
         draw_laboratory("recupera_like", None, 1, 0, str(EXAMPLES / "arm26.xml"))

@@ -58,7 +58,8 @@ def map_by_names(document: OsimDocument, description: RigDescription) -> tuple[W
     """Return the map of a model's arm on the machine's side, and a note about what was assumed.
 
     Raises:
-        ModelError: No coordinate of this side is named like an elbow, or the arm has no shoulder or hand.
+        ModelError: No coordinate of this side is named like an elbow, nothing turns the upper arm, or the elbow turns
+            about a vertical axis.
     """
     return _Naming(document, description).map()
 
@@ -81,8 +82,6 @@ class _Naming:
         self.elbow, self.lower = elbow, self._body_of(elbow)
         beyond = {freedom: next(self._named(freedom, self.lower), None) for freedom in FREEDOMS[4:]}
         self.distal = {freedom: name for freedom, name in beyond.items() if name is not None}
-        """Coordinates of forearm and wrist by freedom."""
-
         self.upper = document.joints[self.lower].parent
         self.shoulder = self._shoulder()
         self.hand = self._hand()
@@ -265,7 +264,8 @@ class _Naming:
 
     def _note(self, content: dict) -> str:
         parts = [f"shoulder = {', '.join(self.shoulder)}"] if "shoulder" in content else []
-        parts += [f"{freedom} = {one['joint']}" for freedom, one in content["freedoms"].items()]
+        mapped = content["freedoms"]
+        parts += [f"{freedom} = {mapped[freedom]['joint']}" for freedom in FREEDOMS if freedom in mapped]
         parts += [f"{name} locked at {angle:g}°" for name, angle in content["locked"].items()]
         person = content["body"]
         wrist = " The wrist is assumed, too." if content["points"] else ""
