@@ -30,6 +30,7 @@ from exograv.laboratory.demo_result import (
     IdentifiedArm,
     LeftOverTable,
     MeasuredCalibration,
+    ModelNotes,
     ParticipantFigures,
     PayloadLeftOver,
     PossibleLeftOver,
@@ -400,7 +401,8 @@ def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch
         ),
     )
     nobody, ticks, report = ParticipantFigures(None, None), {"p50": 60.0, "p99": 100.0}, Path("out/report.html")
-    result = DemoResult(findings, nobody, 0, None, ticks, 40.0, 30.0, report, Path("out/demo.mcap"))
+    notes = ModelNotes("[bold]arm26", ("All forces of the model are left out: 6 [/muscles].",))
+    result = DemoResult(findings, nobody, 0, notes, ticks, 40.0, 30.0, report, Path("out/demo.mcap"))
     show_demo(result)
     shown = capsys.readouterr().out
     assert max(len(line) for line in shown.splitlines()) <= 40
@@ -411,3 +413,4 @@ def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch
     assert "at most 1.00, 2.00, 3.00, 4.00 N·m" in " ".join(shown.split())
     assert "determined 1 of 51 parameters, in 2 combinations" in " ".join(shown.split())
     assert "The person did not relax from 12 s on." in " ".join(shown.split())
+    assert "Arm model: [bold]arm26. All forces of the model are left out: 6 [/muscles]." in " ".join(shown.split())

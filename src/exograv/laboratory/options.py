@@ -66,10 +66,13 @@ class IdentifyOptions(Options):
     """Run at real-time speed."""
 
     wearer_model: str | None = None
-    """MJCF or URDF of a third party's arm that replaces the drawn one as the truth; needs `--wearer-map`."""
+    """MJCF, URDF or OpenSim model of a third party's arm that replaces the drawn one as the truth."""
 
     wearer_map: Annotated[str | None, Acts(lambda all_: all_.wearer_model is not None, "with --wearer-model")] = None
-    """TOML file that assigns the model's bodies and joints (docs/howto/wearer_models.md)."""
+    """TOML file that assigns the model's bodies and joints (docs/howto/wearer_models.md).
+
+    An OpenSim model whose names are known needs none.
+    """
 
     calibration: Annotated[
         Path | None,

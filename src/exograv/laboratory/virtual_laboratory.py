@@ -26,6 +26,7 @@ from exograv.rig.twin import (
     read_wearer_model,
 )
 from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics, worn_inertia
+from exograv.rig.twin.foreign_arm.wearer_model import MAP_MISSING
 from exograv.rig.twin.world.surroundings import Surroundings
 from exograv.storage.calibration_file import twin_identity
 
@@ -115,8 +116,8 @@ def draw_laboratory(
         side: Side of the arm; the machine's first side if absent.
         level: Level of all disturbances.
         seed: Seed of machine and wearer.
-        wearer_model: MJCF or URDF of an arm that replaces the drawn one as the truth (docs/howto/wearer_models.md).
-        wearer_map: Assignment of the model's bodies and joints.
+        wearer_model: Model of an arm that replaces the drawn one as the truth (docs/howto/wearer_models.md).
+        wearer_map: Assignment of the model's bodies and joints; the names of an OpenSim model can stand for it.
         donning: Number of the day on which this wearer is in this machine, 0 for the first.
         world: World whose laws act.
 
@@ -126,14 +127,10 @@ def draw_laboratory(
     """
     description, disturbances = load_rig(rig, side), Disturbances.at_level(level, world)
     foreign = None
-    if wearer_model is not None and wearer_map is not None:
-        foreign = read_wearer_model(Path(wearer_model), Path(wearer_map), description)
-    elif wearer_model is not None or wearer_map is not None:
-        missing = "--wearer-model" if wearer_model is None else "--wearer-map"
-        raise ConfigError(
-            f"{missing} is missing: a wearer's model needs its map, and a map needs its model "
-            "(docs/howto/wearer_models.md)."
-        )
+    if wearer_model is not None:
+        foreign = read_wearer_model(Path(wearer_model), Path(wearer_map) if wearer_map else None, description)
+    elif wearer_map is not None:
+        raise ConfigError(MAP_MISSING.format(missing="--wearer-model"))
     drawn = laboratory_at(description, disturbances, seed, seed, foreign)
     wearer = donned_again(drawn.wearer, disturbances, seed, donning)
     return VirtualLaboratory(description, drawn.machine, wearer, foreign, twin_identity(level, seed, world), world)

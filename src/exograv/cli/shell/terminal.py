@@ -5,6 +5,7 @@ from math import log10
 from typing import TYPE_CHECKING
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
@@ -13,7 +14,7 @@ from .progress import FIRST_LINE_S as FIRST_LINE_S
 from .progress import bars as bars
 
 if TYPE_CHECKING:
-    from exograv.laboratory.demo_result import DemoFindings, DemoResult, FloatedArm, ParticipantFigures
+    from exograv.laboratory.demo_result import DemoFindings, DemoResult, FloatedArm, ModelNotes, ParticipantFigures
     from exograv.live.on_drives.bring_up_command import BringUpStep
     from exograv.procedures.machine_tools.identify_log import LogResult
     from exograv.procedures.self_test.loop_timing import LatenessHistogram, LoopFigures, ScheduledLoop
@@ -65,7 +66,8 @@ def show_demo(result: "DemoResult") -> None:
         table.add_row(joint.replace("_", " "), *(f"{value:.2f}" for value in values))
     console = Console()
     console.print(table)
-    for line in [*_of_identification(found), *_of_floated(found.floated), *_of_person(result.person), *_of_run(result)]:
+    lines = [*_of_identification(found), *_of_floated(found.floated), *_of_person(result.person)]
+    for line in [*lines, *_of_wearer_model(result.wearer_model), *_of_run(result)]:
         console.print(line, highlight=False)
     console.print(f"Report: {result.report}", highlight=False, soft_wrap=True)
 
@@ -92,6 +94,13 @@ def _of_identification(found: "DemoFindings") -> Iterator[str]:
         )
     if times.restless_s is not None:
         yield f"The person did not relax from {times.restless_s:.0f} s on."
+
+
+def _of_wearer_model(model: "ModelNotes | None") -> Iterator[str]:
+    """Yield lines on a third party's arm: its title, and which parts of it are not used."""
+    if model is not None:
+        yield escape(f"Arm model: {model.title}.")
+        yield from map(escape, model.notes)
 
 
 def _missed_target(found: "DemoFindings") -> str:

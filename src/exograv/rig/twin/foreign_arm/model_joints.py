@@ -133,8 +133,11 @@ def _put_ball(model: mujoco.MjModel, told: WearerMap, stand: HangingPosture) -> 
     if told.shoulder is None:
         return
     joints = [find_joint(model, name, "shoulder.joints") for name in told.shoulder.joints]
-    if not (len(joints) == 3 or model.jnt_type[joints[0]] == BALL):
-        raise ModelError(f"shoulder.joints are {', '.join(told.shoulder.joints)}: give one ball joint or three hinges.")
+    kinds = [int(model.jnt_type[joint]) for joint in joints]
+    if not (kinds == [BALL] or all(kind == HINGE for kind in kinds)):
+        raise ModelError(
+            f"shoulder.joints are {', '.join(told.shoulder.joints)}: give one ball joint, or one to three hinges."
+        )
     zeros = np.deg2rad(told.shoulder.zero_deg or [0.0] * len(joints))
     for joint, zero in zip(joints, zeros, strict=False):
         if model.jnt_type[joint] == HINGE:

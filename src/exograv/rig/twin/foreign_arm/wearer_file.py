@@ -1,6 +1,7 @@
-"""Import of a third party's MJCF or URDF: bodies, joints and masses, without actuators and visual elements."""
+"""Import of a third party's MJCF, URDF or OpenSim model: bodies, joints and masses, without actuators and visuals."""
 
 import warnings
+from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -8,6 +9,10 @@ import mujoco
 import numpy as np
 
 from exograv.errors import ConfigError, ModelError
+
+from .opensim.document import OsimDocument, read_opensim
+from .opensim_specification import arm_specification
+from .wearer_map import WearerMap
 
 SIZE_MAX = 20_000_000
 """Largest size of the file; the largest arm models have a few megabytes without their meshes [bytes]."""
@@ -18,29 +23,53 @@ MASS_LEAST = 1e-9
 INERTIA_LEAST = 1e-12
 
 
-def read_wearer_file(path: Path) -> tuple[mujoco.MjModel, tuple[str, ...]]:
-    """Return the compiled model, and notes about parts that are not used.
+FORMATS = "MJCF, URDF or OpenSim model (.osim)"
+
+
+@dataclass(frozen=True)
+class WearerFile:
+    """Text of a model of an arm; `opensim` is its content if OpenSim wrote it."""
+
+    path: Path
+    content: str
+    opensim: OsimDocument | None
+
+
+def open_wearer_file(path: Path) -> WearerFile:
+    """Read the file of a model.
 
     Raises:
         ConfigError: The file cannot be read.
-        ModelError: MuJoCo cannot compile the model.
+        ModelError: The file is a damaged OpenSim model.
     """
     try:
         if path.stat().st_size > SIZE_MAX:
             raise ConfigError(
-                f"{path} is larger than {SIZE_MAX // 1_000_000} MB. Give the MJCF or URDF itself, without meshes in it."
+                f"{path} is larger than {SIZE_MAX // 1_000_000} MB. Give the {FORMATS} itself, without meshes in it."
             )
-        is_urdf = "<robot" in path.read_text(encoding="utf-8")
+        content = path.read_text(encoding="utf-8")
     except OSError as error:
-        raise ConfigError(
-            f"{path} cannot be read: {error.strerror}. Give an MJCF or URDF with --wearer-model."
-        ) from error
+        raise ConfigError(f"{path} cannot be read: {error.strerror}. Give an {FORMATS} with --wearer-model.") from error
     except UnicodeDecodeError as error:
-        raise ConfigError(f"{path} is not a text file. Give an MJCF or URDF with --wearer-model.") from error
+        raise ConfigError(f"{path} is not a text file. Give an {FORMATS} with --wearer-model.") from error
+    is_opensim = path.suffix.lower() == ".osim" or "<OpenSimDocument" in content
+    return WearerFile(path, content, read_opensim(content, path) if is_opensim else None)
+
+
+def compile_wearer(file: WearerFile, told: WearerMap) -> tuple[mujoco.MjModel, tuple[str, ...]]:
+    """Return the compiled model, and notes about parts that are not used.
+
+    Raises:
+        ModelError: MuJoCo cannot compile the model, or the arm of an OpenSim model cannot be represented.
+    """
+    path, notes = file.path, ()
     try:
-        spec = _spec_of_urdf(path) if is_urdf else mujoco.MjSpec.from_file(str(path))
+        if file.opensim is not None:
+            spec, notes = arm_specification(file.opensim, told)
+        else:
+            spec = _spec_of_urdf(path) if "<robot" in file.content else mujoco.MjSpec.from_file(str(path))
         _refuse_impossible_masses(spec, path)
-        notes = _strip(spec)
+        notes = (*notes, *_strip(spec))
         spec.compiler.boundmass = max(spec.compiler.boundmass, MASS_LEAST)
         spec.compiler.boundinertia = max(spec.compiler.boundinertia, INERTIA_LEAST)
         with warnings.catch_warnings():
@@ -49,8 +78,8 @@ def read_wearer_file(path: Path) -> tuple[mujoco.MjModel, tuple[str, ...]]:
             return spec.compile(), notes
     except (ValueError, ElementTree.ParseError) as error:
         raise ModelError(
-            f"MuJoCo cannot compile {path}: {' '.join(str(error).split())}. Correct the file; it must be an "
-            "MJCF or URDF with all files that it includes beside it."
+            f"MuJoCo cannot compile {path}: {' '.join(str(error).split())}. Correct the file; it must be an {FORMATS} "
+            "with all files that it includes beside it."
         ) from error
 
 

@@ -15,7 +15,8 @@ from exograv.rig.twin.wearer.skeleton import Skeleton, axis_of
 
 from .model_bones import build_skeleton
 from .model_joints import hanging
-from .wearer_file import read_wearer_file
+from .opensim_naming import map_by_names
+from .wearer_file import compile_wearer, open_wearer_file
 from .wearer_map import WearerMap, read_wearer_map
 
 ASKEW_MAX = np.deg2rad(50.0)
@@ -29,6 +30,11 @@ LENGTHS_M = (0.1, 0.5)
 
 MASS_KG = (0.5, 12.0)
 """Allowed mass of an arm: from a child's to twice that of a man of 100 kg."""
+
+MAP_MISSING = (
+    "{missing} is missing: a wearer's model needs its map, and a map needs its model; only the names of an OpenSim "
+    "model (.osim) can stand for a map (docs/howto/wearer_models.md)."
+)
 
 
 @dataclass(frozen=True)
@@ -45,24 +51,30 @@ class WearerModel:
     """Hash of model and map."""
 
 
-def read_wearer_model(model: Path, told: Path, description: RigDescription) -> WearerModel:
-    """Read the arm of a model file, whose parts a map names, for a machine.
+def read_wearer_model(model: Path, told: Path | None, description: RigDescription) -> WearerModel:
+    """Read the arm of a model file for a machine; without a map, the names of an OpenSim model say which part is which.
 
     Raises:
         ConfigError: A file cannot be read, or the map cannot be used.
         ModelError: Model and map do not agree, or the machine cannot move this arm.
     """
-    spoken = read_wearer_map(told)
+    file, notes = open_wearer_file(model), ()
+    if told is not None:
+        spoken = read_wearer_map(told)
+    elif file.opensim is not None:
+        spoken, notes = map_by_names(file.opensim, description)
+    else:
+        raise ConfigError(MAP_MISSING.format(missing="--wearer-map"))
     _refuse_other_machine(spoken, description)
-    compiled, notes = read_wearer_file(model)
+    compiled, left_out = compile_wearer(file, spoken)
     stand = hanging(compiled, spoken)
     skeleton = build_skeleton(compiled, spoken, stand, description.settings.wearer.arm)
     _refuse_impossible(skeleton)
     person = spoken.body
-    notes = (*notes, *stand.notes)
+    notes = (*notes, *left_out, *stand.notes)
     if not skeleton.follows_elevation:
         notes = (*notes, "A girdle of bones moves the shoulder: the twin's own shift of its centre is off.")
-    digest = hashlib.sha256(model.read_bytes() + told.read_bytes()).hexdigest()
+    digest = hashlib.sha256(model.read_bytes() + (told.read_bytes() if told else b"")).hexdigest()
     return WearerModel(spoken.title, skeleton, Body(person.sex, person.height_m, person.mass_kg), notes, digest)
 
 
