@@ -1,6 +1,5 @@
 """A killed session ends with one command; its recording holds each acknowledged touch and each window once."""
 
-import json
 import resource
 import signal
 import subprocess
@@ -9,10 +8,10 @@ import time
 from pathlib import Path
 
 import pytest
-import session_kills
-from session_kills import Session, faults_of, last_sentence, resume, result_of
 
+import session_kills
 from exograv.recording import read_recording
+from session_kills import Session, faults_of, last_sentence, result_of, resume
 
 SEED = 1014
 PASSIVE, ACTIVE = "familiarisation", "training"

@@ -90,9 +90,7 @@ class RecordingWriter:
         self._add("/settings", 0.0, head)
 
     @classmethod
-    def continued(
-        cls, path: Path, ticks_safe: int = 0, kept: Mapping[str, int] | None = None
-    ) -> "RecordingWriter":
+    def continued(cls, path: Path, ticks_safe: int = 0, kept: Mapping[str, int] | None = None) -> "RecordingWriter":
         """Continue a file whose writer was stopped at any point; the part after its last complete chunk is cut off.
 
         Args:
