@@ -134,7 +134,8 @@ class _Training:
         run = TaskRun(self._plan) if before is None else TaskRun.from_kept(self._plan, before.run)
         if before is not None and run.state.status in ("stopped", "finished"):
             return self._reported(run, before)
-        refuse_small_disk(self._recording_path, len(joints), self._left_s(run) + PREPARING_S)
+        prepares_s = PREPARING_S if before is None else 0.0
+        refuse_small_disk(self._recording_path, len(joints), self._left_s(run) + prepares_s)
         if before is None:
             recording = RecordingWriter(self._recording_path, joints, json_value(self._settings()))
         else:
