@@ -33,7 +33,7 @@ ENDS_WITHIN_S = 120.0
 
 @dataclass(frozen=True)
 class Row:
-    """One session."""
+    """Figures of a session with one kill."""
 
     number: int
     process: str

@@ -67,7 +67,7 @@ WITHIN_S = 0.25
 
 @dataclass(frozen=True)
 class Row:
-    """One session."""
+    """Figures of a session with its blows."""
 
     number: int
     protocol: str

@@ -91,6 +91,7 @@ def test_a_session_whose_disk_is_full_in_its_preparation_begins_again_with_the_s
     assert not ends_whole(session, set())
 
 
+@pytest.mark.slow
 def test_a_new_session_does_not_replace_a_recording_with_windows_whose_checkpoint_is_gone(tmp_path: Path):
     session = Session(tmp_path / "session", PASSIVE, SEED)
     killed(session, "touch", 1, "after")
