@@ -175,8 +175,8 @@ def three_windows(base: str) -> str:
     return text
 
 
-def strike(session: Session, process: subprocess.Popen[str], stage: str, delay_s: float, blow: str) -> str:
-    """Strike a command some time after it has reached a stage. Return its last sentence.
+def strike(session: Session, process: subprocess.Popen[str], stage: str, delay_s: float, blow: str) -> tuple[bool, str]:
+    """Strike a command some time after it has reached a stage. Return if it was struck, and its last sentence.
 
     A command that ends before is left alone. One that begins at a later stage is struck from there.
     """
@@ -185,13 +185,14 @@ def strike(session: Session, process: subprocess.Popen[str], stage: str, delay_s
     until = time.monotonic() + delay_s
     while process.poll() is None and time.monotonic() < until:
         time.sleep(POLL_S)
-    if process.poll() is None:
+    is_struck = process.poll() is None
+    if is_struck:
         if blow == "full disk":
             size = session.recording.stat().st_size if session.recording.exists() else 0
             resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (size, size))
         else:
             process.send_signal(signal.SIGKILL if blow == "SIGKILL" else signal.SIGINT)
-    return last_sentence(process)
+    return is_struck, last_sentence(process)
 
 
 def last_sentence(process: subprocess.Popen[str]) -> str:
@@ -301,12 +302,13 @@ def fly(folder: Path, number: int, seed: int, times: dict[str, dict[str, float]]
     process = session.start()
     for _ in range(1 + is_twice):
         blow = str(rng.choice(list(BLOWS), p=list(BLOWS.values())))
-        said = strike(session, process, stage, rng.uniform(0.0, times[base][stage]), blow)
+        is_struck, said = strike(session, process, stage, rng.uniform(0.0, times[base][stage]), blow)
         acknowledged |= session.touches()
-        blows.append(f"{blow} in {session.stage()}")
+        blows.append(f"{blow if is_struck else 'nothing'} in {session.stage()}")
         if said:
             sentences.append(said)
-        if "TRACEBACK" in said or (blow != "SIGKILL" and not said and session.stage() != "after the end"):
+        is_whole = process.returncode == 0 and stage == STAGES[-1]  # it had written its files before the blow
+        if "TRACEBACK" in said or (is_struck and blow != "SIGKILL" and not said and not is_whole):
             wrong.append(f"{blow}: {said or 'no sentence'}")
         if len(blows) <= is_twice and session.stage() != "after the end":
             stage = STAGES[int(rng.integers(STAGES.index(session.stage()), len(STAGES) - 1))]
@@ -350,6 +352,8 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("out/session_kills"))
     parser.add_argument("--markdown", type=Path, help="file for the table")
     options = parser.parse_args()
+    # A benchmark in the background ignores Ctrl-C, and its commands would, too.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     options.out.mkdir(parents=True, exist_ok=True)
     kept, times_file = options.out / "rows.jsonl", options.out / "times.json"
     rows = [Row(**json.loads(line)) for line in kept.read_text("utf-8").splitlines()] if kept.exists() else []
@@ -361,7 +365,8 @@ def main() -> int:
             shutil.rmtree(options.out / base, ignore_errors=True)
             times[base] = stage_times(options.out / base, base, options.seed)
         times_file.write_text(json.dumps(times), encoding="utf-8")
-    for number in range(len(rows), options.kills):
+    done = {row.number for row in rows}
+    for number in sorted(set(range(options.kills)) - done):
         folder = options.out / f"session-{number}"
         shutil.rmtree(folder, ignore_errors=True)
         row = fly(folder, number, options.seed, times)
@@ -370,6 +375,7 @@ def main() -> int:
         print(json.dumps(asdict(row), ensure_ascii=False), flush=True)
         if not row.wrong:
             shutil.rmtree(folder)
+    rows.sort(key=lambda row: row.number)
     if options.markdown is not None:
         options.markdown.write_text(markdown(rows), encoding="utf-8")
     bad = [row.number for row in rows if row.wrong]

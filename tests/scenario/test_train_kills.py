@@ -74,7 +74,7 @@ def test_a_session_with_a_carried_arm_that_is_killed_twice_in_a_row_ends_with_on
 def test_a_session_whose_disk_is_full_ends_with_a_sentence_and_goes_on_when_there_is_space(tmp_path: Path):
     session = Session(tmp_path / "session", PASSIVE, SEED)
     process = session.start()
-    said = session_kills.strike(session, process, "window 2", 0.0, "full disk")
+    _, said = session_kills.strike(session, process, "window 2", 0.0, "full disk")
     assert process.returncode == 1
     assert "P-07_short_01.mcap cannot be written" in said
     assert "Continue with the same command and --resume" in said
