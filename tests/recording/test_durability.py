@@ -136,6 +136,20 @@ def test_a_continued_file_is_the_file_that_was_never_interrupted(tmp_path: Path)
     assert path.read_bytes() == whole.read_bytes()
 
 
+@pytest.mark.parametrize("phases", [0, 1, 3, CHUNKS, CHUNKS + 5])
+def test_a_file_that_is_continued_with_fewer_messages_is_the_file_before_the_next_message(tmp_path: Path, phases: int):
+    path = write(tmp_path / "longer.mcap")
+    with RecordingWriter.continued(path, kept={"/phase": phases}) as recording:
+        kept = min(phases, CHUNKS)
+        assert recording.count("/phase") == kept
+        assert recording.t_last == (1.0 if kept == CHUNKS else pytest.approx(1e-3 * max(TICKS_PER_CHUNK * kept - 1, 0)))
+    if kept < CHUNKS:
+        whole = read_recording(path)
+        assert whole.remark is None
+        assert sequence(whole) == list(range(TICKS_PER_CHUNK * kept))
+        assert not whole.messages("/event")
+
+
 def test_ticks_of_a_continued_file_know_their_phase(tmp_path: Path):
     path, zero = write(tmp_path / "a.mcap"), np.zeros(2)
     names = ("q_measured", "q_reference", "v", "current", "tau_measured", "tau_feedforward", "tau_desired")

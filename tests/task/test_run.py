@@ -164,6 +164,20 @@ def test_a_window_that_is_broken_off_is_run_again_after_a_notice():
     assert run.totals().windows == 3
 
 
+@pytest.mark.parametrize(
+    ("resumed", "opens"),
+    [
+        ([Pause(t=60.0), Resume(t=61.0)], 77.0),  # as planned
+        ([Pause(t=60.0), Resume(t=75.0)], 85.0),  # notice, ramp and hold
+        ([Pause(t=60.0), Resume(t=61.0, window=2)], 71.0),
+        ([Interrupted(t=61.0), Resume(t=61.0)], 71.0),
+    ],
+)
+def test_a_pause_in_a_rest_shortens_the_rest_only_if_the_operator_names_the_window(resumed: list, opens: float):
+    records = fed(TaskRun(PLAN), [Start(t=0.0), Tick(t=60.0), *resumed, Tick(t=90.0)])
+    assert [record.t for record in of_kind(records, WindowOpened)] == [35.0, pytest.approx(opens)]
+
+
 def test_a_run_whose_program_was_away_goes_on_at_the_window_with_another_clock():
     run = TaskRun(PLAN)
     fed(run, [Start(t=5000.0), touch(5038.0, 0), Tick(t=5040.0)])

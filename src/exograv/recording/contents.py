@@ -7,7 +7,7 @@ before the first error is good. The erroneous part and all that follows is not u
 import enum
 import struct
 import zlib
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from io import BytesIO
 from typing import Protocol, runtime_checkable
@@ -137,6 +137,32 @@ def messages_in(content: Content, found: Contents) -> Iterator[tuple[str, bytes]
     """Yield topic and data as `examine` visits them, with one chunk in memory at a time; fill in `found` on the way."""
     for part in parts_in(content, found):
         yield part.topic, part.data if isinstance(part.data, bytes) else part.data.tobytes()
+
+
+@dataclass(frozen=True)
+class FileHead:
+    """First part of a file, as if the file had been cut at `end`."""
+
+    content: Content
+    end: int
+
+    def __len__(self) -> int:
+        return self.end
+
+    def __getitem__(self, part: slice, /) -> bytes:
+        start, stop, _ = part.indices(self.end)
+        return self.content[start:stop]
+
+
+def end_of_kept(content: Content, kept: Mapping[str, int]) -> int:
+    """Return the start of the first chunk in which a topic has more messages than `kept`; the size without one."""
+    counts = dict.fromkeys(kept, 0)
+    for part in parts_in(content, Contents()):
+        if part.topic in counts:
+            counts[part.topic] += 1
+            if counts[part.topic] > kept[part.topic]:
+                return part.chunk
+    return len(content)
 
 
 def parts_in(content: Content, found: Contents, fields: Sequence[str] | None = None) -> Iterator[ChunkPart]:

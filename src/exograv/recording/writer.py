@@ -16,7 +16,7 @@ from mcap.records import Schema
 from exograv.errors import RecordingError
 
 from .container import INDEX_ENTRY, MESSAGE_HEAD, RECORD_HEAD, ChunkedFile
-from .contents import crc_of, examine
+from .contents import FileHead, crc_of, end_of_kept, examine
 from .encoding import json_schema, misfits, stored, tick_definition
 from .file_content import read_content
 from .interrupt import uninterrupted
@@ -90,12 +90,13 @@ class RecordingWriter:
         self._add("/settings", 0.0, head)
 
     @classmethod
-    def continued(cls, path: Path, ticks_safe: int = 0) -> "RecordingWriter":
+    def continued(cls, path: Path, ticks_safe: int = 0, kept: Mapping[str, int] | None = None) -> "RecordingWriter":
         """Continue a file whose writer was stopped at any point; the part after its last complete chunk is cut off.
 
         Args:
             path: The file.
             ticks_safe: Ticks that a sync has promised; the file is not cut if it holds fewer.
+            kept: Number of messages to keep, by topic. A chunk with a later one is cut off, with what follows it.
 
         Raises:
             RecordingError: The file is missing, of another version, holds fewer ticks, or the disk fails.
@@ -103,7 +104,8 @@ class RecordingWriter:
         self, path = cls.__new__(cls), Path(path)
         heads = list[bytes]()
         with read_content(path) as content:
-            found = examine(content, lambda topic, data: heads.append(data) if topic == "/settings" else None)
+            whole = content if not kept else FileHead(content, end_of_kept(content, kept))
+            found = examine(whole, lambda topic, data: heads.append(data) if topic == "/settings" else None)
             crc = crc_of(content, found.good)
         settings = settings_of(path, heads)
         version = PACKED_VERSION if COLUMNS_TOPIC in found.topics.values() else SCHEMA_VERSION
@@ -206,6 +208,11 @@ class RecordingWriter:
             return self._n_ticks + len(self._ticks)
         channel = self._ids[topic]
         return self._file.counts.get(channel, 0) + len(self._entries.get(channel, ()))
+
+    @property
+    def t_last(self) -> float:
+        """Latest time in the file [s], without what is not written yet; 0 in an empty file."""
+        return 1e-9 * self._file.chunks.time_span_ns[1]
 
     def sync(self) -> int:
         """Force all data to the disk, where they survive a power failure, and return how many ticks are safe there.

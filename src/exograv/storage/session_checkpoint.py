@@ -52,6 +52,9 @@ class KeptSession(Settings):
     run: str
     """State of the task, from `Run.kept()`."""
 
+    records: int | None = None
+    """Number of the run's records in the recording; later ones belong to no checkpoint. None if it is not counted."""
+
     person: KnownPerson | None
     """Knowledge of the person; None on a machine that only records."""
 

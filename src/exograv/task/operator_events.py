@@ -116,7 +116,8 @@ def interrupt(plan: TaskPlan, state: RunState, event: Interrupted) -> Outcome:
     The time between is unknown: the open window ends at the last known time. The machine carries nothing now.
     """
     state, records = close_window(plan, state, state.t, "interruption")
-    new = {"t": event.t, "epoch": state.epoch + 1, "left_at": event.t, "left_level": EARTH, "is_feed_lost": False}
+    new = {"t": event.t, "epoch": state.epoch + 1, "left_at": event.t, "left_level": EARTH, "is_feed_lost": False,
+           "origin": event.t - plan.timeline.duration_s}  # fmt: skip  # no rest of the former clock goes on
     state = state.model_copy(update=new)
     if state.status not in ("running", "paused"):
         return state, records
@@ -127,7 +128,8 @@ def interrupt(plan: TaskPlan, state: RunState, event: Interrupted) -> Outcome:
 def resume(plan: TaskPlan, state: RunState, event: Resume) -> Outcome:
     """Continue with a window after a notice, and not before the level has reached 1.
 
-    A run whose windows are all complete ends instead.
+    A pause does not shorten the protocol's rest before the next window, unless the operator names a window. A run whose
+    windows are all complete ends instead.
     """
     if state.status != "paused":
         return f"the run is {state.status}; only a paused run can be resumed"
@@ -139,8 +141,10 @@ def resume(plan: TaskPlan, state: RunState, event: Resume) -> Outcome:
         numbers = plan.protocol.windows.numbers
         return f"there is no window {window} to resume at; windows are {numbers[0]} to {numbers[-1]}"
     arrives = state.left_at + slewing_s(state.left_level, EARTH)
-    approach = max(event.t + RESUME_NOTICE_S, arrives)
     approach_s = plan.timeline.approach_s(window)
+    approach = max(event.t + RESUME_NOTICE_S, arrives)
+    if plan.is_clocked and event.window is None:
+        approach = max(approach, state.origin + approach_s)
     changes = {
         "status": "running",
         "origin": approach - approach_s,

@@ -34,6 +34,11 @@ def test_a_code_is_taken(code: str):
     assert code in TrainOptions("training", code).name
 
 
+def test_a_trial_of_some_windows_has_other_files_than_the_session_and_than_another_trial():
+    names = {TrainOptions("training", "P-01", windows=windows).name for windows in (None, 1, 2)}
+    assert names == {"P-01_training_01", "P-01_training-first-1_01", "P-01_training-first-2_01"}
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [({"level": 5}, "--level is 5"), ({"session": 0}, "--session is 0"), ({"seed": -1}, "--seed is -1"),

@@ -24,7 +24,7 @@ def run_train_command(options: TrainOptions, common: OutFolder) -> "TrainResult"
         with bars() as progress:
             result = run_training(options, common.out, progress)
     except KeyboardInterrupt:
-        print(f"\n{how_to_go_on(options, common.out) or 'No window has begun.'}", file=sys.stderr)
+        print(f"\n{how_to_go_on(options, common.out)}", file=sys.stderr)
         raise
     show_training(result)
     return result

@@ -69,9 +69,9 @@ class TrainOptions(Options):
 
     @property
     def name(self) -> str:
-        """Name of all files of this session, without suffix."""
-        protocol = Path(self.protocol).stem
-        return f"{self.participant}_{protocol}_{self.session:02d}"
+        """Name of all files of this session, without suffix. A trial with `--windows` blocks no session."""
+        part = "" if self.windows is None else f"-first-{self.windows}"
+        return f"{self.participant}_{Path(self.protocol).stem}{part}_{self.session:02d}"
 
     @property
     def kept(self) -> OptionRecord:

@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from exograv.dynamics.actuator import ActuatorGain
-from exograv.errors import ConfigError, RigError
+from exograv.errors import ConfigError, RecordingError, RigError
 from exograv.laboratory.participant.aircraft_feed import AircraftFeed
 from exograv.laboratory.participant.habits import Habits, register
 from exograv.laboratory.participant.lockstep_screen import LockstepScreen
@@ -19,7 +19,7 @@ from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_labora
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import Pilot, Progress
 from exograv.next_command import calibration_command
-from exograv.recording import RecordingWriter
+from exograv.recording import RecordingWriter, read_recording
 from exograv.recording.disk import refuse_small_disk
 from exograv.results import MERGED, json_value
 from exograv.rig.twin import Twin, day_seed
@@ -29,7 +29,7 @@ from exograv.storage.calibration_file import take_calibration
 from exograv.storage.session_checkpoint import SESSION_FILE, KeptSession, checkpoint_path, read_kept, refuse_kept
 from exograv.task.events import Interrupted, Resume, Start
 from exograv.task.plan import TaskPlan
-from exograv.task.record_sinks import aircraft_sink, checkpoint_sink, marker_sink, recording_sink
+from exograv.task.record_sinks import TASK_TOPIC, aircraft_sink, checkpoint_sink, marker_sink, recording_sink
 from exograv.task.run import TaskRun
 from exograv.task.totals import TotalsFigures
 
@@ -58,7 +58,7 @@ LAST_MARKERS_S = 0.5
 """Time for the last markers to leave this process."""
 
 AWAY_S = 300.0
-"""Time between the last checkpoint and the continuation of a run [s]. It is longer than a verification."""
+"""Time between the last tick of a run and its continuation [s]."""
 
 
 @dataclass(frozen=True)
@@ -103,10 +103,11 @@ class _Training:
         self._folder = folder
         self._recording_path, self._kept_path = folder / f"{options.name}.mcap", _kept_path(options, folder)
         self._before: KeptSession | None = None
-        if options.resume:
+        if options.resume and not is_unbegun(self._kept_path, self._recording_path):
             self._before = read_kept(self._kept_path, options.kept)
         else:
             refuse_kept(self._kept_path)
+            refuse_windows(self._recording_path)
         self._laboratory: VirtualLaboratory = draw_laboratory(
             self._asked.rig, options.side, options.level, options.seed, donning=options.donning, world=options.world
         )
@@ -120,21 +121,44 @@ class _Training:
         self._surroundings = self._room.around(self._assembly, protocol.target)
 
     def run(self) -> TrainResult:
+        try:
+            return self._run()
+        except (RigError, RecordingError) as error:
+            is_of_preparation = isinstance(error, RigError) and not self._kept_path.exists()
+            if is_of_preparation or "--resume" in str(error):
+                raise
+            raise type(error)(f"{error} {how_to_go_on(self._options, self._folder)}") from error
+
+    def _run(self) -> TrainResult:
         before, joints = self._before, self._laboratory.description.joints
         run = TaskRun(self._plan) if before is None else TaskRun.from_kept(self._plan, before.run)
         if before is not None and run.state.status in ("stopped", "finished"):
             return self._reported(run, before)
-        left_s = self._plan.timeline.duration_s + PREPARING_S
-        refuse_small_disk(self._recording_path, len(joints), left_s)
+        prepares_s = PREPARING_S if before is None else 0.0
+        refuse_small_disk(self._recording_path, len(joints), self._left_s(run) + prepares_s)
         if before is None:
             recording = RecordingWriter(self._recording_path, joints, json_value(self._settings()))
         else:
-            recording = RecordingWriter.continued(self._recording_path)
+            recording = self._continued(before)
         with recording:
             ready = self._ready(recording)
             self._fly(run, ready, recording)
             self._write_result(recording, run, ready.figures, ready.twin.t)
         return self._result(run, ready.figures, ready.twin.t)
+
+    def _continued(self, before: KeptSession) -> RecordingWriter:
+        """Continue the recording from the state of the checkpoint.
+
+        The command may have ended between the two files. A record without a checkpoint is not part of the run: a window
+        that is only closed in the recording would be run and counted again.
+        """
+        kept = None if before.records is None else {TASK_TOPIC: before.records}
+        return RecordingWriter.continued(self._recording_path, kept=kept)
+
+    def _left_s(self, run: TaskRun) -> float:
+        """Time of the schedule from the next window on [s]."""
+        timeline, number = self._plan.timeline, run.state.next_window(self._plan.protocol.windows.numbers)
+        return 0.0 if number is None else timeline.duration_s - timeline.approach_s(number)
 
     def _reported(self, run: TaskRun, before: KeptSession) -> TrainResult:
         """Write what is missing of a run whose windows are over: the command was ended while it closed its files."""
@@ -145,7 +169,7 @@ class _Training:
                 "--session."
             )
         figures = PREPARATION.validate_python(before.before)
-        with RecordingWriter.continued(self._recording_path) as recording:
+        with self._continued(before) as recording:
             if not recording.count("/result"):
                 self._write_result(recording, run, figures, before.t)
         return self._result(run, figures, before.t)
@@ -223,7 +247,8 @@ class _Training:
             return self._pilot_of(recording, twin, actuators)
 
         laboratory, surroundings, before, seed = self._laboratory, self._surroundings, self._before, self._day
-        t = 0.0 if before is None else before.t + AWAY_S
+        # The ticks of a verification, or of an earlier continuation, may be later than the checkpoint.
+        t = 0.0 if before is None else max(before.t, recording.t_last) + AWAY_S
         if before is not None:
             # After the interruption muscles and noise must not repeat the same sequence.
             seed += round(t)
@@ -261,9 +286,11 @@ class _Training:
         participant = self._participant(twin)
 
         def keep() -> None:
+            # First the recording: an acknowledged touch, and each tick of a complete window, is in both files.
+            recording.sync()
             kept = KeptSession(
-                options=self._options.kept, t=twin.t, run=run.kept(), person=ready.person,
-                before=json_value(ready.figures),
+                options=self._options.kept, t=twin.t, run=run.kept(), records=recording.count(TASK_TOPIC),
+                person=ready.person, before=json_value(ready.figures),
                 learned=participant.learned,
             )  # fmt: skip
             SESSION_FILE.write(self._kept_path, kept)
@@ -289,10 +316,7 @@ class _Training:
         ready.pilot.begin("task")
         for event in (Start,) if self._before is None else (Interrupted, Resume):
             run.feed(event(t=twin.t))
-        try:
-            machine.fly(*aircraft)
-        except RigError as error:
-            raise RigError(f"{error} {how_to_go_on(self._options, self._folder) or ''}") from error
+        machine.fly(*aircraft)
         keep()
         if outlet is not None and outlet.have_consumers():
             time.sleep(LAST_MARKERS_S)
@@ -333,12 +357,38 @@ class _Training:
         return run_settings(self._laboratory, command, options.level, options.seed, settings, hashes)
 
 
-def how_to_go_on(options: TrainOptions, folder: Path) -> str | None:
-    """Return the advice for a continuation after an interruption; None if there is no checkpoint yet."""
+def how_to_go_on(options: TrainOptions, folder: Path) -> str:
+    """Return the advice for a continuation after an interruption."""
     path = _kept_path(options, folder)
     if not path.exists():
-        return None
+        return "No window has begun. Begin again with the same command."
     return f"No complete window is lost. Continue with the same command and --resume: the checkpoint is {path}."
+
+
+def is_unbegun(checkpoint: Path, recording: Path) -> bool:
+    """Return True if a session ended in its preparation: it has a recording, but neither checkpoint nor windows."""
+    return recording.exists() and not checkpoint.exists()
+
+
+def refuse_windows(recording: Path) -> None:
+    """Refuse to replace the recording of a session whose checkpoint is gone.
+
+    Raises:
+        ConfigError: The recording holds a window.
+    """
+    if recording.exists() and _has_window(recording):
+        raise ConfigError(
+            f"{recording} holds windows of this session, and its checkpoint is missing. Move the recording to another "
+            "folder to keep it, or give another --session or --out."
+        )
+
+
+def _has_window(path: Path) -> bool:
+    try:
+        recording = read_recording(path)
+    except RecordingError:
+        return False  # a command that ends at once leaves a file without settings
+    return any(message["kind"] == "window_opened" for message in recording.messages(TASK_TOPIC))
 
 
 def _kept_path(options: TrainOptions, folder: Path) -> Path:

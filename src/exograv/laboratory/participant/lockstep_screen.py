@@ -137,8 +137,27 @@ class LockstepScreen:
 
 
 def phase_of(run: TaskRun) -> str:
-    """Name the phase of a run for its progress. A rest is named too, because it may take longer than a window."""
-    complete, count = len(run.state.complete), run.plan.protocol.windows.count
-    if run.state.window is not None:
-        return f"Window {min(complete + 1, count)} of {count}"
-    return "Rest after the last window" if complete >= count else f"Rest before window {complete + 1} of {count}"
+    """Name the phase of a run for its progress. A rest is named with its duration: it may be longer than a window."""
+    state, count = run.state, run.plan.protocol.windows.count
+    complete, window = len(state.complete), state.window
+    if window is not None:
+        return f"Window {min(complete + 1, count)} of {count}{_again(window.attempt)}"
+    following = state.next_window(run.plan.protocol.windows.numbers)
+    if following is None:
+        return f"Rest of {run.plan.protocol.after_last_s:.0f} s after the last window"
+    rest = f"Rest of {_rest_s(run, following):.0f} s" if run.plan.is_clocked else "Rest"
+    return f"{rest} before window {complete + 1} of {count}{_again(state.attempts(following) + 1)}"
+
+
+def _again(attempt: int) -> str:
+    return f", attempt {attempt}" if attempt > 1 else ""
+
+
+def _rest_s(run: TaskRun, following: int) -> float:
+    """Time between the end of the last window, or the last start of the program, and the following window [s]."""
+    state = run.state
+    opens = state.origin + run.plan.timeline.windows[following].start_s
+    last = state.windows[-1] if state.windows else None
+    if last is not None and last.epoch == state.epoch and last.closed is not None:
+        return opens - last.closed
+    return opens - (state.left_at if state.epoch else state.origin)
