@@ -4,13 +4,11 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
-from scipy.linalg import block_diag
 
 from exograv.identification.core.instrument import Instrumented
 from exograv.identification.core.interface import Method, TorqueModel
-from exograv.identification.core.relaxation import SHARE_SD, RelaxationModel
 from exograv.identification.core.setting import Setting
+from exograv.identification.core.tissue import TissueModel
 from exograv.identification.recursive.recursive import Recursive
 
 from .baselines import adam, ekf, gradient_full, gradient_prior, kaczmarz, least_squares, nlms, oracle, rls
@@ -19,21 +17,18 @@ Builder = Callable[..., Method]
 
 
 def _recursive(setting: Setting) -> Method:
-    """Build the filter, with the fast stiffness of the wearer's joints as additional hidden parameters.
+    """Build the filter, with the hidden parameters of the wearer's tissue.
 
     Rows may be taken along the requested motion (`Instrumented`).
     """
     s = setting
     if s.springs is None:
         return Recursive(s.model, s.mean, s.covariance, s.noise, s.bodies, s.discrepancy)
-    stiffness = s.springs.stiffness
-    fast_sd = SHARE_SD * s.mean[stiffness]
-    mean = np.append(s.mean, np.zeros_like(fast_sd))
-    covariance = np.asarray(block_diag(s.covariance, np.diag(fast_sd**2)))
-    model: TorqueModel = RelaxationModel(s.model, stiffness)
+    tissue = TissueModel(s.model, s.springs, s.mean)
+    model: TorqueModel = tissue
     if s.again is not None:
-        model = Instrumented(model, RelaxationModel(s.again(), stiffness))
-    return Recursive(model, mean, covariance, s.noise, s.bodies, s.discrepancy, hidden=len(fast_sd))
+        model = Instrumented(model, TissueModel(s.again(), s.springs, s.mean))
+    return Recursive(model, s.mean, s.covariance, s.noise, s.bodies, s.discrepancy, tissue.hidden)
 
 
 BUILDERS: Mapping[str, Builder] = MappingProxyType(

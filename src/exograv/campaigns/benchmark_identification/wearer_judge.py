@@ -132,16 +132,17 @@ class WearerJudge:
     def _verdict(self, estimates: Sequence[Estimate]) -> StopVerdict:
         """Apply the stop rule to the estimates as a session does."""
         restless_s = next((estimate.t for estimate in estimates if is_restless(estimate)), None)
-        rule = StopRule(self.assembly.description.places)
+        rule, last = StopRule(self.assembly.description.places), estimates[-1].covariance
+        outcome, stop_s = Outcome.RUNNING, None
         for estimate in estimates:
-            if estimate.covariance is not None:
-                outcome = rule.judge(estimate, self._prediction.rms(estimate.covariance))
-                if outcome is not Outcome.RUNNING:
-                    return StopVerdict(outcome, estimate.t, restless_s)
-        if is_restless(estimates[-1]):
-            return StopVerdict(Outcome.NOT_RELAXED, None, restless_s)
-        states_none = estimates[-1].covariance is None
-        return StopVerdict(Outcome.NO_INTERVAL if states_none else Outcome.TIME_IS_UP, None, restless_s)
+            if estimate.covariance is not None and outcome is Outcome.RUNNING:
+                outcome, stop_s = rule.judge(estimate, self._prediction.rms(estimate.covariance)), estimate.t
+        if outcome is Outcome.RUNNING:
+            states_none = Outcome.NO_INTERVAL if last is None else Outcome.TIME_IS_UP
+            outcome, stop_s = Outcome.NOT_RELAXED if is_restless(estimates[-1]) else states_none, None
+        if last is not None:
+            outcome = rule.final(outcome, self._prediction.rms(last))
+        return StopVerdict(outcome, stop_s, restless_s)
 
 
 def _tenths(seconds: float | None) -> float | None:

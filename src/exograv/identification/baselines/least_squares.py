@@ -142,7 +142,7 @@ class _StagedFit:
         x, angles = self._coordinates.at(u[: self._split])[0], []
         for sample in self.samples:
             self._model.linearise(sample, x)
-            angles.append(self._springs.angles().copy())
+            angles.append(self._springs.angles(self._model).copy())
         return np.array(angles)
 
     def _at(self, u: Unknowns, angles: Float[np.ndarray, "sample freedom"] | None) -> _Here:

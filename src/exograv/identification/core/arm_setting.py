@@ -1,15 +1,20 @@
 """Identification setting of an arm in a calibrated machine."""
 
+from typing import cast
+
 import numpy as np
+from jaxtyping import Float
 
 from exograv.dynamics.parameters import ParameterLayout
+from exograv.model.loops import FIT
 
 from .arm_model import ArmModel
 from .discrepancy import Discrepancy
-from .interface import Covariance, Parameters
+from .interface import Covariance, Parameters, TorqueModel
 from .noise import Noise
 from .prior import disturbance_sd
-from .setting import Setting, Springs
+from .setting import Setting
+from .tissue import Shoulder, Springs
 
 
 def arm_setting(model: ArmModel, mean: Parameters, covariance: Covariance, discrepancy: Discrepancy) -> Setting:
@@ -17,6 +22,13 @@ def arm_setting(model: ArmModel, mean: Parameters, covariance: Covariance, discr
     assembly, machine, layout = model.assembly, model.machine, ParameterLayout.of(model.assembly)
     of_machine = np.zeros(len(mean), dtype=bool)
     of_machine[layout.rotor.start : layout.viscous.stop] = True
+    shoulders = tuple(
+        Shoulder(
+            slice(limb.freedoms.start, limb.freedoms.start + 4),
+            slice(layout.fit.start + limb.number * len(FIT), layout.fit.start + limb.number * len(FIT) + 3),
+        )
+        for limb in assembly.arm.limbs
+    )
     return Setting(
         model=model,
         mean=mean,
@@ -26,6 +38,11 @@ def arm_setting(model: ArmModel, mean: Parameters, covariance: Covariance, discr
         learned=np.ones(len(mean), dtype=bool),
         machine=of_machine,
         discrepancy=discrepancy,
-        springs=Springs(layout.stiffness, layout.spring_offset, lambda: model.z),
+        springs=Springs(layout.stiffness, layout.spring_offset, _angles, shoulders),
         again=model.again,
     )
+
+
+def _angles(model: TorqueModel) -> Float[np.ndarray, " freedom"]:
+    """Arm angles of the sample that an arm's model linearised last [rad]."""
+    return cast(ArmModel, model).z

@@ -12,8 +12,8 @@ from exograv.model.support import sample_postures
 from .arm_model import ArmModel
 from .interface import Covariance, Estimate, Joints, Outcome, Parameters
 
-TARGET_NM = {"shoulder": 0.15, "elbow": 0.075, "wrist": 0.0375}
-"""Predicted left over at which identification may stop, by place of the joint [N·m]: three quarters of the target."""
+TARGET_NM = {"shoulder": 0.2, "elbow": 0.1, "wrist": 0.05}
+"""Predicted left over, discrepancy included, at which identification may stop, by place of the joint [N·m]."""
 
 POSTURES = 32
 LOOK_AHEAD_S = 10.0
@@ -73,6 +73,15 @@ class StopRule:
             # With a restless wearer the stagnation does not come from the motion.
             return Outcome.NOT_RELAXED if is_restless(estimate) else Outcome.EXHAUSTED
         return Outcome.RUNNING
+
+    def final(self, outcome: Outcome, predicted: Joints) -> Outcome:
+        """Return the outcome of the final estimate, which all samples have changed since the rule applied."""
+        converged = bool((predicted <= self._target).all())
+        if outcome is Outcome.CONVERGED and not converged:
+            return Outcome.EXHAUSTED
+        if outcome in (Outcome.EXHAUSTED, Outcome.TIME_IS_UP) and converged:
+            return Outcome.CONVERGED
+        return outcome
 
     def why(self, predicted: Joints, joints: Sequence[str]) -> str:
         """State the figures behind the outcome in a sentence."""

@@ -4,27 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool
 
 from .discrepancy import Discrepancy
 from .interface import Covariance, Joints, Parameters, TorqueModel
 from .noise import Noise
+from .tissue import Springs
 
 RESIDUAL_MIN_NM = 0.01
-
-
-@dataclass(frozen=True)
-class Springs:
-    """Parameters of the elasticity of the wearer's joints, for methods with a non-linear elastic law."""
-
-    stiffness: slice
-    """Stiffness of each freedom [N·m/rad]."""
-
-    offset: slice
-    """Stiffness times neutral angle [N·m]."""
-
-    angles: Callable[[], Float[np.ndarray, " freedom"]]
-    """Function that returns the angles of the sample that the model linearised last [rad]."""
 
 
 @dataclass(frozen=True)

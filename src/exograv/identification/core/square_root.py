@@ -26,7 +26,7 @@ _tpqrt, _tpmqrt, _trtrs = get_lapack_funcs(("tpqrt", "tpmqrt", "trtrs"), dtype=n
 
 
 class FilterBank:
-    """Bank of filters for constant unknowns ξ ~ N(0, 1) and a slow disturbance b per joint, with y = H ξ + b + noise.
+    """Bank of filters for constant unknowns ξ ~ N(0, 1), or of other sizes, and a slow disturbance b per joint, with y = H ξ + b + noise.
 
     The disturbance is an Ornstein–Uhlenbeck process with known correlation time. Its size is unknown, so one filter
     runs for each assumed size, and the data weight them. For known ξ, the disturbance of a joint is estimated by a
@@ -48,13 +48,25 @@ class FilterBank:
         disturbance_sd: Float[np.ndarray, "filter joint"],
         correlation_s: float,
         considered: int = 0,
+        prior_sd: Float[np.ndarray, "filter unknown"] | None = None,
     ):
+        """Start from the prior.
+
+        Args:
+            unknowns: Number of unknowns.
+            disturbance_sd: Assumed standard deviation of the slow disturbance.
+            correlation_s: Correlation time of the slow disturbance [s].
+            considered: Number of considered model errors per joint.
+            prior_sd: Prior standard deviation of each unknown; 1 if None.
+        """
         self._n = unknowns
         self._variance = disturbance_sd**2
         self._filters, self._joints = disturbance_sd.shape
         self._correlation_s = correlation_s
         # Transposed: LAPACK works on columns, in place.
         self._R = np.tile(np.eye(unknowns), (self._filters, 1, 1)).transpose(0, 2, 1)
+        if prior_sd is not None:
+            self._R[:, np.arange(unknowns), np.arange(unknowns)] = 1.0 / prior_sd
         self._r = np.zeros((self._filters, 1, unknowns)).transpose(0, 2, 1)
         self._measured = np.zeros((self._filters, unknowns + 1, self._joints)).transpose(0, 2, 1)
         views = (self._R, self._r, self._measured[:, :, :unknowns], self._measured[:, :, unknowns:])
@@ -169,8 +181,11 @@ class FilterBank:
         """Mean of the unknowns, averaged over all filters with their weights."""
         return self.weights @ np.array([_solved(R, r[:, 0]) for R, r, _, _ in self._each])
 
-    def covariance(self) -> Float[np.ndarray, "unknown unknown"]:
-        """Covariance of the unknowns, including the spread between filters and the effect of the considered errors."""
+    def covariance(self, considered: float = 1.0) -> Float[np.ndarray, "unknown unknown"]:
+        """Covariance of the unknowns, including the spread between filters and the effect of the considered errors.
+
+        `considered`: Size of the considered errors over the one with which they were given [-].
+        """
         self._add_waiting()
         weights = self.weights
         counts = np.flatnonzero(weights > NEGLIGIBLE)
@@ -178,7 +193,7 @@ class FilterBank:
         means = np.array([_solved(self._R[f], self._r[f]) for f in counts])
         inverse = np.array([_solved(self._R[f], np.eye(n)) for f in counts])
         effect = self._effect[counts].transpose(0, 2, 1, 3).reshape(len(counts), n, -1)
-        moved = inverse @ (inverse.transpose(0, 2, 1) @ effect)
+        moved = considered * (inverse @ (inverse.transpose(0, 2, 1) @ effect))
         spread = means - np.tensordot(weights, means, axes=1)
         columns = np.sqrt(weights)[:, None, None] * np.concatenate([inverse, moved, spread], axis=2)
         half = columns.transpose(1, 0, 2).reshape(n, -1)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
+from scipy.linalg import block_diag, cholesky, solve_triangular
 
 from exograv.identification.core.discrepancy import Discrepancy
 from exograv.identification.core.instrument import Instrumented
@@ -14,10 +15,24 @@ from exograv.identification.core.interface import Covariance, Estimate, Paramete
 from exograv.identification.core.noise import Noise
 from exograv.identification.core.physical import PhysicalProjection
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
-from exograv.identification.core.square_root import GATE, FilterBank, square_root
+from exograv.identification.core.square_root import GATE, FilterBank, SlowDisturbance, square_root
+from exograv.identification.core.tissue import Hidden
 
 DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8, 9.6])
 """Multiples of `Noise.disturbance_sd` that the filter compares [-]."""
+
+TISSUE_SIZES = np.array([0.2, 1.0])
+"""Multiples of the prior of the tissue's curves, couplings and creep that the filter compares [-]."""
+
+MISFITS = np.array([0.25, 0.5, 1.0, 2.0, 4.0, 8.0])
+"""Multiples of the expected discrepancy that are compared with the residual that repeats with the posture [-]."""
+
+USUAL_MISFIT = 0.5
+"""Multiple up to which the expected discrepancy covers the errors of the estimate [-], from wearers with seeds of 2000
+on; above it, the considered errors grow in proportion. A residual shows less than the error, because wrong parameters
+explain a part of it."""
+
+NOTHING_HIDDEN = Hidden(np.zeros(0), np.zeros(0, dtype=bool))
 
 USUAL_SCALES = DISTURBANCE_SCALES[:-1]
 """Multiples for decisions about the person [-]; the largest one would also explain the arm of another person."""
@@ -73,34 +88,38 @@ class Recursive:
         noise: Noise,
         bodies: tuple[slice, ...],
         discrepancy: Discrepancy | None = None,
-        hidden: int = 0,
+        hidden: Hidden | None = None,
     ):
         """Start from the prior.
 
         Args:
             model: Torque model.
-            mean: Prior mean.
-            covariance: Prior covariance.
+            mean: Prior mean of the told parameters.
+            covariance: Prior covariance of the told parameters.
             noise: Noise of the torque.
             bodies: Slices with the inertial parameters of the bodies.
             discrepancy: Model errors that repeat with the posture.
-            hidden: Number of parameters at the end that are learned but not published; only this method uses them.
+            hidden: Prior of further parameters of the model, after the others, that are learned but not told.
         """
-        self._told = len(mean) - hidden
+        self._told = len(mean)
         self._model, self._noise, self._discrepancy = model, noise, discrepancy
-        self._mean = mean
-        self._unwhiten = square_root(covariance)
+        hidden = hidden or NOTHING_HIDDEN
+        self._mean = np.append(mean, np.zeros(len(hidden.sd)))
+        self._unwhiten = np.asarray(block_diag(square_root(covariance), np.diag(hidden.sd)))
         self._free = self._unwhiten.shape[1]
-        self._scales = DISTURBANCE_SCALES
+        self._is_sized = np.append(np.zeros(self._free - len(hidden.sd), dtype=bool), hidden.is_sized)
+        sizes = TISSUE_SIZES if hidden.is_sized.any() else TISSUE_SIZES[-1:]
+        self._sizes = np.array([(scale, size) for scale in DISTURBANCE_SCALES for size in sizes])
         self._bank = self._empty_bank()
         self._project = PhysicalProjection(bodies, mean)
-        self._x = mean.copy()
+        self._x = self._mean.copy()
         self._t = 0.0
         self._averages = Averages(BATCH_PERIOD_S)
         self._history: list[Sample] = []
         self._errors: list[np.ndarray] = []
         """Effect of each considered error on each sample; it depends on the motion alone."""
         self._relinearise_t = RELINEARISE_FIRST_S
+        self._misfit = USUAL_MISFIT
         self._samples = 0
         self._rejected = 0
         self._choose_rows(False)
@@ -135,19 +154,19 @@ class Recursive:
 
     def _doubt(self) -> None:
         """Fit all samples again from the prior, and keep the fit with the larger evidence."""
-        before = self._bank, self._x, self._scales, self._rejected
+        before = self._bank, self._x, self._sizes, self._rejected
         self._bank, self._x = self._empty_bank(), self._mean.copy()
         for step in range(FRESH_STEPS):
             self._step(is_last=step == FRESH_STEPS - 1)
         if before[0].log_evidence > self._bank.log_evidence:
-            self._bank, self._x, self._scales, self._rejected = before
+            self._bank, self._x, self._sizes, self._rejected = before
 
     def _step(self, is_last: bool = True) -> None:
         """Make one Gauss–Newton step over all samples, with bursts downweighted.
 
         The considered errors do not change the mean, so only the last pass of the last step carries them.
         """
-        self._scales = self._plausible_scales()
+        self._sizes = self._plausible_sizes()
         linear, likely = self._linearised(), self._bank
         surprise = np.zeros(len(self._history))
         for reweighting in range(REWEIGHTINGS):
@@ -159,6 +178,37 @@ class Recursive:
         self._bank = likely
         self._samples, self._rejected = len(surprise), int((surprise > 2 * GATE).sum())
         self._x = self._plausible()
+        if is_last and linear.errors is not None:
+            self._misfit = self._misfit_of(linear, noise_sd)
+
+    def _misfit_of(self, linear: "_Linear", noise_sd: Float[np.ndarray, "sample joint"]) -> float:
+        """Size of the residual that repeats with the posture, over the expected discrepancy [-], weighed by the data.
+
+        Noise and a restless wearer leave residuals too, but not the same one at every pass through a posture.
+        """
+        scale, size = self._sizes[int(self._bank.weights.argmax())]
+        variance = (scale * self._noise.disturbance_sd)[None] ** 2
+        n, joints = self._free, len(linear.y[0])
+        keep = np.exp(-linear.dt / self._noise.disturbance_correlation_s)
+        slow = SlowDisturbance(variance, n + 1 + linear.errors.shape[-1])
+        rows = np.concatenate([linear.H, linear.y[..., None], linear.errors], axis=-1)
+        whitened = slow.all_innovations(keep, rows, noise_sd**2)[0][:, 0]
+        prior_sd = np.where(self._is_sized, size, 1.0)
+        told, y, fields = whitened[..., :n] * prior_sd, whitened[..., n], whitened[..., n + 1 :]
+        columns = np.zeros((len(y), joints, n + joints * fields.shape[-1]))
+        columns[..., :n] = told
+        for j in range(joints):
+            columns[:, j, n + j * fields.shape[-1] : n + (j + 1) * fields.shape[-1]] = fields[:, j]
+        columns = columns.reshape(-1, columns.shape[-1])
+        information, right = columns.T @ columns, columns.T @ y.ravel()
+        log_likelihood = np.empty(len(MISFITS))
+        for k, misfit in enumerate(MISFITS):
+            sd = np.append(np.ones(n), np.full(columns.shape[1] - n, misfit))
+            lower = cholesky(np.eye(len(sd)) + sd[:, None] * information * sd, lower=True)
+            solved = solve_triangular(lower, sd * right, lower=True)
+            log_likelihood[k] = 0.5 * solved @ solved - np.log(np.diag(lower)).sum()
+        likelihood = np.exp(log_likelihood - log_likelihood.max())
+        return float(likelihood @ MISFITS / likelihood.sum())
 
     def _linearised(self) -> "_Linear":
         """Return all samples, linearised at the newest estimate."""
@@ -214,28 +264,31 @@ class Recursive:
 
     def _restlessness(self) -> float:
         """Size of the slow disturbance over its expected size [-]."""
-        return float(self._bank.weights @ self._scales)
+        return float(self._bank.weights @ self._sizes[:, 0])
 
     def _plausible(self) -> Parameters:
         """Point of linearisation: the mean, limited to `PLAUSIBLE_SD` because a few early samples can be misleading."""
         return self._mean + self._unwhiten @ np.clip(self._bank.mean(), -PLAUSIBLE_SD, PLAUSIBLE_SD)
 
-    def _plausible_scales(self) -> Float[np.ndarray, " scale"]:
-        """Sizes of the disturbance for which a filter runs: the likely ones, and the neighbours of the best.
+    def _plausible_sizes(self) -> Float[np.ndarray, "filter 2"]:
+        """Pairs of disturbance scale and tissue size for which a filter runs: the likely ones, and neighbours.
 
-        The neighbours are kept because a wearer may become restless later.
+        The neighbours of the best scale are kept because a wearer may become restless later.
         """
         weights = self._bank.weights
-        likely = self._scales[weights > UNLIKELY]
-        best = int(np.searchsorted(DISTURBANCE_SCALES, self._scales[int(weights.argmax())]))
-        around = DISTURBANCE_SCALES[max(best - 1, 0) : best + 2]
-        return np.union1d(likely, around)
+        best = self._sizes[int(weights.argmax())]
+        at = int(np.searchsorted(DISTURBANCE_SCALES, best[0]))
+        around = [(scale, best[1]) for scale in DISTURBANCE_SCALES[max(at - 1, 0) : at + 2]]
+        return np.unique(np.vstack([self._sizes[weights > UNLIKELY], around]), axis=0)
 
     def _empty_bank(self, considers: bool = True) -> FilterBank:
         considered = self._discrepancy.count_of_joint if considers and self._discrepancy is not None else 0
-        disturbance = self._scales[:, None] * self._noise.disturbance_sd
-        return FilterBank(self._free, disturbance, self._noise.disturbance_correlation_s, considered)
+        scale, size = self._sizes.T[:, :, None]
+        disturbance = scale * self._noise.disturbance_sd
+        prior_sd = np.where(self._is_sized, size, 1.0)
+        return FilterBank(self._free, disturbance, self._noise.disturbance_correlation_s, considered, prior_sd)
 
     def covariance(self) -> Covariance:
         """Covariance of all parameters, hidden ones included."""
-        return self._unwhiten @ self._bank.covariance() @ self._unwhiten.T
+        widened = max(self._misfit / USUAL_MISFIT, 1.0)
+        return self._unwhiten @ self._bank.covariance(widened) @ self._unwhiten.T

@@ -206,6 +206,10 @@ class EstimatorSession:
         result = self.result
         if result.stop_s is None:
             result.outcome = _final_outcome(result)
+        predicted = result.predicted[-1]
+        if predicted is not None:
+            result.outcome = self._rule.final(result.outcome, predicted)
+            result.why = self._rule.why(predicted, self._assembly.description.joints)
         return result
 
 

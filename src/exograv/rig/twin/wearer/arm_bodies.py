@@ -105,9 +105,9 @@ def find_arm(model: mujoco.MjModel, arm: WearerArm) -> ArmPlace:
             *(body for body in soft.values() if body >= 0),
         ),
         {
-            body: arm.soft_tissue[segment]
-            for segment, name in skeleton.held.items()
-            if (body := soft.get(name, -1)) >= 0
+            body: tissue
+            for segment, tissue in arm.soft_tissue.items()
+            if (body := soft[skeleton.held[segment]]) >= 0
         },
     )
 

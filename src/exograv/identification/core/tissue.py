@@ -1,0 +1,206 @@
+"""Tissue of a wearer beyond linear springs: hidden parameters for torque that elasticity, time and a late shoulder add.
+
+No law of a real joint is known, so each departure is a family with a prior over its size. The hidden parameters are
+estimated beside the told ones and are never compensated: what they explain is not weight.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from .interface import Joints, Parameters, Sample, TorqueModel
+
+RELAX_TIMES_S = (0.7, 4.0)
+"""Time constants of the decaying parts of a joint's elasticity [s]. Two of them approximate any time from 0.5 to 8 s
+(docs/explanation/arm.md)."""
+
+RELAX_SHARE_SD = 0.2
+"""Standard deviation of each decaying part over the permanent elasticity [-]; the project's ranges are 0 to 0.5."""
+
+SHAPE_RAD = 0.3
+"""Standard deviation of a joint's elastic torque around its straight line, over its stiffness [rad]. Published curves
+of relaxed joints are exponential at both ends and flat between them (docs/explanation/arm.md)."""
+
+SHAPE_LENGTH_RAD, SHAPE_REACH_RAD, SHAPE_FUNCTIONS = 0.7, 2.5, 8
+"""Correlation length of that torque over the angle [rad], reach of its functions from the neutral angle [rad], and
+their number per freedom. The shortest wave of eight functions is 1.25 rad long."""
+
+COUPLING_SHARE = 0.25
+"""Standard deviation of the coupling between two freedoms, over the smaller of their stiffnesses [-]: muscles cross
+shoulder and elbow."""
+
+CREEP_RAD, CREEP_S = 0.17, 60.0
+"""Standard deviation [rad] and time constant [s] of a rest posture that moves during the session."""
+
+LATE_S = 0.35
+"""Time by which the shoulder girdle may follow the arm late [s]. Assumed."""
+
+LATE_SD = 0.011
+"""Standard deviation of the late part of the shoulder's shift per axis [m/rad]: that of the shift itself."""
+
+ROUNDING_RAD = 0.05
+"""Rounding of the elevation near a hanging arm, as in `model.loops` [rad]."""
+
+Freedoms = Float[np.ndarray, " freedom"]
+
+
+@dataclass(frozen=True)
+class Shoulder:
+    """Shoulder and elbow of one arm among the parameters."""
+
+    freedoms: slice
+    """Freedoms of shoulder and elbow, which are coupled: flexion, abduction, rotation, elbow."""
+
+    offset: slice
+    """Offset of the shoulder's centre (3,) among the parameters [m]."""
+
+
+@dataclass(frozen=True)
+class Springs:
+    """Parameters of the elasticity of the wearer's joints, for methods with a non-linear elastic law."""
+
+    stiffness: slice
+    """Stiffness of each freedom [N·m/rad]."""
+
+    offset: slice
+    """Stiffness times neutral angle [N·m]."""
+
+    angles: Callable[[TorqueModel], Freedoms]
+    """Function that returns the angles of the sample that this model linearised last [rad]."""
+
+    shoulders: tuple[Shoulder, ...] = ()
+    """Shoulders of all arms."""
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """Prior of hidden parameters: independent, with zero mean."""
+
+    sd: Float[np.ndarray, " hidden"]
+    """Standard deviation of each parameter."""
+
+    is_sized: Bool[np.ndarray, " hidden"]
+    """True where the data weigh multiples of the standard deviation."""
+
+
+class TissueModel:
+    """Model of an arm with the hidden parameters after all others.
+
+    Without them, torque that decays after a motion is learned as damping, and a curved spring as weight, with more
+    confidence the longer the motion lasts. The parts, in their order:
+
+    - relaxation: standard linear solids, the linear spring's torque through a high-pass filter per time constant;
+    - shape: a smooth function of each freedom's angle, in sines (Solin & Särkkä 2020, Stat. Comput. 30:419);
+    - coupling: torque of one freedom in proportion to the angle of another, symmetric, so that it stores energy;
+    - creep: change of the spring offset with time;
+    - late shoulder: offset of the shoulder's centre in proportion to the part of the elevation that is still to come.
+    """
+
+    def __init__(self, model: TorqueModel, springs: Springs, mean: Parameters):
+        """Extend `model`; `mean` is the prior mean of its parameters, which gives size and centre of the tissue."""
+        self._model, self._springs = model, springs
+        K = mean[springs.stiffness]
+        self._neutral = mean[springs.offset] / K
+        self._pairs = [
+            (a, b)
+            for shoulder in springs.shoulders
+            for a in range(shoulder.freedoms.start, shoulder.freedoms.stop)
+            for b in range(a + 1, shoulder.freedoms.stop)
+        ]
+        self._waves = 0.5 * np.pi / SHAPE_REACH_RAD * np.arange(1, SHAPE_FUNCTIONS + 1)
+        parts = [
+            (np.tile(RELAX_SHARE_SD * K, len(RELAX_TIMES_S)), False),
+            (np.outer(SHAPE_RAD * K, self._wave_sd()).ravel(), True),
+            (np.array([COUPLING_SHARE * min(K[a], K[b]) for a, b in self._pairs]), True),
+            (CREEP_RAD * K, True),
+            (np.full(3 * len(springs.shoulders), LATE_SD), False),
+        ]
+        self.hidden = Hidden(
+            np.concatenate([sd for sd, _ in parts]), np.concatenate([np.full(len(sd), sized) for sd, sized in parts])
+        )
+        """Prior of the hidden parameters."""
+        self.n_joints, self.n_parameters = model.n_joints, model.n_parameters + len(self.hidden.sd)
+        self._forget()
+
+    def _wave_sd(self) -> Float[np.ndarray, " function"]:
+        """Standard deviation of each function's coefficient for a field of unit variance: its spectral density."""
+        ell = SHAPE_LENGTH_RAD
+        density = np.sqrt(2.0 * np.pi) * ell * np.exp(-0.5 * (ell * self._waves) ** 2)
+        return np.sqrt(density / SHAPE_REACH_RAD)
+
+    def _forget(self) -> None:
+        self._t: float | None = None
+        self._relaxed = np.zeros(())
+        self._elevation = self._late = np.zeros(len(self._springs.shoulders))
+
+    def restart(self) -> None:
+        """Start a new motion, with the tissue relaxed and the shoulder in its place."""
+        self._model.restart()
+        self._forget()
+
+    def direction_uncertainty(self, v: Joints) -> Joints:
+        """Return the standard deviation of the torque [N·m], as of the arm model."""
+        return self._model.direction_uncertainty(v)
+
+    def linearise(self, sample: Sample, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
+        """Return the expected torque (joint,) [N·m] and its derivative; call for the samples of a motion in order."""
+        n = len(self.hidden.sd)
+        tau, derivative = self._model.linearise(sample, x[:-n])
+        angle = self._springs.angles(self._model) - self._neutral
+        by_torque = -derivative[:, self._springs.offset]
+        parts = [
+            *self._fast(sample.t, derivative[:, self._springs.stiffness]),
+            self._shapes(by_torque, angle),
+            *(by_torque[:, a : a + 1] * angle[b] + by_torque[:, b : b + 1] * angle[a] for a, b in self._pairs),
+            by_torque * (1.0 - np.exp(-sample.t / CREEP_S)),
+            *self._lateness(sample.t, derivative),
+        ]
+        self._t = sample.t
+        columns = np.hstack(parts)
+        return tau + columns @ x[-n:], np.hstack([derivative, columns])
+
+    def _fast(self, t: float, stretched: Float[np.ndarray, "joint freedom"]) -> Float[np.ndarray, "time joint freedom"]:
+        """Torque of the decaying parts per fast stiffness."""
+        if self._t is None:
+            self._relaxed = np.tile(stretched, (len(RELAX_TIMES_S), 1, 1))
+        else:
+            # Exact decay over the step, with the stretch held at its new value.
+            moved = 1.0 - np.exp((self._t - t) / np.array(RELAX_TIMES_S))
+            self._relaxed = self._relaxed + moved[:, None, None] * (stretched - self._relaxed)
+        return stretched - self._relaxed
+
+    def _shapes(
+        self, by_torque: Float[np.ndarray, "joint freedom"], angle: Freedoms
+    ) -> Float[np.ndarray, "joint function"]:
+        """Torque of the elastic functions of all freedoms, per coefficient."""
+        within = np.clip(angle, -SHAPE_REACH_RAD, SHAPE_REACH_RAD)
+        sines = np.sin(np.outer(within + SHAPE_REACH_RAD, self._waves))
+        return (by_torque[:, :, None] * sines).reshape(len(by_torque), -1)
+
+    def _lateness(
+        self, t: float, derivative: Float[np.ndarray, "joint parameter"]
+    ) -> list[Float[np.ndarray, "joint 3"]]:
+        """Torque of late shoulders, per axis and shoulder."""
+        shoulders = self._springs.shoulders
+        if not shoulders:
+            return []
+        elevation = _elevations(self._springs.angles(self._model), shoulders)
+        if self._t is None:
+            self._late = elevation
+        elif t > self._t:
+            # Exact step of the low-pass filter while the elevation moves at constant speed.
+            lag = LATE_S / (t - self._t) * (elevation - self._elevation)
+            self._late = elevation - lag + (self._late - self._elevation + lag) * np.exp((self._t - t) / LATE_S)
+        self._elevation = elevation
+        return [
+            derivative[:, shoulder.offset] * behind
+            for shoulder, behind in zip(shoulders, self._late - elevation, strict=True)
+        ]
+
+
+def _elevations(z: Freedoms, shoulders: Sequence[Shoulder]) -> Float[np.ndarray, " shoulder"]:
+    """Angles of the upper arms from hanging [rad]."""
+    cosines = np.array([np.cos(z[one.freedoms.start]) * np.cos(z[one.freedoms.start + 1]) for one in shoulders])
+    return np.arctan2(np.sqrt(1.0 - cosines**2 + ROUNDING_RAD**2), cosines)
