@@ -102,7 +102,7 @@ def joint_positions(
     assembly: Assembly, z: Float[np.ndarray, " freedom"], fit: Float[np.ndarray, " fit"]
 ) -> Float[np.ndarray, " arm_joint"]:
     """Positions [rad or m] of the joints of the arm's tree `with_hinges` at the arm's freedoms z [rad]."""
-    positions = _vector(arm_positions(assembly.arm, _constant(z), _constant(fit)))
+    positions = np.array(ca.evalf(arm_positions(assembly.arm, _constant(z), _constant(fit)))).ravel()
     for limb in assembly.arm.limbs:
         positions[limb.shift] *= np.linalg.norm(_vector(shift_axis(assembly.arm, limb, _constant(fit))))
     return positions
