@@ -37,7 +37,7 @@ AXES = {
 }
 """Orders of the machine's shoulder axes; the order of the arm's axes stays."""
 
-OFFSET = np.array([0.015, -0.01, 0.008, 0.01, 0.004, 0.0, 0.0, 0.12, 0.08, 0.006, 0.004])
+OFFSET = np.array([0.015, -0.01, 0.008, 0.006, 0.004, 0.0, 0.0, 0.12, 0.08, 0.007, 0.005])
 
 RIGS = {kind: "recupera_like_7" if len(cuffs) == 3 else "recupera_like" for kind, cuffs in CUFFS.items()}
 
