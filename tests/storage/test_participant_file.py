@@ -161,7 +161,7 @@ def test_a_file_from_before_the_path_of_the_shoulder_had_a_direction_is_refused(
     path = keep()
     whole = read_participant(path)
     older = whole.model_copy(update={"parameters": whole.parameters[:-2]})
-    with pytest.raises(ConfigError, match="other parameters than the 43 of this arm. Identify"):
+    with pytest.raises(ConfigError, match=r"other parameters than the 43 of this arm\. Identify"):
         refuse_other(path, older, assembly, MACHINE, NOW)
 
 
