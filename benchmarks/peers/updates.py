@@ -29,8 +29,9 @@ METHODS: tuple[MethodName, ...] = ("recursive", "gradient")
 RESIDUAL_SD, CORRELATION_S = 0.1, 0.1
 """Residual torque SD [N·m] and correlation time [s], about those of a calibrated machine on the twin."""
 
-HEAVIER, OFFSET = 1.15, np.array([0.01, -0.008, 0.012, 0.0, 0.0, 0.0, 0.0])
-"""Truth of the learned arm: factor on the table's inertial parameters, and offset of its fit in the machine [m]."""
+HEAVIER, OFFSET = 1.15, np.array([0.01, -0.008, 0.012])
+"""Truth of the learned arm: factor on the table's inertial parameters, and offset of its shoulder centre from the
+machine's [m]."""
 
 
 def time_updates(seconds: float, report: Report) -> None:
@@ -66,7 +67,7 @@ def _samples(seconds: float) -> list[Sample]:
     machine, assembly = machine_and_assembly(4)
     layout, (x, _) = ParameterLayout.of(assembly), prior(assembly, machine)
     x[layout.phi] *= HEAVIER
-    x[layout.fit] += OFFSET
+    x[layout.fit][: len(OFFSET)] += OFFSET
     model, noise = ArmModel(assembly, machine), np.random.default_rng(SEED)
     path = identification_motion(assembly, seconds, BATCH_PERIOD_S)
     samples = []

@@ -13,7 +13,7 @@ from exograv.dynamics.loop_torque import GRAVITY, ArmExpression, arm_load
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
-from exograv.model.loops import FIT, LoopSolver, arm_hinges
+from exograv.model.loops import FIT, LoopSolver, arm_hinges, arm_positions, shift_axis
 from exograv.model.personal import with_hinges
 from exograv.model.rig_settings import ArmSide
 from exograv.model.support import assemble, refuse_unsupported
@@ -37,8 +37,7 @@ AXES = {
 }
 """Orders of the machine's shoulder axes; the order of the arm's axes stays."""
 
-OFFSET = np.array([0.015, -0.01, 0.008, 0.0, 0.004, 0.0, 0.0, 0.12, 0.08])
-
+OFFSET = np.array([0.015, -0.01, 0.008, 0.006, 0.004, 0.0, 0.0, 0.12, 0.08, 0.007, 0.005])
 
 RIGS = {kind: "recupera_like_7" if len(cuffs) == 3 else "recupera_like" for kind, cuffs in CUFFS.items()}
 
@@ -66,6 +65,14 @@ def compiled(assembly: Assembly) -> kernel.Kernel:
     return kernel.compile(ca.Function("loop", [y, z, fit], [closed.z, closed.G, closed.strain, torque]))
 
 
+def joints_function(assembly: Assembly) -> ca.Function:
+    """Joint positions of the arm's tree with unit axes, by its freedoms, and their derivative."""
+    z, fit, limb = ca.SX.sym("z", assembly.n_freedoms), ca.SX(ca.DM(OFFSET)), assembly.arm.limbs[0]
+    x = arm_positions(assembly.arm, z, fit)
+    x[limb.shift] *= ca.norm_2(shift_axis(assembly.arm, limb, fit))
+    return ca.Function("joints", [z], [x, ca.jacobian(x, z)])
+
+
 class RigidLoop:
     """Both trees in Pinocchio, with the rows that the cuffs hold."""
 
@@ -76,6 +83,7 @@ class RigidLoop:
         self.arm = make_pinocchio(write_urdf(arm, arm.phi), arm.joint_names)
         self.base = exo.frame("shoulder_centre").p_body_frame + OFFSET[:3]
         self.limb = assembly.arm.limbs[0]
+        self._joints = joints_function(assembly)
         self.rows = [np.flatnonzero(cuff.stiffness) for cuff in assembly.cuffs]
         donning = assembly.description.donning_posture
         self.cuffs = []
@@ -86,13 +94,15 @@ class RigidLoop:
             self.cuffs.append((cuff.exo_frame, cuff.segment, *fastened))
 
     def arm_joints(self, z: np.ndarray) -> np.ndarray:
-        x = np.zeros(len(z) + 2)
-        x[self.limb.lengthening], x[self.limb.joints] = OFFSET[4], z
-        return x
+        return np.array(self._joints(z)[0]).ravel()
+
+    def arm_slopes(self, z: np.ndarray) -> np.ndarray:
+        """Derivative of the arm's joint positions by its freedoms (joint, freedom)."""
+        return np.array(self._joints(z)[1])
 
     def residual_and_jacobians(self, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Residuals of the held rows of all cuffs, and their derivatives with respect to y and z."""
-        x = self.arm_joints(z)
+        x, slopes = self.arm_joints(z), self.arm_slopes(z)
         parts = []
         for (exo_frame, segment, R_segment_cuff, p_segment_cuff), rows in zip(self.cuffs, self.rows, strict=True):
             R_exo, p_exo = self.exo.pose(y, exo_frame)
@@ -100,7 +110,7 @@ class RigidLoop:
             lever = R_arm @ p_segment_cuff
             stretch = self.base + p_arm + lever - p_exo
             Q = R_exo.T @ R_arm @ R_segment_cuff
-            of_exo, of_arm = self.exo.jacobian(y, exo_frame), self.arm.jacobian(x, segment)[:, self.limb.joints]
+            of_exo, of_arm = self.exo.jacobian(y, exo_frame), self.arm.jacobian(x, segment) @ slopes
             twist = lambda turn, Q=Q: 0.5 * (np.trace(Q) * np.eye(3) - Q) @ turn  # noqa: E731 - the formula in one line
             in_y = np.vstack(
                 [R_exo.T @ (-of_exo[:3] + cross(stretch) @ of_exo[3:]), twist(-R_exo.T @ of_exo[3:])],
@@ -135,7 +145,7 @@ def test_the_arms_torque_is_what_pinocchios_frame_jacobians_map(
         z, G, strain, torque = function.of(y, z, OFFSET)
         residual, in_y, in_z = loop.residual_and_jacobians(y, z)
         G_rigid = -np.linalg.solve(in_z, in_y)
-        tau_arm = loop.arm.gravity_torque(loop.arm_joints(z))[loop.limb.joints]
+        tau_arm = loop.arm_slopes(z).T @ loop.arm.gravity_torque(loop.arm_joints(z))
         np.testing.assert_allclose(residual, 0.0, atol=CLOSED)
         np.testing.assert_allclose(G, G_rigid, atol=TOLERANCE)
         np.testing.assert_allclose(torque, G_rigid.T @ tau_arm, atol=TOLERANCE)

@@ -15,9 +15,10 @@ from exograv.dynamics.rnea import rnea
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.prior import prior
 from exograv.model.assembly import Assembly
-from exograv.model.loops import FIT, arm_positions
+from exograv.model.kinematics import frame_pose
+from exograv.model.loops import FIT, arm_poses
 from exograv.model.mjcf_writer import Posture, mjcf_text
-from exograv.model.personal import Personal, personal
+from exograv.model.personal import Personal, joint_positions, personal
 from exograv.model.tree import Tree, inertial_parameters, is_physical
 from exograv.model.urdf import read_urdf
 from exograv.model.urdf_writer import roll_pitch_yaw, urdf_text
@@ -25,6 +26,7 @@ from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.machine_tools.export_urdf import possible_links, springs_of
 
 TORQUE_TOLERANCE = 1e-9  # N·m, of inverse dynamics of each tree
+PLACE_TOLERANCE = 1e-12  # m and -: rounding
 CLOSED_TOLERANCE = 5e-3  # N·m: a cuff's rotation residual is a sine in exograv and an angle in the exported hinges
 WORN_FIT = {
     "shoulder_offset_x": 0.01,
@@ -79,6 +81,33 @@ def test_pinocchio_opens_the_urdf_and_has_the_same_torque(person: Personal, whic
         )
 
 
+PATH = {"glenohumeral_slope": 0.02, "glenohumeral_forward": 0.01, "glenohumeral_outward": -0.012}
+
+
+@pytest.mark.parametrize("path", [PATH, {"glenohumeral_slope": -0.01}, {}], ids=["turned", "backward", "none"])
+def test_the_exported_arm_has_the_shoulders_path(worn: tuple[Assembly, np.ndarray], path: dict[str, float]):
+    assembly, x = worn
+    layout, fit = ParameterLayout.of(assembly), np.array([(WORN_FIT | path).get(name, 0.0) for name in FIT])
+    person = personal(assembly, assembly.exo.phi, x[layout.phi], fit)
+    model = pinocchio.buildModelFromXML(urdf_text(person.arm))
+    data, limb = model.createData(), assembly.arm.limbs[0]
+    assert person.slopes[limb.side] == pytest.approx(np.linalg.norm(list(path.values())))
+    for q, v, a in motions(person.arm):
+        np.testing.assert_allclose(
+            pinocchio.rnea(model, data, q, v, a), inverse_dynamics(person.arm, q, v, a), atol=TORQUE_TOLERANCE
+        )
+    for z in np.random.default_rng(3).uniform(-1.0, 1.5, (5, assembly.n_freedoms)):
+        q = np.delete(joint_positions(assembly, z, fit), limb.lengthening)
+        pinocchio.framesForwardKinematics(model, data, q)
+        ours = frame_pose(
+            assembly.arm.tree, arm_poses(assembly, ca.SX(ca.DM(z)), ca.SX(ca.DM(fit))), limb.prefix + "wrist"
+        )
+        theirs = data.oMf[model.getFrameId(limb.prefix + "wrist")]
+        np.testing.assert_allclose(theirs.rotation, np.array(ca.evalf(ours.R)), atol=PLACE_TOLERANCE)
+        place = np.array(ca.evalf(ours.p)).ravel() - person.bases[limb.side]
+        np.testing.assert_allclose(theirs.translation, place, atol=PLACE_TOLERANCE)
+
+
 def test_our_own_reader_reads_the_machine_back(person: Personal, tmp_path: Path):
     (tmp_path / "exo.urdf").write_text(urdf_text(person.exo))
     again = read_urdf(tmp_path / "exo.urdf")
@@ -91,8 +120,7 @@ def loaded(worn: tuple[Assembly, np.ndarray], person: Personal, rotor: float = 0
     assembly, x = worn
     shifts = {assembly.arm.tree.joints[limb.shift].name: 0.0 for limb in assembly.arm.limbs}
     description = assembly.description
-    z, fit = ca.SX(ca.DM(description.arm_donning_posture)), ca.SX(ca.DM(x[ParameterLayout.of(assembly).fit]))
-    arm = np.array(ca.evalf(arm_positions(assembly.arm, z, fit))).ravel()
+    arm = joint_positions(assembly, description.arm_donning_posture, x[ParameterLayout.of(assembly).fit])
     positions = dict(zip(description.joints, description.donning_posture.tolist(), strict=True))
     positions |= dict(zip(assembly.arm.tree.joint_names, arm.tolist(), strict=True))
     text = mjcf_text(person, springs_of(assembly, x), np.full(assembly.n, rotor), GRAVITY, shifts, Posture(positions))

@@ -16,4 +16,4 @@ def assembly() -> Assembly:
 
 @pytest.fixture(scope="session")
 def fit() -> np.ndarray:
-    return np.array([0.02, -0.015, 0.01, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08])
+    return np.array([0.02, -0.015, 0.01, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08, 0.008, -0.006])

@@ -12,7 +12,7 @@ from exograv.model.loops import FIT, LoopSolver
 
 DERIVATIVE_TOLERANCE = 1e-8  # -: fourth-order differences of postures that are closed to 1e-14 rad
 BIAS_TOLERANCE = 1e-7  # rad/s²: the same of G·v, of size 10
-STEP = 1e-3
+STEP = 5e-4
 SLOPE_LEFT_Nm = 1e-8  # a thousandth of the effect of one encoder step
 DT = 1e-3
 

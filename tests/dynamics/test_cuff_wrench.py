@@ -11,7 +11,7 @@ from exograv.model.kinematics import body_poses
 from exograv.model.loops import arm_poses, cuff_pairs
 from exograv.model.support import assemble
 
-FIT_OF_WEARER = [0.015, -0.012, 0.008, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08]
+FIT_OF_WEARER = [0.015, -0.012, 0.008, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08, 0.008, -0.006]
 STEP = 1e-6  # rad
 TOLERANCE = 1e-6  # N·m, for torques of some tens of N·m
 

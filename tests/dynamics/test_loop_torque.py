@@ -8,17 +8,19 @@ import pytest
 
 from exograv import kernel
 from exograv.dynamics.closure import closure, cuff_energy, newton_step
-from exograv.dynamics.loop_torque import GRAVITY, ArmExpression, LoopTorque, arm_load, exo_torque
+from exograv.dynamics.loop_torque import GRAVITY, ArmExpression, LoopTorque, arm_load, exo_torque, static_load
 from exograv.model.anthropometry import Body
-from exograv.model.arm import held_weight
+from exograv.model.arm import Arm, held_weight
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
-from exograv.model.loops import FIT, LoopSolver
+from exograv.model.kinematics import Hinges
+from exograv.model.loops import FIT, LoopSolver, arm_hinges, arm_positions
 from exograv.model.support import assemble
 from exograv.options import Side
 
 POWER_TOLERANCE = 2e-6  # W: fourth-order differences at 1 ms of energies of 30 J
 PARITY = 1e-9  # N·m: the same sums with other signs; two searches agree within 1e-10 rad
+SAME_SUMS = 1e-12  # relative, and N·m: the same products in another order
 DT = 1e-3
 ROTOR = 0.25
 PASSIVE = (1.5, 0.8, 0.4)
@@ -141,8 +143,51 @@ def test_passive_joints_cost_what_the_arms_own_joints_would(assembly, fit):
     np.testing.assert_allclose(difference, stiffness * y - offset + damping * v, atol=PARITY)
 
 
+def torque_and_derivatives(assembly: Assembly) -> ca.Function:
+    """Closed posture, torque of a motion, and the torque's derivatives by posture and fit."""
+    cuffs = cuff_energy(assembly)
+    y, z, fit = ca.SX.sym("y", 4), ca.SX.sym("z", 4), ca.SX.sym("fit", len(FIT))
+    v, a, passive = ca.SX.sym("v", 4), ca.SX.sym("a", 4), (value * ca.SX.ones(4) for value in PASSIVE)
+    arm = ArmExpression(ca.SX(ca.DM(assembly.arm.phi)), fit, *passive)
+    stepped = newton_step(cuffs, y, z, fit, static_load(assembly, arm, z, GRAVITY))
+    closed = closure(cuffs, y, stepped, fit, static_load(assembly, arm, stepped, GRAVITY))
+    torque = closed.G.T @ arm_load(assembly, arm, cuffs, closed, (y, v, a), GRAVITY) + closed.strain
+    return ca.Function("derived", [y, z, fit, v, a], [closed.z, torque, ca.jacobian(torque, ca.vertcat(y, fit))])
+
+
+def test_a_path_without_forward_and_outward_parts_needs_the_torque_of_a_shift_along_the_trees_axis(
+    assembly, fit, monkeypatch: pytest.MonkeyPatch
+):
+    across = [FIT.index("glenohumeral_forward"), FIT.index("glenohumeral_outward")]
+    common = np.setdiff1d(np.arange(4 + len(FIT)), 4 + np.array(across))
+    fit, limb = fit.copy(), assembly.arm.limbs[0]
+    fit[across] = 0.0
+    z = LoopSolver(assembly).solve(motion(0.4)[0], fit=fit)[0]
+    with_path = torque_and_derivatives(assembly)
+
+    def along_the_tree(arm: Arm, z: ca.SX, fit: ca.SX) -> ca.SX:
+        positions = arm_positions(arm, z, fit)
+        positions[limb.shift] *= fit[FIT.index("glenohumeral_slope")]
+        return positions
+
+    def elbow_alone(assembly: Assembly, fit: ca.SX) -> Hinges:
+        return {limb.elbow: arm_hinges(assembly, fit)[limb.elbow]}
+
+    for module in ("model.loops", "dynamics.loop_torque", "dynamics.cuff_energy"):
+        monkeypatch.setattr(f"exograv.{module}.arm_positions", along_the_tree)
+        monkeypatch.setattr(f"exograv.{module}.arm_hinges", elbow_alone)
+    along = torque_and_derivatives(assembly)
+    for t in (0.1, 0.4, 1.3):
+        y, v, a = motion(t)
+        mine, expected = (function(y, z, fit, v, a) for function in (with_path, along))
+        for one, other in zip(mine[:2], expected[:2], strict=True):
+            np.testing.assert_allclose(np.array(one), np.array(other), rtol=SAME_SUMS, atol=SAME_SUMS)
+        mine, expected = (np.array(outputs[2])[:, common] for outputs in (mine, expected))
+        np.testing.assert_allclose(mine, expected, rtol=SAME_SUMS, atol=SAME_SUMS)
+
+
 def test_left_and_right_cost_the_same(fit):
-    mirrored_fit = fit * np.array([1.0, -1.0, 1.0, 1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
+    mirrored_fit = fit * np.where(np.isin(FIT, ["shoulder_offset_y", "elbow_axis_x", "elbow_axis_z"]), -1.0, 1.0)
     totals = []
     sides: list[tuple[Side, np.ndarray]] = [("right", fit), ("left", mirrored_fit)]
     for side, own_fit in sides:

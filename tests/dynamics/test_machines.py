@@ -21,7 +21,7 @@ from exograv.spatial import Transform
 STEP = 1e-3  # rad, of fourth-order differences
 TOLERANCE = 1e-8  # N·m: of energies of 30 J
 PARITY = 1e-10  # N·m: the same sums in another order
-OFFSETS = np.array([0.012, -0.009, 0.007, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08])
+OFFSETS = np.array([0.012, -0.009, 0.007, 0.02, 0.006, 0.2, -0.3, 0.12, 0.08, 0.008, -0.006])
 FOUR_JOINTS = "recupera_like"
 
 

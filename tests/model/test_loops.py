@@ -8,7 +8,23 @@ import pytest
 
 from exograv import kernel
 from exograv.dynamics.closure import closure, cuff_energy, newton_step
-from exograv.model.loops import ELEVATION_ROUNDING, FIT, LoopSolver, arm_positions, cuff_residuals, elevation
+from exograv.model.anthropometry import Body
+from exograv.model.description import load_rig
+from exograv.model.kinematics import body_poses
+from exograv.model.loops import (
+    ELEVATION_ROUNDING,
+    FIT,
+    LoopSolver,
+    arm_hinges,
+    arm_poses,
+    arm_positions,
+    arm_roots,
+    cuff_residuals,
+    elevation,
+    shift_shape,
+)
+from exograv.model.rig_settings import ArmSide
+from exograv.model.support import assemble
 
 SAME_REST = 1e-7  # rad: a false minimum is 1.8 rad away
 SAME_BATCH = 1e-6  # rad: both searches end where the energy no longer changes, which leaves 2e-7; Newton steps follow
@@ -19,7 +35,7 @@ STAGES = 40  # steps of a followed path: 2° each at most
 
 
 def random_fit(generator: np.random.Generator) -> np.ndarray:
-    """Fit of a wearer up to 30 mm off, with a moving shoulder, another cuff stiffness and an oblique elbow."""
+    """Fit of a wearer up to 30 mm off, whose shoulder moves in any direction, with other cuffs and an oblique elbow."""
     return np.concatenate(
         [
             generator.uniform(-0.03, 0.03, 3),
@@ -27,6 +43,7 @@ def random_fit(generator: np.random.Generator) -> np.ndarray:
             generator.uniform(-0.01, 0.01, 1),
             generator.uniform(-0.3, 0.3, 2),
             generator.uniform(-0.2, 0.2, 2),
+            generator.uniform(-0.012, 0.012, 2),
         ]
     )
 
@@ -106,11 +123,57 @@ def test_a_hanging_arm_has_a_gradient_of_elevation():
     assert np.isfinite(np.array(slope([0.0, 0.0, 0.0, 0.0]))).all()
 
 
-def test_shift_and_lengthening_follow_from_the_fit(assembly):
-    x = numbers(
-        arm_positions(assembly.arm, ca.SX([np.pi / 2, 0.0, 0.1, 0.2]), ca.SX([0.0, 0.0, 0.0, 0.02, 0.007, *[0.0] * 4]))
-    )
-    np.testing.assert_allclose(x, [0.02 * np.pi / 2, np.pi / 2, 0.0, 0.1, 0.007, 0.2], atol=2e-3)
+def test_shift_and_lengthening_follow_from_posture_and_fit(assembly):
+    fit = np.zeros(len(FIT))
+    fit[FIT.index("upper_arm_lengthening")] = 0.007
+    x = numbers(arm_positions(assembly.arm, ca.SX([np.pi / 2, 0.0, 0.1, 0.2]), ca.SX(fit)))
+    np.testing.assert_allclose(x, [np.pi / 2, np.pi / 2, 0.0, 0.1, 0.007, 0.2], atol=2e-3)
+
+
+FORWARD = ca.SX([np.pi / 2, 0.0, 0.1, 0.2])
+"""Arm that points forward; the shape of the shift is 90° there, up to the rounding near hanging."""
+
+
+def shift_of_centre(side: ArmSide, **path: float) -> np.ndarray:
+    """Displacement of a shoulder centre at `FORWARD` (3,), per radian of elevation [m/rad]."""
+    worn = assemble(load_rig("recupera_like", side), Body(1.75, 75.0, "male"))
+    fit = np.array([path.get(name.removeprefix("glenohumeral_"), 0.0) for name in FIT])
+    body = worn.arm.limbs[0].shift
+    at, usual = (numbers(arm_poses(worn, FORWARD, ca.SX(ca.DM(one)))[body].p) for one in (fit, np.zeros(len(FIT))))
+    return (at - usual) / float(numbers(shift_shape(FORWARD))[0])
+
+
+@pytest.mark.parametrize(("side", "medial"), [("right", 1.0), ("left", -1.0)])
+@pytest.mark.parametrize(
+    ("path", "expected"),
+    [
+        ({"slope": 0.02}, [0.0, 0.02 * np.sqrt(0.5), 0.02 * np.sqrt(0.5)]),
+        ({"forward": 0.01}, [0.01, 0.0, 0.0]),
+        ({"outward": 0.01}, [0.0, -0.01 * np.sqrt(0.5), 0.01 * np.sqrt(0.5)]),
+        ({"slope": 0.02, "forward": -0.01, "outward": -0.02}, [-0.01, 0.04 * np.sqrt(0.5), 0.0]),
+    ],
+)
+def test_the_shoulder_centre_moves_along_the_path_of_its_fit_and_mirrored_on_the_left(
+    side: ArmSide, medial: float, path: dict[str, float], expected: list[float]
+):
+    np.testing.assert_allclose(shift_of_centre(side, **path), np.array([1.0, medial, 1.0]) * expected, atol=PARITY)
+
+
+@pytest.mark.parametrize("rig", ["recupera_like", "recupera_like_dual"])
+def test_a_path_without_forward_and_outward_parts_is_the_trees_own_shift(rig: str):
+    worn, generator = assemble(load_rig(rig), Body(1.75, 75.0, "male")), np.random.default_rng(4)
+    fits = [random_fit(generator) for _ in worn.arm.limbs]
+    for one in fits:
+        one[[FIT.index("glenohumeral_forward"), FIT.index("glenohumeral_outward")]] = 0.0
+    fit, z = ca.SX(ca.DM(np.concatenate(fits))), ca.SX(ca.DM(generator.uniform(-1.0, 1.0, worn.n_freedoms)))
+    positions, hinges = arm_positions(worn.arm, z, fit), dict(arm_hinges(worn, fit))
+    for limb, one in zip(worn.arm.limbs, fits, strict=True):
+        positions[limb.shift] *= one[FIT.index("glenohumeral_slope")]
+        del hinges[limb.shift]
+    own = body_poses(worn.arm.tree, positions, arm_roots(worn, fit), hinges)
+    for pose, expected in zip(arm_poses(worn, z, fit), own, strict=True):
+        np.testing.assert_allclose(numbers(pose.R), numbers(expected.R), atol=PARITY)
+        np.testing.assert_allclose(numbers(pose.p), numbers(expected.p), atol=PARITY)
 
 
 def test_many_postures_in_one_batch_have_the_rests_of_single_searches(assembly):

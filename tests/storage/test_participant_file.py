@@ -155,6 +155,16 @@ def test_a_foreign_file_is_refused(keep: Callable[..., Path], assembly: Assembly
         refuse_other(path, read_participant(path), assembly, MACHINE, NOW)
 
 
+def test_a_file_from_before_the_path_of_the_shoulder_had_a_direction_is_refused(
+    keep: Callable[..., Path], assembly: Assembly
+):
+    path = keep()
+    whole = read_participant(path)
+    older = whole.model_copy(update={"parameters": whole.parameters[:-2]})
+    with pytest.raises(ConfigError, match=r"other parameters than the 43 of this arm\. Identify"):
+        refuse_other(path, older, assembly, MACHINE, NOW)
+
+
 def test_a_file_of_the_same_machine_is_accepted(keep: Callable[..., Path], assembly: Assembly):
     path = keep()
     whole = read_participant(path)

@@ -13,7 +13,15 @@ from exograv import kernel
 from exograv.model.arm import held_weight
 from exograv.model.assembly import Assembly
 from exograv.model.kinematics import body_poses
-from exograv.model.loops import LoopSolver, arm_poses, arm_positions, cuff_residuals, fit_names, scaled_stiffness
+from exograv.model.loops import (
+    LoopSolver,
+    arm_hinges,
+    arm_poses,
+    arm_positions,
+    cuff_residuals,
+    fit_names,
+    scaled_stiffness,
+)
 
 from .loop_torque import GRAVITY
 from .weight import weight
@@ -55,13 +63,13 @@ def _function(assembly: Assembly) -> ca.Function:
     fit = ca.SX.zeros(len(fit_names(assembly)))
     exo, _ = weight(assembly.exo, body_poses(assembly.exo, y), ca.SX(ca.DM(assembly.exo.phi.T)), gravity)
     x = arm_positions(arm, z, fit)
-    poses = arm_poses(assembly, z, fit)
+    poses, hinges = arm_poses(assembly, z, fit), arm_hinges(assembly, fit)
     weights = sum((held_weight(arm, 1.0, limb) for limb in range(len(arm.limbs))), np.zeros_like(arm.phi))
     loads = []
     for phi in (arm.phi, weights):
         masses = np.zeros((10, len(arm.tree.joints)))
         masses[:, list(arm.bodies)] = phi.reshape(-1, 10).T
-        loads.append(ca.jacobian(x, z).T @ weight(arm.tree, poses, ca.SX(ca.DM(masses)), gravity)[0])
+        loads.append(ca.jacobian(x, z).T @ weight(arm.tree, poses, ca.SX(ca.DM(masses)), gravity, hinges)[0])
     strained = ca.sqrt(scaled_stiffness(assembly, fit)) * cuff_residuals(assembly, y, z, fit)[0]
     results = {
         "exo": exo,

@@ -17,7 +17,7 @@ Parameters = Float[np.ndarray, " parameter"]
 Joints = Float[np.ndarray, " joint"]
 
 PHI_NAMES = ("mass", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
-FIT_UNITS = ("m", "m", "m", "m/rad", "m", "-", "-", "-", "-")
+FIT_UNITS = ("m", "m", "m", "m/rad", "m", "-", "-", "-", "-", "m/rad", "m/rad")
 PHI_UNITS = ("kg", "kg·m", "kg·m", "kg·m", *["kg·m²"] * 6)
 
 

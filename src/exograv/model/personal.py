@@ -10,8 +10,8 @@ from jaxtyping import Float
 from exograv.spatial import rotation_about
 
 from .assembly import Assembly
-from .kinematics import Hinges, body_poses, frame_pose
-from .loops import FIT, arm_hinges, arm_poses, arm_roots, cuff_pairs
+from .kinematics import Hinges, ObliqueSlide, body_poses, frame_pose
+from .loops import FIT, arm_hinges, arm_poses, arm_positions, arm_roots, cuff_pairs, shift_axis
 from .rig_settings import ArmSide
 from .tree import Frame, Tree
 
@@ -46,7 +46,7 @@ class Personal:
     offsets: Mapping[ArmSide, Vector]
     """Offset of each arm's base from the machine's shoulder centre [m]."""
     slopes: Mapping[ArmSide, float]
-    """Shift of the shoulder's centre per elevation, mean over the first 90° [m/rad]."""
+    """Shift of the shoulder's centre along its joint's axis per elevation, mean over the first 90° [m/rad]."""
     cuffs: tuple[CuffHold, ...]
 
 
@@ -75,18 +75,37 @@ def personal(
         tree,
         roots,
         {limb.side: parts[limb.number, :3] for limb in arm.limbs},
-        {limb.side: float(parts[limb.number, FIT.index("glenohumeral_slope")]) for limb in arm.limbs},
+        {limb.side: float(np.linalg.norm(_vector(shift_axis(arm, limb, _constant(fit))))) for limb in arm.limbs},
         holds,
     )
 
 
 def with_hinges(tree: Tree, hinges: Hinges) -> Tree:
-    """Return a copy of the tree with these oblique hinges, in numbers, as its own joints."""
+    """Return a copy of the tree with these oblique hinges and slides, in numbers, as its own joints.
+
+    All axes are unit vectors, so that the position of a slide is its travel [m] (`joint_positions`). A slide without
+    travel keeps the tree's axis.
+    """
     joints = list(tree.joints)
     for i, hinge in hinges.items():
-        back = np.array(ca.evalf(rotation_about(hinge.axis, ca.SX(-hinge.zero))))
-        joints[i] = replace(joints[i], R_parent_joint=hinge.R_parent_zero @ back, axis=_vector(hinge.axis))
+        axis = _vector(hinge.axis)
+        if isinstance(hinge, ObliqueSlide):
+            travel = np.linalg.norm(axis)
+            joints[i] = replace(joints[i], axis=axis / travel if travel > 0.0 else joints[i].axis)
+        else:
+            back = np.array(ca.evalf(rotation_about(hinge.axis, ca.SX(-hinge.zero))))
+            joints[i] = replace(joints[i], R_parent_joint=hinge.R_parent_zero @ back, axis=axis)
     return replace(tree, joints=tuple(joints))
+
+
+def joint_positions(
+    assembly: Assembly, z: Float[np.ndarray, " freedom"], fit: Float[np.ndarray, " fit"]
+) -> Float[np.ndarray, " arm_joint"]:
+    """Positions [rad or m] of the joints of the arm's tree `with_hinges` at the arm's freedoms z [rad]."""
+    positions = np.array(ca.evalf(arm_positions(assembly.arm, _constant(z), _constant(fit)))).ravel()
+    for limb in assembly.arm.limbs:
+        positions[limb.shift] *= np.linalg.norm(_vector(shift_axis(assembly.arm, limb, _constant(fit))))
+    return positions
 
 
 def without_joint(tree: Tree, index: int, position: float) -> Tree:

@@ -29,6 +29,9 @@ SPRINGS = {
 # a seated wearer shows is not known: assumed are a mean of half of it and a standard deviation of half of it.
 SHOULDER_OFFSET_SD = 0.015  # m
 GLENOHUMERAL_SLOPE, GLENOHUMERAL_SLOPE_SD = 0.011, 0.011  # m/rad
+# The direction of the migration is unverified, and no source gives its spread. Assumed is an error of about 30° about
+# each of two axes: the tangent of 30° times the mean slope.
+GLENOHUMERAL_ACROSS_SD = 0.006  # m/rad
 LENGTH_SD = 0.03  # share of the measured upper arm
 CUFF_LOG_STIFFNESS_SD = 0.4  # between people and straps: linear fits of one cuff reach from 2.1 to 4.6 N/mm
 ROTOR_SD = 0.4  # share: error of the reflected inertia in a data sheet
@@ -55,7 +58,7 @@ def prior(
     mean[layout.spring_offset] = stiffness[0] * neutral[0]
     mean[layout.damping] = damping[0]
     mean[layout.fit] = np.concatenate(
-        [[0.0, 0.0, 0.0, GLENOHUMERAL_SLOPE, 0.0, 0.0, 0.0, *arm.elbow_axis(limb)[0]] for limb in arm.limbs]
+        [[0.0, 0.0, 0.0, GLENOHUMERAL_SLOPE, 0.0, 0.0, 0.0, *arm.elbow_axis(limb)[0], 0.0, 0.0] for limb in arm.limbs]
     )
     covariance = np.zeros((len(mean), len(mean)))
     covariance[layout.phi, layout.phi] = arm.phi_covariance
@@ -79,7 +82,7 @@ def _springs(arm: Arm) -> Float[np.ndarray, "3 2 freedom"]:
     return table
 
 
-def _fit_sd(arm: Arm) -> Float[np.ndarray, " 9"]:
+def _fit_sd(arm: Arm) -> Float[np.ndarray, " 11"]:
     length = LENGTH_SD * arm.lengths["upper_arm"]
     return np.array(
         [
@@ -89,6 +92,8 @@ def _fit_sd(arm: Arm) -> Float[np.ndarray, " 9"]:
             CUFF_LOG_STIFFNESS_SD,
             CUFF_LOG_STIFFNESS_SD,
             *arm.elbow_axis(arm.limbs[0])[1],
+            GLENOHUMERAL_ACROSS_SD,
+            GLENOHUMERAL_ACROSS_SD,
         ]
     )
 

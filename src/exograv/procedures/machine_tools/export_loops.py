@@ -18,7 +18,8 @@ HEAD = """\
 # cuffs' energy balance; energy of a cuff = 1/2 sum(stiffness * e^2), e = displacement and sine of rotation from
 # exo_frame to arm_frame, in exo_frame.
 #
-# Joint arm_shift follows: slope * s(theta), s = theta * (1 + c * theta) / (1 + c * pi / 2), c = 1.83 / 22.0,
+# The axis of joint arm_shift is the direction of the shoulder centre's path. The joint follows:
+# slope * s(theta), s = theta * (1 + c * theta) / (1 + c * pi / 2), c = 1.83 / 22.0,
 # theta = atan2(sqrt(1 - k^2 + rounding^2), k), k = cos(flexion) * cos(abduction). In exo_and_arm.xml this joint
 # is fixed at its value in the middle of the task workspace.
 """

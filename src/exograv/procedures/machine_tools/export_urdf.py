@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import casadi as ca
 import numpy as np
 from jaxtyping import Float
 
@@ -15,9 +14,9 @@ from exograv.files import replace_file
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
-from exograv.model.loops import LoopSolver, arm_positions
+from exograv.model.loops import LoopSolver
 from exograv.model.mjcf_writer import ArmSprings, Posture, mjcf_text
-from exograv.model.personal import Personal, personal
+from exograv.model.personal import Personal, joint_positions, personal
 from exograv.model.support import put_together
 from exograv.model.tree import inertial_parameters, is_physical
 from exograv.model.urdf_writer import mass_centre_inertia, urdf_text
@@ -162,8 +161,7 @@ def springs_of(assembly: Assembly, x: Float[np.ndarray, " parameter"]) -> ArmSpr
 def _positions(
     assembly: Assembly, x: Float[np.ndarray, " parameter"], z: Float[np.ndarray, " freedom"]
 ) -> Mapping[str, float]:
-    fit = ca.SX(ca.DM(x[ParameterLayout.of(assembly).fit]))
-    values = np.array(ca.evalf(arm_positions(assembly.arm, ca.SX(ca.DM(z)), fit))).ravel()
+    values = joint_positions(assembly, z, x[ParameterLayout.of(assembly).fit])
     return dict(zip(assembly.arm.tree.joint_names, values.tolist(), strict=True))
 
 

@@ -27,15 +27,16 @@ def parameter_truth(wearer: Wearer) -> dict[str, float]:
     Each freedom has `.stiffness` [N·m/rad], `.spring_offset` (stiffness times neutral angle) [N·m] and `.damping`
     [N·m·s/rad]. Neutral angles are counted as in a usual arm that lies alike in the fastened cuffs. The offset of the
     shoulder centre from the machine's is `shoulder_offset_x` to `_z` [m], in base axes. `glenohumeral_slope` is the
-    mean shift per elevation over the first 90° [m/rad]; the true path is not quite straight. It is absent if a girdle
-    of bones moves the shoulder.
+    mean shift per elevation over the first 90° [m/rad]; the true path is not quite straight. `glenohumeral_forward` and
+    `glenohumeral_outward` are zero: the direction at home is the usual one. All three are absent if a girdle of bones
+    moves the shoulder.
 
     `elbow_axis_x` and `elbow_axis_z` are components of
     the elbow's unit axis [-], in the axes of the upper arm as it lies in the fastened cuffs, when the bent forearm
     points along x: zero if the axis is at right angles to both bones. `carrying_angle` is the least angle between the
     bones' lines as the elbow turns, positive outwards [rad]. With two arms every name begins with `right_` or
     `left_`. Where a foreign world has another law, a parameter of the home law does not exist and is absent: stiffness
-    and spring offset in the world of other tissue, the glenohumeral slope in the world of another shoulder.
+    and spring offset in the world of other tissue, the three glenohumeral entries in the world of another shoulder.
     """
     if len(wearer.arms) == 1:
         return _of_arm(wearer, wearer.arms[0])
@@ -60,6 +61,7 @@ def _of_arm(wearer: Wearer, arm: WearerArm) -> dict[str, float]:
         forward = ca.SX([np.pi / 2.0, *[0.0] * (len(skeleton.freedoms) - 1)])
         raised = shoulder_shift(skeleton, forward, wearer.glenohumeral_share)
         truth["glenohumeral_slope"] = float(ca.DM(ca.evalf(raised))) / (np.pi / 2.0)
+        truth |= {"glenohumeral_forward": 0.0, "glenohumeral_outward": 0.0}
     return truth
 
 
