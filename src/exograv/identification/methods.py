@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
-
 from exograv.identification.core.instrument import Instrumented
 from exograv.identification.core.interface import Method, TorqueModel
 from exograv.identification.core.setting import Setting

@@ -26,7 +26,7 @@ _tpqrt, _tpmqrt, _trtrs = get_lapack_funcs(("tpqrt", "tpmqrt", "trtrs"), dtype=n
 
 
 class FilterBank:
-    """Bank of filters for constant unknowns ξ ~ N(0, 1), or of other sizes, and a slow disturbance b per joint, with y = H ξ + b + noise.
+    """Bank of filters for constant unknowns ξ ~ N(0, 1) and a slow disturbance b per joint, with y = H ξ + b + noise.
 
     The disturbance is an Ornstein–Uhlenbeck process with known correlation time. Its size is unknown, so one filter
     runs for each assumed size, and the data weight them. For known ξ, the disturbance of a joint is estimated by a

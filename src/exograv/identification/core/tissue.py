@@ -12,8 +12,8 @@ from jaxtyping import Bool, Float
 
 from .interface import Joints, Parameters, Sample, TorqueModel
 
-RELAX_TIMES_S = (0.7, 4.0)
-"""Time constants of the decaying parts of a joint's elasticity [s]. Two of them approximate any time from 0.5 to 8 s
+RELAX_TIMES_S = (0.5, 1.5, 5.0)
+"""Time constants of the decaying parts of a joint's elasticity [s]. Together they approximate any time from 0.5 to 8 s
 (docs/explanation/arm.md)."""
 
 RELAX_SHARE_SD = 0.2
@@ -125,7 +125,7 @@ class TissueModel:
         self._forget()
 
     def _wave_sd(self) -> Float[np.ndarray, " function"]:
-        """Standard deviation of each function's coefficient for a field of unit variance: its spectral density."""
+        """Return the standard deviation of each coefficient for a field of unit variance, from its spectral density."""
         ell = SHAPE_LENGTH_RAD
         density = np.sqrt(2.0 * np.pi) * ell * np.exp(-0.5 * (ell * self._waves) ** 2)
         return np.sqrt(density / SHAPE_REACH_RAD)

@@ -7,15 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
-from scipy.linalg import block_diag, cholesky, solve_triangular
+from scipy.linalg import block_diag
 
 from exograv.identification.core.discrepancy import Discrepancy
 from exograv.identification.core.instrument import Instrumented
 from exograv.identification.core.interface import Covariance, Estimate, Parameters, Sample, TorqueModel
+from exograv.identification.core.misfit import USUAL_MISFIT, misfit
 from exograv.identification.core.noise import Noise
 from exograv.identification.core.physical import PhysicalProjection
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
-from exograv.identification.core.square_root import GATE, FilterBank, SlowDisturbance, square_root
+from exograv.identification.core.square_root import GATE, FilterBank, square_root
 from exograv.identification.core.tissue import Hidden
 
 DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8, 9.6])
@@ -23,14 +24,6 @@ DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8, 9.6])
 
 TISSUE_SIZES = np.array([0.2, 1.0])
 """Multiples of the prior of the tissue's curves, couplings and creep that the filter compares [-]."""
-
-MISFITS = np.array([0.25, 0.5, 1.0, 2.0, 4.0, 8.0])
-"""Multiples of the expected discrepancy that are compared with the residual that repeats with the posture [-]."""
-
-USUAL_MISFIT = 0.5
-"""Multiple up to which the expected discrepancy covers the errors of the estimate [-], from wearers with seeds of 2000
-on; above it, the considered errors grow in proportion. A residual shows less than the error, because wrong parameters
-explain a part of it."""
 
 NOTHING_HIDDEN = Hidden(np.zeros(0), np.zeros(0, dtype=bool))
 
@@ -120,6 +113,7 @@ class Recursive:
         """Effect of each considered error on each sample; it depends on the motion alone."""
         self._relinearise_t = RELINEARISE_FIRST_S
         self._misfit = USUAL_MISFIT
+        """Size of the residual that repeats with the posture, over the expected discrepancy [-]."""
         self._samples = 0
         self._rejected = 0
         self._choose_rows(False)
@@ -168,7 +162,7 @@ class Recursive:
         """
         self._sizes = self._plausible_sizes()
         linear, likely = self._linearised(), self._bank
-        surprise = np.zeros(len(self._history))
+        noise_sd, surprise = linear.noise_sd, np.zeros(len(self._history))
         for reweighting in range(REWEIGHTINGS):
             residual = linear.y - linear.H @ likely.mean()
             noise_sd, surprise = likely.all_held_back(linear.dt, residual, linear.noise_sd)
@@ -179,36 +173,19 @@ class Recursive:
         self._samples, self._rejected = len(surprise), int((surprise > 2 * GATE).sum())
         self._x = self._plausible()
         if is_last and linear.errors is not None:
-            self._misfit = self._misfit_of(linear, noise_sd)
+            self._misfit = self._misfit_of(linear, linear.errors, noise_sd)
 
-    def _misfit_of(self, linear: "_Linear", noise_sd: Float[np.ndarray, "sample joint"]) -> float:
-        """Size of the residual that repeats with the posture, over the expected discrepancy [-], weighed by the data.
-
-        Noise and a restless wearer leave residuals too, but not the same one at every pass through a posture.
-        """
+    def _misfit_of(
+        self,
+        linear: "_Linear",
+        errors: Float[np.ndarray, "sample joint considered"],
+        noise_sd: Float[np.ndarray, "sample joint"],
+    ) -> float:
+        """Size of the residual that repeats with the posture, at the likeliest sizes of disturbance and tissue."""
         scale, size = self._sizes[int(self._bank.weights.argmax())]
-        variance = (scale * self._noise.disturbance_sd)[None] ** 2
-        n, joints = self._free, len(linear.y[0])
         keep = np.exp(-linear.dt / self._noise.disturbance_correlation_s)
-        slow = SlowDisturbance(variance, n + 1 + linear.errors.shape[-1])
-        rows = np.concatenate([linear.H, linear.y[..., None], linear.errors], axis=-1)
-        whitened = slow.all_innovations(keep, rows, noise_sd**2)[0][:, 0]
-        prior_sd = np.where(self._is_sized, size, 1.0)
-        told, y, fields = whitened[..., :n] * prior_sd, whitened[..., n], whitened[..., n + 1 :]
-        columns = np.zeros((len(y), joints, n + joints * fields.shape[-1]))
-        columns[..., :n] = told
-        for j in range(joints):
-            columns[:, j, n + j * fields.shape[-1] : n + (j + 1) * fields.shape[-1]] = fields[:, j]
-        columns = columns.reshape(-1, columns.shape[-1])
-        information, right = columns.T @ columns, columns.T @ y.ravel()
-        log_likelihood = np.empty(len(MISFITS))
-        for k, misfit in enumerate(MISFITS):
-            sd = np.append(np.ones(n), np.full(columns.shape[1] - n, misfit))
-            lower = cholesky(np.eye(len(sd)) + sd[:, None] * information * sd, lower=True)
-            solved = solve_triangular(lower, sd * right, lower=True)
-            log_likelihood[k] = 0.5 * solved @ solved - np.log(np.diag(lower)).sum()
-        likelihood = np.exp(log_likelihood - log_likelihood.max())
-        return float(likelihood @ MISFITS / likelihood.sum())
+        H = linear.H * np.where(self._is_sized, size, 1.0)
+        return misfit(keep, H, linear.y, errors, noise_sd, scale * self._noise.disturbance_sd)
 
     def _linearised(self) -> "_Linear":
         """Return all samples, linearised at the newest estimate."""
