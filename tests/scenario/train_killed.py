@@ -51,6 +51,6 @@ if __name__ == "__main__":
     elif kind == "end":
         reports.write_report = lambda *given: (written(*given), end_now())[0]
     else:
-        train_command.checkpoint_sink = deadly_sink(kind, int(number), moment == "after")
+        train_command.checkpoint_sink = deadly_sink(kind, int(number), moment == "after")  # pyright: ignore[reportPrivateImportUsage]
     sys.argv[1:] = words
     main()

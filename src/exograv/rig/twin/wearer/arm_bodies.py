@@ -104,11 +104,7 @@ def find_arm(model: mujoco.MjModel, arm: WearerArm) -> ArmPlace:
             *(model.body(body_name(skeleton, bone.name)).id for bone in skeleton.bones),
             *(body for body in soft.values() if body >= 0),
         ),
-        {
-            body: tissue
-            for segment, tissue in arm.soft_tissue.items()
-            if (body := soft[skeleton.held[segment]]) >= 0
-        },
+        {body: tissue for segment, tissue in arm.soft_tissue.items() if (body := soft[skeleton.held[segment]]) >= 0},
     )
 
 
