@@ -1,6 +1,7 @@
 """Roles in the browser: two operators, a participant who tries to start, a screen measurement, one knob, languages."""
 
 import time
+from collections.abc import Callable
 
 import pytest
 from tests.console.serving import Served
@@ -12,7 +13,7 @@ from exograv.safety.modes import Mode
 from exograv.safety.stops import StopReason
 
 from .conftest import Visit
-from .of_browser import UNNAMED, take_arm
+from .of_browser import UNNAMED, Visitor, take_arm
 
 
 def test_the_second_operator_watches_until_the_first_is_gone(house: Served, visit: Visit):
@@ -89,14 +90,23 @@ def test_a_screen_is_measured_with_a_card_and_the_target_is_as_large_as_the_prot
     participant.page.locator("#found", has_text="30 mm").wait_for()
 
 
+def choose(visitor: Visitor, where: str, option: str, is_taken: Callable[[], bool]) -> None:
+    """Choose as a person does: again, if the page has shown a newer state meanwhile and the choice was refused."""
+
+    def taken() -> bool:
+        if not is_taken():
+            visitor.page.locator(f"{where}:enabled").select_option(option)
+            time.sleep(0.3)
+        return is_taken()
+
+    wait_until(taken)
+    time.sleep(0.3)  # Wait for the new state: an act for an older state is refused.
+
+
 def test_one_knob_supports_the_arm_and_the_other_button_stops_it(house: Served, visit: Visit):
     therapist = visit(Role.THERAPIST)
-    therapist.page.locator("#side:enabled").select_option("left")
-    wait_until(lambda: house.desk.side == "left")
-    time.sleep(0.3)  # Wait for the new state: an act for an older state is refused.
-    therapist.page.locator("#person:enabled").select_option("T02")
-    wait_until(lambda: house.desk.participant == "T02")
-    time.sleep(0.3)
+    choose(therapist, "#side", "left", lambda: house.desk.side == "left")
+    choose(therapist, "#person", "T02", lambda: house.desk.participant == "T02")
     for _ in range(2):
         therapist.page.locator("#next:enabled").wait_for()
         mode = house.desk.machine.mode

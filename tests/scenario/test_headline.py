@@ -55,10 +55,11 @@ def test_three_home_wearers_are_within_the_target_and_their_intervals_hold():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("world", "shoulder_Nm", "elbow_Nm"), [("tissue", 0.4, 0.2), ("shoulder", 0.4, 0.25), ("cuffs", 0.3, 0.12)]
+    ("world", "shoulder_Nm", "elbow_Nm"), [("tissue", 0.2, 0.1), ("shoulder", 0.4, 0.25), ("cuffs", 0.3, 0.12)]
 )
 def test_a_foreign_world_leaves_no_more_over_than_today(world: WorldName, shoulder_Nm: float, elbow_Nm: float):
-    """The targets are missed in these worlds, and too few intervals hold (docs/results/results.md)."""
+    """Shoulder and cuffs miss the targets (docs/results/results.md)."""
     found = headline(world, 3)
+    assert found.parameters > 0.8
     assert found.shoulder_Nm < shoulder_Nm
     assert found.elbow_Nm < elbow_Nm
