@@ -32,10 +32,11 @@ COUPLING_SHARE = 0.25
 shoulder and elbow."""
 
 CREEP_RAD, CREEP_S = 0.17, 60.0
-"""Standard deviation [rad] and time constant [s] of a rest posture that moves during the session."""
+"""Standard deviation [rad] and time constant [s] of a rest posture that moves during the session. Assumed; the
+time is also that of the twin's world `tissue`."""
 
 LATE_S = 0.35
-"""Time by which the shoulder girdle may follow the arm late [s]. Assumed."""
+"""Time by which the shoulder girdle may follow the arm late [s]. Assumed: the middle of the project's range."""
 
 LATE_SD = 0.011
 """Standard deviation of the late part of the shoulder's shift per axis [m/rad]: that of the shift itself."""

@@ -148,12 +148,12 @@ class Recursive:
 
     def _doubt(self) -> None:
         """Fit all samples again from the prior, and keep the fit with the larger evidence."""
-        before = self._bank, self._x, self._sizes, self._rejected
+        before = self._bank, self._x, self._sizes, self._rejected, self._misfit
         self._bank, self._x = self._empty_bank(), self._mean.copy()
         for step in range(FRESH_STEPS):
             self._step(is_last=step == FRESH_STEPS - 1)
         if before[0].log_evidence > self._bank.log_evidence:
-            self._bank, self._x, self._sizes, self._rejected = before
+            self._bank, self._x, self._sizes, self._rejected, self._misfit = before
 
     def _step(self, is_last: bool = True) -> None:
         """Make one Gauss–Newton step over all samples, with bursts downweighted.

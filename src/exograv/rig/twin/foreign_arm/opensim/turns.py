@@ -1,4 +1,4 @@
-"""Rotation matrices."""
+"""Rotation matrices from the angles and axes of an OpenSim file."""
 
 import numpy as np
 from jaxtyping import Float
