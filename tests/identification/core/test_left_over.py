@@ -6,6 +6,7 @@ import pytest
 from exograv.identification.core.interface import Estimate, Outcome
 from exograv.identification.core.left_over import TARGET_NM, StopRule
 from exograv.model.rig_settings import Place
+from exograv.study import targets
 
 PLACES: tuple[Place, ...] = ("shoulder", "shoulder", "elbow", "wrist")
 TARGETS = np.array([TARGET_NM[place] for place in PLACES])
@@ -55,6 +56,25 @@ def test_a_wearer_who_does_not_let_go_is_told_so_but_not_in_the_first_seconds():
     verdicts = judged(lambda t: 10.0 / np.sqrt(t), rejected_share=0.4)
     assert verdicts[9] is Outcome.RUNNING
     assert verdicts[10] is Outcome.NOT_RELAXED
+
+
+@pytest.mark.parametrize("outcome", [Outcome.CONVERGED, Outcome.EXHAUSTED, Outcome.TIME_IS_UP])
+def test_the_final_estimate_decides_whether_it_has_converged(outcome: Outcome):
+    rule = StopRule(PLACES)
+    assert rule.final(outcome, estimate(60.0), 0.9 * TARGETS) is Outcome.CONVERGED
+    assert rule.final(outcome, estimate(60.0), 1.1 * TARGETS) is not Outcome.CONVERGED
+
+
+def test_a_wearer_who_did_not_relax_is_not_called_converged_at_the_end():
+    assert StopRule(PLACES).final(Outcome.NOT_RELAXED, estimate(60.0), 0.5 * TARGETS) is Outcome.NOT_RELAXED
+
+
+def test_a_certain_belief_from_another_day_does_not_converge_in_a_short_motion():
+    assert StopRule(PLACES).final(Outcome.TIME_IS_UP, estimate(5.0), 0.5 * TARGETS) is Outcome.TIME_IS_UP
+
+
+def test_the_motion_may_stop_at_the_targets_by_which_the_truth_is_judged():
+    assert targets.TARGET_NM == TARGET_NM
 
 
 def test_every_outcome_is_a_sentence():

@@ -141,7 +141,7 @@ class WearerJudge:
             states_none = Outcome.NO_INTERVAL if last is None else Outcome.TIME_IS_UP
             outcome, stop_s = Outcome.NOT_RELAXED if is_restless(estimates[-1]) else states_none, None
         if last is not None:
-            outcome = rule.final(outcome, self._prediction.rms(last))
+            outcome = rule.final(outcome, estimates[-1], self._prediction.rms(last))
         return StopVerdict(outcome, stop_s, restless_s)
 
 

@@ -74,9 +74,10 @@ class StopRule:
             return Outcome.NOT_RELAXED if is_restless(estimate) else Outcome.EXHAUSTED
         return Outcome.RUNNING
 
-    def final(self, outcome: Outcome, predicted: Joints) -> Outcome:
+    def final(self, outcome: Outcome, estimate: Estimate, predicted: Joints) -> Outcome:
         """Return the outcome of the final estimate, which all samples have changed since the rule applied."""
-        converged = bool((predicted <= self._target).all())
+        # As in `judge`, a belief from another day is no evidence of today.
+        converged = estimate.t >= LOOK_AHEAD_S and bool((predicted <= self._target).all())
         if outcome is Outcome.CONVERGED and not converged:
             return Outcome.EXHAUSTED
         if outcome in (Outcome.EXHAUSTED, Outcome.TIME_IS_UP) and converged:

@@ -208,7 +208,7 @@ class EstimatorSession:
             result.outcome = _final_outcome(result)
         predicted = result.predicted[-1]
         if predicted is not None:
-            result.outcome = self._rule.final(result.outcome, predicted)
+            result.outcome = self._rule.final(result.outcome, result.last, predicted)
             result.why = self._rule.why(predicted, self._assembly.description.joints)
         return result
 
