@@ -1,26 +1,17 @@
 """The page of all faults has every fault with its budget, the causes of its misses, and its tests."""
 
-import importlib.util
-from pathlib import Path
-
 import pytest
+from tests.docs_scripts import docs_script
 
 from exograv.campaigns.faults.fault_table import FAULTS
 from exograv.campaigns.faults.fault_tests import TESTED_FAULTS
 from exograv.campaigns.faults.known_misses import KNOWN_MISSES
 
-SCRIPT = Path(__file__).parents[1] / "docs" / "fault_tables.py"
-
 
 @pytest.fixture(scope="module")
 def page() -> str:
     """Page that `make docs` writes."""
-    specification = importlib.util.spec_from_file_location("fault_tables", SCRIPT)
-    assert specification is not None
-    assert specification.loader is not None
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module.fault_page()
+    return docs_script("fault_tables").fault_page()
 
 
 def test_every_flown_fault_has_a_row_with_its_budget(page: str):

@@ -1,29 +1,21 @@
 """The reference of settings files has every key that the classes accept, with its limits, default and meaning."""
 
-import importlib.util
 import re
-from pathlib import Path
 from types import ModuleType
 
 import pytest
+from tests.docs_scripts import docs_script
 
 from exograv.model.rig_settings import Cuff, JointSweep, RigSettings
 from exograv.rig.drives.settings import Drive, DrivesSettings
 from exograv.task.assist_as_needed import AssistSettings
 from exograv.task.protocol_schema import Protocol
 
-SCRIPT = Path(__file__).parents[1] / "docs" / "settings_pages.py"
-
 
 @pytest.fixture(scope="module")
 def pages() -> ModuleType:
     """Module of the script, which is not part of the package."""
-    specification = importlib.util.spec_from_file_location("settings_pages", SCRIPT)
-    assert specification is not None
-    assert specification.loader is not None
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
+    return docs_script("settings_pages")
 
 
 def row_of(table: str, key: str) -> list[str]:
