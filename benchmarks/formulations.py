@@ -8,6 +8,7 @@ One row per world and formulation: left over after 60 and 120 s, worst shoulder 
 
 import argparse
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import cast
 
 import numpy as np
@@ -23,7 +24,7 @@ from exograv.identification import methods
 from exograv.identification.core.interface import Method, Sample, TorqueModel
 from exograv.identification.core.prior import prior
 from exograv.identification.core.setting import Setting
-from exograv.identification.core.tissue import Hidden, Springs, TissueModel
+from exograv.identification.core.tissue import TISSUE, Hidden, Springs, TissueModel
 from exograv.identification.recursive.recursive import Recursive
 from exograv.options import WorldName
 from exograv.procedures.identification.estimator_session import setting_of
@@ -44,7 +45,7 @@ class FieldModel:
         self._count = n * FIELD_FEATURES
         sd = np.full(self._count, FIELD_NM * np.sqrt(2.0 / FIELD_FEATURES))
         self.hidden = Hidden(
-            np.append(model.hidden.sd, sd), np.append(model.hidden.is_sized, np.ones(self._count, dtype=bool))
+            np.append(model.hidden.sd, sd), np.append(model.hidden.group, np.full(self._count, TISSUE))
         )
         """Prior of the hidden parameters."""
         self.n_joints, self.n_parameters = n, model.n_parameters + self._count
@@ -90,12 +91,18 @@ def estimated_fields(setting: Setting) -> Method:
     return Recursive(model, s.mean, s.covariance, s.noise, s.bodies, None, fields.hidden)
 
 
+def linear_cuffs(setting: Setting) -> Method:
+    """Return the estimator without hidden stiffening and slip of the cuffs."""
+    return methods.built("recursive", replace(setting, cuffs=None))
+
+
 def _tissue(setting: Setting) -> TissueModel:
     return TissueModel(setting.model, cast(Springs, setting.springs), setting.mean)
 
 
 FORMULATIONS: Mapping[str, Callable[[Setting], Method]] = {
     "present": present,
+    "linear cuffs": linear_cuffs,
     "straight springs": straight_springs,
     "nothing considered": nothing_considered,
     "estimated fields": estimated_fields,

@@ -39,6 +39,9 @@ class CuffEnergy:
     y: ca.SX
     z: ca.SX
     fit: ca.SX
+    moved: ca.SX
+    """Displacement of each cuff's rest place on the machine (3, cuff), in the cuff's axes [m]."""
+
     energy: ca.SX
     """Elastic energy E [J]."""
 
@@ -59,6 +62,9 @@ class CuffEnergy:
 
     slope_bent: ca.SX
     """Second time derivative of ∂E/∂z (freedom,) [N·m/s²], at the constant velocity `along`."""
+
+    stretch: ca.SX
+    """Displacement of each cuff from its rest place (3, cuff), in the cuff's axes [m]."""
 
     cosine: ca.SX
     """Cosine of the most turned cuff's rotation [-]: near 1 in a true minimum, small if the arm lies twisted."""
@@ -167,6 +173,7 @@ def cuff_energy(assembly: Assembly) -> CuffEnergy:
     u_x = J @ u_z
     exo, arm, hinges = body_poses(assembly.exo, y), arm_poses(assembly, z, fit), arm_hinges(assembly, fit)
     stiffness = ca.reshape(scaled_stiffness(assembly, fit), 6, -1)
+    moved, stretch = ca.SX.sym("moved", 3, len(assembly.cuffs)), []
     energy, cosine, g_y, g_x, g_bent = (
         ca.SX(0),
         ca.SX(1),
@@ -176,7 +183,8 @@ def cuff_energy(assembly: Assembly) -> CuffEnergy:
     )
     H_xx, H_xy = ca.SX.zeros(x.numel(), x.numel()), ca.SX.zeros(x.numel(), n)
     for i, pair in enumerate(cuff_pairs(assembly, exo, arm, fit)):
-        cuff = _CuffLoad(pair.T_exo_arm.p, pair.T_exo_arm.R, stiffness[:3, i], stiffness[3:, i])
+        stretch.append(pair.T_exo_arm.p - moved[:, i])
+        cuff = _CuffLoad(stretch[-1], pair.T_exo_arm.R, stiffness[:3, i], stiffness[3:, i])
         # Order of the chain: the machine from the cuff to the base, then the arm from the base to the cuff.
         machine = _links(assembly.exo, exo, pair, pair.exo_body, turned=-1.0)[::-1]
         limb = _links(tree, arm, pair, pair.arm_body, turned=1.0, hinges=hinges)
@@ -203,7 +211,9 @@ def cuff_energy(assembly: Assembly) -> CuffEnergy:
     slope_bent = ca.substitute(shift_bent, pull, g_x) + 2 * ca.substitute(shift_turn, pull, g_turn)
     slope_bent += J.T @ (g_bent + H_xx @ a_x)
     H = J.T @ H_xx @ J + ca.substitute(ca.jacobian(shift_slope, z), pull, g_x)
-    return CuffEnergy(y, z, fit, energy, J.T @ g_x, g_y, H, J.T @ H_xy, along, slope_bent, cosine)
+    return CuffEnergy(
+        y, z, fit, moved, energy, J.T @ g_x, g_y, H, J.T @ H_xy, along, slope_bent, ca.horzcat(*stretch), cosine
+    )
 
 
 def _bent_slopes(cuff: _CuffLoad, chain: list[_Link], speeds: list[ca.SX]) -> list[ca.SX]:

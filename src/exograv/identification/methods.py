@@ -4,10 +4,11 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
+from exograv.identification.core.hidden_cuffs import CuffModel
 from exograv.identification.core.instrument import Instrumented
 from exograv.identification.core.interface import Method, TorqueModel
 from exograv.identification.core.setting import Setting
-from exograv.identification.core.tissue import TissueModel
+from exograv.identification.core.tissue import Hidden, TissueModel
 from exograv.identification.recursive.recursive import Recursive
 
 from .baselines import adam, ekf, gradient_full, gradient_prior, kaczmarz, least_squares, nlms, oracle, rls
@@ -16,18 +17,26 @@ Builder = Callable[..., Method]
 
 
 def _recursive(setting: Setting) -> Method:
-    """Build the filter, with the hidden parameters of the wearer's tissue.
+    """Build the filter, with the hidden parameters of the wearer's tissue and cuffs.
 
     Rows may be taken along the requested motion (`Instrumented`).
     """
     s = setting
-    if s.springs is None:
-        return Recursive(s.model, s.mean, s.covariance, s.noise, s.bodies, s.discrepancy)
-    tissue = TissueModel(s.model, s.springs, s.mean)
-    model: TorqueModel = tissue
-    if s.again is not None:
-        model = Instrumented(model, TissueModel(s.again(), s.springs, s.mean))
-    return Recursive(model, s.mean, s.covariance, s.noise, s.bodies, s.discrepancy, tissue.hidden)
+    model, hidden = with_hidden(s.model, s)
+    if s.again is not None and hidden is not None:
+        model = Instrumented(model, with_hidden(s.again(), s)[0])
+    return Recursive(model, s.mean, s.covariance, s.noise, s.bodies, s.discrepancy, hidden)
+
+
+def with_hidden(model: TorqueModel, setting: Setting) -> tuple[TorqueModel, Hidden | None]:
+    """Return the model with hidden parameters of tissue and cuffs, and their prior; None if the setting has none."""
+    if setting.springs is None:
+        return model, None
+    tissue = TissueModel(model, setting.springs, setting.mean)
+    if setting.cuffs is None:
+        return tissue, tissue.hidden
+    cuffs = CuffModel(model, tissue, setting.cuffs)
+    return cuffs, cuffs.hidden
 
 
 BUILDERS: Mapping[str, Builder] = MappingProxyType(

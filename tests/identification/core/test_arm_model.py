@@ -1,5 +1,6 @@
 """The model follows a motion, and marks samples whose loops it cannot close."""
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -10,6 +11,7 @@ from exograv.identification.core.prior import prior
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import load_rig
+from exograv.model.loops import scaled_stiffness
 from exograv.model.support import assemble
 from exograv.procedures.calibration.nominal_machine import nominal_machine
 
@@ -56,3 +58,25 @@ def test_after_such_an_arm_the_next_one_is_seen_as_by_a_fresh_model(model, expec
     np.testing.assert_allclose(again[0], fresh[0], atol=1e-9)
     np.testing.assert_allclose(again[1], fresh[1], atol=1e-9)
     assert (model.direction_uncertainty(STILL) < SINGULAR_SD).all()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_displaced_cuff_adds_as_much_torque_as_the_motion_changes_its_force(model, expected, seed: int):
+    """Reciprocity of an elastic system: ∂τ_j/∂d = ∂²Π/∂q_j∂d = −k ∂e/∂q_j at rest."""
+    assembly, layout = model.assembly, ParameterLayout.of(model.assembly)
+    q = Q + 0.2 * np.random.default_rng(seed).standard_normal(4)
+    fit = ca.SX.sym("fit", layout.fit.stop - layout.fit.start)
+    every = ca.Function("stiffness", [fit], [scaled_stiffness(assembly, fit)])(expected[layout.fit])
+    stiffness = np.array(every).reshape(-1, 6)[:, :3]
+    model.at_rest(q, expected)
+    by_displacement = model.cuff_loads().by_displacement
+    step, by_motion = 1e-4, np.zeros_like(by_displacement)
+    for j in range(4):
+        strains = []
+        for sign in (1.0, -1.0):
+            model.at_rest(q + sign * step * np.eye(4)[j], expected)
+            strains.append(model.cuff_loads().strain)
+        by_motion[j] = -stiffness * (strains[0] - strains[1]) / (2 * step)
+    # Elasticity of the joints is none at rest, so that weight and cuffs alone have the energy Π.
+    np.testing.assert_allclose(by_displacement, by_motion, atol=1e-3 * np.abs(by_displacement).max())
+    assert np.abs(by_displacement).max() > 1.0

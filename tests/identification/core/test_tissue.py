@@ -11,7 +11,7 @@ from exograv.identification.core.noise import Noise
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S
 from exograv.identification.core.setting import Setting
 from exograv.identification.core.tissue import (
-    LATE_S,
+    LATE_TIMES_S,
     RELAX_TIMES_S,
     SHAPE_FUNCTIONS,
     SHAPE_LENGTH_RAD,
@@ -152,14 +152,14 @@ def test_coupled_freedoms_store_energy_so_that_each_pushes_the_other_alike():
 
 def test_a_late_shoulder_pushes_while_the_arm_moves_and_not_at_rest():
     model = shoulder_model()
-    late = slice(model.n_parameters - 3, model.n_parameters)
+    late = slice(model.n_parameters - 3 * len(LATE_TIMES_S), model.n_parameters)
 
     def effect(q: list[float], t: float) -> np.ndarray:
         return model.linearise(still(q, t), np.zeros(model.n_parameters))[1][0, late]
 
     effect([0.5, 0.0, 0.0, 1.0], 0.0)
     moving = [effect([0.5 + 0.4 * t, 0.0, 0.0, 1.0], t) for t in np.arange(0.05, 4.0, 0.05)][-1]
-    np.testing.assert_allclose(moving, -0.4 * LATE_S, rtol=0.02)
+    np.testing.assert_allclose(moving.reshape(-1, 3).T, np.tile(-0.4 * np.array(LATE_TIMES_S), (3, 1)), rtol=0.02)
     resting = [effect([2.1, 0.0, 0.0, 1.0], t) for t in np.arange(4.0, 9.0, 0.05)][-1]
     np.testing.assert_allclose(resting, 0.0, atol=1e-4)
 

@@ -17,6 +17,7 @@ from exograv.model.assembly import Assembly
 from exograv.model.loops import NEAR_SINGULAR, LoopSolver
 from exograv.spatial import solve_symmetric
 
+from .hidden_cuffs import CuffLoads
 from .interface import Joints, Parameters, Sample
 
 SLOW_V = 0.1
@@ -64,6 +65,12 @@ class ArmModel:
         self._is_lost = False
         self._z = np.zeros(self.assembly.n_freedoms)
         self._G = np.zeros((self.assembly.n_freedoms, self.n_joints))
+        cuffs = len(self.assembly.cuffs)
+        self._by_moved, self._stretch = np.zeros((self.n_joints, 3 * cuffs)), np.zeros(3 * cuffs)
+
+    def cuff_loads(self) -> CuffLoads:
+        """Return the loads of the cuffs in the sample that was linearised last."""
+        return CuffLoads(self._by_moved.reshape(self.n_joints, -1, 3).copy(), self._stretch.reshape(-1, 3).copy())
 
     def linearise(self, sample: Sample, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
         """Return the expected torque (joint,) [N·m] and its derivative.
@@ -124,7 +131,7 @@ class ArmModel:
         for memory, values in zip(self._inputs, (*motion, self._z, x), strict=True):
             memory[:] = values
         self._kernel.evaluate()
-        tau, derivative, self._z[:], self._G[:], slope = self._outputs
+        tau, derivative, self._z[:], self._G[:], slope, self._by_moved[:], self._stretch[:] = self._outputs
         return tau.copy(), derivative.copy(), float(np.abs(slope).max())
 
     def direction_uncertainty(self, v: Joints) -> Joints:
@@ -143,10 +150,11 @@ def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca
     q, v, a = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("a", n)
     z_before, x = ca.SX.sym("z_before", freedoms), ca.SX.sym("x", layout.count)
     cuffs = cuff_energy(assembly)
+    moved = ca.SX.sym("moved", *cuffs.moved.shape)
     fit = x[layout.fit]
     arm = ArmExpression(x[layout.phi], fit, x[layout.stiffness], x[layout.spring_offset], x[layout.damping])
     z = ca.SX.sym("z", freedoms)
-    closed = closure(cuffs, q, z, fit, static_load(assembly, arm, z, machine.gravity))
+    closed = closure(cuffs, q, z, fit, static_load(assembly, arm, z, machine.gravity), moved)
     load = arm_load(assembly, arm, cuffs, closed, (q, v, a), machine.gravity)
     carried = (
         exo_torque(assembly, machine.phi, x[layout.rotor], (q, v, a), machine.gravity)
@@ -156,11 +164,16 @@ def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca
     friction = replace(machine.friction, coulomb=x[layout.coulomb], viscous=x[layout.viscous])
     tau = carried + friction_torque(friction, v, carried)
     # Implicit differentiation: the posture keeps the gradient zero. Cheaper than a derivative of the Newton step.
-    z_by_x, _ = solve_symmetric(closed.H, -ca.jacobian(closed.slope, x), PIVOT_MIN)
-    by_both = ca.jacobian(tau, ca.vertcat(x, z))
-    derivative = by_both[:, : x.numel()] + by_both[:, x.numel() :] @ z_by_x
-    at = ca.Function("at", [q, v, a, z, x], [tau, derivative, closed.z, closed.G, closed.slope])
+    unknown = ca.vertcat(x, ca.vec(moved))
+    z_by_unknown, _ = solve_symmetric(closed.H, -ca.jacobian(closed.slope, unknown), PIVOT_MIN)
+    by_both = ca.jacobian(tau, ca.vertcat(unknown, z))
+    derivative = by_both[:, : unknown.numel()] + by_both[:, unknown.numel() :] @ z_by_unknown
+    results = [tau, derivative[:, : x.numel()], closed.z, closed.G, closed.slope]
+    results += [derivative[:, x.numel() :], ca.vec(closed.stretch)]
+    nowhere = [ca.SX.zeros(*moved.shape)]
+    results = ca.Function("still", [q, v, a, z, x, moved], results).call([q, v, a, z, x, *nowhere])
+    at = ca.Function("at", [q, v, a, z, x], results)
     # One Newton step is enough: the warm start is nearly closed.
     z_closed = newton_step(cuffs, q, z_before, fit, static_load(assembly, arm, z_before, machine.gravity))
-    names = ["q", "v", "a", "z_before", "x"], ["tau", "derivative", "z", "G", "slope"]
+    names = ["q", "v", "a", "z_before", "x"], ["tau", "derivative", "z", "G", "slope", "by_moved", "stretch"]
     return ca.Function("torque_and_derivative", [q, v, a, z_before, x], at.call([q, v, a, z_closed, x]), *names)

@@ -10,6 +10,7 @@ from exograv.model.loops import FIT
 
 from .arm_model import ArmModel
 from .discrepancy import Discrepancy
+from .hidden_cuffs import Cuffs
 from .interface import Covariance, Parameters, TorqueModel
 from .noise import Noise
 from .prior import disturbance_sd
@@ -39,6 +40,7 @@ def arm_setting(model: ArmModel, mean: Parameters, covariance: Covariance, discr
         machine=of_machine,
         discrepancy=discrepancy,
         springs=Springs(layout.stiffness, layout.spring_offset, _angles, shoulders),
+        cuffs=Cuffs(len(assembly.cuffs), lambda model: cast(ArmModel, model).cuff_loads()),
         again=model.again,
     )
 

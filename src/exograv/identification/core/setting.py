@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from .discrepancy import Discrepancy
+from .hidden_cuffs import Cuffs
 from .interface import Covariance, Joints, Parameters, TorqueModel
 from .noise import Noise
 from .tissue import Springs
@@ -41,6 +42,8 @@ class Setting:
     discrepancy: Discrepancy | None = None
 
     springs: Springs | None = None
+
+    cuffs: Cuffs | None = None
 
     again: Callable[[], TorqueModel] | None = None
     """Function that returns a second model of the same system, which follows another motion."""

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float, Int
 
 from .interface import Joints, Parameters, Sample, TorqueModel
 
@@ -31,15 +31,16 @@ COUPLING_SHARE = 0.25
 """Standard deviation of the coupling between two freedoms, over the smaller of their stiffnesses [-]: muscles cross
 shoulder and elbow."""
 
-CREEP_RAD, CREEP_S = 0.17, 60.0
-"""Standard deviation [rad] and time constant [s] of a rest posture that moves during the session. Assumed; the
-time is also that of the twin's world `tissue`."""
+CREEP_RAD, CREEP_TIMES_S = 0.17, (20.0, 180.0)
+"""Standard deviation [rad] and time constants [s] of a rest posture that moves during the session, in two parts.
+Assumed: a fast and a slow part, which together approximate other times and laws."""
 
-LATE_S = 0.35
-"""Time by which the shoulder girdle may follow the arm late [s]. Assumed: the middle of the project's range."""
+LATE_TIMES_S = (0.15, 0.6)
+"""Times by which parts of the shoulder girdle may follow the arm late [s]. Assumed."""
 
-LATE_SD = 0.011
-"""Standard deviation of the late part of the shoulder's shift per axis [m/rad]: that of the shift itself."""
+LATE_SD = 0.009
+"""Standard deviation of each late part of the shoulder's shift per axis [m/rad]; both together are a little more than
+that of the shift itself."""
 
 ROUNDING_RAD = 0.05
 """Rounding of the elevation near a hanging arm, as in `model.loops` [rad]."""
@@ -75,6 +76,10 @@ class Springs:
     """Shoulders of all arms."""
 
 
+FIXED, TISSUE, CUFFS = -1, 0, 1
+"""Groups of hidden parameters. The size of the first is known; those of the others are weighed by the data."""
+
+
 @dataclass(frozen=True)
 class Hidden:
     """Prior of hidden parameters: independent, with zero mean."""
@@ -82,8 +87,8 @@ class Hidden:
     sd: Float[np.ndarray, " hidden"]
     """Standard deviation of each parameter."""
 
-    is_sized: Bool[np.ndarray, " hidden"]
-    """True where the data weigh multiples of the standard deviation."""
+    group: Int[np.ndarray, " hidden"]
+    """Group of each parameter whose size the data weigh: `FIXED`, `TISSUE`, or `CUFFS`."""
 
 
 class TissueModel:
@@ -95,8 +100,9 @@ class TissueModel:
     - relaxation: standard linear solids, the linear spring's torque through a high-pass filter per time constant;
     - shape: a smooth function of each freedom's angle, in sines (Solin & Särkkä 2020, Stat. Comput. 30:419);
     - coupling: torque of one freedom in proportion to the angle of another, symmetric, so that it stores energy;
-    - creep: change of the spring offset with time;
-    - late shoulder: offset of the shoulder's centre in proportion to the part of the elevation that is still to come.
+    - creep: change of the spring offset with time, in two parts;
+    - late shoulder: offset of the shoulder's centre in proportion to the part of the elevation that is still to come,
+      in two parts.
     """
 
     def __init__(self, model: TorqueModel, springs: Springs, mean: Parameters):
@@ -112,14 +118,14 @@ class TissueModel:
         ]
         self._waves = 0.5 * np.pi / SHAPE_REACH_RAD * np.arange(1, SHAPE_FUNCTIONS + 1)
         parts = [
-            (np.tile(RELAX_SHARE_SD * K, len(RELAX_TIMES_S)), False),
-            (np.outer(SHAPE_RAD * K, self._wave_sd()).ravel(), True),
-            (np.array([COUPLING_SHARE * min(K[a], K[b]) for a, b in self._pairs]), True),
-            (CREEP_RAD * K, True),
-            (np.full(3 * len(springs.shoulders), LATE_SD), False),
+            (np.tile(RELAX_SHARE_SD * K, len(RELAX_TIMES_S)), FIXED),
+            (np.outer(SHAPE_RAD * K, self._wave_sd()).ravel(), TISSUE),
+            (np.array([COUPLING_SHARE * min(K[a], K[b]) for a, b in self._pairs]), TISSUE),
+            (np.tile(CREEP_RAD * K, len(CREEP_TIMES_S)), TISSUE),
+            (np.full(3 * len(LATE_TIMES_S) * len(springs.shoulders), LATE_SD), FIXED),
         ]
         self.hidden = Hidden(
-            np.concatenate([sd for sd, _ in parts]), np.concatenate([np.full(len(sd), sized) for sd, sized in parts])
+            np.concatenate([sd for sd, _ in parts]), np.concatenate([np.full(len(sd), group) for sd, group in parts])
         )
         """Prior of the hidden parameters."""
         self.n_joints, self.n_parameters = model.n_joints, model.n_parameters + len(self.hidden.sd)
@@ -134,7 +140,8 @@ class TissueModel:
     def _forget(self) -> None:
         self._t: float | None = None
         self._relaxed = np.zeros(())
-        self._elevation = self._late = np.zeros(len(self._springs.shoulders))
+        self._elevation = np.zeros(len(self._springs.shoulders))
+        self._late = np.zeros((len(LATE_TIMES_S), len(self._elevation)))
 
     def restart(self) -> None:
         """Start a new motion, with the tissue relaxed and the shoulder in its place."""
@@ -155,7 +162,7 @@ class TissueModel:
             *self._fast(sample.t, derivative[:, self._springs.stiffness]),
             self._shapes(by_torque, angle),
             *(by_torque[:, a : a + 1] * angle[b] + by_torque[:, b : b + 1] * angle[a] for a, b in self._pairs),
-            by_torque * (1.0 - np.exp(-sample.t / CREEP_S)),
+            *(by_torque * (1.0 - np.exp(-sample.t / time_s)) for time_s in CREEP_TIMES_S),
             *self._lateness(sample.t, derivative),
         ]
         self._t = sample.t
@@ -183,21 +190,22 @@ class TissueModel:
     def _lateness(
         self, t: float, derivative: Float[np.ndarray, "joint parameter"]
     ) -> list[Float[np.ndarray, "joint 3"]]:
-        """Torque of late shoulders, per axis and shoulder."""
+        """Torque of late shoulders, per part, shoulder and axis."""
         shoulders = self._springs.shoulders
         if not shoulders:
             return []
-        elevation = _elevations(self._springs.angles(self._model), shoulders)
+        elevation, times = _elevations(self._springs.angles(self._model), shoulders), np.array(LATE_TIMES_S)[:, None]
         if self._t is None:
-            self._late = elevation
+            self._late = np.tile(elevation, (len(LATE_TIMES_S), 1))
         elif t > self._t:
-            # Exact step of the low-pass filter while the elevation moves at constant speed.
-            lag = LATE_S / (t - self._t) * (elevation - self._elevation)
-            self._late = elevation - lag + (self._late - self._elevation + lag) * np.exp((self._t - t) / LATE_S)
+            # Exact step of the low-pass filters while the elevation moves at constant speed.
+            lag = times / (t - self._t) * (elevation - self._elevation)
+            self._late = elevation - lag + (self._late - self._elevation + lag) * np.exp((self._t - t) / times)
         self._elevation = elevation
         return [
             derivative[:, shoulder.offset] * behind
-            for shoulder, behind in zip(shoulders, self._late - elevation, strict=True)
+            for part in self._late - elevation
+            for shoulder, behind in zip(shoulders, part, strict=True)
         ]
 
 

@@ -4,6 +4,7 @@ The filter estimates the slow torque of a restless wearer together with the para
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from jaxtyping import Float
@@ -17,15 +18,15 @@ from exograv.identification.core.noise import Noise
 from exograv.identification.core.physical import PhysicalProjection
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
 from exograv.identification.core.square_root import GATE, FilterBank, square_root
-from exograv.identification.core.tissue import Hidden
+from exograv.identification.core.tissue import FIXED, Hidden
 
 DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8, 9.6])
 """Multiples of `Noise.disturbance_sd` that the filter compares [-]."""
 
-TISSUE_SIZES = np.array([0.2, 1.0])
-"""Multiples of the prior of the tissue's curves, couplings and creep that the filter compares [-]."""
+SIZES = ((0.2, 1.0), (0.03, 1.0))
+"""Multiples of the prior of each group of hidden parameters that the filter compares [-]: tissue, cuffs."""
 
-NOTHING_HIDDEN = Hidden(np.zeros(0), np.zeros(0, dtype=bool))
+NOTHING_HIDDEN = Hidden(np.zeros(0), np.zeros(0, dtype=int))
 
 USUAL_SCALES = DISTURBANCE_SCALES[:-1]
 """Multiples for decisions about the person [-]; the largest one would also explain the arm of another person."""
@@ -100,9 +101,9 @@ class Recursive:
         self._mean = np.append(mean, np.zeros(len(hidden.sd)))
         self._unwhiten = np.asarray(block_diag(square_root(covariance), np.diag(hidden.sd)))
         self._free = self._unwhiten.shape[1]
-        self._is_sized = np.append(np.zeros(self._free - len(hidden.sd), dtype=bool), hidden.is_sized)
-        sizes = TISSUE_SIZES if hidden.is_sized.any() else TISSUE_SIZES[-1:]
-        self._sizes = np.array([(scale, size) for scale in DISTURBANCE_SCALES for size in sizes])
+        self._group = np.append(np.full(self._free - len(hidden.sd), FIXED), hidden.group)
+        compared = [sizes if (hidden.group == group).any() else (1.0,) for group, sizes in enumerate(SIZES)]
+        self._sizes = np.array(list(product(DISTURBANCE_SCALES, *compared)))
         self._bank = self._empty_bank()
         self._project = PhysicalProjection(bodies, mean)
         self._x = self._mean.copy()
@@ -182,9 +183,9 @@ class Recursive:
         noise_sd: Float[np.ndarray, "sample joint"],
     ) -> float:
         """Size of the residual that repeats with the posture, at the likeliest sizes of disturbance and tissue."""
-        scale, size = self._sizes[int(self._bank.weights.argmax())]
+        scale, *sizes = self._sizes[int(self._bank.weights.argmax())]
         keep = np.exp(-linear.dt / self._noise.disturbance_correlation_s)
-        H = linear.H * np.where(self._is_sized, size, 1.0)
+        H = linear.H * np.append(sizes, 1.0)[self._group]
         return misfit(keep, H, linear.y, errors, noise_sd, scale * self._noise.disturbance_sd)
 
     def _linearised(self) -> "_Linear":
@@ -247,22 +248,28 @@ class Recursive:
         """Point of linearisation: the mean, limited to `PLAUSIBLE_SD` because a few early samples can be misleading."""
         return self._mean + self._unwhiten @ np.clip(self._bank.mean(), -PLAUSIBLE_SD, PLAUSIBLE_SD)
 
-    def _plausible_sizes(self) -> Float[np.ndarray, "filter 2"]:
-        """Pairs of disturbance scale and tissue size for which a filter runs: the likely ones, and neighbours.
+    def _plausible_sizes(self) -> Float[np.ndarray, "filter size"]:
+        """Disturbance scales and hidden sizes for which a filter runs: the likely ones, and neighbours.
 
-        The neighbours of the best scale are kept because a wearer may become restless later.
+        Neighbours of the best pair are kept in each direction: a wearer may become restless later, and the first
+        seconds may not show what the tissue does.
         """
         weights = self._bank.weights
         best = self._sizes[int(weights.argmax())]
         at = int(np.searchsorted(DISTURBANCE_SCALES, best[0]))
-        around = [(scale, best[1]) for scale in DISTURBANCE_SCALES[max(at - 1, 0) : at + 2]]
-        return np.unique(np.vstack([self._sizes[weights > UNLIKELY], around]), axis=0)
+        around = [self._sizes[weights > UNLIKELY], np.tile(best, (2, 1))]
+        around[-1][:, 0] = DISTURBANCE_SCALES[[max(at - 1, 0), min(at + 1, len(DISTURBANCE_SCALES) - 1)]]
+        for group, sizes in enumerate(SIZES):
+            if (self._group == group).any():
+                around.append(np.tile(best, (len(sizes), 1)))
+                around[-1][:, 1 + group] = sizes
+        return np.unique(np.vstack(around), axis=0)
 
     def _empty_bank(self, considers: bool = True) -> FilterBank:
         considered = self._discrepancy.count_of_joint if considers and self._discrepancy is not None else 0
-        scale, size = self._sizes.T[:, :, None]
-        disturbance = scale * self._noise.disturbance_sd
-        prior_sd = np.where(self._is_sized, size, 1.0)
+        disturbance = self._sizes[:, :1] * self._noise.disturbance_sd
+        # `FIXED` is the last index.
+        prior_sd = np.column_stack([self._sizes[:, 1:], np.ones(len(self._sizes))])[:, self._group]
         return FilterBank(self._free, disturbance, self._noise.disturbance_correlation_s, considered, prior_sd)
 
     def covariance(self) -> Covariance:
