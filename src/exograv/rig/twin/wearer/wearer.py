@@ -18,7 +18,7 @@ from .curved_path import CurvedPath, draw_curved_path
 from .elbow import draw_elbow, with_elbow
 from .muscle_tissue import MuscleTissue, both_muscled, draw_muscle_tissue
 from .regressions import SEGMENTS
-from .segments import Body, Segment, draw_body, draw_segments
+from .segments import Body, Segment, draw_body, draw_segments, mirrored
 from .shoulder_path import ShoulderPath, draw_shoulder_path
 from .skeleton import Skeleton, drawn_skeleton
 from .strained_cuffs import SoftTissue, StrainedCuffs, draw_soft_tissue, draw_strained_cuffs
@@ -170,6 +170,9 @@ def _draw_skeletons(
     disturbances: Disturbances, seed: int, side: Side, body: Body, kind: ArmKind
 ) -> tuple[Skeleton, ...]:
     segments = draw_segments(body, disturbances, seed)
+    if side == "left" and disturbances.world == "bodies":
+        # The sample has right arms, which are not symmetric.
+        segments = {name: mirrored(segment) for name, segment in segments.items()}
     if side != "both":
         arms = (drawn_skeleton(segments, side, kind),)
     else:
@@ -185,17 +188,11 @@ def _draw_skeletons(
 
 def _other_arm(segments: Mapping[str, Segment], disturbances: Disturbances, seed: int) -> Mapping[str, Segment]:
     """Return a person's second arm: the mirror image, of the same length, and a little lighter or heavier."""
-    mirror = np.diag([1.0, -1.0, 1.0])
     generator = stream(seed, "wearer", "between_arms")
     sd = uniform(generator, disturbances.value("between_arms", "sd"))
     factors = np.exp(sd * generator.standard_normal(len(segments)))
     return {
-        name: replace(
-            segment,
-            mass=factor * segment.mass,
-            com=mirror @ segment.com,
-            inertia=factor * mirror @ segment.inertia @ mirror,
-        )
+        name: replace(mirrored(segment), mass=factor * segment.mass, inertia=factor * mirrored(segment).inertia)
         for factor, (name, segment) in zip(factors.tolist(), segments.items(), strict=True)
     }
 
