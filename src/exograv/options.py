@@ -180,7 +180,8 @@ World = Annotated[
     WorldName,
     tyro.conf.arg(
         help="Laws of the twin: those of the estimator's model (home), or foreign ones of tissue, shoulder, cuffs, "
-        "drives or all of them; other published laws (unseen); another anthropometric sample (bodies). A level changes sizes, a world changes laws."
+        "drives or all of them; other published laws (unseen); another anthropometric sample (bodies). A level changes "
+        "sizes, a world changes laws."
     ),
 ]
 AnySeed = Annotated[int, tyro.conf.arg(help="Seed of machine, wearer and run; the same seed gives the same figures.")]

@@ -35,7 +35,7 @@ class Contact:
     """Preloaded contact of two sides, in one direction."""
 
     exponent: float
-    """Exponent n of each side [-]."""
+    """Exponent n of each side, above 1 [-]."""
 
     preload: float
     """Depth d of both sides without a force from outside [m]."""
@@ -109,7 +109,7 @@ class ContactCuffs:
         return ca.fmin(ca.fmax(moved, -SLIP_MAX), SLIP_MAX)
 
     def lagged(self, strain: ca.SX, speed: ca.SX) -> ca.SX:
-        """Return the strain (3,) of the lagging flesh [m] one step later, at a speed (3,) of the cuff's strain [m/s]."""
+        """Return the strain (3,) of the lagging flesh [m] one step later; the cuff's strain has a speed (3,) [m/s]."""
         decay = np.exp(-TIMESTEP / self.lag)
         return decay * strain + self.lag * (1.0 - decay) * speed
 
@@ -119,7 +119,7 @@ def draw_contact_cuffs(seed: int) -> ContactCuffs:
     generator = stream(seed, "wearer", "world unseen cuffs")
     across, along = (
         Contact(float(generator.uniform(low, high)), float(generator.uniform(0.002, 0.01)))
-        for low, high in ((1.2, 2.0), (1.0, 1.7))
+        for low, high in ((1.2, 2.0), (1.1, 1.7))
     )
     in_plane, along_limb, turning = np.exp(STIFFNESS_SD * generator.standard_normal(3)).tolist()
     return ContactCuffs(

@@ -14,7 +14,7 @@ from numpy.polynomial import Polynomial
 from exograv.rig.twin.disturbances.streams import stream
 
 from .relaxation import RelaxationMode, RelaxationSpectrum, draw_relaxation
-from .rest_creep import CREEP_SPAN, CreepCourse, draw_course
+from .rest_creep import CreepCourse, draw_course
 from .tissue import TOGETHER
 
 TOE = 1.5
@@ -113,7 +113,7 @@ class MuscleTissue:
     """Muscles that cross several freedoms, slack up to the rest posture."""
 
     creep: Float[np.ndarray, " freedom"]
-    """Angle by which the rest posture has moved after `CREEP_SPAN` [rad]."""
+    """Angle by which the rest posture has moved after `tissue.CREEP_SPAN` [rad]."""
 
     courses: tuple[CreepCourse, ...]
     """Course of the creep of each freedom."""

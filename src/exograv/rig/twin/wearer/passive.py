@@ -60,7 +60,8 @@ def passive_torque(
 ) -> PassiveTorque:
     """Elasticity, damping, hysteresis and end stops of the arm's joints at `q`, `v` (arm,).
 
-    `hysteresis` (arm, mode) has a column for each mode of `relaxation`. `crept` (arm,) is the angle by which the rest posture has moved [rad], in a world where it does.
+    `hysteresis` (arm, mode) has a column for each mode of `relaxation`. `crept` (arm,) is the angle by which the rest
+    posture has moved [rad], in a world where it does.
     """
     tau = elastic_torque(joints, q, crept) - ca.DM(joints.damping) * v
     fast = joints.hysteresis * ca.DM(joints.stiffness)
@@ -152,7 +153,7 @@ def shoulder_shifts(
 
 
 def curved_shifts(skeleton: Skeleton, q: ca.SX, path: CurvedPath) -> tuple[ca.SX, ca.SX]:
-    """Distances that the shoulder centre has moved along and across a curved path, at the posture `q` of one arm [m]."""
+    """Distances that the shoulder centre has moved along and across a curved path, at a posture `q` of one arm [m]."""
     at_90 = 2.0 * np.arcsin(0.5 * (np.sqrt(2.0 + CORNER**2) - CORNER))
     elevation = 2.0 * ca.asin(0.5 * _chord(skeleton, q)) / at_90
     forward = -_upper_arm_line(skeleton, q)[0]

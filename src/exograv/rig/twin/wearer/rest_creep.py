@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from .tissue import CREEP_SPAN as CREEP_SPAN
+from .tissue import CREEP_SPAN
 
 CREEP_END = 600.0
 """Time after which the rest posture stays, where its course has no end of its own [s]. Assumed."""

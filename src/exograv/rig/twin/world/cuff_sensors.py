@@ -36,7 +36,7 @@ class CuffSensors:
     ) -> None:
         """Compile the true wrenches. `seed` draws the noise; without a wearer all true wrenches are zero.
 
-        `states` is the memory of the twin's states by name; `SLIPPED` and `LAGGED` are those of a foreign world's cuffs.
+        `states` is the memory of the twin by name; `SLIPPED` and `LAGGED` belong to the cuffs of foreign worlds.
         """
         self._truth = truth
         self._stream = stream(seed, "run", "cuff_noise")
