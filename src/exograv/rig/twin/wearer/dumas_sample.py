@@ -31,7 +31,7 @@ class SampleSegment:
     centre_percent: tuple[float, float, float]
     """Centre of mass from the proximal joint centre, in the table's axes [% of length]."""
 
-    radii_percent: tuple[float, float, float, float, float, float]
+    radii_percent: tuple[int, int, int, int, int, int]
     """Radii of gyration xx, yy, zz, xy, xz, yz about the centre of mass [% of length].
 
     A negative radius is an imaginary one of the table: the entry of the inertia matrix is negative.
