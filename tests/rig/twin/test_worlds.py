@@ -1,5 +1,7 @@
 """A world changes laws and no draw of the home world; each flies stably, the same in native code and in Python."""
 
+from typing import get_args
+
 import numpy as np
 import pytest
 
@@ -19,6 +21,10 @@ PARTS = {
     "bodies": set[str](),
 }
 """Parts with foreign laws, by world."""
+
+
+def test_every_world_that_can_be_chosen_is_described():
+    assert get_args(WorldName) == tuple(WORLDS)
 
 
 def run(twin: Twin, seconds: float) -> np.ndarray:

@@ -3,6 +3,7 @@
 import itertools
 
 import casadi as ca
+import mujoco
 import numpy as np
 import pytest
 
@@ -113,8 +114,6 @@ def test_the_flesh_relaxes_as_a_maxwell_element():
 
 
 def test_the_lagging_flesh_follows_the_offset_of_the_cuff_in_a_moving_machine(make_scene):
-    import mujoco
-
     scene, law = make_scene(LEVEL), ContactCuffs(CONTACTS[0], CONTACTS[2], np.ones(6), 1.0, 1e6, 30.0, 5.0)
     kinematics = Kinematics.of(scene.model.nbody)
     lagged = ca.SX.sym("lagged", 3, len(scene.cuffs))
@@ -141,8 +140,6 @@ def test_the_lagging_flesh_follows_the_offset_of_the_cuff_in_a_moving_machine(ma
 
 
 def test_the_wrenches_with_states_act_equally_on_both_sides(make_scene):
-    import mujoco
-
     scene, wearer = make_scene(LEVEL), draw_wearer(LEVEL, 0)
     kinematics, count = Kinematics.of(scene.model.nbody), len(scene.cuffs)
     states = CuffStates(ca.SX(np.full(count, 0.003)), ca.SX(np.full((3, count), 0.002)))
