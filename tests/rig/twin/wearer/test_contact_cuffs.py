@@ -113,6 +113,19 @@ def test_the_flesh_relaxes_as_a_maxwell_element():
     np.testing.assert_allclose(state, 0.02 * LAW.lag)
 
 
+def test_the_lagging_flesh_only_takes_energy_from_a_cycle():
+    t = np.arange(0.0, 6.0, TIMESTEP)
+    speeds = 0.01 * np.pi * np.cos(np.pi * t)
+    strain, work = 0.0, 0.0
+    for speed in speeds:
+        strain = float(ca.DM(ca.evalf(LAW.lagged(ca.SX(strain), ca.SX(speed)))))
+        work -= LAW.lag_share * STIFFNESS * strain * speed * TIMESTEP
+    # Maxwell element under a sine of amplitude x: π k x² ω τ / (1 + ω² τ²) in each cycle, here three of them.
+    turn = np.pi * LAW.lag
+    lost = 3.0 * np.pi * LAW.lag_share * STIFFNESS * 0.01**2 * turn / (1.0 + turn**2)
+    assert work == pytest.approx(-lost, rel=0.1)  # the first cycle is not yet a steady one
+
+
 def test_the_lagging_flesh_follows_the_offset_of_the_cuff_in_a_moving_machine(make_scene):
     scene, law = make_scene(LEVEL), ContactCuffs(CONTACTS[0], CONTACTS[2], np.ones(6), 1.0, 1e6, 30.0, 5.0)
     kinematics = Kinematics.of(scene.model.nbody)
