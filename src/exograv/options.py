@@ -154,7 +154,7 @@ Sex = Literal["female", "male"]
 Loss = Literal["finish", "stop"]
 """Action on an open window when no page controls the machine any more."""
 
-WorldName = Literal["home", "tissue", "shoulder", "cuffs", "drives", "all"]
+WorldName = Literal["home", "tissue", "shoulder", "cuffs", "drives", "all", "unseen", "bodies"]
 """Laws of the twin: those that the estimator assumes ("home"), or foreign ones."""
 
 Bus = Literal["canopen", "moteus", "udp"]
@@ -180,7 +180,8 @@ World = Annotated[
     WorldName,
     tyro.conf.arg(
         help="Laws of the twin: those of the estimator's model (home), or foreign ones of tissue, shoulder, cuffs, "
-        "drives or all of them. A level changes sizes, a world changes laws."
+        "drives or all of them; other published laws (unseen); another anthropometric sample (bodies). A level changes "
+        "sizes, a world changes laws."
     ),
 ]
 AnySeed = Annotated[int, tyro.conf.arg(help="Seed of machine, wearer and run; the same seed gives the same figures.")]

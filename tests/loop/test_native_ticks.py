@@ -149,7 +149,7 @@ def test_an_empty_machine_is_pushed_and_swept_with_a_weight_alike(
     assert flown.native_ticks > 0.9 * len(flown.ticks)
 
 
-@pytest.mark.parametrize("world", ["home", "all"])
+@pytest.mark.parametrize("world", ["home", "all", "unseen"])
 def test_a_worn_machine_is_driven_published_to_loaded_and_floated_alike(
     world: WorldName, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

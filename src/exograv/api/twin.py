@@ -64,7 +64,7 @@ class Twin:
             rig: Machine, by `load_rig`.
             level: Level of all disturbances: 0 none, 1 mild, 2 a good laboratory, 3 an ordinary day, 4 a bad one.
             world: Laws of machine and wearer: `home`, or foreign ones of `tissue`, `shoulder`, `cuffs`, `drives` or
-                `all`.
+                `all`; `unseen` for other published laws, `bodies` for another anthropometric sample.
             seed: Seed of machine, wearer and run; the same seed gives the same figures.
             progress: Called from time to time with a text and the share done.
 

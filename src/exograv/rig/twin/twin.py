@@ -23,7 +23,7 @@ from exograv.rig.twin.wearer.muscles import Muscles
 from exograv.rig.twin.wearer.wearer import Wearer
 from exograv.rig.twin.world.cuff_sensors import CuffSensors, Wrenches
 from exograv.rig.twin.world.engine_code import engine_addresses, engine_halves
-from exograv.rig.twin.world.forces import SLIPPED, late_name, measured_truth, pass_clock, step_forces
+from exograv.rig.twin.world.forces import late_name, measured_truth, pass_clock, step_forces
 from exograv.rig.twin.world.poles import shoulder_poles
 from exograv.rig.twin.world.scene import TIMESTEP, build_scene
 from exograv.rig.twin.world.statics import Statics
@@ -333,8 +333,7 @@ class Twin:
     @cached_property
     def _cuff_sensors(self) -> CuffSensors:
         """Sensors at the cuffs, made at the first use: most machines have none."""
-        slipped = self._memory.get(SLIPPED)
-        return CuffSensors(self._machine.cuff_sensors, self._seed, self._scene, self._wearer, slipped)
+        return CuffSensors(self._machine.cuff_sensors, self._seed, self._scene, self._wearer, self._memory)
 
     @property
     def truth(self) -> Truth:
@@ -373,11 +372,12 @@ class Twin:
         drives[TAU_MOTOR] = tau / of_gain
         drives[THETA] = q + tau / self._machine.drives.gear_stiffness
         drives[OMEGA] = 0.0
-        memory["hysteresis"][:] = q_arm
+        memory["hysteresis"].T[...] = q_arm
         let_soft_tissue_hang(self._scene.data, self._scene.arms)
         for place in self._scene.arms:
             if late_name(place) in memory:
-                memory[late_name(place)][...] = self._scene.data.qpos[place.shift]
+                # A path with inertia has a second column, the speed, which is zero.
+                np.atleast_2d(memory[late_name(place)])[:, 0] = self._scene.data.qpos[list(place.shifts)]
         # The delay lines are filled as if the machine had stood still for long. Transposed, a line of one step has the
         # same shape as a longer one.
         tau_asked = drives[TAU_MOTOR].tolist()

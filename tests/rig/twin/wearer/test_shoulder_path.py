@@ -77,11 +77,11 @@ def test_the_late_centre_of_a_twin_at_rest_is_on_its_path(rig):
     level = Disturbances.at_level(2, "shoulder")
     twin = Twin(rig, draw_machine(rig, level, 0), draw_wearer(level, 0), 0)
     place = twin._scene.arms[0]
-    before = float(twin._scene.data.qpos[place.shift])
+    before = float(twin._scene.data.qpos[place.shifts[0]])
     for _ in range(100):
         state = twin.read()
         twin.write(Command(state.t, state.sequence, state.t + 0.1, np.zeros(4), state.current, np.full(4, 50.0)))
-    assert twin._scene.data.qpos[place.shift] == pytest.approx(before, abs=2e-4)  # the spring's give under the arm
+    assert twin._scene.data.qpos[place.shifts[0]] == pytest.approx(before, abs=2e-4)  # the spring's give under the arm
 
 
 def test_a_path_that_the_estimator_does_not_assume_is_no_truth():

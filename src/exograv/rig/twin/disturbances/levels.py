@@ -312,6 +312,8 @@ WORLDS: Mapping[WorldName, str] = MappingProxyType(
         "drives": "another law of friction, further ripple, a gain that depends on angle and temperature, hysteresis "
         "of the gears",
         "all": "all of these foreign laws at once",
+        "unseen": "joints, shoulder and cuffs by other published laws than in `tissue`, `shoulder` and `cuffs`",
+        "bodies": "home, with segments of another anthropometric sample",
     }
 )
 """Worlds by name: the laws that act. A level changes sizes; a world changes laws."""

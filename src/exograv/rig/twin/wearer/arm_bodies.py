@@ -9,6 +9,7 @@ from jaxtyping import Float, Int
 
 from exograv.rig.twin.machine.machine_bodies import TIMESTEP, add_weight, weight_body
 
+from .curved_path import CurvedPath
 from .shoulder_path import ShoulderPath
 from .skeleton import Bone, BoneJoint, Skeleton
 from .strained_cuffs import SoftTissue
@@ -17,6 +18,9 @@ from .wearer import WearerArm
 # MuJoCo moves no body without mass, so a bone that only links two joints gets a negligible mass and inertia.
 MASS_LEAST = 1e-9
 INERTIA_LEAST = 1e-12
+
+SHIFTS = "shift", "shift_across"
+"""Names of the slides of a shoulder's centre: along its path, and across it where the path is curved."""
 
 SOFT = "_soft"
 """End of the name of a body that is the soft tissue of a bone."""
@@ -36,8 +40,8 @@ class ArmPlace:
     freedoms: Int[np.ndarray, " freedom"]
     """Degrees of freedom of the arm's joints, in the order of `Skeleton.freedoms`."""
 
-    shift: int
-    """Degree of freedom of the shoulder centre's shift; -1 if a girdle of bones moves the shoulder."""
+    shifts: tuple[int, ...]
+    """Degrees of freedom of the shoulder centre's shift, two on a curved path, none if bones move the shoulder."""
 
     coupled: Int[np.ndarray, " coupling"]
     """Degrees of freedom of the joints that follow a freedom."""
@@ -51,11 +55,14 @@ class ArmPlace:
     @property
     def followers(self) -> list[int]:
         """Degrees of freedom of all joints that follow, in the order of `passive.follower_paths`."""
-        return [*([self.shift] if self.shift >= 0 else []), *self.coupled.tolist()]
+        return [*self.shifts, *self.coupled.tolist()]
 
 
 def add_arm(
-    spec: mujoco.MjSpec, arm: WearerArm, shoulder: Float[np.ndarray, " 3"], path: ShoulderPath | None = None
+    spec: mujoco.MjSpec,
+    arm: WearerArm,
+    shoulder: Float[np.ndarray, " 3"],
+    path: ShoulderPath | CurvedPath | None = None,
 ) -> None:
     """Add an arm that hangs from its shoulder centre at `shoulder` [m], base axes; a foreign world has its `path`."""
     skeleton = arm.skeleton
@@ -73,8 +80,9 @@ def add_arm(
             # Up and medial in equal parts, in the frontal plane (direction unverified).
             medial = 1.0 if skeleton.side == "right" else -1.0
             axis = np.array([0.0, medial, 1.0]) / np.sqrt(2.0)
-            axis = axis if path is None else path.direction(axis)
-            body.add_joint(name=joint_name(skeleton, "shift"), type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+            axes = (axis,) if path is None else path.directions(axis)
+            for name, one in zip(SHIFTS, axes, strict=False):
+                body.add_joint(name=joint_name(skeleton, name), type=mujoco.mjtJoint.mjJNT_SLIDE, axis=one)
         for joint in bone.joints:
             _add_joint(body, skeleton, joint)
     for coupling in skeleton.couplings:
@@ -98,7 +106,7 @@ def find_arm(model: mujoco.MjModel, arm: WearerArm) -> ArmPlace:
     return ArmPlace(
         skeleton,
         np.array([dof(model, joint_name(skeleton, freedom)) for freedom in skeleton.freedoms]),
-        dof(model, joint_name(skeleton, "shift")) if skeleton.follows_elevation else -1,
+        _shifts(model, skeleton),
         np.array([dof(model, joint_name(skeleton, one.joint)) for one in skeleton.couplings], dtype=int),
         (
             *(model.body(body_name(skeleton, bone.name)).id for bone in skeleton.bones),
@@ -106,6 +114,13 @@ def find_arm(model: mujoco.MjModel, arm: WearerArm) -> ArmPlace:
         ),
         {body: tissue for segment, tissue in arm.soft_tissue.items() if (body := soft[skeleton.held[segment]]) >= 0},
     )
+
+
+def _shifts(model: mujoco.MjModel, skeleton: Skeleton) -> tuple[int, ...]:
+    """Return the degrees of freedom of the slides that a model has for one shoulder's centre."""
+    names = [joint_name(skeleton, name) for name in SHIFTS]
+    found = [name for name in names if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name) >= 0]
+    return tuple(dof(model, name) for name in found)
 
 
 def _names(arm: WearerArm) -> list[str]:

@@ -36,7 +36,8 @@ def parameter_truth(wearer: Wearer) -> dict[str, float]:
     points along x: zero if the axis is at right angles to both bones. `carrying_angle` is the least angle between the
     bones' lines as the elbow turns, positive outwards [rad]. With two arms every name begins with `right_` or
     `left_`. Where a foreign world has another law, a parameter of the home law does not exist and is absent: stiffness
-    and spring offset in the world of other tissue, the three glenohumeral entries in the world of another shoulder.
+    and spring offset in the world of other tissue, the three glenohumeral entries in the world of another shoulder, and
+    all of these in the unseen world.
     """
     if len(wearer.arms) == 1:
         return _of_arm(wearer, wearer.arms[0])

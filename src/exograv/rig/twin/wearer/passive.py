@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from .curved_path import SHIFT_AT_90, CurvedPath
+from .relaxation import RelaxationMode
 from .shoulder_path import ShoulderPath
 from .skeleton import Skeleton
 from .wearer import PassiveJoints, Wearer
@@ -50,7 +52,7 @@ class PassiveTorque:
     """Passive torque (arm,) [N·m]."""
 
     hysteresis_next: ca.SX
-    """Angles to which the fast part of the elasticity has relaxed (arm,) [rad]."""
+    """Angles to which the fast parts of the elasticity have relaxed (arm, mode) [rad]."""
 
 
 def passive_torque(
@@ -58,13 +60,21 @@ def passive_torque(
 ) -> PassiveTorque:
     """Elasticity, damping, hysteresis and end stops of the arm's joints at `q`, `v` (arm,).
 
-    `crept` (arm,) is the angle by which the rest posture has moved [rad], in a world where it does.
+    `hysteresis` (arm, mode) has a column for each mode of `relaxation`. `crept` (arm,) is the angle by which the rest
+    posture has moved [rad], in a world where it does.
     """
     tau = elastic_torque(joints, q, crept) - ca.DM(joints.damping) * v
     fast = joints.hysteresis * ca.DM(joints.stiffness)
-    decay = HYSTERESIS_DECAY if joints.tissue is None else joints.tissue.hysteresis_decay
-    relaxed = hysteresis + (q - hysteresis) * (1.0 - np.exp(-dt / decay))
-    return PassiveTorque(tau - fast * (q - hysteresis), relaxed)
+    relaxed = []
+    for (share, decay), part in zip(relaxation(joints), ca.horzsplit(hysteresis), strict=True):
+        relaxed.append(part + (q - part) * (1.0 - np.exp(-dt / decay)))
+        tau = tau - share * fast * (q - part)
+    return PassiveTorque(tau, ca.horzcat(*relaxed))
+
+
+def relaxation(joints: PassiveJoints) -> tuple[RelaxationMode, ...]:
+    """Modes by which the fast part of the elasticity relaxes, one at home."""
+    return (RelaxationMode(1.0, HYSTERESIS_DECAY),) if joints.tissue is None else joints.tissue.relaxation
 
 
 def elastic_torque(joints: PassiveJoints, q: ca.SX, crept: ca.SX | None = None) -> ca.SX:
@@ -83,14 +93,14 @@ def elastic_torque(joints: PassiveJoints, q: ca.SX, crept: ca.SX | None = None) 
 def follower_paths(wearer: Wearer, q: ca.SX) -> ca.SX:
     """Positions of all joints that follow the arms' posture `q` (arm,) on their paths (follower,) [m, rad].
 
-    For each arm: the shift of its shoulder centre, if it has one, then the joints that are coupled to its freedoms.
+    For each arm: the shifts of its shoulder centre, if it has any, then the joints that are coupled to its freedoms.
     """
     paths, start = [], 0
     for arm in wearer.arms:
         skeleton = arm.skeleton
         own = q[start : start + len(skeleton.freedoms)]
         if skeleton.follows_elevation:
-            paths.append(shoulder_shift(skeleton, own, wearer.glenohumeral_share, wearer.shoulder_path))
+            paths.extend(shoulder_shifts(skeleton, own, wearer.glenohumeral_share, wearer.shoulder_path))
         for coupling in skeleton.couplings:
             angle = own[skeleton.freedoms.index(coupling.freedom)]
             paths.append(ca.polyval(ca.DM(coupling.polynomial[::-1]), angle))
@@ -118,7 +128,7 @@ def shoulder_shift(skeleton: Skeleton, q: ca.SX, share: float, path: ShoulderPat
 
     The path leads up and inwards at home, and in another direction in a world that has a `path` of its own.
     """
-    chord = ca.sqrt(2.0 * (1.0 - elevation_cosine(skeleton, q)) + CORNER**2) - CORNER
+    chord = _chord(skeleton, q)
     powers = np.arange(1, len(SHIFT_TABLE) + 1)
     # A polynomial without constant goes through the table. Its variable is the chord of the elevation, which is smooth
     # where the angle is not.
@@ -133,9 +143,34 @@ def shoulder_shift(skeleton: Skeleton, q: ca.SX, share: float, path: ShoulderPat
     return (share + path.by_plane * forward) * shift
 
 
+def shoulder_shifts(
+    skeleton: Skeleton, q: ca.SX, share: float, path: ShoulderPath | CurvedPath | None = None
+) -> tuple[ca.SX, ...]:
+    """Distances that the shoulder centre has moved in each direction of its path, at the posture `q` of one arm [m]."""
+    if isinstance(path, CurvedPath):
+        return curved_shifts(skeleton, q, path)
+    return (shoulder_shift(skeleton, q, share, path),)
+
+
+def curved_shifts(skeleton: Skeleton, q: ca.SX, path: CurvedPath) -> tuple[ca.SX, ca.SX]:
+    """Distances that the shoulder centre has moved along and across a curved path, at a posture `q` of one arm [m]."""
+    at_90 = 2.0 * np.arcsin(0.5 * (np.sqrt(2.0 + CORNER**2) - CORNER))
+    elevation = 2.0 * ca.asin(0.5 * _chord(skeleton, q)) / at_90
+    forward = -_upper_arm_line(skeleton, q)[0]
+    along, across = (
+        ((1.0 - b - c) + (b + c * elevation) * elevation) * elevation for b, c in (path.along, path.across)
+    )
+    return path.share * SHIFT_AT_90 * along, path.across_m * across + path.by_plane_m * forward
+
+
+def _chord(skeleton: Skeleton, q: ca.SX) -> ca.SX:
+    """Chord of the elevation on the unit circle, rounded near the hanging arm [-]."""
+    return ca.sqrt(2.0 * (1.0 - elevation_cosine(skeleton, q)) + CORNER**2) - CORNER
+
+
 @dataclass(frozen=True)
 class LateShift:
-    """Place of a shoulder's centre that follows the arm with a lag."""
+    """Place of a shoulder's centre, in one direction, that follows the arm with a lag."""
 
     place: ca.SX
     """Present place on the path [m]."""
@@ -144,12 +179,20 @@ class LateShift:
     """Present speed along the path [m/s]."""
 
     next: ca.SX
-    """Place one step later [m]."""
+    """Next states: the place one step later [m], and in a path with inertia its speed [m/s]."""
 
 
 def late_shift(shift: ca.SX, place: ca.SX, path: ShoulderPath, dt: float) -> LateShift:
     """Follow `shift` [m] from the present `place` [m] over one step `dt` [s], by a first-order lag."""
     return LateShift(place, (shift - place) / path.lag, place + (shift - place) * (1.0 - np.exp(-dt / path.lag)))
+
+
+def swinging_shift(shift: ca.SX, state: ca.SX, path: CurvedPath, dt: float) -> LateShift:
+    """Follow `shift` [m] from the present place and speed (1, 2) over one step `dt` [s], as an oscillator."""
+    place, speed = ca.horzsplit(state)
+    rise = path.frequency**2 * (shift - place) - 2.0 * path.damping_ratio * path.frequency * speed
+    faster = speed + dt * rise
+    return LateShift(place, speed, ca.horzcat(place + dt * faster, faster))
 
 
 def shift_forces(

@@ -35,11 +35,20 @@ class ShoulderPath:
 
     def direction(self, usual: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " 3"]:
         """Return the unit direction of the path, from the `usual` one in the frontal plane."""
-        forward = np.array([1.0, 0.0, 0.0])
-        # The usual direction lies between up and medial; its lateral part tells the side.
-        outwards = float(np.sign(usual[1]))
-        turned = rotation(forward, outwards * self.turn[0]) @ usual
-        return rotation(np.cross(turned, forward), self.turn[1]) @ turned
+        return turned(usual, self.turn)
+
+    def directions(self, usual: Float[np.ndarray, " 3"]) -> tuple[Float[np.ndarray, " 3"], ...]:
+        """Return the unit directions in which the centre moves, here one."""
+        return (self.direction(usual),)
+
+
+def turned(usual: Float[np.ndarray, " 3"], turn: Float[np.ndarray, " 2"]) -> Float[np.ndarray, " 3"]:
+    """Return the `usual` direction of a shoulder, turned by the two angles of `ShoulderPath.turn`."""
+    forward = np.array([1.0, 0.0, 0.0])
+    # The usual direction lies between up and medial; its lateral part tells the side.
+    outwards = float(np.sign(usual[1]))
+    in_plane = rotation(forward, outwards * turn[0]) @ usual
+    return rotation(np.cross(in_plane, forward), turn[1]) @ in_plane
 
 
 def draw_shoulder_path(seed: int) -> ShoulderPath:

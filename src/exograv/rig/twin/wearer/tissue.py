@@ -12,6 +12,8 @@ from jaxtyping import Float
 
 from exograv.rig.twin.disturbances.streams import stream
 
+from .relaxation import RelaxationMode
+
 CREEP_SPAN = 120.0
 """Time after which the rest posture has moved by its drawn angle [s]."""
 
@@ -102,6 +104,16 @@ class Tissue:
     hysteresis_decay: float
     """Time constant of the hysteresis [s]."""
 
+    @property
+    def relaxation(self) -> tuple[RelaxationMode, ...]:
+        """Modes by which the fast part of the elasticity relaxes, here one."""
+        return (RelaxationMode(1.0, self.hysteresis_decay),)
+
+    @property
+    def creep_states(self) -> int:
+        """Number of states of the creep: the angle of each freedom."""
+        return len(self.laws)
+
     def torque(self, stiffness: Float[np.ndarray, " freedom"], angle: ca.SX) -> ca.SX:
         """Elastic torque (freedom,) towards the rest, at angles (freedom,) from it [rad]."""
         shapes = [law.shape(part) for law, part in zip(self.laws, ca.vertsplit(angle), strict=True)]
@@ -115,6 +127,10 @@ class Tissue:
         """
         end = self.creep / (1.0 - np.exp(-CREEP_SPAN / CREEP_TIME))
         return moved + (ca.DM(end) - moved) * (1.0 - np.exp(-dt / CREEP_TIME))
+
+    def rest_moved(self, moved: ca.SX) -> ca.SX:
+        """Angle (freedom,) by which the rest posture has moved [rad]: the states themselves."""
+        return moved
 
 
 def draw_tissue(seed: int, owner: str, freedoms: Sequence[str], stiffness: Float[np.ndarray, " freedom"]) -> Tissue:

@@ -1,6 +1,6 @@
 """True parameters of one virtual wearer. Controllers and estimators must not read them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -13,9 +13,12 @@ from exograv.rig.twin.disturbances.levels import Disturbances
 from exograv.rig.twin.disturbances.streams import stream, uniform
 
 from .anatomy import ANATOMY
+from .contact_cuffs import ContactCuffs, draw_contact_cuffs
+from .curved_path import CurvedPath, draw_curved_path
 from .elbow import draw_elbow, with_elbow
+from .muscle_tissue import MuscleTissue, both_muscled, draw_muscle_tissue
 from .regressions import SEGMENTS
-from .segments import Body, Segment, draw_body, draw_segments
+from .segments import Body, Segment, draw_body, draw_segments, mirrored
 from .shoulder_path import ShoulderPath, draw_shoulder_path
 from .skeleton import Skeleton, drawn_skeleton
 from .strained_cuffs import SoftTissue, StrainedCuffs, draw_soft_tissue, draw_strained_cuffs
@@ -43,7 +46,7 @@ class Cuffs:
     damping_rotation: float
     """Damping of relative rotation [N·m·s/rad]."""
 
-    strained: StrainedCuffs | None = None
+    strained: StrainedCuffs | ContactCuffs | None = None
     """Law of a foreign world, for the translations; linear springs at home."""
 
 
@@ -69,7 +72,7 @@ class PassiveJoints:
     hysteresis: float
     """Elastic torque that a fast motion adds and that then decays, over the static elastic torque [-]."""
 
-    tissue: Tissue | None = None
+    tissue: Tissue | MuscleTissue | None = None
     """Laws of a foreign world, scaled to `stiffness` at 1 rad from `neutral`; linear springs at home."""
 
 
@@ -122,7 +125,7 @@ class Wearer:
     """Share of the shift of the shoulder centre with elevation [-]."""
 
     cuffs: Cuffs
-    shoulder_path: ShoulderPath | None = None
+    shoulder_path: ShoulderPath | CurvedPath | None = None
     """Path of the shoulders' centres in a foreign world; None at home."""
 
     @cached_property
@@ -133,8 +136,7 @@ class Wearer:
             name: np.concatenate([getattr(part, name) for part in parts])
             for name in ("stiffness", "neutral", "damping", "range", "stop")
         }
-        tissues = [part.tissue for part in parts if part.tissue is not None]
-        return PassiveJoints(**joined, hysteresis=parts[0].hysteresis, tissue=both(tissues) if tissues else None)
+        return PassiveJoints(**joined, hysteresis=parts[0].hysteresis, tissue=_both([part.tissue for part in parts]))
 
 
 def draw_wearer(
@@ -152,7 +154,7 @@ def draw_wearer(
     generator = stream(seed, "wearer", "length_error")
     error = 1e-3 * uniform(generator, disturbances.value("length_error", "sd_mm"))
     generator.random()  # keeps the draws of wearers in earlier recordings
-    path = draw_shoulder_path(seed) if disturbances.is_foreign("shoulder") else None
+    path = _draw_path(disturbances, seed)
     errors = {name: error * float(generator.standard_normal()) for name in SEGMENTS}
     return Wearer(
         body=body,
@@ -168,6 +170,9 @@ def _draw_skeletons(
     disturbances: Disturbances, seed: int, side: Side, body: Body, kind: ArmKind
 ) -> tuple[Skeleton, ...]:
     segments = draw_segments(body, disturbances, seed)
+    if side == "left" and disturbances.world == "bodies":
+        # The sample has right arms, which are not symmetric.
+        segments = {name: mirrored(segment) for name, segment in segments.items()}
     if side != "both":
         arms = (drawn_skeleton(segments, side, kind),)
     else:
@@ -183,17 +188,11 @@ def _draw_skeletons(
 
 def _other_arm(segments: Mapping[str, Segment], disturbances: Disturbances, seed: int) -> Mapping[str, Segment]:
     """Return a person's second arm: the mirror image, of the same length, and a little lighter or heavier."""
-    mirror = np.diag([1.0, -1.0, 1.0])
     generator = stream(seed, "wearer", "between_arms")
     sd = uniform(generator, disturbances.value("between_arms", "sd"))
     factors = np.exp(sd * generator.standard_normal(len(segments)))
     return {
-        name: replace(
-            segment,
-            mass=factor * segment.mass,
-            com=mirror @ segment.com,
-            inertia=factor * mirror @ segment.inertia @ mirror,
-        )
+        name: replace(mirrored(segment), mass=factor * segment.mass, inertia=factor * mirrored(segment).inertia)
         for factor, (name, segment) in zip(factors.tolist(), segments.items(), strict=True)
     }
 
@@ -221,7 +220,7 @@ def _cuffs(disturbances: Disturbances, seed: int) -> Cuffs:
     )
     damping = _number(disturbances, "cuff_damping", "value")
     stiffness = np.array([across, across, along, others, others, limb])
-    strained = draw_strained_cuffs(seed) if disturbances.is_foreign("cuffs") else None
+    strained = _draw_strained(disturbances, seed)
     if strained is not None:
         stiffness = strained.stiffness_factor * stiffness
     return Cuffs(stiffness, damping, damping * CUFF_RADIUS**2, strained)
@@ -232,15 +231,48 @@ def _draw_passive(disturbances: Disturbances, seed: int, owner: str, freedoms: t
     spread = 10.0 * stream(seed, owner, "neutral").standard_normal(len(anatomy))
     has_end_stops = _number(disturbances, "end_stops", "present") > 0.0
     stiffness = _per_freedom(disturbances, "passive_stiffness", seed, owner, freedoms)
+    neutral = np.deg2rad(np.array([one.neutral_deg for one in anatomy]) + spread)
     return PassiveJoints(
         stiffness=stiffness,
-        neutral=np.deg2rad(np.array([one.neutral_deg for one in anatomy]) + spread),
+        neutral=neutral,
         damping=_per_freedom(disturbances, "passive_damping", seed, owner, freedoms),
         range=np.deg2rad([one.range_deg for one in anatomy]),
         stop=has_end_stops * np.array([one.stop_Nm for one in anatomy]),
         hysteresis=_number(disturbances, "hysteresis", "share"),
-        tissue=draw_tissue(seed, owner, freedoms, stiffness) if disturbances.is_foreign("tissue") else None,
+        tissue=_draw_tissue(disturbances, seed, owner, freedoms, stiffness, neutral),
     )
+
+
+def _draw_tissue(
+    disturbances: Disturbances,
+    seed: int,
+    owner: str,
+    freedoms: tuple[str, ...],
+    stiffness: PerFreedom,
+    neutral: PerFreedom,
+) -> Tissue | MuscleTissue | None:
+    if disturbances.world == "unseen":
+        return draw_muscle_tissue(seed, owner, freedoms, stiffness, neutral)
+    return draw_tissue(seed, owner, freedoms, stiffness) if disturbances.is_foreign("tissue") else None
+
+
+def _both(tissues: Sequence[Tissue | MuscleTissue | None]) -> Tissue | MuscleTissue | None:
+    """Return the tissue of all arms; all have the laws of one world."""
+    sprung = [tissue for tissue in tissues if isinstance(tissue, Tissue)]
+    muscled = [tissue for tissue in tissues if isinstance(tissue, MuscleTissue)]
+    return both(sprung) if sprung else both_muscled(muscled) if muscled else None
+
+
+def _draw_path(disturbances: Disturbances, seed: int) -> ShoulderPath | CurvedPath | None:
+    if disturbances.world == "unseen":
+        return draw_curved_path(seed)
+    return draw_shoulder_path(seed) if disturbances.is_foreign("shoulder") else None
+
+
+def _draw_strained(disturbances: Disturbances, seed: int) -> StrainedCuffs | ContactCuffs | None:
+    if disturbances.world == "unseen":
+        return draw_contact_cuffs(seed)
+    return draw_strained_cuffs(seed) if disturbances.is_foreign("cuffs") else None
 
 
 def _draw_unrest(disturbances: Disturbances, seed: int, owner: str, freedoms: tuple[str, ...]) -> RestlessArm:

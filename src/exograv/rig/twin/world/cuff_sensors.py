@@ -4,6 +4,9 @@ Their dead time is not modelled, because their users average over seconds. The w
 modelled either, because it is tared.
 """
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import casadi as ca
 import numpy as np
 from jaxtyping import Float
@@ -13,8 +16,8 @@ from exograv.rig.twin.disturbances.streams import stream
 from exograv.rig.twin.machine.machine import TrueCuffSensors
 from exograv.rig.twin.wearer.wearer import Wearer
 
-from .cuffs import Kinematics, wrenches_at_cuffs
-from .forces import SLIPPED
+from .cuffs import CuffStates, Kinematics, wrenches_at_cuffs
+from .forces import LAGGED, SLIPPED
 from .scene import Scene
 
 Wrenches = Float[np.ndarray, "cuff 6"]
@@ -29,15 +32,15 @@ class CuffSensors:
         seed: int,
         scene: Scene,
         wearer: Wearer | None,
-        slipped: Float[np.ndarray, "*cuff"] | None = None,
+        states: Mapping[str, np.ndarray] = MappingProxyType({}),
     ) -> None:
         """Compile the true wrenches. `seed` draws the noise; without a wearer all true wrenches are zero.
 
-        `slipped` is the memory of the ways by which cuffs have slipped [m], in a world where they do.
+        `states` is the memory of the twin by name; `SLIPPED` and `LAGGED` belong to the cuffs of foreign worlds.
         """
         self._truth = truth
         self._stream = stream(seed, "run", "cuff_noise")
-        self._kernel = None if wearer is None else kernel.compile(*_true_wrenches(scene, wearer, slipped))
+        self._kernel = None if wearer is None else kernel.compile(*_true_wrenches(scene, wearer, states))
 
     def measure(self) -> Wrenches:
         """Measure force and moment of each cuff on the arm [N, N·m].
@@ -51,14 +54,16 @@ class CuffSensors:
 
 
 def _true_wrenches(
-    scene: Scene, wearer: Wearer, slipped: Float[np.ndarray, "*cuff"] | None
+    scene: Scene, wearer: Wearer, states: Mapping[str, np.ndarray]
 ) -> tuple[ca.Function, dict[str, np.ndarray]]:
     """Return the function that computes the true wrenches, and the memory that it reads."""
     kinematics = Kinematics.of(scene.model.nbody)
     symbols = dict(vars(kinematics))
     memory = {name: getattr(scene.data, name) for name in symbols}
-    if slipped is not None:
-        symbols[SLIPPED] = ca.SX.sym(SLIPPED, len(scene.cuffs))
-        memory[SLIPPED] = slipped
-    wrenches = wrenches_at_cuffs(scene, wearer.cuffs, kinematics, symbols.get(SLIPPED))
+    for name, size in ((SLIPPED, (len(scene.cuffs),)), (LAGGED, (3, len(scene.cuffs)))):
+        if name in states:
+            symbols[name] = ca.SX.sym(name, *size)
+            memory[name] = states[name]
+    carried = CuffStates(symbols.get(SLIPPED), symbols.get(LAGGED))
+    wrenches = wrenches_at_cuffs(scene, wearer.cuffs, kinematics, carried)
     return ca.Function("twin_cuff_sensors", list(symbols.values()), [wrenches], list(symbols), ["wrenches"]), memory

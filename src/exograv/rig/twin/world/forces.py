@@ -19,17 +19,22 @@ from exograv.rig.twin.machine.drive import (
 )
 from exograv.rig.twin.machine.machine import Machine
 from exograv.rig.twin.wearer.arm_bodies import ArmPlace
+from exograv.rig.twin.wearer.contact_cuffs import ContactCuffs
+from exograv.rig.twin.wearer.curved_path import CurvedPath
 from exograv.rig.twin.wearer.passive import (
+    LateShift,
     elastic_torque,
     follower_paths,
     late_shift,
     passive_torque,
+    relaxation,
     shift_forces,
-    shoulder_shift,
+    shoulder_shifts,
+    swinging_shift,
 )
 from exograv.rig.twin.wearer.wearer import Wearer
 
-from .cuffs import Kinematics, cuff_wrenches, slip
+from .cuffs import CuffStates, Kinematics, cuff_wrenches, lag, slip
 from .scene import TIMESTEP, Scene
 
 WATCHDOG_S = 0.02
@@ -41,6 +46,9 @@ docs/explanation/safety.md: a drive brakes 20 to 30 ms after its last command; 5
 
 SLIPPED = "slipped"
 """Name of the state that holds the ways by which cuffs have slipped along the limb (cuff,) [m]."""
+
+LAGGED = "lagged"
+"""Name of the state that holds the strains of the lagging flesh under the cuffs (3, cuff) [m]."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +92,7 @@ class StepInput:
     """States of the drives (drive state, joint), in the order of `DRIVE_STATES`."""
 
     hysteresis: ca.SX
-    """State of the hysteresis of the arm's joints (arm,) [rad]."""
+    """State of the hysteresis of the arm's joints (arm, mode) [rad]; one mode at home."""
 
     commands: ca.SX
     """Commands in the delay line (torque [N·m] and damping [N·m·s/rad] of each joint, valid until [s]; step)."""
@@ -96,13 +104,13 @@ class StepInput:
     """
 
     @classmethod
-    def of(cls, scene: Scene, delays: Delays) -> "StepInput":
-        """Return new symbols of the sizes of a scene."""
+    def of(cls, scene: Scene, delays: Delays, modes: int = 1) -> "StepInput":
+        """Return new symbols of the sizes of a scene; `modes` is the number of modes of the hysteresis."""
         n, n_arm = len(scene.exo), len(scene.arm)
         sizes = {
             "qpos": (scene.model.nq,), "qvel": (scene.model.nv,), "current": (n,), "damping": (n,), "valid_until": (),
             "tau_muscle": (n_arm,), "tau_voluntary": (n_arm,), "tau_hand": (n,), "warmth": (), "start": (), "steps": (),
-            "drives": (len(DRIVE_STATES), n), "hysteresis": (n_arm,),
+            "drives": (len(DRIVE_STATES), n), "hysteresis": (n_arm, modes),
             "commands": (2 * n + 1, delays.to_motors), "measurements": (3 * n, delays.to_computer),
         }  # fmt: skip
         return cls(**{name: ca.SX.sym(name, *size) for name, size in sizes.items()})
@@ -126,7 +134,8 @@ def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> kernel
 
     Evaluate the kernel between `mj_step1` and `mj_step2`.
     """
-    kinematics, now = Kinematics.of(scene.model.nbody), StepInput.of(scene, Delays.of(machine.sensors.delay))
+    modes = 1 if wearer is None else len(relaxation(wearer.passive))
+    kinematics, now = Kinematics.of(scene.model.nbody), StepInput.of(scene, Delays.of(machine.sensors.delay), modes)
     carried: dict[str, ca.SX] = {"steps": now.steps + 1}
     foreign = ForeignStates()
     told, carried["commands"] = _arriving(machine, now)
@@ -135,13 +144,7 @@ def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> kernel
     qfrc, carried["drives"] = _drive_forces(scene, machine, now, told, foreign)
     xfrc = ca.SX.zeros(6, scene.model.nbody)
     if wearer is not None:
-        slipped = None
-        if wearer.cuffs.strained is not None:
-            slipped = slip(
-                scene, wearer.cuffs, wearer.cuffs.strained, kinematics, foreign.new(SLIPPED, len(scene.cuffs))
-            )
-            foreign.next[SLIPPED] = slipped
-        xfrc = cuff_wrenches(scene, wearer.cuffs, kinematics, slipped)
+        xfrc = cuff_wrenches(scene, wearer.cuffs, kinematics, _cuff_states(scene, wearer, kinematics, foreign))
         arm_forces, carried["hysteresis"] = _arm_forces(scene, wearer, now, foreign)
         qfrc += arm_forces
     carried |= foreign.next
@@ -152,6 +155,18 @@ def step_forces(scene: Scene, machine: Machine, wearer: Wearer | None) -> kernel
         "twin_step_forces", list(inputs.values()), list(results.values()), list(inputs), list(results)
     )
     return kernel.compile(function, _bindings(scene, kinematics), carry={name: f"{name}_next" for name in carried})
+
+
+def _cuff_states(scene: Scene, wearer: Wearer, kinematics: Kinematics, foreign: ForeignStates) -> CuffStates:
+    """Return the states of the cuffs after this step; none at home."""
+    law, count = wearer.cuffs.strained, len(scene.cuffs)
+    if law is None:
+        return CuffStates()
+    slipped = foreign.next[SLIPPED] = slip(scene, wearer.cuffs, law, kinematics, foreign.new(SLIPPED, count))
+    if not isinstance(law, ContactCuffs):
+        return CuffStates(slipped)
+    lagged = foreign.next[LAGGED] = lag(scene, law, kinematics, foreign.new(LAGGED, 3, count))
+    return CuffStates(slipped, lagged)
 
 
 def pass_clock(memory: Mapping[str, np.ndarray], seconds: float) -> None:
@@ -217,26 +232,40 @@ def _arm_forces(scene: Scene, wearer: Wearer, now: StepInput, foreign: ForeignSt
     arm, qfrc = scene.arm.tolist(), ca.SX.zeros(scene.model.nv)
     crept = None
     if wearer.passive.tissue is not None:
-        crept = foreign.new("crept", len(arm))
-        foreign.next["crept"] = wearer.passive.tissue.crept(crept, TIMESTEP)
+        tissue = wearer.passive.tissue
+        state = foreign.new("crept", tissue.creep_states)
+        foreign.next["crept"] = tissue.crept(state, TIMESTEP)
+        crept = tissue.rest_moved(state)
     passive = passive_torque(wearer.passive, now.qpos[arm], now.qvel[arm], now.hysteresis, TIMESTEP, crept)
     reactions = []
     for place in scene.arms:
         q, v = now.qpos[place.freedoms.tolist()], now.qvel[place.freedoms.tolist()]
-        if place.shift < 0:
-            reactions.append(ca.SX.zeros(len(place.freedoms)))
-            continue
-        shift = shoulder_shift(place.skeleton, q, wearer.glenohumeral_share, wearer.shoulder_path)
-        late = None
-        if wearer.shoulder_path is not None:
-            name = late_name(place)
-            late = late_shift(shift, foreign.new(name), wearer.shoulder_path, TIMESTEP)
-            foreign.next[name] = late.next
-        force, reaction = shift_forces(shift, q, v, now.qpos[place.shift], now.qvel[place.shift], late)
-        qfrc[place.shift] = force
-        reactions.append(reaction)
+        of_arm = ca.SX.zeros(len(place.freedoms))
+        if place.shifts:
+            shifts = shoulder_shifts(place.skeleton, q, wearer.glenohumeral_share, wearer.shoulder_path)
+            late = _late_shifts(shifts, place, wearer, foreign)
+            for i, shift, one in zip(place.shifts, shifts, late, strict=True):
+                qfrc[i], reaction = shift_forces(shift, q, v, now.qpos[i], now.qvel[i], one)
+                of_arm += reaction
+        reactions.append(of_arm)
     qfrc[arm] = passive.tau + ca.vertcat(*reactions) + (now.tau_muscle + now.tau_voluntary)
     return qfrc, passive.hysteresis_next
+
+
+def _late_shifts(
+    shifts: tuple[ca.SX, ...], place: ArmPlace, wearer: Wearer, foreign: ForeignStates
+) -> tuple[LateShift | None, ...]:
+    """Return the places to which the girdle has brought a shoulder's centre; None where it does not lag."""
+    path, name = wearer.shoulder_path, late_name(place)
+    if path is None:
+        return (None,)
+    if isinstance(path, CurvedPath):
+        states = ca.vertsplit(foreign.new(name, len(shifts), 2))
+        late = [swinging_shift(shift, state, path, TIMESTEP) for shift, state in zip(shifts, states, strict=True)]
+    else:
+        late = [late_shift(shifts[0], foreign.new(name), path, TIMESTEP)]
+    foreign.next[name] = ca.vertcat(*(one.next for one in late))
+    return tuple(late)
 
 
 def late_name(place: ArmPlace) -> str:
