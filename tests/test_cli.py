@@ -200,6 +200,12 @@ def test_a_reader_that_closes_the_pipe_causes_no_message(tmp_path: Path):
     assert result.stderr == ""
 
 
+def test_the_package_runs_as_a_module(tmp_path: Path):
+    command = [sys.executable, "-m", "exograv", "--version"]
+    result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert result.stdout == f"exograv {__version__}\n"
+
+
 def test_it_says_which_version_it_is(tmp_path: Path):
     assert exograv("--version", folder=tmp_path).stdout == f"exograv {__version__}\n"
 
