@@ -52,7 +52,8 @@ def headline(recording: Recording) -> str:
     parts = _left_over_of_parts(recording)
     if not parts:
         return str(identification.get("outcome") or "The run is complete.")
-    left = " and ".join(f"{value:.2f} N·m at the {part}" for part, (value, _) in parts.items())
+    *first, last = (f"{value:.2f} N·m at the {part}" for part, (value, _) in parts.items())
+    left = " and ".join((*([", ".join(first)] if first else ()), last))
     if seconds is not None and all(value <= goal for value, goal in parts.values()):
         return f"On target after {seconds:.0f} s of motion: {left} are left over."
     motion = identification.get("motion_s")
