@@ -200,6 +200,12 @@ def test_a_reader_that_closes_the_pipe_causes_no_message(tmp_path: Path):
     assert result.stderr == ""
 
 
+def test_the_package_runs_as_a_module(tmp_path: Path):
+    command = [sys.executable, "-m", "exograv", "--version"]
+    result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert result.stdout == f"exograv {__version__}\n"
+
+
 def test_it_says_which_version_it_is(tmp_path: Path):
     assert exograv("--version", folder=tmp_path).stdout == f"exograv {__version__}\n"
 
@@ -407,7 +413,7 @@ def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch
     shown = capsys.readouterr().out
     assert max(len(line) for line in shown.splitlines()) <= 40
     assert "out/report.html" in shown
-    assert "misses its target at shoulder flexion by 0.80 N·m and at shoulder abduction by" in " ".join(shown.split())
+    assert "misses its target at shoulder flexion by 0.80 N·m, at shoulder abduction by" in " ".join(shown.split())
     assert "This run against 30 other simulated wearers." in " ".join(shown.split())
     assert "holds a still arm, so a small drift says little; the left over says more" in " ".join(shown.split())
     assert "at most 1.00, 2.00, 3.00, 4.00 N·m" in " ".join(shown.split())

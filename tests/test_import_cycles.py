@@ -1,4 +1,7 @@
-"""No two folders of the package import each other, directly or indirectly; `__init__` belongs to its folder."""
+"""No two folders of the package import each other, directly or indirectly; `__init__` belongs to its folder.
+
+No module imports a `__main__`, so such a file cannot close a cycle and is left out.
+"""
 
 import ast
 from collections.abc import Iterator
@@ -9,7 +12,9 @@ import exograv
 
 PACKAGE = Path(exograv.__file__).parent
 ROOT = PACKAGE.parent
-MODULES = {path.relative_to(ROOT).with_suffix("").parts: path for path in PACKAGE.rglob("*.py")}
+MODULES = {
+    path.relative_to(ROOT).with_suffix("").parts: path for path in PACKAGE.rglob("*.py") if path.stem != "__main__"
+}
 
 Name = tuple[str, ...]
 

@@ -150,9 +150,9 @@ def test_a_lease_that_ended_and_began_again_between_two_looks_is_an_alarm():
     desk.shown()
     clock.t += LEASE_S + 0.1
     desk.keep()
-    alarms = [alarm for alarm in desk.shown().alarms if "Nobody steers" in alarm.text]
+    alarms = [alarm for alarm in desk.shown().alarms if "No operator steers" in alarm.text]
     assert [alarm.is_over for alarm in alarms] == [True]
-    assert len([alarm for alarm in desk.shown().alarms if "Nobody steers" in alarm.text]) == 1
+    assert len([alarm for alarm in desk.shown().alarms if "No operator steers" in alarm.text]) == 1
 
 
 def test_the_clock_of_both_processes_is_the_same():

@@ -96,7 +96,7 @@ def test_pages_that_stand_still_have_the_arm_given_back_when_the_lease_ends_and_
             time.sleep(LEASE_S + RAMP_OUT_S + 2.0 * LATE_S)
         with Page(link, login=operator.login) as operator:
             operator.until(lambda: operator.shown["mode"] == "exo_only", SOON_S)
-            operator.until(lambda: any("Nobody steers" in text for text in operator.alarms), SOON_S)
+            operator.until(lambda: any("No operator steers" in text for text in operator.alarms), SOON_S)
             os.kill(process.pid, signal.SIGKILL)
         recording = whole(tmp_path / "steered-1.mcap")
     ticks = recording.ticks

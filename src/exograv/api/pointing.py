@@ -68,7 +68,7 @@ class PointingSession:
 
     @property
     def picture(self) -> ParticipantPicture:
-        """Content of the participant's page at the present time: screen, target, sign for the pace, countdown."""
+        """Content of the participant's page at the present time: screen, target, feedback on the speed, countdown."""
         return participant_picture(self._plan, self._run.state, 0.0 if self._t is None else self._t)
 
     @property

@@ -35,7 +35,7 @@ DESCRIPTORS_MAX = 320
 """Descriptors of the process: 236 for connections (`door`), the rest for files, rings and the interpreter."""
 
 LOGINS_PER_PROCESS = 1000
-"""Distance of the numbers of logins of one process and the next."""
+"""Number of login numbers that each process may assign; the next process begins after them."""
 
 
 @dataclass(frozen=True)

@@ -146,7 +146,7 @@ class Preparation:
         return ControllerKnowledge(assembly, machine, table_guess(assembly, machine), t, calibration)
 
     def worn(self, known: ControllerKnowledge, surroundings: Surroundings | None = None) -> WornTwin:
-        """Put the wearer into the machine, at the rig time of what is known."""
+        """Put the wearer into the machine, at the rig time of the calibration."""
         return worn_twin(self.laboratory, known, self.seed, self.pilot_of, surroundings)
 
     def identified(self, method: MethodName = "recursive") -> ControllerKnowledge:

@@ -153,7 +153,7 @@ class NativeGuard:
             self.order(word)
 
     def hear(self) -> None:
-        """Record what has happened in the loop since the last call."""
+        """Record the events of the loop since the last call."""
         happening = HappeningPlace()
         while self._library.loop_hear(self.loop, happening):
             self._tell(Happening(happening.kind), happening)

@@ -25,7 +25,7 @@ class DriftFinding:
     """Mean of measured torque minus torque of the model since the residual became too large [N·m]."""
 
     stops: bool
-    """True if the arm has to come down; False if the operator is told only."""
+    """True if the arm has to come down; False if only a message goes to the operator."""
 
     cause: str
     """Likely cause, as a clause for the operator."""

@@ -9,7 +9,7 @@ class HeldInterrupt:
     """Context that holds Ctrl-C back while it is entered. Works in the main thread only."""
 
     def __init__(self, is_real: bool):
-        """Prepare the context. A simulated machine may stop anywhere, so its interrupts are not held."""
+        """Prepare the context. Ctrl-C ends a simulated machine at once, because no arm can fall."""
         self.has_come = False
         self._takes = is_real and threading.current_thread() is threading.main_thread()
 

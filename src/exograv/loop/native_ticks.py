@@ -128,7 +128,7 @@ class NativeTicks:
         self._rig.write(Command(t, self._step.sequence, t + COMMAND_LIFE_S, tau, tau / self._gain))
 
     def _write_machine(self) -> None:
-        """Write what stays for the whole life of these ticks."""
+        """Write sizes, functions and addresses of buffers to the record of the C code; they never change afterwards."""
         step, period, guard_record = self._step, self._period, self._record
         library = guard_record.library
         assert library is not None

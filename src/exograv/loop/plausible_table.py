@@ -193,7 +193,7 @@ def _potential(
     products: Float[np.ndarray, "posture further"],
     torque: Float[np.ndarray, "posture joint part"],
 ) -> Float[np.ndarray, "further part"]:
-    """Fit the potential to what the rows of the joints, sums of `F`, leave of the torque (least squares)."""
+    """Fit the potential to the torque minus the rows of the joints, which are sums of `F` (least squares)."""
     basis = np.linalg.qr(F)[0]
     normal, right = np.zeros((further.count, further.count)), np.zeros((further.count, torque.shape[2]))
     for j in range(torque.shape[1]):

@@ -42,7 +42,7 @@ ELBOW_OBLIQUE_SD_DEG = (7.0, 5.0)
 Tracked elbows have a carrying angle of 11.6 ± 3.2° (men) and 16.7 ± 2.6° (women) when extended, and of -1.8° and -1.6°
 at the end of flexion (Ergonomics 48:1645, 2005, abstract): half of the sum and of the difference. The deviations are
 assumed: studies differ in mean and spread (9.8 ± 2.8° to 11.6° in men), the axis of Rajagopal 2016 is turned by 13°,
-and nobody lies exactly along the machine's links."""
+and no arm lies exactly along the machine's links."""
 
 WeightPlace = Literal["hand", "forearm"]
 """Places where a person can carry a known weight."""

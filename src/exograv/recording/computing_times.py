@@ -1,4 +1,4 @@
-"""Computing times of the ticks, and share of limited torques: what a report tells of all ticks, in constant memory."""
+"""Computing times of the ticks, and share of limited torques: figures about all ticks, in constant memory."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

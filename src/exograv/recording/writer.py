@@ -211,7 +211,7 @@ class RecordingWriter:
 
     @property
     def t_last(self) -> float:
-        """Latest time in the file [s], without what is not written yet; 0 in an empty file."""
+        """Latest time in the file [s], without buffered messages; 0 in an empty file."""
         return 1e-9 * self._file.chunks.time_span_ns[1]
 
     def sync(self) -> int:

@@ -25,7 +25,7 @@ class NativeMuscles:
 
 @dataclass(frozen=True)
 class NativePole:
-    """Memory of a pole of a shoulder's angles; `rig.twin.world.poles` says what is done with it."""
+    """Memory of a pole of a shoulder's angles; `rig.twin.world.poles` explains its use."""
 
     abduction: np.ndarray
     """Memory that begins with the angle of abduction [rad]."""

@@ -16,7 +16,7 @@ from .plausible import PlausibleTable
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of what may reach a joint. Sources: safety figures in docs/explanation/safety.md."""
+    """Limits of the commands that may reach a joint. Sources: safety figures in docs/explanation/safety.md."""
 
     torque_max_Nm: Joints
     """Largest torque of the drive."""

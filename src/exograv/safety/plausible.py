@@ -125,7 +125,7 @@ class PlausibleTable:
             raise ConfigError("The plausible table has entries that are not finite. Compute it again.")
 
     def packed(self) -> "array[float]":
-        """Table as the flat numbers that `core.carried` reads, with places for what it computes."""
+        """Table as the flat numbers that `core.carried` reads, with room for its results."""
         parts = [_packed(chain) for chain in self.chains]
         return array("d", [float(len(parts)), math.nan, *np.concatenate(parts)])
 

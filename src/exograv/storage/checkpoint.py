@@ -26,7 +26,7 @@ Row = TypeVar("Row")
 State = TypeVar("State")
 
 NOT_SUCH = (KeyError, TypeError, ValueError)
-"""Errors of a function that unpacks what another program has written."""
+"""Errors of a function that unpacks the data of another program."""
 
 
 class CheckpointRows(Generic[Row]):

@@ -32,7 +32,7 @@ class Sealed(Settings):
         return hashlib.sha256(json.dumps(self._sealed_values(), sort_keys=True).encode()).hexdigest()
 
     def _sealed_values(self) -> dict[str, Any]:
-        """Return the values that the hash covers; a kind with an older version leaves out what that version lacks."""
+        """Return the values that the hash covers; for an older version, only those that it has."""
         return self.model_dump(mode="json", exclude={"content_sha256"})
 
 

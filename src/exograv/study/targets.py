@@ -12,17 +12,28 @@ TARGET_WRIST_NM = 0.05  # of the hand's 0.3 N·m about the wrist, a share simila
 TARGET_NM = {"shoulder": TARGET_SHOULDER_NM, "elbow": TARGET_ELBOW_NM, "wrist": TARGET_WRIST_NM}
 """Targets by part of the arm [N·m]."""
 
+SIDES = ("right", "left")
+
+
+def target_of(joint: str) -> float:
+    """Return the target of a joint by the part of the arm in its name [N·m]; forearm roll has that of the wrist."""
+    return next((target for place, target in TARGET_NM.items() if place in joint), TARGET_WRIST_NM)
+
 
 def targets(recording: Recording) -> np.ndarray:
     """Largest left over (joint,) that counts as weightless [N·m]: the recording's own, else the project's."""
     if own := recording.settings.get("targets_Nm"):
         return np.array(own)
-    return np.array([TARGET_ELBOW_NM if "elbow" in joint else TARGET_SHOULDER_NM for joint in recording.joints])
+    return np.array([target_of(joint) for joint in recording.joints])
 
 
 def joint_groups(joints: tuple[str, ...]) -> dict[str, list[int]]:
-    """Return the indices of the joints of each part of the arm, by the first word of the joints' names."""
+    """Return the indices of the joints of each part of the arm, by the first word of the joints' names.
+
+    In a machine for both arms the first word is the side, and the part has two words, such as "right shoulder".
+    """
     groups: dict[str, list[int]] = {}
     for index, joint in enumerate(joints):
-        groups.setdefault(joint.split("_")[0], []).append(index)
+        words = joint.split("_")
+        groups.setdefault(" ".join(words[: 2 if words[0] in SIDES else 1]), []).append(index)
     return groups

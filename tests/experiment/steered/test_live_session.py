@@ -125,7 +125,7 @@ def test_an_arm_that_nobody_steers_any_more_is_given_back(operator: Operator):
     operator.until("ramp_out", keeps=False)
     operator.until("exo_only", keeps=False)
     shown = operator.desk.shown()
-    assert "Nobody steers" in shown.alarms[-1].text
+    assert "No operator steers" in shown.alarms[-1].text
     assert np.all(np.array(shown.tau_limit_Nm) > 0.0)
     assert shown.latch is None
 

@@ -68,7 +68,7 @@ def test_an_arm_that_is_not_known_can_only_be_identified():
 @pytest.mark.parametrize("kind", sorted(set(KINDS) - ALWAYS))
 @pytest.mark.parametrize("mode", Mode)
 def test_where_nobody_steers_or_nothing_runs_only_stop_notes_and_acknowledgements_pass(kind, mode: Mode):
-    assert "Nobody steers" in why_not(kind, standing(mode, is_leased=False))
+    assert "No operator steers" in why_not(kind, standing(mode, is_leased=False))
     assert "not begun" in why_not(kind, standing(None))
     for always in ALWAYS:
         assert not why_not(always, standing(mode, is_leased=False))

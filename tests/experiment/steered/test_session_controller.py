@@ -129,7 +129,7 @@ def test_where_nobody_steers_any_more_there_is_an_alarm_and_the_arm_is_given_bac
     hand.wait(LEASE_S + 0.4, keeps=False)
     assert hand.mode is Mode.RAMP_OUT
     (alarm,) = hand.desk.shown().alarms
-    assert "Nobody steers" in alarm.text
+    assert "No operator steers" in alarm.text
     hand.wait(RAMP_OUT_S + 0.4, keeps=False)
     assert hand.mode is Mode.EXO_ONLY
     hand.desk.keep()

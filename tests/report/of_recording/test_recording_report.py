@@ -17,7 +17,7 @@ from exograv.report.of_recording.headline import headline, tiles
 from exograv.report.of_recording.recording_report import FIGURES, page_of, write_report
 from exograv.report.style.figure_style import averaged, thinned
 from exograv.report.style.page import page_text
-from exograv.study.targets import joint_groups, targets
+from exograv.study.targets import joint_groups, target_of, targets
 
 JOINTS = ("shoulder_flexion", "elbow_flexion")
 VOID = {"meta", "wbr", "br", "img", "link", "input", "hr"}
@@ -179,6 +179,12 @@ def test_a_missed_target_is_never_called_weightless(tmp_path: Path):
     recording = read_recording(tmp_path / "a.mcap")
     assert headline(recording).startswith("After 60 s of motion 0.25 N·m")
     assert [tile.is_good for tile in tiles(recording)] == [False, True]
+
+
+def test_the_parts_of_both_arms_are_judged_one_by_one():
+    joints = ("right_shoulder_flexion", "right_elbow_flexion", "left_shoulder_flexion", "left_elbow_flexion")
+    assert list(joint_groups(joints)) == ["right shoulder", "right elbow", "left shoulder", "left elbow"]
+    assert [target_of(joint) for joint in (*joints, "forearm_roll")] == [0.2, 0.1, 0.2, 0.1, 0.05]
 
 
 def test_the_shoulder_is_as_good_as_its_worst_axis(demo_recording: Path):

@@ -234,12 +234,12 @@ def test_a_reset_without_a_lease_is_refused(room: Room):
     room.says(DescentCommand(1))
     for _ in range(DOWN):
         room.tick()
-    assert "Nobody steers" in (room.says(GuardRequest(2, Event.RESET)) or "")
+    assert "No operator steers" in (room.says(GuardRequest(2, Event.RESET)) or "")
     assert room.guard.envelope.stop is not None
 
 
 def test_a_gravity_level_from_a_steering_page_is_answered_and_reached_by_the_requested_ramp(room: Room):
-    assert "Nobody steers" in (room.says(FeltLevel(0.5, 10.0, 1)) or "")
+    assert "No operator steers" in (room.says(FeltLevel(0.5, 10.0, 1)) or "")
     lease(room)
     assert room.says(FeltLevel(0.5, 10.0, 2)) == ""
     assert room.hearing.acts & TOLD_LEVEL
@@ -255,7 +255,7 @@ def test_an_arm_that_is_carried_when_the_lease_ends_is_given_back(room: Room):
     room.mode = Mode.FLOATING
     Clock.now = 1_300_000_000
     room.tick()
-    assert any("Nobody steers" in note for note in room.notes)
+    assert any("No operator steers" in note for note in room.notes)
     room.hearing.tell(room.state)
     assert ASKABLE[int(room.state["event"])] is Event.GIVE_BACK
 

@@ -30,13 +30,13 @@ def ask(steering: CommandDecisions, event: Event, mode: Mode, now_ns: int = 0, i
 
 def test_without_a_lease_nothing_may_be_asked_for():
     for mode, event in TRANSITIONS:
-        assert "Nobody steers" in ask(CommandDecisions(), event, mode)
+        assert "No operator steers" in ask(CommandDecisions(), event, mode)
 
 
 def test_a_lease_is_never_longer_than_allowed():
     steering = steered()
     assert not ask(steering, Event.TEST, Mode.OFF, LEASE_MAX_NS)
-    assert "Nobody steers" in ask(steered(), Event.TEST, Mode.OFF, LEASE_MAX_NS + 1)
+    assert "No operator steers" in ask(steered(), Event.TEST, Mode.OFF, LEASE_MAX_NS + 1)
 
 
 @pytest.mark.parametrize("event", [event for event in Event if event not in ASKABLE or event is Event.PASSED])

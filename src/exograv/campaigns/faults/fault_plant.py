@@ -152,7 +152,7 @@ class FaultPlant(World, Protocol):
         ...
 
     def sights(self) -> list[TruthSample]:
-        """Truth of every tick, when the flight is over."""
+        """Return the true state of machine and arm in every tick, after the flight."""
         ...
 
     def forget(self) -> None:

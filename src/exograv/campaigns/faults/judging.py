@@ -48,7 +48,7 @@ def detection_begin(course: ScenarioLog, fault: Fault, shows: Bool[np.ndarray, "
 def detection_ms(course: ScenarioLog, fault: Fault, begin: float) -> float | None:
     """Time until the safe state was reached for a permitted reason [ms]; None if it was not reached.
 
-    Where a message suffices, the time until the operator was told, if that was earlier.
+    For a fault that requires only a message: the time until the message to the operator, if that was earlier.
     """
     if fault.at_drive:
         tick = course.braked_tick

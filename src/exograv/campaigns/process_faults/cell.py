@@ -1,4 +1,4 @@
-"""Cell of the matrix: one process, one fault and one state; and the orders of one flight, in a file."""
+"""Cell of the matrix: one process, one fault and one state; and the instructions for one flight, in a file."""
 
 import enum
 import json
@@ -102,7 +102,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class FlightOrders:
-    """Orders of one flight for the processes of its session."""
+    """Instructions of one flight for the processes of its session: when to fail, and how."""
 
     cells: tuple[str, ...]
     """Names of the cells, in the order of their strikes."""
@@ -120,12 +120,12 @@ class FlightOrders:
     """Locator of the Zenoh router; empty without a bridge to ROS 2."""
 
     def write(self, path: Path) -> None:
-        """Write the orders to a file."""
+        """Write the instructions to a file."""
         path.write_text(json.dumps(asdict(self)), encoding="utf-8")
 
     @classmethod
     def read(cls, path: Path) -> "FlightOrders":
-        """Read the orders of a flight."""
+        """Read the instructions of a flight from their file."""
         said = json.loads(path.read_text(encoding="utf-8"))
         return cls(**{**said, "cells": tuple(said["cells"])})
 

@@ -82,7 +82,7 @@ class DrivesExaminer:
         device.plant.watch = self._note_step
 
     def log(self) -> DrivesLog:
-        """Return what was observed."""
+        """Return the observations of the drives."""
         device = self._device
         assert device is not None
         joints = len(device.plant.each)

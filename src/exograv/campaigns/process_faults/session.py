@@ -46,7 +46,7 @@ SERIAL = "simulated drives of the process faults"
 
 
 def main() -> None:
-    """Run the command `exograv run live` with the orders of the environment."""
+    """Run the command `exograv run live` with the instructions in the environment."""
     # A campaign in the background, or under nohup, hands on that it ignores Ctrl-C and SIGHUP. A terminal does not.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     for number in (signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP):

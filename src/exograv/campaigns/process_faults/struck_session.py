@@ -39,7 +39,7 @@ class Session:
             self.output.append(data)
 
     def look(self) -> None:
-        """Note what is acknowledged now, then wait a little."""
+        """Note the ticks that the recorder has acknowledged until now, then wait a little."""
         for note in self.notes("ring"):
             self.acknowledged = acknowledged_ticks(note["name"], self.acknowledged)
         time.sleep(LOOK_S)
@@ -76,7 +76,7 @@ class Session:
 
 @contextlib.contextmanager
 def struck_session(orders: Path, folder: Path, loop: Loop) -> Iterator[Session]:
-    """Start the session of these orders; yield it, and end all its processes. An error also deletes their memory."""
+    """Start the session of a flight; yield it, and end all its processes. An error also deletes their memory."""
     words = [sys.executable, "-m", f"{__package__}.session"]
     environment = {**os.environ, ORDERS: str(orders), "COLUMNS": "200", "EXOGRAV_LOOP": loop.value}
     pipe, nothing = subprocess.PIPE, subprocess.DEVNULL

@@ -20,7 +20,7 @@ _MAPPED = re.compile(r"/dev/shm/(\S+)")
 
 
 def processes_of(orders: Path) -> Iterator[int]:
-    """Yield the identifiers of all living processes of a session, which carry its orders in their environment."""
+    """Yield the identifiers of all living processes of a session, which carry its instructions in their environment."""
     mark = f"{ORDERS}={orders}".encode()
     for folder in Path("/proc").iterdir():
         if folder.name.isdecimal() and int(folder.name) != os.getpid():

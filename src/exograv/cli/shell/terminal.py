@@ -105,15 +105,15 @@ def _of_wearer_model(model: "ModelNotes | None") -> Iterator[str]:
 
 def _missed_target(found: "DemoFindings") -> str:
     """Say by how much the true left over misses its target, at which joints."""
-    from exograv.study.targets import TARGET_NM
+    from exograv.study.targets import target_of
 
     missed = []
     for joint, value in zip(found.joints, found.arm.left_over_rms_Nm.total.identified, strict=True):
-        target = next((one for place, one in TARGET_NM.items() if joint.startswith(place)), TARGET_NM["wrist"])
+        target = target_of(joint)
         if value > target:
             missed.append(f"at {joint.replace('_', ' ')} by {value - target:.2f} N·m")
     if missed:
-        return f"misses its target {' and '.join(missed)}"
+        return f"misses its target {', '.join(missed)}"
     return "is within its target at the end, but was beyond it again during the motion"
 
 

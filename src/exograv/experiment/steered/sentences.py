@@ -19,7 +19,7 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         "guard.absent": "There is no guard. Wait until the machine is off.",
         "guard.ended": "The guard's process has ended.",
         "guard.silent": "The guard did not answer in time. Check the display before you ask again.",
-        "desk.nobody": "Nobody steers: the operator's page was silent for {seconds} s. Open it again.",
+        "desk.nobody": "No operator steers: the operator's page was silent for {seconds} s. Open it again.",
         "desk.not_begun": "The session has not begun yet. Wait until the machine is off.",
         "desk.not_stopped": "Nothing was stopped.",
         "desk.stopped": "{latch} Reset it first.",

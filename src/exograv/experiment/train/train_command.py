@@ -161,7 +161,7 @@ class _Training:
         return 0.0 if number is None else timeline.duration_s - timeline.approach_s(number)
 
     def _reported(self, run: TaskRun, before: KeptSession) -> TrainResult:
-        """Write what is missing of a run whose windows are over: the command was ended while it closed its files."""
+        """Write the missing results of a complete run whose command was ended while it closed its files."""
         report = self._report_path
         if report.exists() and report.stat().st_mtime >= self._kept_path.stat().st_mtime:
             raise ConfigError(

@@ -1,4 +1,4 @@
-"""Direct fit of a payload to a whole log: the start of all checks of what a method found."""
+"""Direct fit of a payload to a whole log: the starting point for all checks of a method's result."""
 
 from dataclasses import dataclass
 

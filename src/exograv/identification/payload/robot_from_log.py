@@ -132,7 +132,7 @@ def felt_covariance(
 
 @dataclass(frozen=True)
 class _Found:
-    """State of the fit: unknowns z (robot, then the changes of each log), and what they were weighted with."""
+    """State of the fit: unknowns z (robot, then the changes of each log), and their weights."""
 
     z: Float[np.ndarray, " unknown"]
     covariance: Float[np.ndarray, "unknown unknown"]
@@ -288,7 +288,7 @@ def _statistics(
 
 @dataclass(frozen=True)
 class _Kept:
-    """Held-out residuals of all logs, and what they may depend on."""
+    """Held-out residuals of all logs, and the quantities on which they may depend."""
 
     error: Float[np.ndarray, "sample joint"]
     clear: Bool[np.ndarray, "sample joint"]

@@ -102,7 +102,7 @@ class Spread:
 
 
 def changing(n: int) -> np.ndarray:
-    """Return the indices of what changes between two logs: Coulomb and viscous friction, and torque offset."""
+    """Return the indices of parameters that change between two logs: friction (Coulomb, viscous), and torque offset."""
     blocks = RobotBlocks(n)
     return np.r_[blocks.coulomb, blocks.viscous, blocks.asymmetry]
 

@@ -120,7 +120,7 @@ TickPlaces = _places("TickPlaces", tick_dtype(1))
 
 
 class LiveLoop(ctypes.Structure):
-    """Loop. The supervisor writes only what C functions write for it, while the loop runs."""
+    """Loop in C. While it runs, the supervisor changes it only through C functions."""
 
     _fields_ = [
         # Settings.

@@ -20,7 +20,7 @@ resolution dominates."""
 def drives_of(description: RigDescription, port: int, bus: str = "udp") -> str:
     """Return a `drives.toml` of simulated drives for any machine, with current limits from its data sheets.
 
-    The port gives each simulated machine on this computer an address of its own.
+    Simulated machines on one computer need different ports.
     """
     most = description.per_actuator("torque_max_Nm") / description.nominal_gain
     counts = {"counts_per_turn": COUNTS_PER_TURN, "motor_counts_per_turn": GEAR * COUNTS_PER_TURN}

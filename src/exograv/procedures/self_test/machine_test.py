@@ -27,7 +27,7 @@ ACTS: Sequence[tuple[str, Act]] = (
     ("sign of each joint", nudge),
     ("hold in three postures", hold_poses),
     ("Stop", press_stop),
-    ("nobody commands", stop_feeding),
+    ("no commands", stop_feeding),
 )
 """Steps in their order: no feedback before the signs are known, and no stop in motion before the hold."""
 

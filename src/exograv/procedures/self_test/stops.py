@@ -99,7 +99,7 @@ def stop_feeding(bench: SelfTestRun) -> list[Step]:
         if ticks == press:
             bench.pilot.guard.press_stop()
 
-    bench.come_down(bench.run.controller, path, "Nobody commands", listener)
+    bench.come_down(bench.run.controller, path, "No commands are sent", listener)
     passed = bench.tap.passed(silent - round(0.05 / bench.tap.period_s))
     return _watchdog(bench, passed, silent - (bench.tap.ticks - len(passed.t)))
 
@@ -139,10 +139,10 @@ def _watchdog(bench: SelfTestRun, passed: RecordedTicks, silent: int) -> list[St
         "brake after 20 ms (docs/explanation/safety.md)."
     )
     return [
-        within("torque left when nobody commands", left, REST_MAX_NM, "N·m", f"Drive of joint '{name}': {dead}"),
-        within("torque is gone when nobody commands", gone_ms, TRIP_MAX_MS + MEAN_TICKS, "ms", dead),
+        within("torque left without commands", left, REST_MAX_NM, "N·m", f"Drive of joint '{name}': {dead}"),
+        within("torque is gone after the last command", gone_ms, TRIP_MAX_MS + MEAN_TICKS, "ms", dead),
         Step(
-            "drives brake when nobody commands",
+            "drives brake without commands",
             brakes >= BRAKES_SHARE,
             round(brakes, 3),
             BRAKES_SHARE,

@@ -23,7 +23,7 @@ def draw(recording: Recording) -> Figure | None:
     estimates = recording.messages("/estimate")
     if len(estimates) < 2:
         return None
-    estimates = [estimates[k] for k in thinned(len(estimates), MOST_POINTS)]
+    estimates = [estimates[int(k)] for k in thinned(len(estimates), MOST_POINTS)]
     truth = {entry["name"]: entry.get("truth") for entry in recording.last("/result").get("parameters", [])}
     names = most_learned(estimates[0]["parameters"], estimates[-1]["parameters"])
     rows = math.ceil(len(names) / COLUMNS)

@@ -5,13 +5,14 @@ import numpy as np
 from exograv.recording import Recording
 from exograv.report.style.page import Tile
 from exograv.study.targets import joint_groups, targets
+from exograv.task.levels import LEVELS
 
 PLACES = {
-    0.0: "weightless",
-    0.165: "as on the Moon",
-    0.378: "as on Mars",
-    1.0: "as on Earth",
-    1.8: "as in a pull-up at 1.8 g",
+    LEVELS["weightless"]: "weightless",
+    LEVELS["moon"]: "as on the Moon",
+    LEVELS["mars"]: "as on Mars",
+    LEVELS["earth"]: "as on Earth",
+    LEVELS["hyper"]: f"as in a pull-up at {LEVELS['hyper']} g",
 }
 """Words by gravity level."""
 
@@ -51,7 +52,8 @@ def headline(recording: Recording) -> str:
     parts = _left_over_of_parts(recording)
     if not parts:
         return str(identification.get("outcome") or "The run is complete.")
-    left = " and ".join(f"{value:.2f} N·m at the {part}" for part, (value, _) in parts.items())
+    *first, last = (f"{value:.2f} N·m at the {part}" for part, (value, _) in parts.items())
+    left = " and ".join((*([", ".join(first)] if first else ()), last))
     if seconds is not None and all(value <= goal for value, goal in parts.values()):
         return f"On target after {seconds:.0f} s of motion: {left} are left over."
     motion = identification.get("motion_s")

@@ -22,7 +22,7 @@ def headline(data: StudyData, found: StudyFindings | None) -> str:
         people = _people(people_in(data.compared))
         return f"{len(data.compared)} touches of {people} in flight; there is no second group for a comparison."
     said = [
-        f"{number(spread.median or 0.0)} {found.unit} {label(group)} (n = {spread.people})"
+        f"{number(spread.median or 0.0)} {found.unit} {label(group)} (n\u00a0=\u00a0{spread.people})"
         for group, spread in found.spread.items()
     ]
     return f"Median deviation in flight: {', '.join(said)}."

@@ -97,7 +97,7 @@ def _percent(share: float) -> str:
 
 
 def _shown(timing: Timing, host: Host) -> list[str]:
-    """Return sentences on what a good run shows, and on its limits."""
+    """Return sentences on the evidence of a good run, and on its limits."""
     found = [
         f"{_percent(timing.woken_within(WOKEN_WITHIN_NS))} of {timing.periods} ticks started within "
         f"{WOKEN_WITHIN_NS // 1000} µs, and no period ended without its command."

@@ -26,11 +26,11 @@ ASKABLE = (Event.TEST, Event.PASSED, Event.TAKE_ARM, Event.GIVE_BACK, Event.SWIT
 
 SENTENCES: Mapping[str, str] = MappingProxyType(
     {
-        "guard.nobody": "Nobody steers: the operator's page was silent for too long.",
-        "guard.not_askable": "Nobody may ask for this from a page.",
+        "guard.nobody": "No operator steers: the operator's page was silent for too long.",
+        "guard.not_askable": "This cannot be requested from a page.",
         "guard.stopped": "The machine has been stopped. Reset it first.",
         "guard.still_down": "The arm is still coming down, or the machine does not answer. Wait, then reset again.",
-        "desk.nobody_any_more": "Nobody steers any more: the operator's page is silent.",
+        "desk.nobody_any_more": "No operator steers any more: the operator's page is silent.",
         "desk.not_possible": "Not possible now. {mode}",
         "desk.no_step_one": "Step one was not done in the last 30 s. Make the machine ready again.",
     }

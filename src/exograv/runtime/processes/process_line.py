@@ -72,7 +72,7 @@ class ProcessLine:
         return bool(self._unsent)
 
     def flush(self) -> None:
-        """Send what the child can take now of the messages that wait."""
+        """Send as many waiting messages as the child can take now."""
         with self._sending, contextlib.suppress(OSError):
             self._write()
 
@@ -134,7 +134,7 @@ class ProcessLine:
             del self._unsent[:sent]
 
     def _read(self) -> None:
-        """Read what is there."""
+        """Read all waiting bytes."""
         most = LOOK_BYTES
         while most > 0 and not self.has_ended:
             try:

@@ -1,1 +1,1 @@
-"""Guard's tick: one Python source, its translation to C, and the choice of what runs."""
+"""Guard's tick: one Python source, its translation to C, and the choice between the two."""

@@ -216,7 +216,7 @@ def _in_place_of(out: Path, folder: StudyFolder) -> Iterator[Path]:
 
 
 def _tidy_after_kill(out: Path) -> None:
-    """Remove what a killed export left beside `out`. If it was killed in the swap, put the previous content back."""
+    """Remove the remains of a killed export beside `out`. After a kill in the swap, restore the previous content."""
     with contextlib.suppress(OSError):
         for old in out.parent.glob(f"{PARTIAL}*-{glob.escape(out.name)}-old"):
             if not out.exists():

@@ -145,7 +145,7 @@ def _remove(folder: StudyFolder, code: str, aside: list[str]) -> tuple[int, int]
 
 
 def _refuse_links(paths: list[Path]) -> None:
-    """Refuse symbolic links: what they point to is outside the study, and an erasure must not leave it unsaid.
+    """Refuse symbolic links: their targets are outside the study, and an erasure would silently leave them.
 
     Raises:
         RecordingError: A path is a symbolic link.

@@ -33,7 +33,7 @@ class Learner:
     """Share of the torque that is given up per repetition where the error is small [-]."""
 
     tolerance: float = float(np.deg2rad(0.5))
-    """Error below which torque is not missed [rad]: half of what a transparency test allows."""
+    """Error below which torque is not missed [rad]: half of the limit of a transparency test."""
 
     bandwidth_Hz: float = 2.0
     """Bandwidth of the anticipated torque [Hz].

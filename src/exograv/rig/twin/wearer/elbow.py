@@ -84,7 +84,7 @@ def outward_sign(side: ArmSide) -> float:
 
 
 def _turned(bone: Bone, R: Float[np.ndarray, "3 3"], axis: Float[np.ndarray, " 3"], turned: set[str]) -> Bone:
-    """Return a bone with what is below the elbow turned by `R`. The elbow's own place stays, and its axis is given."""
+    """Return a bone with the part below the elbow turned by `R`. The elbow's own place stays, and its axis is given."""
     if bone.name not in turned:
         return bone
     return replace(

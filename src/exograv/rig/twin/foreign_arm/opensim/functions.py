@@ -12,7 +12,8 @@ from exograv.errors import ModelError
 from .values import numbers
 
 Function = Callable[[float], float]
-"""Value of a transform or of a coordinate [rad, m], by the value of a coordinate [rad, m]."""
+"""Function of a model's coordinate [rad, m]: returns a displacement of a joint, or the value of a coupled coordinate
+[rad, m]."""
 
 FUNCTIONS = (
     "Constant", "LinearFunction", "PolynomialFunction", "SimmSpline", "NaturalCubicSpline", "PiecewiseLinearFunction",

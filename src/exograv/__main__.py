@@ -1,0 +1,5 @@
+"""Entry point of `python -m exograv`."""
+
+from exograv.cli import main
+
+main()
