@@ -207,7 +207,7 @@ JointNames = Annotated[tuple[str, ...], tyro.conf.arg(metavar="JOINT")]
 JointFactors = Annotated[tuple[str, ...], tyro.conf.arg(metavar="JOINT:FACTOR")]
 DrivesFile = Annotated[Path | None, tyro.conf.arg(metavar="FILE")]
 GravityLevel = Annotated[
-    float, Within(0.0, GRAVITY_LEVEL_MAX, "0 (weightless) to 1 (Earth). The Moon is 0.166, Mars 0.38.")
+    float, Within(0.0, GRAVITY_LEVEL_MAX, "0 (weightless) to 1 (Earth). The Moon is 0.165, Mars 0.38.")
 ]
 
 

@@ -74,7 +74,7 @@ def test_moon_and_mars_are_levels_by_name(tmp_path: Path):
         ('"windows.first_number"', '"windows.levels", "windows.first_number"'),
     )  # fmt: skip
     windows = load_protocol(path).settings.windows
-    assert [windows.level_of(k).start for k in (1, 8, 9, 31)] == [0.166, 0.166, 0.38, 0.38]
+    assert [windows.level_of(k).start for k in (1, 8, 9, 31)] == [0.165, 0.165, 0.38, 0.38]
     assert windows.level_of(31).end == 0.5
     assert LEVELS["hyper"] == 1.8
 

@@ -95,7 +95,7 @@ class DemoOptions(IdentifyOptions):
     """Options of `exograv demo`."""
 
     gravity_level: GravityLevel = 0.0
-    """Felt share of the arm's own weight: 0 weightless, 0.166 Moon, 0.38 Mars, 1 Earth."""
+    """Felt share of the arm's own weight: 0 weightless, 0.165 Moon, 0.38 Mars, 1 Earth."""
 
     only_identify: tyro.conf.Fixed[bool] = False
     """Omit floating and the known weight."""

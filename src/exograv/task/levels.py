@@ -3,7 +3,7 @@
 from typing import Literal
 
 LevelName = Literal["weightless", "moon", "mars", "earth", "hyper"]
-LEVELS: dict[LevelName, float] = {"weightless": 0.0, "moon": 0.166, "mars": 0.38, "earth": 1.0, "hyper": 1.8}
+LEVELS: dict[LevelName, float] = {"weightless": 0.0, "moon": 0.165, "mars": 0.38, "earth": 1.0, "hyper": 1.8}
 """Share of Earth weight that is felt [-]. Moon, Mars: surface gravity 1.62 and 3.7 m/s². Pull-up: parabolas of the A310
 (Pletser, doi 10.5772/intechopen.93464), which fly the Moon at 0.16."""
 

@@ -41,7 +41,7 @@ class Aircraft:
     """Number of parabolas of the emulated flight."""
 
     level: Annotated[float, EMULATING] = 0.0
-    """Gravity level of the emulated parabolas: 0 weightless, 0.166 Moon, 0.38 Mars."""
+    """Gravity level of the emulated parabolas: 0 weightless, 0.165 Moon, 0.38 Mars."""
 
     speed: Annotated[float, EMULATING] = 1.0
     """Speed of the emulated flight: 60 sends a minute in a second, which a receiver cannot use."""
