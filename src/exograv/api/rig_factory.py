@@ -92,7 +92,7 @@ def run_self_test(
         if options.is_on_drives:
             from exograv.live.on_drives.self_test import drives_under_test
 
-            return drives_under_test(options, description, say)
+            return drives_under_test(options, folder, description, say)
         from exograv.laboratory.self_test_command import TwinUnderTest
 
         return nullcontext(TwinUnderTest(options, options.calibration_in(folder), description, progress))

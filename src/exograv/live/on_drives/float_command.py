@@ -3,7 +3,6 @@
 import contextlib
 import sys
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 
@@ -22,7 +21,6 @@ from exograv.model.anthropometry import Body
 from exograv.model.description import RigDescription, load_rig
 from exograv.model.support import assemble
 from exograv.model.wearer_form import WearerForm
-from exograv.next_command import calibration_command, same_machine
 from exograv.procedures.calibration.segment_lengths import settings_of_lengths
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess
@@ -32,11 +30,8 @@ from exograv.procedures.verification.postures import Verification, unseen_postur
 from exograv.recording.disk import refuse_small_disk
 from exograv.rig.drives.opening import open_drives
 from exograv.runtime.lsl.listening import Listening
-from exograv.storage.calibration_file import read_calibration, take_calibration
-from exograv.storage.self_test_pass import FILE as PASS
-from exograv.storage.self_test_pass import MachineKey
 
-from .connection import CONNECTING, Say, drives_with_hands, serial_of
+from .connection import CONNECTING, Say, drives_with_hands, not_ready, readiness_of
 
 SEEN_EVERY_S = 0.05
 """Sampling period of the identification motion, to find postures that the motion has not visited [s]."""
@@ -86,22 +81,14 @@ def fly_on_drives(
     refuse_motorless(description)
     told = _told(description, person, options.simulate) if wearer is None else _told_virtual(wearer, person)
     refuse_small_disk(folder / "live.mcap", len(description.joints), options.loop_s)
-    calibration = options.calibration_in(folder)
-    make = calibration_command(options, folder)
-    read_calibration(calibration, make)  # A missing file is refused before any drive is opened.
     progress(CONNECTING, 0.0)
     with contextlib.ExitStack() as stack:
-        worn = drives_with_hands(options, description, say, "A live run", ("--worn",), in_real_time=True)
+        refuse = not_ready(options, folder, description, "run live", say)
+        worn = drives_with_hands(options, description, say, "A live run", ("--worn",), True, refuse)
         drives, _ = stack.enter_context(worn)
-        serial, period_s = serial_of(options, drives), drives.period_s
-        known = take_calibration(calibration, description, serial, datetime.now(UTC), make).whole
-        key = MachineKey(
-            folder / PASS,
-            description,
-            serial,
-            known.content_sha256,
-            test=same_machine("rig self-test", options, folder),
-        )
+        readiness = readiness_of(options, folder, description, drives)
+        serial, period_s = readiness.serial, drives.period_s
+        known, key = readiness.calibration().whole, readiness.key
         assembly, machine = assemble(description, told.body), known.calibration().machine
         prepared = ControllerKnowledge(assembly, machine, table_guess(assembly, machine), 0.0, known.calibration())
         progress("Computing limits for an unknown arm", 0.0)
