@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from exograv.experiment.steered.interface import SteeredFlight
+    from exograv.experiment.steered.options import SteeredOptions
     from exograv.live.live_figures import LiveFigures
     from exograv.live.live_processes import Running
     from exograv.live.on_drives.connection import Say
@@ -127,3 +129,23 @@ def run_verification(
     from exograv.laboratory.verification_command import run_verification
 
     return run_verification(options, progress)
+
+
+def steered_flight(
+    options: "SteeredOptions", person: "PersonForm", folder: Path, command: str, say: "Say"
+) -> "SteeredFlight":
+    """Return the flight of a steered session on the twin or on drives. `command` asks for the machine.
+
+    Raises:
+        ExogravError: The machine is not ready, or a file or an option cannot be used.
+    """
+    from exograv.experiment.steered.live_session import LiveFlight
+
+    if options.is_on_drives:
+        from exograv.experiment.steered.driven_machine import DrivenMachine, machine_of_side
+
+        machine = DrivenMachine(options, person, folder, command, say, simulated_wearer(options))
+        return LiveFlight(options, folder, machine_of_side(machine))
+    from exograv.experiment.steered.prepared_machine import PreparedMachine
+
+    return LiveFlight(options, folder, lambda side: PreparedMachine(options, side))

@@ -4,7 +4,6 @@ import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +30,7 @@ from exograv.storage.participant_file import (
     write_participant,
 )
 from exograv.storage.participant_schema import Identified, StoredParticipant, StoredPerson, prior_hash
+from exograv.storage.self_test_pass import MachineKey
 
 
 @dataclass(frozen=True)
@@ -54,9 +54,6 @@ class ParticipantFiles:
     """Machine with the table's arm of the wearer."""
     form: WearerForm
     """Body data and lengths of the wearer."""
-    connect: Callable[[int, float], Rig]
-    """Function that builds the machine, from a seed and the time of the machine's clock [s]. The process that owns the
-    machine calls it."""
     period_s: float
     machine: str
     """Serial number of the machine, or the name that replaces it for the twin."""
@@ -77,9 +74,21 @@ class ParticipantFiles:
         return found
 
     def plan(
-        self, who: RequestedParticipant, prepared: ControllerKnowledge, seed: int, stack: contextlib.ExitStack
+        self,
+        who: RequestedParticipant,
+        prepared: ControllerKnowledge,
+        rig: Callable[[], Rig],
+        stack: contextlib.ExitStack,
+        key: MachineKey | None = None,
     ) -> LivePlan:
         """Plan of guard, control and worker; takes seconds. The worker's memory exists as long as `stack`.
+
+        Args:
+            who: Person in the machine.
+            prepared: Controller's knowledge of the machine.
+            rig: Function that builds the machine. The process that owns the machine calls it.
+            stack: Owner of the worker's memory.
+            key: Key that unlocks a real machine; None for the twin.
 
         Raises:
             ConfigError: There is no such file any more.
@@ -100,9 +109,10 @@ class ParticipantFiles:
         lesson = lesson_plan(
             prepared, who.identify_s, self.period_s, stack, passes_s=2.0 * who.identify_s, belief=belief
         )
-        rig = partial(self.connect, seed, prepared.t)
-        description = assembly.description
-        return LivePlan(description, self.form, prepared, person, 0.0, rig, lesson=lesson, is_steered=True)
+        period_ns = round(1e9 * self.period_s)
+        return LivePlan(
+            assembly.description, self.form, prepared, person, 0.0, rig, period_ns, lesson, key, is_steered=True
+        )
 
     def keep(
         self, prepared: ControllerKnowledge, code: str | None, learned: LearnedArm, predicted: np.ndarray

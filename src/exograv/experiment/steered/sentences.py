@@ -40,6 +40,7 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
             "continue."
         ),
         "flight.recording_over": "The recording has ended. Put the person in again to continue.",
+        "flight.locked": "{cause} The machine is locked. Take the person out, and repeat the self-test: {command}.",
         "flight.recording_ends": "The recording ends in less than five minutes; then the arm is let down.",
         "flight.control_again": "The controller failed or did not answer, and was restarted.",
         "flight.other_person": "The file of {person} does not fit this arm: another person's file, or a large change.",

@@ -17,11 +17,8 @@ from exograv.live.options import LiveOptions, PersonForm
 from exograv.loop.keyboard import is_line_typed
 from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.pilot import Progress
-from exograv.model.anthropometry import Body
-from exograv.model.description import RigDescription, load_rig
+from exograv.model.description import load_rig
 from exograv.model.support import assemble
-from exograv.model.wearer_form import WearerForm
-from exograv.procedures.calibration.segment_lengths import settings_of_lengths
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.identify import identification_motion
@@ -32,6 +29,8 @@ from exograv.rig.drives.opening import open_drives
 from exograv.runtime.lsl.listening import Listening
 
 from .connection import CONNECTING, Say, drives_with_hands, not_ready, readiness_of
+from .fault_lock import lock_after_fault
+from .wearer_form import form_of_wearer
 
 SEEN_EVERY_S = 0.05
 """Sampling period of the identification motion, to find postures that the motion has not visited [s]."""
@@ -79,7 +78,7 @@ def fly_on_drives(
         )
     description = load_rig(options.rig, options.side)
     refuse_motorless(description)
-    told = _told(description, person, options.simulate) if wearer is None else _told_virtual(wearer, person)
+    told = form_of_wearer(description, person, options.simulate, wearer)
     refuse_small_disk(folder / "live.mcap", len(description.joints), options.loop_s)
     progress(CONNECTING, 0.0)
     with contextlib.ExitStack() as stack:
@@ -107,6 +106,7 @@ def fly_on_drives(
         said = {"settings": {"options": options.recorded(), "machine": serial}}
         seconds = options.loop_s + passes_s
         flown = fly_plan(plan, seconds, folder, said, progress, lambda _: None, is_tested=True, lsl=lsl)
+    lock_after_fault(key, flown.report)
     figures = live_figures(
         options.rig, flown, wearer, prepared, f"passed: {key.file}", lsl, listening, machine=serial
     )  # fmt: skip
@@ -118,32 +118,6 @@ def _verification(prepared: ControllerKnowledge, options: LiveOptions, seed: int
     model = ArmModel(prepared.assembly, prepared.machine)
     seen = identification_motion(prepared.assembly, options.identify_s, SEEN_EVERY_S).q
     return Verification(unseen_postures(model, prepared.x, seen, seed), seed)
-
-
-def _told(description: RigDescription, person: PersonForm, is_simulated: bool) -> WearerForm:
-    missing = [
-        option
-        for option, value in (
-            ("--body-height", person.height_m),
-            ("--body-mass", person.mass_kg),
-            ("--sex", person.sex),
-        )
-        if value is None
-    ]
-    if person.height_m is None or person.mass_kg is None or person.sex is None:
-        why = (
-            "MuJoCo is not installed, so the wearer of the simulated drives is not known here. " if is_simulated else ""
-        )
-        raise ConfigError(f"{why}{', '.join(missing)} of the wearer: not given. Give all of them.")
-    lengths = settings_of_lengths(description, person.lengths)
-    return WearerForm(Body(person.height_m, person.mass_kg, person.sex, dict(lengths)), lengths)
-
-
-def _told_virtual(wearer: SimulatedWearer, person: PersonForm) -> WearerForm:
-    """Return the form of the virtual wearer: stature, mass, sex and measured segment lengths."""
-    if person.lengths or person.height_m is not None or person.mass_kg is not None or person.sex is not None:
-        raise ConfigError("--simulate draws its own wearer: leave out --body-height, --body-mass, --sex and --length.")
-    return wearer.form
 
 
 def _await_enter(say: Say) -> None:

@@ -19,6 +19,7 @@ cut             disconnect the cable to the host; mend: connect it again
 freeze JOINT    let this drive repeat its last sample, while its motor goes on; thaw JOINT: new samples again
 fail JOINT      internal fault of this drive
 heat JOINT C    set the temperature of its winding
+mode NAME       tell the wearer that this mode of the machine begins, such as ramp_in
 press           hardware stop: every drive is off and brakes; release: close its line again
 report          state of each drive by its own report, as JSON
 quit            end"""
@@ -70,6 +71,7 @@ class SimulatedBench:
             "thaw": lambda joint: self._plant.thaw(self._joint(joint)),
             "fail": lambda joint: self._plant.each[self._joint(joint)].fail(DriveFault.INTERNAL),
             "heat": self._heat,
+            "mode": self._plant.hear,
             "press": self._plant.press_stop,
             "release": self._plant.release_stop,
             "report": lambda: self._say(self.report()),
@@ -113,7 +115,7 @@ class SimulatedBench:
         return self._joints.index(name)
 
 
-_WORDS_AFTER = {"hang": 2, "turn": 2, "heat": 2, "unplug": 1, "plug": 1, "freeze": 1, "thaw": 1, "fail": 1}
+_WORDS_AFTER = {"hang": 2, "turn": 2, "heat": 2, "mode": 1, "unplug": 1, "plug": 1, "freeze": 1, "thaw": 1, "fail": 1}
 
 
 def _number(text: str) -> float:
