@@ -18,7 +18,7 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "arm weigh": ("twin",),
     "arm verify": ("control", "recording"),
     "run live": ("control", "recording"),
-    "run train": ("twin", "study"),
+    "run train": ("study",),
     "run assist": ("twin", "study"),
     "run support-level": ("twin", "study"),
     "study example": ("twin", "study"),
@@ -32,6 +32,8 @@ NEEDS: dict[str, tuple[str, ...]] = {
 def extras_of(path: str, options: Any) -> tuple[str, ...]:
     """Extras that a command needs with these options."""
     extras = NEEDS.get(path, ())
+    if path == "run train" and options.is_on_drives:
+        extras = ("control", "console")
     # Only the twin loads MuJoCo here: simulated drives have a process of their own, which names what it lacks.
     if extras and getattr(options, "is_on_drives", True) is False:
         extras = ("twin", *extras)

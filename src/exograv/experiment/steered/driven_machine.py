@@ -11,7 +11,7 @@ import numpy as np
 from exograv.errors import ConfigError, ExogravError
 from exograv.live.arm_worker import LearnedArm
 from exograv.live.live_processes import LiveResult
-from exograv.live.on_drives.connection import Say, drives_of, not_ready, readiness_of
+from exograv.live.on_drives.connection import Say, drawn_by, drives_of, not_ready, readiness_of
 from exograv.live.on_drives.fault_lock import lock_after_fault
 from exograv.live.on_drives.wearer_form import form_of_wearer
 from exograv.live.options import PersonForm
@@ -97,8 +97,12 @@ class DrivenMachine:
         return partial(open_drives, self._drives)
 
     def recorded(self) -> Mapping[str, Any]:
-        """Return the serial number of the machine, and the options."""
-        return {"settings": {"options": self._options.written(), "machine": self._readiness.serial}}
+        """Return the serial number of the machine, the options, and the disturbances of simulated drives."""
+        options = self._options
+        return {
+            **drawn_by(options),
+            "settings": {"options": options.written(), "machine": self._readiness.serial},
+        }
 
     def hear(self, mode_name: str) -> None:
         """Tell a simulated wearer the mode that begins."""

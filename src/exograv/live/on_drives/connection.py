@@ -3,10 +3,11 @@
 import contextlib
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import ConfigError
@@ -118,6 +119,13 @@ def drives_of(
         clock = [] if in_real_time else ["--lock-step"]
         with simulated_drives(drives.settings.bus, [*told, *twin, *clock, *simulation]) as tell:
             yield drives, tell
+
+
+def drawn_by(options: MachineOptions) -> Mapping[str, Any]:
+    """Return what a recording states about simulated drives, so that no reader takes it for one of a person."""
+    if not options.simulate:
+        return {}
+    return {"disturbance_level": options.level, "world": options.world, "seed": options.seed}
 
 
 def readiness_of(

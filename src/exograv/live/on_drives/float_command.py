@@ -28,7 +28,7 @@ from exograv.recording.disk import refuse_small_disk
 from exograv.rig.drives.opening import open_drives
 from exograv.runtime.lsl.listening import Listening
 
-from .connection import CONNECTING, Say, drives_with_hands, not_ready, readiness_of
+from .connection import CONNECTING, Say, drawn_by, drives_with_hands, not_ready, readiness_of
 from .fault_lock import lock_after_fault
 from .wearer_form import form_of_wearer
 
@@ -103,7 +103,7 @@ def fly_on_drives(
         lsl = streaming_of(options, description, period_s, listening)
         if not options.simulate:
             _await_enter(say)
-        said = {"settings": {"options": options.recorded(), "machine": serial}}
+        said = {**drawn_by(options), "settings": {"options": options.recorded(), "machine": serial}}
         seconds = options.loop_s + passes_s
         flown = fly_plan(plan, seconds, folder, said, progress, lambda _: None, is_tested=True, lsl=lsl)
     lock_after_fault(key, flown.report)
