@@ -97,21 +97,21 @@ def _plant(options: DriveSimOptions, description: RigDescription, drives: Drives
     twin = laboratory.twin(options.seed)
     plant = Plant(twin, drives, wiring)
     own = laboratory.own_arm()
-    grip, attentive = ArmHold(twin, own), list[AttentiveHold]()
-    is_told = False
+    grip, attentive = ArmHold(twin, own), AttentiveHold(twin, own)
+    is_told = is_attentive = False
 
     def hear(mode_name: str) -> None:
         """Let the wearer follow the mode that the machine announces, instead of a fixed time."""
+        nonlocal is_attentive
         if mode_name.upper() not in Mode.__members__:
             raise RigError(f"No mode '{mode_name}'. The modes are {', '.join(mode.name.lower() for mode in Mode)}.")
-        if not attentive:
-            attentive.append(AttentiveHold(twin, own))
-        attentive[0].hear(mode_name)
+        is_attentive = True
+        attentive.hear(mode_name)
 
     def hold() -> None:
         nonlocal is_told
-        if attentive:
-            attentive[0].act()
+        if is_attentive:
+            attentive.act()
             return
         if not is_told and all(drive.is_enabled for drive in plant.each):
             is_told = True
