@@ -14,15 +14,19 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from exograv.experiment.steered.interface import SteeredFlight
     from exograv.experiment.steered.options import SteeredOptions
+    from exograv.laboratory.demo_result import DemoResult
+    from exograv.laboratory.options import ArmOptions
     from exograv.live.live_figures import LiveFigures
     from exograv.live.live_processes import Running
     from exograv.live.on_drives.connection import Say
+    from exograv.live.on_drives.identification import IdentifiedOnDrives
     from exograv.live.options import LiveOptions, PersonForm
     from exograv.loop.pilot import Progress
     from exograv.model.description import RigDescription
     from exograv.options import MachineOptions
     from exograv.procedures.calibration.calibrate_command import CalibrationResult, EmptyMachine, TruthAt
     from exograv.procedures.calibration.options import CalibrateOptions
+    from exograv.procedures.identification.options import ParticipantOptions
     from exograv.procedures.identification.simulated_wearer import SimulatedWearer
     from exograv.procedures.self_test.options import SelfTestOptions
     from exograv.procedures.self_test.self_test_command import MachineUnderTest, SelfTestResult
@@ -149,3 +153,23 @@ def steered_flight(
     from exograv.experiment.steered.prepared_machine import PreparedMachine
 
     return LiveFlight(options, folder, lambda side: PreparedMachine(options, side))
+
+
+def run_identification(
+    options: "ArmOptions",
+    files: "ParticipantOptions",
+    person: "PersonForm",
+    folder: Path,
+    progress: "Progress",
+    say: "Say",
+) -> "DemoResult | IdentifiedOnDrives":
+    """Identify an arm, and keep it in a file if one is named."""
+    if options.is_on_drives:
+        from exograv.live.on_drives.identification import identify_on_drives
+
+        wearer = simulated_wearer(options)
+        return identify_on_drives(options, options.seconds, files, person, folder, progress, say, wearer)
+    from exograv.laboratory.demo import run_demo
+    from exograv.laboratory.options import DemoOptions
+
+    return run_demo(DemoOptions(**vars(options.on_twin), only_identify=True), folder, progress, files)

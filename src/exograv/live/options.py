@@ -10,6 +10,8 @@ import tyro
 
 from exograv.errors import ConfigError
 from exograv.options import (
+    ON_DRIVES,
+    ON_TWIN,
     SESSIONS_MAX,
     Acts,
     CalibratedOptions,
@@ -36,8 +38,6 @@ MOTION_S = (10.0, 600.0)
 AROUND_MOTION_S = 16.0
 """Time for rest, ramp, approach to the motion, and the worker's last computation [s]."""
 
-ON_DRIVES = Acts(lambda all_: all_.is_on_drives, "with --drives or --simulate")
-ON_TWIN = Acts(lambda all_: not all_.is_on_drives, "on the twin, without --drives and --simulate")
 WITH_SIMULATE = Acts(lambda all_: all_.simulate, "with --simulate")
 WITH_ROS2 = Acts(lambda all_: all_.ros2, "with --ros2")
 

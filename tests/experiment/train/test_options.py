@@ -84,7 +84,9 @@ def test_a_group_says_what_the_machine_does_and_nothing_else_tells_it(allocation
 
 
 def test_a_passive_protocol_stays_passive_in_every_group(allocation: Path):
-    assert {asked_for(TrainOptions(protocol="flight", participant=code, allocation=allocation)).exo for code in CODES} == {"passive"}
+    assert {
+        asked_for(TrainOptions(protocol="flight", participant=code, allocation=allocation)).exo for code in CODES
+    } == {"passive"}
 
 
 def test_somebody_without_a_place_is_refused(allocation: Path):

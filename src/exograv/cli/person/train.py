@@ -10,8 +10,9 @@ import tyro
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
 from exograv.console.options import Address
 from exograv.experiment.train.options import TrainOptions
-from exograv.live.options import ON_DRIVES, PersonForm
+from exograv.live.options import PersonForm
 from exograv.next_command import same_machine
+from exograv.options import ON_DRIVES
 
 if TYPE_CHECKING:
     from exograv.console.train_on_drives import DrivenTraining

@@ -6,8 +6,19 @@ from typing import Annotated, Any
 
 import tyro
 
-from exograv.live.options import ON_TWIN
-from exograv.options import ON_SIMULATED, Acts, Donning, Level, Loss, PersonCode, Seed, Within, World, WornOptions
+from exograv.options import (
+    ON_SIMULATED,
+    ON_TWIN,
+    Acts,
+    Donning,
+    Level,
+    Loss,
+    PersonCode,
+    Seed,
+    Within,
+    World,
+    WornOptions,
+)
 
 MOVED = Acts(lambda all_: not getattr(all_, "rehearse", False), "on a machine, without --rehearse")
 

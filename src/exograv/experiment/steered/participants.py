@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from exograv.errors import ConfigError
-from exograv.identification.core.prior import prior
 from exograv.live.arm_worker import LearnedArm
+from exograv.live.learned_person import learned_person
 from exograv.live.live_control import LivePlan
 from exograv.live.live_flight import lesson_plan
 from exograv.live.live_identification import person_believed, unknown_person
@@ -18,9 +18,7 @@ from exograv.model.assembly import Assembly
 from exograv.model.wearer_form import WearerForm
 from exograv.options import Side
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
-from exograv.procedures.identification.participant_session import NOT_KEPT, stored_person
 from exograv.procedures.identification.warm_start import belief_today
-from exograv.recording.rounding import rounded
 from exograv.rig import Rig
 from exograv.storage.participant_file import (
     new_code,
@@ -29,7 +27,7 @@ from exograv.storage.participant_file import (
     refuse_other_body,
     write_participant,
 )
-from exograv.storage.participant_schema import Identified, StoredParticipant, StoredPerson, prior_hash
+from exograv.storage.participant_schema import StoredParticipant
 from exograv.storage.self_test_pass import MachineKey
 
 
@@ -128,29 +126,13 @@ class ParticipantFiles:
         Raises:
             ConfigError: The file cannot be written.
         """
-        estimate, assembly = learned.estimate, prepared.assembly
-        if self.folder is None or estimate.covariance is None or learned.outcome in NOT_KEPT:
+        if self.folder is None:
             return None
         code = code or new_code()
         before = self.files().get(code)
-        identified = Identified(
-            at_utc=datetime.now(UTC).replace(microsecond=0),
-            donnings=1 if before is None else before.identified.donnings + 1,
-            method="recursive",
-            prior_sha256=prior_hash(assembly, prior(assembly, prepared.machine)),
-            motion="designed",
-            motion_s=round(estimate.t, 3),
-            calibration_sha256="",
-            outcome=learned.outcome.value,
-            predicted_left_over_Nm=rounded(predicted),
-            # The worker has seen every sample, so no data are held out for a test of its estimate.
-            held_out_error_Nm=[],
-            held_out_s=0.0,
-        )
-        person = StoredPerson.of(code, self.form.body)
-        found = estimate.x, estimate.covariance
+        whole = learned_person(code, self.form.body, prepared, self.machine, learned, predicted, before)
+        if whole is None:
+            return None
         self.folder.mkdir(parents=True, exist_ok=True)
-        write_participant(
-            self.folder / f"{code}.toml", stored_person(person, assembly, self.machine, identified, found)
-        )
+        write_participant(self.folder / f"{code}.toml", whole)
         return code

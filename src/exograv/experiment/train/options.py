@@ -6,9 +6,10 @@ from typing import Annotated
 
 import tyro
 
-from exograv.live.options import ON_DRIVES, ON_TWIN
 from exograv.options import (
+    ON_DRIVES,
     ON_SIMULATED,
+    ON_TWIN,
     RIG_HELP,
     SESSIONS_MAX,
     CalibrationFile,
