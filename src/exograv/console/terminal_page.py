@@ -46,7 +46,7 @@ class TerminalPage:
         origin, _, token = link.partition("/#")
         self._begun, self._numbers = time.perf_counter(), itertools.count(1)
         self._answers, self._news = dict[str, dict[str, Any]](), threading.Condition()
-        self._pongs = 0
+        self._pongs, self._number = 0, -1
         self.state: dict[str, Any] | None = None
         """Newest state of the session; None before the first."""
         self.ended = ""
@@ -73,6 +73,15 @@ class TerminalPage:
     def shown(self) -> dict[str, Any]:
         """Newest snapshot of the machine."""
         return {} if self.state is None else self.state["shown"]
+
+    @property
+    def steers(self) -> bool:
+        """True if this page holds the lease, as far as it has heard."""
+        return self.state is not None and self.state["steers"] == self._number
+
+    def steer(self) -> str:
+        """Ask for the lease. Return the reason of a refusal; empty if this page steers now."""
+        return self._ask("steer")
 
     def act(self, kind: str, **fields: Any) -> str:
         """Ask for an act. Return the reason of a refusal; empty if it was carried out."""
@@ -139,6 +148,8 @@ class TerminalPage:
             if self._pongs < PINGS:
                 back = self._now()
                 self._send("ping", asked=back, previous={"asked": message["asked"], "back": back})
+        elif kind == "welcome":
+            self._number = message["line"]
         elif kind == "state":
             self.state = message
         elif kind == "ended":

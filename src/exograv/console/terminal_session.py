@@ -20,9 +20,6 @@ STARTS_WITHIN_S, TAKES_WITHIN_S, LEARNS_WITHIN_S, LEAVES_WITHIN_S = 120.0, 20.0,
 """Longest start of the processes, ramp, identification, and end of the carrying [s]."""
 
 LISTENS_S = 0.5
-ABOUT_RAMP = (
-    "The identification is over when the arm floats. Ctrl-C lowers the arm softly at any time; it is no emergency stop."
-)
 
 
 @dataclass(frozen=True)
@@ -81,25 +78,35 @@ class TerminalSession:
         """
         self._await_mode("off", STARTS_WITHIN_S)
         self._say(f"Open on the participant's screen: {self._page.invite(Role.PARTICIPANT)}")
-        self._keyboard.enter(
+        self._make_ready(
             "Check that the arm lies in its cuffs, supported and relaxed. Then press Enter: the motors switch on, and "
             "the machine carries itself."
         )
-        self._do("make_ready")
-        self._await_mode("exo_only", STARTS_WITHIN_S)
         known = bool(self._page.shown["is_known"])
         identified = self._take_arm(known)
         windows, is_finished = self._run_protocol()
         self._leave()
         return SessionOutcome(identified, known, windows, is_finished)
 
+    def _make_ready(self, text: str) -> None:
+        self._keyboard.enter(text)
+        self._do("make_ready")
+        self._await_mode("exo_only", STARTS_WITHIN_S)
+
+    def _take(self, kind: str, what: str) -> None:
+        """Take the arm within 30 s of the step before; after that time the operator repeats this step."""
+        self._keyboard.enter(
+            f"Support the arm with your hand. Press Enter within 30 s: the machine takes the arm{what}."
+        )
+        while self._page.shown["take_within_s"] is None:
+            self._make_ready("The 30 s are over. Press Enter to make the machine ready again, then take the arm.")
+            self._keyboard.enter("Press Enter within 30 s: the machine takes the arm.")
+        self._do(kind)
+
     def _take_arm(self, is_known: bool) -> str:
         what = "checks the arm against the participant's file" if is_known else "identifies the arm"
-        self._keyboard.enter(
-            f"Support the arm with your hand. Press Enter within 30 s: the machine takes the arm, moves it and {what}. "
-            f"{ABOUT_RAMP}"
-        )
-        self._do("take_arm" if is_known else "identify")
+        self._say("Ctrl-C lowers the arm softly at any time; it is no emergency stop.")
+        self._take("take_arm" if is_known else "identify", f", moves it and {what}, until it floats")
         self._await_mode("moving", TAKES_WITHIN_S)
         self._await_mode("floating", LEARNS_WITHIN_S)
         learning = self._page.shown["learning"]
@@ -125,10 +132,19 @@ class TerminalSession:
             if run["status"] in ("finished", "stopped"):
                 return sum(window["is_complete"] for window in run["windows"]), run["status"] == "finished"
             if run["status"] == "paused":
-                self._keyboard.enter("The protocol is paused. Press Enter to resume it at the next window.")
-                self._refuse(self._page.run("resume"))
+                self._resume()
             if self._keyboard.is_over.wait(LISTENS_S):
                 raise SessionEndedError
+
+    def _resume(self) -> None:
+        """Take the arm again if the machine has given it back, then resume the run."""
+        if self._page.shown["mode"] != "floating":
+            self._await_mode("exo_only", LEAVES_WITHIN_S)
+            self._make_ready("The machine has given the arm back. Press Enter to make it ready again.")
+            self._take("take_arm", " again")
+            self._await_mode("floating", TAKES_WITHIN_S)
+        self._keyboard.enter("The protocol is paused. Press Enter to resume it at the next window.")
+        self._refuse(self._page.run("resume"))
 
     def _tell(self, window: dict[str, Any], run: dict[str, Any]) -> None:
         state = "complete" if window["is_complete"] else "not complete, it is repeated"
@@ -200,5 +216,11 @@ class TerminalSession:
             raise RigError(f"The machine has let the arm down: {page.shown['latch']['text']}")
         high = [alarm["text"]["text"] for alarm in page.shown.get("alarms", ()) if alarm["priority"] == "high"
                 and not alarm["is_over"]]  # fmt: skip
+        if not page.steers:
+            self._keyboard.enter(
+                "This terminal was silent for too long, so that it does not steer any more. Press Enter to steer again."
+            )
+            self._refuse(page.steer())
+            page.until(lambda: page.steers, LISTENS_S)
         if high and page.shown["mode"] in ("off", "starting"):
             raise RigError(" ".join(high))
