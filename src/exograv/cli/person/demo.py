@@ -30,7 +30,7 @@ def run_identify_command(
 ) -> "DemoResult | IdentifiedOnDrives":
     """Identify the arm only: on the twin, which is calibrated first, or on drives, where it then floats for 5 s."""
     from exograv.api.rig_factory import run_identification
-    from exograv.cli.person.live import show_live
+    from exograv.cli.machine.live import show_live
     from exograv.cli.shell.terminal import bars, say, show_demo
     from exograv.live.on_drives.identification import IdentifiedOnDrives
 
