@@ -105,7 +105,13 @@ class ParticipantFiles:
             person = person_believed(assembly, machine, belief)
         # The motion may be broken off and started again, and the worker needs memory for all samples.
         lesson = lesson_plan(
-            prepared, who.identify_s, self.period_s, stack, passes_s=2.0 * who.identify_s, belief=belief
+            prepared,
+            who.identify_s,
+            self.period_s,
+            stack,
+            passes_s=2.0 * who.identify_s,
+            belief=belief,
+            body_mass_kg=self.form.body.mass_kg,
         )
         period_ns = round(1e9 * self.period_s)
         return LivePlan(

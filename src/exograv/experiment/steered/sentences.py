@@ -44,6 +44,7 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         "flight.recording_ends": "The recording ends in less than five minutes; then the arm is let down.",
         "flight.control_again": "The controller failed or did not answer, and was restarted.",
         "flight.other_person": "The file of {person} does not fit this arm: another person's file, or a large change.",
+        "flight.other_form": "{why} The arm was let down. Correct the form, then begin again.",
         "flight.rehearses": "The rehearsal shows a calibration. Nothing is measured.",
         "work.calibration": (
             "Every joint moves slowly and fast, without and with known weights: only so can friction, the machine's "

@@ -97,7 +97,7 @@ def fly_on_drives(
         procedure: Command with its steps.
 
     Raises:
-        IdentificationError: The motion contradicts the file of the person.
+        IdentificationError: The motion contradicts the file or the form of the person.
         ConfigError: An option or a file cannot be used.
         ModelError: The task workspace has no room for a verification's postures.
         RigError: The machine is locked, a drive does not answer, or a process died before the loop began.
@@ -136,7 +136,9 @@ def fly_on_drives(
         verification = _verification(prepared, options, options.seed) if procedure.is_verified else None
         passes = lesson_passes(assembly, options.identify_s, period_s, verification)
         passes_s = 0.0 if passes is None else period_s * len(passes.path)
-        lesson = lesson_plan(prepared, options.identify_s, period_s, stack, verification, passes_s, belief)
+        lesson = lesson_plan(
+            prepared, options.identify_s, period_s, stack, verification, passes_s, belief, told.body.mass_kg
+        )
         plan = LivePlan(
             description, told, prepared, limits, 0.0, partial(open_drives, drives),
             round(1e9 * period_s), lesson, key,
@@ -150,6 +152,8 @@ def fly_on_drives(
         watch = PersonWatch(progress)
         flown = fly_plan(plan, seconds, folder, said, watch, watch.begin, is_tested=True, lsl=lsl)
     lock_after_fault(key, flown.report)
+    if watch.refusal:
+        raise IdentificationError(f"{watch.refusal} The arm was let down. Correct the form, then repeat.")
     if watch.is_contradicted:
         raise IdentificationError(
             f"{known_arm} does not fit this arm: another person's file, or a large change. The arm was let down. Check "
@@ -162,13 +166,15 @@ def fly_on_drives(
 
 
 class PersonWatch:
-    """Progress of a live run that lets the arm down if the motion contradicts the person's file."""
+    """Progress of a live run that lets the arm down if the motion contradicts the person's file or form."""
 
     def __init__(self, progress: Progress):
         """Pass the progress on to `progress`."""
         self._progress, self._running = progress, None
         self.is_contradicted = False
         """True if the motion contradicts the file."""
+        self.refusal = ""
+        """Verdict that refuses the form; empty without one."""
 
     def begin(self, running: Running) -> None:
         """Take the running processes."""
@@ -178,10 +184,10 @@ class PersonWatch:
         """Look at the worker's newest report, several times a second."""
         self._progress(text, share)
         worker = None if self._running is None else self._running.worker
-        if self._running is None or worker is None or worker.judged is None or self.is_contradicted:
+        if self._running is None or worker is None or worker.judged is None or self.is_contradicted or self.refusal:
             return
-        if worker.judged.is_contradicted:
-            self.is_contradicted = True
+        self.is_contradicted, self.refusal = worker.judged.is_contradicted, worker.judged.refusal
+        if self.is_contradicted or self.refusal:
             self._running.stop()
 
 
