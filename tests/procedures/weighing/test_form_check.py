@@ -1,6 +1,7 @@
 """The motion of a live identification tells a form with a wrong body mass, after its first 20 s."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 
@@ -8,12 +9,14 @@ from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Sample
 from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.virtual_laboratory import draw_laboratory
+from exograv.model.support import assemble
 from exograv.procedures.identification.identify import identification_motion
 from exograv.procedures.weighing.first_motion import SECONDS
 from exograv.procedures.weighing.form_check import FormCheck
 
 SEED, STEP_S, MOTION_S = 1002, 0.01, 24.0
-POUNDS_PER_KG = 2.2046
+WRONG = 0.5
+"""Body mass on a wrong form, as a share of the true one [-]."""
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +28,9 @@ def checked() -> Callable[[float, float], FormCheck]:
     path = identification_motion(known.assembly, MOTION_S, STEP_S)
 
     def check(share: float, seconds: float) -> FormCheck:
-        form = FormCheck(model.again(), share * laboratory.body.mass_kg)
+        typed = replace(laboratory.body, mass_kg=share * laboratory.body.mass_kg)
+        by_form = ArmModel(assemble(laboratory.description, typed), known.machine)
+        form = FormCheck(by_form, typed.mass_kg)
         model.restart()
         for k in range(min(round(seconds / STEP_S), len(path))):
             asked = Sample(k * STEP_S, path.q[k], path.v[k], path.a[k], path.q[k])
@@ -46,15 +51,15 @@ def test_a_right_form_is_accepted(checked: Callable[[float, float], FormCheck]):
 
 
 @pytest.mark.slow
-def test_a_mass_in_pounds_is_refused_with_what_to_check(checked: Callable[[float, float], FormCheck]):
-    form = checked(POUNDS_PER_KG, MOTION_S)
-    assert "pounds" in form.refusal
-    assert form.refusal.endswith("Check body mass.")
+def test_half_the_mass_is_refused_with_what_to_check(checked: Callable[[float, float], FormCheck]):
+    form = checked(WRONG, MOTION_S)
+    assert form.refusal.startswith("The arm weighs like that of a person of")
+    assert form.refusal.endswith(("Check body mass.", "Check name and body mass."))
 
 
 @pytest.mark.slow
 def test_a_shorter_motion_gives_no_verdict(checked: Callable[[float, float], FormCheck]):
-    form = checked(POUNDS_PER_KG, SECONDS - 1.0)
+    form = checked(WRONG, SECONDS - 1.0)
     form.finish(False)
     assert form.verdict is None
     assert form.refusal == ""
