@@ -14,9 +14,8 @@ from exograv.procedures.identification.identify import identification_motion
 from exograv.procedures.weighing.first_motion import SECONDS
 from exograv.procedures.weighing.form_check import FormCheck
 
-SEED, STEP_S, MOTION_S = 1002, 0.01, 24.0
-WRONG = 0.5
-"""Body mass on a wrong form, as a share of the true one [-]."""
+SEED, STEP_S, MOTION_S = 1004, 0.01, 24.0  # A light person, whose mass in pounds is still that of an adult.
+POUNDS_PER_KG = 2.2046
 
 
 @pytest.fixture(scope="module")
@@ -51,15 +50,14 @@ def test_a_right_form_is_accepted(checked: Callable[[float, float], FormCheck]):
 
 
 @pytest.mark.slow
-def test_half_the_mass_is_refused_with_what_to_check(checked: Callable[[float, float], FormCheck]):
-    form = checked(WRONG, MOTION_S)
-    assert form.refusal.startswith("The arm weighs like that of a person of")
-    assert form.refusal.endswith(("Check body mass.", "Check name and body mass."))
+def test_a_mass_in_pounds_is_refused_with_what_to_check(checked: Callable[[float, float], FormCheck]):
+    form = checked(POUNDS_PER_KG, MOTION_S)
+    assert "may have been typed in pounds. Check body mass." in form.refusal
 
 
 @pytest.mark.slow
 def test_a_shorter_motion_gives_no_verdict(checked: Callable[[float, float], FormCheck]):
-    form = checked(WRONG, SECONDS - 1.0)
+    form = checked(POUNDS_PER_KG, SECONDS - 1.0)
     form.finish(False)
     assert form.verdict is None
     assert form.refusal == ""
