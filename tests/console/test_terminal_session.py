@@ -1,13 +1,12 @@
 """A session at a terminal takes the steps of the operator's page, over the same line and with the same checks."""
 
-import re
 import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.console.of_process import Page
+from tests.console.of_process import Page, short_training
 
 from exograv.console.options import Address
 from exograv.console.run import run_console
@@ -18,32 +17,10 @@ from exograv.errors import RigError
 from exograv.experiment.steered.rehearsal import RehearsedFlight
 from exograv.experiment.steered.session_controller import SessionController
 from exograv.storage.session_checkpoint import SESSION_FILE
-from exograv.task.protocol import FOLDER
 from exograv.task.state import RunState
 
 MOVES_S = 1.0
 """Duration of a rehearsed identification [s]."""
-
-
-def short_training(folder: Path) -> Path:
-    """Write the training protocol with two windows of three seconds."""
-    text = (FOLDER / "training.toml").read_text(encoding="utf-8")
-    for before, after in (
-        ("before_first_s = 35.0", "before_first_s = 7.5"),
-        ("after_last_s = 123.0", "after_last_s = 8.0"),
-        ('rests = "sets_of_five"', 'rests = "short"'),
-        ("unpublished = [", 'unpublished = [\n  "windows.duration_s", "windows.count",'),
-        ("count = 31", "count = 2"),
-        ("duration_s = 22.0", "duration_s = 3.0"),
-        ("return_after_s = 0.8", "return_after_s = 0.1"),
-        ("tolerance_s = 0.5", "tolerance_s = 0.1"),
-    ):
-        assert before in text
-        text = text.replace(before, after, 1)
-    tables = re.compile(r"# Window and rest are.*?(?=\[ramps\])", re.DOTALL)
-    path = folder / "short.toml"
-    path.write_text(tables.sub("[rest_tables.short]\nrest_s = 16.0\n\n", text), encoding="utf-8")
-    return path
 
 
 class Session:

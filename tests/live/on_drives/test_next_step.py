@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from exograv import cli
+from exograv.cli.shell.command import command_class
 from exograv.errors import ExogravError
 from exograv.identification.calibration.empty_machine import Calibration
 from exograv.live.on_drives.connection import not_ready
@@ -291,3 +292,32 @@ def test_each_command_over_drives_asks_for_the_same_checks_in_this_order(command
             refuse(bench.drives)
         assert str(refused.value) == sentence
         assert len(shown) == 3
+
+
+ROOT = Path(__file__).parents[3]
+
+
+def test_the_page_lists_every_command_over_drives_with_its_checks():
+    text = (ROOT / "docs" / "howto" / "rig_test.md").read_text(encoding="utf-8")
+    rows = [line.split("|")[1:3] for line in text.splitlines() if line.startswith("| `")]
+    listed = {command.strip().strip("`"): checks.strip() for command, checks in rows}
+    assert listed == {command: ", ".join(needs) or "none" for command, needs in NEEDED.items()}
+
+
+def test_exactly_the_listed_commands_take_drives():
+    takers = {path for path, action in cli.ACTIONS.items() if hasattr(command_class(action), "drives")}
+    assert takers - {"next", "dev drive-sim"} == set(NEEDED)
+
+
+@pytest.mark.parametrize(
+    "path", ["arm weigh", "run teach", "run repeat", "run mirror", "run assist", "run support-level"]
+)
+def test_a_command_of_the_twin_refuses_drives_and_names_those_that_take_them(
+    path: str, capsys: pytest.CaptureFixture[str]
+):
+    with pytest.raises(SystemExit):
+        cli.parsed(path, ["--drives", "drives.toml"])
+    assert capsys.readouterr().err.splitlines()[0] == (
+        f"exograv: `exograv {path}` does not fly over drives: it has no option --drives. These commands do: "
+        f"{', '.join(NEEDED)}. `exograv {path} --help` shows all options."
+    )
