@@ -2,11 +2,12 @@
 
 import sys
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from exograv.api.rig_factory import steered_flight
 from exograv.errors import ConfigError
+from exograv.experiment.steered.interface import SteeredFlight
 from exograv.experiment.steered.options import SteeredOptions
 from exograv.experiment.steered.session_controller import SessionController
 from exograv.experiment.train.options import TrainOptions
@@ -41,8 +42,12 @@ class DrivenTraining:
     totals: TotalsFigures | None = field(metadata=MERGED)
 
 
+FlightOf = Callable[[SteeredOptions, PersonForm, Path, str, Say], SteeredFlight]
+"""Function that starts the flight of a session: options, form, folder, command, and a function that shows a line."""
+
+
 def run_training_on_drives(
-    options: TrainOptions, person: PersonForm, address: Address, folder: Path, say: Say
+    options: TrainOptions, person: PersonForm, address: Address, folder: Path, say: Say, flight_of: FlightOf
 ) -> DrivenTraining:
     """Run a session on a machine that is ready, with the steps of the operator's page at the terminal.
 
@@ -69,7 +74,7 @@ def run_training_on_drives(
             f"console: exograv run console --protocol {options.protocol}."
         )
     folder.mkdir(parents=True, exist_ok=True)
-    desk = SessionController(steered_flight(steered, person, folder, "run train", say))
+    desk = SessionController(flight_of(steered, person, folder, "run train", say))
     outcome: list[SessionOutcome] = []
 
     def operate(link: str, is_over: threading.Event) -> None:

@@ -49,9 +49,10 @@ def run_train_command(
     from exograv.cli.shell.terminal import bars, say_unbroken
 
     if options.is_on_drives:
+        from exograv.api.rig_factory import steered_flight
         from exograv.console.train_on_drives import run_training_on_drives
 
-        driven = run_training_on_drives(options, person, pages, common.out, say_unbroken)
+        driven = run_training_on_drives(options, person, pages, common.out, say_unbroken, steered_flight)
         show_driven(driven)
         say_unbroken(f"Next: {same_machine('next', options, common.out, f'--participant {options.participant}')}")
         return driven
