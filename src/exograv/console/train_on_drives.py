@@ -100,9 +100,8 @@ def run_training_on_drives(
 
 
 def _steered(options: TrainOptions, folder: Path) -> SteeredOptions:
-    kept = {} if options.rig is None else {"rig": options.rig}
     return SteeredOptions(
-        **kept,
+        rig=options.rig or SteeredOptions.rig,
         side=options.side,
         level=options.level,
         world=options.world,

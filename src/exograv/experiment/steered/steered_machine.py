@@ -58,7 +58,7 @@ class SteeredMachine(Protocol):
         """Key that unlocks a real machine; None for the twin."""
         ...
 
-    def rig(self, prepared: ControllerKnowledge) -> Callable[[], Rig]:
+    def rig(self, prepared: ControllerKnowledge, /) -> Callable[[], Rig]:
         """Return the function that builds the machine. The process that owns the machine calls it."""
         ...
 
@@ -66,7 +66,7 @@ class SteeredMachine(Protocol):
         """Return what the recording states about the machine."""
         ...
 
-    def hear(self, mode_name: str) -> None:
+    def hear(self, mode_name: str, /) -> None:
         """Tell a simulated wearer of drives the mode that begins, by its name in lower case."""
         ...
 
@@ -76,7 +76,7 @@ class SteeredMachine(Protocol):
         """Write the file of an identified person, as `ParticipantFiles.keep`."""
         ...
 
-    def ended(self, flown: LiveResult) -> str:
+    def ended(self, flown: LiveResult, /) -> str:
         """Take the end of a run. Return a sentence for the operator if the machine has stopped; else an empty text."""
         ...
 
