@@ -66,15 +66,19 @@ class Machine:
     is_twin: bool = False
     starts_on_request: bool = True
     side: str = "right"
-    key: None = None
+    form: None = None
     cause: str = ""
     is_closed: bool = False
-    prepared: Any = field(default_factory=lambda: SimpleNamespace(assembly=None, machine=None, x=None))
 
     @property
     def people(self) -> Any:
-        plan = SimpleNamespace(prepared=self.prepared, period_ns=1_000_000, description=self.description)
+        plan = SimpleNamespace(prepared=self.prepare(), period_ns=1_000_000, description=self.description)
         return SimpleNamespace(plan=lambda *_: plan)
+
+    def prepare(self) -> Any:
+        return SimpleNamespace(assembly=None, machine=None, x=None)
+
+    def machine_key(self) -> None: ...
 
     def rig(self, _prepared: object) -> Callable[[], None]:
         return lambda: None

@@ -74,7 +74,7 @@ class DrivenMachine:
             assembly = assemble(description, self.form.body)
             machine = self._readiness.calibration().whole.calibration()
             guess = table_guess(assembly, machine.machine)
-            self.prepared = ControllerKnowledge(assembly, machine.machine, guess, 0.0, machine)
+            self._prepared = ControllerKnowledge(assembly, machine.machine, guess, 0.0, machine)
             serial = self._readiness.serial
             self.people = ParticipantFiles(assembly, self.form, drives.period_s, serial, options.participants)
             self.participants = tuple(self.people.files())
@@ -87,9 +87,16 @@ class DrivenMachine:
         """Side of the arm in the machine."""
         return self.description.side
 
-    @property
-    def key(self) -> MachineKey:
-        """Key that unlocks the machine."""
+    def prepare(self) -> ControllerKnowledge:
+        """Return the controller's knowledge of the machine, from its calibration."""
+        return self._prepared
+
+    def machine_key(self) -> MachineKey:
+        """Return the key that unlocks the machine.
+
+        Raises:
+            ConfigError: The calibration cannot be used.
+        """
         return self._readiness.key
 
     def rig(self, _prepared: ControllerKnowledge, /) -> Callable[[], Rig]:
@@ -119,8 +126,9 @@ class DrivenMachine:
 
     def ended(self, flown: LiveResult) -> str:
         """Lock the machine after a fault. Return the sentence for the operator; empty without a fault."""
-        cause = lock_after_fault(self.key, flown.report)
-        return say("flight.locked", cause=cause, command=self.key.test) if cause else ""
+        key = self.machine_key()
+        cause = lock_after_fault(key, flown.report)
+        return say("flight.locked", cause=cause, command=key.test) if cause else ""
 
     def close(self) -> None:
         """End simulated drives."""

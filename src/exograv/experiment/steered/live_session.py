@@ -259,7 +259,7 @@ class LiveFlight:
             place = self._places[who.side]
             self._state = state = ProcessState(who, place)
             try:
-                prepared = state.place.prepared
+                prepared = state.place.prepare()
                 state.doing = say("flight.starts")
                 while not (self._is_closing or self._is_ending or state.failure):
                     state = self._state = self._flown(state, prepared)
@@ -305,7 +305,7 @@ class LiveFlight:
     def _fly(self, state: ProcessState, prepared: ControllerKnowledge, path: Path) -> LiveResult | None:
         options, place = self._options, state.place
         with contextlib.ExitStack() as stack:
-            plan = place.people.plan(state.who, prepared, place.rig(prepared), stack, place.key)
+            plan = place.people.plan(state.who, prepared, place.rig(prepared), stack, place.machine_key())
             if not self._is_to_begin(state):
                 return None
             said = place.recorded()

@@ -28,7 +28,7 @@ from .work_progress import CalibrationProgress
 class PreparedMachine:
     """The twin as a `SteeredMachine`."""
 
-    is_twin, starts_on_request, key = True, False, None
+    is_twin, starts_on_request = True, False
 
     def __init__(self, options: SteeredOptions, side: Side | None):
         """Draw the machine without calibrating it. Without `side` the machine has its first side.
@@ -59,7 +59,7 @@ class PreparedMachine:
         return self.description.side
 
     @cached_property
-    def prepared(self) -> ControllerKnowledge:
+    def _prepared(self) -> ControllerKnowledge:
         """Controller's knowledge of the machine, calibrated once. Without a calibration file this takes a minute.
 
         Raises:
@@ -73,6 +73,17 @@ class PreparedMachine:
             return Preparation(self.laboratory, options.seed, self.calibrating).calibrated()
         finally:
             self.calibrating = None
+
+    def prepare(self) -> ControllerKnowledge:
+        """Return the controller's knowledge of the machine. The first call calibrates the machine without a file.
+
+        Raises:
+            ExogravError: The file is of another machine or side, or the calibration was refused.
+        """
+        return self._prepared
+
+    def machine_key(self) -> None:
+        """Return None: a twin is not locked."""
 
     def rig(self, prepared: ControllerKnowledge) -> Callable[[], Rig]:
         """Return the function that builds the twin."""

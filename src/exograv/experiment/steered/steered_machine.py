@@ -1,7 +1,7 @@
 """Interface of the machine of a steered session: the twin, or a machine on drives."""
 
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from .participants import ParticipantFiles
 from .work_progress import CalibrationProgress
 
 
+@runtime_checkable
 class SteeredMachine(Protocol):
     """Machine of one side, or of both arms, with its person and files."""
 
@@ -44,18 +45,16 @@ class SteeredMachine(Protocol):
         """Form of the wearer."""
         ...
 
-    @property
-    def prepared(self) -> ControllerKnowledge:
-        """Controller's knowledge of the machine.
+    def prepare(self) -> ControllerKnowledge:
+        """Return the controller's knowledge of the machine; a twin without a calibration file is calibrated first.
 
         Raises:
             ExogravError: The calibration was refused.
         """
         ...
 
-    @property
-    def key(self) -> MachineKey | None:
-        """Key that unlocks a real machine; None for the twin."""
+    def machine_key(self) -> MachineKey | None:
+        """Return the key that unlocks a real machine; None for the twin."""
         ...
 
     def rig(self, prepared: ControllerKnowledge, /) -> Callable[[], Rig]:
