@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 from tests.waiting import wait_until
@@ -15,7 +16,10 @@ from tests.waiting import wait_until
 from exograv.experiment.steered import live_session
 from exograv.experiment.steered.live_session import LiveFlight
 from exograv.experiment.steered.options import SteeredOptions
+from exograv.live.live_control import LivePlan
+from exograv.live.live_processes import LiveResult, Running
 from exograv.model.description import load_rig
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.runtime.control_loop.steering import GuardRequest
 from exograv.safety.modes import Event, Mode
 
@@ -47,12 +51,12 @@ class Processes:
     def fly(self, _parts: object, _s: float, recorder: Any, progress: Any, started: Any, hears: object = None) -> Any:
         self.runs, self.is_on, self.mode = self.runs + 1, True, Mode.OFF
         self.ended.clear()
-        started(SimpleNamespace(recorder=recorder, control=SimpleNamespace(restarts=0), worker=None, line=self,
-                                stop=self.stop))  # fmt: skip
+        control = SimpleNamespace(restarts=0)
+        started(Mock(spec=Running, recorder=recorder, control=control, worker=None, line=self, stop=self.stop))
         while not self.ended.wait(0.01):
             progress("Floating live", 0.0)
         self.is_on = False
-        return SimpleNamespace(report=None)
+        return Mock(spec=LiveResult)
 
 
 @dataclass
@@ -72,11 +76,11 @@ class Machine:
 
     @property
     def people(self) -> Any:
-        plan = SimpleNamespace(prepared=self.prepare(), period_ns=1_000_000, description=self.description)
+        plan = Mock(spec=LivePlan, prepared=self.prepare(), period_ns=1_000_000, description=self.description)
         return SimpleNamespace(plan=lambda *_: plan)
 
     def prepare(self) -> Any:
-        return SimpleNamespace(assembly=None, machine=None, x=None)
+        return Mock(spec=ControllerKnowledge, assembly=None, machine=None, x=None)
 
     def machine_key(self) -> None: ...
 

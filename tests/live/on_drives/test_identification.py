@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -13,8 +13,13 @@ from exograv.errors import ConfigError
 from exograv.identification.core.interface import Estimate, Outcome
 from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.virtual_laboratory import draw_laboratory
+from exograv.live.arm_worker import LearnedArm
+from exograv.live.guard_job import GuardReport, StopLatch
+from exograv.live.live_figures import LiveFigures
+from exograv.live.live_processes import LiveResult
 from exograv.live.on_drives import identification
 from exograv.live.on_drives.fault_lock import lock_after_fault
+from exograv.live.on_drives.float_command import FlownOnDrives
 from exograv.live.on_drives.identification import IdentifiedOnDrives, identify_on_drives
 from exograv.live.options import PersonForm
 from exograv.options import WornOptions
@@ -43,12 +48,10 @@ def identify(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Identify:
         def fly(live: Any, *_: object) -> Any:
             moved.append(live.identify_s)
             estimate = Estimate(live.identify_s, prepared.x, np.eye(len(prepared.x)), 0.0, 1.0)
-            flown = SimpleNamespace(
-                learned=SimpleNamespace(estimate=estimate, outcome=outcome), predicted=np.full(4, 0.1)
-            )
-            return SimpleNamespace(
-                flown=flown, figures=None, prepared=prepared, body=laboratory.body, serial=SERIAL
-            )  # fmt: skip
+            learned = Mock(spec=LearnedArm, estimate=estimate, outcome=outcome)
+            flown = Mock(spec=LiveResult, learned=learned, predicted=np.full(4, 0.1))
+            figures, told = Mock(spec=LiveFigures), {"prepared": prepared, "body": laboratory.body, "serial": SERIAL}
+            return Mock(spec=FlownOnDrives, flown=flown, figures=figures, **told)
 
         monkeypatch.setattr(identification, "fly_on_drives", fly)
         worn = WornOptions(drives=Path("drives.toml"))
@@ -102,6 +105,7 @@ def test_a_fault_withdraws_the_pass_and_stop_does_not(
     description = draw_laboratory("recupera_like", None, 0, SEED).description
     key = MachineKey(tmp_path / "self_test.toml", description, SERIAL, "a" * 64)
     write_pass(key, datetime.now(UTC))
-    report: Any = SimpleNamespace(latches=[SimpleNamespace(cause=one.value) for one in causes], failure=failure)
+    latches = tuple(StopLatch(one.value, 1, 0.001) for one in causes)
+    report = Mock(spec=GuardReport, latches=latches, failure=failure)
     assert lock_after_fault(key, report) == locks
     assert read_sealed(key.file, SelfTestPass, "", "").withdrawn.cause == locks
