@@ -118,6 +118,14 @@ class ArmOptions(IdentifyOptions, WornOptions):
 
     donning: Annotated[Donning, ON_TWIN] = 0
 
+    calibration: Annotated[
+        Path | None,
+        tyro.conf.arg(
+            help="File calibration.toml of this machine (`exograv rig calibrate`). Without it the twin is calibrated "
+            "first, with `auto` once for all runs; on drives it is the file in the folder of --out."
+        ),
+    ] = None
+
     @property
     def on_twin(self) -> IdentifyOptions:
         """Options of the same identification on the twin."""

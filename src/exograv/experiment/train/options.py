@@ -12,7 +12,6 @@ from exograv.options import (
     ON_TWIN,
     RIG_HELP,
     SESSIONS_MAX,
-    CalibrationFile,
     DerivedMachine,
     Donning,
     OneSideOption,
@@ -46,7 +45,9 @@ class TrainOptions(WornOptions):
     side: OneSideOption = None
     seed: Annotated[Seed, Within(0, 2**31), ON_SIMULATED] = 0
     donning: Annotated[Donning, ON_TWIN] = 0
-    calibration: CalibrationFile = None
+    calibration: Path | None = None
+    """File calibration.toml of this machine. Without it the twin is calibrated first; on drives it is the file in the
+    folder of --out."""
 
     participants: Annotated[Path | None, ON_DRIVES] = None
     """Folder of the participants' files; by default `participants` in the folder of --out. A person with a file is only
