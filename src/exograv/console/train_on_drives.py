@@ -17,9 +17,10 @@ from exograv.storage.session_readiness import participants_in
 from exograv.task.totals import TotalsFigures
 
 from .options import Address
+from .page_supervisor import Say
 from .run import run_console
 from .terminal_page import TerminalPage
-from .terminal_session import Keyboard, Say, SessionEndedError, SessionOutcome, TerminalSession
+from .terminal_session import Keyboard, SessionEndedError, SessionOutcome, TerminalSession
 from .trial_request import TrialRequest
 
 RECORDING_S = 7200.0
