@@ -53,6 +53,9 @@ class AttentiveHold:
             self._grip = 1.0 - min(max((passed - RAMP_IN_S) / LET_GO_S, 0.0), 1.0)
         elif self._ramp is Mode.RAMP_OUT:
             self._given = self._given_before * (1.0 - min(passed / RAMP_OUT_S, 1.0))
+        if self._given == 1.0 and not self._grip:  # The wearer is relaxed; reading the truth would only take time.
+            self._twin.tau_voluntary[:] = 0.0
+            return
         truth = self._twin.truth
         held = STIFFNESS * (self._q - truth.q_arm) - DAMPING * truth.v_arm
         self._twin.tau_voluntary[:] = (1.0 - self._given) * self._weight + self._grip * held

@@ -53,7 +53,10 @@ def run_drive_sim(
     plant = _plant(options, description, drives, wiring)
     device = make(plant, drives, lock_step=options.lock_step, say=say)
     bench = SimulatedBench(drives.joints, plant, device, say)
-    bench.listen(sys.stdin)
+    if options.lock_step or not sys.platform.startswith("linux"):
+        bench.listen(sys.stdin)
+    else:
+        bench.watch(sys.stdin.fileno())
     examine(device)
     say(_greeting(options, drives, device, file))
     with device, _punctual(options.lock_step):
