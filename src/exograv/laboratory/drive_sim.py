@@ -53,14 +53,20 @@ def run_drive_sim(
     plant = _plant(options, description, drives, wiring)
     device = make(plant, drives, lock_step=options.lock_step, say=say)
     bench = SimulatedBench(drives.joints, plant, device, say)
-    if options.lock_step or not sys.platform.startswith("linux"):
-        bench.listen(sys.stdin)
-    else:
-        bench.watch(sys.stdin.fileno())
+    _hear_keyboard(bench, options.lock_step)
     examine(device)
     say(_greeting(options, drives, device, file))
     with device, _punctual(options.lock_step):
         device.run(bench.obey)
+
+
+def _hear_keyboard(bench: SimulatedBench, is_lock_step: bool) -> None:
+    """Let the bench read standard input: in real time between two steps, otherwise by a thread."""
+    if not is_lock_step and sys.platform.startswith("linux"):
+        with contextlib.suppress(OSError):  # Input that is no file has no descriptor.
+            bench.watch(sys.stdin.fileno())
+            return
+    bench.listen(sys.stdin)
 
 
 def _punctual(lock_step: bool) -> contextlib.AbstractContextManager[object]:
