@@ -119,7 +119,7 @@ def report(options: argparse.Namespace) -> None:
 def train(options: argparse.Namespace) -> None:
     """Print the memory of `exograv run train` while it runs."""
     with tempfile.TemporaryDirectory() as folder:
-        command = ["run", "train", "--simulate", "--participant", "P-01", "--protocol", options.protocol]
+        command = ["run", "train", "--participant", "P-01", "--protocol", options.protocol]
         process = subprocess.Popen(
             [sys.executable, "-m", "exograv.cli", *command, "--windows", str(options.windows), "--out", folder],
             stdout=subprocess.DEVNULL,

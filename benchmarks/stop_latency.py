@@ -15,6 +15,7 @@ import numpy as np
 
 from exograv.experiment.steered.live_session import LiveFlight
 from exograv.experiment.steered.options import SteeredOptions
+from exograv.experiment.steered.prepared_machine import PreparedMachine
 from exograv.experiment.steered.requests import Stop
 from exograv.experiment.steered.session_controller import SessionController
 from exograv.recording import read_recording
@@ -41,7 +42,8 @@ def main() -> None:
     parser.add_argument("--presses", type=int, default=3000)
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        desk = SessionController(LiveFlight(SteeredOptions(seed=1001, calibration=arguments.calibration), Path(folder)))
+        options = SteeredOptions(seed=1001, calibration=arguments.calibration)
+        desk = SessionController(LiveFlight(options, Path(folder), lambda side: PreparedMachine(options, side)))
         until = time.monotonic() + START_MAX_S
         while desk.shown().mode != "off" and time.monotonic() < until:
             time.sleep(0.1)

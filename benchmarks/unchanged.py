@@ -39,7 +39,7 @@ RUNS: dict[str, str] = {
     "verify": "verify --seed 3",
     "self_test": "self-test --seed 3 --level 1",
     "transparency": "transparency --seed 3 --machines 1",
-    "train": "train --simulate --participant P-13 --seed 1313 --windows 2",
+    "train": "train --participant P-13 --seed 1313 --windows 2",
     "faults": "faults --scenarios 200 --strikes 0 --processes 1",
     "study_example": "study example --seed 1 --participants 2,2 --sessions 2,1 --out study",
     "benchmark": "benchmark-identification --wearers 1 --streams 1 --levels 2 --profiles harmonic,qdd --seed-from 1000 "

@@ -95,7 +95,7 @@ REFUSED = {
     "transparency of no machine": (("transparency", "--machines", "0"), "--machines is 0; allowed: 1 to 100"),
     "transparency without motors": (("transparency", "--rig", "recupera_like_passive"), "nothing can be compensated"),
     "transparency of two arms": (("transparency", "--rig", "recupera_like_dual"), "effort is measured on one"),
-    "a session without a participant": (("train", "--simulate"), "--participant is missing; it must have 3 to 16"),
+    "a session without a participant": (("train",), "--participant is missing; it must have 3 to 16"),
     "a machine option without a machine": (("demo", "--rig"), "--rig has no value; give the name of a machine"),
     "the disturbances of a real machine": (("calibrate", "--drives", "d.toml", "--level", "3"), "acts only on a simul"),
     "a virtual person beside a recorded one": (
@@ -109,19 +109,19 @@ REFUSED = {
         "acts only with --simulate",
     ),
     "a session to go on with that never began": (
-        ("train", "--simulate", "--participant", "P-01", "--resume"),
+        ("train", "--participant", "P-01", "--resume"),
         "There is no run to go on with",
     ),
     "a training without motors": (
-        ("train", "--simulate", "--participant", "P-01", "--rig", "recupera_like_passive"),
+        ("train", "--participant", "P-01", "--rig", "recupera_like_passive"),
         "needs an active machine",
     ),
     "a session for two arms": (
-        ("train", "--simulate", "--participant", "P-01", "--rig", "recupera_like_dual"),
+        ("train", "--participant", "P-01", "--rig", "recupera_like_dual"),
         "is for both arms",
     ),
     "a protocol that is none": (
-        ("train", "--simulate", "--participant", "P-01", "--protocol", "file"),
+        ("train", "--participant", "P-01", "--protocol", "file"),
         "file: ",
     ),
     "a missing recording": (("report", "none.mcap"), "No recording 'none.mcap'"),

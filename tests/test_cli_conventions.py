@@ -32,7 +32,7 @@ def help_of(kind: type, name: str) -> list[str]:
 def test_every_group_for_machines_and_arms_takes_the_machine_first():
     others = {"rig new", "arm identify-log", "doctor", "rigs", "report"}
     expected = {path for path in ACTIONS if path.split()[0] in ("demo", "rig", "arm", "run")} - others
-    assert expected | {"dev transparency", "dev drive-sim"} == set(MACHINE_COMMANDS)
+    assert expected | {"next", "dev transparency", "dev drive-sim"} == set(MACHINE_COMMANDS)
 
 
 @pytest.mark.parametrize("path", MACHINE_COMMANDS)

@@ -14,7 +14,7 @@ from exograv.cli.shell.progress import SILENT_MAX_S, Lines
 OPEN_ENDED = {"run console", "data aircraft", "data view", "dev drive-sim", "dev sweep"}
 """Commands that run until they are ended, or whose own plan states the costs."""
 
-SHORT = {"rigs", "rig new", "rig export", "study init", "study participant", "study identity"}
+SHORT = {"next", "rigs", "rig new", "rig export", "study init", "study participant", "study identity"}
 
 LONGER = {
     "demo": (["--seconds", "10"], ["--seconds", "600"]),

@@ -13,7 +13,7 @@ from exograv.laboratory.virtual_laboratory import draw_laboratory
 
 NEEDS_THE_TWIN = (
     "exograv.rig.twin", "exograv.laboratory", "exograv.campaigns", "exograv.experiment.train",
-    "exograv.experiment.steered.live_session", "exograv.experiment.steered.prepared_machine", "exograv.api.twin",
+    "exograv.experiment.steered.prepared_machine", "exograv.api.twin",
 )  # fmt: skip
 """Rooms and modules that run the twin."""
 

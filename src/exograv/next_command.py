@@ -39,9 +39,13 @@ def calibration_command(options: Any, out: Path = OUT) -> str:
         options: Options of the command that needs the calibration.
         out: Folder of its files.
     """
-    file = options.calibration
-    more = "" if file is None else f"--calibration {shlex.quote(str(file))}"
-    return same_machine("rig calibrate", options, out, more)
+    return same_machine("rig calibrate", options, out, calibration_words(options))
+
+
+def calibration_words(options: Any) -> str:
+    """Return the words of a command that name the calibration file of these options; empty for the usual file."""
+    file = getattr(options, "calibration", None)
+    return "" if file is None else f"--calibration {shlex.quote(str(file))}"
 
 
 def _is_needed(name: str, options: Any) -> bool:

@@ -173,6 +173,8 @@ SIMULATE_HELP = (
 )
 Simulate = Annotated[bool, tyro.conf.arg(help=SIMULATE_HELP)]
 ON_SIMULATED = Acts(lambda all_: all_.drives is None or all_.simulate, "on a simulated machine, not on real drives")
+ON_DRIVES = Acts(lambda all_: all_.is_on_drives, "with --drives or --simulate")
+ON_TWIN = Acts(lambda all_: not all_.is_on_drives, "on the twin, without --drives and --simulate")
 SideOption = Annotated[Side | None, tyro.conf.arg(help=SIDE_HELP)]
 OneSideOption = Annotated[Literal["right", "left"] | None, tyro.conf.arg(help=SIDE_HELP)]
 Level = Annotated[int, Within(0, 4, "0 (none) to 4 (a bad day)."), tyro.conf.arg(help=LEVEL_HELP.format("twin"))]

@@ -52,6 +52,27 @@ def short_file(folder: Path, window_s: float = 3.0) -> Path:
     return path
 
 
+def short_training(folder: Path) -> Path:
+    """Write the training protocol with two windows of three seconds."""
+    text = (FOLDER / "training.toml").read_text(encoding="utf-8")
+    for before, after in (
+        ("before_first_s = 35.0", "before_first_s = 7.5"),
+        ("after_last_s = 123.0", "after_last_s = 8.0"),
+        ('rests = "sets_of_five"', 'rests = "short"'),
+        ("unpublished = [", 'unpublished = [\n  "windows.duration_s", "windows.count",'),
+        ("count = 31", "count = 2"),
+        ("duration_s = 22.0", "duration_s = 3.0"),
+        ("return_after_s = 0.8", "return_after_s = 0.1"),
+        ("tolerance_s = 0.5", "tolerance_s = 0.1"),
+    ):
+        assert before in text
+        text = text.replace(before, after, 1)
+    tables = re.compile(r"# Window and rest are.*?(?=\[ramps\])", re.DOTALL)
+    path = folder / "short.toml"
+    path.write_text(tables.sub("[rest_tables.short]\nrest_s = 16.0\n\n", text), encoding="utf-8")
+    return path
+
+
 class Page:
     """Page without a browser: it logs in with a link, sends pings, and sends heartbeats if it steers."""
 

@@ -21,6 +21,7 @@ from exograv.console.trial import ProtocolTrial
 from exograv.console.trial_request import TrialRequest
 from exograv.errors import ConfigError
 from exograv.experiment.steered.options import SteeredOptions
+from exograv.live.options import PersonForm
 from exograv.storage.session_checkpoint import checkpoint_path
 from exograv.task.events import Start, Stop, Tick
 
@@ -82,7 +83,7 @@ def test_a_simulated_session_or_rehearsal_of_the_same_name_does_not_block_a_sess
 
     monkeypatch.setattr("exograv.console.run.run_console", noted)
     trial = TrialOptions(protocol="training", rehearse=True)
-    run_console_command(SteeredOptions(participant="P-07"), trial, Address(), OutFolder(out=tmp_path))
+    run_console_command(SteeredOptions(participant="P-07"), PersonForm(), trial, Address(), OutFolder(out=tmp_path))
     assert begun[0][0] == tmp_path / "rehearsal"
     session = kept(tmp_path)
     assert session is not None

@@ -51,7 +51,7 @@ def short(folder: Path, base: str = "familiarisation", rest_s: float = 12.0) -> 
 
 def words_of(folder: Path, *words: str) -> list[str]:
     out = ("--out", str(folder), "--json", str(folder / "result.json"))
-    return ["train", "--simulate", "--participant", "P-07", "--seed", str(SEED), *out, *words]
+    return ["train", "--participant", "P-07", "--seed", str(SEED), *out, *words]
 
 
 def command(folder: Path, *words: str) -> list[str]:

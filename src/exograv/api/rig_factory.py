@@ -12,15 +12,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from exograv.experiment.steered.interface import SteeredFlight
+    from exograv.experiment.steered.options import SteeredOptions
+    from exograv.laboratory.demo_result import DemoResult
+    from exograv.laboratory.options import ArmOptions
     from exograv.live.live_figures import LiveFigures
     from exograv.live.live_processes import Running
     from exograv.live.on_drives.connection import Say
+    from exograv.live.on_drives.identification import IdentifiedOnDrives
     from exograv.live.options import LiveOptions, PersonForm
     from exograv.loop.pilot import Progress
     from exograv.model.description import RigDescription
     from exograv.options import MachineOptions
     from exograv.procedures.calibration.calibrate_command import CalibrationResult, EmptyMachine, TruthAt
     from exograv.procedures.calibration.options import CalibrateOptions
+    from exograv.procedures.identification.options import ParticipantOptions
     from exograv.procedures.identification.simulated_wearer import SimulatedWearer
     from exograv.procedures.self_test.options import SelfTestOptions
     from exograv.procedures.self_test.self_test_command import MachineUnderTest, SelfTestResult
@@ -92,7 +98,7 @@ def run_self_test(
         if options.is_on_drives:
             from exograv.live.on_drives.self_test import drives_under_test
 
-            return drives_under_test(options, description, say)
+            return drives_under_test(options, folder, description, say)
         from exograv.laboratory.self_test_command import TwinUnderTest
 
         return nullcontext(TwinUnderTest(options, options.calibration_in(folder), description, progress))
@@ -127,3 +133,43 @@ def run_verification(
     from exograv.laboratory.verification_command import run_verification
 
     return run_verification(options, progress)
+
+
+def steered_flight(
+    options: "SteeredOptions", person: "PersonForm", folder: Path, command: str, say: "Say"
+) -> "SteeredFlight":
+    """Return the flight of a steered session on the twin or on drives. `command` asks for the machine.
+
+    Raises:
+        ExogravError: The machine is not ready, or a file or an option cannot be used.
+    """
+    from exograv.experiment.steered.live_session import LiveFlight
+
+    if options.is_on_drives:
+        from exograv.experiment.steered.driven_machine import DrivenMachine, machine_of_side
+
+        machine = DrivenMachine(options, person, folder, command, say, simulated_wearer(options))
+        return LiveFlight(options, folder, machine_of_side(machine))
+    from exograv.experiment.steered.prepared_machine import PreparedMachine
+
+    return LiveFlight(options, folder, lambda side: PreparedMachine(options, side))
+
+
+def run_identification(
+    options: "ArmOptions",
+    files: "ParticipantOptions",
+    person: "PersonForm",
+    folder: Path,
+    progress: "Progress",
+    say: "Say",
+) -> "DemoResult | IdentifiedOnDrives":
+    """Identify an arm, and keep it in a file if one is named."""
+    if options.is_on_drives:
+        from exograv.live.on_drives.identification import identify_on_drives
+
+        wearer = simulated_wearer(options)
+        return identify_on_drives(options, options.seconds, files, person, folder, progress, say, wearer)
+    from exograv.laboratory.demo import run_demo
+    from exograv.laboratory.options import DemoOptions
+
+    return run_demo(DemoOptions(**vars(options.on_twin), only_identify=True), folder, progress, files)

@@ -24,6 +24,7 @@ from exograv.cli.machine.drive_sim import run_drive_sim_command
 from exograv.cli.machine.export_urdf import run_export_command
 from exograv.cli.machine.live import run_live_command
 from exograv.cli.machine.new_rig import run_new_rig
+from exograv.cli.machine.next_step import run_next_command
 from exograv.cli.machine.rig_test import run_rig_test_command
 from exograv.cli.machine.rigs import run_rigs
 from exograv.cli.machine.self_test import run_self_test_command
@@ -75,6 +76,7 @@ class Group(NamedTuple):
 START: Commands = {
     "demo": run_demo_command,
     "doctor": run_doctor,
+    "next": run_next_command,
     "rigs": run_rigs,
     "report": run_report,
 }

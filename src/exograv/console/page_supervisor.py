@@ -45,7 +45,14 @@ Say = Callable[[str], None]
 class PageSupervisor:
     """Process of the pages with its replacements. All use the same port, cookies and diary, so that pages reconnect."""
 
-    def __init__(self, desk: Desk, job: Callable[[DeskLink], PageJob], opens_browser: bool, say: Say):
+    def __init__(
+        self,
+        desk: Desk,
+        job: Callable[[DeskLink], PageJob],
+        opens_browser: bool,
+        say: Say,
+        steer: Callable[[str], object] | None = None,
+    ):
         """Start the first process.
 
         Args:
@@ -53,8 +60,9 @@ class PageSupervisor:
             job: Function that makes the job of the first process for its link.
             opens_browser: True to open the operator's link in this computer's browser.
             say: Function that shows a line to the operator.
+            steer: Function that takes the operator's link, which is then not shown; None to show it.
         """
-        self._desk, self._opens_browser, self._say = desk, opens_browser, say
+        self._desk, self._opens_browser, self._say, self._steer = desk, opens_browser, say, steer
         self._link = DeskLink(desk)
         self._job = job(self._link)
         self._child = Supervisor("pages", serve_pages, self._job, FRUITLESS_MAX)
@@ -129,6 +137,9 @@ class PageSupervisor:
             self._say(f"The console listens to the aircraft on UDP port {aircraft_port}.")
         job = self._job
         link = f"{job.address.scheme}://{job.host}/#{job.operator_token}"
+        if self._steer is not None:
+            self._steer(link)
+            return
         which = "this link once" if job.number == 0 else "this new link only if the operator's page is gone"
         self._say(f"Open {which}, as the {Role.OPERATOR.value}: {link}")
         if self._opens_browser and job.number == 0:

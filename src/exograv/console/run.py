@@ -4,7 +4,8 @@ import contextlib
 import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from secrets import token_bytes
@@ -36,10 +37,17 @@ class ConsoleResult:
     """Totals of the protocol; None without a protocol."""
 
 
-def run_console(address: Address, folder: Path, desk: Desk, trial: TrialRequest, say: Say) -> ConsoleResult:
-    """Serve the pages until Ctrl-C, and return what was done.
+Operate = Callable[[str, threading.Event], object]
+"""Function that steers in place of the operator's page, from its link on. The event is set when the session ends."""
+
+
+def run_console(
+    address: Address, folder: Path, desk: Desk, trial: TrialRequest, say: Say, operate: Operate | None = None
+) -> ConsoleResult:
+    """Serve the pages until Ctrl-C, or until `operate` has returned, and return what was done.
 
     Raises:
+        Exception: As `operate`.
         ConfigError: The address cannot be used.
         ExogravError: The pages or the desk failed. The guard of the machine lowers the arm.
     """
@@ -52,11 +60,21 @@ def run_console(address: Address, folder: Path, desk: Desk, trial: TrialRequest,
             return PageJob(link.names, address, listening, host, diary, trial, token_bytes(SECRET_BYTES), new_token())
 
         ended: Ended | None = None
-        with ended_by_ctrl_c() as is_over:
-            pages = PageSupervisor(desk, job, address.browser, say)
+        with ended_by_ctrl_c() as is_over, ThreadPoolExecutor(1, "operator") as threads:
+            steering: list[Future[object]] = []
+
+            def steer(link: str) -> None:
+                if operate is not None and not steering:
+                    steering.append(threads.submit(operate, link, is_over))
+                    steering[0].add_done_callback(lambda _: is_over.set())
+
+            pages = PageSupervisor(desk, job, address.browser and operate is None, say, operate and steer)
             try:
                 pages.run(is_over)
+                for one in steering:
+                    one.result()
             finally:
+                is_over.set()
                 ended = pages.end()
     if ended is None:
         return ConsoleResult(diary, {}, None)

@@ -12,8 +12,8 @@ from .cooperative_wearer import DAMPING, LET_GO_S, STIFFNESS, TwinProxy
 from .virtual_laboratory import VirtualLaboratory
 
 
-class AttentiveTwin(TwinProxy):
-    """Rig around the twin. The wearer holds the arm until the machine has taken it, and when it gives it back."""
+class AttentiveHold:
+    """Muscles that hold the arm until the machine has taken it, and when it gives it back."""
 
     def __init__(self, twin: Twin, own: ArmInverseDynamics):
         """Hold the arm where it is.
@@ -22,8 +22,7 @@ class AttentiveTwin(TwinProxy):
             twin: Twin with the wearer in it.
             own: The wearer's knowledge of the own arm.
         """
-        super().__init__(twin)
-        self._own = own
+        self._twin, self._own = twin, own
         self._ramp, self._since_s, self._given_before = Mode.OFF, 0.0, 0.0
         self._given, self._grip = 0.0, 1.0
         self._hold()
@@ -46,7 +45,7 @@ class AttentiveTwin(TwinProxy):
         still = np.zeros_like(self._q)
         self._weight, self._grip = self._own.torque(self._q, still, still), 1.0
 
-    def _act(self) -> None:
+    def act(self) -> None:
         """Set the muscle torque for the next period."""
         passed = self._twin.t - self._since_s
         if self._ramp is Mode.RAMP_IN:
@@ -54,9 +53,30 @@ class AttentiveTwin(TwinProxy):
             self._grip = 1.0 - min(max((passed - RAMP_IN_S) / LET_GO_S, 0.0), 1.0)
         elif self._ramp is Mode.RAMP_OUT:
             self._given = self._given_before * (1.0 - min(passed / RAMP_OUT_S, 1.0))
+        if self._given == 1.0 and not self._grip:  # The wearer is relaxed; reading the truth would only take time.
+            self._twin.tau_voluntary[:] = 0.0
+            return
         truth = self._twin.truth
         held = STIFFNESS * (self._q - truth.q_arm) - DAMPING * truth.v_arm
         self._twin.tau_voluntary[:] = (1.0 - self._given) * self._weight + self._grip * held
+
+
+class AttentiveTwin(TwinProxy):
+    """Rig around the twin, with a wearer who hears the mode of the machine."""
+
+    def __init__(self, twin: Twin, own: ArmInverseDynamics):
+        """Hold the arm where it is.
+
+        Args:
+            twin: Twin with the wearer in it.
+            own: The wearer's knowledge of the own arm.
+        """
+        super().__init__(twin)
+        self._grip = AttentiveHold(twin, own)
+        self.hear = self._grip.hear
+
+    def _act(self) -> None:
+        self._grip.act()
 
 
 def attentive_twin(laboratory: VirtualLaboratory, seed: int, t: float) -> AttentiveTwin:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from exograv.errors import ConfigError
+from exograv.errors import ConfigError, RigError
 from exograv.loop.machine_limits import refuse_motorless
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
@@ -22,8 +22,9 @@ from exograv.rig.drives.simulated.opening import simulated_devices
 from exograv.rig.drives.simulated.plant import Plant, Wiring
 from exograv.rig.twin import Disturbances, Twin, draw_machine
 from exograv.runtime.clock.realtime import realtime
-from exograv.safety.modes import RAMP_IN_S, REST_BEFORE_RAMP_S
+from exograv.safety.modes import RAMP_IN_S, REST_BEFORE_RAMP_S, Mode
 
+from .attentive_wearer import AttentiveHold
 from .cooperative_wearer import ArmHold
 from .options import DriveSimOptions
 from .virtual_laboratory import draw_laboratory
@@ -52,11 +53,20 @@ def run_drive_sim(
     plant = _plant(options, description, drives, wiring)
     device = make(plant, drives, lock_step=options.lock_step, say=say)
     bench = SimulatedBench(drives.joints, plant, device, say)
-    bench.listen(sys.stdin)
+    _hear_keyboard(bench, options.lock_step)
     examine(device)
     say(_greeting(options, drives, device, file))
     with device, _punctual(options.lock_step):
         device.run(bench.obey)
+
+
+def _hear_keyboard(bench: SimulatedBench, is_lock_step: bool) -> None:
+    """Let the bench read standard input: in real time between two steps, otherwise by a thread."""
+    if not is_lock_step and sys.platform.startswith("linux"):
+        with contextlib.suppress(OSError):  # Input that is no file has no descriptor.
+            bench.watch(sys.stdin.fileno())
+            return
+    bench.listen(sys.stdin)
 
 
 def _punctual(lock_step: bool) -> contextlib.AbstractContextManager[object]:
@@ -95,17 +105,29 @@ def _plant(options: DriveSimOptions, description: RigDescription, drives: Drives
     laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed, world=options.world)
     twin = laboratory.twin(options.seed)
     plant = Plant(twin, drives, wiring)
-    grip = ArmHold(twin, laboratory.own_arm())
-    is_told = False
+    own = laboratory.own_arm()
+    grip, attentive = ArmHold(twin, own), AttentiveHold(twin, own)
+    is_told = is_attentive = False
+
+    def hear(mode_name: str) -> None:
+        """Let the wearer follow the mode that the machine announces, instead of a fixed time."""
+        nonlocal is_attentive
+        if mode_name.upper() not in Mode.__members__:
+            raise RigError(f"No mode '{mode_name}'. The modes are {', '.join(mode.name.lower() for mode in Mode)}.")
+        is_attentive = True
+        attentive.hear(mode_name)
 
     def hold() -> None:
         nonlocal is_told
+        if is_attentive:
+            attentive.act()
+            return
         if not is_told and all(drive.is_enabled for drive in plant.each):
             is_told = True
             grip.give_over(plant.now + REST_BEFORE_RAMP_S, RAMP_IN_S)
         grip.act()
 
-    plant.before_step = hold
+    plant.before_step, plant.hear = hold, hear
     return plant
 
 

@@ -1,6 +1,6 @@
 """Options of the commands that run on the twin alone."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -8,6 +8,8 @@ import tyro
 
 from exograv.options import (
     HEAVIEST_KG,
+    ON_SIMULATED,
+    ON_TWIN,
     RIG_HELP,
     Acts,
     Bus,
@@ -26,6 +28,7 @@ from exograv.options import (
     TwinOptions,
     Within,
     World,
+    WornOptions,
 )
 from exograv.procedures.identification.method_names import (
     MethodName,
@@ -88,6 +91,45 @@ class IdentifyOptions(Options):
         super().__post_init__()
         if self.motion == "adaptive":
             refuse_without_uncertainty("--motion adaptive", self.method)
+
+
+@dataclass(frozen=True)
+class ArmOptions(IdentifyOptions, WornOptions):
+    """Options of `exograv arm identify` on the twin or on drives."""
+
+    level: Annotated[Level, ON_SIMULATED] = 2
+    world: Annotated[World, ON_SIMULATED] = "home"
+    seed: Annotated[Seed, ON_SIMULATED] = 0
+
+    method: Annotated[MethodName, ON_TWIN] = "recursive"
+    """Method that identifies the arm: ours, the paper's, or the table alone. On drives it is always ours."""
+
+    motion: Annotated[MotionName, ON_TWIN] = "designed"
+    """Motion of the arm for the identification: the machine's own, pieces planned from the uncertainty, or others."""
+
+    torque_source: Annotated[TorqueSourceName, ON_TWIN] = "current"
+    """Source of the real torque: motor current, or the commanded torque."""
+
+    realtime: Annotated[bool, ON_TWIN] = False
+    """Run at real-time speed. Drives have no other speed."""
+
+    wearer_model: Annotated[str | None, ON_TWIN] = None
+    """MJCF, URDF or OpenSim model of a third party's arm that replaces the drawn one as the truth."""
+
+    donning: Annotated[Donning, ON_TWIN] = 0
+
+    calibration: Annotated[
+        Path | None,
+        tyro.conf.arg(
+            help="File calibration.toml of this machine (`exograv rig calibrate`). Without it the twin is calibrated "
+            "first, with `auto` once for all runs; on drives it is the file in the folder of --out."
+        ),
+    ] = None
+
+    @property
+    def on_twin(self) -> IdentifyOptions:
+        """Options of the same identification on the twin."""
+        return IdentifyOptions(**{one.name: getattr(self, one.name) for one in fields(IdentifyOptions)})
 
 
 @dataclass(frozen=True)

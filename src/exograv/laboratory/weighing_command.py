@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from exograv.model.arm import WeightPlace
 from exograv.model.support import assemble
 from exograv.next_command import calibration_command
 from exograv.procedures.identification.controller_knowledge import MOTION_S
-from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge
+from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge, in_doubt_not_refused
 from exograv.procedures.weighing.first_motion import first_motion
 from exograv.procedures.weighing.known_weight import weigh
 from exograv.procedures.weighing.motion_samples import SampleCollector
@@ -31,7 +31,6 @@ from .result_rows import Interval, TwinRun, WeightRow
 from .virtual_laboratory import VirtualLaboratory, driven_laboratory
 
 DRAWN_KG = (0.5, 1.0, 1.5, 2.0)
-RESTLESS_TEXT = "The person does not relax: the form cannot be checked. Ask the person to let go, then repeat."
 
 
 @dataclass(frozen=True)
@@ -135,13 +134,6 @@ def is_enough(check: ArmCheck, wants_weights: bool) -> bool:
     A weight needs the identified arm. A doubtful form is judged again with the identification motion.
     """
     return check.is_sure and (check.refused or not wants_weights)
-
-
-def in_doubt_not_refused(check: ArmCheck, is_restless: bool) -> ArmCheck:
-    """Return the verdict. A doubtful verdict on a person who does not relax becomes a request to relax."""
-    if check.is_sure or not is_restless:
-        return check
-    return replace(check, refused=False, why=f"{RESTLESS_TEXT} {check.why}")
 
 
 def _hanging(twin: Twin, place: WeightPlace, mass: float) -> Callable[[bool], None]:

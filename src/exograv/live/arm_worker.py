@@ -1,6 +1,6 @@
 """Worker process of live identification: it takes samples from control, and reports estimates of the arm."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from exograv.procedures.identification.identify import IMPLAUSIBLE
 from exograv.procedures.identification.person_check import PersonCheck
 from exograv.procedures.verification.postures import NONE
 from exograv.procedures.verification.slow_passes import PassListener, PassSample
+from exograv.procedures.weighing.arm_check import ArmCheck
+from exograv.procedures.weighing.form_check import FormCheck
 from exograv.safety.limits import PersonLimits
 
 BRIDGED_TICKS = 20
@@ -39,6 +41,8 @@ class EstimateReport:
     left_over_prior: Joints
     is_contradicted: bool = False
     """True if the motion contradicts the participant's file that the estimate began with."""
+    refusal: str = ""
+    """Verdict that refuses the form of an unknown person; empty without one."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,8 @@ class LearnedArm:
     """Limits that the guard must apply to this person."""
     is_led: bool = False
     """True if the machine continues to move the arm."""
+    check: ArmCheck | None = None
+    """Check of the arm against the form; None for a known person, and without a form."""
 
 
 @dataclass(frozen=True)
@@ -84,10 +90,12 @@ class ArmWorker:
         period_s: float,
         is_verified: bool = False,
         belief: Belief | None = None,
+        body_mass_kg: float | None = None,
     ):
         """Prepare the estimator, which takes seconds.
 
-        `belief` comes from an earlier day. The first seconds of motion test if it fits this person.
+        `belief` comes from an earlier day. The first seconds of motion test if it fits this person. Without it the arm
+        is compared with the form's `body_mass_kg`, if there is one.
         """
         self._period_s, self._before = period_s, -np.inf
         self._is_verified, self._learned, self._is_passed = is_verified, None, False
@@ -99,6 +107,10 @@ class ArmWorker:
         if belief is not None:
             self._check = PersonCheck(self._learner.model.again(), machine, belief, prior(assembly, machine))
             self._learner.followers.append(self._ask_about)
+        self._form: FormCheck | None = None
+        if belief is None and body_mass_kg is not None:
+            self._form = FormCheck(self._learner.model.again(), body_mass_kg)
+            self._learner.followers.append(self._form)
         self._news: list[EstimateReport] = []
 
     def news(self) -> list[EstimateReport]:
@@ -160,17 +172,22 @@ class ArmWorker:
         left_over = self._learner.judge(estimate)
         if left_over is not None:
             is_other = self._check is not None and self._check.is_contradicted
+            refusal = "" if self._form is None else self._form.refusal
             self._news.append(
-                EstimateReport(estimate.t, estimate.x, estimate.sd, left_over, *self._learner.before, is_other)
+                EstimateReport(estimate.t, estimate.x, estimate.sd, left_over, *self._learner.before, is_other, refusal)
             )
 
     def _arm(self) -> LearnedArm:
         estimate = self._learner.last()
         self._judge(estimate)
         found = self._learner.close()
+        if self._form is not None:
+            self._form.finish(found.restless_s is not None)
+            self._news = [replace(one, refusal=self._form.refusal) for one in self._news]
         # Control refuses an implausible arm. The guard then expects the table's arm, and lets down any other one.
         is_taken = is_plausible(self._arm_of_table, estimate.x)
         person = self._limits.known(estimate.x if is_taken else self._table)
         reason = found.why if is_taken else f"{IMPLAUSIBLE} {found.why}"
         why = (found.outcome, reason, found.stop_s, found.restless_s)
-        return LearnedArm(self._before, estimate, *why, person, self._is_verified)
+        verdict = None if self._form is None else self._form.verdict
+        return LearnedArm(self._before, estimate, *why, person, self._is_verified, verdict)

@@ -49,6 +49,10 @@ class LearnedFigures:
     motion_s: float
     stop_s: float | None
     not_relaxed_s: float | None
+    arm_mass_kg: float | None
+    """Mass of the arm by the check against the form; None for a known person, and for a motion below 20 s [kg]."""
+    arm_check: str | None
+    """Verdict of that check."""
     left_over_Nm: list[float] | None
     """Left over by the truth of a simulated wearer, per joint, RMS [N·m]."""
 
@@ -149,6 +153,8 @@ def _learned(flown: LiveResult, wearer: SimulatedWearer | None, prepared: Contro
         motion_s=round(learned.estimate.t, 2),
         stop_s=learned.stop_s,
         not_relaxed_s=learned.restless_s,
+        arm_mass_kg=None if learned.check is None else round(learned.check.arm_mass, 3),
+        arm_check=None if learned.check is None else learned.check.why,
         left_over_Nm=None if wearer is None else wearer.left_over_Nm(prepared, learned.estimate.x),
     )
 

@@ -44,17 +44,21 @@ def lesson_plan(
     verification: Verification | None = None,
     passes_s: float = 0.0,
     belief: Belief | None = None,
+    body_mass_kg: float | None = None,
 ) -> LiveIdentificationPlan:
     """Plan the live identification from `seconds` of motion, and a verification of `passes_s` [s].
 
-    The shared memory lives as long as `stack`. The estimate begins with a belief of an earlier day, if there is one.
+    The shared memory lives as long as `stack`. The estimate begins with a belief of an earlier day, if there is one;
+    otherwise the arm is compared with the form's body mass.
     """
     moved_s = seconds + AROUND_MOTION_S + passes_s
     size = WorkerMemory(prepared.assembly.n, len(prepared.x), round(2 * moved_s / period_s))
     samples = stack.enter_context(contextlib.closing(size.sample_ring()))
     findings = stack.enter_context(contextlib.closing(size.finding_ring()))
     memory = replace(size, samples=samples.name, findings=findings.name)
-    return LiveIdentificationPlan(prepared.assembly, prepared.machine, seconds, period_s, memory, verification, belief)
+    return LiveIdentificationPlan(
+        prepared.assembly, prepared.machine, seconds, period_s, memory, verification, belief, body_mass_kg
+    )
 
 
 def fly_plan(

@@ -140,6 +140,8 @@ class LiveIdentificationPlan:
     """Verification after the identification."""
     belief: Belief | None = None
     """Belief of an earlier day from the participant's file; None for the prior of the body-segment table."""
+    body_mass_kg: float | None = None
+    """Body mass on the form, with which an unknown arm is compared [kg]; None to compare nothing."""
 
     def lesson(self) -> LiveIdentification:
         """Build the part of control on the shared memory of the parent process."""
@@ -149,7 +151,8 @@ class LiveIdentificationPlan:
 
     def worker(self) -> "ArmWorker":
         """Build the part of the worker."""
-        return ArmWorker(self.assembly, self.machine, self.period_s, self.verification is not None, self.belief)
+        is_verified = self.verification is not None
+        return ArmWorker(self.assembly, self.machine, self.period_s, is_verified, self.belief, self.body_mass_kg)
 
 
 def lesson_passes(

@@ -9,6 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
+import numpy as np
+
 from exograv.errors import RigError
 from exograv.loop.pilot import Progress
 from exograv.loop.replay_log import written_person
@@ -86,6 +88,8 @@ class LiveResult:
     findings: int = 0
     learned: LearnedArm | None = None
     passed: PassesResult | None = None
+    predicted: np.ndarray | None = None
+    """Predicted left over per joint after the identification [N·m]; None without one."""
 
 
 @dataclass(frozen=True)
@@ -176,6 +180,7 @@ def fly(
             findings=worker.findings,
             learned=worker.learned,
             passed=worker.passed,
+            predicted=None if worker.judged is None else worker.judged.left_over,
         )
 
 

@@ -10,13 +10,18 @@ import tyro
 
 from exograv.errors import ConfigError
 from exograv.options import (
+    ON_DRIVES,
+    ON_TWIN,
+    SESSIONS_MAX,
     Acts,
+    CalibratedOptions,
     DrivesFile,
     GravityLevel,
     JointFactors,
     JointNames,
     MachineOptions,
     Options,
+    PersonCode,
     SegmentLengths,
     Sex,
     StreamNames,
@@ -33,10 +38,15 @@ MOTION_S = (10.0, 600.0)
 AROUND_MOTION_S = 16.0
 """Time for rest, ramp, approach to the motion, and the worker's last computation [s]."""
 
-ON_DRIVES = Acts(lambda all_: all_.is_on_drives, "with --drives or --simulate")
-ON_TWIN = Acts(lambda all_: not all_.is_on_drives, "on the twin, without --drives and --simulate")
 WITH_SIMULATE = Acts(lambda all_: all_.simulate, "with --simulate")
 WITH_ROS2 = Acts(lambda all_: all_.ros2, "with --ros2")
+
+OF_PERSON = Acts(lambda all_: all_.participant is not None, "with --participant")
+
+NO_DRIVES = (
+    "--drives is missing: give the drives.toml of this machine (docs/howto/rig_test.md), or --simulate to practise on "
+    "simulated drives."
+)
 
 NOT_RECORDED = ("drives", "simulate", "calibration", "ros2", "ros2_router", "ros2_accept_gravity_level")
 """Options that are absent from a recording, or that have another form in it."""
@@ -138,6 +148,34 @@ class LiveOptions(WornOptions):
 
 
 @dataclass(frozen=True)
+class NextOptions(CalibratedOptions):
+    """Options of `exograv next`."""
+
+    drives: DrivesFile = None
+    """File drives.toml of the machine."""
+
+    participant: Annotated[str | None, PersonCode()] = None
+    """Code of the person, such as P-07, never a name. Without it the checklist ends with the machine."""
+
+    participants: Annotated[Path | None, OF_PERSON] = None
+    """Folder of the participants' files; by default `participants` in the folder of --out."""
+
+    protocol: Annotated[str, OF_PERSON] = "training"
+    """Protocol of the session: a name, or the path of a file."""
+
+    session: Annotated[int | None, Within(1, SESSIONS_MAX), OF_PERSON] = None
+    """Number of the session with this protocol; by default the first that is not over."""
+
+    study: Annotated[Path | None, OF_PERSON] = None
+    """Folder of the study in which the person takes part."""
+
+    def __post_init__(self):
+        super().__post_init__()
+        if not self.is_on_drives:
+            raise ConfigError(NO_DRIVES)
+
+
+@dataclass(frozen=True)
 class RigTestOptions(MachineOptions):
     """Options of `exograv rig test`."""
 
@@ -159,10 +197,7 @@ class RigTestOptions(MachineOptions):
     def __post_init__(self):
         super().__post_init__()
         if not self.is_on_drives:
-            raise ConfigError(
-                "--drives is missing: give the drives.toml of this machine (docs/howto/rig_test.md), or --simulate to "
-                "practise on simulated drives."
-            )
+            raise ConfigError(NO_DRIVES)
         if not self.simulate and not self.by:
             raise ConfigError("--by is missing: the sheet needs the initials of the operator, such as --by ab.")
 

@@ -101,8 +101,8 @@ def write_sheet(
     return whole
 
 
-def refuse_not_brought_up(path: Path, description: RigDescription, drives: Drives, bring_up: str) -> None:
-    """Refuse to calibrate a real machine whose bring-up with these drives has not passed. `bring_up` is its command.
+def passed_sheet(path: Path, description: RigDescription, drives: Drives, bring_up: str) -> BringUpSheet:
+    """Return the sheet of a real machine whose bring-up with these drives has passed. `bring_up` is its command.
 
     Raises:
         ConfigError: The bring-up has not passed, or the sheet is damaged or of another machine.
@@ -123,6 +123,7 @@ def refuse_not_brought_up(path: Path, description: RigDescription, drives: Drive
         why = "belongs to another drives.toml, or the file was changed since"
     if why:
         raise ConfigError(f"{path} {why}. {again}")
+    return whole
 
 
 def _text(value: float | str | None) -> str:

@@ -22,6 +22,7 @@ FILE = "self_test.toml"
 NOT_NEEDED = "not needed: twin"
 TEST = "exograv rig self-test"
 """Command that tests a machine, if the options of this machine are not known."""
+NO_PASS = "The machine is locked: no self-test has passed here."
 HEAD = """\
 # A self-test that has passed, written by `exograv rig self-test` (docs/explanation/safety.md). It unlocks this machine
 # on this computer until midnight. Do not edit: content_sha256 seals the values, and a changed file is refused.
@@ -125,13 +126,24 @@ def unlock(rig: Rig, key: MachineKey | None, now: datetime | None = None) -> str
         return NOT_NEEDED
     if library.LIBRARY is None:
         raise RigError(f"The machine is locked: {library.NOT_COMPILED}")
-    if key is None or not key.file.is_file():
-        again = _again(TEST) if key is None else key.again
-        raise RigError(f"The machine is locked: no self-test has passed here. {again}")
+    if key is None:
+        raise RigError(f"{NO_PASS} {_again(TEST)}")
+    return f"passed at {valid_pass(key, now or datetime.now().astimezone()).passing.at.isoformat()}"
+
+
+def valid_pass(key: MachineKey, now: datetime) -> SelfTestPass:
+    """Return the pass that unlocks this machine at the local time `now`.
+
+    Raises:
+        ConfigError: The file is damaged, or of another machine.
+        RigError: No valid self-test has passed.
+    """
+    if not key.file.is_file():
+        raise RigError(f"{NO_PASS} {key.again}")
     whole = read_sealed(key.file, SelfTestPass, key.again, key.again)
     refuse_other_machine(key.file, whole.identity, identity_of(key.description, key.machine), key.again)
-    _refuse_old(whole, key, now or datetime.now().astimezone())
-    return f"passed at {whole.passing.at.isoformat()}"
+    _refuse_old(whole, key, now)
+    return whole
 
 
 def _refuse_old(whole: SelfTestPass, key: MachineKey, now: datetime) -> None:

@@ -12,6 +12,7 @@ from tests.waiting import wait_until
 from exograv.cli.recordings.replaying import run_replay
 from exograv.experiment.steered.live_session import LiveFlight
 from exograv.experiment.steered.options import SteeredOptions
+from exograv.experiment.steered.prepared_machine import PreparedMachine
 from exograv.experiment.steered.requests import ACT, Answer
 from exograv.experiment.steered.session_controller import SessionController
 from exograv.laboratory.preparation import Preparation
@@ -77,7 +78,7 @@ def operator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Operat
     """Desk of a machine that agrees with its files. The tests are about permissions and order."""
     monkeypatch.setattr(Preparation, "calibrated", nominal_knowledge)
     options = SteeredOptions(level=1, seed=1001, identify_s=10.0, session_s=600.0, participants=tmp_path / "people")
-    desk = SessionController(LiveFlight(options, tmp_path))
+    desk = SessionController(LiveFlight(options, tmp_path, lambda side: PreparedMachine(options, side)))
     yield Operator(desk)
     desk.close()
 

@@ -27,8 +27,8 @@ class Folder:
         return code or "P-123456"
 
 
-def worker(is_contradicted: bool = False, is_learned: bool = False) -> Any:
-    judged = SimpleNamespace(is_contradicted=is_contradicted, left_over=np.zeros(4))
+def worker(is_contradicted: bool = False, is_learned: bool = False, refusal: str = "") -> Any:
+    judged = SimpleNamespace(is_contradicted=is_contradicted, left_over=np.zeros(4), refusal=refusal)
     return SimpleNamespace(judged=judged, learned=SimpleNamespace() if is_learned else None)
 
 
@@ -64,3 +64,16 @@ def test_a_folder_that_cannot_be_written_is_told_and_ends_nothing():
     one.look(worker(is_learned=True), list[object]().append, Folder(fails=True).keep)
     assert "cannot be written" in one.wrong[0]
     assert not one.is_contradicted
+
+
+def test_a_form_that_does_not_fit_the_arm_stops_and_no_arm_is_kept():
+    folder, sent = Folder(), list[object]()
+    one = keeping(code="P-07")
+    one.look(
+        worker(is_learned=True, refusal="The arm weighs like that of a person of 60 kg."), sent.append, folder.keep
+    )
+    assert [type(word) for word in sent] == [DescentCommand]
+    assert folder.kept == []
+    assert one.wrong[0] == (
+        "The arm weighs like that of a person of 60 kg. The arm was let down. Correct the form, then begin again."
+    )

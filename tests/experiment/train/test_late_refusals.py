@@ -10,7 +10,7 @@ from exograv.experiment.train.options import TrainOptions
 from exograv.experiment.train.train_command import run_training
 from exograv.laboratory.preparation import no_progress
 
-OPTIONS = TrainOptions("training", "P-07", windows=1)
+OPTIONS = TrainOptions(protocol="training", participant="P-07", windows=1)
 
 
 @pytest.mark.parametrize(

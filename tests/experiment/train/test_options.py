@@ -26,16 +26,16 @@ def allocation(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("code", ["anna", "Anna K 1", "", "P_01", "P-01/..", "x1", "P" * 17])
 def test_what_may_be_a_name_or_no_file_name_is_no_code(code: str):
     with pytest.raises(ConfigError, match="--participant is"):
-        TrainOptions("training", code)
+        TrainOptions(protocol="training", participant=code)
 
 
 @pytest.mark.parametrize("code", ["P-01", "p7a", "12345", "a+1"])
 def test_a_code_is_taken(code: str):
-    assert code in TrainOptions("training", code).name
+    assert code in TrainOptions(protocol="training", participant=code).name
 
 
 def test_a_trial_of_some_windows_has_other_files_than_the_session_and_than_another_trial():
-    names = {TrainOptions("training", "P-01", windows=windows).name for windows in (None, 1, 2)}
+    names = {TrainOptions(protocol="training", participant="P-01", windows=windows).name for windows in (None, 1, 2)}
     assert names == {"P-01_training_01", "P-01_training-first-1_01", "P-01_training-first-2_01"}
 
 
@@ -46,18 +46,18 @@ def test_a_trial_of_some_windows_has_other_files_than_the_session_and_than_anoth
 )  # fmt: skip
 def test_numbers_out_of_range_are_named_with_what_is_allowed(changes: dict, said: str):
     with pytest.raises(ConfigError, match=rf"{said}; allowed: \d"):
-        TrainOptions("training", "P-01", **changes)
+        TrainOptions(protocol="training", participant="P-01", **changes)
 
 
 def test_an_unknown_protocol_is_answered_with_the_known_ones():
     with pytest.raises(ConfigError, match="familiarisation, flight, training"):
-        asked_for(TrainOptions("trainings", "P-01"))
+        asked_for(TrainOptions(protocol="trainings", participant="P-01"))
 
 
 @pytest.mark.parametrize("count", [0, 32, -1])
 def test_windows_that_a_protocol_has_not_are_refused(count: int):
     with pytest.raises(ConfigError, match="has 1 to 31"):
-        asked_for(TrainOptions("training", "P-01", windows=count))
+        asked_for(TrainOptions(protocol="training", participant="P-01", windows=count))
 
 
 @pytest.mark.parametrize("count", [1, 2, 7, 30])
@@ -77,19 +77,21 @@ def test_all_windows_are_the_protocol_itself():
 
 
 def test_a_group_says_what_the_machine_does_and_nothing_else_tells_it(allocation: Path):
-    asked = [asked_for(TrainOptions("training", code, allocation=allocation)) for code in CODES]
+    asked = [asked_for(TrainOptions(protocol="training", participant=code, allocation=allocation)) for code in CODES]
     assert sorted(one.exo for one in asked) == ["active", "active", "sham", "sham"]
-    kept = [TrainOptions("training", code, allocation=allocation).kept for code in CODES]
+    kept = [TrainOptions(protocol="training", participant=code, allocation=allocation).kept for code in CODES]
     assert not any(word in json.dumps(kept) for word in ("active", "sham", "trained", "untrained"))
 
 
 def test_a_passive_protocol_stays_passive_in_every_group(allocation: Path):
-    assert {asked_for(TrainOptions("flight", code, allocation=allocation)).exo for code in CODES} == {"passive"}
+    assert {
+        asked_for(TrainOptions(protocol="flight", participant=code, allocation=allocation)).exo for code in CODES
+    } == {"passive"}
 
 
 def test_somebody_without_a_place_is_refused(allocation: Path):
     with pytest.raises(ConfigError, match="'P-09' has no place"):
-        asked_for(TrainOptions("training", "P-09", allocation=allocation))
+        asked_for(TrainOptions(protocol="training", participant="P-09", allocation=allocation))
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"study": 3}', "\xff"])
@@ -106,6 +108,6 @@ def test_a_list_that_is_not_there_is_refused(tmp_path: Path):
 
 
 def test_in_flight_the_passive_machine_is_taken_unless_another_is_named():
-    assert asked_for(TrainOptions("flight", "P-01")).rig == "recupera_like_passive"
-    assert asked_for(TrainOptions("flight", "P-01", rig="recupera_like")).rig == "recupera_like"
-    assert asked_for(TrainOptions("training", "P-01")).rig == "recupera_like"
+    assert asked_for(TrainOptions(protocol="flight", participant="P-01")).rig == "recupera_like_passive"
+    assert asked_for(TrainOptions(protocol="flight", participant="P-01", rig="recupera_like")).rig == "recupera_like"
+    assert asked_for(TrainOptions(protocol="training", participant="P-01")).rig == "recupera_like"

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from exograv import cli
-from exograv.errors import ConfigError
+from exograv.errors import ConfigError, ExogravError
 from exograv.live.on_drives.connection import drives_with_hands, serial_of
 from exograv.live.on_drives.float_command import fly_on_drives
 from exograv.live.options import LiveOptions, PersonForm
@@ -15,7 +15,7 @@ from exograv.options import MachineOptions
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.procedures.calibration.segment_lengths import settings_of_lengths
 from exograv.rig.drives.settings import Drives, load_drives
-from exograv.storage.bring_up_sheet import refuse_not_brought_up, write_sheet
+from exograv.storage.bring_up_sheet import passed_sheet, write_sheet
 from exograv.storage.self_test_step import Step
 
 RIG = load_rig("recupera_like")
@@ -55,7 +55,7 @@ def test_only_a_bring_up_of_these_drives_that_has_passed_allows_a_calibration(tm
 
     def refusal() -> str:
         with pytest.raises(ConfigError) as error:
-            refuse_not_brought_up(path, RIG, drives, "exograv rig test --drives drives.toml --by INITIALS")
+            passed_sheet(path, RIG, drives, "exograv rig test --drives drives.toml --by INITIALS")
         return str(error.value)
 
     assert "missing" in refusal()
@@ -65,7 +65,7 @@ def test_only_a_bring_up_of_these_drives_that_has_passed_allows_a_calibration(tm
     write_sheet(path, RIG, drives, [GOOD], "", NOW, simulated=True)
     assert "simulated" in refusal()
     write_sheet(path, RIG, drives, [GOOD], "ab", NOW, simulated=False)
-    refuse_not_brought_up(path, RIG, drives, "exograv rig test --drives drives.toml --by INITIALS")
+    passed_sheet(path, RIG, drives, "exograv rig test --drives drives.toml --by INITIALS")
     file = tmp_path / "drives.toml"
     file.write_text(file.read_text(encoding="utf-8") + "\n# changed\n", encoding="utf-8")
     drives = load_drives(file, RIG)
@@ -99,22 +99,27 @@ def test_live_on_drives_asks_for_a_motion_and_for_everything_about_the_person(tm
     ("options", "command"),
     [
         (MachineOptions(simulate=True, seed=7), "exograv rig calibrate --seed 7 --simulate --out {folder}"),
-        (MachineOptions(drives=Path("d.toml")), "exograv rig calibrate --drives d.toml --out {folder}"),
         (
-            MachineOptions(rig="recupera_like_7", drives=Path("d.toml"), simulate=True),
-            "exograv rig calibrate recupera_like_7 --drives d.toml --simulate --out {folder}",
+            MachineOptions(drives=Path("drives.toml")),
+            "exograv rig test --drives drives.toml --out {folder} --by INITIALS",
+        ),
+        (
+            MachineOptions(rig="recupera_like_7", drives=Path("drives.toml"), simulate=True),
+            "exograv rig calibrate recupera_like_7 --drives drives.toml --simulate --out {folder}",
         ),
     ],
 )
-def test_without_a_calibration_a_run_on_drives_names_the_whole_command_that_makes_one(
-    options: MachineOptions, command: str, tmp_path: Path
+def test_a_run_on_drives_that_are_not_ready_names_the_whole_command_to_run_now(
+    options: MachineOptions, command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
+    monkeypatch.chdir(tmp_path)
+    written(tmp_path, load_rig(options.rig))
     live = LiveOptions(**vars(options), identify_s=60.0)
     person = PersonForm(height_m=1.75, mass_kg=70.0, sex="female")
-    with pytest.raises(ConfigError) as refused:
+    with pytest.raises(ExogravError) as refused:
         fly_on_drives(live, person, tmp_path, lambda _text, _share: None, print)
     said = str(refused.value)
     assert f"`{command.format(folder=tmp_path)}`" in said
     parsed = cli.parsed(*cli.resolved(said.split("`")[1].split()[1:]))
     assert (parsed.rig, parsed.simulate, parsed.drives) == (options.rig, options.simulate, options.drives)
-    assert parsed.out / "calibration.toml" == live.calibration_in(tmp_path)
+    assert parsed.out == tmp_path

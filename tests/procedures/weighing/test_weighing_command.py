@@ -4,15 +4,8 @@ import pytest
 
 from exograv.errors import ConfigError
 from exograv.laboratory.options import WeighOptions
-from exograv.laboratory.weighing_command import (
-    DRAWN_KG,
-    RESTLESS_TEXT,
-    in_doubt_not_refused,
-    is_enough,
-    run_weighing,
-    weights_of,
-)
-from exograv.procedures.weighing.arm_check import SURE, ArmCheck
+from exograv.laboratory.weighing_command import DRAWN_KG, is_enough, run_weighing, weights_of
+from exograv.procedures.weighing.arm_check import RESTLESS_TEXT, SURE, ArmCheck, in_doubt_not_refused
 from exograv.results import json_value
 
 

@@ -58,6 +58,8 @@ def show_live(result: "LiveFigures") -> None:
         truth = ""
         if found.left_over_Nm is not None:
             truth = f" Left over by the twin's truth: {', '.join(f'{value:.2f}' for value in found.left_over_Nm)} N·m."
+        if found.arm_check is not None:
+            say(f"Arm check: {found.arm_check} The arm has {found.arm_mass_kg:.2f} kg.")
         say(f"Learned live in {found.motion_s:.0f} s ({result.findings} findings). {found.outcome} {found.why}{truth}")
     modes = ", ".join(f"{one.mode.replace('_', ' ')} from {one.at_s:.2f} s" for one in result.modes)
     say(f"Self-test {result.self_test}. Modes: {modes}.")

@@ -7,12 +7,12 @@ import tyro
 
 from exograv.cli.shell.base_options import OutFolder
 from exograv.console.options import Address
+from exograv.errors import ConfigError
 from exograv.experiment.steered.options import SteeredOptions
+from exograv.live.options import PersonForm
 from exograv.options import Acts
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from exograv.console.run import ConsoleResult
     from exograv.experiment.steered.interface import SteeredFlight
 
@@ -41,15 +41,7 @@ class TrialOptions:
     """Use no machine, not even the twin, to show and try the pages. Files go to the folder `rehearsal` in --out."""
 
 
-def _flight(options: SteeredOptions, is_rehearsed: bool, folder: "Path") -> "SteeredFlight":
-    from exograv.experiment.steered.live_session import LiveFlight
-    from exograv.experiment.steered.rehearsal import RehearsedFlight
-
-    return RehearsedFlight(side=options.side or "right") if is_rehearsed else LiveFlight(options, folder)
-
-
 def _port(given: tuple[int, ...]) -> int:
-    from exograv.errors import ConfigError
     from exograv.task.aircraft_line import PORT
 
     if len(given) > 1:
@@ -58,7 +50,7 @@ def _port(given: tuple[int, ...]) -> int:
 
 
 def run_console_command(
-    options: SteeredOptions, trial: TrialOptions, address: Address, common: OutFolder
+    options: SteeredOptions, person: PersonForm, trial: TrialOptions, address: Address, common: OutFolder
 ) -> "ConsoleResult":
     """Serve pages for operator, therapist, participant and viewers of a live machine, and print the operator's link."""
     from exograv.console.run import run_console
@@ -69,6 +61,8 @@ def run_console_command(
         print(line, flush=True)
 
     address.check()
+    if trial.rehearse and options.is_on_drives:
+        raise ConfigError("--rehearse uses no machine. Leave it out, or leave out --drives and --simulate.")
     # A rehearsal must not block or change a session, and nobody must take its files for a session's.
     folder = common.out / "rehearsal" if trial.rehearse else common.out
     request = TrialRequest(
@@ -84,7 +78,15 @@ def run_console_command(
     side = request.check()
     if options.side is None:
         options = replace(options, side=side)
-    desk = SessionController(_flight(options, trial.rehearse, folder))
+    if trial.rehearse:
+        from exograv.experiment.steered.rehearsal import RehearsedFlight
+
+        flight: SteeredFlight = RehearsedFlight(side=options.side or "right")
+    else:
+        from exograv.api.rig_factory import steered_flight
+
+        flight = steered_flight(options, person, folder, "run console", say)
+    desk = SessionController(flight)
     result = run_console(address, folder, desk, request, say)
     say(f"Ended. Diary of the pages: {result.diary}")
     return result

@@ -3,11 +3,13 @@
 from typing import TYPE_CHECKING
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
-from exograv.laboratory.options import DemoOptions, IdentifyOptions
+from exograv.laboratory.options import ArmOptions, DemoOptions
+from exograv.live.options import PersonForm
 from exograv.procedures.identification.options import ParticipantOptions
 
 if TYPE_CHECKING:
     from exograv.laboratory.demo_result import DemoResult
+    from exograv.live.on_drives.identification import IdentifiedOnDrives
 
 
 def run_demo_command(options: DemoOptions, files: ParticipantOptions, common: OutFolder) -> "DemoResult":
@@ -23,6 +25,34 @@ def run_demo_command(options: DemoOptions, files: ParticipantOptions, common: Ou
     return result
 
 
-def run_identify_command(options: IdentifyOptions, files: ParticipantOptions, common: OutFolder) -> "DemoResult":
-    """Calibrate the empty machine and identify the arm only."""
-    return run_demo_command(DemoOptions(**vars(options), only_identify=True), files, common)
+def run_identify_command(
+    options: ArmOptions, files: ParticipantOptions, person: PersonForm, common: OutFolder
+) -> "DemoResult | IdentifiedOnDrives":
+    """Identify the arm only: on the twin, which is calibrated first, or on drives, where it then floats for 5 s."""
+    from exograv.api.rig_factory import run_identification
+    from exograv.cli.machine.live import show_live
+    from exograv.cli.shell.terminal import bars, say, show_demo
+    from exograv.live.on_drives.identification import IdentifiedOnDrives
+
+    if files.keep is not None:
+        refuse_unwritable(files.keep, "--keep")
+    with bars() as progress:
+        result = run_identification(options, files, person, common.out, progress, say)
+    if isinstance(result, IdentifiedOnDrives):
+        show_live(result.live)
+        show_kept(result)
+    else:
+        show_demo(result)
+    return result
+
+
+def show_kept(result: "IdentifiedOnDrives") -> None:
+    """Print the file of the arm, or why there is none."""
+    from exograv.cli.shell.terminal import say, say_unbroken
+
+    if result.live.identified is None:
+        say("The identification did not finish. The reason is printed above.")
+    elif result.person is not None and result.person.file is None:
+        say(result.person.why)
+    elif result.person is not None:
+        say_unbroken(f"Kept as {result.person.code}, donning {result.person.donnings}: {result.person.file}")

@@ -1,21 +1,61 @@
 """Command `exograv run train` and the printout of its result."""
 
 import sys
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
 
 from exograv.cli.shell.base_options import OutFolder, refuse_unwritable
+from exograv.console.options import Address
 from exograv.experiment.train.options import TrainOptions
+from exograv.live.options import PersonForm
+from exograv.next_command import same_machine
+from exograv.options import ON_DRIVES
 
 if TYPE_CHECKING:
+    from exograv.console.train_on_drives import DrivenTraining
     from exograv.experiment.train.train_command import TrainResult
 
 
-def run_train_command(options: TrainOptions, common: OutFolder) -> "TrainResult":
-    """Simulate a session of a protocol: a virtual participant in the twin touches a target, window after window.
+@dataclass(frozen=True)
+class TrainingPages(Address):
+    """Address of the participant's page in a session on drives."""
 
-    A session with a person is run at the console: exograv run console --protocol NAME (docs/howto/console.md).
+    port: Annotated[int, ON_DRIVES] = 8088
+    """TCP port of the participant's page; 0 for a free port; on drives only."""
+
+    browser: tyro.conf.Fixed[bool] = False
+    """No page is opened: the operator is at the terminal."""
+
+    lan: Annotated[str | None, tyro.conf.arg(metavar="ADDRESS"), ON_DRIVES] = None
+    """Serve tablets too, at this address or name of the computer. This needs a certificate; on drives only."""
+
+    certificate: Annotated[Path | None, ON_DRIVES] = None
+    """Certificate for TLS as a PEM file, with `--lan`."""
+
+    key: Annotated[Path | None, ON_DRIVES] = None
+    """Private key of the certificate as a PEM file, with `--lan`."""
+
+
+def run_train_command(
+    options: TrainOptions, person: PersonForm, pages: TrainingPages, common: OutFolder
+) -> "TrainResult | DrivenTraining":
+    """Run a session of a protocol: on drives with a person, or on the twin with a virtual participant.
+
+    On drives the operator is at this terminal, and the participant touches a page (docs/howto/train.md).
     """
-    from exograv.cli.shell.terminal import bars
+    from exograv.cli.shell.terminal import bars, say_unbroken
+
+    if options.is_on_drives:
+        from exograv.api.rig_factory import steered_flight
+        from exograv.console.train_on_drives import run_training_on_drives
+
+        driven = run_training_on_drives(options, person, pages, common.out, say_unbroken, steered_flight)
+        show_driven(driven)
+        say_unbroken(f"Next: {same_machine('next', options, common.out, f'--participant {options.participant}')}")
+        return driven
     from exograv.experiment.train.train_command import how_to_go_on, run_training
 
     if options.person_file is not None:
@@ -28,6 +68,23 @@ def run_train_command(options: TrainOptions, common: OutFolder) -> "TrainResult"
         raise
     show_training(result)
     return result
+
+
+def show_driven(result: "DrivenTraining") -> None:
+    """Print the identification, the windows and the touches of a session on drives."""
+    from exograv.cli.shell.terminal import say, say_unbroken
+
+    if result.preparation is not None:
+        begun = "the participant's file" if result.preparation.from_file else "the table"
+        say(f"Identification from {begun}: {result.preparation.identified}")
+    if (touched := result.totals) is not None:
+        median = touched.deviation_px.median
+        say(
+            f"{touched.windows} windows, {touched.accepted} of {touched.touches} touches counted; median deviation "
+            f"{'unknown' if median is None else f'{median:.1f} px'}."
+        )
+    say("The protocol has come to its end." if result.is_complete else "The protocol has not come to its end.")
+    say_unbroken(f"Diary of the pages: {result.diary}")
 
 
 def show_training(result: "TrainResult") -> None:

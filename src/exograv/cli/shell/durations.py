@@ -89,7 +89,9 @@ def _verify(options: Any) -> float:
     return _prepared(options) + 20.0 + VERIFIED_S
 
 
-def _train(options: Any) -> float:
+def _train(options: Any) -> float | None:
+    if options.is_on_drives:  # A session with a person; the protocol states its duration.
+        return None
     from exograv.errors import ConfigError
     from exograv.task.protocol import load_protocol
 

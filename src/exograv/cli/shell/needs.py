@@ -15,13 +15,13 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "rig self-test": ("control", "recording"),
     "rig motion": ("control", "study"),
     "rig export": ("control",),
-    "arm identify": ("twin", "study"),
+    "arm identify": ("study",),
     "arm identify-log": ("control", "recording"),
     "arm weigh": ("twin",),
     "arm verify": ("control", "recording"),
     "run live": ("control", "recording"),
     "run console": ("control", "console"),
-    "run train": ("twin", "study"),
+    "run train": ("study",),
     "run assist": ("twin", "study"),
     "run teach": ("twin",),
     "run repeat": ("twin",),
@@ -43,10 +43,18 @@ NEEDS: dict[str, tuple[str, ...]] = {
 }
 """Extras that a command cannot do without. Other commands name the first missing package when they use it."""
 
+ON_DRIVES: dict[str, tuple[str, ...]] = {
+    "arm identify": ("control", "recording"),
+    "run train": ("control", "console"),
+}
+"""Extras that a command needs instead if the machine is on drives."""
+
 
 def extras_of(path: str, options: Any) -> tuple[str, ...]:
     """Extras that a command needs with these options."""
     extras = NEEDS.get(path, ())
+    if getattr(options, "is_on_drives", False):
+        extras = ON_DRIVES.get(path, extras)
     # Only the twin loads MuJoCo here: simulated drives have a process of their own, which names what it lacks.
     if extras and getattr(options, "is_on_drives", True) is False:
         extras = ("twin", *extras)

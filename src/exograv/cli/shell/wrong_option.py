@@ -182,6 +182,13 @@ def _unknown(name: str, command: _Command, actions: Mapping[str, Action]) -> str
         meant = f"An option has two dashes: did you mean {near[0]}?" if near else "An option has two dashes."
         return f"`exograv {command.path}` has no option {name}. {meant}"
     flag = name.replace("_", "-")
+    if flag == "--drives":
+        from exograv.storage.machine_readiness import NEEDED
+
+        return (
+            f"`exograv {command.path}` does not fly over drives: it has no option --drives. These commands do: "
+            f"{', '.join(NEEDED)}."
+        )
     near = difflib.get_close_matches(flag, command.flags, n=1, cutoff=0.7)
     others = [other for other in actions if flag in _command(other, actions).flags]
     more = ""

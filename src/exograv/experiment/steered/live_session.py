@@ -14,7 +14,7 @@ import numpy as np
 
 from exograv.errors import ExogravError
 from exograv.live.live_flight import parts_of, settings_of
-from exograv.live.live_processes import Running, fly
+from exograv.live.live_processes import LiveResult, Running, fly
 from exograv.loop.arm_controller import ArmController
 from exograv.model.scene import SceneDescription
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
@@ -28,12 +28,11 @@ from exograv.signals import Reference
 from .interface import FlightMoment
 from .memory_view import FlightMemoryView
 from .options import SteeredOptions
-from .participant_keeping import EstimateKeeper
 from .participants import RequestedParticipant
-from .prepared_machine import PreparedMachine
 from .process_state import ProcessState, points, told
 from .requests import DonRequest
 from .sentences import say
+from .steered_machine import MachineOf, SteeredMachine
 from .view_models import PlotTrace, SkeletonLines
 
 LOOKS_EVERY_S = 0.02
@@ -44,28 +43,38 @@ WARNED_S, ENDED_S = 300.0, 15.0
 """Times before the end of a recording [s]: first a warning, then the descent of the arm, which takes 3 s."""
 
 CLOSED_WITHIN_S = 20.0
+BEGUN_WITHIN_S = 2.0
+"""Time after the first tick of a machine on drives within which its guard must take the operator's request [s].
+
+Later the motors are switched off again: nobody steers any more.
+"""
+
 NOT_RECORDED = ("/console/trail",)
 """Topics with too many messages for the recording. The console stores them itself."""
 
 
 class LiveFlight:
-    """`SteeredFlight` on the twin, in real time."""
+    """`SteeredFlight` on the twin or on drives, in real time."""
 
-    def __init__(self, options: SteeredOptions, folder: Path):
-        """Start in a thread of its own: calibrate the machine, then start guard and control.
+    def __init__(self, options: SteeredOptions, folder: Path, machine_of: MachineOf):
+        """Start in a thread of its own: calibrate the twin, then start guard and control.
+
+        A machine on drives waits for an operator who makes it ready. Until then its motors are off.
 
         Raises:
-            ConfigError: The rig or an option is not valid.
+            ExogravError: The machine or an option was refused.
         """
-        self._options, self._folder = options, folder
-        place = PreparedMachine(options, options.side)
+        self._options, self._folder, self._machine_of = options, folder, machine_of
+        place = machine_of(options.side)
         self._places = {place.side: place}
         self._next = self._donned(place, options.participant, options.identify_s)
-        self._state, self._numbers = ProcessState(self._next, place, EstimateKeeper(self._next)), itertools.count(1)
+        self._state, self._numbers = ProcessState(self._next, place), itertools.count(1)
         self._answers: dict[int, str] = {}
         self._answered, self._drawing = threading.Condition(), threading.Lock()
         self._controller: ArmController | None = None
         self._is_closing = self._is_ending = False
+        self._is_requested = threading.Event()
+        """Set when an operator makes a waiting machine ready, and when the wait is over for another reason."""
         self._is_asked = threading.Event()
         self._is_asked.set()
         self._threads = [threading.Thread(target=target, daemon=True) for target in (self._live, self._watch)]
@@ -85,14 +94,14 @@ class LiveFlight:
         mode = None if watching is None or row is None else watching.mode
         values = told(row, len(description.joints))
         return FlightMoment(
-            mode=Mode.OFF if state.failure else mode,
+            mode=Mode.OFF if state.failure or state.is_waiting else mode,
             latch=None if watching is None else watching.latch,
             safe_state="none" if watching is None else watching.safe_state,
             rig=description.name,
             title=description.settings.title,
             side=description.side,
-            sides=description.settings.urdf.sides,
-            is_twin=True,
+            sides=description.settings.urdf.sides if state.place.is_twin else (description.side,),
+            is_twin=state.place.is_twin,
             participant=state.keeping.code,
             participants=state.place.participants,
             is_known=state.is_known,
@@ -137,7 +146,12 @@ class LiveFlight:
         return self._state.scene
 
     def ask(self, event: Event) -> str:
-        """Send a request to the guard, and return its answer."""
+        """Send a request to the guard, and return its answer. The first request starts a machine that waits."""
+        state = self._state
+        if state.is_waiting and event is Event.TEST:
+            state.asked_s, state.is_waiting = self.now(), False
+            self._is_requested.set()
+            return ""
         number = next(self._numbers)
         return self._said(GuardRequest(number, event), number)
 
@@ -165,7 +179,7 @@ class LiveFlight:
         side = who.side or self._next.side
         try:
             # The machine is made in this thread, so that the pages show the side of the next arm immediately.
-            place = self._places.get(side) or self._places.setdefault(side, PreparedMachine(self._options, side))
+            place = self._places.get(side) or self._places.setdefault(side, self._machine_of(side))
         except ExogravError as error:
             return str(error)
         self._next = self._donned(place, who.participant, who.identify_s)
@@ -203,9 +217,12 @@ class LiveFlight:
         self._is_asked.set()
         for thread in self._threads:
             thread.join(CLOSED_WITHIN_S)
+        for place in self._places.values():
+            place.close()
 
     def _end(self) -> None:
         self._is_ending = True
+        self._is_requested.set()
         running = self._state.running
         if running is not None:
             with contextlib.suppress(OSError):
@@ -240,14 +257,12 @@ class LiveFlight:
                 return
             self._is_ending, who = False, self._next
             place = self._places[who.side]
-            self._state = state = ProcessState(who, place, EstimateKeeper(who))
+            self._state = state = ProcessState(who, place)
             try:
-                prepared = state.place.prepared
+                prepared = state.place.prepare()
                 state.doing = say("flight.starts")
-                if not self._is_closing:
-                    self._fly(state, prepared, self._free_path())
-                if not self._is_ending:
-                    state.failure = say("flight.recording_over")
+                while not (self._is_closing or self._is_ending or state.failure):
+                    state = self._state = self._flown(state, prepared)
             except ExogravError as error:
                 state.failure = str(error)
             except Exception as error:  # noqa: BLE001 - the pages must say of any error that the session is lost
@@ -255,7 +270,7 @@ class LiveFlight:
                 traceback.print_exc()
             state.running = None
 
-    def _donned(self, place: PreparedMachine, participant: str | None, identify_s: float) -> RequestedParticipant:
+    def _donned(self, place: SteeredMachine, participant: str | None, identify_s: float) -> RequestedParticipant:
         """Request for a person. With a file the arm is only checked, otherwise it is identified."""
         known = participant if participant in place.participants else None
         return RequestedParticipant(known, participant, FROM_FILE_S if known else identify_s, place.side)
@@ -265,12 +280,35 @@ class LiveFlight:
         paths = (self._folder / f"steered-{number}.mcap" for number in itertools.count(1))
         return next(path for path in paths if not path.exists())
 
-    def _fly(self, state: ProcessState, prepared: ControllerKnowledge, path: Path) -> None:
-        options = self._options
+    def _flown(self, state: ProcessState, prepared: ControllerKnowledge) -> ProcessState:
+        """Run the processes until they end. Return the state that follows: of a failure, or of a machine that waits."""
+        flown = self._fly(state, prepared, self._free_path())
+        state.running = None
+        if flown is None or self._is_ending:
+            return state
+        why = state.place.ended(flown)
+        if state.is_switched_off and not why:
+            return ProcessState(self._donned(state.place, state.keeping.code, state.who.identify_s), state.place)
+        state.failure = why or say("flight.recording_over")
+        return state
+
+    def _is_to_begin(self, state: ProcessState) -> bool:
+        """Wait until an operator makes the machine ready. Return False if the session ends before."""
+        if state.place.starts_on_request:
+            self._is_requested.clear()
+            state.is_waiting = True
+            if not (self._is_ending or self._is_closing):
+                self._is_requested.wait()
+            state.is_waiting = False
+        return not (self._is_ending or self._is_closing)
+
+    def _fly(self, state: ProcessState, prepared: ControllerKnowledge, path: Path) -> LiveResult | None:
+        options, place = self._options, state.place
         with contextlib.ExitStack() as stack:
-            plan = state.place.people.plan(state.who, prepared, options.seed, stack)
-            said = {"disturbance_level": options.level, "world": options.world, "seed": options.seed,
-                    "settings": {"options": options.written()}}  # fmt: skip
+            plan = place.people.plan(state.who, prepared, place.rig(prepared), stack, place.machine_key())
+            if not self._is_to_begin(state):
+                return None
+            said = place.recorded()
             self._controller = ArmController(
                 prepared.assembly, prepared.machine, plan.prepared.x, 1e-9 * plan.period_ns
             )
@@ -289,7 +327,8 @@ class LiveFlight:
                 if state.running is not None:
                     self._look_after(state, state.running)
 
-            fly(parts_of(plan, is_tested=False), options.session_s, recorder, progress, started, hears=self._hear)
+            parts = parts_of(plan, is_tested=not place.is_twin)
+            return fly(parts, options.session_s, recorder, progress, started, hears=self._hear)
 
     def _look_after(self, state: ProcessState, running: Running) -> None:
         """Check recorder and worker, several times per second, in the parent's thread."""
@@ -302,12 +341,35 @@ class LiveFlight:
         if running.control.restarts:
             warnings.append(say("flight.control_again"))
         state.warnings = (*warnings, *state.keeping.wrong)
+        self._switch(state, running)
         if left < ENDED_S:
             running.stop()
 
+    def _switch(self, state: ProcessState, running: Running) -> None:
+        """Pass on the request that started a machine on drives, and end its run when it is switched off.
+
+        Motors that are on without torque would let the machine fall; a drive that is off brakes.
+        """
+        watching = state.watching
+        if not state.place.starts_on_request or watching is None or watching.newest is None:
+            return
+        if state.asked_s is not None and watching.mode is not Mode.OFF:
+            state.asked_s, state.has_begun = None, True
+        elif state.asked_s is not None and self.now() - state.begun_s < BEGUN_WITHIN_S:
+            with contextlib.suppress(OSError):
+                running.line.send(GuardRequest(next(self._numbers), Event.TEST))
+        elif state.asked_s is not None or (state.has_begun and watching.mode is Mode.OFF):
+            state.is_switched_off = True
+            running.stop()
+
     def _watch(self) -> None:
+        told = None
         while not self._is_closing:
             state = self._state
             if state.watching is not None and state.running is not None:
                 state.watching.look()
+                if state.watching.mode is not told:
+                    told = state.watching.mode
+                    with contextlib.suppress(OSError, ExogravError):
+                        state.place.hear(told.name.lower())
             time.sleep(LOOKS_EVERY_S)

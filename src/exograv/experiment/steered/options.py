@@ -6,24 +6,37 @@ from typing import Annotated, Any
 
 import tyro
 
-from exograv.options import Acts, Donning, Level, Loss, PersonCode, Seed, TwinOptions, Within, World
+from exograv.options import (
+    ON_SIMULATED,
+    ON_TWIN,
+    Acts,
+    Donning,
+    Level,
+    Loss,
+    PersonCode,
+    Seed,
+    Within,
+    World,
+    WornOptions,
+)
 
-MOVED = Acts(lambda all_: not all_.rehearse, "on a machine, without --rehearse")
+MOVED = Acts(lambda all_: not getattr(all_, "rehearse", False), "on a machine, without --rehearse")
 
 
 @dataclass(frozen=True)
-class SteeredOptions(TwinOptions):
-    """Options of a steered session on the twin."""
+class SteeredOptions(WornOptions):
+    """Options of a steered session on the twin or on drives."""
 
-    level: Annotated[Level, MOVED] = 2
-    world: Annotated[World, MOVED] = "home"
-    seed: Annotated[Seed, MOVED] = 0
-    donning: Annotated[Donning, MOVED] = 0
+    level: Annotated[Level, MOVED, ON_SIMULATED] = 2
+    world: Annotated[World, MOVED, ON_SIMULATED] = "home"
+    seed: Annotated[Seed, MOVED, ON_SIMULATED] = 0
+    donning: Annotated[Donning, MOVED, ON_TWIN] = 0
 
     calibration: Annotated[Path | None, MOVED] = None
     """File calibration.toml of this machine.
 
-    Without it the machine is calibrated at the start, which takes a minute.
+    Without it the twin is calibrated at the start, which takes a minute; on drives it is the file in the folder of
+    --out.
     """
 
     participants: Annotated[Path | None, MOVED] = None
@@ -43,4 +56,8 @@ class SteeredOptions(TwinOptions):
 
     def written(self) -> dict[str, Any]:
         """Options for the recording."""
-        return {name: str(value) if isinstance(value, Path) else value for name, value in asdict(self).items()}
+        return {
+            name: str(value) if isinstance(value, Path) else value
+            for name, value in asdict(self).items()
+            if name not in ("drives", "simulate")
+        }

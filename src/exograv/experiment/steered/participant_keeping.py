@@ -40,7 +40,7 @@ class EstimateKeeper:
         self.code = who.participant
         """Code of the file in force, or of the file that was written; absent if there is none."""
         self.is_contradicted = False
-        """True if the motion contradicts the file."""
+        """True if the motion contradicts the file, or the form of an unknown person."""
         self.wrong: tuple[str, ...] = ()
         """Sentences for the operator."""
 
@@ -48,9 +48,12 @@ class EstimateKeeper:
         """Check the worker, several times per second. `send` passes a message to the guard."""
         if worker is None or worker.judged is None or self._is_done:
             return
-        if worker.judged.is_contradicted:
+        if worker.judged.is_contradicted or worker.judged.refusal:
             self._is_done = self.is_contradicted = True
-            self.wrong = (say("flight.other_person", person=self._who.participant),)
+            why = say("flight.other_person", person=self._who.participant)
+            if worker.judged.refusal:
+                why = say("flight.other_form", why=worker.judged.refusal)
+            self.wrong = (why,)
             with contextlib.suppress(OSError):
                 send(DescentCommand(PRESSED))
         elif worker.learned is not None:

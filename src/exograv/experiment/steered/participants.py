@@ -4,14 +4,13 @@ import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from exograv.errors import ConfigError
-from exograv.identification.core.prior import prior
 from exograv.live.arm_worker import LearnedArm
+from exograv.live.learned_person import learned_person
 from exograv.live.live_control import LivePlan
 from exograv.live.live_flight import lesson_plan
 from exograv.live.live_identification import person_believed, unknown_person
@@ -19,9 +18,7 @@ from exograv.model.assembly import Assembly
 from exograv.model.wearer_form import WearerForm
 from exograv.options import Side
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
-from exograv.procedures.identification.participant_session import NOT_KEPT, stored_person
 from exograv.procedures.identification.warm_start import belief_today
-from exograv.recording.rounding import rounded
 from exograv.rig import Rig
 from exograv.storage.participant_file import (
     new_code,
@@ -30,7 +27,8 @@ from exograv.storage.participant_file import (
     refuse_other_body,
     write_participant,
 )
-from exograv.storage.participant_schema import Identified, StoredParticipant, StoredPerson, prior_hash
+from exograv.storage.participant_schema import StoredParticipant
+from exograv.storage.self_test_pass import MachineKey
 
 
 @dataclass(frozen=True)
@@ -54,9 +52,6 @@ class ParticipantFiles:
     """Machine with the table's arm of the wearer."""
     form: WearerForm
     """Body data and lengths of the wearer."""
-    connect: Callable[[int, float], Rig]
-    """Function that builds the machine, from a seed and the time of the machine's clock [s]. The process that owns the
-    machine calls it."""
     period_s: float
     machine: str
     """Serial number of the machine, or the name that replaces it for the twin."""
@@ -77,9 +72,21 @@ class ParticipantFiles:
         return found
 
     def plan(
-        self, who: RequestedParticipant, prepared: ControllerKnowledge, seed: int, stack: contextlib.ExitStack
+        self,
+        who: RequestedParticipant,
+        prepared: ControllerKnowledge,
+        rig: Callable[[], Rig],
+        stack: contextlib.ExitStack,
+        key: MachineKey | None = None,
     ) -> LivePlan:
         """Plan of guard, control and worker; takes seconds. The worker's memory exists as long as `stack`.
+
+        Args:
+            who: Person in the machine.
+            prepared: Controller's knowledge of the machine.
+            rig: Function that builds the machine. The process that owns the machine calls it.
+            stack: Owner of the worker's memory.
+            key: Key that unlocks a real machine; None for the twin.
 
         Raises:
             ConfigError: There is no such file any more.
@@ -98,11 +105,18 @@ class ParticipantFiles:
             person = person_believed(assembly, machine, belief)
         # The motion may be broken off and started again, and the worker needs memory for all samples.
         lesson = lesson_plan(
-            prepared, who.identify_s, self.period_s, stack, passes_s=2.0 * who.identify_s, belief=belief
+            prepared,
+            who.identify_s,
+            self.period_s,
+            stack,
+            passes_s=2.0 * who.identify_s,
+            belief=belief,
+            body_mass_kg=self.form.body.mass_kg,
         )
-        rig = partial(self.connect, seed, prepared.t)
-        description = assembly.description
-        return LivePlan(description, self.form, prepared, person, 0.0, rig, lesson=lesson, is_steered=True)
+        period_ns = round(1e9 * self.period_s)
+        return LivePlan(
+            assembly.description, self.form, prepared, person, 0.0, rig, period_ns, lesson, key, is_steered=True
+        )
 
     def keep(
         self, prepared: ControllerKnowledge, code: str | None, learned: LearnedArm, predicted: np.ndarray
@@ -118,29 +132,13 @@ class ParticipantFiles:
         Raises:
             ConfigError: The file cannot be written.
         """
-        estimate, assembly = learned.estimate, prepared.assembly
-        if self.folder is None or estimate.covariance is None or learned.outcome in NOT_KEPT:
+        if self.folder is None:
             return None
         code = code or new_code()
         before = self.files().get(code)
-        identified = Identified(
-            at_utc=datetime.now(UTC).replace(microsecond=0),
-            donnings=1 if before is None else before.identified.donnings + 1,
-            method="recursive",
-            prior_sha256=prior_hash(assembly, prior(assembly, prepared.machine)),
-            motion="designed",
-            motion_s=round(estimate.t, 3),
-            calibration_sha256="",
-            outcome=learned.outcome.value,
-            predicted_left_over_Nm=rounded(predicted),
-            # The worker has seen every sample, so no data are held out for a test of its estimate.
-            held_out_error_Nm=[],
-            held_out_s=0.0,
-        )
-        person = StoredPerson.of(code, self.form.body)
-        found = estimate.x, estimate.covariance
+        whole = learned_person(code, self.form.body, prepared, self.machine, learned, predicted, before)
+        if whole is None:
+            return None
         self.folder.mkdir(parents=True, exist_ok=True)
-        write_participant(
-            self.folder / f"{code}.toml", stored_person(person, assembly, self.machine, identified, found)
-        )
+        write_participant(self.folder / f"{code}.toml", whole)
         return code

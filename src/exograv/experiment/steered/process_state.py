@@ -1,7 +1,7 @@
 """State of one set of processes, as their parent's thread reports it, in the form of the pages."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,7 @@ from .view_models import LearnedParameter, Learning, Point, RecordingStatus, Wor
 from .work_progress import identification_progress
 
 if TYPE_CHECKING:
-    from .prepared_machine import PreparedMachine
+    from .steered_machine import SteeredMachine
 
 INTERVAL = 1.96
 """Number of standard deviations in half of a 95 % interval."""
@@ -38,8 +38,7 @@ class ProcessState:
     """State of one set of processes, as last reported by their parent's thread."""
 
     who: RequestedParticipant
-    place: "PreparedMachine"
-    keeping: EstimateKeeper
+    place: "SteeredMachine"
     doing: str = say("flight.calibrates")
     plan: LivePlan | None = None
     running: Running | None = None
@@ -49,13 +48,25 @@ class ProcessState:
     begun_s: float = 0.0
     level_asked: float = 0.0
     failure: str = ""
+    is_waiting: bool = False
+    """True while the machine waits for an operator who makes it ready; its motors are off."""
+    asked_s: float | None = None
+    """Time of this request, until it is carried out [s]."""
+    has_begun: bool = False
+    """True if a machine that waited has left mode off."""
+    is_switched_off: bool = False
+    """True if an operator has switched a machine on drives off, which ends the run."""
     warnings: tuple[str, ...] = ()
+    keeping: EstimateKeeper = field(init=False)
     _scene: tuple[WearerForm, SceneDescription] | None = None
+
+    def __post_init__(self):
+        self.keeping = EstimateKeeper(self.who)
 
     @property
     def scene(self) -> SceneDescription:
         """Picture of the machine with the person of the plan in it; before there is a plan, with the next person."""
-        who = self.place.laboratory.form if self.plan is None else self.plan.told
+        who = self.place.form if self.plan is None else self.plan.told
         if self._scene is None or self._scene[0] is not who:
             self._scene = who, describe_scene(self.place.description, who.body, who.lengths)
         return self._scene[1]

@@ -40,9 +40,11 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
             "continue."
         ),
         "flight.recording_over": "The recording has ended. Put the person in again to continue.",
+        "flight.locked": "{cause} The machine is locked. Take the person out, and repeat the self-test: {command}.",
         "flight.recording_ends": "The recording ends in less than five minutes; then the arm is let down.",
         "flight.control_again": "The controller failed or did not answer, and was restarted.",
         "flight.other_person": "The file of {person} does not fit this arm: another person's file, or a large change.",
+        "flight.other_form": "{why} The arm was let down. Correct the form, then begin again.",
         "flight.rehearses": "The rehearsal shows a calibration. Nothing is measured.",
         "work.calibration": (
             "Every joint moves slowly and fast, without and with known weights: only so can friction, the machine's "

@@ -18,6 +18,9 @@ from .view_models import ModeName, PlotTrace, SessionSnapshot, SkeletonLines
 RECORD_TOPIC = "/act"
 """Topic of the record of each act: request, sender and answer."""
 
+BEFORE_ARM = (None, Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY)
+"""Modes from the request to make the machine ready on. The processes of a machine on drives start only then."""
+
 
 class SessionController:
     """`Desk` over a flight."""
@@ -116,7 +119,7 @@ class SessionController:
     def _standing(self, moment: FlightMoment, now: float) -> RequestContext:
         """State for the validation. Also counts the version and raises alarms."""
         is_leased = _left(self._lease_until_s, now) is not None
-        if moment.latch is not None or not is_leased or moment.mode not in (Mode.OFF, Mode.SELF_TEST, Mode.EXO_ONLY):
+        if moment.latch is not None or not is_leased or moment.mode not in BEFORE_ARM:
             self._ready_until_s = None
         is_ready = _left(self._ready_until_s, now) is not None
         key = (moment.mode, moment.latch, is_ready, moment.participant, moment.is_known, moment.side)

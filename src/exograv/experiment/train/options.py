@@ -7,25 +7,25 @@ from typing import Annotated
 import tyro
 
 from exograv.options import (
+    ON_DRIVES,
+    ON_SIMULATED,
+    ON_TWIN,
     RIG_HELP,
     SESSIONS_MAX,
-    CalibrationFile,
     DerivedMachine,
     Donning,
-    Level,
     OneSideOption,
     OptionRecord,
-    Options,
     PersonCode,
     Seed,
     Within,
-    World,
+    WornOptions,
     foreign_world,
 )
 
 
 @dataclass(frozen=True)
-class TrainOptions(Options):
+class TrainOptions(WornOptions):
     """Options of `exograv run train`."""
 
     protocol: str = "training"
@@ -38,33 +38,37 @@ class TrainOptions(Options):
     session: Annotated[int, Within(1, SESSIONS_MAX)] = 1
     """Number of the session with this protocol for this person. It is part of the files' names."""
 
-    rig: Annotated[
+    rig: Annotated[  # pyright: ignore[reportIncompatibleVariableOverride] - its default depends on the protocol
         DerivedMachine, tyro.conf.arg(help=f"{RIG_HELP} Default: recupera_like, in flight its passive version.")
     ] = None
 
     side: OneSideOption = None
-    level: Level = 2
-    world: World = "home"
-    seed: Annotated[Seed, Within(0, 2**31)] = 0
-    donning: Donning = 0
-    calibration: CalibrationFile = None
+    seed: Annotated[Seed, Within(0, 2**31), ON_SIMULATED] = 0
+    donning: Annotated[Donning, ON_TWIN] = 0
+    calibration: Path | None = None
+    """File calibration.toml of this machine. Without it the twin is calibrated first; on drives it is the file in the
+    folder of --out."""
 
-    person_file: Path | None = None
+    participants: Annotated[Path | None, ON_DRIVES] = None
+    """Folder of the participants' files; by default `participants` in the folder of --out. A person with a file is only
+    checked, in 20 s instead of 60."""
+
+    person_file: Annotated[Path | None, ON_TWIN] = None
     """File of this person's arm. The identification starts from it and writes it."""
 
-    allocation: Path | None = None
+    allocation: Annotated[Path | None, ON_TWIN] = None
     """Sealed list of groups of the study (JSON)."""
 
-    windows: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
+    windows: Annotated[int | None, tyro.conf.arg(metavar="N"), ON_TWIN] = None
     """Run only the first N windows, for a trial. The recording states that it is not the whole protocol."""
 
-    verify_every: Annotated[int, tyro.conf.arg(metavar="N"), Within(0, 500)] = 0
+    verify_every: Annotated[int, tyro.conf.arg(metavar="N"), Within(0, 500), ON_TWIN] = 0
     """Verify the residual torque after every N windows, with 138 s of motion each time; 0 for never."""
 
     resume: bool = False
     """Continue an interrupted run at the next window."""
 
-    lsl: bool = False
+    lsl: Annotated[bool, ON_TWIN] = False
     """Push every record as a marker into Lab Streaming Layer, with the computer's time and not the twin's."""
 
     @property

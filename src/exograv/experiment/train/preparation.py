@@ -14,7 +14,6 @@ from exograv.identification.core.prior import prior
 from exograv.laboratory.preparation import Preparation, unit_gains, worn_twin
 from exograv.laboratory.twin_calibration import PilotOf
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
-from exograv.laboratory.weighing_command import in_doubt_not_refused
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
 from exograv.loop.output_feedback import Controller, NoTorque
@@ -28,7 +27,7 @@ from exograv.procedures.identification.options import ParticipantOptions
 from exograv.procedures.identification.participant_session import KeptParticipant, ParticipantRun
 from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.procedures.self_test.machine_test import test_machine
-from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge
+from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge, in_doubt_not_refused
 from exograv.procedures.weighing.first_motion import first_motion
 from exograv.procedures.weighing.motion_samples import SampleCollector
 from exograv.recording.rounding import rounded

@@ -15,14 +15,11 @@ from exograv.loop.pilot import Pilot, Progress
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription
 from exograv.model.tree import Tree
-from exograv.next_command import same_machine
 from exograv.procedures.calibration.calibrate import calibrate_machine, recheck_machine
 from exograv.procedures.calibration.calibrate_command import TruthAt
 from exograv.procedures.calibration.options import CalibrateOptions
-from exograv.storage.bring_up_sheet import FILE as SHEET
-from exograv.storage.bring_up_sheet import refuse_not_brought_up
 
-from .connection import CONNECTING, Connected, Say, connected
+from .connection import CONNECTING, Connected, Say, connected, not_ready
 
 
 @contextlib.contextmanager
@@ -41,10 +38,8 @@ def empty_drives(
         RigError: A drive does not answer, or is not the drive in the file.
     """
     progress(CONNECTING, 0.0)
-    with connected(options, description, say, "A calibration") as machine:
-        if not options.simulate:
-            bring_up = same_machine("rig test", options, folder, "--by INITIALS")
-            refuse_not_brought_up(folder / SHEET, description, machine.drives, bring_up)
+    refuse = not_ready(options, folder, description, "rig calibrate", say)
+    with connected(options, description, say, "A calibration", refuse) as machine:
         yield EmptyDrives(description, machine, truth, progress)
 
 

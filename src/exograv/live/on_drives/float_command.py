@@ -2,41 +2,39 @@
 
 import contextlib
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 
-from exograv.errors import ConfigError
+from exograv.errors import ConfigError, IdentificationError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.live.live_control import LivePlan
 from exograv.live.live_figures import LiveFigures, live_figures
 from exograv.live.live_flight import fly_plan, lesson_plan, streaming_of
-from exograv.live.live_identification import lesson_passes, unknown_person
-from exograv.live.live_processes import LiveResult
+from exograv.live.live_identification import lesson_passes, person_believed, unknown_person
+from exograv.live.live_processes import LiveResult, Running
 from exograv.live.options import LiveOptions, PersonForm
 from exograv.loop.keyboard import is_line_typed
 from exograv.loop.machine_limits import refuse_motorless
 from exograv.loop.pilot import Progress
 from exograv.model.anthropometry import Body
-from exograv.model.description import RigDescription, load_rig
+from exograv.model.description import load_rig
 from exograv.model.support import assemble
-from exograv.model.wearer_form import WearerForm
-from exograv.next_command import calibration_command, same_machine
-from exograv.procedures.calibration.segment_lengths import settings_of_lengths
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.identify import identification_motion
 from exograv.procedures.identification.simulated_wearer import SimulatedWearer
+from exograv.procedures.identification.warm_start import belief_today
 from exograv.procedures.verification.postures import Verification, unseen_postures
 from exograv.recording.disk import refuse_small_disk
 from exograv.rig.drives.opening import open_drives
 from exograv.runtime.lsl.listening import Listening
-from exograv.storage.calibration_file import read_calibration, take_calibration
-from exograv.storage.self_test_pass import FILE as PASS
-from exograv.storage.self_test_pass import MachineKey
+from exograv.storage.participant_file import read_participant, refuse_other, refuse_other_body
 
-from .connection import CONNECTING, Say, drives_with_hands, serial_of
+from .connection import CONNECTING, Say, drawn_by, drives_with_hands, not_ready, readiness_of
+from .fault_lock import lock_after_fault
+from .wearer_form import form_of_wearer
 
 SEEN_EVERY_S = 0.05
 """Sampling period of the identification motion, to find postures that the motion has not visited [s]."""
@@ -58,6 +56,24 @@ class FlownOnDrives:
     """Simulated wearer; None if machine and person are real."""
     verification: Verification | None
     """Verification that followed the identification; None without one."""
+    body: Body
+    """Body data of the wearer."""
+    serial: str
+    """Serial number of the machine."""
+
+
+@dataclass(frozen=True)
+class Procedure:
+    """Command that flies on drives, with its steps around the identification."""
+
+    command: str = "run live"
+    is_verified: bool = False
+    """True if a verification follows the identification."""
+    known_arm: Path | None = None
+    """File of an earlier donning, from which the identification starts."""
+
+
+LIVE = Procedure()
 
 
 def fly_on_drives(
@@ -67,11 +83,21 @@ def fly_on_drives(
     progress: Progress,
     say: Say,
     wearer: SimulatedWearer | None = None,
-    is_verified: bool = False,
+    procedure: Procedure = LIVE,
 ) -> FlownOnDrives:
-    """Learn the arm live, verify it if `is_verified`, and let it float.
+    """Learn the arm live, verify it if the procedure says so, and let it float.
+
+    Args:
+        options: Options of the run.
+        person: Form of the wearer.
+        folder: Folder of the machine's files, and of the recording.
+        progress: Called with the progress.
+        say: Function that shows a line to the operator.
+        wearer: Simulated wearer; None if machine and person are real.
+        procedure: Command with its steps.
 
     Raises:
+        IdentificationError: The motion contradicts the file or the form of the person.
         ConfigError: An option or a file cannot be used.
         ModelError: The task workspace has no room for a verification's postures.
         RigError: The machine is locked, a drive does not answer, or a process died before the loop began.
@@ -84,46 +110,85 @@ def fly_on_drives(
         )
     description = load_rig(options.rig, options.side)
     refuse_motorless(description)
-    told = _told(description, person, options.simulate) if wearer is None else _told_virtual(wearer, person)
+    known_arm = procedure.known_arm
+    before = None if known_arm is None else read_participant(known_arm)
+    told = form_of_wearer(description, person, options.simulate, wearer, None if before is None else before.person)
     refuse_small_disk(folder / "live.mcap", len(description.joints), options.loop_s)
-    calibration = options.calibration_in(folder)
-    make = calibration_command(options, folder)
-    read_calibration(calibration, make)  # A missing file is refused before any drive is opened.
     progress(CONNECTING, 0.0)
     with contextlib.ExitStack() as stack:
-        worn = drives_with_hands(options, description, say, "A live run", ("--worn",), in_real_time=True)
+        refuse = not_ready(options, folder, description, procedure.command, say)
+        worn = drives_with_hands(options, description, say, "A live run", ("--worn",), True, refuse)
         drives, _ = stack.enter_context(worn)
-        serial, period_s = serial_of(options, drives), drives.period_s
-        known = take_calibration(calibration, description, serial, datetime.now(UTC), make).whole
-        key = MachineKey(
-            folder / PASS,
-            description,
-            serial,
-            known.content_sha256,
-            test=same_machine("rig self-test", options, folder),
-        )
+        readiness = readiness_of(options, folder, description, drives)
+        serial, period_s = readiness.serial, drives.period_s
+        known, key = readiness.calibration().whole, readiness.key
         assembly, machine = assemble(description, told.body), known.calibration().machine
         prepared = ControllerKnowledge(assembly, machine, table_guess(assembly, machine), 0.0, known.calibration())
-        progress("Computing limits for an unknown arm", 0.0)
-        verification = _verification(prepared, options, options.seed) if is_verified else None
+        belief = None
+        if known_arm is not None and before is not None:
+            now = datetime.now(UTC)
+            refuse_other(known_arm, before, assembly, serial, now)
+            refuse_other_body(known_arm, before, told.body)
+            belief, _ = belief_today(before, assembly, machine, now)
+            prepared = replace(prepared, x=belief[0])
+        progress("Computing limits for an unknown arm" if belief is None else "Computing the person's limits", 0.0)
+        limits = unknown_person(assembly, machine) if belief is None else person_believed(assembly, machine, belief)
+        verification = _verification(prepared, options, options.seed) if procedure.is_verified else None
         passes = lesson_passes(assembly, options.identify_s, period_s, verification)
         passes_s = 0.0 if passes is None else period_s * len(passes.path)
-        lesson = lesson_plan(prepared, options.identify_s, period_s, stack, verification, passes_s)
+        lesson = lesson_plan(
+            prepared, options.identify_s, period_s, stack, verification, passes_s, belief, told.body.mass_kg
+        )
         plan = LivePlan(
-            description, told, prepared, unknown_person(assembly, machine), 0.0, partial(open_drives, drives),
+            description, told, prepared, limits, 0.0, partial(open_drives, drives),
             round(1e9 * period_s), lesson, key,
         )  # fmt: skip
         listening = stack.enter_context(Listening(options.record_streams)) if options.record_streams else None
         lsl = streaming_of(options, description, period_s, listening)
         if not options.simulate:
             _await_enter(say)
-        said = {"settings": {"options": options.recorded(), "machine": serial}}
+        said = {**drawn_by(options), "settings": {"options": options.recorded(), "machine": serial}}
         seconds = options.loop_s + passes_s
-        flown = fly_plan(plan, seconds, folder, said, progress, lambda _: None, is_tested=True, lsl=lsl)
+        watch = PersonWatch(progress)
+        flown = fly_plan(plan, seconds, folder, said, watch, watch.begin, is_tested=True, lsl=lsl)
+    lock_after_fault(key, flown.report)
+    if watch.refusal:
+        raise IdentificationError(f"{watch.refusal} The arm was let down. Correct the form, then repeat.")
+    if watch.is_contradicted:
+        raise IdentificationError(
+            f"{known_arm} does not fit this arm: another person's file, or a large change. The arm was let down. Check "
+            "the code, and any load in the hand. Without --participant the person is identified from the start."
+        )
     figures = live_figures(
         options.rig, flown, wearer, prepared, f"passed: {key.file}", lsl, listening, machine=serial
     )  # fmt: skip
-    return FlownOnDrives(flown, figures, prepared, wearer, verification)
+    return FlownOnDrives(flown, figures, prepared, wearer, verification, told.body, serial)
+
+
+class PersonWatch:
+    """Progress of a live run that lets the arm down if the motion contradicts the person's file or form."""
+
+    def __init__(self, progress: Progress):
+        """Pass the progress on to `progress`."""
+        self._progress, self._running = progress, None
+        self.is_contradicted = False
+        """True if the motion contradicts the file."""
+        self.refusal = ""
+        """Verdict that refuses the form; empty without one."""
+
+    def begin(self, running: Running) -> None:
+        """Take the running processes."""
+        self._running = running
+
+    def __call__(self, text: str, share: float) -> None:
+        """Look at the worker's newest report, several times a second."""
+        self._progress(text, share)
+        worker = None if self._running is None else self._running.worker
+        if self._running is None or worker is None or worker.judged is None or self.is_contradicted or self.refusal:
+            return
+        self.is_contradicted, self.refusal = worker.judged.is_contradicted, worker.judged.refusal
+        if self.is_contradicted or self.refusal:
+            self._running.stop()
 
 
 def _verification(prepared: ControllerKnowledge, options: LiveOptions, seed: int) -> Verification:
@@ -131,32 +196,6 @@ def _verification(prepared: ControllerKnowledge, options: LiveOptions, seed: int
     model = ArmModel(prepared.assembly, prepared.machine)
     seen = identification_motion(prepared.assembly, options.identify_s, SEEN_EVERY_S).q
     return Verification(unseen_postures(model, prepared.x, seen, seed), seed)
-
-
-def _told(description: RigDescription, person: PersonForm, is_simulated: bool) -> WearerForm:
-    missing = [
-        option
-        for option, value in (
-            ("--body-height", person.height_m),
-            ("--body-mass", person.mass_kg),
-            ("--sex", person.sex),
-        )
-        if value is None
-    ]
-    if person.height_m is None or person.mass_kg is None or person.sex is None:
-        why = (
-            "MuJoCo is not installed, so the wearer of the simulated drives is not known here. " if is_simulated else ""
-        )
-        raise ConfigError(f"{why}{', '.join(missing)} of the wearer: not given. Give all of them.")
-    lengths = settings_of_lengths(description, person.lengths)
-    return WearerForm(Body(person.height_m, person.mass_kg, person.sex, dict(lengths)), lengths)
-
-
-def _told_virtual(wearer: SimulatedWearer, person: PersonForm) -> WearerForm:
-    """Return the form of the virtual wearer: stature, mass, sex and measured segment lengths."""
-    if person.lengths or person.height_m is not None or person.mass_kg is not None or person.sex is not None:
-        raise ConfigError("--simulate draws its own wearer: leave out --body-height, --body-mass, --sex and --length.")
-    return wearer.form
 
 
 def _await_enter(say: Say) -> None:

@@ -3,6 +3,7 @@
 import contextlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -15,18 +16,21 @@ from exograv.procedures.self_test.options import SelfTestOptions
 from exograv.storage.calibration_schema import StoredCalibration
 from exograv.storage.self_test_step import Step, tried
 
-from .connection import Connected, Say, connected
+from .connection import Connected, Say, connected, not_ready
 
 
 @contextlib.contextmanager
-def drives_under_test(options: SelfTestOptions, description: RigDescription, say: Say) -> Iterator["DrivesUnderTest"]:
-    """Connect to the drives of an empty machine.
+def drives_under_test(
+    options: SelfTestOptions, folder: Path, description: RigDescription, say: Say
+) -> Iterator["DrivesUnderTest"]:
+    """Connect to the drives of an empty machine, which must have been brought up and calibrated.
 
     Raises:
-        ConfigError: The file of the drives cannot be used.
+        ConfigError: The file of the drives, the sheet or the calibration cannot be used.
         RigError: A drive does not answer, or is not the drive in the file.
     """
-    with connected(options, description, say, "A self-test") as machine:
+    refuse = not_ready(options, folder, description, "rig self-test", say)
+    with connected(options, description, say, "A self-test", refuse) as machine:
         yield DrivesUnderTest(description, machine)
 
 

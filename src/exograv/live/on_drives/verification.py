@@ -24,7 +24,7 @@ from exograv.procedures.verification.options import VerifyOptions
 from exograv.procedures.verification.verification import VerificationResult, evaluate_passes
 
 from .connection import Say
-from .float_command import FlownOnDrives, fly_on_drives
+from .float_command import FlownOnDrives, Procedure, fly_on_drives
 
 FLOATS_S = 5.0
 """Time for which the arm floats after the passes [s]."""
@@ -49,7 +49,7 @@ def run_verification_on_drives(
     former = None if options.before is None else read_former(options.before, load_rig(options.rig, options.side).name)
     worn = {one.name: getattr(options, one.name) for one in fields(CalibratedOptions)}
     live = LiveOptions(**worn, seconds=FLOATS_S, identify_s=MOTION_S)
-    run = fly_on_drives(live, person, folder, progress, say, wearer, is_verified=True)
+    run = fly_on_drives(live, person, folder, progress, say, wearer, Procedure("arm verify", is_verified=True))
     at = datetime.now(UTC)
     verified = _judged(run, progress, same_machine("rig self-test", options, folder))
     description, learned = run.prepared.assembly.description, run.figures.identified

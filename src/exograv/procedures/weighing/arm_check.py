@@ -6,7 +6,7 @@ one wins.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -39,6 +39,9 @@ STEPS = 2  # Gauss-Newton steps
 
 SURE = 0.99
 """Probability of the verdict at which the check may end, because more motion would hardly change the verdict [-]."""
+
+
+RESTLESS_TEXT = "The person does not relax: the form cannot be checked. Ask the person to let go, then repeat."
 
 
 @dataclass(frozen=True)
@@ -162,3 +165,10 @@ def _sentence(winner: str, like_kg: float, typed_kg: float) -> str:
         "kilograms": f"{weighs}. A mass in kilograms may have been converted to kilograms again. Check body mass.",
         "somebody else": f"{weighs}. This may be another person's form. Check name and body mass.",
     }[winner]
+
+
+def in_doubt_not_refused(check: ArmCheck, is_restless: bool) -> ArmCheck:
+    """Return the verdict. A doubtful verdict on a person who does not relax becomes a request to relax."""
+    if check.is_sure or not is_restless:
+        return check
+    return replace(check, refused=False, why=f"{RESTLESS_TEXT} {check.why}")

@@ -1,7 +1,9 @@
 """Actions of an operator at the bench of simulated drives, on any bus: hang weights, pull cables, press the stop."""
 
 import json
+import os
 import queue
+import select
 import threading
 from collections.abc import Callable, Iterable
 
@@ -19,6 +21,7 @@ cut             disconnect the cable to the host; mend: connect it again
 freeze JOINT    let this drive repeat its last sample, while its motor goes on; thaw JOINT: new samples again
 fail JOINT      internal fault of this drive
 heat JOINT C    set the temperature of its winding
+mode NAME       tell the wearer that this mode of the machine begins, such as ramp_in
 press           hardware stop: every drive is off and brakes; release: close its line again
 report          state of each drive by its own report, as JSON
 quit            end"""
@@ -30,6 +33,8 @@ class SimulatedBench:
     def __init__(self, joints: tuple[str, ...], plant: Plant, front: SimulatedDevices, say: Callable[[str], None]):
         self._joints, self._plant, self._front, self._say = joints, plant, front, say
         self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._descriptor: int | None = None
+        self._begun = b""
         self.is_done = False
 
     def listen(self, lines: Iterable[str]) -> None:
@@ -41,8 +46,27 @@ class SimulatedBench:
 
         threading.Thread(target=read, daemon=True).start()
 
+    def watch(self, descriptor: int) -> None:
+        """Read lines from a descriptor between two steps, without a thread.
+
+        A thread of usual priority that holds the interpreter's lock would delay the real-time thread of the drives.
+        """
+        self._descriptor = descriptor
+
+    def _look(self) -> None:
+        """Take the lines that have arrived at the descriptor."""
+        if self._descriptor is None or not select.select([self._descriptor], [], [], 0.0)[0]:
+            return
+        data = os.read(self._descriptor, 4096)
+        if not data:
+            self._descriptor = None
+        *lines, self._begun = (self._begun + data).split(b"\n")
+        for line in lines:
+            self._lines.put(line.decode(errors="replace"))
+
     def obey(self) -> bool:
         """Execute the lines that have been typed; return True if the simulation shall end."""
+        self._look()
         while not self._lines.empty():
             line = self._lines.get()
             try:
@@ -70,6 +94,7 @@ class SimulatedBench:
             "thaw": lambda joint: self._plant.thaw(self._joint(joint)),
             "fail": lambda joint: self._plant.each[self._joint(joint)].fail(DriveFault.INTERNAL),
             "heat": self._heat,
+            "mode": self._plant.hear,
             "press": self._plant.press_stop,
             "release": self._plant.release_stop,
             "report": lambda: self._say(self.report()),
@@ -113,7 +138,7 @@ class SimulatedBench:
         return self._joints.index(name)
 
 
-_WORDS_AFTER = {"hang": 2, "turn": 2, "heat": 2, "unplug": 1, "plug": 1, "freeze": 1, "thaw": 1, "fail": 1}
+_WORDS_AFTER = {"hang": 2, "turn": 2, "heat": 2, "mode": 1, "unplug": 1, "plug": 1, "freeze": 1, "thaw": 1, "fail": 1}
 
 
 def _number(text: str) -> float:

@@ -69,6 +69,8 @@ class Plant:
         self._offset = drives.offset
         self.before_step: Callable[[], object] = lambda: None
         """Action of a simulated person in the machine, called before each step."""
+        self.hear: Callable[[str], None] = lambda _name: None
+        """Function that tells a simulated person in the machine the mode that begins, by its name in lower case."""
         self._measured = twin.read()
         self._sequence, self._ahead_s = 0, 0.0
         self._frozen: dict[int, tuple[JointState, int]] = {}

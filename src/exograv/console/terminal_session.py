@@ -1,0 +1,226 @@
+"""Session with a person at a terminal: the steps of the operator's page, each after the operator has pressed Enter."""
+
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from exograv.errors import RigError
+from exograv.loop.keyboard import is_line_typed
+from exograv.safety.modes import Mode
+
+from .keys import Role
+from .terminal_page import TerminalPage
+
+Say = Callable[[str], object]
+
+STARTS_WITHIN_S, TAKES_WITHIN_S, LEARNS_WITHIN_S, LEAVES_WITHIN_S = 120.0, 20.0, 300.0, 30.0
+"""Longest start of the processes, ramp, identification, and end of the carrying [s]."""
+
+LISTENS_S = 0.5
+
+
+@dataclass(frozen=True)
+class Keyboard:
+    """Keyboard of the operator."""
+
+    say: Say
+    is_over: threading.Event
+    """Set when the session ends, such as by Ctrl-C."""
+    is_simulated: bool = False
+    """True if a simulated operator presses Enter at once."""
+
+    def enter(self, text: str) -> None:
+        """Show what the operator does next, and wait for Enter.
+
+        Raises:
+            SessionEndedError: The session ended before.
+        """
+        self.say(text)
+        while not self.is_simulated and not is_line_typed(sys.stdin, LISTENS_S):
+            if self.is_over.is_set():
+                raise SessionEndedError
+
+
+class SessionEndedError(Exception):
+    """End of the session while the operator was asked."""
+
+
+@dataclass(frozen=True)
+class SessionOutcome:
+    """Result of the operator's steps."""
+
+    identified: str
+    """Outcome of the identification, or of the check of a known arm."""
+    from_file: bool
+    """True if the identification began with the participant's file."""
+    windows: int
+    """Number of complete windows."""
+    finished: bool
+    """True if the protocol has come to its end."""
+
+
+class TerminalSession:
+    """Steps of one session, from the machine that is off to the machine that is off again."""
+
+    def __init__(self, page: TerminalPage, keyboard: Keyboard, resumes: bool):
+        """Steer with this page; `resumes` continues an interrupted run."""
+        self._page, self._keyboard, self._resumes, self._say = page, keyboard, resumes, keyboard.say
+
+    def run(self) -> SessionOutcome:
+        """Take the arm, run the protocol, and give the arm back.
+
+        Raises:
+            RigError: The machine has stopped, or a step was refused.
+            SessionEndedError: The operator has ended the session.
+        """
+        self._await_mode("off", STARTS_WITHIN_S)
+        self._say(f"Open on the participant's screen: {self._page.invite(Role.PARTICIPANT)}")
+        self._make_ready(
+            "Check that the arm lies in its cuffs, supported and relaxed. Then press Enter: the motors switch on, and "
+            "the machine carries itself."
+        )
+        known = bool(self._page.shown["is_known"])
+        identified = self._take_arm(known)
+        windows, is_finished = self._run_protocol()
+        self._leave()
+        return SessionOutcome(identified, known, windows, is_finished)
+
+    def _make_ready(self, text: str) -> None:
+        self._keyboard.enter(text)
+        self._do("make_ready")
+        self._await_mode("exo_only", STARTS_WITHIN_S)
+
+    def _take(self, kind: str, what: str) -> None:
+        """Take the arm within 30 s of the step before; after that time the operator repeats this step."""
+        self._keyboard.enter(
+            f"Support the arm with your hand. Press Enter within 30 s: the machine takes the arm{what}."
+        )
+        while self._page.shown["take_within_s"] is None:
+            self._make_ready("The 30 s are over. Press Enter to make the machine ready again, then take the arm.")
+            self._keyboard.enter("Press Enter within 30 s: the machine takes the arm.")
+        self._do(kind)
+
+    def _take_arm(self, is_known: bool) -> str:
+        what = "checks the arm against the participant's file" if is_known else "identifies the arm"
+        self._say("Ctrl-C lowers the arm softly at any time; it is no emergency stop.")
+        self._take("take_arm" if is_known else "identify", f", moves it and {what}, until it floats")
+        self._await_mode("moving", TAKES_WITHIN_S)
+        self._await_mode("floating", LEARNS_WITHIN_S)
+        learning = self._page.shown["learning"]
+        outcome = "" if learning is None else str(learning["outcome"]["text"])
+        left_over = [] if learning is None else [f"{value:.2f}" for value in learning["left_over_Nm"]]
+        self._say(f"{outcome} Predicted left over: {', '.join(left_over)} N·m.")
+        return outcome
+
+    def _run_protocol(self) -> tuple[int, bool]:
+        """Run the windows; return the number of complete ones, and True if the protocol has come to its end."""
+        word = "resume" if self._resumes else "start"
+        self._keyboard.enter(f"Press Enter to {word} the protocol. It begins with a rest.")
+        self._refuse(self._page.run(word))
+        told = set[tuple[int, int]]()
+        while True:
+            self._check()
+            run = self._run_state()
+            for window in run["windows"]:
+                key = window["number"], window["attempt"]
+                if key not in told and not window["is_open"]:
+                    told.add(key)
+                    self._tell(window, run)
+            if run["status"] in ("finished", "stopped"):
+                return sum(window["is_complete"] for window in run["windows"]), run["status"] == "finished"
+            if run["status"] == "paused":
+                self._resume()
+            if self._keyboard.is_over.wait(LISTENS_S):
+                raise SessionEndedError
+
+    def _resume(self) -> None:
+        """Take the arm again if the machine has given it back, then resume the run."""
+        if self._page.shown["mode"] != "floating":
+            self._await_mode("exo_only", LEAVES_WITHIN_S)
+            self._make_ready("The machine has given the arm back. Press Enter to make it ready again.")
+            self._take("take_arm", " again")
+            self._await_mode("floating", TAKES_WITHIN_S)
+        self._keyboard.enter("The protocol is paused. Press Enter to resume it at the next window.")
+        self._refuse(self._page.run("resume"))
+
+    def _tell(self, window: dict[str, Any], run: dict[str, Any]) -> None:
+        state = "complete" if window["is_complete"] else "not complete, it is repeated"
+        rest = "" if run["countdown_s"] is None else f" Next window in {run['countdown_s']:.0f} s."
+        self._say(
+            f"Window {window['number']} is {state}: {window['accepted']} of {window['touches']} touches count.{rest}"
+        )
+
+    def _leave(self) -> None:
+        self._keyboard.enter("Support the arm with your hand. Press Enter: the machine gives its weight back.")
+        self._do("give_back")
+        self._await_mode("exo_only", LEAVES_WITHIN_S)
+        self._do("switch_off")
+        self._await_mode("off", LEAVES_WITHIN_S)
+
+    def _run_state(self) -> dict[str, Any]:
+        state = self._page.state
+        assert state is not None
+        return state["run"]
+
+    def _do(self, kind: str) -> None:
+        """Ask for an act; once more if the state changed while the operator read.
+
+        Raises:
+            RigError: The act was refused.
+        """
+        why = self._page.act(kind)
+        if why:
+            time.sleep(LISTENS_S)
+            why = self._page.act(kind)
+        self._refuse(why)
+
+    def _refuse(self, why: str) -> None:
+        if why:
+            raise RigError(f"The session cannot go on: {why}")
+
+    def _await_mode(self, mode: str, within_s: float) -> None:
+        """Wait for a mode.
+
+        Raises:
+            RigError: The machine has stopped, or the mode did not come in time.
+            SessionEndedError: The session ended before.
+        """
+        told = ""
+        ends = time.monotonic() + within_s
+        while self._page.shown.get("mode") != mode:
+            self._check()
+            text = str(self._page.shown["mode_text"]["text"])
+            if text != told:
+                self._say(text)
+                told = text
+            if time.monotonic() > ends:
+                wanted = Mode[mode.upper()].value
+                raise RigError(f"The machine is not in this mode after {within_s:g} s: {wanted} It says: {told}")
+            if self._keyboard.is_over.wait(0.1):
+                raise SessionEndedError
+        self._say(Mode[mode.upper()].value)
+
+    def _check(self) -> None:
+        """Raise the cause of a stop.
+
+        Raises:
+            RigError: The machine has stopped, or the pages have ended.
+        """
+        page = self._page
+        if page.ended:
+            raise RigError(page.ended)
+        if page.shown.get("latch") is not None:
+            raise RigError(f"The machine has let the arm down: {page.shown['latch']['text']}")
+        high = [alarm["text"]["text"] for alarm in page.shown.get("alarms", ()) if alarm["priority"] == "high"
+                and not alarm["is_over"]]  # fmt: skip
+        if not page.steers:
+            self._keyboard.enter(
+                "This terminal was silent for too long, so that it does not steer any more. Press Enter to steer again."
+            )
+            self._refuse(page.steer())
+            page.until(lambda: page.steers, LISTENS_S)
+        if high and page.shown["mode"] in ("off", "starting"):
+            raise RigError(" ".join(high))

@@ -1,0 +1,116 @@
+"""Session of a protocol with a person in a machine on drives, steered at a terminal (`exograv run train --drives`)."""
+
+import sys
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from exograv.errors import ConfigError
+from exograv.experiment.steered.interface import SteeredFlight
+from exograv.experiment.steered.options import SteeredOptions
+from exograv.experiment.steered.session_controller import SessionController
+from exograv.experiment.train.options import TrainOptions
+from exograv.live.options import PersonForm
+from exograv.results import MERGED
+from exograv.storage.session_readiness import participants_in
+from exograv.task.totals import TotalsFigures
+
+from .options import Address
+from .page_supervisor import Say
+from .run import run_console
+from .terminal_page import TerminalPage
+from .terminal_session import Keyboard, SessionEndedError, SessionOutcome, TerminalSession
+from .trial_request import TrialRequest
+
+RECORDING_S = 7200.0
+"""Longest recording of a session [s]: 31 windows with their rests take 1 h 50 min."""
+
+
+@dataclass(frozen=True)
+class DrivenTraining:
+    """Result of a session on drives."""
+
+    participant: str
+    protocol: str
+    session: int
+    is_complete: bool
+    """True if the protocol has come to its end."""
+    preparation: SessionOutcome | None
+    """Outcome of the operator's steps; None if the session was ended before."""
+    diary: Path
+    """Log of the pages."""
+    totals: TotalsFigures | None = field(metadata=MERGED)
+
+
+FlightOf = Callable[[SteeredOptions, PersonForm, Path, str, Say], SteeredFlight]
+"""Function that starts the flight of a session: options, form, folder, command, and a function that shows a line."""
+
+
+def run_training_on_drives(
+    options: TrainOptions, person: PersonForm, address: Address, folder: Path, say: Say, flight_of: FlightOf
+) -> DrivenTraining:
+    """Run a session on a machine that is ready, with the steps of the operator's page at the terminal.
+
+    Raises:
+        ExogravError: The machine is not ready, an option cannot be used, or the machine has stopped.
+    """
+    address.check()
+    if not (options.simulate or sys.stdin.isatty()):
+        raise ConfigError("A session needs an operator at the keyboard: run it in a terminal, or with --simulate.")
+    steered = _steered(options, folder)
+    request = TrialRequest(
+        folder=folder,
+        protocol=options.protocol,
+        participant=options.participant,
+        session=options.session,
+        rig=steered.rig,
+        resumes=options.resume,
+    )
+    request.check()
+    plan = request.plan()
+    if plan is None or plan.exo != "active" or plan.protocol.opening != "clock":
+        raise ConfigError(
+            f"Protocol '{options.protocol}' does not open its windows by the clock with active motors. Run it at the "
+            f"console: exograv run console --protocol {options.protocol}."
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+    desk = SessionController(flight_of(steered, person, folder, "run train", say))
+    outcome: list[SessionOutcome] = []
+
+    def operate(link: str, is_over: threading.Event) -> None:
+        page = TerminalPage(link, address.certificate)
+        try:
+            is_automatic = options.simulate and not sys.stdin.isatty()
+            outcome.append(TerminalSession(page, Keyboard(say, is_over, is_automatic), options.resume).run())
+        except SessionEndedError:
+            say("The session was ended before its end.")
+        finally:
+            page.close()
+
+    result = run_console(address, folder, desk, request, say, operate)
+    return DrivenTraining(
+        participant=options.participant,
+        protocol=options.protocol,
+        session=options.session,
+        is_complete=bool(outcome) and outcome[0].finished,
+        preparation=outcome[0] if outcome else None,
+        diary=result.diary,
+        totals=result.totals,
+    )
+
+
+def _steered(options: TrainOptions, folder: Path) -> SteeredOptions:
+    return SteeredOptions(
+        rig=options.rig or SteeredOptions.rig,
+        side=options.side,
+        level=options.level,
+        world=options.world,
+        seed=options.seed,
+        drives=options.drives,
+        simulate=options.simulate,
+        calibration=options.calibration,
+        participants=options.participants or participants_in(folder),
+        participant=options.participant,
+        session_s=RECORDING_S,
+    )

@@ -1,0 +1,111 @@
+"""A session at a terminal takes the steps of the operator's page, over the same line and with the same checks."""
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.console.of_process import Page, short_training
+
+from exograv.console.options import Address
+from exograv.console.run import run_console
+from exograv.console.terminal_page import TerminalPage
+from exograv.console.terminal_session import Keyboard, SessionEndedError, SessionOutcome, TerminalSession
+from exograv.console.trial_request import TrialRequest
+from exograv.errors import RigError
+from exograv.experiment.steered.rehearsal import RehearsedFlight
+from exograv.experiment.steered.session_controller import SessionController
+from exograv.storage.session_checkpoint import SESSION_FILE
+from exograv.task.state import RunState
+
+MOVES_S = 1.0
+"""Duration of a rehearsed identification [s]."""
+
+
+class Session:
+    """Rehearsed session at a terminal, without a machine."""
+
+    def __init__(self, folder: Path, participant: str | None = None):
+        self.folder, self.lines = folder, list[str]()
+        self.flight = RehearsedFlight(participants=("P-07",))
+        self.flight._identify_s = MOVES_S
+        if participant is not None:
+            self.flight._participant, self.flight._is_known = participant, True
+        self.protocol = short_training(folder)
+        self.outcome: list[SessionOutcome] = []
+
+    def run(self, says: Callable[[str], object] = lambda _: None) -> Any:
+        trial = TrialRequest(self.folder, str(self.protocol), "P-07")
+
+        def say(line: str) -> None:
+            self.lines.append(line)
+            says(line)
+
+        def operate(link: str, is_over: threading.Event) -> None:
+            page = TerminalPage(link)
+            try:
+                self.outcome.append(TerminalSession(page, Keyboard(say, is_over, True), False).run())
+            except SessionEndedError:
+                say("ended")
+            finally:
+                page.close()
+
+        desk = SessionController(self.flight)
+        return run_console(Address(port=0, browser=False), self.folder, desk, trial, say, operate)
+
+    @property
+    def kept(self) -> RunState:
+        return RunState.model_validate_json(SESSION_FILE.read(next(self.folder.glob("*.run.json"))).run)
+
+
+@pytest.mark.long
+def test_an_unknown_arm_is_identified_and_the_protocol_runs_to_its_end_with_touches_from_the_page(tmp_path: Path):
+    session, pages, touched = Session(tmp_path), list[Page](), list[int]()
+
+    def participant(line: str) -> None:
+        if line.startswith("Open on the participant's screen"):
+            pages.append(Page(line.split()[-1]))
+            threading.Thread(target=touch, daemon=True).start()
+
+    def touch() -> None:
+        page, sequence = pages[0], 0
+        while len(touched) < 2:
+            picture = page.heard.get("picture", {}).get("picture")
+            if picture is not None and picture["screen"] == "task" and picture["window"] not in touched:
+                touched.append(picture["window"])
+                sequence += 1
+                page.touch(sequence)
+            threading.Event().wait(0.05)
+
+    result = session.run(participant)
+    (outcome,) = session.outcome
+    assert (outcome.windows, outcome.finished, outcome.from_file) == (2, True, False)
+    assert session.kept.status == "finished"
+    assert result.totals is not None
+    assert result.totals.touches == 2
+    text = "\n".join(session.lines)
+    motors, takes, begins, gives = (
+        text.index(words)
+        for words in (
+            "the motors switch on",
+            "the machine takes the arm",
+            "start the protocol",
+            "gives its weight back",
+        )
+    )
+    assert motors < takes < begins < gives
+    assert "Window 2 is complete" in text
+    assert not session.flight.moment().arm_share
+
+
+def test_a_stop_ends_the_session_with_its_cause(tmp_path: Path):
+    session = Session(tmp_path)
+
+    def stop(line: str) -> None:
+        if "start the protocol" in line:
+            session.flight.stop()
+
+    with pytest.raises(RigError, match="The machine has let the arm down: Stop was pressed"):
+        session.run(stop)
+    assert not session.outcome

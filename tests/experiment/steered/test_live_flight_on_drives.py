@@ -1,0 +1,194 @@
+"""Motors of a machine on drives go on when an operator makes it ready, and off when nobody steers or needs them."""
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+from unittest.mock import Mock
+
+import pytest
+from tests.waiting import wait_until
+
+from exograv.experiment.steered import live_session
+from exograv.experiment.steered.live_session import LiveFlight
+from exograv.experiment.steered.options import SteeredOptions
+from exograv.live.live_control import LivePlan
+from exograv.live.live_processes import LiveResult, Running
+from exograv.model.description import load_rig
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.runtime.control_loop.steering import GuardRequest
+from exograv.safety.modes import Event, Mode
+
+SOON_S = 10.0
+
+
+@dataclass
+class Processes:
+    """Replacement of guard, control and recorder: a guard whose answer to requests the test sets."""
+
+    mode: Mode = Mode.OFF
+    obeys: bool = True
+    """True if the guard takes requests; it does not while no page steers."""
+    runs: int = 0
+    """Number of starts of the processes, which switch the motors on."""
+    is_on: bool = False
+    asked: list[Event] = field(default_factory=list)
+    ended: threading.Event = field(default_factory=threading.Event)
+
+    def send(self, word: object) -> None:
+        if isinstance(word, GuardRequest):
+            self.asked.append(word.event)
+            if self.obeys:
+                self.mode = {Event.TEST: Mode.EXO_ONLY, Event.SWITCH_OFF: Mode.OFF}[word.event]
+
+    def stop(self) -> None:
+        self.ended.set()
+
+    def fly(self, _parts: object, _s: float, recorder: Any, progress: Any, started: Any, hears: object = None) -> Any:
+        self.runs, self.is_on, self.mode = self.runs + 1, True, Mode.OFF
+        self.ended.clear()
+        control = SimpleNamespace(restarts=0)
+        started(Mock(spec=Running, recorder=recorder, control=control, worker=None, line=self, stop=self.stop))
+        while not self.ended.wait(0.01):
+            progress("Floating live", 0.0)
+        self.is_on = False
+        return Mock(spec=LiveResult)
+
+
+@dataclass
+class Machine:
+    """Machine on drives without drives."""
+
+    description: Any = field(default_factory=lambda: load_rig("recupera_like"))
+    participants: tuple[str, ...] = ()
+    torque_max_Nm: tuple[float, ...] = (1.0,)
+    calibrating: None = None
+    is_twin: bool = False
+    starts_on_request: bool = True
+    side: str = "right"
+    form: None = None
+    cause: str = ""
+    is_closed: bool = False
+
+    @property
+    def people(self) -> Any:
+        plan = Mock(spec=LivePlan, prepared=self.prepare(), period_ns=1_000_000, description=self.description)
+        return SimpleNamespace(plan=lambda *_: plan)
+
+    def prepare(self) -> Any:
+        return Mock(spec=ControllerKnowledge, assembly=None, machine=None, x=None)
+
+    def machine_key(self) -> None: ...
+
+    def rig(self, _prepared: object) -> Callable[[], None]:
+        return lambda: None
+
+    def recorded(self) -> dict[str, Any]:
+        return {}
+
+    def hear(self, _mode: str) -> None: ...
+
+    def keep(self, *_: object) -> None: ...
+
+    def ended(self, _flown: object) -> str:
+        return self.cause
+
+    def close(self) -> None:
+        self.is_closed = True
+
+
+@pytest.fixture
+def processes(monkeypatch: pytest.MonkeyPatch) -> Processes:
+    made = Processes()
+
+    class View:
+        newest = None
+        latch = None
+        safe_state = "none"
+
+        def __init__(self, _inlet: object): ...
+
+        @property
+        def mode(self) -> Mode:
+            return made.mode
+
+        def look(self) -> None:
+            # A row without values is enough: only its presence and its clock are read.
+            self.newest = {"now": 0.0, "monotonic": time.monotonic()}
+
+        def close(self) -> None: ...
+
+        def lateness(self) -> None: ...
+
+    recorder = contextlib.nullcontext(SimpleNamespace(inlet=None, check=lambda: None))
+    monkeypatch.setattr(live_session, "Recorder", lambda *_: recorder)
+    for name, replacement in (
+        ("fly", made.fly), ("FlightMemoryView", View), ("ArmController", lambda *_: None),
+        ("parts_of", lambda *_, **__: None), ("settings_of", lambda *_: {}),
+        ("told", lambda *_: {}),
+    ):  # fmt: skip
+        monkeypatch.setattr(live_session, name, replacement)
+    return made
+
+
+@pytest.fixture
+def machine() -> Machine:
+    return Machine()
+
+
+@pytest.fixture
+def flight(processes: Processes, machine: Machine, tmp_path: Path) -> Iterator[LiveFlight]:
+    made = LiveFlight(SteeredOptions(participant="P-07"), tmp_path, lambda _side: machine)  # type: ignore[arg-type,return-value]
+    wait_until(lambda: made._state.is_waiting, "the machine that waits", SOON_S)
+    yield made
+    made.close()
+
+
+def test_no_process_starts_before_an_operator_makes_the_machine_ready(flight: LiveFlight, processes: Processes):
+    assert flight.ask(Event.TAKE_ARM) != ""
+    flight.stop()
+    time.sleep(0.2)
+    assert processes.runs == 0
+    assert flight.ask(Event.TEST) == ""
+    wait_until(lambda: processes.mode is Mode.EXO_ONLY, "the first step", SOON_S)
+    assert processes.runs == 1
+    assert processes.asked[0] is Event.TEST
+
+
+def test_a_machine_that_is_switched_off_has_its_motors_off_and_waits_again(flight: LiveFlight, processes: Processes):
+    flight.ask(Event.TEST)
+    wait_until(lambda: processes.mode is Mode.EXO_ONLY, "the first step", SOON_S)
+    wait_until(lambda: flight._state.has_begun, "the parent's look", SOON_S)
+    processes.send(GuardRequest(1, Event.SWITCH_OFF))
+    wait_until(lambda: flight._state.is_waiting, "the machine that waits", SOON_S)
+    assert not processes.is_on
+    flight.ask(Event.TEST)
+    wait_until(lambda: processes.runs == 2, "the second run", SOON_S)
+
+
+def test_motors_go_off_again_if_nobody_steers_when_they_went_on(flight: LiveFlight, processes: Processes):
+    processes.obeys = False
+    flight.ask(Event.TEST)
+    wait_until(lambda: processes.is_on, "the motors", SOON_S)
+    wait_until(lambda: flight._state.is_waiting, "the machine that waits", SOON_S)
+    assert not processes.is_on
+
+
+def test_a_fault_ends_the_session_with_its_sentence(flight: LiveFlight, processes: Processes, machine: Machine):
+    machine.cause = "A drive reports a fault. The machine is locked."
+    flight.ask(Event.TEST)
+    wait_until(lambda: processes.mode is Mode.EXO_ONLY, "the first step", SOON_S)
+    processes.stop()
+    wait_until(lambda: flight._state.failure, "the failure", SOON_S)
+    assert flight._state.failure == machine.cause
+    assert not flight._state.is_waiting
+
+
+def test_closing_a_machine_that_waits_releases_it(flight: LiveFlight, machine: Machine, processes: Processes):
+    flight.close()
+    assert machine.is_closed
+    assert processes.runs == 0
