@@ -7,7 +7,7 @@ import pytest
 
 from exograv import cli
 from exograv.errors import ConfigError, ExogravError
-from exograv.live.on_drives.connection import drives_with_hands, serial_of
+from exograv.live.on_drives.connection import drives_with_hands
 from exograv.live.on_drives.float_command import fly_on_drives
 from exograv.live.options import LiveOptions, PersonForm
 from exograv.model.description import load_rig
@@ -16,6 +16,7 @@ from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.procedures.calibration.segment_lengths import settings_of_lengths
 from exograv.rig.drives.settings import Drives, load_drives
 from exograv.storage.bring_up_sheet import passed_sheet, write_sheet
+from exograv.storage.machine_readiness import serial_of
 from exograv.storage.self_test_step import Step
 
 RIG = load_rig("recupera_like")

@@ -89,7 +89,7 @@ def fly_prepared(
             stack.enter_context(_pages(folder))
         flown = fly_plan(plan, orders.seconds, folder, {}, progress, lambda _: None, is_tested=True, lsl=lsl)
     figures = live_figures(options.rig, flown, None, prepared, "passed", lsl, listening, machine=SERIAL)
-    return FlownOnDrives(flown, figures, prepared, None, None)
+    return FlownOnDrives(flown, figures, prepared, None, None, known.form.body, SERIAL)
 
 
 def _spawned(

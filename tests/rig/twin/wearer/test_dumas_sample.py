@@ -75,8 +75,8 @@ def test_only_the_segments_differ_from_home():
     level = Disturbances.at_level(3)
     home, other = draw_wearer(level, 4), draw_wearer(Disturbances.at_level(3, "bodies"), 4)
     assert home.body == other.body
-    masses = [[bone.mass for bone in one.arms[0].skeleton.bones] for one in (home, other)]
-    assert not np.isclose(*masses).any()
+    usual, drawn = ([bone.mass for bone in one.arms[0].skeleton.bones] for one in (home, other))
+    assert not np.isclose(usual, drawn).any()
     np.testing.assert_array_equal(home.passive.stiffness, other.passive.stiffness)
     np.testing.assert_array_equal(home.cuffs.stiffness, other.cuffs.stiffness)
     assert other.passive.tissue is None

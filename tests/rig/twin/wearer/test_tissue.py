@@ -107,7 +107,7 @@ def test_damped_tissue_with_hysteresis_only_takes_energy_from_a_cyclic_motion():
 def test_the_hysteresis_decays_with_the_time_of_the_wearer():
     wearer = draw_wearer(Disturbances.at_level(3, "tissue"), 2)
     tissue = wearer.passive.tissue
-    assert tissue is not None
+    assert isinstance(tissue, Tissue)
     q, v, h = (ca.SX.sym(name, 4) for name in ("q", "v", "h"))
     step = ca.Function("step", [q, v, h], [passive_torque(wearer.passive, q, v, h, DT).hysteresis_next])
     place, state = wearer.passive.neutral + 0.2, wearer.passive.neutral

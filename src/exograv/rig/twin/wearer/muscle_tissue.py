@@ -213,7 +213,8 @@ def _draw_biarticular(
         share, ratio = generator.uniform(0.0, 0.5), generator.uniform(*SHOULDER_OVER_ELBOW)
         steepness = generator.uniform(*STEEPNESS)
         from_rest = Polynomial(published)(Polynomial([neutral[elbow], 1.0]))
-        at_elbow = longer * from_rest.coef / from_rest.coef[0]
+        shape = np.asarray(from_rest.coef, dtype=float)
+        at_elbow = longer * shape / shape[0]
         arms = MomentArm(flexion, (longer * float(ratio),)), MomentArm(elbow, tuple(at_elbow.tolist()))
         muscles.append(_sized(PassiveMuscle(arms, float(steepness), 0.0, 1.0), elbow, longer, share * stiffness[elbow]))
     biceps, triceps = muscles
