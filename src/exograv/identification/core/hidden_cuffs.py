@@ -1,7 +1,6 @@
-"""Cuffs beyond linear springs: hidden parameters for straps that stiffen and slip.
+"""Cuffs that slip along the limb: hidden parameters, which are learned and never compensated.
 
-As the tissue's, these parameters are learned and never compensated. On the twin the effect of such cuffs on the weight
-at rest is small beside what their slip does to the torque of a motion.
+Slip moves the arm in the machine. Without these parameters its torque would be learned as weight.
 """
 
 from collections.abc import Callable
@@ -13,15 +12,10 @@ from jaxtyping import Float
 from .interface import Joints, Parameters, Sample, TorqueModel
 from .tissue import CUFFS, Hidden, TissueModel
 
-STIFFENS_AT_M, STIFFENING_SD = 0.015, 0.7
-"""Strain [m], and standard deviation of the quadratic part of a cuff's force over the linear part there [-]. Published
-cuffs stiffen with the strain (Schiebl 2025, Sensors 25:4605); the size is assumed."""
+SLIPS_AT_M = (0.006, 0.012)
+"""Strains along the limb beyond which a part of a cuff slips [m]. Assumed."""
 
-SLIPS_AT_M = (0.003, 0.006, 0.012)
-"""Strains along the limb beyond which a part of a cuff slips [m]. Together the parts approximate any loop of dry
-friction (Prandtl-Ishlinskii)."""
-
-SLIP_SD = 0.4
+SLIP_SD = 0.3
 """Standard deviation of the share of each part in the slip [-]. Assumed."""
 
 ALONG = 2
@@ -51,17 +45,15 @@ class Cuffs:
 class CuffModel:
     """Model of an arm with hidden parameters of its cuffs after all others.
 
-    Force that a linear cuff does not give acts as a displacement of the cuff's rest place. The parts, in their order:
-
-    - stiffening: displacement −e·abs(e) / `STIFFENS_AT_M` at a strain e, the same for the axes of a cuff;
-    - slip: displacement along the limb by a play operator per threshold.
+    Each cuff has parts that slip beyond a strain of their own: play operators (Prandtl-Ishlinskii). Their sum displaces
+    the cuff's rest place along the limb, and approximates a loop of dry friction.
     """
 
     def __init__(self, arm: TorqueModel, tissue: TissueModel, cuffs: Cuffs):
         """Extend `tissue`, which is the model of `arm` with hidden parameters of its own."""
         self._arm, self._model, self._loads = arm, tissue, cuffs.loads
-        self._count = cuffs.count * (1 + len(SLIPS_AT_M))
-        sd = np.repeat([STIFFENING_SD, SLIP_SD], [cuffs.count, cuffs.count * len(SLIPS_AT_M)])
+        self._count = cuffs.count * len(SLIPS_AT_M)
+        sd = np.full(self._count, SLIP_SD)
         self.hidden = Hidden(
             np.append(tissue.hidden.sd, sd), np.append(tissue.hidden.group, np.full(self._count, CUFFS))
         )
@@ -82,11 +74,11 @@ class CuffModel:
     def linearise(self, sample: Sample, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
         """Return the expected torque (joint,) [N·m] and its derivative; call for the samples of a motion in order."""
         tau, derivative = self._model.linearise(sample, x[: -self._count])
-        loads = self._loads(self._arm)
-        C, e = loads.by_displacement, loads.strain
-        along = e[:, ALONG, None]
-        self._slipped = np.clip(self._slipped, along - SLIPS_AT_M, along + SLIPS_AT_M)
-        stiffened = -(C * (e * np.abs(e))).sum(axis=2) / STIFFENS_AT_M
-        slipped = C[:, :, ALONG, None] * self._slipped
-        columns = np.hstack([stiffened, slipped.reshape(len(tau), -1)])
+        columns = np.zeros((len(tau), self._count))
+        # Without a closed posture the arm model returns zeros, and its strains have no meaning.
+        if derivative.any():
+            loads = self._loads(self._arm)
+            along = loads.strain[:, ALONG, None]
+            self._slipped = np.clip(self._slipped, along - SLIPS_AT_M, along + SLIPS_AT_M)
+            columns[:] = (loads.by_displacement[:, :, ALONG, None] * self._slipped).reshape(len(tau), -1)
         return tau + columns @ x[-self._count :], np.hstack([derivative, columns])
