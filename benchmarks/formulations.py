@@ -97,7 +97,7 @@ def linear_cuffs(setting: Setting) -> Method:
 
 
 def _tissue(setting: Setting) -> TissueModel:
-    return TissueModel(setting.model, cast(Springs, setting.springs), setting.mean)
+    return TissueModel(setting.model, cast(Springs, setting.springs))
 
 
 FORMULATIONS: Mapping[str, Callable[[Setting], Method]] = {

@@ -32,7 +32,7 @@ def with_hidden(model: TorqueModel, setting: Setting) -> tuple[TorqueModel, Hidd
     """Return the model with hidden parameters of tissue and cuffs, and their prior; None if the setting has none."""
     if setting.springs is None:
         return model, None
-    tissue = TissueModel(model, setting.springs, setting.mean)
+    tissue = TissueModel(model, setting.springs)
     if setting.cuffs is None:
         return tissue, tissue.hidden
     cuffs = CuffModel(model, tissue, setting.cuffs)

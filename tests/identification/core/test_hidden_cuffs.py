@@ -52,13 +52,13 @@ class Held:
         return np.zeros(1)
 
 
-SPRINGS = Springs(slice(0, 1), slice(1, 2), lambda model: cast(Held, model).angle)
+SPRINGS = Springs(slice(0, 1), slice(1, 2), lambda model: cast(Held, model).angle, MEAN[:1], np.zeros(1))
 CUFFS = Cuffs(1, lambda model: cast(Held, model).cuff_loads())
 
 
 def model(arm: Held | None = None) -> CuffModel:
     arm = arm or Held()
-    return CuffModel(arm, TissueModel(arm, SPRINGS, MEAN), CUFFS)
+    return CuffModel(arm, TissueModel(arm, SPRINGS), CUFFS)
 
 
 def sample(t: float, q: float, tau: float = 0.0) -> Sample:

@@ -54,11 +54,11 @@ def sample(t: float, q: float, v: float = 0.0) -> Sample:
 
 
 def springs(shoulders: tuple[Shoulder, ...] = ()) -> Springs:
-    return Springs(slice(0, 1), slice(1, 2), lambda model: cast(Joint, model).angle, shoulders)
+    return Springs(slice(0, 1), slice(1, 2), lambda model: cast(Joint, model).angle, MEAN[:1], np.zeros(1), shoulders)
 
 
 def tissue() -> TissueModel:
-    return TissueModel(Joint(), springs(), MEAN)
+    return TissueModel(Joint(), springs())
 
 
 def hidden_torque(model: TissueModel, one: Sample, entry: int) -> float:
@@ -130,8 +130,9 @@ class TwoSprings(Joint):
 
 
 def shoulder_model() -> TissueModel:
-    where = Springs(slice(0, 4), slice(4, 8), springs().angles, (Shoulder(slice(0, 4), slice(8, 11)),))
-    return TissueModel(TwoSprings(), where, np.array([1.8, 1.8, 1.8, 1.0, *[0.0] * 4, *[0.0] * 3]))
+    usual, shoulder = np.array([1.8, 1.8, 1.8, 1.0]), Shoulder(slice(0, 4), slice(8, 11))
+    where = Springs(slice(0, 4), slice(4, 8), springs().angles, usual, np.zeros(4), (shoulder,))
+    return TissueModel(TwoSprings(), where)
 
 
 def still(q: list[float], t: float = 0.0) -> Sample:

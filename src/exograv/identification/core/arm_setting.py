@@ -13,7 +13,7 @@ from .discrepancy import Discrepancy
 from .hidden_cuffs import Cuffs
 from .interface import Covariance, Parameters, TorqueModel
 from .noise import Noise
-from .prior import disturbance_sd
+from .prior import disturbance_sd, usual_springs
 from .setting import Setting
 from .tissue import Shoulder, Springs
 
@@ -30,6 +30,7 @@ def arm_setting(model: ArmModel, mean: Parameters, covariance: Covariance, discr
         )
         for limb in assembly.arm.limbs
     )
+    stiffness, neutral = usual_springs(assembly.arm)
     return Setting(
         model=model,
         mean=mean,
@@ -39,7 +40,7 @@ def arm_setting(model: ArmModel, mean: Parameters, covariance: Covariance, discr
         learned=np.ones(len(mean), dtype=bool),
         machine=of_machine,
         discrepancy=discrepancy,
-        springs=Springs(layout.stiffness, layout.spring_offset, _angles, shoulders),
+        springs=Springs(layout.stiffness, layout.spring_offset, _angles, stiffness, neutral, shoulders),
         cuffs=Cuffs(len(assembly.cuffs), lambda model: cast(ArmModel, model).cuff_loads()),
         again=model.again,
     )

@@ -74,6 +74,12 @@ def prior(
     return mean, covariance
 
 
+def usual_springs(arm: Arm) -> tuple[Float[np.ndarray, " freedom"], Float[np.ndarray, " freedom"]]:
+    """Return the mean stiffness [N·m/rad] and neutral angle [rad] of each freedom over all people."""
+    stiffness, neutral, _ = _springs(arm)
+    return stiffness[0], neutral[0]
+
+
 def _springs(arm: Arm) -> Float[np.ndarray, "3 2 freedom"]:
     """Stiffness [N·m/rad], neutral angle [rad] and damping [N·m·s/rad]; mean and standard deviation per freedom."""
     names = (name.removeprefix(limb.prefix) for limb in arm.limbs for name in arm.freedoms[limb.freedoms])

@@ -72,6 +72,12 @@ class Springs:
     angles: Callable[[TorqueModel], Freedoms]
     """Function that returns the angles of the sample that this model linearised last [rad]."""
 
+    usual_stiffness: Freedoms
+    """Stiffness of a usual person [N·m/rad], positive. A belief about one person gives no size: it can be zero."""
+
+    usual_neutral: Freedoms
+    """Neutral angles of a usual person [rad]."""
+
     shoulders: tuple[Shoulder, ...] = ()
     """Shoulders of all arms."""
 
@@ -105,11 +111,10 @@ class TissueModel:
       in two parts.
     """
 
-    def __init__(self, model: TorqueModel, springs: Springs, mean: Parameters):
-        """Extend `model`; `mean` is the prior mean of its parameters, which gives size and centre of the tissue."""
+    def __init__(self, model: TorqueModel, springs: Springs):
+        """Extend `model`; the usual springs give size and centre of the tissue."""
         self._model, self._springs = model, springs
-        K = mean[springs.stiffness]
-        self._neutral = mean[springs.offset] / K
+        K, self._neutral = springs.usual_stiffness, springs.usual_neutral
         self._pairs = [
             (a, b)
             for shoulder in springs.shoulders
