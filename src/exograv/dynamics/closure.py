@@ -52,26 +52,22 @@ class Closure:
     """Displacement of each cuff from its rest place (3, cuff), in the cuff's axes [m]."""
 
 
-def newton_step(
-    cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: StaticLoad | None = None, moved: ca.SX | None = None
-) -> ca.SX:
+def newton_step(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: StaticLoad | None = None) -> ca.SX:
     """Make one full Newton step from z (freedom,) towards the closed posture at y; after the predictor one is enough.
 
     Under a `load`, taken at z, the arm sags in its cuffs. The closed posture balances cuffs and load.
     """
-    H, slope = _at(cuffs, [cuffs.H, cuffs.slope], y, z, fit, moved)
+    H, slope = _at(cuffs, [cuffs.H, cuffs.slope], y, z, fit)
     if load is not None:
         H, slope = H + load.stiffness, slope + load.torque
     step, _ = solve_symmetric(H, slope, PIVOT_MIN)
     return z - step
 
 
-def closure(
-    cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: StaticLoad | None = None, moved: ca.SX | None = None
-) -> Closure:
+def closure(cuffs: CuffEnergy, y: ca.SX, z: ca.SX, fit: ca.SX, load: StaticLoad | None = None) -> Closure:
     """Compute derivatives and strain of a posture z (freedom,) that is closed under `load` at y."""
     wanted = [cuffs.H, cuffs.H_zy, cuffs.slope, cuffs.strain, cuffs.cosine, cuffs.stretch]
-    H, H_zy, cuff_slope, strain, cosine, stretch = _at(cuffs, wanted, y, z, fit, moved)
+    H, H_zy, cuff_slope, strain, cosine, stretch = _at(cuffs, wanted, y, z, fit)
     slope = cuff_slope
     if load is not None:
         H, slope = H + load.stiffness, slope + load.torque
@@ -87,15 +83,17 @@ def velocity_bias(cuffs: CuffEnergy, closed: Closure, y: ca.SX, fit: ca.SX, v: c
     −H⁻¹ · (second time derivative of ∂E/∂z at the velocity (v, G v)). The expression is exact and has less than half
     the instructions of a derivative of G.
     """
-    [slope_bent] = ca.substitute([cuffs.slope_bent], [cuffs.moved], [ca.SX.zeros(*cuffs.moved.shape)])
-    evaluate = ca.Function("bent", [cuffs.y, cuffs.z, cuffs.fit, cuffs.along], [slope_bent])
-    bias, _ = solve_symmetric(closed.H, evaluate(y, closed.z, fit, ca.vertcat(v, closed.G @ v)), PIVOT_MIN)
+    [bent] = _at(cuffs, [cuffs.slope_bent], y, closed.z, fit, ca.vertcat(v, closed.G @ v))
+    bias, _ = solve_symmetric(closed.H, bent, PIVOT_MIN)
     return -bias
 
 
 def _at(
-    cuffs: CuffEnergy, expressions: list[ca.SX], y: ca.SX, z: ca.SX, fit: ca.SX, moved: ca.SX | None
+    cuffs: CuffEnergy, expressions: list[ca.SX], y: ca.SX, z: ca.SX, fit: ca.SX, along: ca.SX | None = None
 ) -> list[ca.SX]:
-    if moved is None:
-        moved = ca.SX.zeros(*cuffs.moved.shape)
-    return ca.Function("at", [cuffs.y, cuffs.z, cuffs.fit, cuffs.moved], expressions).call([y, z, fit, moved])
+    inputs, values = [cuffs.y, cuffs.z, cuffs.fit], [y, z, fit]
+    if along is not None:
+        inputs, values = [*inputs, cuffs.along], [*values, along]
+    if cuffs.moved.is_valid_input():
+        inputs, values = [*inputs, cuffs.moved], [*values, cuffs.moved]
+    return ca.Function("at", inputs, expressions).call(values)

@@ -40,7 +40,7 @@ class CuffEnergy:
     z: ca.SX
     fit: ca.SX
     moved: ca.SX
-    """Displacement of each cuff's rest place on the machine (3, cuff), in the cuff's axes [m]."""
+    """Displacement of each cuff's rest place on the machine (3, cuff), in the cuff's axes [m]: symbols or zero."""
 
     energy: ca.SX
     """Elastic energy E [J]."""
@@ -162,8 +162,12 @@ class _CuffLoad:
         return self.M @ turning, M_rate_turned + self.M @ turning_rate
 
 
-def cuff_energy(assembly: Assembly) -> CuffEnergy:
-    """Energy E = ½ Σ k r² over all cuffs, with its derivatives."""
+def cuff_energy(assembly: Assembly, moved: ca.SX | None = None) -> CuffEnergy:
+    """Energy E = ½ Σ k r² over all cuffs, with its derivatives.
+
+    `moved` (3, cuff) are symbols for displacements of the cuffs' rest places [m]. Without them, the places are those
+    where the cuffs were fastened.
+    """
     n, tree = assembly.n, assembly.arm.tree
     y, z = ca.SX.sym("y", n), ca.SX.sym("z", assembly.n_freedoms)
     fit, along = ca.SX.sym("fit", len(fit_names(assembly))), ca.SX.sym("along", n + assembly.n_freedoms)
@@ -173,7 +177,7 @@ def cuff_energy(assembly: Assembly) -> CuffEnergy:
     u_x = J @ u_z
     exo, arm, hinges = body_poses(assembly.exo, y), arm_poses(assembly, z, fit), arm_hinges(assembly, fit)
     stiffness = ca.reshape(scaled_stiffness(assembly, fit), 6, -1)
-    moved, stretch = ca.SX.sym("moved", 3, len(assembly.cuffs)), []
+    moved, stretch = ca.SX.zeros(3, len(assembly.cuffs)) if moved is None else moved, list[ca.SX]()
     energy, cosine, g_y, g_x, g_bent = (
         ca.SX(0),
         ca.SX(1),

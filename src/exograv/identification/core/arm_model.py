@@ -149,12 +149,12 @@ def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca
     n, freedoms, layout = assembly.n, assembly.n_freedoms, ParameterLayout.of(assembly)
     q, v, a = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("a", n)
     z_before, x = ca.SX.sym("z_before", freedoms), ca.SX.sym("x", layout.count)
-    cuffs = cuff_energy(assembly)
-    moved = ca.SX.sym("moved", *cuffs.moved.shape)
+    moved = ca.SX.sym("moved", 3, len(assembly.cuffs))
+    cuffs = cuff_energy(assembly, moved)
     fit = x[layout.fit]
     arm = ArmExpression(x[layout.phi], fit, x[layout.stiffness], x[layout.spring_offset], x[layout.damping])
     z = ca.SX.sym("z", freedoms)
-    closed = closure(cuffs, q, z, fit, static_load(assembly, arm, z, machine.gravity), moved)
+    closed = closure(cuffs, q, z, fit, static_load(assembly, arm, z, machine.gravity))
     load = arm_load(assembly, arm, cuffs, closed, (q, v, a), machine.gravity)
     carried = (
         exo_torque(assembly, machine.phi, x[layout.rotor], (q, v, a), machine.gravity)
@@ -170,10 +170,10 @@ def _torque_and_derivative(assembly: Assembly, machine: CalibratedMachine) -> ca
     derivative = by_both[:, : unknown.numel()] + by_both[:, unknown.numel() :] @ z_by_unknown
     results = [tau, derivative[:, : x.numel()], closed.z, closed.G, closed.slope]
     results += [derivative[:, x.numel() :], ca.vec(closed.stretch)]
-    nowhere = [ca.SX.zeros(*moved.shape)]
-    results = ca.Function("still", [q, v, a, z, x, moved], results).call([q, v, a, z, x, *nowhere])
-    at = ca.Function("at", [q, v, a, z, x], results)
+    at = ca.Function("at", [q, v, a, z, x, moved], results)
     # One Newton step is enough: the warm start is nearly closed.
     z_closed = newton_step(cuffs, q, z_before, fit, static_load(assembly, arm, z_before, machine.gravity))
+    inputs = [q, v, a, z_before, x]
+    displaced = ca.Function("displaced", [*inputs, moved], at.call([q, v, a, z_closed, x, moved]))
     names = ["q", "v", "a", "z_before", "x"], ["tau", "derivative", "z", "G", "slope", "by_moved", "stretch"]
-    return ca.Function("torque_and_derivative", [q, v, a, z_before, x], at.call([q, v, a, z_closed, x]), *names)
+    return ca.Function("torque_and_derivative", inputs, displaced.call([*inputs, ca.SX.zeros(*moved.shape)]), *names)
