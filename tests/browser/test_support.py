@@ -21,7 +21,10 @@ WORDS = {name: json.loads((PAGES / "words" / f"{name}.json").read_text(encoding=
 
 def shown(visitor: Visitor, language: str, name: str) -> tuple[int, int]:
     """Read support and felt weight [%] from a page, by the words of its language."""
-    text = visitor.page.locator(f"#support-{name}").inner_text().replace("\xa0", " ")
+    # A page that has just opened is empty until its first message.
+    filled = visitor.page.locator(f"#support-{name}", has_text="%")
+    filled.wait_for()
+    text = filled.inner_text().replace("\xa0", " ")
     wording = re.escape(WORDS[language][f"support.{name}"].replace("{value}", WORDS[language]["support.value"]))
     found = re.fullmatch(wording.replace(r"\{support\}", r"(\d+)").replace(r"\{felt\}", r"(\d+)"), text)
     assert found is not None, (text, wording)
