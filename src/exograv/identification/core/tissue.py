@@ -161,6 +161,9 @@ class TissueModel:
         """Return the expected torque (joint,) [N·m] and its derivative; call for the samples of a motion in order."""
         n = len(self.hidden.sd)
         tau, derivative = self._model.linearise(sample, x[:-n])
+        if not derivative.any():
+            # Without a closed posture the arm model returns zeros, and its angles have no meaning.
+            return tau, np.zeros((len(tau), self.n_parameters))
         angle = self._springs.angles(self._model) - self._neutral
         by_torque = -derivative[:, self._springs.offset]
         parts = [
