@@ -106,7 +106,7 @@ class TerminalPage:
         return True
 
     def close(self) -> None:
-        """Close the line."""
+        """Close the connection to the session."""
         self._stack.close()
 
     def _ask(self, kind: str, **fields: Any) -> str:

@@ -64,7 +64,6 @@ class Machine:
     """Machine on drives without drives."""
 
     description: Any = field(default_factory=lambda: load_rig("recupera_like"))
-    participants: tuple[str, ...] = ()
     torque_max_Nm: tuple[float, ...] = (1.0,)
     calibrating: None = None
     is_twin: bool = False
@@ -77,7 +76,7 @@ class Machine:
     @property
     def people(self) -> Any:
         plan = Mock(spec=LivePlan, prepared=self.prepare(), period_ns=1_000_000, description=self.description)
-        return SimpleNamespace(plan=lambda *_: plan)
+        return SimpleNamespace(plan=lambda *_: plan, codes=(), keep=lambda *_: None)
 
     def prepare(self) -> Any:
         return Mock(spec=ControllerKnowledge, assembly=None, machine=None, x=None)
@@ -91,8 +90,6 @@ class Machine:
         return {}
 
     def hear(self, _mode: str) -> None: ...
-
-    def keep(self, *_: object) -> None: ...
 
     def ended(self, _flown: object) -> str:
         return self.cause

@@ -6,10 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from exograv.errors import ConfigError, ExogravError
-from exograv.live.arm_worker import LearnedArm
 from exograv.live.live_processes import LiveResult
 from exograv.live.on_drives.connection import Say, drawn_by, drives_of, not_ready, readiness_of
 from exograv.live.on_drives.fault_lock import lock_after_fault
@@ -77,7 +74,6 @@ class DrivenMachine:
             self._prepared = ControllerKnowledge(assembly, machine.machine, guess, 0.0, machine)
             serial = self._readiness.serial
             self.people = ParticipantFiles(assembly, self.form, drives.period_s, serial, options.participants)
-            self.participants = tuple(self.people.files())
             self._stack = stack.pop_all()
         self.torque_max_Nm = tuple(limits(description).torque_max_Nm.tolist())
         self.calibrating: CalibrationProgress | None = None
@@ -116,14 +112,6 @@ class DrivenMachine:
         if self._bench is not None:
             self._bench(f"mode {mode_name}")
 
-    def keep(
-        self, prepared: ControllerKnowledge, code: str | None, learned: LearnedArm, predicted: np.ndarray
-    ) -> str | None:
-        """Write the file of an identified person, as `ParticipantFiles.keep`."""
-        kept = self.people.keep(prepared, code, learned, predicted)
-        self.participants = tuple(self.people.files())
-        return kept
-
     def ended(self, flown: LiveResult) -> str:
         """Lock the machine after a fault. Return the sentence for the operator; empty without a fault."""
         key = self.machine_key()
@@ -131,7 +119,7 @@ class DrivenMachine:
         return say("flight.locked", cause=cause, command=key.test) if cause else ""
 
     def close(self) -> None:
-        """End simulated drives."""
+        """End the process of the simulated drives."""
         self._stack.close()
 
 

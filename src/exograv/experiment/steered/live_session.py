@@ -103,7 +103,7 @@ class LiveFlight:
             sides=description.settings.urdf.sides if state.place.is_twin else (description.side,),
             is_twin=state.place.is_twin,
             participant=state.keeping.code,
-            participants=state.place.participants,
+            participants=state.place.people.codes,
             is_known=state.is_known,
             is_learned=state.is_learned,
             joints=tuple(description.joints),
@@ -272,7 +272,7 @@ class LiveFlight:
 
     def _donned(self, place: SteeredMachine, participant: str | None, identify_s: float) -> RequestedParticipant:
         """Request for a person. With a file the arm is only checked, otherwise it is identified."""
-        known = participant if participant in place.participants else None
+        known = participant if participant in place.people.codes else None
         return RequestedParticipant(known, participant, FROM_FILE_S if known else identify_s, place.side)
 
     def _free_path(self) -> Path:
@@ -334,7 +334,7 @@ class LiveFlight:
         """Check recorder and worker, several times per second, in the parent's thread."""
         state.recording = running.recorder.check()
         if state.plan is not None:
-            state.keeping.look(running.worker, running.line.send, partial(state.place.keep, state.plan.prepared))
+            state.keeping.look(running.worker, running.line.send, partial(state.place.people.keep, state.plan.prepared))
         left, warnings = self._options.session_s - (self.now() - state.begun_s), []
         if left < WARNED_S:
             warnings.append(say("flight.recording_ends"))

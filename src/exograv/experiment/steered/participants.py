@@ -2,7 +2,7 @@
 
 import contextlib
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -44,7 +44,7 @@ class RequestedParticipant:
     side: Side
 
 
-@dataclass(frozen=True)
+@dataclass
 class ParticipantFiles:
     """Files of a folder that fit one machine and its wearer."""
 
@@ -56,6 +56,11 @@ class ParticipantFiles:
     machine: str
     """Serial number of the machine, or the name that replaces it for the twin."""
     folder: Path | None
+    codes: tuple[str, ...] = field(init=False)
+    """Codes of the persons with a file, as `keep` has written last."""
+
+    def __post_init__(self) -> None:
+        self.codes = tuple(self.files())
 
     def files(self) -> dict[str, StoredParticipant]:
         """Read the stored participants of this machine, by code.
@@ -141,4 +146,5 @@ class ParticipantFiles:
             return None
         self.folder.mkdir(parents=True, exist_ok=True)
         write_participant(self.folder / f"{code}.toml", whole)
+        self.codes = tuple(self.files())
         return code

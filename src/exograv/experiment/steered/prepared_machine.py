@@ -5,12 +5,9 @@ from collections.abc import Callable, Mapping
 from functools import cached_property, partial
 from typing import Any
 
-import numpy as np
-
 from exograv.laboratory.attentive_wearer import attentive_twin
 from exograv.laboratory.preparation import Preparation
 from exograv.laboratory.virtual_laboratory import draw_laboratory
-from exograv.live.arm_worker import LearnedArm
 from exograv.live.live_processes import LiveResult
 from exograv.loop.machine_limits import limits, refuse_motorless
 from exograv.next_command import calibration_command
@@ -46,7 +43,6 @@ class PreparedMachine:
         refuse_motorless(self.description)
         assembly, self.form = self.laboratory.assembly(), self.laboratory.form
         self.people = ParticipantFiles(assembly, self.form, PERIOD, self.laboratory.serial, options.participants)
-        self.participants = tuple(self.people.files())
         """Codes of the persons with a file."""
         self.torque_max_Nm = tuple(limits(self.description).torque_max_Nm.tolist())
         """Torque limits of the drives [N·m]."""
@@ -104,11 +100,3 @@ class PreparedMachine:
 
     def close(self) -> None:
         """Do nothing: the twin ends with its process."""
-
-    def keep(
-        self, prepared: ControllerKnowledge, code: str | None, learned: LearnedArm, predicted: np.ndarray
-    ) -> str | None:
-        """Write the file of an identified person, as `ParticipantFiles.keep`."""
-        kept = self.people.keep(prepared, code, learned, predicted)
-        self.participants = tuple(self.people.files())
-        return kept

@@ -3,9 +3,6 @@
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol, runtime_checkable
 
-import numpy as np
-
-from exograv.live.arm_worker import LearnedArm
 from exograv.live.live_processes import LiveResult
 from exograv.model.description import RigDescription
 from exograv.model.wearer_form import WearerForm
@@ -24,8 +21,6 @@ class SteeredMachine(Protocol):
 
     description: RigDescription
     people: ParticipantFiles
-    participants: tuple[str, ...]
-    """Codes of the persons with a file."""
     torque_max_Nm: tuple[float, ...]
     """Torque limits of the drives [N·m]."""
     calibrating: CalibrationProgress | None
@@ -69,18 +64,12 @@ class SteeredMachine(Protocol):
         """Tell a simulated wearer of drives the mode that begins, by its name in lower case."""
         ...
 
-    def keep(
-        self, prepared: ControllerKnowledge, code: str | None, learned: LearnedArm, predicted: np.ndarray
-    ) -> str | None:
-        """Write the file of an identified person, as `ParticipantFiles.keep`."""
-        ...
-
     def ended(self, flown: LiveResult, /) -> str:
         """Take the end of a run. Return a sentence for the operator if the machine has stopped; else an empty text."""
         ...
 
     def close(self) -> None:
-        """Release the machine."""
+        """Release what the machine holds: processes, buses, and files."""
         ...
 
 
