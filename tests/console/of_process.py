@@ -31,45 +31,47 @@ NUMBERS = itertools.count(1)
 """Numbers of requests. No two pages of a test send the same identifier."""
 
 
+EDITS = (
+    ('rests = "sets_of_five"', 'rests = "short"'),
+    ("return_after_s = 0.8", "return_after_s = 0.1"),
+    ("tolerance_s = 0.5", "tolerance_s = 0.1"),
+)
+"""Changes of every shortened protocol."""
+
+
 def short_file(folder: Path, window_s: float = 3.0) -> Path:
     """Write a passive protocol of three short windows, the first after half a second."""
-    text = (FOLDER / "familiarisation.toml").read_text(encoding="utf-8")
-    for before, after in (
+    edits = (
         ("before_first_s = 35.0", "before_first_s = 0.5"),
         ("after_last_s = 123.0", "after_last_s = 1.0"),
-        ('rests = "sets_of_five"', 'rests = "short"'),
         ("unpublished = [", 'unpublished = [\n  "windows.duration_s", "windows.levels",'),
         ("count = 31", "count = 3"),
         ("duration_s = 22.0", f"duration_s = {window_s}"),
-        ("return_after_s = 0.8", "return_after_s = 0.1"),
-        ("tolerance_s = 0.5", "tolerance_s = 0.1"),
-    ):
-        assert before in text
-        text = text.replace(before, after, 1)
-    tables = re.compile(r"\[rest_tables\.cycle_180\].*?(?=# Red and green)", re.DOTALL)
-    path = folder / "short.toml"
-    path.write_text(tables.sub("[rest_tables.short]\nrest_s = 1.0\n\n", text), encoding="utf-8")
-    return path
+    )
+    return _shortened(folder, "familiarisation", edits, r"\[rest_tables\.cycle_180\].*?(?=# Red and green)", 1.0)
 
 
 def short_training(folder: Path) -> Path:
     """Write the training protocol with two windows of three seconds."""
-    text = (FOLDER / "training.toml").read_text(encoding="utf-8")
-    for before, after in (
+    edits = (
         ("before_first_s = 35.0", "before_first_s = 7.5"),
         ("after_last_s = 123.0", "after_last_s = 8.0"),
-        ('rests = "sets_of_five"', 'rests = "short"'),
         ("unpublished = [", 'unpublished = [\n  "windows.duration_s", "windows.count",'),
         ("count = 31", "count = 2"),
         ("duration_s = 22.0", "duration_s = 3.0"),
-        ("return_after_s = 0.8", "return_after_s = 0.1"),
-        ("tolerance_s = 0.5", "tolerance_s = 0.1"),
-    ):
+    )
+    return _shortened(folder, "training", edits, r"# Window and rest are.*?(?=\[ramps\])", 16.0)
+
+
+def _shortened(folder: Path, name: str, edits: tuple[tuple[str, str], ...], rests: str, rest_s: float) -> Path:
+    """Write a shipped protocol with these changes, and with one rest in place of the tables that `rests` matches."""
+    text = (FOLDER / f"{name}.toml").read_text(encoding="utf-8")
+    for before, after in (*EDITS, *edits):
         assert before in text
         text = text.replace(before, after, 1)
-    tables = re.compile(r"# Window and rest are.*?(?=\[ramps\])", re.DOTALL)
     path = folder / "short.toml"
-    path.write_text(tables.sub("[rest_tables.short]\nrest_s = 16.0\n\n", text), encoding="utf-8")
+    text = re.sub(rests, f"[rest_tables.short]\nrest_s = {rest_s}\n\n", text, flags=re.DOTALL)
+    path.write_text(text, encoding="utf-8")
     return path
 
 

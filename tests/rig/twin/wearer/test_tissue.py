@@ -6,6 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from exograv.options import WorldName
 from exograv.rig.twin import Disturbances, draw_wearer
 from exograv.rig.twin.wearer.passive import elastic_torque, passive_torque
 from exograv.rig.twin.wearer.tissue import (
@@ -77,9 +78,10 @@ def test_the_elbow_depends_on_flexion_by_up_to_half_of_its_stiffness():
     assert 0.48 < max(shares) <= 0.5
 
 
-def test_a_closed_path_through_the_tissue_gives_no_work():
-    for seed in range(5):
-        wearer = draw_wearer(Disturbances.at_level(2, "tissue"), seed)
+@pytest.mark.parametrize("world", ["tissue", "unseen"])
+def test_a_closed_path_through_the_tissue_gives_no_work(world: WorldName):
+    for seed in range(8):
+        wearer = draw_wearer(Disturbances.at_level(2, world), seed)
         q = ca.SX.sym("q", 4)
         tau = ca.Function("tau", [q], [elastic_torque(wearer.passive, q)])
         t = np.linspace(0.0, 2.0 * np.pi, 6001)
