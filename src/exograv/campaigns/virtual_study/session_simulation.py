@@ -13,8 +13,9 @@ from jaxtyping import Float
 
 from exograv.laboratory.participant.aircraft_feed import AircraftFeed
 from exograv.laboratory.participant.lockstep_screen import LEVEL_TICKS, TASK_TICKS
-from exograv.laboratory.participant.screen_session import ScreenSeat, ScreenSession
+from exograv.laboratory.participant.screen_session import ScreenSession
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
+from exograv.laboratory.participant.twin_seat import TwinSeat
 from exograv.laboratory.participant.virtual_participant import Activity, PointingPerson
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.control_step import ControlStep
@@ -88,7 +89,7 @@ class SimulatedSession:
         self.touches = list[FlownTouch]()
         """Accepted touches so far."""
         self._twin, self._seed = stage.twin, seed
-        self._seat = ScreenSeat(stage.twin, person, room, plan.protocol.target, seed, "simulated")
+        self._seat = TwinSeat(stage.twin, person, room, plan.protocol.target, seed, "simulated")
         period_s, n = self._twin.period_s, len(self._twin.joints)
         envelope = Envelope(limits(stage.laboratory.description), period_s)
         self._guard = Guard.of_machine(envelope, period_s, stage.actuators.gain.tolist())
