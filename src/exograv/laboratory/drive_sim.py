@@ -55,7 +55,7 @@ def run_drive_sim(
     wearer = _virtual_participant(options)
     plant = _plant(options, description, drives, wiring) if wearer is None else _pointing(wearer, drives, wiring)
     device = make(plant, drives, lock_step=options.lock_step, say=say)
-    bench = SimulatedBench(drives.joints, plant, device, say)
+    bench = SimulatedBench(drives.joints, plant, device, say, options.ends_with_input)
     _hear_keyboard(bench, options.lock_step)
     examine(device)
     say(_greeting(options, drives, device, file))

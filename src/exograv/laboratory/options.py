@@ -217,6 +217,9 @@ class DriveSimOptions(Options):
     lock_step: bool = False
     """Advance by one period of the loop with each measurement, instead of real time."""
 
+    ends_with_input: bool = False
+    """End when the standard input ends, so that the drives end with the program that has started them."""
+
     wrong_sign: JointNames = ()
     """Joints with a motor that turns the wrong way."""
 

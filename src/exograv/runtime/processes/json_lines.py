@@ -35,11 +35,11 @@ class Lines:
         try:
             self._socket.sendall(line.encode() + b"\n")
         except OSError:  # closed, or the buffer is full because the other process does not read
-            self.is_open = False
+            self.close()
 
     def received(self, patience_s: float = 0.0) -> list[str]:
         """Return the lines that have arrived; wait for the first one for at most `patience_s` [s]."""
-        if patience_s:
+        if patience_s and self.is_open:
             select.select((self._socket,), (), (), patience_s)
         while self.is_open:
             try:
@@ -50,7 +50,7 @@ class Lines:
                 data = b""
             self._begun += data
             if not data or len(self._begun.rpartition(b"\n")[2]) > LINE_MAX_BYTES:
-                self.is_open = False
+                self.close()
         *lines, self._begun = self._begun.split(b"\n")
         return [line.decode(errors="replace") for line in lines]
 
