@@ -2,10 +2,11 @@
 
     python benchmarks/study_over_drives.py --people 3 --sessions 3 --windows 31 --out out/study_over_drives
 
-Each participant has a machine of the same seed, which is calibrated and tested first. Then `exograv run train --simulate
---virtual-clock` runs each session: exograv reaches the machine by its bus only, and the participant by a line with page
-and touches. The recordings are added to a study, and its report is written. Finished steps are kept in `--out`; the same
-command continues after an interruption. Exit code 1 if a session did not end by itself or a touch is missing.
+Each participant has a machine of the same seed, which is calibrated and tested first. Then `exograv run train
+--simulate --virtual-clock` runs each session: exograv reaches the machine by its bus only, and the participant by a
+line with page and touches. The recordings are added to a study, and its report is written. Finished steps are kept in
+`--out`; the same command continues after an interruption. Exit code 1 if a session did not end by itself or a touch is
+missing.
 """
 
 import argparse
@@ -171,6 +172,17 @@ def collected(out: Path, places: Sequence[Place]) -> Path:
     return study
 
 
+def table(rows: Sequence[Row]) -> list[str]:
+    """Return the lines of the table, and the sentences of the commands that did not complete a session."""
+    heads = ("seed", "session", "bus", "commands", "windows", "made", "recorded", "median [mm]", "simulated [s]",
+             "wall [s]", "MB")  # fmt: skip
+    lines = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
+    for row in rows:
+        values = [value for name, value in asdict(row).items() if name != "why"]
+        lines.append(f"| {' | '.join(str(value) for value in values)} |")
+    return [*lines, *(f"Seed {row.seed}, session {row.session}: {row.why}" for row in rows if row.why)]
+
+
 def main() -> int:
     """Run all sessions that are not finished, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -196,13 +208,7 @@ def main() -> int:
             print(f"Seed {place.seed}, session {session}", file=sys.stderr, flush=True)
             rows.append(fly(place, session))
             append_rows(kept, [asdict(rows[-1])])
-    print("| seed | session | bus | commands | windows | touches made | recorded | median [mm] | simulated [s] | wall [s] "
-          "| MB |\n|---|---|---|---|---|---|---|---|---|---|---|")  # fmt: skip
-    for row in rows:
-        print(f"| {row.seed} | {row.session} | {row.bus} | {row.commands} | {row.windows} | {row.made} | "
-              f"{row.recorded} | {row.median_mm} | {row.simulated_s:.0f} | {row.wall_s:.0f} | {row.recording_MB} |")  # fmt: skip
-        if row.why:
-            print(f"Seed {row.seed}, session {row.session}: {row.why}")
+    print("\n".join(table(rows)))
     print(f"Study: {collected(out, places)}")
     is_whole = all(row.windows == options.windows and row.made == row.recorded for row in rows)
     return 0 if is_whole and all(row.commands == 1 for row in rows) else 1

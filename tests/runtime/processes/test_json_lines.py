@@ -37,12 +37,14 @@ def test_lines_arrive_whole_and_in_order(pair: Pair):
 @pytest.fixture
 def raw() -> Iterator[tuple[socket.socket, Lines]]:
     """Socket of a process that sends any bytes, and the lines of the other process."""
-    with contextlib.closing(LinesListener(0)) as listener:
-        with socket.create_connection((json_lines.HERE, listener.port)) as one:
-            lines = listener.accepted()
-            assert lines is not None
-            with lines:
-                yield one, lines
+    with (
+        contextlib.closing(LinesListener(0)) as listener,
+        socket.create_connection((json_lines.HERE, listener.port)) as one,
+    ):
+        lines = listener.accepted()
+        assert lines is not None
+        with lines:
+            yield one, lines
 
 
 def test_half_a_line_waits_for_its_end(raw: tuple[socket.socket, Lines]):
