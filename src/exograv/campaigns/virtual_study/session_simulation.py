@@ -12,7 +12,6 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.laboratory.participant.aircraft_feed import AircraftFeed
-from exograv.laboratory.participant.lockstep_screen import LEVEL_TICKS, TASK_TICKS
 from exograv.laboratory.participant.screen_session import ScreenSession
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.participant.twin_seat import TwinSeat

@@ -6,19 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from exograv import motion
-from exograv.laboratory.participant.screen_session import EventSource, ScreenSession, Seat
+from exograv.laboratory.participant.screen_session import LEVEL_S, TASK_S, EventSource, ScreenSession, Seat
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.output_feedback import Controller
 from exograv.loop.pilot import Pilot, TickSample
 from exograv.procedures.identification.identify import SKELETON_TICKS, record_skeleton
 from exograv.task.events import Distance, Event, Pause, Resume
 from exograv.task.run import TaskRun
-
-TASK_S = 0.02
-"""Time between two updates of the run's time and of the page [s]."""
-
-LEVEL_S = 0.01
-"""Time between two updates of the level [s]. The arm's motion in 0.01 s of a ramp cannot be felt."""
 
 CHUNK_S = 1.0
 

@@ -12,6 +12,12 @@ from exograv.task.events import Event, Stop, Tick
 from exograv.task.picture import ParticipantPicture, participant_picture
 from exograv.task.run import TaskRun
 
+TASK_S = 0.02
+"""Time between two updates of the run's time and of the page [s]."""
+
+LEVEL_S = 0.01
+"""Time between two updates of the level [s]. The arm's motion in 0.01 s of a ramp cannot be felt."""
+
 EventSource = Callable[[float], Iterable[Event]]
 """Function that returns the events that have arrived until a time [s]. It returns each event once."""
 
