@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.laboratory.participant.aircraft_feed import AircraftFeed
-from exograv.laboratory.participant.screen_session import ScreenSession
+from exograv.laboratory.participant.screen_session import LEVEL_S, TASK_S, ScreenSession
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.participant.twin_seat import TwinSeat
 from exograv.laboratory.participant.virtual_participant import Activity, PointingPerson
@@ -22,6 +22,7 @@ from exograv.loop.machine_limits import limits
 from exograv.loop.output_feedback import OutputFeedback
 from exograv.procedures.identification.identify import SKELETON_TICKS
 from exograv.recording import RecordingWriter
+from exograv.rig.twin.twin import PERIOD
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import COMMAND_LIFE_S, Guard
 from exograv.signals import Command, JointState, Reference
@@ -35,6 +36,8 @@ from exograv.task.run import TaskRun
 from .flight import FlownTouch
 from .rows import TickRows
 from .session_setup import SessionSetup
+
+TASK_TICKS, LEVEL_TICKS = round(TASK_S / PERIOD), round(LEVEL_S / PERIOD)
 
 ACT_TICKS = 2
 """Ticks between two acts of the person, because muscles are far slower than the loop."""
