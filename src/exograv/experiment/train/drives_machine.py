@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from exograv import motion
-from exograv.errors import RigError
+from exograv.errors import ConfigError, RigError
 from exograv.identification.core.prior import prior
 from exograv.laboratory.participant.screen_session import EventSource
 from exograv.live.on_drives.connection import CONNECTING, Say, drives_of, not_ready, readiness_of
@@ -83,6 +83,12 @@ class DrivesMachine:
         self._asked = replace(options, rig=asked.rig)
         self.description = description = load_rig(asked.rig, options.side)
         refuse_motorless(description)
+        protocol = asked.loaded.settings
+        if protocol.opening != "clock":
+            raise ConfigError(
+                f"Protocol '{protocol.name}' does not open its windows by the clock, and --virtual-clock has no "
+                "aircraft. Run it on the twin, without --simulate, or at the console."
+            )
         self.day, run = 0, 0 if before is None else round(before.t)
         with contextlib.ExitStack() as stack:
             progress(CONNECTING, 0.0)
