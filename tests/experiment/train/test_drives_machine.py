@@ -28,7 +28,7 @@ def machine(options: TrainOptions, folder: Path) -> DrivesMachine:
 
 
 def test_a_machine_that_is_not_calibrated_is_refused_before_a_process_starts(tmp_path: Path):
-    with pytest.raises(ConfigError, match="exograv rig calibrate --simulate"):
+    with pytest.raises(ConfigError, match="exograv rig calibrate recupera_like --simulate"):
         machine(OPTIONS, tmp_path)
     assert not list(tmp_path.iterdir())
 
