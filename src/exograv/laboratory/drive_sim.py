@@ -23,10 +23,12 @@ from exograv.rig.drives.simulated.plant import Plant, Wiring
 from exograv.rig.twin import Disturbances, Twin, draw_machine
 from exograv.runtime.clock.realtime import realtime
 from exograv.safety.modes import RAMP_IN_S, REST_BEFORE_RAMP_S, Mode
+from exograv.task.protocol import load_protocol
 
 from .attentive_wearer import AttentiveHold
 from .cooperative_wearer import ArmHold
 from .options import DriveSimOptions
+from .participant.wearer_behind_drives import WearerBehindDrives
 from .virtual_laboratory import draw_laboratory
 
 Say = Callable[[str], None]
@@ -50,14 +52,22 @@ def run_drive_sim(
     drives = load_drives(file, description)
     wiring = _wiring(options, drives.joints)
     make = front_end(options.bus, drives)
-    plant = _plant(options, description, drives, wiring)
+    wearer = _virtual_participant(options)
+    plant = _plant(options, description, drives, wiring) if wearer is None else _pointing(wearer, drives, wiring)
     device = make(plant, drives, lock_step=options.lock_step, say=say)
-    bench = SimulatedBench(drives.joints, plant, device, say)
+    bench = SimulatedBench(drives.joints, plant, device, say, options.ends_with_input)
     _hear_keyboard(bench, options.lock_step)
     examine(device)
     say(_greeting(options, drives, device, file))
-    with device, _punctual(options.lock_step):
-        device.run(bench.obey)
+    is_over = bench.obey
+    with contextlib.ExitStack() as stack:
+        if wearer is not None:
+            say(f"The virtual participant listens for the session at port {wearer.port}.")
+            stack.callback(wearer.close)
+            is_over = _welcoming(wearer, bench)
+        stack.enter_context(device)
+        stack.enter_context(_punctual(options.lock_step))
+        device.run(is_over)
 
 
 def _hear_keyboard(bench: SimulatedBench, is_lock_step: bool) -> None:
@@ -112,8 +122,6 @@ def _plant(options: DriveSimOptions, description: RigDescription, drives: Drives
     def hear(mode_name: str) -> None:
         """Let the wearer follow the mode that the machine announces, instead of a fixed time."""
         nonlocal is_attentive
-        if mode_name.upper() not in Mode.__members__:
-            raise RigError(f"No mode '{mode_name}'. The modes are {', '.join(mode.name.lower() for mode in Mode)}.")
         is_attentive = True
         attentive.hear(mode_name)
 
@@ -127,7 +135,53 @@ def _plant(options: DriveSimOptions, description: RigDescription, drives: Drives
             grip.give_over(plant.now + REST_BEFORE_RAMP_S, RAMP_IN_S)
         grip.act()
 
-    plant.before_step, plant.hear = hold, hear
+    plant.before_step, plant.hear = hold, _checked(hear)
+    return plant
+
+
+def _checked(hear: Callable[[str], None]) -> Callable[[str], None]:
+    """Return the function that passes on the names of modes only, so that the wearer stays as before a wrong one."""
+
+    def checked(mode_name: str) -> None:
+        if mode_name.upper() not in Mode.__members__:
+            raise RigError(f"No mode '{mode_name}'. The modes are {', '.join(mode.name.lower() for mode in Mode)}.")
+        hear(mode_name)
+
+    return checked
+
+
+def _virtual_participant(options: DriveSimOptions) -> WearerBehindDrives | None:
+    """Draw the participant who points; None for another wearer.
+
+    Raises:
+        ConfigError: The machine is empty, or the protocol cannot be read.
+        RigError: Another process listens at the port of the line.
+    """
+    if options.person == "relaxed":
+        return None
+    if not options.worn:
+        raise ConfigError("--person is virtual, but the machine is empty. Add --worn.")
+    laboratory = draw_laboratory(
+        options.rig, options.side, options.level, options.seed, donning=options.donning, world=options.world
+    )
+    protocol = load_protocol(options.protocol).settings
+    return WearerBehindDrives(laboratory, protocol, options)
+
+
+def _welcoming(wearer: WearerBehindDrives, bench: SimulatedBench) -> Callable[[], bool]:
+    """Return the bench's function of each step, with a look for a session that has connected."""
+
+    def is_over() -> bool:
+        wearer.look()
+        return bench.obey()
+
+    return is_over
+
+
+def _pointing(wearer: WearerBehindDrives, drives: Drives, wiring: dict[str, Wiring]) -> Plant:
+    """Return the plant of a participant who points."""
+    plant = Plant(wearer.twin, drives, wiring)
+    plant.before_step, plant.hear = wearer.act, _checked(wearer.hear)
     return plant
 
 

@@ -200,8 +200,25 @@ class DriveSimOptions(Options):
     worn: bool = False
     """Put the wearer into the machine, in the donning posture. Without it the machine hangs empty."""
 
+    person: Literal["relaxed", "virtual"] = "relaxed"
+    """Wearer of `--worn`: relaxed, or a virtual participant who also points at the screen of a session."""
+
+    protocol: str = "training"
+    """Protocol of the session, with its target and pace, for `--person virtual`."""
+
+    donning: Donning = 0
+
+    run: Annotated[int, Within(0, 2**31)] = 0
+    """Number of the run with `--person virtual`: another number draws other noise and muscles."""
+
+    line: Annotated[int, Within(0, 65535)] = 0
+    """TCP port of the line between `--person virtual` and the session; 0 for a free port."""
+
     lock_step: bool = False
     """Advance by one period of the loop with each measurement, instead of real time."""
+
+    ends_with_input: bool = False
+    """End when the standard input ends, so that the drives end with the program that has started them."""
 
     wrong_sign: JointNames = ()
     """Joints with a motor that turns the wrong way."""

@@ -13,7 +13,6 @@ from exograv.identification.core.identifiability import identifiability
 from exograv.identification.core.interface import Estimate
 from exograv.model.arm import Arm, Limb
 from exograv.model.assembly import Assembly
-from exograv.options import WorldName
 from exograv.procedures.weighing.weight_estimator import Weighing
 from exograv.recording.rounding import rounded
 from exograv.rig.twin import Machine, Wearer
@@ -24,16 +23,6 @@ from .truth_score import TruthScore
 
 Interval = list[float]
 """Ends of a 95 % interval."""
-
-
-@dataclass(frozen=True)
-class TwinRun:
-    """Machine, disturbances and seed of a run on the twin."""
-
-    rig: str
-    disturbance_level: int
-    world: WorldName
-    seed: int
 
 
 @dataclass(frozen=True)

@@ -152,6 +152,3 @@ def laboratory_at(
         skeleton = foreign.skeleton
         wearer = draw_wearer(disturbances, wearer_seed, skeleton.side, foreign.body, skeleton=skeleton)
     return VirtualLaboratory(description, machine, wearer, foreign, world=disturbances.world)
-
-
-PASSIVE_RIG, ACTIVE_RIG = "recupera_like_passive", "recupera_like"

@@ -9,6 +9,7 @@ import numpy as np
 from exograv.errors import ConfigError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.loop.pilot import Progress
+from exograv.loop.run_settings import TwinRun
 from exograv.model.anthropometry import Body
 from exograv.model.arm import WeightPlace
 from exograv.model.support import assemble
@@ -27,7 +28,7 @@ from exograv.storage.self_test_pass import NOT_NEEDED
 
 from .options import WeighOptions
 from .preparation import Preparation
-from .result_rows import Interval, TwinRun, WeightRow
+from .result_rows import Interval, WeightRow
 from .virtual_laboratory import VirtualLaboratory, driven_laboratory
 
 DRAWN_KG = (0.5, 1.0, 1.5, 2.0)

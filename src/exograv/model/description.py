@@ -144,6 +144,10 @@ def rig_names() -> list[str]:
     return sorted(path.parent.name for path in robots_folder().glob("*/rig.toml"))
 
 
+PASSIVE_RIG, ACTIVE_RIG = "recupera_like_passive", "recupera_like"
+"""Shipped machines of a session: without and with motors."""
+
+
 def load_rig(rig: str, side: str | None = None) -> RigDescription:
     """Read a machine by its name, or by the path of its folder; its first side if `side` is None.
 

@@ -11,9 +11,11 @@ import numpy as np
 
 from exograv.errors import RecordingError
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
-from exograv.laboratory.provenance import RunSettings, run_settings
+from exograv.laboratory.provenance import run_settings
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.pilot import Progress
+from exograv.loop.run_settings import RunSettings
+from exograv.model.description import ACTIVE_RIG, PASSIVE_RIG
 from exograv.runtime.processes.process_pool import Tell, in_order, results_of
 from exograv.study.dataset.adding import add_files, worst
 from exograv.study.dataset.beginning import begin_study
@@ -33,7 +35,6 @@ from .options import ExampleOptions
 from .pointer import Pointer
 from .session_file import ExampleSession
 
-ACTIVE_RIG, PASSIVE_RIG = "recupera_like", "recupera_like_passive"
 LEVEL = 2
 GROUPS = {"trained": "training", "untrained": "familiarisation"}
 """Protocol of each group before the flight."""

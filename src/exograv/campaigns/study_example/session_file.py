@@ -9,7 +9,7 @@ from exograv.laboratory.participant.aircraft_feed import AircraftFeed
 from exograv.laboratory.participant.screen_session import ScreenSession
 from exograv.laboratory.participant.touch_panel import TouchPanel
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
-from exograv.laboratory.provenance import RunSettings
+from exograv.loop.run_settings import RunSettings
 from exograv.motion import smooth_share
 from exograv.recording import RecordingWriter
 from exograv.recording.encoding import empty_ticks

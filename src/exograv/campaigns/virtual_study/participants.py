@@ -9,8 +9,9 @@ from exograv.errors import ConfigError, IdentificationError, RigError
 from exograv.laboratory.participant.habits import Habits
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.participant.virtual_participant import PointingPerson
-from exograv.laboratory.provenance import RunSettings, run_settings
+from exograv.laboratory.provenance import run_settings
 from exograv.loop.pilot import Progress
+from exograv.loop.run_settings import RunSettings
 from exograv.recording import RecordingWriter
 from exograv.results import json_value
 from exograv.rig.twin import day_seed

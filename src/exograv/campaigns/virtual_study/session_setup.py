@@ -14,10 +14,11 @@ from exograv.laboratory.ideal_knowledge import ideal_knowledge
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.laboratory.preparation import Preparation, unit_gains
 from exograv.laboratory.truth_score import Examination
-from exograv.laboratory.virtual_laboratory import PASSIVE_RIG, VirtualLaboratory, draw_laboratory
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.output_feedback import Controller, NoTorque
 from exograv.loop.pilot import Progress
+from exograv.model.description import PASSIVE_RIG
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin import Machine, Twin, day_seed
 from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics, out_of_the_machine

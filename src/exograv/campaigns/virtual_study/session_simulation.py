@@ -12,9 +12,9 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.laboratory.participant.aircraft_feed import AircraftFeed
-from exograv.laboratory.participant.lockstep_screen import LEVEL_TICKS, TASK_TICKS
-from exograv.laboratory.participant.screen_session import ScreenSeat, ScreenSession
+from exograv.laboratory.participant.screen_session import LEVEL_S, TASK_S, ScreenSession
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
+from exograv.laboratory.participant.twin_seat import TwinSeat
 from exograv.laboratory.participant.virtual_participant import Activity, PointingPerson
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.control_step import ControlStep
@@ -22,6 +22,7 @@ from exograv.loop.machine_limits import limits
 from exograv.loop.output_feedback import OutputFeedback
 from exograv.procedures.identification.identify import SKELETON_TICKS
 from exograv.recording import RecordingWriter
+from exograv.rig.twin.twin import PERIOD
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import COMMAND_LIFE_S, Guard
 from exograv.signals import Command, JointState, Reference
@@ -35,6 +36,8 @@ from exograv.task.run import TaskRun
 from .flight import FlownTouch
 from .rows import TickRows
 from .session_setup import SessionSetup
+
+TASK_TICKS, LEVEL_TICKS = round(TASK_S / PERIOD), round(LEVEL_S / PERIOD)
 
 ACT_TICKS = 2
 """Ticks between two acts of the person, because muscles are far slower than the loop."""
@@ -88,7 +91,7 @@ class SimulatedSession:
         self.touches = list[FlownTouch]()
         """Accepted touches so far."""
         self._twin, self._seed = stage.twin, seed
-        self._seat = ScreenSeat(stage.twin, person, room, plan.protocol.target, seed, "simulated")
+        self._seat = TwinSeat(stage.twin, person, room, plan.protocol.target, seed, "simulated")
         period_s, n = self._twin.period_s, len(self._twin.joints)
         envelope = Envelope(limits(stage.laboratory.description), period_s)
         self._guard = Guard.of_machine(envelope, period_s, stage.actuators.gain.tolist())

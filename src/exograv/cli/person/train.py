@@ -16,7 +16,8 @@ from exograv.options import ON_DRIVES
 
 if TYPE_CHECKING:
     from exograv.console.train_on_drives import DrivenTraining
-    from exograv.experiment.train.train_command import TrainResult
+    from exograv.experiment.train.train_command import MachineFor, TrainResult
+    from exograv.loop.pilot import Progress
 
 
 @dataclass(frozen=True)
@@ -42,13 +43,13 @@ class TrainingPages(Address):
 def run_train_command(
     options: TrainOptions, person: PersonForm, pages: TrainingPages, common: OutFolder
 ) -> "TrainResult | DrivenTraining":
-    """Run a session of a protocol: on drives with a person, or on the twin with a virtual participant.
+    """Run a session of a protocol: on drives with a person, or with a virtual participant.
 
     On drives the operator is at this terminal, and the participant touches a page (docs/howto/train.md).
     """
     from exograv.cli.shell.terminal import bars, say_unbroken
 
-    if options.is_on_drives:
+    if options.is_on_drives and not options.virtual_clock:
         from exograv.api.rig_factory import steered_flight
         from exograv.console.train_on_drives import run_training_on_drives
 
@@ -62,12 +63,22 @@ def run_train_command(
         refuse_unwritable(options.person_file, "--person-file")
     try:
         with bars() as progress:
-            result = run_training(options, common.out, progress)
+            result = run_training(options, common.out, progress, _machine_of(options, common.out, progress))
     except KeyboardInterrupt:
         print(f"\n{how_to_go_on(options, common.out)}", file=sys.stderr)
         raise
     show_training(result)
     return result
+
+
+def _machine_of(options: TrainOptions, folder: Path, progress: "Progress") -> "MachineFor | None":
+    """Return the function that connects the simulated drives of a session on a virtual clock; None for the twin."""
+    if not options.virtual_clock:
+        return None
+    from exograv.cli.shell.terminal import say_unbroken
+    from exograv.experiment.train.drives_machine import DrivesMachine
+
+    return lambda asked, before: DrivesMachine(options, asked, before, folder, progress, say_unbroken)
 
 
 def show_driven(result: "DrivenTraining") -> None:

@@ -12,6 +12,7 @@ from exograv.options import (
     ON_TWIN,
     RIG_HELP,
     SESSIONS_MAX,
+    Acts,
     DerivedMachine,
     Donning,
     OneSideOption,
@@ -21,6 +22,10 @@ from exograv.options import (
     Within,
     WornOptions,
     foreign_world,
+)
+
+IN_LOCK_STEP = Acts(
+    lambda all_: not all_.is_on_drives or all_.virtual_clock, "on the twin, or on simulated drives with --virtual-clock"
 )
 
 
@@ -42,9 +47,13 @@ class TrainOptions(WornOptions):
         DerivedMachine, tyro.conf.arg(help=f"{RIG_HELP} Default: recupera_like, in flight its passive version.")
     ] = None
 
+    virtual_clock: Annotated[bool, Acts(lambda all_: all_.simulate, "with --simulate")] = False
+    """Run simulated drives and a virtual participant, in another process, in lock-step with this one: no operator, no
+    page, faster than real time."""
+
     side: OneSideOption = None
     seed: Annotated[Seed, Within(0, 2**31), ON_SIMULATED] = 0
-    donning: Annotated[Donning, ON_TWIN] = 0
+    donning: Annotated[Donning, IN_LOCK_STEP] = 0
     calibration: Path | None = None
     """File calibration.toml of this machine. Without it the twin is calibrated first; on drives it is the file in the
     folder of --out."""
@@ -56,10 +65,10 @@ class TrainOptions(WornOptions):
     person_file: Annotated[Path | None, ON_TWIN] = None
     """File of this person's arm. The identification starts from it and writes it."""
 
-    allocation: Annotated[Path | None, ON_TWIN] = None
+    allocation: Annotated[Path | None, IN_LOCK_STEP] = None
     """Sealed list of groups of the study (JSON)."""
 
-    windows: Annotated[int | None, tyro.conf.arg(metavar="N"), ON_TWIN] = None
+    windows: Annotated[int | None, tyro.conf.arg(metavar="N"), IN_LOCK_STEP] = None
     """Run only the first N windows, for a trial. The recording states that it is not the whole protocol."""
 
     verify_every: Annotated[int, tyro.conf.arg(metavar="N"), Within(0, 500), ON_TWIN] = 0
@@ -68,7 +77,7 @@ class TrainOptions(WornOptions):
     resume: bool = False
     """Continue an interrupted run at the next window."""
 
-    lsl: Annotated[bool, ON_TWIN] = False
+    lsl: Annotated[bool, IN_LOCK_STEP] = False
     """Push every record as a marker into Lab Streaming Layer, with the computer's time and not the twin's."""
 
     @property
@@ -80,7 +89,8 @@ class TrainOptions(WornOptions):
     @property
     def kept(self) -> OptionRecord:
         """Options that must be the same when a run is continued."""
-        return foreign_world(self.world) | {
+        clock: OptionRecord = {"virtual_clock": True} if self.virtual_clock else {}
+        return foreign_world(self.world) | clock | {
             "protocol": self.protocol, "participant": self.participant, "session": self.session, "rig": self.rig,
             "side": self.side, "level": self.level, "seed": self.seed,
             "donning": self.donning, "windows": self.windows,

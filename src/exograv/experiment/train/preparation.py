@@ -1,42 +1,38 @@
-"""Preparation before the first window: calibration and self-test of the empty machine, arm check, identification."""
+"""Preparation before the first window: arm check, identification, and laying the arm on its support."""
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from pathlib import Path
 
 import numpy as np
 from pydantic import TypeAdapter
 
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.errors import ConfigError, RigError
+from exograv.errors import ConfigError
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.interface import Estimate
 from exograv.identification.core.prior import prior
-from exograv.laboratory.preparation import Preparation, unit_gains, worn_twin
-from exograv.laboratory.twin_calibration import PilotOf
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
-from exograv.loop.output_feedback import Controller, NoTorque
+from exograv.loop.output_feedback import Controller
+from exograv.loop.person_limits_manager import PersonLimitsManager
 from exograv.loop.phases import ARM_CHECK, LAYING_DOWN, Drive
-from exograv.loop.pilot import Pilot, Progress
+from exograv.loop.pilot import Pilot
 from exograv.loop.replay_log import read_machine
+from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
-from exograv.next_command import calibration_command
 from exograv.procedures.identification.controller_knowledge import MOTION_S, ControllerKnowledge
+from exograv.procedures.identification.identify import Identifier, identify_arm
 from exograv.procedures.identification.options import ParticipantOptions
 from exograv.procedures.identification.participant_session import KeptParticipant, ParticipantRun
 from exograv.procedures.identification.warm_start import FROM_FILE_S
-from exograv.procedures.self_test.machine_test import test_machine
 from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge, in_doubt_not_refused
 from exograv.procedures.weighing.first_motion import first_motion
 from exograv.procedures.weighing.motion_samples import SampleCollector
 from exograv.recording.rounding import rounded
 from exograv.results import OPTIONAL
-from exograv.rig.twin import Twin
-from exograv.rig.twin.world.surroundings import Surroundings
 from exograv.storage.session_checkpoint import KnownPerson
-
-from .options import TrainOptions
 
 
 @dataclass(frozen=True)
@@ -44,7 +40,8 @@ class SelfTestPassed:
     """Self-test of the machine before the session."""
 
     passed: bool
-    steps: int
+    steps: int | None = field(default=None, metadata=OPTIONAL)
+    """Number of its steps; None if it was passed before this command."""
 
 
 @dataclass(frozen=True)
@@ -96,89 +93,72 @@ PREPARATION: TypeAdapter[PreparationFigures] = TypeAdapter(PreparationFigures)
 """Reads the figures from a checkpoint."""
 
 
+PutRoom = Callable[[bool], object]
+"""Function that brings screen and support to the participant, or takes them away."""
+
+
+@dataclass(frozen=True)
+class WornMachine:
+    """Machine with its wearer in it, and the controller's knowledge of both."""
+
+    pilot: Pilot
+    controller: ArmController
+    known: ControllerKnowledge
+    put_room: PutRoom
+
+
 @dataclass
 class Ready:
     """Machine with its participant, prepared for the windows."""
 
     pilot: Pilot
-    twin: Twin
     controller: Controller
+    put_room: PutRoom
     person: KnownPerson | None = None
     figures: PreparationFigures = field(default_factory=PreparationFigures)
     model: ArmModel | None = None
 
 
-def recording_only(
-    laboratory: VirtualLaboratory, surroundings: Surroundings, day: int, pilot_of: PilotOf, t: float
-) -> Ready:
-    """Return a machine that gives no torque, because it has no motors or they are off."""
-    twin = laboratory.twin(day, t, surroundings=surroundings)
-    n = len(twin.joints)
-    return Ready(pilot_of(twin, unit_gains(n)), twin, NoTorque(n))
-
-
-def tested_machine(
-    options: TrainOptions, laboratory: VirtualLaboratory, progress: Progress
-) -> tuple[ControllerKnowledge, SelfTestPassed]:
-    """Calibrate and self-test the empty machine. Return its controller's knowledge and the figures of the self-test.
-
-    Raises:
-        RigError: The self-test has failed.
-        ExogravError: The calibration was refused, or the file is of another machine.
-    """
-    preparation = Preparation(laboratory, options.seed, progress)
-    known = preparation.calibrated(options.calibration, make=calibration_command(options))
-    steps, busy_s = test_machine(preparation.under_test(known), progress)
-    failed = [step for step in steps if not (step.passed or step.locks_only)]
-    if failed:
-        raise RigError(
-            f"The self-test has failed: {failed[0].name}. {failed[0].what_to_do} No person may be in this machine "
-            "before "
-            "`exograv rig self-test` passes."
-        )
-    return replace(known, t=known.t + busy_s), SelfTestPassed(True, len(steps))
-
-
-def known_arm(
-    options: TrainOptions,
-    laboratory: VirtualLaboratory,
-    surroundings: Surroundings,
-    tested: tuple[ControllerKnowledge, SelfTestPassed],
-    day: int,
-    pilot_of: PilotOf,
-) -> Ready:
+def known_arm(worn: WornMachine, person: ParticipantRun, passed: SelfTestPassed) -> Ready:
     """Check the arm against the form for twenty seconds, identify it, then lay it on its support.
+
+    Args:
+        worn: Machine that carries the arm of the table, or of the participant's file.
+        person: Participant's file, which the identification starts from and writes.
+        passed: Figures of the machine's self-test.
 
     Raises:
         ConfigError: The arm does not agree with the form, or with the participant's file.
         RigError: The envelope stopped the run.
     """
-    known, passed = tested
-    machine, assembly = known.machine, known.assembly
-    worn = worn_twin(laboratory, known, day, pilot_of, surroundings)
-    pilot, controller, twin = worn.pilot, worn.controller, worn.twin
-    twin.put_surroundings(False)
-    model = ArmModel(assembly, machine)
-    judge, person = ArmJudge(model), person_run(options, laboratory, assembly)
+    pilot, controller, machine = worn.pilot, worn.controller, worn.known.machine
+    worn.put_room(False)
+    model, body_mass_kg = ArmModel(worn.known.assembly, machine), person.told.mass_kg
+    judge = ArmJudge(model)
     pilot.begin(ARM_CHECK)
     gentle = first_motion(pilot, controller, model)
-    check = judge.judge([gentle], laboratory.body.mass_kg)
+    check = judge.judge([gentle], body_mass_kg)
     if check.is_sure:
         _refuse_other_arm(check)
-    identifier = worn.identifier(
-        listener=lambda _t, estimate, predicted, _outcome: person.note(estimate, predicted),
-        belief=person.belief(machine),
+    identifier = Identifier(
+        pilot,
+        controller,
+        machine,
+        "recursive",
+        "current",
+        lambda _t, estimate, predicted, _outcome: person.note(estimate, predicted),
+        person.belief(machine),
     )
     kept = SampleCollector()
     person.listen(identifier)
     identifier.followers.append(kept)
-    found = worn.identify(identifier, MOTION_S if person.before is None else FROM_FILE_S)
+    found = identify_arm(pilot, controller, identifier, MOTION_S if person.before is None else FROM_FILE_S)
     if not check.is_sure:
-        both = judge.judge([gentle, kept.samples], laboratory.body.mass_kg)
+        both = judge.judge([gentle, kept.samples], body_mass_kg)
         check = in_doubt_not_refused(both, found.restless_s is not None)
         _refuse_other_arm(check)
     written = person.keep(found, machine, "designed", "")
-    lay_down(pilot, controller, twin)
+    lay_down(pilot, controller, worn.put_room)
     predicted = found.predicted[-1]
     figures = PreparationFigures(
         passed,
@@ -191,39 +171,37 @@ def known_arm(
         ),
         isinstance(written, KeptParticipant),
     )
-    return Ready(pilot, twin, controller, _kept(machine, found.last), figures, identifier.model)
+    return Ready(pilot, controller, worn.put_room, _kept(machine, found.last), figures, identifier.model)
 
 
-def known_again(
-    laboratory: VirtualLaboratory,
-    surroundings: Surroundings,
-    person: KnownPerson,
-    t: float,
-    day: int,
-    pilot_of: PilotOf,
-) -> Ready:
+def known_again(worn: WornMachine, person: KnownPerson) -> Ready:
     """Prepare the same arm after an interruption, from its stored parameters.
 
     Raises:
         RigError: The envelope stopped the run.
     """
-    machine, x, assembly = read_machine(person.machine), np.array(person.x), laboratory.assembly()
-    worn = worn_twin(laboratory, ControllerKnowledge(assembly, machine, x, t), day, pilot_of, surroundings)
-    twin, pilot, controller = worn.twin, worn.pilot, worn.controller
-    twin.put_surroundings(False)
-    worn.limit_to_person(prior(assembly, machine)[0])
+    pilot, controller, known = worn.pilot, worn.controller, worn.known
+    worn.put_room(False)
+    expected = prior(known.assembly, known.machine)[0]
+    pilot.worn = PersonLimitsManager(pilot.envelope, known.assembly, known.machine, expected)
+    pilot.worn.know(known.x)
     controller.mode.drive = LAYING_DOWN.drive.goal(is_known=True)
-    lay_down(pilot, controller, twin)
-    return Ready(pilot, twin, controller, person, model=ArmModel(assembly, machine))
+    lay_down(pilot, controller, worn.put_room)
+    return Ready(pilot, controller, worn.put_room, person, model=ArmModel(known.assembly, known.machine))
 
 
-def lay_down(pilot: Pilot, controller: ArmController, twin: Twin) -> None:
+def remembered(person: KnownPerson, assembly: Assembly, t: float) -> ControllerKnowledge:
+    """Return the controller's knowledge of a checkpoint, for a machine that goes on at rig time `t` [s]."""
+    return ControllerKnowledge(assembly, read_machine(person.machine), np.array(person.x), t)
+
+
+def lay_down(pilot: Pilot, controller: ArmController, put_room: PutRoom) -> None:
     """Move the relaxed arm to its donning posture, bring screen and support, and return its weight to the wearer."""
-    posture, dt = controller.assembly.description.donning_posture, twin.period_s
+    posture, dt = controller.assembly.description.donning_posture, pilot.rig.period_s
     pilot.begin(LAYING_DOWN)
     way = LAYING_DOWN.approach(pilot.q, posture, dt)
     pilot.run(controller, way, "Bringing the arm to its support")
-    twin.put_surroundings(True)
+    put_room(True)
     fade(pilot, controller, "drive", Drive.NEVER.goal(is_known=True), posture)
     fade(pilot, controller, "gravity_level", 1.0, posture)
 
@@ -234,20 +212,26 @@ def _kept(machine: CalibratedMachine, found: Estimate) -> KnownPerson:
     return KnownPerson.of(machine, found.x, covariance)
 
 
-def person_run(options: TrainOptions, laboratory: VirtualLaboratory, assembly: Assembly) -> ParticipantRun:
-    """Read the person's file, if there is one.
+def person_run(file: Path | None, code: str, assembly: Assembly, serial: str, told: Body) -> ParticipantRun:
+    """Read the participant's file, if there is one.
+
+    Args:
+        file: File of the participant's arm; None for none.
+        code: Code of the participant.
+        assembly: Machine with the arm of the table.
+        serial: Serial number of the machine.
+        told: Body data of the participant.
 
     Raises:
         ConfigError: The file is damaged, belongs to another machine or person, or is of another kind.
     """
-    file = options.person_file
     files = ParticipantOptions(
         keep=file,
-        code=None if file is None else options.participant,
+        code=None if file is None else code,
         participant=file if file is not None and file.exists() else None,
     )
     now = datetime.now(UTC).replace(microsecond=0)
-    return ParticipantRun(files, assembly, laboratory.serial, laboratory.body, now, keep_option="--person-file")
+    return ParticipantRun(files, assembly, serial, told, now, keep_option="--person-file")
 
 
 def _refuse_other_arm(check: ArmCheck) -> None:

@@ -6,8 +6,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from exograv.errors import ConfigError
-from exograv.laboratory.virtual_laboratory import ACTIVE_RIG, PASSIVE_RIG
-from exograv.model.description import validation_sentences
+from exograv.model.description import ACTIVE_RIG, PASSIVE_RIG, validation_sentences
 from exograv.options import GRAVITY_LEVEL_MAX
 from exograv.task.allocation import AllocationList, exo_for, group_of
 from exograv.task.protocol import LoadedProtocol, first_windows, load_protocol, refuse_levels

@@ -1,50 +1,27 @@
 """Session of `exograv run train --simulate`: from empty machine to last window, in lock-step and from one seed."""
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
 from pathlib import Path
 
-from exograv.dynamics.actuator import ActuatorGain
 from exograv.errors import ConfigError, RecordingError, RigError
-from exograv.laboratory.participant.aircraft_feed import AircraftFeed
-from exograv.laboratory.participant.habits import Habits, register
-from exograv.laboratory.participant.lockstep_screen import LockstepScreen
-from exograv.laboratory.participant.screen_session import ScreenSeat
-from exograv.laboratory.participant.touch_screen import SimulatedRoom
-from exograv.laboratory.participant.virtual_participant import PointingPerson
-from exograv.laboratory.provenance import RunSettings, run_settings
-from exograv.laboratory.result_rows import TwinRun
-from exograv.laboratory.virtual_laboratory import VirtualLaboratory, draw_laboratory
-from exograv.loop.machine_limits import limits
-from exograv.loop.pilot import Pilot, Progress
-from exograv.next_command import calibration_command
+from exograv.loop.pilot import Progress
+from exograv.loop.run_settings import RunSettings, TwinRun
 from exograv.recording import RecordingWriter, read_recording
 from exograv.recording.disk import refuse_small_disk
 from exograv.results import MERGED, json_value
-from exograv.rig.twin import Twin, day_seed
-from exograv.rig.twin.twin import PERIOD
-from exograv.safety.envelope import Envelope
-from exograv.storage.calibration_file import take_calibration
 from exograv.storage.session_checkpoint import SESSION_FILE, KeptSession, checkpoint_path, read_kept, refuse_kept
 from exograv.task.events import Interrupted, Resume, Start
 from exograv.task.plan import TaskPlan
-from exograv.task.record_sinks import TASK_TOPIC, aircraft_sink, checkpoint_sink, marker_sink, recording_sink
+from exograv.task.record_sinks import TASK_TOPIC, checkpoint_sink, marker_sink, recording_sink
 from exograv.task.run import TaskRun
 from exograv.task.totals import TotalsFigures
 
+from .interface import TrainingMachine
+from .lockstep_screen import LockstepScreen
 from .options import TrainOptions
-from .preparation import (
-    PREPARATION,
-    PreparationFigures,
-    Ready,
-    known_again,
-    known_arm,
-    person_run,
-    recording_only,
-    tested_machine,
-)
-from .recording_pilot import RecordingPilot
+from .preparation import PREPARATION, PreparationFigures, Ready
 from .request import TrainingRequest, asked_for
 from .verification import verify_between
 
@@ -82,21 +59,43 @@ class TrainResult:
     recording: Path
 
 
-def run_training(options: TrainOptions, folder: Path, progress: Progress) -> TrainResult:
-    """Run a session of a protocol.
+MachineFor = Callable[[TrainingRequest, KeptSession | None], TrainingMachine]
+"""Function that makes the machine of a request, and of the checkpoint of an interrupted session."""
+
+
+def run_training(
+    options: TrainOptions, folder: Path, progress: Progress, machine_of: MachineFor | None = None
+) -> TrainResult:
+    """Run a session of a protocol in lock-step.
+
+    Args:
+        options: Options of the session.
+        folder: Folder of the files.
+        progress: Called with the progress.
+        machine_of: Function that makes the machine; the twin by default.
 
     Raises:
         ConfigError: An option or a file is not valid, or there is no run to continue.
         ExogravError: Machine, wearer or run was refused or stopped.
         KeyboardInterrupt: Ctrl-C was pressed. The checkpoint for `--resume` is written.
     """
-    return _Training(options, folder, progress).run()
+
+    def twin(asked: TrainingRequest, _before: KeptSession | None) -> TrainingMachine:
+        from .twin_machine import TwinMachine  # MuJoCo
+
+        return TwinMachine(options, asked.rig, asked.loaded.settings, progress)
+
+    training = _Training(options, folder, progress, machine_of or twin)
+    try:
+        return training.run()
+    finally:
+        training.close()
 
 
 class _Training:
     """Run of the command."""
 
-    def __init__(self, options: TrainOptions, folder: Path, progress: Progress):
+    def __init__(self, options: TrainOptions, folder: Path, progress: Progress, machine_of: MachineFor):
         self._begun = time.perf_counter()
         self._options, self._progress = options, progress
         self._asked: TrainingRequest = asked_for(options)
@@ -108,19 +107,17 @@ class _Training:
         else:
             refuse_kept(self._kept_path)
             refuse_windows(self._recording_path)
-        self._laboratory: VirtualLaboratory = draw_laboratory(
-            self._asked.rig, options.side, options.level, options.seed, donning=options.donning, world=options.world
-        )
-        self._day = day_seed(options.seed, options.donning)
+        self._machine: TrainingMachine = machine_of(self._asked, self._before)
         self._refuse_machine()
-        protocol = self._asked.loaded.settings
-        self._room = SimulatedRoom()
-        self._plan = TaskPlan(self._asked.loaded, self._asked.exo, self._room.calibration)
-        self._assembly = self._laboratory.assembly()
-        self._refuse_files()
-        self._surroundings = self._room.around(self._assembly, protocol.target)
+        self._plan = TaskPlan(self._asked.loaded, self._asked.exo, self._machine.screen)
+        self._machine.refuse_files()
+
+    def close(self) -> None:
+        """Release the machine."""
+        self._machine.close()
 
     def run(self) -> TrainResult:
+        """Run the session."""
         try:
             return self._run()
         except (RigError, RecordingError) as error:
@@ -130,7 +127,7 @@ class _Training:
             raise type(error)(f"{error} {how_to_go_on(self._options, self._folder)}") from error
 
     def _run(self) -> TrainResult:
-        before, joints = self._before, self._laboratory.description.joints
+        before, joints = self._before, self._machine.description.joints
         run = TaskRun(self._plan) if before is None else TaskRun.from_kept(self._plan, before.run)
         if before is not None and run.state.status in ("stopped", "finished"):
             return self._reported(run, before)
@@ -143,8 +140,9 @@ class _Training:
         with recording:
             ready = self._ready(recording)
             self._fly(run, ready, recording)
-            self._write_result(recording, run, ready.figures, ready.twin.t)
-        return self._result(run, ready.figures, ready.twin.t)
+            t = ready.pilot.rig.t
+            self._write_result(recording, run, ready.figures, t)
+        return self._result(run, ready.figures, t)
 
     def _continued(self, before: KeptSession) -> RecordingWriter:
         """Continue the recording from the state of the checkpoint.
@@ -177,7 +175,7 @@ class _Training:
     def _write_result(self, recording: RecordingWriter, run: TaskRun, figures: PreparationFigures, t: float) -> None:
         recording.write("/result", t, {
             "task": {**json_value(run.totals().figures()), **json_value(figures)}, "rig": self._asked.rig,
-            "joints": list(self._laboratory.description.joints), "disturbance_level": self._options.level,
+            "joints": list(self._machine.description.joints), "disturbance_level": self._options.level,
             "world": self._options.world, "seed": self._options.seed, "simulated_s": round(t, 3),
         })  # fmt: skip
 
@@ -209,16 +207,8 @@ class _Training:
             recording=self._recording_path,
         )
 
-    def _refuse_files(self) -> None:
-        """Check the files of machine and person before the recording begins, and not after minutes of preparation."""
-        options, laboratory = self._options, self._laboratory
-        person_run(options, laboratory, self._assembly)
-        if options.calibration is not None:
-            make, now = calibration_command(options), datetime.now(UTC)
-            take_calibration(options.calibration, laboratory.description, laboratory.serial, now, make)
-
     def _refuse_machine(self) -> None:
-        description = self._laboratory.description
+        description = self._machine.description
         if description.side == "both":
             raise ConfigError(
                 f"{description.name} is for both arms, but the task needs one. Choose a machine for one arm."
@@ -229,73 +219,31 @@ class _Training:
                 f"'{self._asked.loaded.settings.name}' needs an active machine. Choose one with motors (exograv rigs)."
             )
 
-    @property
-    def _records_only(self) -> bool:
-        """True if the machine gives no torque.
-
-        It has no motors, or the gravity level changes in flight, which no model includes.
-        """
-        return bool(self._laboratory.description.motorless) or self._plan.protocol.opening == "aircraft"
-
-    def _pilot_of(self, recording: RecordingWriter, twin: Twin, actuators: ActuatorGain) -> Pilot:
-        envelope = Envelope(limits(self._laboratory.description, self._records_only), twin.period_s)
-        kind = RecordingPilot if self._records_only else Pilot
-        return kind(twin, actuators, envelope, recording, self._progress)
-
     def _ready(self, recording: RecordingWriter) -> Ready:
-        def pilot_of(twin: Twin, actuators: ActuatorGain) -> Pilot:
-            return self._pilot_of(recording, twin, actuators)
-
-        laboratory, surroundings, before, seed = self._laboratory, self._surroundings, self._before, self._day
+        before = self._before
         # The ticks of a verification, or of an earlier continuation, may be later than the checkpoint.
         t = 0.0 if before is None else max(before.t, recording.t_last) + AWAY_S
-        if before is not None:
-            # After the interruption muscles and noise must not repeat the same sequence.
-            seed += round(t)
-        if self._records_only:
-            ready = recording_only(laboratory, surroundings, seed, pilot_of, t)
-        elif before is not None and before.person is not None:
-            ready = known_again(laboratory, surroundings, before.person, t, seed, pilot_of)
-        else:
-            tested = tested_machine(self._options, laboratory, self._progress)
-            ready = known_arm(self._options, laboratory, surroundings, tested, seed, pilot_of)
+        ready = self._machine.ready(recording, before, t)
         if before is not None:
             ready.figures = PREPARATION.validate_python(before.before)
         return ready
 
-    def _participant(self, twin: Twin) -> PointingPerson:
-        laboratory, protocol = self._laboratory, self._plan.protocol
-        person = PointingPerson(
-            laboratory.own_arm(),
-            laboratory.worn_inertia(),
-            self._surroundings,
-            self._room.on_panel(*self._room.target_px(protocol.target)),
-            protocol.pace.too_short.shape,
-            self._options.seed,
-            twin.period_s,
-            Habits(interval_s=protocol.windows.interval_s),
-        )
-        person.inner_ear = lambda: twin.room_gravity
-        person.begin_day(self._day)
-        if self._before is not None and self._before.learned is not None:
-            person.remember(self._before.learned)
-        return person
-
     def _fly(self, run: TaskRun, ready: Ready, recording: RecordingWriter) -> None:
-        twin = ready.twin
-        participant = self._participant(twin)
+        rig, before = ready.pilot.rig, self._before
+        page = f"simulated-{run.state.epoch + (before is not None)}"
+        seat = self._machine.seat(self._plan, page, None if before is None else before.learned)
 
         def keep() -> None:
             # First the recording: an acknowledged touch, and each tick of a complete window, is in both files.
             recording.sync()
             kept = KeptSession(
-                options=self._options.kept, t=twin.t, run=run.kept(), records=recording.count(TASK_TOPIC),
+                options=self._options.kept, t=rig.t, run=run.kept(), records=recording.count(TASK_TOPIC),
                 person=ready.person, before=json_value(ready.figures),
-                learned=participant.learned,
+                learned=self._machine.learned,
             )  # fmt: skip
             SESSION_FILE.write(self._kept_path, kept)
 
-        outlet = self._outlet()
+        outlet = self._outlet(rig.period_s)
         run.sinks = (
             recording_sink(recording),
             *(() if outlet is None else (marker_sink(outlet.push_sample),)),
@@ -304,57 +252,42 @@ class _Training:
 
         def verify() -> None:
             after = len(run.state.complete)
-            verified = [*(ready.figures.verified or []), verify_between(ready, self._day + after, after)]
+            verified = [*(ready.figures.verified or []), verify_between(ready, self._machine.day + after, after)]
             ready.figures = replace(ready.figures, verified=verified)
 
-        protocol, page = self._plan.protocol, f"simulated-{run.state.epoch + (self._before is not None)}"
-        seat = ScreenSeat(twin, participant, self._room, protocol.target, self._day, page)
-        machine = LockstepScreen(run, ready.pilot, twin, ready.controller, seat, verify, self._options.verify_every)
-        aircraft = ()
-        if protocol.opening == "aircraft":
-            aircraft = (AircraftFeed(protocol, twin, self._day, aircraft_sink(recording)),)
+        machine = LockstepScreen(run, ready.pilot, ready.controller, seat, verify, self._options.verify_every)
         ready.pilot.begin("task")
-        for event in (Start,) if self._before is None else (Interrupted, Resume):
-            run.feed(event(t=twin.t))
-        machine.fly(*aircraft)
+        for event in (Start,) if before is None else (Interrupted, Resume):
+            run.feed(event(t=rig.t))
+        machine.fly(*self._machine.sources(recording))
         keep()
         if outlet is not None and outlet.have_consumers():
             time.sleep(LAST_MARKERS_S)
 
-    def _outlet(self):
+    def _outlet(self, period_s: float):
         """Open the stream of markers; None without `--lsl`."""
         if not self._options.lsl:
             return None
         from exograv.runtime.lsl.outlets import OutletsJob, marker_outlet  # The import starts threads.
 
-        description = self._laboratory.description
-        outlet = marker_outlet(OutletsJob(description.name, description.joints, PERIOD))
+        description = self._machine.description
+        outlet = marker_outlet(OutletsJob(description.name, description.joints, period_s))
         self._progress("Waiting for a program that receives the markers", 0.0)
         outlet.wait_for_consumers(LISTENER_S)  # Markers sent before are lost.
         return outlet
 
     def _settings(self) -> RunSettings:
         options, asked = self._options, self._asked
-        habits = Habits(interval_s=asked.loaded.settings.windows.interval_s)
         # The path of a file changes no result. The hashes state which files were read.
         places = dict.fromkeys(("calibration", "person_file", "allocation"))
         settings = {
             "options": json_value(options) | places | {"rig": asked.rig, "resume": False, "lsl": False},
             "protocol": asked.loaded.recorded,
-            "room": self._room,
-            "surroundings": {
-                "screen_centre_m": self._surroundings.screen_centre.tolist(),
-                "screen_tilt_rad": self._surroundings.screen_tilt,
-                "support_z_m": self._surroundings.support_z,
-            },
-            "participant_model": habits,
-            "participant_constants": register(habits),
         }
         hashes = {"protocol": asked.loaded.sha256}
         if asked.allocation_sha256 is not None:
             hashes["allocation"] = asked.allocation_sha256
-        command = "exograv run train --simulate"
-        return run_settings(self._laboratory, command, options.level, options.seed, settings, hashes)
+        return self._machine.settings(settings, hashes)
 
 
 def how_to_go_on(options: TrainOptions, folder: Path) -> str:

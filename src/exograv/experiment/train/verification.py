@@ -32,20 +32,20 @@ def verify_between(ready: Ready, seed: int, after_windows: int) -> VerifiedBetwe
         ConfigError: The machine only records.
         RigError: The envelope stopped the run.
     """
-    pilot, controller, twin, person = ready.pilot, ready.controller, ready.twin, ready.person
+    pilot, controller, person = ready.pilot, ready.controller, ready.person
     if not isinstance(controller, ArmController) or ready.model is None or person is None:
         raise ConfigError(
             "--verify-every needs a machine that carries the arm; this one only records. Omit the option."
         )
-    twin.put_surroundings(False)
+    ready.put_room(False)
     pilot.begin(VERIFICATION)
     posture = pilot.q.copy()
     fade(pilot, controller, "gravity_level", 0.0, posture)
     fade(pilot, controller, "drive", VERIFICATION.drive.goal(is_known=True), posture)
     arm = Estimate(MOTION_S, np.array(person.x), np.array(person.covariance), 0.0, 1.0)
-    seen = identification_motion(controller.assembly, MOTION_S, SEEN_EVERY * twin.period_s).q
+    seen = identification_motion(controller.assembly, MOTION_S, SEEN_EVERY * pilot.rig.period_s).q
     verified = verify_arm(pilot, controller, ready.model, arm, seen, seed)
-    figures = verified_figures(verified, twin.joints)
-    lay_down(pilot, controller, twin)
+    figures = verified_figures(verified, pilot.rig.joints)
+    lay_down(pilot, controller, ready.put_room)
     kept = [one.name for one in fields(VerifiedBetween) if one.name != "after_windows"]
     return VerifiedBetween(after_windows, **{name: getattr(figures, name) for name in kept})

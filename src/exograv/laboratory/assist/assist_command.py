@@ -5,9 +5,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from exograv.laboratory.provenance import RunSettings, run_settings
+from exograv.laboratory.provenance import run_settings
 from exograv.laboratory.support_level.weak_participant import WeakParticipant, prepare_weak_participant
 from exograv.loop.pilot import Progress
+from exograv.loop.run_settings import RunSettings
 from exograv.procedures.rehabilitation.assist.page import write_assist_page
 from exograv.procedures.rehabilitation.assist.participant_record import (
     ASSIST_FILE,

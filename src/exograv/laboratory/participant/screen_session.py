@@ -1,6 +1,6 @@
 """Session of a participant at a screen: events of screen and aircraft go into the task, its records to all sinks.
 
-The machine is a parameter: full lock-step with control and guard (`lockstep_screen`), the twin with skipped rests
+The machine is a parameter: full lock-step with control and guard (`experiment/train`), the twin with skipped rests
 (`campaigns/virtual_study`), or end points drawn without physics (`campaigns/study_example`).
 """
 
@@ -8,17 +8,15 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-import numpy as np
-
-from exograv.rig.twin import Twin
 from exograv.task.events import Event, Stop, Tick
 from exograv.task.picture import ParticipantPicture, participant_picture
 from exograv.task.run import TaskRun
-from exograv.task.task_settings import TargetSettings
 
-from .interface import Participant
-from .touch_panel import TouchPanel
-from .touch_screen import SimulatedRoom
+TASK_S = 0.02
+"""Time between two updates of the run's time and of the page [s]."""
+
+LEVEL_S = 0.01
+"""Time between two updates of the level [s]. The arm's motion in 0.01 s of a ramp cannot be felt."""
 
 EventSource = Callable[[float], Iterable[Event]]
 """Function that returns the events that have arrived until a time [s]. It returns each event once."""
@@ -89,27 +87,23 @@ class ScreenSession:
         return self.run.state.status in ("running", "paused")
 
 
-class ScreenSeat:
-    """A participant in the twin, in front of its touch panel."""
+@runtime_checkable
+class Seat(Protocol):
+    """Seat of a participant in a machine, in front of a touch panel."""
 
-    def __init__(
-        self, twin: Twin, participant: Participant, room: SimulatedRoom, target: TargetSettings, seed: int, page: str
-    ):
-        """Set up the panel without a touch. `seed` draws the delays of the panel."""
-        self._twin, self._participant = twin, participant
-        self._panel = TouchPanel(room, target, np.random.default_rng([seed, 32]), page)
+    @property
+    def is_relaxed(self) -> bool:
+        """True if the participant's muscles give no torque."""
+        ...
 
     def session(self, run: TaskRun, *others: EventSource) -> ScreenSession:
         """Return the session of this participant. `others` are evaluated after the panel."""
-        return ScreenSession(run, (self._panel.reported, *others), self._participant.see)
+        ...
 
     def touch(self, t: float) -> None:
         """Detect at `t` [s] if the finger has come down on the panel."""
-        off = self._panel.feel(t, self._twin.finger_on_screen())
-        if off is not None:
-            self._participant.touched(t, off)
+        ...
 
     def act(self) -> None:
-        """Give the participant's muscle torque to the twin."""
-        twin, truth = self._twin, self._twin.truth
-        twin.tau_voluntary[:] = self._participant.act(twin.t, truth.q_arm, truth.v_arm)
+        """Let the participant's muscles act until the next tick."""
+        ...

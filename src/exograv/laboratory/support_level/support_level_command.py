@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from exograv.laboratory.provenance import RunSettings, run_settings
-from exograv.laboratory.result_rows import TwinRun
+from exograv.laboratory.provenance import run_settings
 from exograv.loop.pilot import Progress
+from exograv.loop.run_settings import RunSettings, TwinRun
 from exograv.procedures.rehabilitation.support_level.outcome import figures
 from exograv.procedures.rehabilitation.support_level.recorded_attempts import recorded_attempts
 from exograv.procedures.rehabilitation.support_level.search import CRITERION, NeededSupport, search

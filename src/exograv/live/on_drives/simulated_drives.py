@@ -27,7 +27,7 @@ def simulated_drives(bus: str, options: Sequence[str]) -> Iterator[Callable[[str
     Raises:
         RigError: The process does not start, or does not perform an action; the message has its output.
     """
-    command = [sys.executable, "-m", "exograv.cli", "dev", "drive-sim", "--bus", bus, *options]
+    command = [sys.executable, "-m", "exograv.cli", "dev", "drive-sim", "--bus", bus, "--ends-with-input", *options]
     # Ctrl-C and SIGHUP reach every process of the terminal: the machine must still answer while the arm comes down.
     with end_signals_ignored():
         process = subprocess.Popen(

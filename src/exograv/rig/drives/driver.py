@@ -186,6 +186,16 @@ class Driver(ABC, Generic[AnyNode]):
         """Return the newest status of each drive, in the order of the joints."""
         return tuple(node.status for node in self._nodes)
 
+    def begin_at(self, t: float) -> None:
+        """Start the clock of a machine in lock-step at `t` [s], before it is opened.
+
+        Raises:
+            RigError: The machine runs on this computer's clock.
+        """
+        if not self._lock_step:
+            raise RigError("The clock of a machine in real time begins at 0. Only lock-step can begin later.")
+        self._clock.ticks = round(t / self.period_s)
+
     def expect_silence(self) -> None:
         """Expect no answers from now on while time passes. Only for examiners in lock-step."""
         self._clock.nobody_answers = True

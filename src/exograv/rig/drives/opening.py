@@ -22,6 +22,10 @@ class DrivenRig(Rig, Powered, Protocol):
 
     def __enter__(self) -> "DrivenRig": ...
 
+    def begin_at(self, t: float) -> None:
+        """Start the clock of a machine in lock-step at `t` [s], before it is opened."""
+        ...
+
     def expect_silence(self) -> None:
         """Expect no answers from now on while time passes. Only for examiners in lock-step."""
         ...

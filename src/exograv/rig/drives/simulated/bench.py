@@ -30,8 +30,25 @@ quit            end"""
 class SimulatedBench:
     """Bench whose lines come from a thread. They are executed between two steps, so that typing delays no drive."""
 
-    def __init__(self, joints: tuple[str, ...], plant: Plant, front: SimulatedDevices, say: Callable[[str], None]):
+    def __init__(
+        self,
+        joints: tuple[str, ...],
+        plant: Plant,
+        front: SimulatedDevices,
+        say: Callable[[str], None],
+        ends_with_input: bool = False,
+    ):
+        """Take no lines yet.
+
+        Args:
+            joints: Joints of the machine.
+            plant: Motors and twin.
+            front: Drives at their bus.
+            say: Function that shows a line.
+            ends_with_input: True if the end of the input ends the simulation, because its owner has ended.
+        """
         self._joints, self._plant, self._front, self._say = joints, plant, front, say
+        self._ends_with_input = ends_with_input
         self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._descriptor: int | None = None
         self._begun = b""
@@ -43,6 +60,7 @@ class SimulatedBench:
         def read() -> None:
             for line in lines:
                 self._lines.put(line)
+            self._input_ended()
 
         threading.Thread(target=read, daemon=True).start()
 
@@ -60,9 +78,14 @@ class SimulatedBench:
         data = os.read(self._descriptor, 4096)
         if not data:
             self._descriptor = None
+            self._input_ended()
         *lines, self._begun = (self._begun + data).split(b"\n")
         for line in lines:
             self._lines.put(line.decode(errors="replace"))
+
+    def _input_ended(self) -> None:
+        if self._ends_with_input:
+            self._lines.put("quit")
 
     def obey(self) -> bool:
         """Execute the lines that have been typed; return True if the simulation shall end."""

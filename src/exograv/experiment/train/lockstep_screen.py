@@ -6,21 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from exograv import motion
+from exograv.laboratory.participant.screen_session import LEVEL_S, TASK_S, EventSource, ScreenSession, Seat
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.output_feedback import Controller
 from exograv.loop.pilot import Pilot, TickSample
 from exograv.procedures.identification.identify import SKELETON_TICKS, record_skeleton
-from exograv.rig.twin import Twin
 from exograv.task.events import Distance, Event, Pause, Resume
 from exograv.task.run import TaskRun
-
-from .screen_session import EventSource, ScreenSeat, ScreenSession
-
-TASK_TICKS = 20
-"""Number of ticks between two updates of the run's time and of the page."""
-
-LEVEL_TICKS = 10
-"""Number of ticks between two updates of the level. The arm's motion in 0.01 s of a ramp cannot be felt."""
 
 CHUNK_S = 1.0
 
@@ -31,9 +23,8 @@ class LockstepScreen:
 
     run: TaskRun
     pilot: Pilot
-    twin: Twin
     controller: Controller
-    seat: ScreenSeat
+    seat: Seat
     verify: Callable[[], None]
     """Callback that checks the compensation while the run is paused."""
 
@@ -42,9 +33,10 @@ class LockstepScreen:
 
     def __post_init__(self):
         """Store the resting posture and the number of complete windows."""
-        self._ticks = 0
+        self._ticks, period_s = 0, self.pilot.rig.period_s
+        self._task_ticks, self._level_ticks = (max(round(each_s / period_s), 1) for each_s in (TASK_S, LEVEL_S))
         self._q_rest = self.pilot.q.copy()
-        self._still = motion.hold(self.pilot.q, CHUNK_S, self.twin.period_s)
+        self._still = motion.hold(self.pilot.q, CHUNK_S, period_s)
         self._verified_after = len(self.run.state.complete)
 
     def fly(self, *others: EventSource) -> None:
@@ -60,8 +52,8 @@ class LockstepScreen:
 
     @property
     def t(self) -> float:
-        """Clock of the twin [s]."""
-        return self.twin.t
+        """Clock of the machine [s]."""
+        return self.pilot.rig.t
 
     @property
     def is_settling(self) -> bool:
@@ -76,7 +68,7 @@ class LockstepScreen:
 
     def why_over(self, run: TaskRun) -> str:
         """Reason to stop a run that no clock ends."""
-        return "all windows are complete" if run.is_over(self.twin.t) else ""
+        return "all windows are complete" if run.is_over(self.t) else ""
 
     def _is_time_to_verify(self) -> bool:
         """Return True once in the rest after every `verify_every` windows, as soon as the arm lies on its support."""
@@ -85,29 +77,29 @@ class LockstepScreen:
         is_due = complete > self._verified_after and complete % self.verify_every == 0
         is_last = complete == self.run.plan.protocol.windows.count
         is_rest = state.status == "running" and state.window is None and not self.is_settling
-        return is_due and is_rest and not is_last and not self.twin.tau_voluntary.any()
+        return is_due and is_rest and not is_last and self.seat.is_relaxed
 
     def _pause_and_verify(self) -> None:
         self._verified_after = len(self.run.state.complete)
-        self.run.feed(Pause(t=self.twin.t, why="verification"))
+        self.run.feed(Pause(t=self.t, why="verification"))
         self.verify()
         self.pilot.begin("task")
-        self.run.feed(Resume(t=self.twin.t))
+        self.run.feed(Resume(t=self.t))
 
     def _share(self) -> float:
         """Share of the run that is done [-]."""
         run = self.run
         if run.plan.is_clocked:
-            return min(max((self.twin.t - run.state.origin) / run.plan.timeline.duration_s, 0.0), 1.0)
+            return min(max((self.t - run.state.origin) / run.plan.timeline.duration_s, 0.0), 1.0)
         return len(run.state.complete) / run.plan.protocol.windows.count
 
     def _listen(self, session: ScreenSession, moment: TickSample) -> None:
         t = moment.state.t
         self._ticks += 1
         self.seat.touch(t)
-        if self._ticks % TASK_TICKS == 0:
+        if self._ticks % self._task_ticks == 0:
             session.tell(t, *self._distance(t, moment))
-        if self._ticks % LEVEL_TICKS == 0:
+        if self._ticks % self._level_ticks == 0:
             self._follow_level(t)
         self.seat.act()
         is_drawn = self._ticks % SKELETON_TICKS == 0 and self.run.state.window is not None

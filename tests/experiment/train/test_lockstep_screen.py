@@ -3,7 +3,7 @@
 import pytest
 from tests.task.of_run import fed, short_plan
 
-from exograv.laboratory.participant.lockstep_screen import phase_of
+from exograv.experiment.train.lockstep_screen import phase_of
 from exograv.task.events import Interrupted, Pause, Resume, Start, Tick
 from exograv.task.run import TaskRun
 

@@ -1,0 +1,144 @@
+"""A wearer behind simulated drives who also points at a screen: the participant of a session in another process.
+
+The session and this wearer share nothing but the drives' bus, and a line on which the session shows its page and the
+wearer's touches come back (`task/participant_line.py`).
+"""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from exograv.laboratory.attentive_wearer import AttentiveHold
+from exograv.laboratory.options import DriveSimOptions
+from exograv.laboratory.virtual_laboratory import VirtualLaboratory
+from exograv.results import json_value
+from exograv.rig.twin import Twin, day_seed
+from exograv.runtime.processes.json_lines import LinesListener
+from exograv.storage.session_checkpoint import LearnedState
+from exograv.task.participant_line import TO_PARTICIPANT, Introduced, Learned, Remember, Room, Seen, Touched
+from exograv.task.protocol_schema import Protocol
+
+from .habits import Habits
+from .recorded_participant import recorded_participant
+from .touch_panel import TouchPanel
+from .touch_screen import SimulatedRoom
+from .virtual_participant import PointingPerson
+
+
+class WearerBehindDrives:
+    """Wearer who holds the arm until the machine carries it, and touches the target when the page shows it."""
+
+    def __init__(self, laboratory: VirtualLaboratory, protocol: Protocol, options: DriveSimOptions):
+        """Seat the wearer in the machine, and listen for a session.
+
+        Args:
+            laboratory: Machine and wearer.
+            protocol: Protocol of the session, with target and pace.
+            options: Seed, donning and run of the participant, and the port of the line.
+
+        Raises:
+            RigError: Another process listens at the port.
+        """
+        self._room, self._habits = SimulatedRoom(), Habits(interval_s=protocol.windows.interval_s)
+        self._surroundings = self._room.around(laboratory.assembly(), protocol.target)
+        self._laboratory, self._protocol = laboratory, protocol
+        day = day_seed(options.seed, options.donning)
+        self.twin: Twin = laboratory.twin(day + options.run, surroundings=self._surroundings)
+        self.twin.put_surroundings(False)
+        self.person = PointingPerson(
+            laboratory.own_arm(),
+            laboratory.worn_inertia(),
+            self._surroundings,
+            self._room.on_panel(*self._room.target_px(protocol.target)),
+            protocol.pace.too_short.shape,
+            options.seed,
+            self.twin.period_s,
+            self._habits,
+        )
+        self.person.inner_ear = lambda: self.twin.room_gravity
+        self.person.begin_day(day)
+        self._hold = AttentiveHold(self.twin, laboratory.own_arm())
+        self._day, self._is_pointing, self._openings = day, False, 0
+        self._panel = self._new_panel()
+        self._listener, self._line = LinesListener(options.line), None
+
+    @property
+    def port(self) -> int:
+        """Port of the line."""
+        return self._listener.port
+
+    @property
+    def hear(self) -> Callable[[str], None]:
+        """Function that tells the wearer the mode of the machine that begins."""
+        return self._hold.hear
+
+    def look(self) -> None:
+        """Welcome a session that has connected."""
+        came = self._listener.accepted()
+        if came is None:
+            return
+        if self._line is not None:
+            self._line.close()
+        self._line, self._is_pointing = came, False
+        self._openings += 1
+        self._panel = self._new_panel()
+        form = self._laboratory.form
+        self._tell(
+            Introduced(
+                height_m=form.body.height_m,
+                mass_kg=form.body.mass_kg,
+                sex=form.body.sex,
+                lengths_m=dict(form.lengths),
+                screen=self._room.calibration,
+                recorded=json_value(recorded_participant(self._room, self._surroundings, self._habits)),
+            )
+        )
+
+    def act(self) -> None:
+        """Feel and see the present moment, report touches that have arrived, and set the muscles for the next step."""
+        twin, line = self.twin, self._line
+        if line is not None:
+            for message in line.received():
+                self._take(TO_PARTICIPANT.validate_json(message))
+            if not line.is_open:
+                self._line, self._is_pointing = None, False
+                twin.tau_voluntary[:] = 0.0
+        if not self._is_pointing:
+            self._hold.act()
+            return
+        off = self._panel.feel(twin.t, twin.finger_on_screen())
+        if off is not None:
+            self.person.touched(twin.t, off)
+            self._tell(Learned(learned=self.person.learned.model_dump()))
+        for message in self._reports():
+            self._tell(message)
+        truth = twin.truth
+        twin.tau_voluntary[:] = self.person.act(twin.t, truth.q_arm, truth.v_arm)
+
+    def close(self) -> None:
+        """Close the line."""
+        if self._line is not None:
+            self._line.close()
+        self._listener.close()
+
+    def _reports(self) -> Iterator[Touched]:
+        now = self.twin.t
+        return (Touched(now=now, touch=touch) for touch in self._panel.reported(now))
+
+    def _take(self, message: Seen | Room | Remember) -> None:
+        match message:
+            case Seen():
+                self._is_pointing = True
+                self.person.see(self.twin.t, message.picture)
+            case Room():
+                self.twin.put_surroundings(message.is_there)
+            case Remember():
+                self.person.remember(LearnedState.model_validate(message.learned))
+
+    def _tell(self, message: Introduced | Touched | Learned) -> None:
+        if self._line is not None:
+            self._line.send(message.model_dump_json())
+
+    def _new_panel(self) -> TouchPanel:
+        random = np.random.default_rng([self._day, 32, self._openings])
+        return TouchPanel(self._room, self._protocol.target, random, f"simulated-{self._openings}")
