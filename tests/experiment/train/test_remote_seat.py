@@ -11,7 +11,7 @@ from exograv.experiment.train.remote_seat import ParticipantLine, RemoteSeat
 from exograv.runtime.processes.json_lines import Lines, LinesListener
 from exograv.storage.session_checkpoint import LearnedState
 from exograv.task.events import Touch
-from exograv.task.participant_line import TO_PARTICIPANT, Introduced, Learned, Remember, Seen, Touched
+from exograv.task.participant_line import TO_PARTICIPANT, Introduced, Learned, Remember, Seen, ToSession, Touched
 from exograv.task.picture import ParticipantPicture
 from exograv.task.plan import TaskPlan
 from exograv.task.protocol import load_protocol
@@ -46,7 +46,7 @@ def pair(monkeypatch: pytest.MonkeyPatch) -> Iterator[Pair]:
     with contextlib.closing(LinesListener(0)) as listener:
         made: list[Lines] = []
 
-        def first(line: ParticipantLine) -> Introduced:
+        def first(line: ParticipantLine) -> ToSession | None:
             accepted = listener.accepted()
             assert accepted is not None
             made.append(accepted)

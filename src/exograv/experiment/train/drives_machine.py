@@ -139,7 +139,7 @@ class DrivesMachine:
         known = ControllerKnowledge(self._assembly, known_machine.machine, guess, t, known_machine)
         return known_arm(self._taken(pilot, known), self._person_run(), SelfTestPassed(True))
 
-    def seat(self, _plan: TaskPlan, page: str, learned: LearnedState | None, /) -> RemoteSeat:
+    def seat(self, plan: TaskPlan, page: str, learned: LearnedState | None) -> RemoteSeat:
         """Seat the participant before the screen."""
         if self._rig is None:
             raise RigError("The machine is not prepared yet. Call `ready` first.")
@@ -150,7 +150,7 @@ class DrivesMachine:
         """State that the participant keeps between sessions."""
         return self._line.learned
 
-    def sources(self, _recording: RecordingWriter, /) -> tuple[EventSource, ...]:
+    def sources(self, recording: RecordingWriter) -> tuple[EventSource, ...]:
         """Return no further source."""
         return ()
 
