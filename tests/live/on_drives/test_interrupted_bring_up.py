@@ -1,4 +1,4 @@
-"""Ctrl-C in a terminal, SIGTERM and SIGHUP during a bring-up write a sealed sheet that names the step; no step is called failed."""
+"""A bring-up that Ctrl-C, SIGTERM or SIGHUP interrupts leaves a sealed sheet that names the step; no step failed."""
 
 import os
 import signal

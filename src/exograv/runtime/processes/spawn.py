@@ -71,7 +71,7 @@ def start_quietly(process: BaseProcess, target: Callable[..., object]) -> None:
 
 @contextlib.contextmanager
 def _script_hidden() -> Iterator[None]:
-    """Hide where the main module came from: `multiprocessing` then has nothing to import, as in an interactive session."""
+    """Hide the file of the main module: `multiprocessing` then imports nothing, as in an interactive session."""
     script = vars(sys.modules["__main__"])
     there = {name: script.pop(name) for name in ("__file__", "__spec__") if name in script}
     script["__spec__"] = None  # `multiprocessing` reads it without a default
