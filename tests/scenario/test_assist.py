@@ -44,7 +44,7 @@ def test_a_session_that_was_left_goes_on_and_every_change_of_support_went_by_the
         run_assist(options, tmp_path, WORDS, leave, quiet)
     kept = read_assist(assist_file(options, tmp_path), "P-07", options.kept)
     assert (len(kept.sessions[0].blocks), kept.sessions[0].is_over) == (1, False)
-    assert "interrupted after 1 blocks" in (tmp_path / "assist_P-07.html").read_text(encoding="utf-8")
+    assert "Complete blocks: 1" in (tmp_path / "assist_P-07.html").read_text(encoding="utf-8")
 
     phases = list[str]()
     result = run_assist(
