@@ -51,8 +51,8 @@ FLOWN_SESSION_S = 90.0
 REPORT_S, REPORT_S_PER_MB, EXPORT_S_PER_MB = 25.0, 0.05, 0.25
 """Report of a study: figures and page; reading of its recordings, and their export [s, s/MB].
 
-The first follows from the CPU time of a report on five sessions, 34 s on a busy computer, and the last from that of an
-export of eight sessions with 129 MB, 37 s. The second is an estimate, over a size that was extrapolated from ten sessions.
+The first follows from the CPU time of a report on five sessions, 34 s on a busy computer; the last from that of an
+export of eight sessions with 129 MB, 37 s. The second is an estimate over a size extrapolated from ten sessions.
 """
 
 
