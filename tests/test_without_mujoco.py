@@ -110,7 +110,7 @@ def test_every_room_but_those_that_fly_the_twin_imports(environment: dict[str, s
 def test_a_command_on_the_twin_says_what_is_missing(environment: dict[str, str]):
     process = run(environment, "-m", "exograv.cli", "demo", "--seconds", "5")
     assert process.returncode == 1
-    assert "needs what is not installed: mujoco. Install it with: pip install 'exograv[twin]'" in process.stderr
+    assert "needs exograv[twin]. Install it with: pip install 'exograv[twin]'" in process.stderr
 
 
 def test_a_bring_up_of_drives_in_another_process_finds_a_wrong_encoder(environment: dict[str, str], tmp_path: Path):

@@ -23,11 +23,29 @@ def test_the_start_page_shows_lines_of_readme():
     assert set(shared) <= set(first_block("README.md").splitlines())
 
 
+SIMULATED_DRIVES = "machine = exograv.Drives(rig, simulate=True, level=2, seed=1)"
+
+
+def run_script(lines: str, folder: Path) -> str:
+    """Run lines as a reader does, as a script of their own; return what they print."""
+    (folder / "script.py").write_text(lines, encoding="utf-8")
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    run = subprocess.run(
+        [sys.executable, "script.py"], check=False, cwd=folder, env=environment, capture_output=True, text=True
+    )
+    assert run.returncode == 0, run.stdout + run.stderr
+    return run.stdout
+
+
 @pytest.mark.slow
 def test_the_lines_of_readme_float_an_arm(tmp_path: Path):
-    command = [sys.executable, "-c", first_block("README.md")]
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-    run = subprocess.run(command, check=False, cwd=tmp_path, env=environment, capture_output=True, text=True)
-    assert run.returncode == 0, run.stderr
-    assert "Drift" in run.stdout
+    assert "Drift" in run_script(first_block("README.md"), tmp_path)
+    assert (tmp_path / "flight.png").is_file()
+
+
+@pytest.mark.slow
+def test_the_same_lines_with_another_machine_float_an_arm_on_drives(tmp_path: Path):
+    lines, replaced = re.subn(r"machine = .*", SIMULATED_DRIVES, first_block("README.md"))
+    assert replaced == 1
+    assert "Left over, true" in run_script(lines, tmp_path)
     assert (tmp_path / "flight.png").is_file()

@@ -44,9 +44,13 @@ def test_a_session_that_was_left_goes_on_and_every_change_of_support_went_by_the
         run_assist(options, tmp_path, WORDS, leave, quiet)
     kept = read_assist(assist_file(options, tmp_path), "P-07", options.kept)
     assert (len(kept.sessions[0].blocks), kept.sessions[0].is_over) == (1, False)
-    assert "interrupted after 1 blocks" in (tmp_path / "assist_P-07.html").read_text(encoding="utf-8")
+    assert "Complete blocks: 1" in (tmp_path / "assist_P-07.html").read_text(encoding="utf-8")
 
-    result = run_assist(options, tmp_path, WORDS, lambda _session, _block: None, quiet)
+    phases = list[str]()
+    result = run_assist(
+        options, tmp_path, WORDS, lambda _session, _block: None, lambda text, _share: phases.append(text)
+    )
+    assert phases[-1] == "Block 2 of 2"
     assert (result.found.session, result.found.blocks) == (1, 2)
     assert result.found.supports_percent[1] == kept.sessions[0].state.support_percent
     for name, blocks in (("assist_P-07_01.mcap", [1]), ("assist_P-07_01_from_2.mcap", [2])):

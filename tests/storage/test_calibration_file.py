@@ -110,7 +110,7 @@ def test_every_changed_digit_is_found(keep: Callable[..., Path]):
     ("old", "new", "message"),
     [
         ("schema_version = 1", "schema_version = 2", r"has schema_version 2; this exograv reads version 1"),
-        ("schema_version = 1", "", r"has schema_version None"),
+        ("schema_version = 1", "", r"has no schema_version"),
         ("[identity]", "[identity", r"is damaged: it is not valid TOML"),
         ("breakaway = ", "break = ", r"is damaged: joints\.0\.breakaway: Field required"),
         ('side = "right"', 'side = "left"', r"is damaged or edited: its values have the hash"),

@@ -120,8 +120,11 @@ class Drives:
         stops = tuple(latch.cause for latch in run.flown.report.latches)
         learned = run.flown.learned
         if learned is None:
-            raise RigError(f"The arm was not identified: {'; '.join(stops) or 'the run ended before that'}. Test the "
-                           "machine again, then repeat.")  # fmt: skip
+            cause = "; ".join(stop.rstrip(".") for stop in stops) or "the run ended before that"
+            raise RigError(
+                f"The arm was not identified: {cause}. The recording is kept: {run.flown.path}. Test the machine again "
+                "with `prepare`, then repeat. On a busy computer, first end other programs."
+            )
         found = learned.estimate
         figures = run.figures.identified
         truth = None if figures is None or figures.left_over_Nm is None else np.array(figures.left_over_Nm)

@@ -140,7 +140,7 @@ class ArmWorker:
         return found
 
     def _ask_about(self, sample: Sample) -> None:
-        """Test with one sample if the file belongs to this person."""
+        """Use one sample for the check that the loaded file describes the person in the machine."""
         if self._check is not None:
             self._check.take(sample)
 

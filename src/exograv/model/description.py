@@ -190,8 +190,8 @@ def _settings(path: Path) -> RigSettings:
         text = path.read_text(encoding="utf-8")
         if questions := open_questions(text):
             raise ConfigError(
-                f'{path} still asks {len(questions)} questions; {questions[0].sentence}. Answer each "?" there; '
-                f"`exograv rig check {path.parent}` lists them all."
+                f"{path} still asks; open questions: {len(questions)}. The first: {questions[0].sentence}. Answer each "
+                f'"?" there; `exograv rig check {path.parent}` lists them all.'
             )
         return RigSettings.model_validate(tomllib.loads(text))
     except OSError as error:

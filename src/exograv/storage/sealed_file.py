@@ -103,6 +103,8 @@ def read_sealed(path: Path, kind: type[Kind], give: str, again: str) -> Kind:
     """
     content = _content(path, give, again)
     version = content.get("schema_version")
+    if version is None:
+        raise ConfigError(f"{path} has no schema_version: it is damaged, or of another kind. {again}")
     if version not in (kind.VERSION, *kind.OLDER):
         read = " and ".join(map(str, (*kind.OLDER, kind.VERSION)))
         raise ConfigError(f"{path} has schema_version {version}; this exograv reads version {read}. {again}")

@@ -1,5 +1,7 @@
 """An interrupted example is marked as unfinished, and the same command completes it without doing anything twice."""
 
+import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -8,6 +10,7 @@ from typing import Any
 
 import pytest
 from tests.study.made_up_sessions import settings, write_session
+from tests.terminal import CTRL_C, in_terminal
 from tests.waiting import wait_until
 
 from exograv.campaigns.study_example import example_study
@@ -163,3 +166,27 @@ def test_a_killed_example_is_continued_by_the_same_command(tmp_path: Path):
         subprocess.run([*command, str(path)], check=True, capture_output=True)
     assert before.items() <= {path: path.stat().st_mtime_ns for path in before}.items()
     assert content(folder.path) == content(tmp_path / "whole")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="Windows has no such terminals")
+def test_the_key_ctrl_c_in_a_terminal_leaves_an_unfinished_study_that_the_same_command_completes(tmp_path: Path):
+    folder = StudyFolder(tmp_path / "study")
+    words = ["study", "example", "--seed", str(SEED), "--participants", "2,1", "--sessions", "0,0"]
+    words += ["--out", str(folder.path)]
+    with in_terminal(words, tmp_path) as run:
+        wait_until(lambda: list(folder.sources.glob("*/*/source.json")), lambda: run.text, WAIT_S)
+        run.press(CTRL_C)
+        status = run.end(WAIT_S)
+    assert status == 128 + signal.SIGINT, run.text
+    assert "Traceback" not in run.text
+    assert UNFINISHED in run.text
+    before = {path: path.stat().st_mtime_ns for path in folder.sources.glob("*/*/source.json")}
+    assert folder.is_unfinished
+    with in_terminal(["study", "status", str(folder.path)], tmp_path) as run:
+        assert run.end(WAIT_S) == 0
+    assert "This study is unfinished" in run.text
+    with in_terminal(words, tmp_path) as run:
+        assert run.end(WAIT_S) == 0, run.text
+    assert not folder.is_unfinished
+    assert before.items() <= {path: path.stat().st_mtime_ns for path in before}.items(), "nothing is made twice"

@@ -76,3 +76,24 @@ def test_a_closed_terminal_that_kills_a_process_leaves_no_shared_memory():
     name = child.stdout.strip().lstrip("/")
     assert name
     wait_until(lambda: not (Path("/dev/shm") / name).exists(), "the memory is deleted", SOON_S)
+
+
+SCRIPT = """
+from tests.runtime.processes.test_spawn import says
+from exograv.runtime.processes.spawn import spawned
+
+print("begun", flush=True)
+process, line = spawned("child", says, "here")
+print(line.recv(), __file__, flush=True)
+process.join()
+"""
+
+
+def test_a_script_without_a_main_guard_does_not_begin_again_in_its_processes(tmp_path: Path):
+    path = tmp_path / "script.py"
+    path.write_text(SCRIPT)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    run = subprocess.run(
+        [sys.executable, str(path)], check=False, env=environment, capture_output=True, text=True, timeout=SOON_S
+    )
+    assert run.stdout.splitlines() == ["begun", f"here {path}"], run.stderr

@@ -82,4 +82,4 @@ _MISSES = (
 KNOWN_MISSES: Mapping[tuple[str, Measure], KnownMiss] = MappingProxyType(
     {(miss.fault, miss.measure): miss for miss in _MISSES}
 )
-"""Known misses by fault and measure."""
+"""Requirements that are known to be missed, by fault and measure, each with its cause."""

@@ -113,7 +113,7 @@ class EnvelopeOracle:
         return np.logical_or.reduce(np.abs(tau) > self._limits.torque_max_Nm + self._rounding, axis=1)
 
     def _off(self, tau: Rows, change: Rows, high: Rows) -> Bool[np.ndarray, "tick joint"]:
-        """Return True where a torque is above its bound and not returning. NaN bounds (unknown posture) give False."""
+        """Return True where a torque is above its bound and does not fall fast enough. A NaN bound gives False."""
         off = (tau > high + self._rounding) & (change > 2.0 * self._rounding - self._step)
         return np.asarray(off, dtype=bool)
 

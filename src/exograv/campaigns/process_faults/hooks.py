@@ -46,7 +46,7 @@ SENDERS: dict[str, tuple[str, str]] = {
     Process.PARENT: ("exograv.runtime.control_loop.guard_commands:GuardInbox.why_gone", "_replies"),
     Process.CONSOLE: ("exograv.console.desk_link:DeskClient.shown", "_requests"),
 }
-"""Function that the sender of messages in shared memory calls again and again, and the memory, by struck process."""
+"""Function that a sender calls for each message, and its attribute with the shared memory, by struck process."""
 
 NAMES: dict[str, Process] = {"listener": Process.LSL, "pages": Process.CONSOLE}
 """Processes of the product that have another name in the matrix."""

@@ -91,8 +91,9 @@ def run_mirror_command(options: MirrorOptions, common: OutFolder) -> "GuidedResu
 
 def say_followed(rms_deg: "Iterable[float]", pull_max_Nm: "Iterable[float]", guard: "GuardRecord") -> None:
     """Print the tracking error of the arm, the largest guiding torque, and the ticks that the guard limited."""
-    rms, pull = max(rms_deg, default=0.0), max(pull_max_Nm)
-    print(f"Tracking error {rms:.1f}° RMS at the worst joint; guiding torque at most {pull:.1f} N·m. The guard limited "
+    worst = max(rms_deg, default=None)
+    tracked = "No path was followed" if worst is None else f"Tracking error {worst:.1f}° RMS at the worst joint"
+    print(f"{tracked}; guiding torque at most {max(pull_max_Nm):.1f} N·m. The guard limited "
           f"{guard.limited_ticks} of {guard.ticks} ticks.")  # fmt: skip
 
 

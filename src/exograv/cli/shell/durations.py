@@ -48,11 +48,11 @@ Ratio of the two by CPU time; sum by the 2.0 min of `study example --participant
 FLOWN_SESSION_S = 90.0
 """Simulated study: one session in a machine [s]."""
 
-REPORT_S, REPORT_S_PER_MB, EXPORT_S_PER_MB = 25.0, 0.05, 0.08
+REPORT_S, REPORT_S_PER_MB, EXPORT_S_PER_MB = 25.0, 0.05, 0.25
 """Report of a study: figures and page; reading of its recordings, and their export [s, s/MB].
 
-The first follows from the CPU time of a report on five sessions, 34 s on a busy computer. The last two are estimates:
-the times in docs/howto/study.md over a size that was extrapolated from ten sessions.
+The first follows from the CPU time of a report on five sessions, 34 s on a busy computer; the last from that of an
+export of eight sessions with 129 MB, 37 s. The second is an estimate over a size extrapolated from ten sessions.
 """
 
 

@@ -73,6 +73,6 @@ def refuse_missing(path: str, options: Any) -> None:
     if missing := missing_from(extras):
         needed = ",".join(one for one in extras if missing_from((one,)))
         raise ConfigError(
-            f"`exograv {path}` needs what is not installed: {', '.join(missing)}. Install it with: "
-            f"pip install 'exograv[{needed}]', or everything with 'exograv[all]'."
+            f"`exograv {path}` needs exograv[{needed}]. Install it with: pip install 'exograv[{needed}]', or "
+            f"everything with 'exograv[all]'. Missing packages: {', '.join(missing)}."
         )

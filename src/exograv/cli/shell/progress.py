@@ -47,7 +47,9 @@ def bars(first_line_s: float = 0.0) -> Iterator[Show]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    # Rich would print standard output on the console of the bar, even if it goes to a file.
+    on_terminal = sys.stdout.isatty()
+    with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=on_terminal) as progress:
         if sentence := estimate.get():
             progress.console.print(sentence, highlight=False, markup=False)
         task, current = progress.add_task("Starting", total=1.0), ""

@@ -1,4 +1,4 @@
-"""Interface of the flight that a desk steers: a machine with its guard, in processes or rehearsed."""
+"""Interface of a flight that pages steer: a machine with its guard, either in live processes or simulated."""
 
 from collections.abc import Mapping
 from typing import Any, Protocol, runtime_checkable

@@ -77,7 +77,7 @@ def run_assist(
         folder: Folder of the participant's file, the recordings and the page.
         words: Texts of the page.
         told: Receives each block after its decision.
-        progress: Receives the progress of the preparation.
+        progress: Receives the progress of the preparation, then of the blocks.
 
     Raises:
         ConfigError: An option, a file or the machine is not valid.
@@ -106,7 +106,9 @@ def run_assist(
                 decided = {"kind": "assist_decided", "record": record | {"text": words.in_all(block)}}
                 recording.write("/task", one.known.t + flight.seconds, decided)
                 told(now, block)
+                show_block(progress, now)
 
+            show_block(progress, session)
             session = fly_session(flight, session, keep)
             flight.carry_all()
             found = figures(options, session, flight.rescues, flight.seconds)
@@ -115,6 +117,12 @@ def run_assist(
         if file.sessions:
             write_assist_page(page, file, words)
     return AssistResult(found, path, page, recording_path, round(time.perf_counter() - start, 1))
+
+
+def show_block(progress: Progress, session: AssistSession) -> None:
+    """Show the block that begins now, and the share of the blocks that are over."""
+    done, blocks = len(session.blocks), session.protocol.blocks
+    progress(f"Block {min(done + 1, blocks)} of {blocks}", done / blocks)
 
 
 def figures(options: AssistOptions, session: AssistSession, rescues: int, seconds: float) -> AssistFigures:

@@ -20,7 +20,7 @@ from exograv.runtime.clock.host import Host, read_host
 from exograv.runtime.clock.real_time_loop import run_loop
 from exograv.runtime.clock.realtime import Rights, realtime
 from exograv.runtime.clock.timing import EDGES_US, PERIOD_NS, Percentiles, Timing, percentiles_us
-from exograv.runtime.processes.spawn import end_signals_ignored
+from exograv.runtime.processes.spawn import start_quietly
 
 SECONDS_MIN, SECONDS_MAX = 2.0, 7200.0  # the longest holds 170 MB of times
 HALVES = ("ordinary", "real-time")
@@ -95,8 +95,7 @@ def loop_test(seconds: float, progress: Progress) -> LoopTest:
     receiver, sender = context.Pipe(duplex=False)
     periods = round(seconds / 2 * 1e9 / PERIOD_NS)
     process = context.Process(target=_loop_process, args=(periods, place, sender), daemon=True)
-    with end_signals_ignored():
-        process.start()
+    start_quietly(process, _loop_process)
     sender.close()
     try:
         result = _await(process, receiver, lambda: _show(progress, place, periods))

@@ -9,6 +9,7 @@ import contextlib
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -40,8 +41,7 @@ def spawned(
     ours, theirs = context.Pipe()
     begin = partial(_begin, heeds_terminate=heeds_terminate)
     process = context.Process(target=begin, args=(target, job, theirs), name=name, daemon=is_daemon)
-    with end_signals_ignored():
-        process.start()
+    start_quietly(process, target)
     theirs.close()
     return process, ours
 
@@ -56,6 +56,29 @@ def _begin(
     if heeds_terminate:
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
     target(job, parent)
+
+
+def start_quietly(process: BaseProcess, target: Callable[..., object]) -> None:
+    """Start a process that ignores the end signals and does not run the caller's script again.
+
+    A fresh interpreter otherwise imports the script that called us. A script without `if __name__ == "__main__":`
+    would then begin its flight again in each process.
+    """
+    hidden = contextlib.nullcontext() if target.__module__ == "__main__" else _script_hidden()
+    with end_signals_ignored(), hidden:
+        process.start()
+
+
+@contextlib.contextmanager
+def _script_hidden() -> Iterator[None]:
+    """Hide the file of the main module: `multiprocessing` then imports nothing, as in an interactive session."""
+    script = vars(sys.modules["__main__"])
+    there = {name: script.pop(name) for name in ("__file__", "__spec__") if name in script}
+    script["__spec__"] = None  # `multiprocessing` reads it without a default
+    try:
+        yield
+    finally:
+        script.update(there)
 
 
 @contextlib.contextmanager

@@ -84,7 +84,7 @@ class PassiveMuscle:
     """Scale of the tension [N·m], or over the stiffness of the level [rad]."""
 
     def tension(self, angle: ca.SX) -> ca.SX:
-        """Tension over size at angles (freedom,) from rest [rad]."""
+        """Tension divided by `size` [-], at angles (freedom,) from the rest posture [rad]."""
         reach = sum((one.lengthening(angle[one.freedom]) for one in self.arms), ca.SX(self.taut))
         within, beyond = ca.fmin(ca.fmax(reach, 0.0), TOE), ca.fmax(reach - TOE, 0.0)
         at_toe = np.exp(self.steepness * TOE)

@@ -17,8 +17,8 @@ from exograv.rig.twin.wearer.wearer import Wearer
 from .scene import TIMESTEP, Scene
 
 STABLE_SHARE = 0.5
-"""Value of d · step / m from which on damping is implicit [-]: a quarter of the limit of stability. Below it no number
-of a run changes."""
+"""Value of d · step / m above which damping is integrated implicitly [-]: a quarter of the limit of stability. Smaller
+values leave the run bitwise unchanged."""
 
 FAR_COSINE = 0.5
 """Cosine of the abduction above which the inertia needs no look [-]."""
