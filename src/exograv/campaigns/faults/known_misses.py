@@ -17,6 +17,17 @@ _BALANCED = (
     "A floating arm gets the model's torque in every posture, so the drift monitor sees only the motion that the fault "
     "causes. Friction or the wearer carries a part of it, in a resting harmonic drive all. {} would show it."
 )
+_FALLING = (
+    "The machine carries another weight than the arm's, all signals agree, and the relaxed arm falls or rises as its "
+    "wearer could move it. Explained up to the speed of an arm that falls from the horizontal by the unbalanced share "
+    "of its weight, with the energy of the same flight without the fault added. A force sensor at the cuff would show "
+    "it."
+)
+
+_BRAKED = (
+    "The friction that control returns brakes a joint that counts backwards. Such a joint may stay slower than 0.2 "
+    "rad/s, where its encoders cannot be compared, and the other joints then move otherwise than without the fault."
+)
 
 _MISSES = (
     KnownMiss(
@@ -70,6 +81,8 @@ _MISSES = (
             "The loops of the model still close, and a small residual takes longer than 5 s. A force sensor at the cuff"
         ),
     ),
+    *(KnownMiss(fault, Measure.HAND, None, _FALLING, by_fall=True) for fault in ("F45", "F46", "F47", "F48")),
+    *(KnownMiss("F07", measure, None, _BRAKED, if_hidden=True) for measure in (Measure.SPEED, Measure.WAY)),
     KnownMiss(
         "F17",
         Measure.TIME,

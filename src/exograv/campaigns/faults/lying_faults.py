@@ -8,6 +8,7 @@ from exograv.loop.arm_controller import ArmController
 from exograv.model.arm import held_weight
 from exograv.signals import Command, JointState
 
+from .control_faults import first_moment
 from .fault_plant import FaultParticipant, World
 from .injector import Injector
 
@@ -61,6 +62,7 @@ class TiltingBase(Injector):
 
     def draw(self) -> None:
         self.heading = float(self.generator.uniform(-np.pi, np.pi))
+        self.unbalanced = 2.0 * float(np.sin(0.5 * self.ANGLE_RAD))
 
     def act(self, world: World, controller: ArmController, tick: int) -> None:
         since = tick - self.onset
@@ -78,6 +80,7 @@ class DriveTorqueConstantDrift(Injector):
     def draw(self) -> None:
         self.factor = float(self.generator.choice([0.6, 1.6]))
         self.now = 1.0
+        self.unbalanced = abs(self.factor - 1.0)
 
     def act(self, world: World, controller: ArmController, tick: int) -> None:
         since = tick - self.onset
@@ -103,6 +106,8 @@ class CommonEncoderSlip(Injector):
     def draw(self) -> None:
         self.size = float(self.generator.choice([-1.0, 1.0]) * np.deg2rad(15.0))
         self.lasts = self.ticks(int(self.generator.integers(1000, 10_000)))
+        # The model carries the arm of a posture that is turned by this angle.
+        self.unbalanced = 2.0 * float(np.sin(0.5 * abs(self.size)))
 
     def measured(self, state: JointState, tick: int) -> JointState:
         off = min((tick - self.onset + 1) / self.lasts, 1.0) * self.size
@@ -122,6 +127,7 @@ class OtherPerson(Injector):
     def known(self, participant: FaultParticipant) -> FaultParticipant:
         self.stranger = participant.strangers[int(self.choice * len(participant.strangers))]
         x = participant.prepared.x.copy()
+        self.unbalanced = first_moment(self.stranger - x[: len(self.stranger)]) / first_moment(x[: len(self.stranger)])
         x[: len(self.stranger)] = self.stranger
         return replace(participant, person=participant.limits_with(x))
 

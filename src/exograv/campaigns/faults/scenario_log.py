@@ -1,5 +1,6 @@
 """Log of one scenario: notes during the flight, figures after it."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -10,6 +11,7 @@ from exograv.safety.guard import SafeState
 from exograv.safety.plausible import PlausibleTable
 from exograv.safety.stops import StopReason
 
+from .acceptance import RELEASED_HAND_M_S
 from .fault_plant import TruthSample
 from .oracle import Judgement, power_beyond
 
@@ -83,6 +85,15 @@ class ScenarioLog:
     torque_step_Nm: float = 0.0
     """Largest change of a command from one tick to the next after the first onset [N·m]."""
 
+    unbalanced: float = 0.0
+    """Largest share of the arm's weight that the fault leaves without support, or adds to it [-]."""
+
+    healthy_hand_m_s: float = 0.0
+    """Fastest hand of the same flight without the fault [m/s]; 0 where that flight was not needed."""
+
+    is_hidden: bool = False
+    """True if the fault never showed for long enough to be found."""
+
     crashed: str | None = None
     """Exception of the twin or the software, as text; None if the run raised no exception."""
 
@@ -93,6 +104,14 @@ class ScenarioLog:
     def worst(self) -> SafeState:
         """Most restrictive safe state that the guard entered during the run."""
         return max(self.since, default=SafeState.NONE)
+
+    @property
+    def falling_hand_m_s(self) -> float:
+        """Hand speed of an arm that falls from the horizontal by its unbalanced weight [m/s].
+
+        The energy of that fall is added to the energy of the same flight without the fault.
+        """
+        return math.hypot(self.healthy_hand_m_s, RELEASED_HAND_M_S * math.sqrt(self.unbalanced))
 
 
 class TruthWatch:
