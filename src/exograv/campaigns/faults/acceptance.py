@@ -63,7 +63,7 @@ MOMENTS_MIN, MOMENTS_MAX = 0.4, 1.6
 
 
 RELEASED_HAND_M_S = 6.3
-"""Speed of the hand of an arm that falls with its full weight from the horizontal (docs/explanation/safety.md) [m/s]."""
+"""Hand speed of an arm that falls with its full weight from the horizontal (docs/explanation/safety.md) [m/s]."""
 
 
 @runtime_checkable

@@ -119,9 +119,7 @@ def _misses(fault: Fault, alone: Sequence[ScenarioVerdict]) -> dict[str, MissFig
             limit=fault.budget_ms if measure is Measure.TIME else fault.limits.get(measure),
             runs=len(figures),
             worst=round(max(finite), 3) if len(finite) == len(figures) else None,
-            unexplained=sum(
-                known is None or not known.explains(v.figures[measure.value], v.course) for v in flights
-            ),
+            unexplained=sum(known is None or not known.explains(v.figures[measure.value], v.course) for v in flights),
             cause=None if known is None else known.cause,
         )
     return found

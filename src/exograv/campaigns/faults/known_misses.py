@@ -81,7 +81,7 @@ _MISSES = (
             "The loops of the model still close, and a small residual takes longer than 5 s. A force sensor at the cuff"
         ),
     ),
-    *(KnownMiss(fault, Measure.HAND, None, _FALLING, by_fall=True) for fault in ("F45", "F46", "F47", "F48")),
+    *(KnownMiss(fault, Measure.HAND, None, _FALLING, by_fall=True) for fault in ("F45", "F46", "F47", "F48", "F49")),
     *(KnownMiss("F07", measure, None, _BRAKED, if_hidden=True) for measure in (Measure.SPEED, Measure.WAY)),
     KnownMiss(
         "F17",

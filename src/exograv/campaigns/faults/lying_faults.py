@@ -148,6 +148,12 @@ class CuffSlide(Injector):
         self.place = float(self.generator.random())
         self.way = float(self.generator.choice([-1.0, 1.0])) * self.WAY_M
 
+    def known(self, participant: FaultParticipant) -> FaultParticipant:
+        lengths = participant.prepared.assembly.arm.lengths
+        # The force that carries a segment moves along the segment, by this share of its length.
+        self.unbalanced = self.WAY_M / min(lengths["upper_arm"], lengths["forearm"])
+        return participant
+
     def act(self, world: World, controller: ArmController, tick: int) -> None:
         since = tick - self.onset
         if 0 < since <= self.ticks(self.LASTS_MS) and since % self.ticks(self.EVERY_MS) == 0:
