@@ -19,9 +19,8 @@ _BALANCED = (
 )
 _FALLING = (
     "The machine carries another weight than the arm's, all signals agree, and the relaxed arm falls or rises as its "
-    "wearer could move it. Explained up to the speed of an arm that falls from the horizontal by the unbalanced share "
-    "of its weight, with the energy of the same flight without the fault added. A force sensor at the cuff would show "
-    "it."
+    "wearer could move it. Explained up to the speed that the unbalanced share of the weight gives along the way of "
+    "the flight, with the energy of the same flight without the fault. A force sensor at the cuff would show it."
 )
 
 _BRAKED = (

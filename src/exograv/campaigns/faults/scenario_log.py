@@ -88,6 +88,9 @@ class ScenarioLog:
     unbalanced: float = 0.0
     """Largest share of the arm's weight that the fault leaves without support, or adds to it [-]."""
 
+    way_rad: float = 0.0
+    """Way of the fastest joint from the first onset to the fastest hand, there and back [rad]."""
+
     healthy_hand_m_s: float = 0.0
     """Fastest hand of the same flight without the fault [m/s]; 0 where that flight was not needed."""
 
@@ -107,11 +110,14 @@ class ScenarioLog:
 
     @property
     def falling_hand_m_s(self) -> float:
-        """Hand speed of an arm that falls from the horizontal by its unbalanced weight [m/s].
+        """Hand speed of an arm that its unbalanced weight drives along the way of this flight [m/s].
 
-        The energy of that fall is added to the energy of the same flight without the fault.
+        The largest torque of the weight works along the way, and gives no more energy than a fall from the horizontal.
+        The energy of the same flight without the fault is added.
         """
-        return math.hypot(self.healthy_hand_m_s, RELEASED_HAND_M_S * math.sqrt(self.unbalanced))
+        return math.hypot(
+            self.healthy_hand_m_s, RELEASED_HAND_M_S * math.sqrt(self.unbalanced * min(self.way_rad, 1.0))
+        )
 
 
 class TruthWatch:
@@ -183,6 +189,8 @@ class TruthWatch:
             q, v = np.array([one.q for one in seen]), np.array([one.v for one in seen])
             self._sum_up_motion(onset, q, v, healthy[onset : course.ticks])
             self._sum_up_power(onset, q, v)
+            until = int(np.argmax([one.hand_m_s for one in seen])) + 1
+            course.way_rad = float(1e-3 * course.period_ms * np.abs(v[:until]).max(axis=1).sum())
         self._sum_up_hand(onset, sights[: course.ticks])
         return course
 
