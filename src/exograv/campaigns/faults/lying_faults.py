@@ -30,8 +30,13 @@ class FrozenMachine(Injector):
 class FrozenBoard(Injector):
     """F41: one board freezes: all signals of a joint keep their bits while sequence and time go on."""
 
+    WAY_RAD = 0.2
+    """Way of a joint at 2 rad/s within the budget of 0.1 s [rad]."""
+
     def draw(self) -> None:
         self.kept: dict[str, np.ndarray] = {}
+        # The machine carries the arm of the posture in which the board froze.
+        self.unbalanced = 2.0 * float(np.sin(0.5 * self.WAY_RAD))
 
     def measured(self, state: JointState, tick: int) -> JointState:
         self.kept = self.kept or signals_of(state)
