@@ -30,8 +30,8 @@ _BRAKED = (
 
 _SWINGING = (
     "A relaxed arm that is released in a bent posture swings by the elasticity of its joints, with and without the "
-    "fault. Explained up to the speed of the same flight without the fault, with the energy that the weight gives along "
-    "the way because the frozen position is old."
+    "fault. Explained up to the speed of the same flight without the fault, with the energy that the weight gives "
+    "along the way because the frozen position is old."
 )
 
 _MISSES = (
