@@ -164,6 +164,21 @@ def test_options_that_mean_nothing_are_refused(options: dict):
         Campaign(**options)
 
 
+def test_chosen_faults_fly_alone_and_each_meets_every_participant():
+    campaign = Campaign(seed=5, scenarios=12, persons=2, only="F09, F50,F41 board")
+    flown = [campaign.scenario(number) for number in campaign.numbers]
+    met = {(scenario.faults, scenario.number % 2) for scenario in flown}
+    assert met == {((name,), person) for name in ("F09", "F50", "F41 board") for person in (0, 1)}
+    assert len(flown) == 12
+    assert campaign.identity != replace(campaign, only=None).identity
+
+
+@pytest.mark.parametrize("only", ["F99", "F09,F99", "", " , "])
+def test_chosen_faults_that_do_not_exist_are_refused_with_all_faults(only: str):
+    with pytest.raises(ConfigError, match="F39"):
+        Campaign(only=only)
+
+
 @pytest.mark.parametrize("text", ["x:F01", "3:F99", "3"])
 def test_a_replay_line_that_means_nothing_is_refused_with_all_faults(text: str):
     with pytest.raises(ConfigError, match="F39"):

@@ -148,6 +148,37 @@ def test_a_miss_without_an_entry_is_new_and_one_beyond_its_bound_too(monkeypatch
     assert judged("F12", ScenarioLog(ticks=1000)).unexplained == ("F12",)
 
 
+@pytest.mark.parametrize(
+    ("hand_m_s", "unbalanced", "way_rad", "healthy_m_s", "unexplained"),
+    [
+        (1.2, 0.04, 1.5, 0.0, ()),  # 6.3 m/s · √0.04 = 1.26 m/s
+        (1.3, 0.04, 1.5, 0.0, ("F48",)),
+        (1.3, 0.04, 1.5, 0.4, ()),  # √(1.26² + 0.4²) = 1.32 m/s
+        (1.4, 0.04, 1.5, 0.4, ("F48",)),
+        (1.2, 0.16, 0.25, 0.0, ()),  # a quarter of the energy of a share that is four times as large
+        (1.3, 0.16, 0.25, 0.0, ("F48",)),
+        (1.1, 0.0, 1.5, 0.0, ("F48",)),
+    ],
+)
+def test_an_arm_that_carries_the_wrong_weight_may_be_as_fast_as_its_fall_and_no_faster(
+    hand_m_s: float, unbalanced: float, way_rad: float, healthy_m_s: float, unexplained: tuple[str, ...]
+):
+    course = stopped(ONSET + 5, StopReason.DRIFTED)
+    of_fall = {"unbalanced": unbalanced, "way_rad": way_rad, "healthy_hand_m_s": healthy_m_s}
+    course = replace(course, flight_hand_m_s=hand_m_s, **of_fall)
+    verdict = judged("F48", course)
+    assert (verdict.missed, verdict.unexplained) == (("F48",), unexplained)
+    figures = figures_of([verdict]).by_fault["F48"].misses["flight_hand_m_s"]
+    assert figures.unexplained == len(unexplained)
+
+
+@pytest.mark.parametrize(("begin", "unexplained"), [(np.inf, ()), (float(ONSET), ("F07",))])
+def test_motion_by_a_reversed_encoder_is_explained_only_if_it_never_showed(begin: float, unexplained: tuple[str, ...]):
+    course = replace(stopped(ONSET + 5, StopReason.ENCODERS_PART), extra_way_deg=4.0)
+    verdict = _verdict(Scenario(0, 0, ("F07",)), course, {"F07": ONSET}, {"F07": begin}, True)
+    assert (verdict.missed, verdict.unexplained) == (("F07",), unexplained)
+
+
 def test_each_known_miss_is_of_a_criterion_that_its_fault_has_and_says_its_cause():
     for (name, measure), miss in KNOWN_MISSES.items():
         limit = ALL[name].budget_ms if measure is Measure.TIME else ALL[name].limits[measure]
@@ -272,6 +303,13 @@ def test_a_diverged_twin_is_a_failure_of_its_own_in_the_row_of_its_fault():
     row = figures.by_fault["F29"]
     assert isinstance(row, FaultFigures)
     assert (figures.ok, figures.diverged, row.diverged) == (False, 1, 1)
+
+
+def test_the_way_of_a_fall_ends_with_the_fastest_hand():
+    v = np.array([-2.0, 0.5])
+    sights = [TruthSample(np.zeros(2), v, float(tick == 249), are_braking=False) for tick in range(500)]
+    course = watched(500, onset=0).finish(Judgement({}, np.zeros(500)), sights)
+    assert course.way_rad == pytest.approx(0.5)
 
 
 def flown(speeds: list[float]) -> TruthWatch:

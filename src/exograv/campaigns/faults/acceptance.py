@@ -4,6 +4,7 @@ import enum
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Protocol, runtime_checkable
 
 
 class Measure(enum.Enum):
@@ -61,6 +62,25 @@ MOMENTS_MIN, MOMENTS_MAX = 0.4, 1.6
 """Plausible first moments of an arm, relative to those of the anthropometric table [-]."""
 
 
+RELEASED_HAND_M_S = 6.3
+"""Hand speed of an arm that falls with its full weight from the horizontal (docs/explanation/safety.md) [m/s]."""
+
+
+@runtime_checkable
+class ExplainedFlight(Protocol):
+    """Data of a flight by which a known cause may explain its misses."""
+
+    @property
+    def is_hidden(self) -> bool:
+        """True if the fault never showed for long enough to be found."""
+        ...
+
+    @property
+    def falling_hand_m_s(self) -> float:
+        """Largest hand speed [m/s] that the fault's unbalanced weight explains."""
+        ...
+
+
 @dataclass(frozen=True)
 class KnownMiss:
     """Criterion that a fault misses for a known cause. It stays in the table and counts as missed."""
@@ -73,6 +93,16 @@ class KnownMiss:
 
     cause: str
 
-    def explains(self, figure: float | None) -> bool:
-        """Return True if the cause explains this figure; None is a fault that was not found in time."""
+    if_hidden: bool = False
+    """True if the cause explains only a fault that never showed in its flight."""
+
+    by_fall: bool = False
+    """True if the cause explains hand speeds up to that of an arm that falls by the flight's unbalanced weight."""
+
+    def explains(self, figure: float | None, flight: ExplainedFlight | None = None) -> bool:
+        """Return True if the cause explains this figure of a flight; None is a fault that was not found in time."""
+        if self.if_hidden and (flight is None or not flight.is_hidden):
+            return False
+        if self.by_fall and (flight is None or figure is None or not figure <= flight.falling_hand_m_s):
+            return False
         return self.up_to is None or (figure is not None and figure <= self.up_to)

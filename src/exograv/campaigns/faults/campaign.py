@@ -45,6 +45,24 @@ class Campaign(FaultOptions):
     out: Path | None = None
     """Folder for the verdicts, written as they are reached; without a folder they are not kept."""
 
+    def __post_init__(self):
+        """Check the options.
+
+        Raises:
+            ConfigError: A value is not allowed.
+        """
+        super().__post_init__()
+        unknown = [name for name in self._only if name not in self.faults]
+        if unknown or not (self.only is None or self._only):
+            raise ConfigError(
+                f"--only is '{self.only}'; allowed: faults with commas between them. Faults: {', '.join(self.faults)}."
+            )
+
+    @property
+    def _only(self) -> Sequence[str]:
+        """Faults of `--only`; empty without it."""
+        return [name.strip() for name in (self.only or "").split(",") if name.strip()]
+
     def replayed(self) -> Scenario:
         """Scenario of `--replay`.
 
@@ -68,6 +86,7 @@ class Campaign(FaultOptions):
         numbered = None if self.through is None else self.scenarios
         # Home is not named, so that earlier campaigns continue.
         named = ("seed", "level", "persons", "through", *(() if self.world == "home" else ("world",)))
+        named = (*named, *(() if self.only is None else ("only",)))
         kind = "faults" if self.healthy_hours is None else "healthy use"
         return {name: getattr(self, name) for name in named} | {"numbered": numbered, "kind": kind}
 
@@ -91,6 +110,8 @@ class Campaign(FaultOptions):
         """
         if self.healthy_hours is not None:
             return Scenario(self.seed, number, (), self.told)
+        if only := self._only:
+            return Scenario(self.seed, number, (only[number // self.persons % len(only)],), self.told)
         own = number - self.scenarios
         if own < 0:
             return Scenario.drawn(self.seed, number, self.told)
@@ -101,7 +122,11 @@ class Campaign(FaultOptions):
         """Numbers of all scenarios. Through a driver, faults that only drives have are flown as often as a row."""
         if self.healthy_hours is not None:
             return range(flights_of(self.healthy_hours))
-        own = 0 if self.through is None else len(ONLY_DRIVES) * math.ceil(self.scenarios / len(EARLIER))
+        own = (
+            0
+            if self.through is None or self.only is not None
+            else len(ONLY_DRIVES) * math.ceil(self.scenarios / len(EARLIER))
+        )
         return range(self.scenarios + own)
 
 

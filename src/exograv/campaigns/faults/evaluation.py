@@ -110,7 +110,8 @@ def _of_fault(name: str, verdicts: Sequence[ScenarioVerdict]) -> FaultFigures:
 def _misses(fault: Fault, alone: Sequence[ScenarioVerdict]) -> dict[str, MissFigures]:
     found: dict[str, MissFigures] = {}
     for measure in Measure:
-        figures = [v.figures[measure.value] for v in alone if measure.value in v.figures]
+        flights = [v for v in alone if measure.value in v.figures]
+        figures = [v.figures[measure.value] for v in flights]
         if not figures:
             continue
         known, finite = KNOWN_MISSES.get((fault.id, measure)), [one for one in figures if one is not None]
@@ -118,7 +119,7 @@ def _misses(fault: Fault, alone: Sequence[ScenarioVerdict]) -> dict[str, MissFig
             limit=fault.budget_ms if measure is Measure.TIME else fault.limits.get(measure),
             runs=len(figures),
             worst=round(max(finite), 3) if len(finite) == len(figures) else None,
-            unexplained=sum(known is None or not known.explains(one) for one in figures),
+            unexplained=sum(known is None or not known.explains(v.figures[measure.value], v.course) for v in flights),
             cause=None if known is None else known.cause,
         )
     return found

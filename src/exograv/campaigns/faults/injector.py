@@ -42,6 +42,9 @@ class Injector:
     joint: int = field(init=False)
     """Index of the faulty joint, for faults of one joint."""
 
+    unbalanced: float = field(init=False, default=0.0)
+    """Largest share of the arm's weight that the fault leaves without support, or adds to it [-]."""
+
     def __post_init__(self):
         self.joint = int(self.generator.integers(self.joints))
         self.draw()

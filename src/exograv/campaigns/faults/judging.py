@@ -85,7 +85,7 @@ def misses_of_one(course: ScenarioLog, fault: Fault, begin: float, relaxed: bool
     figures |= beyond
     known = [KNOWN_MISSES.get((fault.id, Measure(name))) for name in figures]
     explained = all(
-        miss is not None and miss.explains(figure) for miss, figure in zip(known, figures.values(), strict=True)
+        miss is not None and miss.explains(figure, course) for miss, figure in zip(known, figures.values(), strict=True)
     )
     missed = (fault.id,) if figures else ()
     return Misses(figures, missed, () if explained else missed)

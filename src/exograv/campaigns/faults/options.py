@@ -34,6 +34,9 @@ class FaultOptions(Options):
     level: Level = 2
     world: World = "home"
 
+    only: Annotated[str | None, tyro.conf.arg(metavar="FAULT,FAULT"), FAULTY] = None
+    """Faults to fly, each alone and equally often with each participant, in place of the whole table."""
+
     persons: Annotated[int, Within(1)] = 2
     """Number of participants, each calibrated and identified first; every second one has quasi-direct drives."""
 

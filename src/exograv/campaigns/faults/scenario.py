@@ -7,9 +7,9 @@ import numpy as np
 
 from exograv.model.support import sample_postures
 
-from .acceptance import Measure
+from .acceptance import HAND_MAX_M_S, Measure
 from .driver_faults import ALL, ONLY_DRIVES, injector_of
-from .fault_plant import FaultParticipant, FlightStart, PlantSource, TruthSample, TwinPlants
+from .fault_plant import FaultParticipant, FaultPlant, FlightStart, PlantSource, TruthSample, TwinPlants
 from .fault_table import AFTER_MS, EARLIER, FAULTS, LATER
 from .flight import FaultFlight
 from .injector import Injector
@@ -119,8 +119,8 @@ def fly(participant: FaultParticipant, scenario: Scenario, ground: PlantSource =
     push = generator.uniform(-MOVES_NM, MOVES_NM, joints)
     # All numbers are drawn in any case, so that a scenario shrunk to fewer faults has the same beginning.
     onsets = {name: int(generator.integers(*ONSET_MS)) // ground.period_ms for name in EARLIER}
-    own = generator.integers(2**32, size=len(EARLIER))
-    seeds = {name: int(seed) for name, seed in zip(EARLIER, own, strict=True)}
+    drawn = generator.integers(2**32, size=len(EARLIER))
+    seeds = {name: int(seed) for name, seed in zip(EARLIER, drawn, strict=True)}
     if not relaxed:
         moves = push
     for more, stream in ((ONLY_DRIVES, 2), (LATER, 4)):
@@ -128,6 +128,7 @@ def fly(participant: FaultParticipant, scenario: Scenario, ground: PlantSource =
         onsets |= {name: int(extra.integers(*ONSET_MS)) // ground.period_ms for name in more}
         seeds |= {name: int(extra.integers(2**32)) for name in more}
     faults: dict[str, Injector] = {}
+    own = participant
     for name in scenario.faults:
         injector = injector_of(name, ground.bus)
         onset = 0 if injector.begins_at_once else onsets[name]
@@ -144,11 +145,23 @@ def fly(participant: FaultParticipant, scenario: Scenario, ground: PlantSource =
     with ground.stand(participant, start) as stand:
         flight = FaultFlight(participant, stand, posture, list(faults.values()))
         course = flight.fly(ticks, healthy)
+    if len(faults) == 1:
+        (fault,) = faults.values()
+        course.unbalanced = fault.unbalanced
+        if relaxed and fault.unbalanced and course.flight_hand_m_s > HAND_MAX_M_S:
+            with ground.stand(own, start) as stand:
+                course.healthy_hand_m_s = _healthy_hand_m_s(own, stand, posture, range(fault.onset, course.ticks))
     noise, watch = participant.laboratory.machine.sensors.current_noise, flight.watch
     begins: dict[str, float] = {}
     for name, injector in faults.items():
         begins[name] = detection_begin(course, ALL[name], injector.shows(watch.told, watch.moves, noise))
     return _verdict(scenario, course, {name: fault.onset for name, fault in faults.items()}, begins, relaxed)
+
+
+def _healthy_hand_m_s(participant: FaultParticipant, stand: FaultPlant, posture: np.ndarray, ticks: range) -> float:
+    """Fly the same flight without faults; return its fastest hand in these ticks [m/s]."""
+    FaultFlight(participant, stand, posture, ()).fly(ticks.stop)
+    return max((sight.hand_m_s for sight in stand.sights()[ticks.start : ticks.stop]), default=0.0)
 
 
 def _verdict(
@@ -163,6 +176,7 @@ def _verdict(
     elif len(onsets) == 1:
         name = scenario.faults[0]
         found[name] = detection_ms(course, ALL[name], begins[name])
+        course.is_hidden = bool(np.isinf(begins[name]))
         misses = misses_of_one(course, ALL[name], begins[name], relaxed)
     elif onsets:
         misses = misses_of_group(course, begins)

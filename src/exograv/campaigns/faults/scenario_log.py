@@ -1,5 +1,6 @@
 """Log of one scenario: notes during the flight, figures after it."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -10,6 +11,7 @@ from exograv.safety.guard import SafeState
 from exograv.safety.plausible import PlausibleTable
 from exograv.safety.stops import StopReason
 
+from .acceptance import RELEASED_HAND_M_S
 from .fault_plant import TruthSample
 from .oracle import Judgement, power_beyond
 
@@ -83,6 +85,18 @@ class ScenarioLog:
     torque_step_Nm: float = 0.0
     """Largest change of a command from one tick to the next after the first onset [N·m]."""
 
+    unbalanced: float = 0.0
+    """Largest share of the arm's weight that the fault leaves without support, or adds to it [-]."""
+
+    way_rad: float = 0.0
+    """Way of the fastest joint from the first onset to the fastest hand, there and back [rad]."""
+
+    healthy_hand_m_s: float = 0.0
+    """Fastest hand of the same flight without the fault [m/s]; 0 where that flight was not needed."""
+
+    is_hidden: bool = False
+    """True if the fault never showed for long enough to be found."""
+
     crashed: str | None = None
     """Exception of the twin or the software, as text; None if the run raised no exception."""
 
@@ -93,6 +107,17 @@ class ScenarioLog:
     def worst(self) -> SafeState:
         """Most restrictive safe state that the guard entered during the run."""
         return max(self.since, default=SafeState.NONE)
+
+    @property
+    def falling_hand_m_s(self) -> float:
+        """Hand speed of an arm that its unbalanced weight drives along the way of this flight [m/s].
+
+        The largest torque of the weight works along the way, and gives no more energy than a fall from the horizontal.
+        The energy of the same flight without the fault is added.
+        """
+        return math.hypot(
+            self.healthy_hand_m_s, RELEASED_HAND_M_S * math.sqrt(self.unbalanced * min(self.way_rad, 1.0))
+        )
 
 
 class TruthWatch:
@@ -164,6 +189,8 @@ class TruthWatch:
             q, v = np.array([one.q for one in seen]), np.array([one.v for one in seen])
             self._sum_up_motion(onset, q, v, healthy[onset : course.ticks])
             self._sum_up_power(onset, q, v)
+            until = int(np.argmax([one.hand_m_s for one in seen])) + 1
+            course.way_rad = float(1e-3 * course.period_ms * np.abs(v[:until]).max(axis=1).sum())
         self._sum_up_hand(onset, sights[: course.ticks])
         return course
 
