@@ -46,7 +46,7 @@ class Instrumented:
         return tau, derivative
 
     def slipped(self, x: Parameters) -> Float[np.ndarray, " cuff"]:
-        """Return the distance by which each cuff has slipped along the limb, RMS over the motion [m]; none if unknown."""
+        """Return the distance by which each cuff has slipped along the limb, RMS over the motion [m]."""
         return self._measured.slipped(x) if isinstance(self._measured, Slipping) else np.zeros(0)
 
     def restart(self) -> None:

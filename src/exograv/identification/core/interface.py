@@ -119,7 +119,7 @@ class Estimate:
     """Size of the wearer's slow torque over the assumed size [-]; 1 if the method does not estimate it."""
 
     slipped: Float[np.ndarray, " cuff"] | None = None
-    """Distance by which each cuff has slipped along the limb, RMS over the motion [m]; None if the method does not estimate it."""
+    """Distance by which each cuff has slipped along the limb, RMS over the motion [m]; None if it is not estimated."""
 
     @property
     def sd(self) -> Parameters:
