@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from exograv.identification.core.interface import Agreement, Estimate
+from exograv.identification.core.interface import Agreement, Estimate, Outcome
 from exograv.model.description import load_rig
 from exograv.procedures.identification.verdict_text import check_text, slip_text
 
@@ -14,17 +14,18 @@ def check(p: list[float]) -> Agreement:
 
 
 def test_a_disagreement_names_joint_torque_and_next_step():
-    text = check_text(check([0.4, 0.001, 0.4, 0.4]), RIG.joints)
+    text = check_text(Outcome.DISAGREES, check([0.4, 0.001, 0.4, 0.4]), RIG.joints)
     for part in (RIG.joints[1], "0.62", "0.25", "0.1 %", "identify again"):
         assert part in text
 
 
 def test_an_agreement_asks_for_nothing():
-    assert "again" not in check_text(check([0.4, 0.2, 0.4, 0.4]), RIG.joints)
+    assert "again" not in check_text(Outcome.CONVERGED, check([0.4, 0.2, 0.4, 0.4]), RIG.joints)
 
 
-def test_a_missing_check_names_the_motion_that_has_one():
-    assert "40 s" in check_text(None, RIG.joints)
+def test_a_missing_check_names_the_motion_that_has_one_where_only_the_check_is_missing():
+    assert "40 s" in check_text(Outcome.UNCHECKED, None, RIG.joints)
+    assert check_text(Outcome.EXHAUSTED, None, RIG.joints) == ""
 
 
 def test_slip_is_told_only_where_its_torque_matters():

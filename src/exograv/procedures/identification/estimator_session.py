@@ -222,7 +222,8 @@ class EstimatorSession:
         predicted = result.predicted[-1]
         if predicted is not None:
             result.outcome = self._rule.final(result.outcome, result.last, predicted, result.agreement)
-            why = self._rule.why(predicted), check_text(result.agreement, self._assembly.description.joints)
+            joints = self._assembly.description.joints
+            why = self._rule.why(predicted), check_text(result.outcome, result.agreement, joints)
             slip = slip_text(result.last, self._left_over.by_slip(result.last), self._assembly.description)
             result.why = " ".join(text for text in (*why, slip) if text)
         return result

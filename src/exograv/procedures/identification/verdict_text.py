@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from exograv.identification.core.interface import Agreement, Estimate, Joints
+from exograv.identification.core.interface import Agreement, Estimate, Joints, Outcome
 from exograv.identification.core.left_over import TARGET_NM
 from exograv.model.description import RigDescription
 
@@ -14,9 +14,11 @@ SLIP_SHARE = 0.5
 """Share of a target from which the torque of slipped cuffs is mentioned [-]."""
 
 
-def check_text(agreement: Agreement | None, joints: Sequence[str]) -> str:
-    """State the result of the check, and the next step if it disagrees or is missing."""
+def check_text(outcome: Outcome, agreement: Agreement | None, joints: Sequence[str]) -> str:
+    """State the result of the check, and the next step if it disagrees, or if only the check is missing."""
     if agreement is None:
+        if outcome is not Outcome.UNCHECKED:
+            return ""
         return f"A motion of {CHECKED_FROM_S:.0f} s or more by the method 'recursive' ends with a check."
     found, right = (", ".join(f"{value:.2f}" for value in each) for each in (agreement.residual, agreement.expected))
     text = f"Residual torque at unused postures: {found} N·m; a right estimate leaves about {right} N·m."
