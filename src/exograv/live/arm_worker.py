@@ -11,6 +11,7 @@ from exograv.identification.core.prior import prior
 from exograv.loop.person_limits_manager import LimitsMaker
 from exograv.model.arm import is_plausible
 from exograv.model.assembly import Assembly
+from exograv.procedures.identification.check_motion import PlannedCheck
 from exograv.procedures.identification.estimator_session import Belief, EstimatorSession, table_guess
 from exograv.procedures.identification.identify import IMPLAUSIBLE
 from exograv.procedures.identification.person_check import PersonCheck
@@ -91,16 +92,19 @@ class ArmWorker:
         is_verified: bool = False,
         belief: Belief | None = None,
         body_mass_kg: float | None = None,
+        check: PlannedCheck | None = None,
     ):
         """Prepare the estimator, which takes seconds.
 
         `belief` comes from an earlier day. The first seconds of motion test if it fits this person. Without it the arm
-        is compared with the form's `body_mass_kg`, if there is one.
+        is compared with the form's `body_mass_kg`, if there is one. A `check` at the end of the motion tests the
+        estimate.
         """
         self._period_s, self._before = period_s, -np.inf
         self._is_verified, self._learned, self._is_passed = is_verified, None, False
         self._listener, self._begun_at = PassListener(assembly.n, period_s), np.inf
         self._learner = EstimatorSession(assembly, machine, "recursive", period_s, belief)
+        self._learner.check = check
         self._arm_of_table, self._table = assembly.arm, table_guess(assembly, machine)
         self._limits = LimitsMaker(assembly, machine, self._table)
         self._check: PersonCheck | None = None

@@ -13,7 +13,7 @@ from exograv.loop.phases import IDENTIFICATION, VERIFICATION, Phase, phases_of_u
 from exograv.model.assembly import Assembly
 from exograv.motion import Passage, Trajectory
 from exograv.procedures.identification.estimator_session import Belief
-from exograv.procedures.identification.identify import V_MOTION, identification_motion
+from exograv.procedures.identification.identify import V_MOTION, identification_motion, planned_check
 from exograv.procedures.verification.postures import NONE, Verification, VerificationPasses, all_passes
 from exograv.runtime.control_loop.exchange import sample_dtype
 from exograv.runtime.control_loop.worker import WorkerMemory
@@ -152,7 +152,8 @@ class LiveIdentificationPlan:
     def worker(self) -> "ArmWorker":
         """Build the part of the worker."""
         is_verified = self.verification is not None
-        return ArmWorker(self.assembly, self.machine, self.period_s, is_verified, self.belief, self.body_mass_kg)
+        check = planned_check(self.assembly, self.seconds)
+        return ArmWorker(self.assembly, self.machine, self.period_s, is_verified, self.belief, self.body_mass_kg, check)
 
 
 def lesson_passes(

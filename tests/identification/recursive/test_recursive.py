@@ -299,3 +299,39 @@ def test_parameters_for_a_controller_are_those_of_the_estimate(seconds: float):
     for seed in range(3):
         method = taught(stream(drawn(seed), seed, seconds))
         np.testing.assert_array_equal(method.parameters(), method.estimate().x)
+
+
+def checked(change: float) -> Recursive:
+    """Method after 40 s of motion and a check of 8 s, in which the first joint's torque differs by `change` [N·m]."""
+    samples, method = stream(drawn(0), 4, seconds=48.0), Recursive(Toy(), MEAN, prior_covariance(), NOISE, (BODY,))
+    for k, sample in enumerate(samples):
+        if k == round(40.0 / BATCH_PERIOD_S):
+            method.hold_out(np.array([[0.8, 0.8], [-0.8, 0.8], [0.0, -0.8]]))
+        if sample.t >= 40.0:
+            sample.tau[0] += change
+        method.update(sample)
+    return method
+
+
+def test_held_out_samples_agree_with_a_right_estimate_and_not_with_a_changed_arm():
+    agrees, disagrees = checked(0.0).agreement(), checked(0.8).agreement()
+    assert agrees is not None
+    assert agrees.holds
+    assert disagrees is not None
+    assert not disagrees.holds
+    assert disagrees.p.argmin() == 0
+
+
+def test_a_check_changes_nothing_about_the_estimate_but_the_time_of_a_linearisation():
+    method, plain = checked(0.0), taught(stream(drawn(0), 4, seconds=48.0))
+    method.agreement()
+    for one in (method, plain):
+        one.relinearise()
+    np.testing.assert_allclose(method.estimate().x, plain.estimate().x, atol=1e-3)
+
+
+def test_without_held_out_samples_there_is_no_agreement():
+    method = taught(stream(drawn(0), 4, seconds=20.0))
+    assert method.agreement() is None
+    method.hold_out(np.zeros((1, JOINTS)))
+    assert method.agreement() is None

@@ -61,7 +61,7 @@ def test_a_motion_goes_from_rest_to_rest_within_the_limits(
 def test_the_fixed_motion_moves_one_joint_at_a_time_through_its_range_and_back(
     assembly: Assembly, machine: CalibratedMachine
 ):
-    (path,) = parts("fixed", assembly, machine, 60.0)
+    path, _check = parts("fixed", assembly, machine, 70.0)
     limits = MotionLimits.of(assembly)
     assert np.sum(np.abs(path.v) > 1e-6, axis=1).max() == 1
     reach = path.q.max(axis=0) - path.q.min(axis=0)

@@ -53,6 +53,12 @@ class MethodRun:
     outcome: str = ""
     """Name of the stop rule's verdict."""
 
+    stated_Nm: list[float] | None = None
+    """Left over that the last estimate states for itself, by joint [N·m]; None without intervals."""
+
+    check_p: list[float] | None = None
+    """Probability of the residuals at unused postures if the estimate is right, by joint [-]; None without a check."""
+
     stop_s: float | None = None
     """Time at which the stop rule would have ended the motion [s]; None if it would not have ended it."""
 

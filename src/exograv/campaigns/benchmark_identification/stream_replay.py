@@ -11,7 +11,8 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.identification.baselines.anthropometric import Anthropometric
-from exograv.identification.core.interface import Estimate, Method
+from exograv.identification.core.interface import Agreement, Checkable, Estimate, Method
+from exograv.procedures.identification.check_motion import PlannedCheck
 
 from .streams import Samples
 
@@ -48,11 +49,15 @@ class MethodTrace:
     method_s: float
     """Processor time of all updates and estimates [s]."""
 
+    agreement: Agreement | None = None
+    """Check of the estimate at unused postures; None if the method or the motion has none."""
 
-def replay(method: Method, samples: Samples) -> MethodTrace:
-    """Feed all samples. Estimate once a second and at the end, or after `DURATIONS_S` if the method is off-line.
 
-    The method's earlier rests count as motion time. Until they are over, its first estimate is used.
+def replay(method: Method, samples: Samples, check: PlannedCheck | None = None) -> MethodTrace:
+    """Feed all samples; those of a `check` also test the estimate.
+
+    Estimate once a second and at the end, or after `DURATIONS_S` if the method is off-line. The method's earlier rests
+    count as motion time. Until they are over, its first estimate is used.
     """
     rest_s = float(getattr(method, "rest_s", 0.0))
     notes = _note_times(method, float(samples.t[-1]))
@@ -69,12 +74,16 @@ def replay(method: Method, samples: Samples) -> MethodTrace:
     start = time.thread_time()
     with _no_collection():
         for k, sample in enumerate(samples):
+            if check is not None and sample.t >= check.from_s:
+                _hold_out(method, check)
+                check = None
             # The thread's processor time is measured, not wall time: other programs must not count.
             before = time.thread_time_ns()
             update(sample)
             times[k] = time.thread_time_ns() - before
             if len(estimates) < len(notes) and sample.t > notes[len(estimates)] - 1e-9:
                 note()
+    agreement = method.agreement() if isinstance(method, Checkable) else None
     _finish(method)
     note()
     update_us = 1e-3 * times
@@ -82,7 +91,12 @@ def replay(method: Method, samples: Samples) -> MethodTrace:
     if len(worked) < WORK_SHARE_MIN * len(samples):
         worked = worked[:0]
     share, method_s = len(worked) / len(samples), time.thread_time() - start
-    return MethodTrace(estimates, worked, share, 1e-3 * np.array(estimate_ns, dtype=float), method_s)
+    return MethodTrace(estimates, worked, share, 1e-3 * np.array(estimate_ns, dtype=float), method_s, agreement)
+
+
+def _hold_out(method: Method, check: PlannedCheck) -> None:
+    if isinstance(method, Checkable):
+        method.hold_out(check.postures)
 
 
 def is_offline(method: Method) -> bool:

@@ -16,7 +16,8 @@ from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.loop.phases import IDENTIFICATION
 from exograv.loop.pilot import Progress, TickSample
 from exograv.model.assembly import Assembly
-from exograv.procedures.identification.identify import identification_motion
+from exograv.procedures.identification.check_motion import PlannedCheck
+from exograv.procedures.identification.identify import identification_motion, planned_check
 from exograv.rig.twin import draw_machine
 
 from .cases import Case
@@ -65,6 +66,8 @@ class Stream:
     assembly: Assembly
     machine: CalibratedMachine
     samples: Samples
+    check: PlannedCheck | None = None
+    """Check at the end of the motion; None if the motion is too short for one."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +125,9 @@ def record_stream(case: Case, calibrated: Calibrated, progress: Progress, second
     pilot.run(controller, IDENTIFICATION.approach(pilot.q, path.q[0], path.dt), "Moving to the start")
     recorder = _Recorder(SampleFilter(assembly.n, path.dt))
     pilot.run(controller, path, "Recording the stream", recorder)
-    return RecordedStream(case, Stream(assembly, machine, recorder.samples()), laboratory)
+    return RecordedStream(
+        case, Stream(assembly, machine, recorder.samples(), planned_check(assembly, seconds)), laboratory
+    )
 
 
 class _Recorder:

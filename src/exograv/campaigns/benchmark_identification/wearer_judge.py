@@ -18,6 +18,7 @@ from exograv.laboratory.truth_score import Examination
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.model.assembly import Assembly
 from exograv.model.tree import is_physical
+from exograv.recording.rounding import rounded
 
 from .cases import Case
 from .runs import Intervals, MethodRun, Setting
@@ -67,8 +68,9 @@ class WearerJudge:
         self, setting: Setting, name: str, trace: MethodTrace, verdict: StopVerdict | None = None
     ) -> MethodRun:
         """Examine every estimate of a run; apply the stop rule too where no verdict of the loop is given."""
-        verdict = verdict or self._verdict(trace.estimates)
+        verdict = verdict or self._verdict(trace)
         estimates, last = trace.estimates, trace.estimates[-1]
+        stated = self._prediction.of(last)
         return MethodRun(
             setting,
             name,
@@ -79,6 +81,8 @@ class WearerJudge:
             possible_share=float(np.mean([self._is_possible(estimate) for estimate in estimates])),
             intervals=self._intervals(estimates),
             outcome=verdict.outcome.name,
+            stated_Nm=None if stated is None else rounded(stated),
+            check_p=None if trace.agreement is None else [round(p, 5) for p in trace.agreement.p.tolist()],
             stop_s=_tenths(verdict.stop_s),
             restless_s=_tenths(verdict.restless_s),
             rejected_share=round(last.rejected_share, 4),
@@ -129,19 +133,22 @@ class WearerJudge:
         outside[layout.phi] = outside[layout.fit] = False
         return outside
 
-    def _verdict(self, estimates: Sequence[Estimate]) -> StopVerdict:
+    def _verdict(self, trace: MethodTrace) -> StopVerdict:
         """Apply the stop rule to the estimates as a session does."""
+        estimates, description = trace.estimates, self.assembly.description
         restless_s = next((estimate.t for estimate in estimates if is_restless(estimate)), None)
-        rule, last = StopRule(self.assembly.description.places), estimates[-1].covariance
+        rule = StopRule(description.places, description.joints)
         outcome, stop_s = Outcome.RUNNING, None
         for estimate in estimates:
-            if estimate.covariance is not None and outcome is Outcome.RUNNING:
-                outcome, stop_s = rule.judge(estimate, self._prediction.rms(estimate.covariance)), estimate.t
+            predicted = self._prediction.of(estimate)
+            if predicted is not None and outcome is Outcome.RUNNING:
+                outcome, stop_s = rule.judge(estimate, predicted), estimate.t
+        last, predicted = estimates[-1], self._prediction.of(estimates[-1])
         if outcome is Outcome.RUNNING:
-            states_none = Outcome.NO_INTERVAL if last is None else Outcome.TIME_IS_UP
-            outcome, stop_s = Outcome.NOT_RELAXED if is_restless(estimates[-1]) else states_none, None
-        if last is not None:
-            outcome = rule.final(outcome, estimates[-1], self._prediction.rms(last))
+            states_none = Outcome.NO_INTERVAL if predicted is None else Outcome.TIME_IS_UP
+            outcome, stop_s = Outcome.NOT_RELAXED if is_restless(last) else states_none, None
+        if predicted is not None:
+            outcome = rule.final(outcome, last, predicted, trace.agreement)
         return StopVerdict(outcome, stop_s, restless_s)
 
 

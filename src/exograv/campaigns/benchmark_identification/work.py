@@ -106,7 +106,7 @@ def _replayed(name: MethodName, judge: WearerJudge, recorded: RecordedStream, ca
     before = take_method_rests(method, judge, calibrated, _silent)
     # Overflow inside a method is the method's own result; the examiner counts non-finite values.
     with np.errstate(all="ignore"):
-        trace = replay(method, stream.samples)
+        trace = replay(method, stream.samples, stream.check)
         end = float(stream.samples.t[-1])
         after = [estimate for estimate in trace.estimates if estimate.t <= end + 1e-9]
         trace = replace(trace, estimates=[*before, *after])

@@ -76,7 +76,8 @@ def _of_identification(found: "DemoFindings") -> Iterator[str]:
     """Yield lines on the identification: time, method, uncertainty, identifiable parameters, and relaxation."""
     arm, times = found.arm, found.arm.identification
     reached = times.time_to_target_s
-    yield f"Estimator '{found.method}' after {times.motion_s:.0f} s of motion: {times.outcome.value}"
+    verdict = f"{times.outcome.value} {times.why}".rstrip()
+    yield f"Estimator '{found.method}' after {times.motion_s:.0f} s of motion: {verdict}"
     within = _missed_target(found) if reached is None else f"is within its target from {reached:.0f} s on"
     yield (
         f"True value, which only a simulation knows: the left over {within} "

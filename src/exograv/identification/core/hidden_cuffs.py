@@ -5,6 +5,7 @@ Slip moves the arm in the machine. Without these parameters its torque would be 
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -42,6 +43,15 @@ class Cuffs:
     """Function that returns the loads of the sample that this model linearised last."""
 
 
+@runtime_checkable
+class Slipping(Protocol):
+    """Model that knows how far the cuffs have slipped."""
+
+    def slipped(self, x: Parameters) -> Float[np.ndarray, " cuff"]:
+        """Return the distance by which each cuff has slipped along the limb, RMS over the motion [m]."""
+        ...
+
+
 class CuffModel:
     """Model of an arm with hidden parameters of its cuffs after all others.
 
@@ -60,16 +70,26 @@ class CuffModel:
         """Prior of all hidden parameters."""
         self.n_joints, self.n_parameters = tissue.n_joints, tissue.n_parameters + self._count
         self._nowhere = np.zeros((cuffs.count, len(SLIPS_AT_M)))
-        self._slipped = self._nowhere
+        self._forget()
+
+    def _forget(self) -> None:
+        self._slipped, self._samples = self._nowhere, 0
+        self._squares = np.zeros((*self._nowhere.shape, self._nowhere.shape[1]))
+        """Products of the slips of the parts of each cuff, summed over the samples [m²]."""
 
     def restart(self) -> None:
         """Start a new motion, with the cuffs where they were fastened."""
         self._model.restart()
-        self._slipped = self._nowhere
+        self._forget()
 
     def direction_uncertainty(self, v: Joints) -> Joints:
         """Return the standard deviation of the torque [N·m], as of the arm model."""
         return self._model.direction_uncertainty(v)
+
+    def slipped(self, x: Parameters) -> Float[np.ndarray, " cuff"]:
+        """Return the distance by which each cuff has slipped along the limb, RMS over the motion [m]."""
+        parts = x[-self._count :].reshape(self._slipped.shape)
+        return np.sqrt(np.einsum("cm,cmn,cn->c", parts, self._squares, parts) / max(self._samples, 1))
 
     def linearise(self, sample: Sample, x: Parameters) -> tuple[Joints, Float[np.ndarray, "joint parameter"]]:
         """Return the expected torque (joint,) [N·m] and its derivative; call for the samples of a motion in order."""
@@ -80,5 +100,7 @@ class CuffModel:
             loads = self._loads(self._arm)
             along = loads.strain[:, ALONG, None]
             self._slipped = np.clip(self._slipped, along - SLIPS_AT_M, along + SLIPS_AT_M)
+            self._squares += self._slipped[:, :, None] * self._slipped[:, None]
+            self._samples += 1
             columns[:] = (loads.by_displacement[:, :, ALONG, None] * self._slipped).reshape(len(tau), -1)
         return tau + columns @ x[-self._count :], np.hstack([derivative, columns])

@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
+from .hidden_cuffs import Slipping
 from .interface import Joints, Parameters, Sample, TorqueModel
 
 FAR_RAD = 0.3
@@ -43,6 +44,10 @@ class Instrumented:
         _, derivative = self._asked.linearise(Sample(sample.t, asked.q, asked.v, asked.a, sample.tau), x)
         self._unsure = self._asked.direction_uncertainty(asked.v)
         return tau, derivative
+
+    def slipped(self, x: Parameters) -> Float[np.ndarray, " cuff"]:
+        """Return the distance by which each cuff has slipped along the limb, RMS over the motion [m]."""
+        return self._measured.slipped(x) if isinstance(self._measured, Slipping) else np.zeros(0)
 
     def restart(self) -> None:
         """Start a new motion in both models."""

@@ -56,8 +56,13 @@ class Outcome(enum.Enum):
     """Outcome of an identification; the value is a sentence for the operator."""
 
     RUNNING = "The identification is still running."
-    CONVERGED = "Estimate converged: the predicted left over is within its target."
-    EXHAUSTED = "More of this motion would add little: the next 10 s improve the prediction by less than 5 %."
+    CONVERGED = "Estimate converged: the predicted left over is within its target, and unused postures agree."
+    UNCHECKED = "The predicted left over is within its target. No check at unused postures has confirmed it."
+    DISAGREES = "The torque at unused postures disagrees with the estimate, so the estimate has not converged."
+    EXHAUSTED = (
+        "More of this motion would add little: the next 10 s improve the prediction by less than 5 %. "
+        "Design another motion with 'exograv rig motion'."
+    )
     TIME_IS_UP = "The motion ended before the target was reached. Run a longer one."
     NOT_EXCITED = "The joints moved too little to determine the arm's weight. Run the longer motion."
     NOT_RELAXED = "The person did not relax. Ask the person to let go, then repeat."
@@ -70,6 +75,28 @@ class Outcome(enum.Enum):
     def sentence(self) -> Sentence:
         """Value of the outcome, with the code of its translations."""
         return member_sentence("outcome", self)
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Result of a check at postures that the estimate has not used."""
+
+    p: Joints
+    """Probability of residuals at least as large as found, if the estimate is right, by joint [-]."""
+
+    residual: Joints
+    """Mean residual torque at the postures, RMS over the postures [N·m]."""
+
+    expected: Joints
+    """RMS of that residual by the estimate's uncertainty, the discrepancy, the noise and the wearer [N·m]."""
+
+    least_p: float
+    """Probability below which a joint disagrees [-]."""
+
+    @property
+    def holds(self) -> bool:
+        """True if no joint disagrees."""
+        return bool((self.p >= self.least_p).all())
 
 
 @dataclass(frozen=True)
@@ -90,6 +117,9 @@ class Estimate:
 
     noise_scale: float
     """Size of the wearer's slow torque over the assumed size [-]; 1 if the method does not estimate it."""
+
+    slipped: Float[np.ndarray, " cuff"] | None = None
+    """Distance by which each cuff has slipped along the limb, RMS over the motion [m]; None if it is not estimated."""
 
     @property
     def sd(self) -> Parameters:
@@ -131,6 +161,19 @@ class Method(Protocol):
 
     def estimate(self) -> Estimate:
         """Estimate from all samples up to now."""
+        ...
+
+
+@runtime_checkable
+class Checkable(Method, Protocol):
+    """Method that can test its estimate at postures that it has not used."""
+
+    def hold_out(self, postures: Float[np.ndarray, "posture joint"]) -> None:
+        """Remember the estimate up to now; the following samples, at `postures` [rad], test it."""
+        ...
+
+    def agreement(self) -> Agreement | None:
+        """Test the remembered estimate by the samples since `hold_out`; None without such samples."""
         ...
 
 

@@ -10,7 +10,8 @@ from exograv.model.rig_settings import Place
 from exograv.model.support import sample_postures
 
 from .arm_model import ArmModel
-from .interface import Covariance, Estimate, Joints, Outcome, Parameters
+from .hidden_cuffs import ALONG
+from .interface import Agreement, Covariance, Estimate, Joints, Outcome, Parameters
 
 TARGET_NM = {"shoulder": 0.2, "elbow": 0.1, "wrist": 0.05}
 """Predicted left over, discrepancy included, at which identification may stop, by place of the joint [N·m]."""
@@ -41,8 +42,28 @@ class LeftOverPrediction:
         relevant = np.zeros(model.n_parameters, dtype=bool)
         layout = ParameterLayout.of(model.assembly)
         relevant[layout.phi] = relevant[layout.fit] = True
-        rows = [np.where(relevant, model.at_rest(q, x)[1], 0.0) for q in postures]
+        rows, by_slip = [], []
+        for q in postures:
+            rows.append(np.where(relevant, model.at_rest(q, x)[1], 0.0))
+            by_slip.append(model.cuff_loads().by_displacement[:, :, ALONG])
         self._sensitivity: Float[np.ndarray, "posture joint parameter"] = np.array(rows)
+        self._by_slip: Float[np.ndarray, "posture joint cuff"] = np.array(by_slip)
+
+    def of(self, estimate: Estimate) -> Joints | None:
+        """Left over (joint,) that an estimate predicts for itself [N·m]; None if it states no uncertainty.
+
+        The compensation counts on cuffs where they were fastened. The torque of their slip is therefore left over.
+        """
+        if estimate.covariance is None:
+            return None
+        return np.hypot(self.rms(estimate.covariance), self.by_slip(estimate))
+
+    def by_slip(self, estimate: Estimate) -> Joints:
+        """Torque of the cuffs' slip over motion and task workspace, RMS (joint,) [N·m]."""
+        slipped = estimate.slipped
+        if slipped is None or not len(slipped):
+            return np.zeros(self._by_slip.shape[1])
+        return np.sqrt(np.mean(self._by_slip**2, axis=0) @ slipped**2)
 
     def rms(self, covariance: Covariance) -> Joints:
         """Predicted left over (joint,) [N·m]."""
@@ -53,7 +74,8 @@ class LeftOverPrediction:
 class StopRule:
     """Rule that ends an identification, with the reason."""
 
-    def __init__(self, places: Sequence[Place]):
+    def __init__(self, places: Sequence[Place], joints: Sequence[str]):
+        self._joints = joints
         self._target = np.array([TARGET_NM[place] for place in places])
         self._history: list[tuple[float, float]] = []
 
@@ -66,7 +88,7 @@ class StopRule:
             return Outcome.NOT_RELAXED
         # Not earlier: a prior from another day may be certain without evidence from today (docs/howto/participants.md).
         if ratio <= 1.0 and estimate.t >= LOOK_AHEAD_S:
-            return Outcome.CONVERGED
+            return Outcome.UNCHECKED
         earlier = [r for t, r in self._history if t <= estimate.t - LOOK_AHEAD_S]
         # The motion repeats: the next seconds bring at most as much information as the last ones did.
         if estimate.t >= 2 * LOOK_AHEAD_S and earlier and ratio > (1 - WORTHWHILE) * earlier[-1]:
@@ -74,21 +96,27 @@ class StopRule:
             return Outcome.NOT_RELAXED if is_restless(estimate) else Outcome.EXHAUSTED
         return Outcome.RUNNING
 
-    def final(self, outcome: Outcome, estimate: Estimate, predicted: Joints) -> Outcome:
-        """Return the outcome of the final estimate, which all samples have changed since the rule applied."""
-        # As in `judge`, a belief from another day is no evidence of today.
-        converged = estimate.t >= LOOK_AHEAD_S and bool((predicted <= self._target).all())
-        if outcome is Outcome.CONVERGED and not converged:
-            return Outcome.EXHAUSTED
-        if outcome in (Outcome.EXHAUSTED, Outcome.TIME_IS_UP) and converged:
-            return Outcome.CONVERGED
-        return outcome
+    def final(
+        self, outcome: Outcome, estimate: Estimate, predicted: Joints, agreement: Agreement | None = None
+    ) -> Outcome:
+        """Return the outcome of the final estimate, which all samples have changed since the rule applied.
 
-    def why(self, predicted: Joints, joints: Sequence[str]) -> str:
+        Only a check at unused postures makes an estimate within its target a converged one.
+        """
+        if outcome not in (Outcome.UNCHECKED, Outcome.EXHAUSTED, Outcome.TIME_IS_UP):
+            return outcome
+        # As in `judge`, a belief from another day is no evidence of today.
+        if estimate.t < LOOK_AHEAD_S or not (predicted <= self._target).all():
+            return Outcome.EXHAUSTED if outcome is Outcome.UNCHECKED else outcome
+        if agreement is None:
+            return Outcome.UNCHECKED
+        return Outcome.CONVERGED if agreement.holds else Outcome.DISAGREES
+
+    def why(self, predicted: Joints) -> str:
         """State the figures behind the outcome in a sentence."""
         worst = int((predicted / self._target).argmax())
         numbers = ", ".join(f"{value:.2f}" for value in predicted)
         return (
-            f"Predicted left over: {numbers} N·m. Joint {joints[worst]} is farthest from its target: "
+            f"Predicted left over: {numbers} N·m. Joint {self._joints[worst]} is farthest from its target: "
             f"{predicted[worst]:.2f} of {self._target[worst]:.3g} N·m."
         )

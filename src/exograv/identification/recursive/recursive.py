@@ -11,8 +11,10 @@ from jaxtyping import Float
 from scipy.linalg import block_diag
 
 from exograv.identification.core.discrepancy import Discrepancy
+from exograv.identification.core.held_out import Residuals, agreement, nearest
+from exograv.identification.core.hidden_cuffs import Slipping
 from exograv.identification.core.instrument import Instrumented
-from exograv.identification.core.interface import Covariance, Estimate, Parameters, Sample, TorqueModel
+from exograv.identification.core.interface import Agreement, Covariance, Estimate, Parameters, Sample, TorqueModel
 from exograv.identification.core.misfit import USUAL_MISFIT, misfit
 from exograv.identification.core.noise import Noise
 from exograv.identification.core.physical import PhysicalProjection
@@ -25,6 +27,8 @@ DISTURBANCE_SCALES = np.array([0.3, 0.6, 1.2, 2.4, 4.8, 9.6])
 
 SIZES = ((0.2, 1.0), (0.03, 1.0))
 """Multiples of the prior of each group of hidden parameters that the filter compares [-]: tissue, cuffs."""
+
+Postures = Float[np.ndarray, "posture joint"]
 
 NOTHING_HIDDEN = Hidden(np.zeros(0), np.zeros(0, dtype=int))
 
@@ -55,6 +59,10 @@ REWEIGHTINGS = 2
 """Number of times the samples are reweighted by their residuals, at each linearisation [-]."""
 
 
+LEAST_FIT, LEAST_HELD_OUT = 100, 40
+"""Least numbers of samples before and in a check [-]: 8 s and 3.2 s."""
+
+
 @dataclass(frozen=True)
 class _Linear:
     """Samples as linear measurements of the unknowns."""
@@ -64,6 +72,22 @@ class _Linear:
     y: Float[np.ndarray, "sample joint"]
     noise_sd: Float[np.ndarray, "sample joint"]
     errors: Float[np.ndarray, "sample joint considered"] | None
+
+
+@dataclass(frozen=True)
+class _Remembered:
+    """Estimate before a check."""
+
+    samples: int
+    """Number of samples that it has used."""
+    mean: Float[np.ndarray, " unknown"]
+    covariance: Float[np.ndarray, "unknown unknown"]
+    x: Parameters
+    """Point of linearisation."""
+    misfit: float
+    """Size of the discrepancy over the expected one [-]."""
+    postures: Postures
+    """Postures of the check [rad]."""
 
 
 class Recursive:
@@ -117,6 +141,7 @@ class Recursive:
         """Size of the residual that repeats with the posture, over the expected discrepancy [-]."""
         self._samples = 0
         self._rejected = 0
+        self._remembered: _Remembered | None = None
         self._choose_rows(False)
 
     def update(self, sample: Sample) -> None:
@@ -147,6 +172,36 @@ class Recursive:
         if np.abs(self._bank.mean()).max() > ASTRAY_SD:
             self._doubt()
 
+    def hold_out(self, postures: Postures) -> None:
+        """Remember the estimate up to now; the following samples, at `postures`, test it and are used as all others."""
+        self.relinearise()
+        covariance = self._bank.covariance(self._widened)
+        self._remembered = _Remembered(
+            len(self._history), self._bank.mean(), covariance, self._x.copy(), max(self._misfit, USUAL_MISFIT), postures
+        )
+
+    def agreement(self) -> Agreement | None:
+        """Test the remembered estimate by the samples since `hold_out`; None without enough of them.
+
+        It takes as long as `relinearise`.
+        """
+        before = self._remembered
+        if before is None or not LEAST_FIT < before.samples < len(self._history) - LEAST_HELD_OUT:
+            return None
+        linear, held = self._linearised(before.x), slice(before.samples, None)
+        residual = linear.y - linear.H @ before.mean
+        noise_sd, _ = self._bank.all_held_back(linear.dt, residual, linear.noise_sd)
+        visited = nearest(np.array([sample.q for sample in self._history[held]]), before.postures)
+        H, errors = linear.H[held], None if linear.errors is None else before.misfit * linear.errors[held]
+        joints = []
+        for j, slow_sd in enumerate(self._noise.disturbance_sd):
+            expected = H[:, j] @ before.covariance @ H[:, j].T
+            if errors is not None:
+                expected += errors[:, j] @ errors[:, j].T
+            columns = linear.dt, residual[:, j], noise_sd[:, j]
+            joints.append(Residuals(*columns, float(slow_sd), expected, visited))
+        return agreement(joints)
+
     def _doubt(self) -> None:
         """Fit all samples again from the prior, and keep the fit with the larger evidence."""
         before = self._bank, self._x, self._sizes, self._rejected, self._misfit
@@ -162,7 +217,7 @@ class Recursive:
         The considered errors do not change the mean, so only the last pass of the last step carries them.
         """
         self._sizes = self._plausible_sizes()
-        linear, likely = self._linearised(), self._bank
+        linear, likely = self._linearised(self._x.copy()), self._bank
         noise_sd, surprise = linear.noise_sd, np.zeros(len(self._history))
         for reweighting in range(REWEIGHTINGS):
             residual = linear.y - linear.H @ likely.mean()
@@ -188,9 +243,9 @@ class Recursive:
         H = linear.H * np.append(sizes, 1.0)[self._group]
         return misfit(keep, H, linear.y, errors, noise_sd, scale * self._noise.disturbance_sd)
 
-    def _linearised(self) -> "_Linear":
-        """Return all samples, linearised at the newest estimate."""
-        history, x, model = self._history, self._x.copy(), self._model
+    def _linearised(self, x: Parameters) -> "_Linear":
+        """Return all samples, linearised at `x`."""
+        history, model = self._history, self._model
         model.restart()
         rows = [(*model.linearise(sample, x), model.direction_uncertainty(sample.v)) for sample in history]
         tau, derivative, uncertainty = (np.array(column) for column in zip(*rows, strict=True))
@@ -233,7 +288,8 @@ class Recursive:
         x = self._project(self._mean + self._unwhiten @ self._bank.mean(), covariance)
         scale = self._restlessness()
         told, rejected = slice(0, self._told), self._rejected / max(self._samples, 1)
-        return Estimate(self._t, x[told], covariance[told, told], rejected, scale)
+        slipped = self._model.slipped(x) if isinstance(self._model, Slipping) else None
+        return Estimate(self._t, x[told], covariance[told, told], rejected, scale, slipped)
 
     def _choose_rows(self, asked: bool) -> None:
         """Take rows along the requested motion if `asked` and the model can; otherwise along the measured motion."""
@@ -274,5 +330,9 @@ class Recursive:
 
     def covariance(self) -> Covariance:
         """Covariance of all parameters, hidden ones included."""
-        widened = max(self._misfit / USUAL_MISFIT, 1.0)
-        return self._unwhiten @ self._bank.covariance(widened) @ self._unwhiten.T
+        return self._unwhiten @ self._bank.covariance(self._widened) @ self._unwhiten.T
+
+    @property
+    def _widened(self) -> float:
+        """Size of the considered errors over the expected one [-]."""
+        return max(self._misfit / USUAL_MISFIT, 1.0)

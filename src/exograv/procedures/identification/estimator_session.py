@@ -18,7 +18,7 @@ from exograv.identification.baselines.gradient import Gradient
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.arm_setting import arm_setting
 from exograv.identification.core.discrepancy import Discrepancy
-from exograv.identification.core.interface import Estimate, Method, Outcome, Sample
+from exograv.identification.core.interface import Agreement, Checkable, Estimate, Method, Outcome, Sample
 from exograv.identification.core.left_over import LeftOverPrediction, StopRule, is_restless
 from exograv.identification.core.prior import prior
 from exograv.identification.core.sample_filter import SampleFilter
@@ -26,7 +26,9 @@ from exograv.identification.core.setting import Setting
 from exograv.identification.recursive.recursive import Recursive
 from exograv.model.assembly import Assembly
 
+from .check_motion import PlannedCheck
 from .method_names import MethodName
+from .verdict_text import check_text, slip_text
 
 PUBLISH_S = 0.2  # new parameters reach the controller at 5 Hz
 NOTE_S = 1.0  # estimates are recorded, judged and drawn once a second
@@ -51,6 +53,8 @@ class Identification:
     outcome: Outcome = Outcome.RUNNING
     why: str = ""
     """Figures behind the outcome; empty if the method states none."""
+    agreement: Agreement | None = None
+    """Check of the estimate at postures that it had not used; None without one."""
     restless_s: float | None = None
     """Time of motion at which the wearer was first seen not to relax [s]."""
 
@@ -130,7 +134,10 @@ class EstimatorSession:
         self._left_over = LeftOverPrediction(self.model, mean)
         self.before = mean, np.sqrt(np.diag(covariance)), self._left_over.rms(covariance)
         """Belief before any motion: parameters, their standard deviations, and the left over that both predict."""
-        self._rule = StopRule(assembly.description.places)
+        self._rule = StopRule(assembly.description.places, assembly.description.joints)
+        self.check: PlannedCheck | None = None
+        """Check at the end of the motion, set before the motion; None if there is none."""
+        self._is_held_out = False
         self._filter = SampleFilter(assembly.n, period_s)
         self._published = self._noted = 0.0
 
@@ -153,6 +160,10 @@ class EstimatorSession:
             return None
         for follower in self.followers:
             follower(sample)
+        if self.check is not None and not self._is_held_out and sample.t >= self.check.from_s:
+            self._is_held_out = True
+            if isinstance(self.result.method, Checkable):
+                self.result.method.hold_out(self.check.postures)
         self.result.method.update(sample)
         if self._is_offline or sample.t - self._published < PUBLISH_S - 1e-9:
             return None
@@ -182,12 +193,12 @@ class EstimatorSession:
         Return the left over that the estimate predicts (joint,) [N·m]; None if it states no uncertainty.
         """
         result = self.result
-        predicted = None if estimate.covariance is None else self._left_over.rms(estimate.covariance)
+        predicted = self._left_over.of(estimate)
         result.estimates.append(estimate)
         result.predicted.append(predicted)
         if predicted is not None and result.stop_s is None:
             verdict = self._rule.judge(estimate, predicted)
-            result.why = self._rule.why(predicted, self._assembly.description.joints)
+            result.why = self._rule.why(predicted)
             if verdict is not Outcome.RUNNING:
                 result.stop_s, result.outcome = estimate.t, verdict
         if result.restless_s is None and is_restless(estimate):
@@ -206,10 +217,15 @@ class EstimatorSession:
         result = self.result
         if result.stop_s is None:
             result.outcome = _final_outcome(result)
+        if isinstance(result.method, Checkable):
+            result.agreement = result.method.agreement()
         predicted = result.predicted[-1]
         if predicted is not None:
-            result.outcome = self._rule.final(result.outcome, result.last, predicted)
-            result.why = self._rule.why(predicted, self._assembly.description.joints)
+            result.outcome = self._rule.final(result.outcome, result.last, predicted, result.agreement)
+            joints = self._assembly.description.joints
+            why = self._rule.why(predicted), check_text(result.outcome, result.agreement, joints)
+            slip = slip_text(result.last, self._left_over.by_slip(result.last), self._assembly.description)
+            result.why = " ".join(text for text in (*why, slip) if text)
         return result
 
 

@@ -16,19 +16,41 @@ from exograv.model.assembly import Assembly
 from exograv.model.rig_settings import Excitation
 from exograv.motion import Trajectory
 
+from .check_motion import PlannedCheck, check_tour, excitation_s, unused_postures
 from .estimator_session import Belief, EstimatorSession, Identification, restless_text
 from .method_names import MethodName, TorqueSourceName
 from .resting_poses import rest_first
 
 EASE_S = 2.0  # a periodic motion starts and ends with speed, an arm starts and ends at rest
 V_MOTION = 1.3  # rad/s: no joint of a designed motion is faster
+SEEN_EVERY_S = 0.05  # at less than 1.3 rad/s, between postures that differ by less than 4°
 SKELETON_TICKS = 50
 
 
 def identification_motion(
     assembly: Assembly, seconds: float, dt: float, excitation: Excitation | None = None
 ) -> Trajectory:
-    """Excitation of the machine, or another, from rest to rest in `seconds`."""
+    """Excitation of the machine, or another, from rest to rest in `seconds`; it ends with the `planned_check`."""
+    path, check = excitation_motion(assembly, excitation_s(seconds), dt, excitation), planned_check(assembly, seconds)
+    return path if check is None else motion.joined([path, check_tour(path.q[-1], check.postures, dt)])
+
+
+def planned_check(assembly: Assembly, seconds: float) -> PlannedCheck | None:
+    """Check at the end of a motion of `seconds`, at postures that the machine's own excitation leaves out.
+
+    None if the motion is too short for a check.
+    """
+    before = excitation_s(seconds)
+    if before == seconds:
+        return None
+    seen = excitation_motion(assembly, before, SEEN_EVERY_S).q
+    return PlannedCheck(before, unused_postures(assembly.description, seen))
+
+
+def excitation_motion(
+    assembly: Assembly, seconds: float, dt: float, excitation: Excitation | None = None
+) -> Trajectory:
+    """Excitation of the machine, or another, from rest to rest in `seconds`, without a check."""
     excitation = excitation or assembly.description.excitation
     path = motion.fourier(
         np.deg2rad(excitation.centre_deg),
@@ -64,6 +86,10 @@ class Identifier:
     def followers(self) -> list[Callable[[Sample], None]]:
         """Observers of the samples, called before the method takes each sample."""
         return self._learner.followers
+
+    def expect(self, check: PlannedCheck | None) -> None:
+        """Take the samples from the beginning of `check` on as a test; without one nothing is tested."""
+        self._learner.check = check
 
     def __call__(self, moment: TickSample) -> None:
         """Learn from one tick."""
@@ -109,6 +135,7 @@ def identify_arm(
     dt, assembly = pilot.rig.period_s, controller.assembly
     parts = parts or iter([identification_motion(assembly, seconds, dt)])
     path = next(parts)
+    identifier.expect(planned_check(assembly, seconds))
     found = identifier.result
     pilot.worn = worn = pilot.worn or PersonLimitsManager(pilot.envelope, assembly, identifier.machine, found.prior)
     worn.expect(found.prior, found.prior_covariance, V_MOTION)

@@ -16,7 +16,8 @@ from exograv.identification.excitation import PIECE_S, Designer, MotionLimits, P
 from exograv.model.assembly import Assembly
 from exograv.motion import Trajectory
 
-from .identify import EASE_S, identification_motion
+from .check_motion import PlannedCheck, check_tour, excitation_s
+from .identify import EASE_S, identification_motion, planned_check
 from .method_names import MotionName
 
 STANDARD_PERIOD_S = 20.0
@@ -33,22 +34,36 @@ def motion_parts(
 ) -> Iterator[Trajectory]:
     """Motion from rest to rest in `seconds`, in one or more parts. Request each part when the last one is over.
 
+    The last part of a motion that is long enough is the `planned_check`.
+
     Raises:
         ConfigError: An adaptive motion is planned from a method that states no uncertainty.
     """
+    if name == "adaptive" and method.estimate().covariance is None:
+        raise ConfigError(
+            f"--motion adaptive plans for uncertain parameters, and --method {method.name} states no "
+            "uncertainty. Use --method recursive, or --motion designed."
+        )
+    if name == "designed":
+        return iter([identification_motion(assembly, seconds, dt)])
+    before, check = excitation_s(seconds), planned_check(assembly, seconds)
     if name == "adaptive":
-        if method.estimate().covariance is None:
-            raise ConfigError(
-                f"--motion adaptive plans for uncertain parameters, and --method {method.name} states no "
-                "uncertainty. Use --method recursive, or --motion designed."
-            )
-        return adaptive_parts(assembly, machine, method, seconds, dt)
-    if name == "fixed":
-        path = fixed_motion(MotionLimits.of(assembly), seconds - EASE_S / 2, dt)
-        return iter([motion.eased_out(motion.eased_in(path, EASE_S), EASE_S)])
-    if name == "fourier":
-        return iter([standard_motion(assembly, machine, seconds, dt)])
-    return iter([identification_motion(assembly, seconds, dt)])
+        parts = adaptive_parts(assembly, machine, method, before, dt)
+    elif name == "fixed":
+        path = fixed_motion(MotionLimits.of(assembly), before - EASE_S / 2, dt)
+        parts = iter([motion.eased_out(motion.eased_in(path, EASE_S), EASE_S)])
+    else:
+        parts = iter([standard_motion(assembly, machine, before, dt)])
+    return parts if check is None else _and_check(parts, check, dt)
+
+
+def _and_check(parts: Iterator[Trajectory], check: PlannedCheck, dt: float) -> Iterator[Trajectory]:
+    """Yield the parts, then the tour of the check from where they end."""
+    end = check.postures[0]
+    for part in parts:
+        end = part.q[-1]
+        yield part
+    yield check_tour(end, check.postures, dt)
 
 
 def standard_motion(assembly: Assembly, machine: CalibratedMachine, seconds: float, dt: float) -> Trajectory:

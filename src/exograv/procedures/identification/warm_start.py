@@ -107,11 +107,11 @@ class WarmStart:
 
     def begin(self, model: ArmModel) -> None:
         """Build the cold method and the check of the file, before the first sample."""
-        places = self.assembly.description.places
+        places, joints = self.assembly.description.places, self.assembly.description.joints
         self._cold = build_method("recursive", self.assembly, self.machine, model.again())
         self._left_over = LeftOverPrediction(model.again(), self.table[0])
         target = np.array([TARGET_NM[place] for place in places])
-        self.warm, self.cold = (MethodProgress(StopRule(places), target) for _ in range(2))
+        self.warm, self.cold = (MethodProgress(StopRule(places, joints), target) for _ in range(2))
         self._check = PersonCheck(model.again(), self.machine, self.belief, self.table)
         self._noted = 0.0
 
@@ -128,8 +128,9 @@ class WarmStart:
             self._noted = sample.t
             estimate = self._cold.estimate()
             self.cold_estimates.append(estimate)
-            if estimate.covariance is not None:
-                self.cold.judge(estimate, self._left_over.rms(estimate.covariance))
+            predicted = self._left_over.of(estimate)
+            if predicted is not None:
+                self.cold.judge(estimate, predicted)
 
     def note(self, estimate: Estimate, predicted: np.ndarray | None) -> None:
         """Judge the estimate of the warm method, once a second."""

@@ -13,6 +13,7 @@ from exograv.identification.core.interface import Parameters
 from exograv.loop.phases import TRAVEL_RAD_S
 from exograv.model.description import RigDescription
 from exograv.motion import Trajectory
+from exograv.procedures.identification.check_motion import in_short_order
 from exograv.sobol import sobol_points
 
 POSTURES = 12
@@ -60,7 +61,7 @@ def unseen_postures(model: ArmModel, x: Parameters, seen: Float[np.ndarray, "tic
             f"identification has not seen; {POSTURES} are needed. Use a wider task_workspace in rig.toml, or another "
             "--seed."
         )
-    return _in_short_order(np.array(found[:POSTURES]), description.donning_posture)
+    return in_short_order(found[:POSTURES], description.donning_posture)
 
 
 def both_ways(q: Joints, towards: Joints, dt: float) -> Trajectory:
@@ -126,12 +127,3 @@ def _is_clear(model: ArmModel, q: Joints, x: Parameters) -> bool:
     model.at_rest(q, x)
     moving = np.full(len(q), SPEED_RAD_S)
     return bool((model.direction_uncertainty(moving) < 0.5 * SINGULAR_SD).all())
-
-
-def _in_short_order(postures: Postures, start: Joints) -> Postures:
-    left, ordered, here = list(postures), [], start
-    while left:
-        nearest = int(np.argmin([np.abs(q - here).max() for q in left]))
-        here = left.pop(nearest)
-        ordered.append(here)
-    return np.array(ordered)

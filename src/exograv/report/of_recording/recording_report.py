@@ -95,8 +95,10 @@ def page_of(recording: Recording) -> Page:
 def _lead(recording: Recording) -> Iterator[Block]:
     if recording.remark:
         yield Text(recording.remark, "notice")
-    if outcome := (recording.last("/result").get("identification") or {}).get("outcome"):
-        yield Markup("<strong>The estimator says:</strong> {}").format(outcome)
+    told = recording.last("/result").get("identification") or {}
+    if outcome := told.get("outcome"):
+        verdict = " ".join(text for text in (outcome, told.get("why")) if text)
+        yield Markup("<strong>The estimator says:</strong> {}").format(verdict)
     yield LEFT_OVER
     if text := (recording.last("/result").get("comparison") or {}).get("text"):
         yield text

@@ -1,0 +1,64 @@
+"""Verdicts of the stop rule against the truth, by world: who is called converged, and who rightly.
+
+    python benchmarks/verdicts.py --worlds home,cuffs --seeds 2000-2011 --seconds 60
+
+One row per wearer: outcome, left over, stated left over, and probability of the residuals at unused postures, each by
+joint. Then one row per world: wearers, converged, converged with more than the target and more than twice the target
+left over, and wearers whom the check refuses.
+"""
+
+import argparse
+from typing import cast
+
+import numpy as np
+
+from exograv.campaigns.benchmark_identification.cases import by_machine, population
+from exograv.campaigns.benchmark_identification.runs import MethodRun
+from exograv.campaigns.benchmark_identification.work import WearerTask, run_machine
+from exograv.identification.core.interface import Outcome
+from exograv.options import WorldName
+from exograv.study.targets import TARGET_NM
+from seeds import seed_range
+
+
+def ratio(run: MethodRun) -> float:
+    """Left over at the end over its target, at the joint where it is largest [-]."""
+    target = np.array([TARGET_NM[place] for place in run.places])
+    return float((np.array(run.left_over_Nm[-1], dtype=float) / target).max())
+
+
+def row(world: str, runs: list[MethodRun]) -> str:
+    """Return the row of a world."""
+    done = [run for run in runs if run.failed is None]
+    converged = [ratio(run) for run in done if run.outcome == Outcome.CONVERGED.name]
+    beyond = [sum(one > times for one in converged) for times in (1.0, 2.0)]
+    refused = sum(run.outcome == Outcome.DISAGREES.name for run in done)
+    return (
+        f"{world}: {len(done)} of {len(runs)} ran; converged {len(converged)}, of them above the target {beyond[0]}, "
+        f"above twice the target {beyond[1]}; refused by the check {refused}"
+    )
+
+
+def main() -> None:
+    """Run the wearers and print the rows."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--worlds", default="home,tissue,cuffs,drives,unseen")
+    parser.add_argument("--seeds", default="2000-2011")
+    parser.add_argument("--seconds", type=float, default=60.0)
+    options = parser.parse_args()
+    seeds = seed_range(options.seeds)
+    for world in options.worlds.split(","):
+        runs: list[MethodRun] = []
+        for group in by_machine(population("harmonic", 2, len(seeds), seeds[0], world=cast(WorldName, world))):
+            tasks = [WearerTask(case, ("recursive",), ()) for case in group]
+            for run in run_machine(tasks, lambda _: None, options.seconds):
+                runs.append(run)
+                left = None if run.failed else run.left_over_Nm[-1]
+                print(
+                    world, run.case.wearer_seed, run.failed or run.outcome, left, run.stated_Nm, run.check_p, flush=True
+                )
+        print(row(world, runs), flush=True)
+
+
+if __name__ == "__main__":
+    main()
