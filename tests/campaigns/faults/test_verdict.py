@@ -168,7 +168,9 @@ def test_an_arm_that_carries_the_wrong_weight_may_be_as_fast_as_its_fall_and_no_
     course = replace(course, flight_hand_m_s=hand_m_s, **of_fall)
     verdict = judged("F48", course)
     assert (verdict.missed, verdict.unexplained) == (("F48",), unexplained)
-    figures = figures_of([verdict]).by_fault["F48"].misses["flight_hand_m_s"]
+    figures = figures_of([verdict]).by_fault["F48"]
+    assert isinstance(figures, FaultFigures)
+    figures = figures.misses["flight_hand_m_s"]
     assert figures.unexplained == len(unexplained)
 
 
