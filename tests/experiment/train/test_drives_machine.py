@@ -18,6 +18,8 @@ from exograv.experiment.train.drives_machine import DrivesMachine
 from exograv.experiment.train.options import TrainOptions
 from exograv.experiment.train.request import asked_for
 from exograv.recording import read_recording
+from exograv.storage.session_checkpoint import SESSION_FILE
+from exograv.task.state import RunState
 
 SEED, LEVEL = 1023, 1
 OPTIONS = TrainOptions(simulate=True, virtual_clock=True, participant="P-07")
@@ -90,7 +92,7 @@ def test_a_killed_session_over_drives_is_resumed_and_every_touch_is_recorded_onc
     checkpoint = tested / "out" / "P-07_short_01.simulated.run.json"
 
     def has_touched() -> bool:
-        return checkpoint.exists() and '"touch' in checkpoint.read_text(encoding="utf-8")
+        return checkpoint.exists() and bool(RunState.model_validate_json(SESSION_FILE.read(checkpoint).run).seen)
 
     process = exograv(tested, *words)
     wait_until(has_touched, "the first touch", 600.0)
