@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from exograv.errors import ConfigError
-from exograv.laboratory.drive_sim import _wiring, run_drive_sim
 from exograv.laboratory.options import DriveSimOptions
+from exograv.laboratory.simulated_drives.drive_sim import _wiring, run_drive_sim
 from exograv.model.description import load_rig
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.rig.drives.settings import load_drives
@@ -75,7 +75,7 @@ def test_simulated_drives_that_keep_time_give_their_rights_back(tmp_path: Path, 
         yield
         asked.append(())
 
-    monkeypatch.setattr("exograv.laboratory.drive_sim.realtime", noting)
+    monkeypatch.setattr("exograv.laboratory.simulated_drives.drive_sim.realtime", noting)
     for lock_step in (True, False):
         monkeypatch.setattr("sys.stdin", io.StringIO("quit\n"))
         run_drive_sim(DriveSimOptions(lock_step=lock_step), tmp_path, lambda _: None)

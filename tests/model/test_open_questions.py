@@ -39,7 +39,7 @@ def test_a_machine_that_still_asks_is_refused_with_the_first_question(tmp_path: 
     text = (machine / "rig.toml").read_text(encoding="utf-8")
     (machine / "rig.toml").write_text(text.replace("gear_ratio = 100.0", 'gear_ratio = "?"  # turns', 2))
     with pytest.raises(
-        ConfigError, match=r"asks 2 questions; line \d+, actuators.gear_ratio: turns. Answer each"
+        ConfigError, match=r"open questions: 2. The first: line \d+, actuators.gear_ratio: turns. Answer each"
     ) as caught:
         load_rig(str(machine))
     assert f"exograv rig check {machine}" in str(caught.value)

@@ -61,6 +61,9 @@ class Phase:
 ON_THE_WAY = Phase("move", Drive.ALWAYS)
 """Motion from one phase to the next."""
 
+TAKING = Phase("take arm", Drive.NEVER)
+"""The machine takes the arm while the wearer lets go."""
+
 ARM_CHECK = Phase("check arm", Drive.ALWAYS)
 # a strained relaxed joint decays with about 1 s (docs/explanation/arm.md)
 RESTING = Phase("rest", Drive.ALWAYS, settle_s=1.5)

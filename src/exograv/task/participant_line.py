@@ -4,11 +4,12 @@ The session tells what the participant's page shows. The participant tells where
 message carries a parameter of the arm or the machine.
 """
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, TypeAdapter
 
 from exograv.model.rig_settings import Settings
+from exograv.results import JsonObject
 
 from .events import Touch
 from .picture import ParticipantPicture
@@ -26,7 +27,7 @@ class Introduced(Settings):
     """Lengths to which the machine is set, by segment [m]."""
 
     screen: ScreenCalibration
-    recorded: dict[str, Any]
+    recorded: JsonObject
     """Settings of room and participant for the recording, by name."""
 
 
@@ -45,7 +46,7 @@ class Learned(Settings):
     """State that the participant keeps for the next session. The session stores it in its checkpoint."""
 
     kind: Literal["learned"] = "learned"
-    learned: dict[str, Any]
+    learned: JsonObject
 
 
 class Seen(Settings):
@@ -66,7 +67,7 @@ class Remember(Settings):
     """State of the participant from before an interruption."""
 
     kind: Literal["remember"] = "remember"
-    learned: dict[str, Any]
+    learned: JsonObject
 
 
 ToSession = Annotated[Introduced | Touched | Learned, Field(discriminator="kind")]

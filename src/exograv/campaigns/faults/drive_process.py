@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from exograv.laboratory.drive_sim import front_end
+from exograv.laboratory.simulated_drives.drive_sim import front_end
 from exograv.options import Bus
 from exograv.rig.drives.settings import load_drives
 from exograv.rig.drives.simulated import Plant

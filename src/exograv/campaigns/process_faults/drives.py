@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from exograv.laboratory.drive_sim import run_drive_sim
 from exograv.laboratory.options import DriveSimOptions
+from exograv.laboratory.simulated_drives.drive_sim import run_drive_sim
 from exograv.live.on_drives.simulated_drives import GREETING
 from exograv.rig.drives.simulated.devices import SimulatedDevices
 from exograv.rig.drives.udp.layout import Flag, Type

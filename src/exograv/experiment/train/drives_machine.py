@@ -18,7 +18,7 @@ from exograv.loop.arm_controller import ArmController
 from exograv.loop.machine_limits import limits, refuse_motorless
 from exograv.loop.mode_ramp import fade
 from exograv.loop.person_limits_manager import PersonLimitsManager
-from exograv.loop.phases import Drive
+from exograv.loop.phases import TAKING
 from exograv.loop.pilot import Pilot, Progress
 from exograv.loop.run_settings import Draw, RunSettings, run_settings
 from exograv.model.anthropometry import Body
@@ -46,7 +46,7 @@ from .request import TrainingRequest
 
 COMMAND = "exograv run train --simulate --virtual-clock"
 
-TAKING = "Taking the arm"
+TAKING_TEXT = "Taking the arm"
 LETS_GO_S = 1.5
 """Time for a wearer to let go of an arm that the machine carries [s]."""
 
@@ -162,7 +162,8 @@ class DrivesMachine:
         """Carry the machine alone for a second, then take the arm while the wearer lets go."""
         rig, machine = pilot.rig, known.machine
         controller = ArmController(known.assembly, machine, known.x, rig.period_s)
-        controller.mode.gravity_level, controller.mode.drive = 1.0, Drive.NEVER.goal(is_known=False)
+        controller.mode.drive = TAKING.drive.goal(is_known=False)
+        controller.mode.gravity_level = 1.0
         believed = prior(known.assembly, machine)
         pilot.worn = PersonLimitsManager(pilot.envelope, known.assembly, machine, believed[0])
         pilot.worn.expect(*believed, SLOW_RAD_S)
@@ -175,7 +176,7 @@ class DrivesMachine:
             if mode is Mode.RAMP_IN:
                 fade(pilot, controller, "gravity_level", 0.0, posture)
             else:
-                pilot.run(controller, motion.hold(posture, seconds, rig.period_s), TAKING)
+                pilot.run(controller, motion.hold(posture, seconds, rig.period_s), TAKING_TEXT)
         return WornMachine(pilot, controller, known, lambda is_there: self._line.tell(Room(is_there=is_there)))
 
     def _person_run(self) -> ParticipantRun:

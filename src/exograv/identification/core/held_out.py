@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.linalg import cho_solve, cholesky
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from .interface import Agreement
 from .square_root import SlowDisturbance
@@ -93,7 +93,7 @@ def _tested(joint: Residuals) -> tuple[float, float, float]:
             own = np.linalg.inv(at.T @ solved)
             mean = own @ solved.T @ r
             covariance = own + own @ solved.T @ expected @ solved @ own
-            probability += weight * chi2.sf(mean @ np.linalg.solve(covariance, mean), len(mean))
+            probability += weight * chdtrc(len(mean), mean @ np.linalg.solve(covariance, mean))
             means, variance = means + weight * mean, variance + weight * np.diag(covariance)
     share = weights[weights >= CERTAIN_SHARE].sum()
     return (

@@ -9,6 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from exograv.errors import ConfigError, RigError
+from exograv.laboratory.attentive_wearer import AttentiveHold
+from exograv.laboratory.cooperative_wearer import ArmHold
+from exograv.laboratory.options import DriveSimOptions
+from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.loop.machine_limits import refuse_motorless
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
@@ -25,11 +29,7 @@ from exograv.runtime.clock.realtime import realtime
 from exograv.safety.modes import RAMP_IN_S, REST_BEFORE_RAMP_S, Mode
 from exograv.task.protocol import load_protocol
 
-from .attentive_wearer import AttentiveHold
-from .cooperative_wearer import ArmHold
-from .options import DriveSimOptions
-from .participant.wearer_behind_drives import WearerBehindDrives
-from .virtual_laboratory import draw_laboratory
+from .wearer_behind_drives import WearerBehindDrives
 
 Say = Callable[[str], None]
 

@@ -10,6 +10,11 @@ import numpy as np
 
 from exograv.laboratory.attentive_wearer import AttentiveHold
 from exograv.laboratory.options import DriveSimOptions
+from exograv.laboratory.participant.habits import Habits
+from exograv.laboratory.participant.recorded_participant import recorded_participant
+from exograv.laboratory.participant.touch_panel import TouchPanel
+from exograv.laboratory.participant.touch_screen import SimulatedRoom
+from exograv.laboratory.participant.virtual_participant import PointingPerson
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.results import json_value
 from exograv.rig.twin import Twin, day_seed
@@ -17,12 +22,6 @@ from exograv.runtime.processes.json_lines import LinesListener
 from exograv.storage.session_checkpoint import LearnedState
 from exograv.task.participant_line import TO_PARTICIPANT, Introduced, Learned, Remember, Room, Seen, Touched
 from exograv.task.protocol_schema import Protocol
-
-from .habits import Habits
-from .recorded_participant import recorded_participant
-from .touch_panel import TouchPanel
-from .touch_screen import SimulatedRoom
-from .virtual_participant import PointingPerson
 
 
 class WearerBehindDrives:
