@@ -43,7 +43,7 @@ def miss_list() -> str:
     misses: dict[str, list[str]] = {}
     for (fault, measure), miss in KNOWN_MISSES.items():
         bound = "any value" if miss.up_to is None else f"up to {miss.up_to:g}"
-        bound = "if the fault never shows" if miss.if_hidden else "as fast as a fall" if miss.by_fall else bound
+        bound = "as fast as a fall" if miss.by_fall else bound
         misses.setdefault(miss.cause, []).append(f"**{fault}** `{measure.value}` ({bound})")
     return "\n".join(f"- {', '.join(explained)}: {cause}" for cause, explained in misses.items())
 

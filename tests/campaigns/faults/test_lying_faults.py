@@ -96,16 +96,6 @@ def test_a_drifting_torque_constant_ends_at_its_factor_and_a_tilting_base_at_ten
     assert np.linalg.norm(world.gravity) == pytest.approx(1.0)
 
 
-def test_a_slow_fault_states_the_share_of_the_weight_that_it_leaves_unbalanced():
-    tilt = of_lies.TiltingBase(np.random.default_rng(1), JOINTS, ONSET)
-    turned = np.array([np.sin(tilt.ANGLE_RAD), 0.0, np.cos(tilt.ANGLE_RAD)])
-    assert tilt.unbalanced == pytest.approx(np.linalg.norm(turned - [0.0, 0.0, 1.0]))
-    slip = of_lies.CommonEncoderSlip(np.random.default_rng(1), JOINTS, ONSET)
-    assert slip.unbalanced == pytest.approx(2.0 * np.sin(np.deg2rad(7.5)))
-    shares = {of_lies.TorqueConstantDrift(np.random.default_rng(k), JOINTS, ONSET).unbalanced for k in range(9)}
-    assert sorted(shares) == pytest.approx([0.4, 0.6])
-
-
 def test_a_dropped_weight_hangs_from_the_first_tick_to_the_onset():
     world, fault = NotedWorld(), of_lies.WeightDropped(np.random.default_rng(0), JOINTS, ONSET)
     fault.begin(world)

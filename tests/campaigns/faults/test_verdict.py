@@ -174,13 +174,6 @@ def test_an_arm_that_carries_the_wrong_weight_may_be_as_fast_as_its_fall_and_no_
     assert figures.unexplained == len(unexplained)
 
 
-@pytest.mark.parametrize(("begin", "unexplained"), [(np.inf, ()), (float(ONSET), ("F07",))])
-def test_motion_by_a_reversed_encoder_is_explained_only_if_it_never_showed(begin: float, unexplained: tuple[str, ...]):
-    course = replace(stopped(ONSET + 5, StopReason.ENCODERS_PART), extra_way_deg=4.0)
-    verdict = _verdict(Scenario(0, 0, ("F07",)), course, {"F07": ONSET}, {"F07": begin}, True)
-    assert (verdict.missed, verdict.unexplained) == (("F07",), unexplained)
-
-
 def test_each_known_miss_is_of_a_criterion_that_its_fault_has_and_says_its_cause():
     for (name, measure), miss in KNOWN_MISSES.items():
         limit = ALL[name].budget_ms if measure is Measure.TIME else ALL[name].limits[measure]

@@ -5,12 +5,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import pytest
+from tests.waiting import wait_until
 
 from exograv.errors import RigError
 from exograv.experiment.train.remote_seat import ParticipantLine, RemoteSeat
-from exograv.runtime.processes.json_lines import Lines, LinesListener
+from exograv.laboratory.participant.screen_session import ScreenSession
+from exograv.runtime.processes.line_socket import Lines, LinesListener
 from exograv.storage.session_checkpoint import LearnedState
-from exograv.task.events import Touch
+from exograv.task.events import Event, Touch
 from exograv.task.participant_line import TO_PARTICIPANT, Introduced, Learned, Remember, Seen, ToSession, Touched
 from exograv.task.picture import ParticipantPicture
 from exograv.task.plan import TaskPlan
@@ -23,6 +25,9 @@ FORM = Introduced(height_m=1.7, mass_kg=65.0, sex="female", lengths_m={"forearm"
 PICTURE = ParticipantPicture(
     screen="welcome", target=None, diameter_px=None, arrow=None, countdown_s=None, window=None, windows=2
 )
+SOON_S, LATER_S = 10.0, 0.015
+"""Time-out of a test; time between a tick and the next look of the session at the touches [s]."""
+
 LEARNED = LearnedState(slow=(0.5,), aim=(0.001, -0.002))
 
 
@@ -59,13 +64,23 @@ def pair(monkeypatch: pytest.MonkeyPatch) -> Iterator[Pair]:
             yield Pair(line, made[0])
 
 
-def touches_at(seat: RemoteSeat, t: float) -> list[Touch]:
-    plan = TaskPlan(load_protocol("training"), "active", SCREEN)
-    (source,) = seat.session(TaskRun(plan)).sources
-    for _ in range(1000):
-        if found := list(source(t)):
-            return list(found)  # type: ignore[arg-type]
-    return []
+def session_of(seat: RemoteSeat) -> ScreenSession:
+    return seat.session(TaskRun(TaskPlan(load_protocol("training"), "active", SCREEN)))
+
+
+def touches_at(seat: RemoteSeat, t: float) -> list[Event]:
+    """Wait for the touches that arrive in the tick at `t`, and return them as the session gets them."""
+    (source,) = session_of(seat).sources
+    found: list[Event] = []
+
+    def have_arrived() -> bool:
+        seat.touch(t)
+        found.extend(source(t + LATER_S))
+        return bool(found)
+
+    wait_until(have_arrived, "a touch", SOON_S)
+    assert not list(source(t + LATER_S))
+    return found
 
 
 def test_the_form_comes_with_the_first_message(pair: Pair):
@@ -88,7 +103,7 @@ def test_no_touch_arrives_later_than_now(pair: Pair):
 
 def test_the_participant_sees_the_page_and_remembers_the_last_session(pair: Pair):
     seat = RemoteSeat(pair.line, "simulated-1", LEARNED)
-    see = seat.session(TaskRun(TaskPlan(load_protocol("training"), "active", SCREEN))).see
+    see = session_of(seat).see
     assert see is not None
     see(0.0, PICTURE)
     first, second = (TO_PARTICIPANT.validate_json(line) for line in pair.participant.received(patience_s=1.0))
@@ -102,6 +117,11 @@ def test_what_the_participant_has_learned_is_kept_for_the_checkpoint(pair: Pair)
     pair.tell(Learned(learned=LEARNED.model_dump()))
     pair.tell(Touched(now=1.0, touch=touch(0.9)))
     assert touches_at(seat, 1.0)
+    assert pair.line.learned == LEARNED
+
+
+def test_a_checkpoint_before_the_first_touch_keeps_what_was_learned_before(pair: Pair):
+    RemoteSeat(pair.line, "simulated-2", LEARNED)
     assert pair.line.learned == LEARNED
 
 

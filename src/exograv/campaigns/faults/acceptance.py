@@ -71,11 +71,6 @@ class ExplainedFlight(Protocol):
     """Data of a flight by which a known cause may explain its misses."""
 
     @property
-    def is_hidden(self) -> bool:
-        """True if the fault never showed for long enough to be found."""
-        ...
-
-    @property
     def falling_hand_m_s(self) -> float:
         """Largest hand speed [m/s] that the fault's unbalanced weight explains."""
         ...
@@ -93,16 +88,11 @@ class KnownMiss:
 
     cause: str
 
-    if_hidden: bool = False
-    """True if the cause explains only a fault that never showed in its flight."""
-
     by_fall: bool = False
     """True if the cause explains hand speeds up to that of an arm that falls by the flight's unbalanced weight."""
 
     def explains(self, figure: float | None, flight: ExplainedFlight | None = None) -> bool:
         """Return True if the cause explains this figure of a flight; None is a fault that was not found in time."""
-        if self.if_hidden and (flight is None or not flight.is_hidden):
-            return False
         if self.by_fall and (flight is None or figure is None or not figure <= flight.falling_hand_m_s):
             return False
         return self.up_to is None or (figure is not None and figure <= self.up_to)

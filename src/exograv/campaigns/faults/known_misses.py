@@ -23,17 +23,6 @@ _FALLING = (
     "the flight, with the energy of the same flight without the fault. A force sensor at the cuff would show it."
 )
 
-_BRAKED = (
-    "The friction that control returns brakes a joint that counts backwards. Such a joint may stay slower than 0.2 "
-    "rad/s, where its encoders cannot be compared, and the other joints then move otherwise than without the fault."
-)
-
-_SWINGING = (
-    "A relaxed arm that is released in a bent posture swings by the elasticity of its joints, with and without the "
-    "fault. Explained up to the speed of the same flight without the fault, with the energy that the weight gives "
-    "along the way because the frozen position is old."
-)
-
 _MISSES = (
     KnownMiss(
         "F08",
@@ -86,9 +75,7 @@ _MISSES = (
             "The loops of the model still close, and a small residual takes longer than 5 s. A force sensor at the cuff"
         ),
     ),
-    *(KnownMiss(fault, Measure.HAND, None, _FALLING, by_fall=True) for fault in ("F45", "F46", "F47", "F48", "F49")),
-    KnownMiss("F41 board", Measure.HAND, None, _SWINGING, by_fall=True),
-    *(KnownMiss("F07", measure, None, _BRAKED, if_hidden=True) for measure in (Measure.SPEED, Measure.WAY)),
+    KnownMiss("F48", Measure.HAND, None, _FALLING, by_fall=True),
     KnownMiss(
         "F17",
         Measure.TIME,

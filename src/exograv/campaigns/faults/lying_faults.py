@@ -30,13 +30,8 @@ class FrozenMachine(Injector):
 class FrozenBoard(Injector):
     """F41: one board freezes: all signals of a joint keep their bits while sequence and time go on."""
 
-    WAY_RAD = 0.2
-    """Way of a joint at 2 rad/s within the budget of 0.1 s [rad]."""
-
     def draw(self) -> None:
         self.kept: dict[str, np.ndarray] = {}
-        # The machine carries the arm of the posture in which the board froze.
-        self.unbalanced = 2.0 * float(np.sin(0.5 * self.WAY_RAD))
 
     def measured(self, state: JointState, tick: int) -> JointState:
         self.kept = self.kept or signals_of(state)
@@ -67,7 +62,6 @@ class TiltingBase(Injector):
 
     def draw(self) -> None:
         self.heading = float(self.generator.uniform(-np.pi, np.pi))
-        self.unbalanced = 2.0 * float(np.sin(0.5 * self.ANGLE_RAD))
 
     def act(self, world: World, controller: ArmController, tick: int) -> None:
         since = tick - self.onset
@@ -85,7 +79,6 @@ class DriveTorqueConstantDrift(Injector):
     def draw(self) -> None:
         self.factor = float(self.generator.choice([0.6, 1.6]))
         self.now = 1.0
-        self.unbalanced = abs(self.factor - 1.0)
 
     def act(self, world: World, controller: ArmController, tick: int) -> None:
         since = tick - self.onset
@@ -111,8 +104,6 @@ class CommonEncoderSlip(Injector):
     def draw(self) -> None:
         self.size = float(self.generator.choice([-1.0, 1.0]) * np.deg2rad(15.0))
         self.lasts = self.ticks(int(self.generator.integers(1000, 10_000)))
-        # The model carries the arm of a posture that is turned by this angle.
-        self.unbalanced = 2.0 * float(np.sin(0.5 * abs(self.size)))
 
     def measured(self, state: JointState, tick: int) -> JointState:
         off = min((tick - self.onset + 1) / self.lasts, 1.0) * self.size
@@ -152,12 +143,6 @@ class CuffSlide(Injector):
     def draw(self) -> None:
         self.place = float(self.generator.random())
         self.way = float(self.generator.choice([-1.0, 1.0])) * self.WAY_M
-
-    def known(self, participant: FaultParticipant) -> FaultParticipant:
-        lengths = participant.prepared.assembly.arm.lengths
-        # The force that carries a segment moves along the segment, by this share of its length.
-        self.unbalanced = self.WAY_M / min(lengths["upper_arm"], lengths["forearm"])
-        return participant
 
     def act(self, world: World, controller: ArmController, tick: int) -> None:
         since = tick - self.onset

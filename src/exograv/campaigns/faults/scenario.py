@@ -176,7 +176,6 @@ def _verdict(
     elif len(onsets) == 1:
         name = scenario.faults[0]
         found[name] = detection_ms(course, ALL[name], begins[name])
-        course.is_hidden = bool(np.isinf(begins[name]))
         misses = misses_of_one(course, ALL[name], begins[name], relaxed)
     elif onsets:
         misses = misses_of_group(course, begins)

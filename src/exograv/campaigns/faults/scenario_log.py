@@ -94,9 +94,6 @@ class ScenarioLog:
     healthy_hand_m_s: float = 0.0
     """Fastest hand of the same flight without the fault [m/s]; 0 where that flight was not needed."""
 
-    is_hidden: bool = False
-    """True if the fault never showed for long enough to be found."""
-
     crashed: str | None = None
     """Exception of the twin or the software, as text; None if the run raised no exception."""
 

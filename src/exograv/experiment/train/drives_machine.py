@@ -45,13 +45,14 @@ from .remote_seat import ParticipantLine, RemoteSeat
 from .request import TrainingRequest
 
 COMMAND = "exograv run train --simulate --virtual-clock"
+"""Command as the recording states it."""
 
 TAKING_TEXT = "Taking the arm"
 LETS_GO_S = 1.5
-"""Time for a wearer to let go of an arm that the machine carries [s]."""
+"""Time for a wearer to let go of an arm that the machine carries, assumed [s]."""
 
 SLOW_RAD_S = 0.1
-"""Speed of an arm that is held while the machine takes it [rad/s]."""
+"""Speed of an arm that is held while the machine takes it, assumed [rad/s]."""
 
 
 class DrivesMachine:
@@ -79,7 +80,8 @@ class DrivesMachine:
         Raises:
             ExogravError: The machine is not ready, or a file cannot be used.
         """
-        self._options, self._folder, self._progress = options, folder, progress
+        self._options, self._progress = options, progress
+        self._people = options.participants or participants_in(folder)
         self._asked = replace(options, rig=asked.rig)
         self.description = description = load_rig(asked.rig, options.side)
         refuse_motorless(description)
@@ -89,7 +91,8 @@ class DrivesMachine:
                 f"Protocol '{protocol.name}' does not open its windows by the clock, and --virtual-clock has no "
                 "aircraft. Run it on the twin, without --simulate, or at the console."
             )
-        self.day, run = 0, 0 if before is None else round(before.t)
+        self.day = 0  # Only a verification needs it, and --verify-every acts on the twin only.
+        run = 0 if before is None else round(before.t)
         with contextlib.ExitStack() as stack:
             progress(CONNECTING, 0.0)
             refuse = not_ready(self._asked, folder, description, "run train", say)
@@ -120,6 +123,7 @@ class DrivesMachine:
 
     def ready(self, recording: RecordingWriter, before: KeptSession | None, t: float) -> Ready:
         """Open the bus, take the arm, then check and identify it."""
+        self._people.mkdir(parents=True, exist_ok=True)
         known_machine = self._readiness.calibration().whole.calibration()
         rig = open_drives(self._drives, lock_step=True)
         rig.begin_at(t)
@@ -181,7 +185,5 @@ class DrivesMachine:
 
     def _person_run(self) -> ParticipantRun:
         options = self._options
-        people = options.participants or participants_in(self._folder)
-        people.mkdir(parents=True, exist_ok=True)
-        file = people / f"{options.participant}.toml"
+        file = self._people / f"{options.participant}.toml"
         return person_run(file, options.participant, self._assembly, self._readiness.serial, self._form.body)

@@ -74,5 +74,5 @@ class TrainingMachine(Protocol):
         ...
 
     def close(self) -> None:
-        """Release the machine."""
+        """Release the machine, and end its processes."""
         ...

@@ -183,7 +183,7 @@ def known_again(worn: WornMachine, person: KnownPerson) -> Ready:
     pilot, controller, known = worn.pilot, worn.controller, worn.known
     worn.put_room(False)
     expected = prior(known.assembly, known.machine)[0]
-    pilot.worn = PersonLimitsManager(pilot.envelope, known.assembly, known.machine, expected)
+    pilot.worn = pilot.worn or PersonLimitsManager(pilot.envelope, known.assembly, known.machine, expected)
     pilot.worn.know(known.x)
     controller.mode.drive = LAYING_DOWN.drive.goal(is_known=True)
     lay_down(pilot, controller, worn.put_room)

@@ -1,13 +1,14 @@
 """Seat of a participant in another process: the session's page goes out on a line, touches come back."""
 
 import time
+from collections import deque
 from collections.abc import Iterator
 
 from pydantic import ValidationError
 
 from exograv.errors import RigError
 from exograv.laboratory.participant.screen_session import EventSource, ScreenSession
-from exograv.runtime.processes.json_lines import Lines, connected_lines
+from exograv.runtime.processes.line_socket import Lines, connected_lines
 from exograv.storage.session_checkpoint import LearnedState
 from exograv.task.events import Touch
 from exograv.task.participant_line import (
@@ -73,7 +74,7 @@ class ParticipantLine:
             raise RigError(LOST)
 
     def close(self) -> None:
-        """Close the line."""
+        """Close the line; the participant relaxes."""
         self._lines.close()
 
     def _first(self) -> ToSession | None:
@@ -96,7 +97,9 @@ class RemoteSeat:
             learned: State of the participant from before an interruption; None without one.
         """
         self._line, self._page = line, page
+        self._arrived: deque[Touch] = deque()
         if learned is not None:
+            line.learned = learned  # A checkpoint before the first touch must not lose it.
             line.tell(Remember(learned=learned.model_dump()))
 
     @property
@@ -109,7 +112,14 @@ class RemoteSeat:
         return ScreenSession(run, (self._reported, *others), self._see)
 
     def touch(self, t: float) -> None:
-        """Do nothing: the panel is in the other process."""
+        """Take the touches that have arrived in the tick at `t` [s], and convert their times to the session's clock.
+
+        In lock-step a message arrives in the tick in which it was sent, so the difference is that of the clocks.
+        """
+        for message in self._line.touches():
+            later_s, touch = t - message.now, message.touch
+            times = {"t": touch.t + later_s, "received": min(touch.received + later_s, t)}
+            self._arrived.append(touch.model_copy(update={**times, "page": self._page}))
 
     def act(self) -> None:
         """Do nothing: the muscles are in the other process."""
@@ -117,14 +127,10 @@ class RemoteSeat:
     def _see(self, _t: float, picture: ParticipantPicture) -> None:
         self._line.tell(Seen(picture=picture))
 
-    def _reported(self, t: float) -> Iterator[Touch]:
-        """Yield the touches that have arrived, on the session's clock."""
-        for message in self._line.touches():
-            # In lock-step a message arrives in the tick in which it was sent: the difference is that of the clocks.
-            later_s, touch = t - message.now, message.touch
-            yield touch.model_copy(
-                update={"t": touch.t + later_s, "received": min(touch.received + later_s, t), "page": self._page}
-            )
+    def _reported(self, _t: float) -> Iterator[Touch]:
+        """Yield the touches that have arrived, each once."""
+        while self._arrived:
+            yield self._arrived.popleft()
 
 
 def _read(line: str) -> ToSession:

@@ -1,5 +1,6 @@
-"""Session of `exograv run train --simulate`: from empty machine to last window, in lock-step and from one seed."""
+"""Session of `exograv run train` in lock-step, from the preparation to the last window and the report."""
 
+import contextlib
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -108,16 +109,19 @@ class _Training:
             refuse_kept(self._kept_path)
             refuse_windows(self._recording_path)
         self._machine: TrainingMachine = machine_of(self._asked, self._before)
-        self._refuse_machine()
-        self._plan = TaskPlan(self._asked.loaded, self._asked.exo, self._machine.screen)
-        self._machine.refuse_files()
+        with contextlib.ExitStack() as stack:
+            stack.callback(self._machine.close)
+            self._refuse_machine()
+            self._plan = TaskPlan(self._asked.loaded, self._asked.exo, self._machine.screen)
+            self._machine.refuse_files()
+            stack.pop_all()
 
     def close(self) -> None:
-        """Release the machine."""
+        """Release the machine, and end its processes."""
         self._machine.close()
 
     def run(self) -> TrainResult:
-        """Run the session."""
+        """Run the session to its end, or to an interruption."""
         try:
             return self._run()
         except (RigError, RecordingError) as error:
@@ -279,7 +283,7 @@ class _Training:
     def _settings(self) -> RunSettings:
         options, asked = self._options, self._asked
         # The path of a file changes no result. The hashes state which files were read.
-        places = dict.fromkeys(("calibration", "person_file", "allocation"))
+        places = dict.fromkeys(("calibration", "person_file", "allocation", "drives", "participants"))
         settings = {
             "options": json_value(options) | places | {"rig": asked.rig, "resume": False, "lsl": False},
             "protocol": asked.loaded.recorded,

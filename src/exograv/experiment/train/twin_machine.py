@@ -37,7 +37,8 @@ from .options import TrainOptions
 from .preparation import Ready, SelfTestPassed, WornMachine, known_again, known_arm, person_run, remembered
 from .recording_pilot import RecordingPilot
 
-COMMAND = "exograv run train --simulate"
+COMMAND = "exograv run train"
+"""Command as the recording states it."""
 
 
 class TwinMachine:

@@ -181,7 +181,7 @@ def _welcoming(wearer: WearerBehindDrives, bench: SimulatedBench) -> Callable[[]
 def _pointing(wearer: WearerBehindDrives, drives: Drives, wiring: dict[str, Wiring]) -> Plant:
     """Return the plant of a participant who points."""
     plant = Plant(wearer.twin, drives, wiring)
-    plant.before_step, plant.hear = wearer.act, _checked(wearer.hear)
+    plant.before_step, plant.watch, plant.hear = wearer.act, wearer.feel, _checked(wearer.hear)
     return plant
 
 

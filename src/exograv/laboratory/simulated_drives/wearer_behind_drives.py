@@ -4,7 +4,7 @@ The session and this wearer share nothing but the drives' bus, and a line on whi
 wearer's touches come back (`task/participant_line.py`).
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from exograv.laboratory.participant.virtual_participant import PointingPerson
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.results import json_value
 from exograv.rig.twin import Twin, day_seed
-from exograv.runtime.processes.json_lines import LinesListener
+from exograv.runtime.processes.line_socket import LinesListener
 from exograv.storage.session_checkpoint import LearnedState
 from exograv.task.participant_line import TO_PARTICIPANT, Introduced, Learned, Remember, Room, Seen, Touched
 from exograv.task.protocol_schema import Protocol
@@ -94,7 +94,7 @@ class WearerBehindDrives:
         )
 
     def act(self) -> None:
-        """Feel and see the present moment, report touches that have arrived, and set the muscles for the next step."""
+        """See the page, and set the muscles for the next step."""
         twin, line = self.twin, self._line
         if line is not None:
             for message in line.received():
@@ -105,24 +105,30 @@ class WearerBehindDrives:
         if not self._is_pointing:
             self._hold.act()
             return
-        off = self._panel.feel(twin.t, twin.finger_on_screen())
-        if off is not None:
-            self.person.touched(twin.t, off)
-            self._tell(Learned(learned=self.person.learned.model_dump()))
-        for message in self._reports():
-            self._tell(message)
         truth = twin.truth
         twin.tau_voluntary[:] = self.person.act(twin.t, truth.q_arm, truth.v_arm)
 
+    def feel(self) -> None:
+        """Feel the panel after a step, and report the touches whose reports are due.
+
+        After the step the participant's clock shows the time of the measurement that answers the session, so that the
+        session can convert the times.
+        """
+        if not self._is_pointing:
+            return
+        now = self.twin.t
+        off = self._panel.feel(now, self.twin.finger_on_screen())
+        if off is not None:
+            self.person.touched(now, off)
+            self._tell(Learned(learned=self.person.learned.model_dump()))
+        for touch in self._panel.reported(now):
+            self._tell(Touched(now=now, touch=touch))
+
     def close(self) -> None:
-        """Close the line."""
+        """Close the line and its listener."""
         if self._line is not None:
             self._line.close()
         self._listener.close()
-
-    def _reports(self) -> Iterator[Touched]:
-        now = self.twin.t
-        return (Touched(now=now, touch=touch) for touch in self._panel.reported(now))
 
     def _take(self, message: Seen | Room | Remember) -> None:
         match message:

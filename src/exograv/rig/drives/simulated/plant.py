@@ -75,7 +75,7 @@ class Plant:
         self._sequence, self._ahead_s = 0, 0.0
         self._frozen: dict[int, tuple[JointState, int]] = {}
         self.watch: Callable[[], object] | None = None
-        """Callback for examiners, called after each step."""
+        """Callback after each step: of an examiner, or of a participant who feels a touch panel."""
 
     @property
     def now(self) -> float:

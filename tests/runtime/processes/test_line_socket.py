@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import pytest
 
 from exograv.errors import RigError
-from exograv.runtime.processes import json_lines
-from exograv.runtime.processes.json_lines import LINE_MAX_BYTES, Lines, LinesListener, connected_lines
+from exograv.runtime.processes import line_socket
+from exograv.runtime.processes.line_socket import LINE_MAX_BYTES, Lines, LinesListener, connected_lines
 
 Pair = tuple[Lines, Lines]
 
@@ -39,7 +39,7 @@ def raw() -> Iterator[tuple[socket.socket, Lines]]:
     """Socket of a process that sends any bytes, and the lines of the other process."""
     with (
         contextlib.closing(LinesListener(0)) as listener,
-        socket.create_connection((json_lines.HERE, listener.port)) as one,
+        socket.create_connection((line_socket.HERE, listener.port)) as one,
     ):
         lines = listener.accepted()
         assert lines is not None
@@ -87,7 +87,7 @@ def test_a_port_that_is_taken_is_refused_with_a_reason():
 
 
 def test_nobody_at_the_port_is_a_clear_error(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(json_lines, "CONNECT_S", 0.1)
+    monkeypatch.setattr(line_socket, "CONNECT_S", 0.1)
     with contextlib.closing(LinesListener(0)) as listener:
         port = listener.port
     with pytest.raises(RigError, match=f"port {port}"):

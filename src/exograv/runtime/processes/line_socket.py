@@ -55,7 +55,7 @@ class Lines:
         return [line.decode(errors="replace") for line in lines]
 
     def close(self) -> None:
-        """Close the connection."""
+        """Close the connection; nothing is sent or received any more."""
         self.is_open = False
         self._socket.close()
 
@@ -65,7 +65,7 @@ class Lines:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close the connection."""
+        """Close the connection at the end of the block."""
         self.close()
 
 
@@ -101,7 +101,7 @@ class LinesListener:
         return None
 
     def close(self) -> None:
-        """Listen no more."""
+        """Close the listener; connections stay open."""
         self._socket.close()
 
 
