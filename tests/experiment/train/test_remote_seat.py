@@ -12,7 +12,7 @@ from exograv.experiment.train.remote_seat import ParticipantLine, RemoteSeat
 from exograv.laboratory.participant.screen_session import ScreenSession
 from exograv.runtime.processes.line_socket import Lines, LinesListener
 from exograv.storage.session_checkpoint import LearnedState
-from exograv.task.events import Event, Touch
+from exograv.task.events import Touch
 from exograv.task.participant_line import TO_PARTICIPANT, Introduced, Learned, Remember, Seen, ToSession, Touched
 from exograv.task.picture import ParticipantPicture
 from exograv.task.plan import TaskPlan
@@ -68,14 +68,14 @@ def session_of(seat: RemoteSeat) -> ScreenSession:
     return seat.session(TaskRun(TaskPlan(load_protocol("training"), "active", SCREEN)))
 
 
-def touches_at(seat: RemoteSeat, t: float) -> list[Event]:
+def touches_at(seat: RemoteSeat, t: float) -> list[Touch]:
     """Wait for the touches that arrive in the tick at `t`, and return them as the session gets them."""
     (source,) = session_of(seat).sources
-    found: list[Event] = []
+    found: list[Touch] = []
 
     def have_arrived() -> bool:
         seat.touch(t)
-        found.extend(source(t + LATER_S))
+        found.extend(event for event in source(t + LATER_S) if isinstance(event, Touch))
         return bool(found)
 
     wait_until(have_arrived, "a touch", SOON_S)
