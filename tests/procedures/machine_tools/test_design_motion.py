@@ -1,12 +1,15 @@
 """Designed motion: a valid block for a rig file, better than the one before it, within its limits."""
 
 import tomllib
+from itertools import count
 
 import numpy as np
 import pytest
 
 from exograv.errors import ConfigError
-from exograv.identification.excitation import MotionLimits, harmonic
+from exograv.identification.excitation import MotionLimits, design, harmonic
+from exograv.identification.excitation.basis import Coefficients
+from exograv.identification.excitation.problem import MotionProblem
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.rig_settings import Excitation
@@ -47,6 +50,33 @@ def test_the_block_is_the_motion_as_a_rig_file_has_it():
 def test_a_machine_without_motors_has_no_motion_to_design():
     with pytest.raises(ConfigError, match="no motor"):
         design_motion(DesignOptions("recupera_like_passive"), lambda _text, _share: None)
+
+
+def interrupt_at(call: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the optimiser return its start, and let Ctrl-C come in this call."""
+    calls = count()
+
+    def search(_problem: MotionProblem, start: Coefficients, _iterations: int, _seconds: float) -> Coefficients:
+        if next(calls) == call:
+            raise KeyboardInterrupt
+        return start
+
+    monkeypatch.setattr(design, "solve", search)
+
+
+def test_ctrl_c_keeps_the_best_motion_of_the_starts_before_it(monkeypatch: pytest.MonkeyPatch):
+    interrupt_at(1, monkeypatch)
+    figures = design_motion(DesignOptions(starts=2), lambda _text, _share: None).figures
+    assert figures.is_interrupted
+    assert figures.starts == 1
+    # The only start was the machine's present motion, scaled into the limits.
+    assert figures.excitation.period_s == load_rig("recupera_like").excitation.period_s
+
+
+def test_ctrl_c_during_the_first_start_ends_the_command(monkeypatch: pytest.MonkeyPatch):
+    interrupt_at(0, monkeypatch)
+    with pytest.raises(KeyboardInterrupt):
+        design_motion(DesignOptions(starts=2), lambda _text, _share: None)
 
 
 @pytest.mark.slow

@@ -26,6 +26,12 @@ def run_design_motion(options: DesignOptions, common: OutFolder) -> "DesignFigur
     picture = write_picture(picture_path, lambda: draw(joints, path.q, path.dt, designed.limits_deg))
     print(excitation_text(result.excitation))
     show_design(result)
+    if result.is_interrupted:
+        begun = f"{result.starts} of {options.starts + 1} starts"
+        print(
+            f"Ctrl-C ended the search after {begun}. The motion above is the best until then; more starts may find a "
+            "better one."
+        )
     print(f"Picture of one period: {picture}")
     if Path(options.rig).is_dir():
         print(

@@ -32,6 +32,9 @@ SAMPLE_S = 0.25
 
 Progress = Callable[[str, float], None]
 
+Start = tuple[Basis, Float[np.ndarray, "_ joint"]]
+"""Basis and coefficients at which a search starts. Each basis has its own number of shapes."""
+
 
 @dataclass(frozen=True)
 class Design:
@@ -44,6 +47,19 @@ class Design:
 
     Mean over `HORIZONS_S`.
     """
+
+
+@dataclass(frozen=True)
+class Search:
+    """Designs of one search, best first by the filter."""
+
+    designs: list[Design]
+
+    starts: int
+    """Number of starts that were searched to their end."""
+
+    is_interrupted: bool
+    """True if Ctrl-C ended the search."""
 
 
 class Designer:
@@ -60,33 +76,43 @@ class Designer:
         self.forecast = Forecast(self.model, self._mean, self._covariance, self.statistics)
         self._target = np.array([TARGET_NM[place] for place in places])
 
-    def designs(
-        self, starts: Sequence[tuple[Basis, Coefficients]], iterations: int, seconds: float, progress: Progress
-    ) -> list[Design]:
-        """Optimise from each start; return all designs, best first by the filter.
+    def designs(self, starts: Sequence[Start], iterations: int, seconds: float, progress: Progress) -> Search:
+        """Optimise from each start.
 
-        Starts are skipped when `seconds` are over, except the first one.
+        Starts are skipped when `seconds` are over, except the first one. Ctrl-C ends the search and keeps the designs
+        of the starts before it.
+
+        Raises:
+            KeyboardInterrupt: Ctrl-C came during the first start.
         """
-        end, found = time.monotonic() + seconds, []
+        end, found, is_interrupted = time.monotonic() + seconds, list[Design](), False
         for k, (basis, coefficients) in enumerate(starts):
             left = end - time.monotonic()
             progress("Designing the motion", k / len(starts))
             if found and left <= 0.0:
                 break
-            problem = self._problem(basis, self._left_over)
-            start = problem.fitted(coefficients)
-            share = left / (len(starts) - k)
-            better = solve(problem, start, iterations, share)
-            found += [Design(basis, c, self.judged(basis, c)) for c in (start, better)]
+            try:
+                found += self._designed(basis, coefficients, iterations, left / (len(starts) - k))
+            except KeyboardInterrupt:
+                if not found:
+                    raise
+                is_interrupted = True
+                break
         progress("Designing the motion", 1.0)
-        return sorted(found, key=lambda design: design.merit)
+        return Search(sorted(found, key=lambda design: design.merit), len(found) // 2, is_interrupted)
 
-    def standard(self, period_s: float, seed: int, iterations: int = ITERATIONS) -> Design:
-        """Design a D-optimal motion of five harmonics under the same limits, from a random start."""
+    def standard(self, period_s: float, seed: int, seconds: float = np.inf) -> Design:
+        """Design a D-optimal motion of five harmonics under the same limits, from a random start.
+
+        Args:
+            period_s: Period of the motion [s].
+            seed: Seed of the start.
+            seconds: Largest duration of the search [s].
+        """
         basis = standard_basis(period_s)
         problem = self._problem(basis, DeterminantCriterion(self._covariance), is_white=True)
         start = problem.fitted(self.random_start(basis, np.random.default_rng(seed)))
-        coefficients = solve(problem, start, iterations, np.inf)
+        coefficients = solve(problem, start, ITERATIONS, seconds)
         return Design(basis, coefficients, self.judged(basis, coefficients))
 
     def judged(self, basis: Basis, coefficients: Coefficients) -> float:
@@ -101,11 +127,18 @@ class Designer:
         coefficients[0] = 0.5 * (self.limits.lower + self.limits.upper)
         return coefficients
 
-    def starts(self, period_s: float, harmonics: int, count: int, seed: int) -> list[tuple[Basis, Coefficients]]:
+    def starts(self, period_s: float, harmonics: int, count: int, seed: int) -> list[Start]:
         """Draw `count` random starts, alternately with free harmonics and forth-and-back motions."""
         generator = np.random.default_rng(seed)
         bases = (harmonic(period_s, harmonics), forth_and_back(period_s, harmonics))
         return [(bases[k % 2], self.random_start(bases[k % 2], generator)) for k in range(count)]
+
+    def _designed(self, basis: Basis, coefficients: Coefficients, iterations: int, seconds: float) -> list[Design]:
+        """Return the start within the limits, and what the optimiser makes of it."""
+        problem = self._problem(basis, self._left_over)
+        start = problem.fitted(coefficients)
+        better = solve(problem, start, iterations, seconds)
+        return [Design(basis, c, self.judged(basis, c)) for c in (start, better)]
 
     def _problem(self, basis: Basis, criterion: Criterion, *, is_white: bool = False) -> MotionProblem:
         passes = tuple(horizon / basis.period_s for horizon in HORIZONS_S)

@@ -38,7 +38,15 @@ class DesignFigures:
     excitation: Excitation
     targets_Nm: list[float]
     predicted_left_over_Nm: dict[str, dict[str, list[float]]]
-    """Predicted left over of each joint [N·m], by motion and by seconds of motion."""
+    """Predicted left over of each joint [N·m], by motion and by seconds of motion.
+
+    After Ctrl-C without `fourier`, because that motion needs a search of its own.
+    """
+
+    starts: int
+    """Number of starts that were searched."""
+    is_interrupted: bool
+    """True if Ctrl-C ended the search."""
     seed: int
     wall_s: float
     picture: Path | None = field(default=None, metadata=OPTIONAL)
@@ -71,21 +79,26 @@ def design_motion(options: DesignOptions, progress: Progress) -> DesignedMotion:
     designer = Designer(assembly, nominal_machine(description, assembly.exo.phi))
     present = description.excitation
     starts = [_start_of(present), *designer.starts(options.period_s, options.harmonics, options.starts, options.seed)]
-    best = designer.designs(starts, options.iterations, options.seconds, progress)[0]
+    search = designer.designs(starts, options.iterations, options.seconds, progress)
+    best = search.designs[0]
     block = excitation_block(best.basis, best.coefficients)
     progress("Comparing with other motions", 0.0)
-    standard = designer.standard(STANDARD_PERIOD_S, options.seed)
     seconds = max(FORECAST_S)
     paths = {
         "designed": periodic(block, seconds, DT),
         "present": periodic(present, seconds, DT),
-        "fourier": standard.basis.trajectory(standard.coefficients, seconds, DT),
         "fixed": fixed_motion(designer.limits, seconds, DT),
     }
+    if not search.is_interrupted:
+        standard = designer.standard(STANDARD_PERIOD_S, options.seed, options.seconds)
+        paths["fourier"] = standard.basis.trajectory(standard.coefficients, seconds, DT)
     predicted = {name: _rounded(designer.forecast.left_over(path, FORECAST_S)) for name, path in paths.items()}
     progress("Comparing with other motions", 1.0)
     wall_s, targets = round(time.monotonic() - began, 1), _targets(assembly)
-    figures = DesignFigures(description.name, description.joints, block, targets, predicted, options.seed, wall_s)
+    figures = DesignFigures(
+        description.name, description.joints, block, targets, predicted, search.starts, search.is_interrupted,
+        options.seed, wall_s,
+    )  # fmt: skip
     edges = designer.limits.lower, designer.limits.upper
     limits_deg = np.rad2deg(edges[0]).tolist(), np.rad2deg(edges[1]).tolist()
     return DesignedMotion(figures, periodic(block, block.period_s, DT), limits_deg)
