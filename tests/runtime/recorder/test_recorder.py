@@ -134,7 +134,9 @@ def test_a_recorder_that_hangs_is_replaced_and_no_tick_is_missing(tmp_path: Path
         control.put(100)
         wait_until(lambda: recorder.check().acknowledged == 200, "200 ticks on disk")
         report = recorder.check()
-        assert (report.restarts, report.lost, report.why) == (1, 0, "")
+        # On a busy computer the second recorder may need longer than the limit of this test, and is replaced too.
+        assert report.restarts >= 1
+        assert (report.lost, report.why) == (0, "")
     assert read_recording(path).ticks["sequence"].tolist() == list(range(200))
 
 
