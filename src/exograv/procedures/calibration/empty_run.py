@@ -27,7 +27,7 @@ ASTRAY_RAD = np.deg2rad(8.0)
 ASTRAY_SHARE = 1.0 / 3.0
 """Share of the motor's torque. The PD of a light joint reaches it only at a larger error; a blocked joint reaches any
 error."""
-HANG_TICKS = 20  # ticks per step in which a weight is lowered
+LOWER_STEP_S = 0.02  # between two steps in which a weight is lowered
 WAIT_S = 0.1  # between two checks whether the operator is ready
 
 Joints = Float[np.ndarray, " joint"]
@@ -115,7 +115,11 @@ class EmptyRun:
         before = float(self._hung[k] @ weights)
         after = 0.0 if weight is None else float(weights[weight])
         dt, passed, lowers_s = self.pilot.rig.period_s, 0, self.operator.lowers_s
-        ticks = round(lowers_s / dt)
+        ticks, every = round(lowers_s / dt), max(round(LOWER_STEP_S / dt), 1)
+
+        def become(mass: float) -> None:
+            self.controller.hang(mount, mass)
+            self.operator.lower(mount, mass)
 
         def wait(moment: TickSample) -> None:
             self.filter.update(moment.state.q, moment.state.current)
@@ -123,10 +127,8 @@ class EmptyRun:
         def lower(moment: TickSample) -> None:
             nonlocal passed
             passed += 1
-            if passed % HANG_TICKS == 0:
-                mass = before + (after - before) * passed / ticks
-                self.controller.hang(mount, mass)
-                self.operator.lower(mount, mass)
+            if passed % every == 0 and passed < ticks:
+                become(before + (after - before) * passed / ticks)
             wait(moment)
 
         if after != before:
@@ -134,6 +136,8 @@ class EmptyRun:
             while not self.operator.is_ready(mount, after):
                 self.pilot.run(self.controller, hold(q, WAIT_S, dt), text, wait)
             self.pilot.run(self.controller, hold(q, lowers_s, dt), text, lower)
+            # The time need not be a multiple of the step, and the listener skips ticks without a measurement.
+            become(after)
         self._hung[k] = 0.0
         if weight is not None:
             self._hung[k, weight] = 1.0
