@@ -46,15 +46,17 @@ class Flight:
     """Result of `float_arm`: estimate, recording, stops and drift."""
 
     estimate: Estimate
-    """Estimate of the arm that was floated."""
+    """Estimate of the arm. `Estimate.carried` states which part of it was floated."""
     path: Path
     """File of the recording."""
     stops: tuple[str, ...] = ()
     """Causes of the guard's stops; empty if the flight ended as planned."""
     drift_deg: Float[np.ndarray, " joint"] | None = None
     """Largest distance of each joint from the posture of release [°]; None if it was not measured."""
+    why: str = ""
+    """Sentences on an arm that is carried only in part: axes, reason, next step; empty if all of it is carried."""
     left_over_true: Float[np.ndarray, " joint"] | None = None
-    """True left over at held-out postures, RMS per joint [N·m]; None for a real machine."""
+    """True left over of the carried arm at held-out postures, RMS per joint [N·m]; None for a real machine."""
 
     def recording(self) -> Recording:
         """Read the recording of the flight."""

@@ -17,6 +17,7 @@ from exograv.loop.phases import WEIGHING
 from exograv.loop.pilot import Progress
 from exograv.model.arm import held_weight
 from exograv.next_command import calibration_command
+from exograv.procedures.identification.carried_figures import CarriedFigures
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import Identification
 from exograv.procedures.identification.float_arm import Drift, float_arm
@@ -271,6 +272,7 @@ def _identified_arm(
             outcome=found.outcome,
             why=found.why,
             restless_s=found.restless_s and round(found.restless_s, 2),
+            carried=CarriedFigures.of(found.decided),
         ),
         identifiability_rows(known.assembly, found.prior_covariance, found.last),
         possible and PossibleLeftOver(rounded(possible.median), rounded(possible.p95)),
@@ -295,12 +297,12 @@ def _participant_figures(
 def _float_and_weigh(
     run: _Run, worn: WornTwin, model: ArmModel, found: Identification, examination: Examination
 ) -> FloatedArm:
-    pilot, controller = worn.pilot, worn.controller
+    pilot, controller, arm = worn.pilot, worn.controller, found.floated
     options, description = run.options, run.laboratory.description
     lower, upper = description.workspace
     posture = 0.5 * (lower + upper)
     drift: Drift = float_arm(
-        pilot, controller, posture, options.gravity_level, FLOAT_S, covariance=found.last.covariance, model=model
+        pilot, controller, posture, options.gravity_level, FLOAT_S, covariance=arm.covariance, model=model
     )
     mass = float(np.random.default_rng([options.seed, 9]).uniform(*WEIGHT_KG))
     pilot.begin(WEIGHING)
@@ -308,11 +310,11 @@ def _float_and_weigh(
     def hang(loaded: bool) -> None:
         worn.twin.hang("hand", mass if loaded else 0.0)
 
-    weighing: Weighing = weigh(pilot, controller, model, found.last, hang)
-    with_weight = found.last.x.copy()
+    weighing: Weighing = weigh(pilot, controller, model, arm, hang)
+    with_weight = arm.x.copy()
     assembly = controller.assembly
     with_weight[parameters.ParameterLayout.of(assembly).phi] += held_weight(assembly.arm, weighing.mass)
-    ignored, compensated = (rounded(examination.score(x, mass).total) for x in (found.last.x, with_weight))
+    ignored, compensated = (rounded(examination.score(x, mass).total) for x in (arm.x, with_weight))
     float_arm(
         pilot,
         controller,
@@ -320,7 +322,7 @@ def _float_and_weigh(
         options.gravity_level,
         FLOAT_S / 2,
         "float with weight",
-        found.last.covariance,
+        arm.covariance,
         model,
     )
     return FloatedArm(

@@ -22,6 +22,7 @@ from exograv.loop.pilot import Pilot
 from exograv.loop.replay_log import read_machine
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
+from exograv.procedures.identification.carried_figures import CarriedFigures
 from exograv.procedures.identification.controller_knowledge import MOTION_S, ControllerKnowledge
 from exograv.procedures.identification.identify import Identifier, identify_arm
 from exograv.procedures.identification.options import ParticipantOptions
@@ -61,6 +62,10 @@ class SessionIdentification:
     outcome: str
     from_file: bool
     predicted_left_over_Nm: list[float] | None
+    why: str = ""
+    """Figures behind the outcome and the decision to float."""
+    carried: CarriedFigures | None = None
+    """Decision to float; None in checkpoints of earlier versions."""
 
 
 @dataclass(frozen=True)
@@ -168,10 +173,12 @@ def known_arm(worn: WornMachine, person: ParticipantRun, passed: SelfTestPassed)
             outcome=found.outcome.value,
             from_file=person.before is not None,
             predicted_left_over_Nm=None if predicted is None else rounded(predicted),
+            why=found.why,
+            carried=CarriedFigures.of(found.decided),
         ),
         isinstance(written, KeptParticipant),
     )
-    return Ready(pilot, controller, worn.put_room, _kept(machine, found.last), figures, identifier.model)
+    return Ready(pilot, controller, worn.put_room, _kept(machine, found.floated), figures, identifier.model)
 
 
 def known_again(worn: WornMachine, person: KnownPerson) -> Ready:

@@ -147,8 +147,9 @@ def identify_arm(
     for part in chain([path], parts):
         pilot.run(controller, part, f"Identifying the arm by '{identifier.result.method.name}'", identifier)
     result = identifier.finish(pilot.rig.read().t)
-    if controller.publish(result.last.x, pilot.q):
-        worn.know(result.last.x)
+    carried = result.floated.x
+    if controller.publish(carried, pilot.q):
+        worn.know(carried)
     elif pilot.recording is not None:
         pilot.recording.write("/event", pilot.rig.read().t, {"kind": "implausible arm", "text": IMPLAUSIBLE})
     return result
