@@ -96,7 +96,9 @@ class Estimate:
 
         Slip of the cuffs is not part of an estimate that was loaded.
         """
-        return arm_to_carry(core.Estimate(self.motion_s, self.x, self.covariance, 0.0, 1.0), self.assembly, self.machine)
+        return arm_to_carry(
+            core.Estimate(self.motion_s, self.x, self.covariance, 0.0, 1.0), self.assembly, self.machine
+        )
 
     def to_pandas(self) -> "pd.DataFrame":
         """Return a table with one row per parameter: unit, estimate, standard deviation, 95 % interval."""

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.errors import ConfigError
+from exograv.identification.core.interface import Outcome
 
 from .estimate import Estimate
 from .law import Law
@@ -32,6 +33,11 @@ class FlightPlan:
     law: Law | None = None
 
     def __post_init__(self):
+        if self.estimate is not None and self.estimate.outcome == Outcome.DISAGREES.value:
+            raise ConfigError(
+                "estimate disagreed with its check at unused postures, so it must not be floated. Leave it out: "
+                "`float_arm` then identifies the arm, with a new check if identify_s is 40 or more."
+            )
         for name, value, (least, most) in (
             ("identify_s", self.identify_s, IDENTIFY_S),
             ("gravity_level", self.gravity_level, (0.0, 1.0)),

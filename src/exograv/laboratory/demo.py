@@ -197,6 +197,7 @@ def _phases(run: _Run) -> _Phases:
 
     identifier = worn.identifier(options.method, options.torque_source, note, person.belief(known.machine))
     person.listen(identifier)
+    person.warn(run.recording, worn.twin.t)
     method = identifier.result.method
     parts = motion_parts(options.motion, known.assembly, known.machine, method, options.seconds, worn.twin.period_s)
     found = identify_arm(worn.pilot, worn.controller, identifier, options.seconds, parts)
@@ -288,7 +289,7 @@ def _participant_figures(
     kept = run.person.keep(found, known.machine, run.options.motion, calibration)
     returning = run.person.returning
     if returning is None:
-        return ParticipantFigures(kept, None)
+        return ParticipantFigures(kept, None, run.person.warning or None)
     cold = {estimate.t: examination.score(estimate.x) for estimate in returning.cold_estimates}
     times = ExaminedTimes(reached_s, time_to_target(cold, run.targets))
     return ParticipantFigures(kept, ReturningParticipant(returning.figures, times))

@@ -150,6 +150,8 @@ class ParticipantFigures:
 
     participant_kept: KeptParticipant | NotKept | None = field(metadata=OPTIONAL)
     participant: ReturningParticipant | None = field(metadata=OPTIONAL)
+    participant_warning: str | None = field(default=None, metadata=OPTIONAL)
+    """Sentence on a file whose estimate disagreed with its check, and is not used."""
 
 
 @dataclass(frozen=True)
