@@ -43,7 +43,7 @@ def row(world: str, runs: list[MethodRun]) -> str:
 
 
 def worse(runs: list[MethodRun], is_carried: bool) -> int:
-    """Number of wearers whom the estimate, or the carried arm, leaves worse than the table on any axis."""
+    """Count the wearers whom the estimate, or the carried arm, leaves worse than the table on any axis."""
     count = 0
     for run in runs:
         left = run.carried_Nm if is_carried else run.left_over_Nm[-1]

@@ -72,7 +72,7 @@ class LeftOverPrediction:
         return self._sensitivity @ difference
 
     def sd_along(self, torque: PostureTorque, covariance: Covariance) -> Joints:
-        """Standard deviation of the torque error along a torque over the postures (joint,) [N·m]."""
+        """Return the standard deviation of the torque error along a torque over the postures (joint,) [N·m]."""
         size = np.sqrt(np.mean(torque**2, axis=0))
         direction = torque / np.maximum(size, 1e-12)
         rows = np.einsum("pj,pji->ji", direction, self._sensitivity) / len(torque)

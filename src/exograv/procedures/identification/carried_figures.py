@@ -15,11 +15,11 @@ class CarriedFigures:
     is_whole: bool
     """True if the estimate is carried in full on every axis."""
     share: list[float]
-    """Share of the change, from the table's torque to the estimate's, that is carried [-]."""
+    """Share of the change of torque that is carried [-]."""
     change_Nm: list[float]
-    """That change, RMS over the task workspace."""
+    """Change of torque from the table to the estimate, RMS over the task workspace."""
     bound_Nm: list[float] | None
-    """95 % bound of the estimate's error along that change."""
+    """95 % bound of the estimate's error along the change."""
     stated_Nm: list[float] | None
     """Left over that the estimate states for itself."""
     table_Nm: list[float] | None
