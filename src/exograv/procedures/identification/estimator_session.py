@@ -26,6 +26,7 @@ from exograv.identification.core.prior import prior
 from exograv.identification.core.sample_filter import SampleFilter
 from exograv.identification.core.setting import Setting
 from exograv.identification.recursive.recursive import Recursive
+from exograv.model.arm import is_plausible
 from exograv.model.assembly import Assembly
 
 from .check_motion import PlannedCheck
@@ -120,7 +121,12 @@ def setting_of(model: ArmModel, belief: Belief) -> Setting:
 def arm_to_carry(
     estimate: Estimate, assembly: Assembly, machine: CalibratedMachine, prediction: LeftOverPrediction | None = None
 ) -> CarriedArm:
-    """Decide how much of an estimate a machine carries when it floats the arm; the only place of that decision."""
+    """Decide how much of an estimate a machine carries when it floats the arm; the only place of that decision.
+
+    An implausible arm is passed on as it is, because the controller refuses it.
+    """
+    if not is_plausible(assembly.arm, estimate.x):
+        estimate = replace(estimate, covariance=None)
     believed = prior(assembly, machine)
     table = BodyTable(table_guess(assembly, machine), believed[1])
     prediction = prediction or LeftOverPrediction(ArmModel(assembly, machine), believed[0])
