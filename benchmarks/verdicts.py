@@ -1,6 +1,6 @@
 """Verdicts of the stop rule and the decision to float against the truth, by world.
 
-    python benchmarks/verdicts.py --worlds home,cuffs --seeds 2000-2011 --seconds 60
+    python benchmarks/verdicts.py --worlds home,cuffs --seeds 2000-2011 --seconds 20,60
 
 One row per wearer: outcome, left over, stated left over, probability of the residuals at unused postures, share of the
 estimate that is carried, left over of the carried arm and of the body table, each by joint. Then two rows per world.
@@ -16,6 +16,7 @@ import numpy as np
 
 from exograv.campaigns.benchmark_identification.cases import by_machine, population
 from exograv.campaigns.benchmark_identification.runs import MethodRun
+from exograv.campaigns.benchmark_identification.streams import calibrate
 from exograv.campaigns.benchmark_identification.work import WearerTask, run_machine
 from exograv.identification.core.carried_arm import MARGIN_NM, WHOLE_SHARE
 from exograv.identification.core.interface import Outcome
@@ -68,21 +69,28 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--worlds", default="home,tissue,cuffs,drives,unseen")
     parser.add_argument("--seeds", default="2000-2011")
-    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--seconds", default="60", help="durations of the motion [s]")
     options = parser.parse_args()
-    seeds = seed_range(options.seeds)
+    seeds, durations = seed_range(options.seeds), [float(word) for word in options.seconds.split(",")]
     for world in options.worlds.split(","):
-        runs: list[MethodRun] = []
+        runs: dict[float, list[MethodRun]] = {seconds: [] for seconds in durations}
         for group in by_machine(population("harmonic", 2, len(seeds), seeds[0], world=cast(WorldName, world))):
+            calibrated = calibrate(group[0], lambda *_: None)
             tasks = [WearerTask(case, ("recursive",), ()) for case in group]
-            for run in run_machine(tasks, lambda _: None, options.seconds):
-                runs.append(run)
-                left = None if run.failed else run.left_over_Nm[-1]
-                verdict = run.failed or run.outcome, left, run.stated_Nm, run.check_p
-                print(
-                    world, run.case.wearer_seed, *verdict, run.carried_share, run.carried_Nm, run.table_Nm, flush=True
-                )
-        print(row(world, runs), float_row(world, runs), sep="\n", flush=True)
+            for seconds in durations:
+                for run in run_machine(tasks, lambda _: None, seconds, calibrated):
+                    runs[seconds].append(run)
+                    print(world, f"{seconds:g} s", *figures(run), flush=True)
+        for seconds in durations:
+            where = f"{world}, {seconds:g} s"
+            print(row(where, runs[seconds]), float_row(where, runs[seconds]), sep="\n", flush=True)
+
+
+def figures(run: MethodRun) -> tuple[object, ...]:
+    """Return the figures of a wearer's row."""
+    left = None if run.failed else run.left_over_Nm[-1]
+    verdict = run.case.wearer_seed, run.failed or run.outcome, left, run.stated_Nm, run.check_p
+    return *verdict, run.carried_share, run.carried_Nm, run.table_Nm
 
 
 if __name__ == "__main__":

@@ -71,6 +71,10 @@ class LeftOverPrediction:
         """Torque of a difference between two parameter vectors, by posture and joint [N·m]."""
         return self._sensitivity @ difference
 
+    def parts_of(self, difference: Parameters) -> Float[np.ndarray, "posture joint parameter"]:
+        """Torque of each parameter's part of a difference, by posture and joint [N·m]."""
+        return self._sensitivity * difference
+
     def sd_along(self, torque: PostureTorque, covariance: Covariance) -> Joints:
         """Return the standard deviation of the torque error along a torque over the postures (joint,) [N·m]."""
         size = np.sqrt(np.mean(torque**2, axis=0))
