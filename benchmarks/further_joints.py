@@ -127,7 +127,7 @@ def _figures(job: Job, folder: Path, progress: Progress) -> dict[str, Any]:
     lower, upper = description.workspace
     middle = 0.5 * (lower + upper)
     drift = float_arm(pilot, controller, middle, 0.0, FLOAT_S).drift_deg
-    held = weigh(pilot, controller, ArmModel(assembly, machine), found.last, _hanging(twin))
+    held = weigh(pilot, controller, ArmModel(assembly, machine), found.floated, _hanging(twin))
     loaded = found.last.x.copy()
     loaded[ParameterLayout.of(assembly).phi] += held_weight(assembly.arm, held.mass)
     rows = parameter_rows(assembly, found.prior, found.last, wearer)

@@ -37,6 +37,7 @@ from exograv.laboratory.demo_result import (
 )
 from exograv.laboratory.reference_wearers import WearerComparison
 from exograv.laboratory.result_rows import BaseParameterRow, IdentifiabilityResult, WeightRow
+from exograv.procedures.identification.carried_figures import CarriedFigures
 from exograv.recording import read_recording
 
 URDF = Path(__file__).parents[1] / "robots" / "recupera_like" / "right.urdf"
@@ -382,9 +383,10 @@ def test_the_closing_table_fits_a_small_terminal(monkeypatch: pytest.MonkeyPatch
     base = BaseParameterRow({"forearm.mz": 1.0}, "kg·m", 0.1, [0.0, 0.2])
     score = ControllerLeftOver(four, four, four)
     joints = ("shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion")
+    carried = CarriedFigures(True, four, four, four, four, four)
     arm = IdentifiedArm(
         LeftOverTable(score, score),
-        IdentificationFigures(None, 5.0, None, "The motion ran its full time.", Outcome.CONVERGED, "", 12.0),
+        IdentificationFigures(None, 5.0, None, "The motion ran its full time.", Outcome.CONVERGED, "", 12.0, carried),
         IdentifiabilityResult(51, None, [base, base], ("forearm.mz",), (), []),
         PossibleLeftOver(four, four),
         [],

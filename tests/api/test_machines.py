@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 import exograv
+from exograv.api.arm_in_machine import arm_in_machine
+from exograv.identification.core.interface import Outcome
+from exograv.procedures.identification.estimator_session import table_guess
 
 
 @pytest.fixture(scope="module")
@@ -71,3 +74,12 @@ def test_a_law_moves_the_floating_arm_and_one_that_returns_nan_is_stopped_by_the
     assert moved[3] > np.deg2rad(5.0) > np.deg2rad(first.drift_deg[3])
     with pytest.raises(exograv.ExogravError, match="not a number"):
         exograv.float_arm(twin, first.estimate, seconds=1.0, path=tmp_path / "nan.mcap", law=lambda q, v, t: q * np.nan)
+
+
+def test_an_estimate_that_disagreed_with_its_check_is_not_floated(rig):
+    twin = exograv.Twin(rig)
+    assembly, machine = arm_in_machine(rig, twin.person, None)
+    x = table_guess(assembly, machine)
+    estimate = exograv.Estimate(twin.person, assembly, machine, x, None, Outcome.DISAGREES.value)
+    with pytest.raises(exograv.ExogravError, match="disagreed with its check"):
+        exograv.float_arm(twin, estimate)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from exograv.identification.core.carried_arm import CarriedArm
 from exograv.identification.core.interface import Estimate, Outcome
 from exograv.live.arm_worker import LearnedArm, PassesResult
 from exograv.live.worker_supervisor import WorkerKeeper
@@ -16,7 +17,9 @@ from exograv.safety.plausible import LimbTable, PlausibleTable
 
 NOTHING, WIDE, FREE = np.zeros((1, 3)), np.full(1, 30.0), np.full(1, 3.0)
 PERSON = PersonLimits(PlausibleTable((LimbTable((0,), 1, NOTHING, NOTHING),), WIDE, WIDE, WIDE), WIDE, -FREE, FREE)
-LEARNED = LearnedArm(1.0, Estimate(1.0, np.zeros(1), None, 0.0, 1.0), Outcome.TIME_IS_UP, "", None, None, PERSON)
+ESTIMATE = Estimate(1.0, np.zeros(1), None, 0.0, 1.0)
+CARRIED = CarriedArm(ESTIMATE.x, None, *np.ones((5, 1)))
+LEARNED = LearnedArm(1.0, ESTIMATE, CARRIED, Outcome.TIME_IS_UP, "", None, None, PERSON)
 PASSED = PassesResult(2.0, (), 1.0, PERSON)
 
 

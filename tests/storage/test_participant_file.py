@@ -10,6 +10,7 @@ import pytest
 
 from exograv.dynamics.parameters import ParameterLayout
 from exograv.errors import ConfigError
+from exograv.identification.core.interface import Outcome
 from exograv.identification.core.prior import prior
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
@@ -23,6 +24,7 @@ from exograv.storage.participant_file import (
     read_participant,
     refuse_other,
     refuse_other_body,
+    refuted_text,
     write_participant,
 )
 from exograv.storage.participant_schema import (
@@ -58,7 +60,9 @@ def belief(assembly: Assembly) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.fixture
 def keep(assembly: Assembly, belief: tuple[np.ndarray, np.ndarray], tmp_path: Path) -> Callable[..., Path]:
-    def write(machine: str = MACHINE, side: str = "right", at: datetime = NOW) -> Path:
+    def write(
+        machine: str = MACHINE, side: str = "right", at: datetime = NOW, outcome: str = Outcome.CONVERGED.value
+    ) -> Path:
         identified = Identified(
             at_utc=at,
             donnings=1,
@@ -67,7 +71,7 @@ def keep(assembly: Assembly, belief: tuple[np.ndarray, np.ndarray], tmp_path: Pa
             motion="of the machine's description",
             motion_s=59.76,
             calibration_sha256="",
-            outcome="The arm is identified.",
+            outcome=outcome,
             predicted_left_over_Nm=[0.1, 0.1, 0.1, 0.05],
             held_out_error_Nm=[0.5, 0.5, 0.5, 0.2],
             held_out_s=20.0,
@@ -197,3 +201,14 @@ def test_random_codes_are_valid_and_differ():
     codes = {new_code() for _ in range(20)}
     assert all(PersonCode().accepts(code) for code in codes)
     assert len(codes) > 15  # of a million
+
+
+def test_a_file_whose_estimate_disagreed_with_its_check_is_told_as_not_used(keep: Callable[..., Path]):
+    text = refuted_text(read_participant(keep(outcome=Outcome.DISAGREES.value)))
+    assert "P-07" in text
+    assert "identified from the body table" in text
+
+
+def test_no_other_outcome_of_a_file_is_told_so(keep: Callable[..., Path]):
+    for outcome in set(Outcome) - {Outcome.DISAGREES}:
+        assert refuted_text(read_participant(keep(outcome=outcome.value))) == ""

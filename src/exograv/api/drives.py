@@ -17,6 +17,7 @@ from exograv.model.description import RigDescription
 from exograv.options import CalibratedOptions
 from exograv.procedures.calibration.options import CalibrateOptions
 from exograv.procedures.identification.simulated_wearer import SimulatedWearer
+from exograv.procedures.identification.verdict_text import carried_text
 from exograv.procedures.self_test.options import SelfTestOptions
 from exograv.storage.calibration_file import read_calibration
 
@@ -131,11 +132,12 @@ class Drives:
         known = run.prepared
         estimate = Estimate(
             self.person, known.assembly, known.machine, found.x, found.covariance, learned.outcome.value,
-            motion_s=found.t,
+            motion_s=found.t, why=learned.why,
         )  # fmt: skip
         plan.path.parent.mkdir(parents=True, exist_ok=True)
         run.flown.path.replace(plan.path)
-        return Flight(estimate, plan.path, stops, left_over_true=truth)
+        why = carried_text(learned.carried, self.rig.joints, found.t)
+        return Flight(estimate, plan.path, stops, why=why, left_over_true=truth)
 
     def _options(self, kind: type[Kind]) -> Kind:
         return kind(

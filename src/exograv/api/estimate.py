@@ -13,7 +13,9 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import ParameterLayout, names_and_units
 from exograv.errors import ConfigError
 from exograv.identification.calibration.empty_machine import Calibration
+from exograv.identification.core import interface as core
 from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.carried_arm import CarriedArm
 from exograv.identification.core.interface import Outcome
 from exograv.identification.core.left_over import LeftOverPrediction
 from exograv.identification.core.prior import prior
@@ -21,7 +23,7 @@ from exograv.identification.recursive.previous_session import kept_part
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 from exograv.model.description import RigDescription
-from exograv.procedures.identification.estimator_session import EstimatorSession
+from exograv.procedures.identification.estimator_session import EstimatorSession, arm_to_carry
 from exograv.procedures.identification.method_names import MethodName
 from exograv.procedures.identification.participant_session import stored_person
 from exograv.recording.rounding import rounded
@@ -64,6 +66,8 @@ class Estimate:
     """Name of the identification method."""
     motion_s: float = 0.0
     """Length of the motion that was used [s]."""
+    why: str = ""
+    """Figures behind the outcome and the decision to float, as sentences."""
 
     @property
     def rig(self) -> RigDescription:
@@ -86,6 +90,15 @@ class Estimate:
         if self.covariance is None:
             return np.full(self.assembly.n, np.nan)
         return LeftOverPrediction(ArmModel(self.assembly, self.machine), self.x).rms(self.covariance)
+
+    def carried(self) -> CarriedArm:
+        """Decide how much of the estimate a machine carries when it floats the arm: `x`, `share` per joint, and bounds.
+
+        Slip of the cuffs is not part of an estimate that was loaded.
+        """
+        return arm_to_carry(
+            core.Estimate(self.motion_s, self.x, self.covariance, 0.0, 1.0), self.assembly, self.machine
+        )
 
     def to_pandas(self) -> "pd.DataFrame":
         """Return a table with one row per parameter: unit, estimate, standard deviation, 95 % interval."""
@@ -208,7 +221,7 @@ def identify(
     found = session.close()
     last = found.last
     verdict = found.outcome if found.stop_s is None or found.outcome is not Outcome.RUNNING else Outcome.TIME_IS_UP
-    return Estimate(person, assembly, machine, last.x, last.covariance, verdict.value, method, last.t)
+    return Estimate(person, assembly, machine, last.x, last.covariance, verdict.value, method, last.t, found.why)
 
 
 def _between(values: Float[np.ndarray, "sample joint"], steps: int) -> Float[np.ndarray, "filtered joint"]:

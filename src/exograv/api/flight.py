@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.errors import ConfigError
+from exograv.identification.core.interface import Outcome
 
 from .estimate import Estimate
 from .law import Law
@@ -32,6 +33,11 @@ class FlightPlan:
     law: Law | None = None
 
     def __post_init__(self):
+        if self.estimate is not None and self.estimate.outcome == Outcome.DISAGREES.value:
+            raise ConfigError(
+                "estimate disagreed with its check at unused postures, so it must not be floated. Leave it out: "
+                "`float_arm` then identifies the arm, with a new check if identify_s is 40 or more."
+            )
         for name, value, (least, most) in (
             ("identify_s", self.identify_s, IDENTIFY_S),
             ("gravity_level", self.gravity_level, (0.0, 1.0)),
@@ -46,15 +52,17 @@ class Flight:
     """Result of `float_arm`: estimate, recording, stops and drift."""
 
     estimate: Estimate
-    """Estimate of the arm that was floated."""
+    """Estimate of the arm. `Estimate.carried` states which part of it was floated."""
     path: Path
     """File of the recording."""
     stops: tuple[str, ...] = ()
     """Causes of the guard's stops; empty if the flight ended as planned."""
     drift_deg: Float[np.ndarray, " joint"] | None = None
     """Largest distance of each joint from the posture of release [°]; None if it was not measured."""
+    why: str = ""
+    """Sentences on an arm that is carried only in part: axes, reason, next step; empty if all of it is carried."""
     left_over_true: Float[np.ndarray, " joint"] | None = None
-    """True left over at held-out postures, RMS per joint [N·m]; None for a real machine."""
+    """True left over of the carried arm at held-out postures, RMS per joint [N·m]; None for a real machine."""
 
     def recording(self) -> Recording:
         """Read the recording of the flight."""

@@ -22,6 +22,7 @@ from exograv.model.description import RigDescription
 from exograv.options import WorldName
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.float_arm import float_arm
+from exograv.procedures.identification.verdict_text import carried_text
 from exograv.recording import RecordingWriter
 from exograv.results import json_value
 from exograv.rig.twin import Disturbances
@@ -187,17 +188,18 @@ class Twin:
             known = preparation.known(
                 calibration, self._rig_time_s, None if plan.estimate is None else plan.estimate.assembly
             )
-            if plan.estimate is not None:
-                known = replace(known, x=plan.estimate.x)
+            estimate, carried = plan.estimate, None
+            if estimate is not None:
+                carried = estimate.carried()
+                known = replace(known, x=carried.x)
             worn = preparation.worn(known)
-            estimate = plan.estimate
-            if estimate is None:
+            if estimate is None or carried is None:
                 identifier = worn.identifier()
                 found = worn.identify(identifier, plan.identify_s)
-                last = found.last
+                last, carried = found.last, found.decided
                 estimate = Estimate(
                     self.person, known.assembly, known.machine, last.x, last.covariance, found.outcome.value,
-                    found.method.name, last.t,
+                    found.method.name, last.t, found.why,
                 )  # fmt: skip
             else:
                 worn.limit_to_person()
@@ -205,12 +207,13 @@ class Twin:
             alone_s = plan.seconds if plan.law is None else BEFORE_LAW_S
             middle = 0.5 * (lower + upper)
             drift = float_arm(
-                worn.pilot, worn.controller, middle, plan.gravity_level, alone_s, covariance=estimate.covariance
+                worn.pilot, worn.controller, middle, plan.gravity_level, alone_s, covariance=carried.covariance
             )
             if plan.law is not None:
                 self._fly_law(worn, plan.law, plan.seconds)
-        truth = worn.examination().score(estimate.x).total
-        return Flight(estimate, plan.path, drift_deg=drift.drift_deg, left_over_true=truth)
+        truth = worn.examination().score(carried.x).total
+        why = carried_text(carried, self.joints, estimate.motion_s)
+        return Flight(estimate, plan.path, why=why, drift_deg=drift.drift_deg, left_over_true=truth)
 
     @staticmethod
     def _fly_law(worn: WornTwin, law: Law, seconds: float) -> None:

@@ -17,6 +17,7 @@ from exograv.loop.phases import WEIGHING
 from exograv.loop.pilot import Progress
 from exograv.model.arm import held_weight
 from exograv.next_command import calibration_command
+from exograv.procedures.identification.carried_figures import CarriedFigures
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import Identification
 from exograv.procedures.identification.float_arm import Drift, float_arm
@@ -196,6 +197,7 @@ def _phases(run: _Run) -> _Phases:
 
     identifier = worn.identifier(options.method, options.torque_source, note, person.belief(known.machine))
     person.listen(identifier)
+    person.warn(run.recording, worn.twin.t)
     method = identifier.result.method
     parts = motion_parts(options.motion, known.assembly, known.machine, method, options.seconds, worn.twin.period_s)
     found = identify_arm(worn.pilot, worn.controller, identifier, options.seconds, parts)
@@ -271,6 +273,7 @@ def _identified_arm(
             outcome=found.outcome,
             why=found.why,
             restless_s=found.restless_s and round(found.restless_s, 2),
+            carried=CarriedFigures.of(found.decided),
         ),
         identifiability_rows(known.assembly, found.prior_covariance, found.last),
         possible and PossibleLeftOver(rounded(possible.median), rounded(possible.p95)),
@@ -286,7 +289,7 @@ def _participant_figures(
     kept = run.person.keep(found, known.machine, run.options.motion, calibration)
     returning = run.person.returning
     if returning is None:
-        return ParticipantFigures(kept, None)
+        return ParticipantFigures(kept, None, run.person.warning or None)
     cold = {estimate.t: examination.score(estimate.x) for estimate in returning.cold_estimates}
     times = ExaminedTimes(reached_s, time_to_target(cold, run.targets))
     return ParticipantFigures(kept, ReturningParticipant(returning.figures, times))
@@ -295,12 +298,12 @@ def _participant_figures(
 def _float_and_weigh(
     run: _Run, worn: WornTwin, model: ArmModel, found: Identification, examination: Examination
 ) -> FloatedArm:
-    pilot, controller = worn.pilot, worn.controller
+    pilot, controller, arm = worn.pilot, worn.controller, found.floated
     options, description = run.options, run.laboratory.description
     lower, upper = description.workspace
     posture = 0.5 * (lower + upper)
     drift: Drift = float_arm(
-        pilot, controller, posture, options.gravity_level, FLOAT_S, covariance=found.last.covariance, model=model
+        pilot, controller, posture, options.gravity_level, FLOAT_S, covariance=arm.covariance, model=model
     )
     mass = float(np.random.default_rng([options.seed, 9]).uniform(*WEIGHT_KG))
     pilot.begin(WEIGHING)
@@ -308,11 +311,11 @@ def _float_and_weigh(
     def hang(loaded: bool) -> None:
         worn.twin.hang("hand", mass if loaded else 0.0)
 
-    weighing: Weighing = weigh(pilot, controller, model, found.last, hang)
-    with_weight = found.last.x.copy()
+    weighing: Weighing = weigh(pilot, controller, model, arm, hang)
+    with_weight = arm.x.copy()
     assembly = controller.assembly
     with_weight[parameters.ParameterLayout.of(assembly).phi] += held_weight(assembly.arm, weighing.mass)
-    ignored, compensated = (rounded(examination.score(x, mass).total) for x in (found.last.x, with_weight))
+    ignored, compensated = (rounded(examination.score(x, mass).total) for x in (arm.x, with_weight))
     float_arm(
         pilot,
         controller,
@@ -320,7 +323,7 @@ def _float_and_weigh(
         options.gravity_level,
         FLOAT_S / 2,
         "float with weight",
-        found.last.covariance,
+        arm.covariance,
         model,
     )
     return FloatedArm(

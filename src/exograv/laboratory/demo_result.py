@@ -6,6 +6,7 @@ from typing import Literal
 
 from exograv.identification.core.interface import Outcome
 from exograv.options import WorldName
+from exograv.procedures.identification.carried_figures import CarriedFigures
 from exograv.procedures.identification.participant_session import KeptParticipant, NotKept
 from exograv.procedures.identification.warm_start import WarmStartFigures
 from exograv.results import MERGED, OPTIONAL
@@ -53,6 +54,8 @@ class IdentificationFigures:
     outcome: Outcome
     why: str
     restless_s: float | None
+    carried: CarriedFigures
+    """Decision to float: part of the estimate that the machine carries."""
 
 
 @dataclass(frozen=True)
@@ -147,6 +150,8 @@ class ParticipantFigures:
 
     participant_kept: KeptParticipant | NotKept | None = field(metadata=OPTIONAL)
     participant: ReturningParticipant | None = field(metadata=OPTIONAL)
+    participant_warning: str | None = field(default=None, metadata=OPTIONAL)
+    """Sentence on a file whose estimate disagreed with its check, and is not used."""
 
 
 @dataclass(frozen=True)

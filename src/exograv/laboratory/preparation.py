@@ -158,7 +158,7 @@ class Preparation:
         known = self.calibrated()
         worn = self.worn(known)
         found = worn.identify(worn.identifier(method))
-        return replace(known, x=found.last.x, t=worn.twin.t, covariance=found.last.covariance)
+        return replace(known, x=found.floated.x, t=worn.twin.t, covariance=found.floated.covariance)
 
 
 def prepare(

@@ -48,10 +48,10 @@ def run_verification(options: VerifyOptions, progress: Progress) -> VerifyResult
         # The same machine and person later, with the arm at the donning posture. No model is compiled again.
         later = replace(preparation, seed=LATER_SEED + options.seed)
         twin = laboratory.twin(later.seed, pilot.rig.t + 60.0 * options.later_min)
-        pilot, controller = later.pilot_of(twin, pilot.actuators), controller.again(found.last.x)
+        pilot, controller = later.pilot_of(twin, pilot.actuators), controller.again(found.floated.x)
     seen = identification_motion(controller.assembly, MOTION_S, 50 * pilot.rig.period_s).q
-    verified = verify_arm(pilot, controller, identifier.model, found.last, seen, options.seed)
-    truth = worn.examination(verified.postures).score(found.last.x).total
+    verified = verify_arm(pilot, controller, identifier.model, found.floated, seen, options.seed)
+    truth = worn.examination(verified.postures).score(found.floated.x).total
     # On the twin the machine's clock replaces the wall clock.
     at = datetime.now(UTC) + timedelta(minutes=options.later_min)
     result = VerifyResult(

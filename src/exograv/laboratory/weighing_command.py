@@ -119,7 +119,7 @@ def _weigh_all(
     identifier, kept = worn.identifier(), SampleCollector()
     identifier.followers.append(kept)
     identified = worn.identify(identifier)
-    arm, found.identified_s = identified.last, MOTION_S
+    arm, found.identified_s = identified.floated, MOTION_S
     both = judge.judge([gentle, kept.samples], body.mass_kg)
     found.check = in_doubt_not_refused(both, identified.restless_s is not None)
     if found.check.refused:

@@ -6,6 +6,7 @@ import numpy as np
 
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Parameters
+from exograv.identification.core.carried_arm import CarriedArm
 from exograv.identification.core.interface import Estimate, Outcome, Sample
 from exograv.identification.core.prior import prior
 from exograv.loop.person_limits_manager import LimitsMaker
@@ -53,6 +54,8 @@ class LearnedArm:
     t: float
     """Time of the last sample on the rig's clock [s]."""
     estimate: Estimate
+    carried: CarriedArm
+    """Arm that the machine carries while it floats."""
     outcome: Outcome
     why: str
     stop_s: float | None
@@ -64,6 +67,11 @@ class LearnedArm:
     """True if the machine continues to move the arm."""
     check: ArmCheck | None = None
     """Check of the arm against the form; None for a known person, and without a form."""
+
+    @property
+    def floated(self) -> Estimate:
+        """Estimate with the parameters that the machine carries, and their mean square error."""
+        return replace(self.estimate, x=self.carried.x, covariance=self.carried.covariance)
 
 
 @dataclass(frozen=True)
@@ -168,9 +176,9 @@ class ArmWorker:
         if self._learned is not None:
             self._is_passed = True
             heard, seconds = tuple(self._listener.heard), self._before - self._begun_at
-            return self._learned.estimate.x, PassesResult(self._before, heard, seconds, self._learned.person)
+            return self._learned.carried.x, PassesResult(self._before, heard, seconds, self._learned.person)
         self._learned = self._arm()
-        return self._learned.estimate.x, self._learned
+        return self._learned.carried.x, self._learned
 
     def _judge(self, estimate: Estimate) -> None:
         left_over = self._learner.judge(estimate)
@@ -189,9 +197,10 @@ class ArmWorker:
             self._form.finish(found.restless_s is not None)
             self._news = [replace(one, refusal=self._form.refusal) for one in self._news]
         # Control refuses an implausible arm. The guard then expects the table's arm, and lets down any other one.
-        is_taken = is_plausible(self._arm_of_table, estimate.x)
-        person = self._limits.known(estimate.x if is_taken else self._table)
+        carried = found.decided
+        is_taken = is_plausible(self._arm_of_table, carried.x)
+        person = self._limits.known(carried.x if is_taken else self._table)
         reason = found.why if is_taken else f"{IMPLAUSIBLE} {found.why}"
         why = (found.outcome, reason, found.stop_s, found.restless_s)
         verdict = None if self._form is None else self._form.verdict
-        return LearnedArm(self._before, estimate, *why, person, self._is_verified, verdict)
+        return LearnedArm(self._before, found.last, carried, *why, person, self._is_verified, verdict)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from exograv.procedures.identification.carried_figures import CarriedFigures
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.simulated_wearer import SimulatedWearer
 from exograv.results import OPTIONAL
@@ -53,6 +54,8 @@ class LearnedFigures:
     """Mass of the arm by the check against the form; None for a known person, and for a motion below 20 s [kg]."""
     arm_check: str | None
     """Verdict of that check."""
+    carried: CarriedFigures
+    """Decision to float: part of the estimate that the machine carries."""
     left_over_Nm: list[float] | None
     """Left over by the truth of a simulated wearer, per joint, RMS [N·m]."""
 
@@ -155,7 +158,8 @@ def _learned(flown: LiveResult, wearer: SimulatedWearer | None, prepared: Contro
         not_relaxed_s=learned.restless_s,
         arm_mass_kg=None if learned.check is None else round(learned.check.arm_mass, 3),
         arm_check=None if learned.check is None else learned.check.why,
-        left_over_Nm=None if wearer is None else wearer.left_over_Nm(prepared, learned.estimate.x),
+        carried=CarriedFigures.of(learned.carried),
+        left_over_Nm=None if wearer is None else wearer.left_over_Nm(prepared, learned.carried.x),
     )
 
 

@@ -5,6 +5,7 @@ from datetime import datetime
 from pathlib import Path
 
 from exograv.errors import ConfigError
+from exograv.identification.core.interface import Outcome
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
 
@@ -62,6 +63,17 @@ def read_participant(path: Path) -> StoredParticipant:
                 f"{path} is damaged: {row.name} has {len(row.covariance)} covariances, not {i + 1}. {AGAIN}"
             )
     return whole
+
+
+def refuted_text(whole: StoredParticipant) -> str:
+    """State that the check of the stored estimate disagreed, and what the session does about it; "" if it did not."""
+    how = whole.identified
+    if how.outcome != Outcome.DISAGREES.value:
+        return ""
+    return (
+        f"The stored estimate of {whole.person.code} ({how.at_utc:%Y-%m-%d %H:%M} UTC) disagreed with its check at "
+        "unused postures, so it is not used: the arm is identified from the body table, with a new check."
+    )
 
 
 def refuse_other(path: Path, whole: StoredParticipant, assembly: Assembly, machine: str, now: datetime) -> None:

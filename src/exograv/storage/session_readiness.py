@@ -14,7 +14,7 @@ from exograv.task.state import RunState
 
 from .calibration_file import identity_of, refuse_other_machine
 from .machine_readiness import Check, MachineReadiness, age_text
-from .participant_file import AGAIN, read_participant
+from .participant_file import AGAIN, read_participant, refuted_text
 from .session_checkpoint import SESSION_FILE, checkpoint_path
 
 FORM = "--body-height M --body-mass KG --sex female"
@@ -68,6 +68,8 @@ class SessionReadiness:
         except ExogravError as error:
             words = f"--keep {shlex.quote(str(path))} --code {self.participant} {FORM}"
             return Check("arm", False, str(error), same_machine("arm identify", machine.options, machine.folder, words))
+        if warning := refuted_text(whole):
+            return Check("arm", True, f"{warning} This takes 60 s.")
         found = whole.identified
         age, times = age_text(machine.now - found.at_utc), "once" if found.donnings == 1 else f"{found.donnings} times"
         return Check("arm", True, f"identified {times}, last {age} ago: the session checks it for 20 s.")

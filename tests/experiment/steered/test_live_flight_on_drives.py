@@ -20,6 +20,7 @@ from exograv.live.live_control import LivePlan
 from exograv.live.live_processes import LiveResult, Running
 from exograv.model.description import load_rig
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.runtime.control_loop.steering import GuardRequest
 from exograv.safety.modes import Event, Mode
 
@@ -72,11 +73,13 @@ class Machine:
     form: None = None
     cause: str = ""
     is_closed: bool = False
+    codes: tuple[str, ...] = ()
+    refuted: tuple[str, ...] = ()
 
     @property
     def people(self) -> Any:
         plan = Mock(spec=LivePlan, prepared=self.prepare(), period_ns=1_000_000, description=self.description)
-        return SimpleNamespace(plan=lambda *_: plan, codes=(), keep=lambda *_: None)
+        return SimpleNamespace(plan=lambda *_: plan, codes=self.codes, refuted=self.refuted, keep=lambda *_: None)
 
     def prepare(self) -> Any:
         return Mock(spec=ControllerKnowledge, assembly=None, machine=None, x=None)
@@ -189,3 +192,22 @@ def test_closing_a_machine_that_waits_releases_it(flight: LiveFlight, machine: M
     flight.close()
     assert machine.is_closed
     assert processes.runs == 0
+
+
+@pytest.mark.parametrize(("refuted", "participant", "motion_s"), [((), "P-07", FROM_FILE_S), (("P-07",), None, 60.0)])
+def test_an_arm_whose_stored_estimate_disagreed_is_identified_again_and_the_operator_is_told(
+    processes: Processes,
+    tmp_path: Path,
+    refuted: tuple[str, ...],
+    participant: str | None,
+    motion_s: float,
+):
+    machine = Machine(codes=("P-07",), refuted=refuted)
+    made = LiveFlight(SteeredOptions(participant="P-07"), tmp_path, lambda _side: machine)  # type: ignore[arg-type,return-value]
+    wait_until(lambda: made._state.is_waiting, "the machine that waits", SOON_S)
+    assert (made._state.who.participant, made._state.who.identify_s) == (participant, motion_s)
+    made.ask(Event.TEST)
+    wait_until(lambda: made._state.has_begun, "the parent's look", SOON_S)
+    told = [str(text) for text in made._state.warnings]
+    assert any("disagreed with its check" in text for text in told) == bool(refuted)
+    made.close()

@@ -24,6 +24,6 @@ def fly(
     identifier = worn.identifier(name, listener=lambda _t, estimate, *_: estimates.append(estimate))
     found = worn.identify(identifier, seconds)
     # Computing time is not measured here. The replay of streams measures it, without other work between the samples.
-    return MethodTrace(estimates, np.empty(0), 0.0, np.empty(0), 0.0), StopVerdict(
+    return MethodTrace(estimates, np.empty(0), 0.0, np.empty(0), 0.0, found.agreement), StopVerdict(
         found.outcome, found.stop_s, found.restless_s
     )

@@ -59,6 +59,16 @@ class MethodRun:
     check_p: list[float] | None = None
     """Probability of the residuals at unused postures if the estimate is right, by joint [-]; None without a check."""
 
+    carried_share: list[float] | None = None
+    """Share of the last estimate's change from the table that a machine would carry, by joint [-]; None if the run
+    failed."""
+
+    carried_Nm: list[float] | None = None
+    """Left over of that arm, RMS over the held-out postures, by joint [N·m]."""
+
+    table_Nm: list[float] | None = None
+    """Left over of the arm of the body table, by joint [N·m]."""
+
     stop_s: float | None = None
     """Time at which the stop rule would have ended the motion [s]; None if it would not have ended it."""
 

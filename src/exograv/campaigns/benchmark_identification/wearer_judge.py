@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import ParameterLayout
 from exograv.identification.core.arm_model import ArmModel
+from exograv.identification.core.carried_arm import CarriedArm, widened_by_check
 from exograv.identification.core.interface import Covariance, Estimate, Outcome
 from exograv.identification.core.left_over import LeftOverPrediction, StopRule, is_restless
 from exograv.identification.core.prior import prior
@@ -18,6 +19,7 @@ from exograv.laboratory.truth_score import Examination
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.model.assembly import Assembly
 from exograv.model.tree import is_physical
+from exograv.procedures.identification.estimator_session import arm_to_carry, table_guess
 from exograv.recording.rounding import rounded
 
 from .cases import Case
@@ -70,7 +72,7 @@ class WearerJudge:
         """Examine every estimate of a run; apply the stop rule too where no verdict of the loop is given."""
         verdict = verdict or self._verdict(trace)
         estimates, last = trace.estimates, trace.estimates[-1]
-        stated = self._prediction.of(last)
+        stated, carried = self._prediction.of(last), self._carried(last, trace)
         return MethodRun(
             setting,
             name,
@@ -83,6 +85,9 @@ class WearerJudge:
             outcome=verdict.outcome.name,
             stated_Nm=None if stated is None else rounded(stated),
             check_p=None if trace.agreement is None else [round(p, 5) for p in trace.agreement.p.tolist()],
+            carried_share=rounded(carried.share),
+            carried_Nm=rounded(self._examination.score(carried.x).total) if np.isfinite(carried.x).all() else None,
+            table_Nm=rounded(self._examination.score(table_guess(self.assembly, self.machine)).total),
             stop_s=_tenths(verdict.stop_s),
             restless_s=_tenths(verdict.restless_s),
             rejected_share=round(last.rejected_share, 4),
@@ -92,6 +97,11 @@ class WearerJudge:
             work_share=round(trace.work_share, 5),
             method_s=round(trace.method_s, 3),
         )
+
+    def _carried(self, last: Estimate, trace: MethodTrace) -> CarriedArm:
+        """Decide as a session does how much of the last estimate a machine would carry."""
+        last = widened_by_check(last, self._prediction, trace.agreement)
+        return arm_to_carry(last, self.assembly, self.machine, self._prediction)
 
     def _left_over(self, estimate: Estimate) -> list[float | None]:
         if not np.isfinite(estimate.x).all():

@@ -48,11 +48,16 @@ class WearerTask:
         )
 
 
-def run_machine(tasks: Sequence[WearerTask], tell: Tell, seconds: float) -> Iterator[MethodRun]:
-    """Yield all runs of one machine as they are finished; a failed run is a result too."""
+def run_machine(
+    tasks: Sequence[WearerTask], tell: Tell, seconds: float, calibrated: Calibrated | None = None
+) -> Iterator[MethodRun]:
+    """Yield all runs of one machine as they are finished; a failed run is a result too.
+
+    The machine is calibrated first, unless it is `calibrated`.
+    """
     case = tasks[0].case
     try:
-        calibrated = calibrate(case, _spoken(tell, f"machine {case.machine_seed}"))
+        calibrated = calibrated or calibrate(case, _spoken(tell, f"machine {case.machine_seed}"))
     except ExogravError as error:
         yield from (_failed(key, f"Stage 0: {error}") for task in tasks for key in task.keys)
         return

@@ -56,3 +56,5 @@ def show_kept(result: "IdentifiedOnDrives") -> None:
         say(result.person.why)
     elif result.person is not None:
         say_unbroken(f"Kept as {result.person.code}, donning {result.person.donnings}: {result.person.file}")
+        if result.person.warning:
+            say(result.person.warning)

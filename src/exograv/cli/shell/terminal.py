@@ -139,6 +139,8 @@ def _of_floated(floated: "FloatedArm | None") -> Iterator[str]:
 def _of_person(person: "ParticipantFigures") -> Iterator[str]:
     """Yield lines on the time that a participant's file saved, and on the new file."""
     before, kept = person.participant, person.participant_kept
+    if person.participant_warning:
+        yield person.participant_warning
     if before is not None:
         file, examiner = before.by_prediction, before.examiner
         times = (file.from_file.predicted_target_s, file.cold.predicted_target_s, examiner.from_file_s, examiner.cold_s)
@@ -148,7 +150,10 @@ def _of_person(person: "ParticipantFigures") -> Iterator[str]:
             f"the table on the same samples: {cold}. By the truth of the twin: {true_warm}; {true_cold}."
         )
     if kept is not None:
-        yield kept.why if kept.file is None else f"{kept.code} is kept in {kept.file}, donning {kept.donnings}."
+        if kept.file is None:
+            yield kept.why
+        else:
+            yield f"{kept.code} is kept in {kept.file}, donning {kept.donnings}. {kept.warning}".rstrip()
 
 
 def _of_run(result: "DemoResult") -> Iterator[str]:

@@ -18,6 +18,7 @@ from exograv.live.live_processes import LiveResult, Running, fly
 from exograv.loop.arm_controller import ArmController
 from exograv.model.scene import SceneDescription
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
+from exograv.procedures.identification.verdict_text import carried_text
 from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.runtime.control_loop.exchange import FeltLevel
 from exograv.runtime.control_loop.steering import DescentCommand, GuardReply, GuardRequest, LeaseCommand
@@ -271,9 +272,10 @@ class LiveFlight:
             state.running = None
 
     def _donned(self, place: SteeredMachine, participant: str | None, identify_s: float) -> RequestedParticipant:
-        """Request for a person. With a file the arm is only checked, otherwise it is identified."""
-        known = participant if participant in place.people.codes else None
-        return RequestedParticipant(known, participant, FROM_FILE_S if known else identify_s, place.side)
+        """Request for a person. With a file that may be used the arm is only checked, otherwise it is identified."""
+        is_refuted = participant in place.people.refuted
+        known = participant if participant in place.people.codes and not is_refuted else None
+        return RequestedParticipant(known, participant, FROM_FILE_S if known else identify_s, place.side, is_refuted)
 
     def _free_path(self) -> Path:
         """Path of the next recording. Existing recordings are never overwritten."""
@@ -340,6 +342,13 @@ class LiveFlight:
             warnings.append(say("flight.recording_ends"))
         if running.control.restarts:
             warnings.append(say("flight.control_again"))
+        if state.who.is_refuted:
+            warnings.append(say("flight.refuted_file", person=state.who.code))
+        learned = None if running.worker is None else running.worker.learned
+        if learned is not None:
+            joints = state.place.description.joints
+            if why := carried_text(learned.carried, joints, learned.estimate.t):
+                warnings.append(say("flight.carried_in_part", why=why))
         state.warnings = (*warnings, *state.keeping.wrong)
         self._switch(state, running)
         if left < ENDED_S:

@@ -25,6 +25,7 @@ from exograv.storage.participant_file import (
     read_participant,
     refuse_other,
     refuse_other_body,
+    refuted_text,
     write_participant,
 )
 from exograv.storage.participant_schema import StoredParticipant
@@ -42,6 +43,8 @@ class RequestedParticipant:
     identify_s: float
     """Duration of the motion [s]."""
     side: Side
+    is_refuted: bool = False
+    """True if there is a file under this code whose estimate disagreed with its check: the arm is identified again."""
 
 
 @dataclass
@@ -58,9 +61,16 @@ class ParticipantFiles:
     folder: Path | None
     codes: tuple[str, ...] = field(init=False)
     """Codes of the persons with a file, as `keep` has written last."""
+    refuted: tuple[str, ...] = field(init=False)
+    """Codes of those whose estimate disagreed with its check: their arm is identified again."""
 
     def __post_init__(self) -> None:
-        self.codes = tuple(self.files())
+        self._look()
+
+    def _look(self) -> None:
+        files = self.files()
+        self.codes = tuple(files)
+        self.refuted = tuple(code for code, whole in files.items() if refuted_text(whole))
 
     def files(self) -> dict[str, StoredParticipant]:
         """Read the stored participants of this machine, by code.
@@ -146,5 +156,5 @@ class ParticipantFiles:
             return None
         self.folder.mkdir(parents=True, exist_ok=True)
         write_participant(self.folder / f"{code}.toml", whole)
-        self.codes = tuple(self.files())
+        self._look()
         return code

@@ -44,6 +44,11 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         "flight.recording_ends": "The recording ends in less than five minutes; then the arm is let down.",
         "flight.control_again": "The controller failed or did not answer, and was restarted.",
         "flight.other_person": "The file of {person} does not fit this arm: another person's file, or a large change.",
+        "flight.refuted_file": (
+            "The stored estimate of {person} disagreed with its check at unused postures, so it is not used. Identify "
+            "the arm again."
+        ),
+        "flight.carried_in_part": "{why}",
         "flight.other_form": "{why} The arm was let down. Correct the form, then begin again.",
         "flight.rehearses": "The rehearsal shows a calibration. Nothing is measured.",
         "work.calibration": (

@@ -22,11 +22,11 @@ from exograv.loop.pilot import Pilot
 from exograv.loop.replay_log import read_machine
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
-from exograv.procedures.identification.controller_knowledge import MOTION_S, ControllerKnowledge
+from exograv.procedures.identification.carried_figures import CarriedFigures
+from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.identify import Identifier, identify_arm
 from exograv.procedures.identification.options import ParticipantOptions
 from exograv.procedures.identification.participant_session import KeptParticipant, ParticipantRun
-from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge, in_doubt_not_refused
 from exograv.procedures.weighing.first_motion import first_motion
 from exograv.procedures.weighing.motion_samples import SampleCollector
@@ -61,6 +61,10 @@ class SessionIdentification:
     outcome: str
     from_file: bool
     predicted_left_over_Nm: list[float] | None
+    why: str = ""
+    """Figures behind the outcome and the decision to float."""
+    carried: CarriedFigures | None = None
+    """Decision to float; None in checkpoints of earlier versions."""
 
 
 @dataclass(frozen=True)
@@ -151,8 +155,9 @@ def known_arm(worn: WornMachine, person: ParticipantRun, passed: SelfTestPassed)
     )
     kept = SampleCollector()
     person.listen(identifier)
+    person.warn(pilot.recording, pilot.rig.read().t)
     identifier.followers.append(kept)
-    found = identify_arm(pilot, controller, identifier, MOTION_S if person.before is None else FROM_FILE_S)
+    found = identify_arm(pilot, controller, identifier, person.motion_s)
     if not check.is_sure:
         both = judge.judge([gentle, kept.samples], body_mass_kg)
         check = in_doubt_not_refused(both, found.restless_s is not None)
@@ -166,12 +171,14 @@ def known_arm(worn: WornMachine, person: ParticipantRun, passed: SelfTestPassed)
         SessionIdentification(
             motion_s=round(found.last.t, 3),
             outcome=found.outcome.value,
-            from_file=person.before is not None,
+            from_file=person.returning is not None,
             predicted_left_over_Nm=None if predicted is None else rounded(predicted),
+            why=f"{person.warning} {found.why}".strip(),
+            carried=CarriedFigures.of(found.decided),
         ),
         isinstance(written, KeptParticipant),
     )
-    return Ready(pilot, controller, worn.put_room, _kept(machine, found.last), figures, identifier.model)
+    return Ready(pilot, controller, worn.put_room, _kept(machine, found.floated), figures, identifier.model)
 
 
 def known_again(worn: WornMachine, person: KnownPerson) -> Ready:

@@ -16,6 +16,8 @@ from .interface import Agreement, Covariance, Estimate, Joints, Outcome, Paramet
 TARGET_NM = {"shoulder": 0.2, "elbow": 0.1, "wrist": 0.05}
 """Predicted left over, discrepancy included, at which identification may stop, by place of the joint [N·m]."""
 
+PostureTorque = Float[np.ndarray, "posture joint"]
+
 POSTURES = 32
 LOOK_AHEAD_S = 10.0
 WORTHWHILE = 0.05  # share by which the look-ahead must still improve the prediction
@@ -64,6 +66,21 @@ class LeftOverPrediction:
         if slipped is None or not len(slipped):
             return np.zeros(self._by_slip.shape[1])
         return np.sqrt(np.mean(self._by_slip**2, axis=0) @ slipped**2)
+
+    def torque_of(self, difference: Parameters) -> PostureTorque:
+        """Torque of a difference between two parameter vectors, by posture and joint [N·m]."""
+        return self._sensitivity @ difference
+
+    def parts_of(self, difference: Parameters) -> Float[np.ndarray, "posture joint parameter"]:
+        """Torque of each parameter's part of a difference, by posture and joint [N·m]."""
+        return self._sensitivity * difference
+
+    def sd_along(self, torque: PostureTorque, covariance: Covariance) -> Joints:
+        """Return the standard deviation of the torque error along a torque over the postures (joint,) [N·m]."""
+        size = np.sqrt(np.mean(torque**2, axis=0))
+        direction = torque / np.maximum(size, 1e-12)
+        rows = np.einsum("pj,pji->ji", direction, self._sensitivity) / len(torque)
+        return np.sqrt(np.maximum(np.einsum("ji,ik,jk->j", rows, covariance, rows), 0.0))
 
     def rms(self, covariance: Covariance) -> Joints:
         """Predicted left over (joint,) [N·m]."""

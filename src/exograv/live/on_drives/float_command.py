@@ -30,7 +30,7 @@ from exograv.procedures.verification.postures import Verification, unseen_postur
 from exograv.recording.disk import refuse_small_disk
 from exograv.rig.drives.opening import open_drives
 from exograv.runtime.lsl.listening import Listening
-from exograv.storage.participant_file import read_participant, refuse_other, refuse_other_body
+from exograv.storage.participant_file import read_participant, refuse_other, refuse_other_body, refuted_text
 
 from .connection import CONNECTING, Say, drawn_by, drives_with_hands, not_ready, readiness_of
 from .fault_lock import lock_after_fault
@@ -129,8 +129,11 @@ def fly_on_drives(
             now = datetime.now(UTC)
             refuse_other(known_arm, before, assembly, serial, now)
             refuse_other_body(known_arm, before, told.body)
-            belief, _ = belief_today(before, assembly, machine, now)
-            prepared = replace(prepared, x=belief[0])
+            if warning := refuted_text(before):
+                say(warning)
+            else:
+                belief, _ = belief_today(before, assembly, machine, now)
+                prepared = replace(prepared, x=belief[0])
         progress("Computing limits for an unknown arm" if belief is None else "Computing the person's limits", 0.0)
         limits = unknown_person(assembly, machine) if belief is None else person_believed(assembly, machine, belief)
         verification = _verification(prepared, options, options.seed) if procedure.is_verified else None

@@ -18,6 +18,7 @@ from exograv.storage.participant_file import (
     new_code,
     read_participant,
     refuse_other_than_participant,
+    refuted_text,
     write_participant,
 )
 
@@ -65,7 +66,8 @@ def identify_on_drives(
         raise ConfigError(f"--seconds is {seconds:g}; allowed on drives: {MOTION_S[0]:g} to {MOTION_S[1]:g} s.")
     if files.keep is not None:
         refuse_other_than_participant(files.keep)
-    moved_s = seconds if files.participant is None else FROM_FILE_S
+    is_used = files.participant is not None and not refuted_text(read_participant(files.participant))
+    moved_s = FROM_FILE_S if is_used else seconds
     live = LiveOptions(
         rig=worn.rig, side=worn.side, level=worn.level, world=worn.world, seed=worn.seed, drives=worn.drives,
         simulate=worn.simulate, calibration=worn.calibration, seconds=FLOATS_S, identify_s=moved_s,
@@ -76,7 +78,7 @@ def identify_on_drives(
     predicted = run.flown.predicted
     return IdentifiedOnDrives(
         ok=run.flown.learned is not None and not isinstance(kept, NotKept),
-        from_file=files.participant is not None,
+        from_file=is_used,
         predicted_left_over_Nm=None if predicted is None else rounded(predicted),
         person=kept,
         live=run.figures,
@@ -98,5 +100,4 @@ def _kept(run: FlownOnDrives, files: ParticipantOptions) -> KeptParticipant | No
     if whole is None:
         return NotKept(None, f"Not kept. {learned.outcome.value}")
     write_participant(path, whole)
-    donnings, size = whole.identified.donnings, path.stat().st_size
-    return KeptParticipant(path, code, whole.content_sha256, donnings, whole.identified.held_out_error_Nm, size)
+    return KeptParticipant.of(path, whole)

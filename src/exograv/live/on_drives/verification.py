@@ -81,11 +81,11 @@ def _judged(run: FlownOnDrives, progress: Progress, test: str) -> VerificationRe
             f"a stop test the machine again (`{test}`), then repeat."
         )
     model = ArmModel(run.prepared.assembly, run.prepared.machine)
-    return evaluate_passes(model, learned.estimate, asked.postures, passed.heard, passed.seconds, progress)
+    return evaluate_passes(model, learned.floated, asked.postures, passed.heard, passed.seconds, progress)
 
 
 def _truth(run: FlownOnDrives, verified: VerificationResult) -> list[float] | None:
     """Return the true left over per joint [N·m]; None if machine and person are real."""
     if run.wearer is None or run.flown.learned is None:
         return None
-    return run.wearer.left_over_Nm(run.prepared, run.flown.learned.estimate.x, verified.postures)
+    return run.wearer.left_over_Nm(run.prepared, run.flown.learned.carried.x, verified.postures)

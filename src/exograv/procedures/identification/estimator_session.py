@@ -1,7 +1,7 @@
 """Estimator session: learns an arm from a stream of samples, in a session's process or in a live run's worker."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from exograv.dynamics import parameters
 from exograv.dynamics.machine import CalibratedMachine
+from exograv.errors import IdentificationError
 from exograv.identification import methods
 from exograv.identification.baselines.anthropometric import Anthropometric
 from exograv.identification.baselines.average import Average, average
@@ -17,6 +18,7 @@ from exograv.identification.baselines.full import full
 from exograv.identification.baselines.gradient import Gradient
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.arm_setting import arm_setting
+from exograv.identification.core.carried_arm import BodyTable, CarriedArm, carried_arm, widened_by_check
 from exograv.identification.core.discrepancy import Discrepancy
 from exograv.identification.core.interface import Agreement, Checkable, Estimate, Method, Outcome, Sample
 from exograv.identification.core.left_over import LeftOverPrediction, StopRule, is_restless
@@ -24,11 +26,12 @@ from exograv.identification.core.prior import prior
 from exograv.identification.core.sample_filter import SampleFilter
 from exograv.identification.core.setting import Setting
 from exograv.identification.recursive.recursive import Recursive
+from exograv.model.arm import is_plausible
 from exograv.model.assembly import Assembly
 
 from .check_motion import PlannedCheck
 from .method_names import MethodName
-from .verdict_text import check_text, slip_text
+from .verdict_text import carried_text, check_text, slip_text
 
 PUBLISH_S = 0.2  # new parameters reach the controller at 5 Hz
 NOTE_S = 1.0  # estimates are recorded, judged and drawn once a second
@@ -57,11 +60,25 @@ class Identification:
     """Check of the estimate at postures that it had not used; None without one."""
     restless_s: float | None = None
     """Time of motion at which the wearer was first seen not to relax [s]."""
+    carried: CarriedArm | None = None
+    """Arm that the machine carries while it floats; None before the end."""
 
     @property
     def last(self) -> Estimate:
         """Estimate after the last sample."""
         return self.estimates[-1]
+
+    @property
+    def decided(self) -> CarriedArm:
+        """Arm that the machine carries while it floats."""
+        if self.carried is None:
+            raise IdentificationError("The identification has not ended, so no arm is chosen to float. Close it first.")
+        return self.carried
+
+    @property
+    def floated(self) -> Estimate:
+        """Estimate with the parameters that the machine carries, and their mean square error."""
+        return replace(self.last, x=self.decided.x, covariance=self.decided.covariance)
 
 
 Belief = tuple[Float[np.ndarray, " parameter"], Float[np.ndarray, "parameter parameter"]]
@@ -101,6 +118,21 @@ def setting_of(model: ArmModel, belief: Belief) -> Setting:
     return arm_setting(model, *belief, Discrepancy.of_machine(model.machine.residual_sd))
 
 
+def arm_to_carry(
+    estimate: Estimate, assembly: Assembly, machine: CalibratedMachine, prediction: LeftOverPrediction | None = None
+) -> CarriedArm:
+    """Decide how much of an estimate a machine carries when it floats the arm; the only place of that decision.
+
+    An implausible arm is passed on as it is, because the controller refuses it.
+    """
+    if not is_plausible(assembly.arm, estimate.x):
+        estimate = replace(estimate, covariance=None)
+    believed = prior(assembly, machine)
+    table = BodyTable(table_guess(assembly, machine), believed[1])
+    prediction = prediction or LeftOverPrediction(ArmModel(assembly, machine), believed[0])
+    return carried_arm(estimate, table, prediction, parameters.ParameterLayout.of(assembly).bodies)
+
+
 def table_guess(assembly: Assembly, machine: CalibratedMachine) -> parameters.Parameters:
     """Parameters of the table's arm in the calibrated machine, known before the arm has moved."""
     friction = machine.friction
@@ -121,7 +153,7 @@ class EstimatorSession:
         belief: Belief | None = None,
     ):
         """Prepare the session before any motion. `belief` is from another day; None means the table's person."""
-        self._assembly = assembly
+        self._assembly, self._machine = assembly, machine
         mean, covariance = prior(assembly, machine) if belief is None else belief
         self.followers: list[Callable[[Sample], None]] = []
         """Observers of the samples, called before the method takes each sample."""
@@ -219,14 +251,27 @@ class EstimatorSession:
             result.outcome = _final_outcome(result)
         if isinstance(result.method, Checkable):
             result.agreement = result.method.agreement()
-        predicted = result.predicted[-1]
+        last, predicted = result.last, result.predicted[-1]
         if predicted is not None:
-            result.outcome = self._rule.final(result.outcome, result.last, predicted, result.agreement)
-            joints = self._assembly.description.joints
-            why = self._rule.why(predicted), check_text(result.outcome, result.agreement, joints)
-            slip = slip_text(result.last, self._left_over.by_slip(result.last), self._assembly.description)
-            result.why = " ".join(text for text in (*why, slip) if text)
+            result.outcome = self._rule.final(result.outcome, last, predicted, result.agreement)
+            result.estimates[-1] = widened_by_check(last, self._left_over, result.agreement)
+            result.predicted[-1] = self._left_over.of(result.last)
+        result.carried = arm_to_carry(result.last, self._assembly, self._machine, self._left_over)
+        result.why = self._why(result, result.carried)
         return result
+
+    def _why(self, result: Identification, carried: CarriedArm) -> str:
+        """Figures behind the outcome and the decision to float; empty if the method states none."""
+        description, last, predicted = self._assembly.description, result.last, result.predicted[-1]
+        if predicted is None:
+            return ""
+        texts = (
+            self._rule.why(predicted),
+            check_text(result.outcome, result.agreement, description.joints),
+            slip_text(last, self._left_over.by_slip(last), description),
+            carried_text(carried, description.joints, last.t),
+        )
+        return " ".join(text for text in texts if text)
 
 
 def restless_text(estimate: Estimate) -> str:

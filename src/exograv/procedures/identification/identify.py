@@ -20,6 +20,7 @@ from .check_motion import PlannedCheck, check_tour, excitation_s, unused_posture
 from .estimator_session import Belief, EstimatorSession, Identification, restless_text
 from .method_names import MethodName, TorqueSourceName
 from .resting_poses import rest_first
+from .verdict_text import carried_text
 
 EASE_S = 2.0  # a periodic motion starts and ends with speed, an arm starts and ends at rest
 V_MOTION = 1.3  # rad/s: no joint of a designed motion is faster
@@ -147,10 +148,12 @@ def identify_arm(
     for part in chain([path], parts):
         pilot.run(controller, part, f"Identifying the arm by '{identifier.result.method.name}'", identifier)
     result = identifier.finish(pilot.rig.read().t)
-    if controller.publish(result.last.x, pilot.q):
-        worn.know(result.last.x)
-    elif pilot.recording is not None:
-        pilot.recording.write("/event", pilot.rig.read().t, {"kind": "implausible arm", "text": IMPLAUSIBLE})
+    carried, told = result.decided, ("implausible arm", IMPLAUSIBLE)
+    if controller.publish(carried.x, pilot.q):
+        worn.know(carried.x)
+        told = "carried in part", carried_text(carried, assembly.description.joints, result.last.t)
+    if pilot.recording is not None and told[1]:
+        pilot.recording.write("/event", pilot.rig.read().t, {"kind": told[0], "text": told[1]})
     return result
 
 

@@ -11,6 +11,7 @@ from exograv.identification.core.interface import Estimate, Outcome
 from exograv.identification.core.prior import prior
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
+from exograv.recording import RecordingWriter
 from exograv.recording.rounding import rounded
 from exograv.storage.calibration_file import identity_of
 from exograv.storage.participant_file import (
@@ -19,6 +20,7 @@ from exograv.storage.participant_file import (
     refuse_other,
     refuse_other_body,
     refuse_other_than_participant,
+    refuted_text,
     write_participant,
 )
 from exograv.storage.participant_schema import (
@@ -31,19 +33,25 @@ from exograv.storage.participant_schema import (
 )
 from exograv.storage.sealed_file import sealed
 
+from .controller_knowledge import MOTION_S
 from .estimator_session import Belief, Identification
 from .identify import Identifier
 from .options import ParticipantOptions
 from .sample_observers import HeldOutError
-from .warm_start import WarmStart, belief_today
+from .warm_start import FROM_FILE_S, WarmStart, belief_today
 
 NOT_KEPT = (Outcome.NOT_RELAXED, Outcome.NOT_EXCITED)
 """Outcomes after which no file is written, because the estimate is not a relaxed arm."""
 
+DISAGREED = (
+    "The file says that this estimate disagrees with its check. The next session does not start from it: it identifies "
+    "the arm again."
+)
+
 
 @dataclass(frozen=True)
 class KeptParticipant:
-    """Result of writing a participant's file."""
+    """Result of writing a participant's file, with the warning for its next session; empty without one."""
 
     file: Path
     code: str
@@ -51,6 +59,14 @@ class KeptParticipant:
     donnings: int
     held_out_error_Nm: list[float]
     bytes: int
+    warning: str = ""
+
+    @classmethod
+    def of(cls, path: Path, whole: StoredParticipant) -> "KeptParticipant":
+        """Describe a file that was just written."""
+        how, warning = whole.identified, DISAGREED if refuted_text(whole) else ""
+        size = path.stat().st_size
+        return cls(path, whole.person.code, whole.content_sha256, how.donnings, how.held_out_error_Nm, size, warning)
 
 
 @dataclass(frozen=True)
@@ -93,13 +109,28 @@ class ParticipantRun:
         refuse_other_body(path, self.before, self.told)
 
     def belief(self, machine: CalibratedMachine) -> Belief | None:
-        """Belief from the file, in the machine as calibrated today; None without a file."""
+        """Belief from the file, in the machine as calibrated today; None without a file that may be used."""
         path, before = self.options.participant, self.before
-        if path is None or before is None:
+        if path is None or before is None or self.warning:
             return None
         belief, table = belief_today(before, self.assembly, machine, self.now)
         self.returning = WarmStart(path, before.person.code, belief, table, self.assembly, machine)
         return belief
+
+    @property
+    def warning(self) -> str:
+        """Sentence on a file whose estimate disagreed with its check; empty without one."""
+        return "" if self.before is None else refuted_text(self.before)
+
+    @property
+    def motion_s(self) -> float:
+        """Duration of the motion that this person needs [s]."""
+        return MOTION_S if self.before is None or self.warning else FROM_FILE_S
+
+    def warn(self, recording: RecordingWriter | None, t: float) -> None:
+        """Record the warning at rig time `t` [s], if there is one."""
+        if recording is not None and self.warning:
+            recording.write("/event", t, {"kind": "warning", "text": self.warning})
 
     def listen(self, identifier: Identifier) -> None:
         """Add the observers of the file before the motion begins."""
@@ -151,10 +182,7 @@ class ParticipantRun:
         person = StoredPerson.of(self._code(), self.told)
         whole = stored_person(person, self.assembly, self.serial, identified, (found.last.x, covariance))
         write_participant(path, whole)
-        code, size = whole.person.code, path.stat().st_size
-        return KeptParticipant(
-            path, code, whole.content_sha256, identified.donnings, identified.held_out_error_Nm, size
-        )
+        return KeptParticipant.of(path, whole)
 
     def _code(self) -> str:
         if self.options.code is not None:

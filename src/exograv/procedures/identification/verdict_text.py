@@ -1,17 +1,22 @@
-"""Sentences for the operator about the check of an identification, and about cuffs that have slipped."""
+"""Sentences for the operator: check of an identification, cuffs that have slipped, arm that is carried in part."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
+from exograv.identification.core.carried_arm import CarriedArm
 from exograv.identification.core.interface import Agreement, Estimate, Joints, Outcome
 from exograv.identification.core.left_over import TARGET_NM
 from exograv.model.description import RigDescription
 
 from .check_motion import CHECKED_FROM_S
+from .controller_knowledge import MOTION_S
 
 SLIP_SHARE = 0.5
 """Share of a target from which the torque of slipped cuffs is mentioned [-]."""
+
+SHOWN_SHARE = 0.995
+"""Share from which an axis is shown as carried in full [-]."""
 
 
 def check_text(outcome: Outcome, agreement: Agreement | None, joints: Sequence[str]) -> str:
@@ -41,4 +46,33 @@ def slip_text(estimate: Estimate, by_slip: Joints, description: RigDescription) 
     return (
         f"The cuffs slip along the limb by {1e3 * estimate.slipped.max():.0f} mm, which leaves "
         f"{by_slip[worst]:.2f} N·m at {description.joints[worst]}. Fasten them tighter, then repeat."
+    )
+
+
+def carried_text(carried: CarriedArm, joints: Sequence[str], motion_s: float) -> str:
+    """State on which axes the machine carries only a part of the estimate, why, and the next step; "" if on none."""
+    if carried.is_whole:
+        return ""
+    axes = [_axis_text(carried, j, joint) for j, joint in enumerate(joints) if carried.share[j] < SHOWN_SHARE]
+    longer = f"Identify again with a motion of {MOTION_S:.0f} s or more."
+    better = "Check the cuffs, ask the person to relax, then identify again with a longer motion."
+    return " ".join(
+        [
+            "The arm floats on a part of the estimate, because the body table may fit it better.",
+            *axes,
+            longer if motion_s < MOTION_S - 1.0 else better,
+        ]
+    )
+
+
+def _axis_text(carried: CarriedArm, j: int, joint: str) -> str:
+    share = f"{100 * carried.share[j]:.0f} % of the change is carried."
+    if carried.stated_Nm[j] > carried.table_Nm[j]:
+        return (
+            f"{joint}: the estimate may leave {carried.stated_Nm[j]:.2f} N·m over, the table "
+            f"{carried.table_Nm[j]:.2f} N·m; {share}"
+        )
+    return (
+        f"{joint}: the estimate changes the table's torque by {carried.change_Nm[j]:.2f} N·m and may be wrong by "
+        f"{carried.bound_Nm[j]:.2f} N·m; {share}"
     )
