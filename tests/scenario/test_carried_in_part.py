@@ -1,4 +1,4 @@
-"""In a foreign world a short motion leaves axes uncertain: the arm floats on a part of the estimate, and says why."""
+"""A short motion in a foreign world leaves axes uncertain: the arm floats on a part of the estimate, and says why."""
 
 import numpy as np
 import pytest

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from exograv.dynamics.machine import CalibratedMachine
-from exograv.identification.core.interface import Estimate, Outcome
+from exograv.identification.core.interface import Estimate, Joints, Outcome
 from exograv.identification.core.prior import prior
 from exograv.model.anthropometry import Body
 from exograv.model.assembly import Assembly
@@ -31,10 +31,16 @@ MACHINE: CalibratedMachine = nominal_machine(ASSEMBLY.description, ASSEMBLY.exo.
 class NoError(HeldOutError):
     """Prediction error of a motion that nobody moved."""
 
-    rms, window_s = np.zeros(4), 0.0
-
     def __init__(self):
         pass
+
+    @property
+    def rms(self) -> Joints:
+        return np.zeros(4)
+
+    @property
+    def window_s(self) -> float:
+        return 0.0
 
 
 def kept(folder: Path, outcome: Outcome) -> tuple[Path, KeptParticipant]:
