@@ -84,7 +84,8 @@ def test_the_example_study_is_expected_to_take_as_long_as_it_was_measured(monkey
     assert measured_s / 1.5 < expected_s < 1.5 * measured_s
 
 
-def test_a_file_that_vanishes_while_the_duration_is_estimated_ends_no_command(tmp_path):
+def test_a_file_that_vanishes_while_the_duration_is_estimated_ends_no_command(tmp_path, monkeypatch):
+    monkeypatch.setattr("os.getloadavg", lambda: (0.0, 0.0, 0.0))
     (tmp_path / "a.mcap").write_bytes(bytes(30_000_000))
     alone = duration_sentence("report", parsed("report", [str(tmp_path)]))
     (tmp_path / "vanished.mcap").symlink_to(tmp_path / "nothing")  # listed, but without a size
@@ -94,6 +95,15 @@ def test_a_file_that_vanishes_while_the_duration_is_estimated_ends_no_command(tm
 def test_a_real_machine_sets_its_own_pace():
     assert duration_sentence("rig calibrate", parsed("rig calibrate", ["--drives", "d.toml"])) == ""
     assert "about" in duration_sentence("rig calibrate", parsed("rig calibrate", ["--drives", "d.toml", "--simulate"]))
+
+
+@pytest.mark.parametrize(("load", "sentence"), [(0.2, ""), (1.9, ""), (7.0, "7.0): it may take 4 times as long.")])
+def test_a_busy_computer_is_expected_to_take_longer(load: float, sentence: str, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    monkeypatch.setattr("os.getloadavg", lambda: (load, load, load))
+    told = duration_sentence("demo", parsed("demo", []))
+    assert told.partition("these options.")[2].endswith(sentence)
+    assert ("busy" in told) is bool(sentence)
 
 
 def test_durations_are_shown_in_a_unit_that_suits_them():

@@ -17,6 +17,9 @@ it."""
 SILENT_BELOW_S = 2.0
 """Shortest duration that is announced [s]."""
 
+BUSY_TIMES = 1.5
+"""Programs that run or wait, this one included, per processor, from which a computer counts as busy [-]."""
+
 CALIBRATION_S, IDENTIFIED_S_PER_S, FLOATED_S, RUN_REPORT_S = 11.0, 0.03, 3.0, 5.5
 """Calibration of the twin [s]; identification per second of motion; floating and a known weight; report of a run [s].
 
@@ -181,7 +184,7 @@ DURATIONS: dict[str, Seconds] = {
     "rig test": lambda options: 60.0 if options.simulate else None,
     "rig calibrate": _calibrate,
     "rig self-test": _self_test,
-    "rig motion": lambda options: 5.0 + min(options.seconds, 25.0 * options.starts),
+    "rig motion": lambda options: 15.0 + min(options.seconds, 25.0 * (options.starts + 1)),
     "arm identify": lambda options: _prepared(options) + _moved(options) + RUN_REPORT_S,
     "arm identify-log": lambda options: _by_size(options, 4.0, "log"),
     "arm weigh": lambda options: _prepared(options) + 40.0,
@@ -217,7 +220,19 @@ def duration_sentence(path: str, options: Any) -> str:
     seconds = DURATIONS[path](options) if path in DURATIONS else None
     if seconds is None or seconds < SILENT_BELOW_S:
         return ""
-    return f"exograv {path} usually takes about {in_words(seconds)} with these options."
+    return f"exograv {path} usually takes about {in_words(seconds)} with these options.{_busy_sentence()}"
+
+
+def _busy_sentence() -> str:
+    """Return a sentence on a computer that other programs keep busy; empty if they do not, or if it is not known."""
+    try:
+        load, processors = os.getloadavg()[0], os.cpu_count() or 1
+    except (AttributeError, OSError):  # Windows has no load average.
+        return ""
+    times = (load + 1.0) / processors
+    if times < BUSY_TIMES:
+        return ""
+    return f" Other programs keep this computer busy (load {load:.1f}): it may take {times:.0f} times as long."
 
 
 def in_words(seconds: float) -> str:
