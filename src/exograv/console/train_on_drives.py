@@ -113,4 +113,6 @@ def _steered(options: TrainOptions, folder: Path) -> SteeredOptions:
         participants=options.participants or participants_in(folder),
         participant=options.participant,
         session_s=RECORDING_S,
+        stimulus=options.stimulus,
+        protocol_of_stimulus=options.protocol,
     )
