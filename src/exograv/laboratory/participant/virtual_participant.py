@@ -253,9 +253,7 @@ class PointingPerson:
         elif doing is Activity.READY and t >= self._begins and self._left_s > self._takes_s:
             self._feel()
             self._begins, self._began, self._contact = np.inf, t, None
-            self._intend(
-                t, Activity.REACHING, self._way_to_target, self.habits.reach_s + 2.0 * self.habits.touch_s
-            )
+            self._intend(t, Activity.REACHING, self._way_to_target, self.habits.reach_s + 2.0 * self.habits.touch_s)
         elif doing is Activity.REACHING and t >= self._ends:
             if self._contact is None:
                 self._depth, self._begins = self._depth + 0.01, t + self.habits.reach_s

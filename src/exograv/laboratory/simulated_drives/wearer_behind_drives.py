@@ -27,7 +27,6 @@ from exograv.storage.session_checkpoint import LearnedState
 from exograv.task.participant_line import TO_PARTICIPANT, Contact, Introduced, Learned, Remember, Room, Seen, Touched
 from exograv.task.protocol_schema import Protocol
 
-
 SWITCH_S = 5e-5
 """Time after which the planner's thread leaves the interpreter to the loop of the drives [s]."""
 
@@ -193,7 +192,7 @@ class WearerBehindDrives:
 def in_background() -> Thinker:
     """Return a planner in a thread of usual priority: the drives in this process must not wait for a plan.
 
-    The thread begins here, before the loop of the drives takes its real-time priority, which a new thread would inherit.
+    The thread begins before the loop of the drives takes its real-time priority: a new thread would inherit it.
     """
     pool = ThreadPoolExecutor(1)
     pool.submit(int).result()

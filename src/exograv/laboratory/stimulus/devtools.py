@@ -123,8 +123,9 @@ def chromium(program: Path) -> Iterator[DevTools]:
             raise BrowserError(
                 f"{program} does not start: {error.strerror}. Install Chromium, or name it with --chromium."
             ) from error
+        reader = _Output(process)
         try:
-            with connect(_address(process), max_size=None, compression=None) as line:
+            with connect(reader.address(), max_size=None, compression=None) as line:
                 yield DevTools(line)
         finally:
             process.terminate()
@@ -132,26 +133,38 @@ def chromium(program: Path) -> Iterator[DevTools]:
                 process.wait(5.0)
             process.kill()
             process.wait()
+            reader.close()
 
 
-def _address(process: "subprocess.Popen[str]") -> str:
-    """Return the address that the browser prints; the rest of its output is read and dropped."""
-    assert process.stderr is not None
-    lines, found, said = process.stderr, list[str](), list[str]()
-    is_known = threading.Event()
+class _Output:
+    """Output of the browser: its address, and what it says before; the rest is read and dropped."""
 
-    def read() -> None:
-        for text in lines:
-            if found:
+    def __init__(self, process: "subprocess.Popen[str]"):
+        assert process.stderr is not None
+        self._lines, self._found, self._said = process.stderr, list[str](), list[str]()
+        self._is_known = threading.Event()
+        self._thread = threading.Thread(target=self._read, daemon=True)
+        self._thread.start()
+
+    def address(self) -> str:
+        """Wait for the address of the DevTools."""
+        self._is_known.wait(STARTS_S)
+        if not self._found:
+            said = "".join(self._said)[-500:] or "nothing"
+            raise BrowserError(f"The browser has printed no address of its DevTools. Its output: {said}")
+        return self._found[0]
+
+    def close(self) -> None:
+        """Close the output of a browser that has ended."""
+        self._thread.join(STARTS_S)
+        self._lines.close()
+
+    def _read(self) -> None:
+        for text in self._lines:
+            if self._found:
                 continue
-            said.append(text)
+            self._said.append(text)
             if match := ADDRESS.search(text):
-                found.append(match[1])
-                is_known.set()
-        is_known.set()
-
-    threading.Thread(target=read, daemon=True).start()
-    is_known.wait(STARTS_S)
-    if not found:
-        raise BrowserError(f"The browser has printed no address of its DevTools: {''.join(said)[-500:] or 'nothing'}")
-    return found[0]
+                self._found.append(match[1])
+                self._is_known.set()
+        self._is_known.set()
