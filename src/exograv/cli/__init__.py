@@ -53,6 +53,7 @@ from exograv.cli.simulation.benchmark_identification import run_benchmark_identi
 from exograv.cli.simulation.faults import run_faults_command
 from exograv.cli.simulation.process_faults import run_process_faults_command
 from exograv.cli.simulation.simulate_study import run_simulate_study
+from exograv.cli.simulation.stimulus import run_stimulus_command
 from exograv.cli.simulation.sweep import run_sweep_command
 from exograv.cli.simulation.transparency import run_transparency_command
 from exograv.cli.simulation.validate_participant import run_validate_participant
@@ -140,6 +141,7 @@ GROUPS: dict[str, Group] = {
             "transparency": run_transparency_command,
             "validate-participant": run_validate_participant,
             "drive-sim": run_drive_sim_command,
+            "stimulus": run_stimulus_command,
         },
     ),
 }

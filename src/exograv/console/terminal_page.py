@@ -79,6 +79,10 @@ class TerminalPage:
         """True if this page holds the lease, as far as it has heard."""
         return self.state is not None and self.state["steers"] == self._number
 
+    def is_open_for(self, role: Role) -> bool:
+        """Return True if a page of this role is connected."""
+        return self.state is not None and any(line["role"] == role.value for line in self.state["lines"])
+
     def steer(self) -> str:
         """Ask for the lease. Return the reason of a refusal; empty if this page steers now."""
         return self._ask("steer")

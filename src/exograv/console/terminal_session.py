@@ -19,6 +19,9 @@ Say = Callable[[str], object]
 STARTS_WITHIN_S, TAKES_WITHIN_S, LEARNS_WITHIN_S, LEAVES_WITHIN_S = 120.0, 20.0, 300.0, 30.0
 """Longest start of the processes, ramp, identification, and end of the carrying [s]."""
 
+OPENS_WITHIN_S = 90.0
+"""Longest wait for the page of a participant whom a stimulus process plays [s]."""
+
 LISTENS_S = 0.5
 
 
@@ -65,8 +68,16 @@ class SessionOutcome:
 class TerminalSession:
     """Steps of one session, from the machine that is off to the machine that is off again."""
 
-    def __init__(self, page: TerminalPage, keyboard: Keyboard, resumes: bool):
-        """Steer with this page; `resumes` continues an interrupted run."""
+    def __init__(self, page: TerminalPage, keyboard: Keyboard, resumes: bool, awaits_page: bool = False):
+        """Steer with this page.
+
+        Args:
+            page: Page of this terminal.
+            keyboard: Keyboard of the operator.
+            resumes: True to continue an interrupted run.
+            awaits_page: True to wait for the participant's page before the motors are on.
+        """
+        self._awaits_page = awaits_page
         self._page, self._keyboard, self._resumes, self._say = page, keyboard, resumes, keyboard.say
 
     def run(self) -> SessionOutcome:
@@ -78,6 +89,11 @@ class TerminalSession:
         """
         self._await_mode("off", STARTS_WITHIN_S)
         self._say(f"Open on the participant's screen: {self._page.invite(Role.PARTICIPANT)}")
+        if self._awaits_page and not self._page.until(lambda: self._page.is_open_for(Role.PARTICIPANT), OPENS_WITHIN_S):
+            raise RigError(
+                f"No participant's page was opened within {OPENS_WITHIN_S:g} s. Start `exograv dev stimulus` with the "
+                "link above and the port of --stimulus."
+            )
         self._make_ready(
             "Check that the arm lies in its cuffs, supported and relaxed. Then press Enter: the motors switch on, and "
             "the machine carries itself."
@@ -90,6 +106,7 @@ class TerminalSession:
 
     def _make_ready(self, text: str) -> None:
         self._keyboard.enter(text)
+        self._check()
         self._do("make_ready")
         self._await_mode("exo_only", STARTS_WITHIN_S)
 

@@ -82,7 +82,8 @@ def run_training_on_drives(
         page = TerminalPage(link, address.certificate)
         try:
             is_automatic = options.simulate and not sys.stdin.isatty()
-            outcome.append(TerminalSession(page, Keyboard(say, is_over, is_automatic), options.resume).run())
+            keyboard = Keyboard(say, is_over, is_automatic)
+            outcome.append(TerminalSession(page, keyboard, options.resume, options.stimulus is not None).run())
         except SessionEndedError:
             say("The session was ended before its end.")
         finally:
@@ -113,4 +114,6 @@ def _steered(options: TrainOptions, folder: Path) -> SteeredOptions:
         participants=options.participants or participants_in(folder),
         participant=options.participant,
         session_s=RECORDING_S,
+        stimulus=options.stimulus,
+        protocol_of_stimulus=options.protocol,
     )

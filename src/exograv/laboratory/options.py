@@ -228,3 +228,17 @@ class DriveSimOptions(Options):
 
     wrong_encoder: JointNames = ()
     """Joints with an encoder that counts the wrong way."""
+
+
+@dataclass(frozen=True)
+class StimulusOptions(Options):
+    """Options of `exograv dev stimulus`."""
+
+    link: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="LINK")] = tyro.MISSING
+    """Link that `exograv run train --simulate --stimulus PORT` shows for the participant's screen."""
+
+    line: Annotated[int, Within(1024, 65535), tyro.conf.arg(metavar="PORT")] = tyro.MISSING
+    """TCP port at which the virtual participant waits: the PORT of that command."""
+
+    chromium: Path = Path("/usr/bin/chromium")
+    """Program of the browser."""

@@ -120,8 +120,7 @@ class GuardLoop:
         # A twin computes its physics in this process. On one processor a higher priority would leave control too little
         # time, and nobody is in a twin.
         with realtime(priority=GUARD_PRIORITY if self._ends_stopped else PRIORITY) as rights:
-            self.begin()
-            return run_loop(self.tick, self._job.periods, self._job.period_ns), rights
+            return run_loop(self.tick, self._job.periods, self._job.period_ns, begin=self.begin), rights
 
     def begin(self) -> None:
         """Switch the motors on.

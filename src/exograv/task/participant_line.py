@@ -1,7 +1,8 @@
-"""Messages between a session and a participant who is simulated in another process, as lines of JSON.
+"""Messages between a participant who is simulated in another process and what the participant sees, as lines of JSON.
 
-The session tells what the participant's page shows. The participant tells where the finger has met the panel. No
-message carries a parameter of the arm or the machine.
+In lock-step the session tells what its page would show, and the participant tells the touches as a panel reports them.
+In real time a stimulus process tells what the page shows, and the participant tells each contact of the finger with the
+panel. No message carries a parameter of the arm or the machine.
 """
 
 from typing import Annotated, Literal
@@ -27,6 +28,9 @@ class Introduced(Settings):
     """Lengths to which the machine is set, by segment [m]."""
 
     screen: ScreenCalibration
+    panel_px: tuple[int, int]
+    """Width and height of the screen [px]."""
+
     recorded: JsonObject
     """Settings of room and participant for the recording, by name."""
 
@@ -42,6 +46,24 @@ class Touched(Settings):
     """Touch, with times on the participant's clock."""
 
 
+class Contact(Settings):
+    """Finger that has met the panel, or has left it, in real time."""
+
+    kind: Literal["contact"] = "contact"
+    t: float
+    """Time on the common monotonic clock of this computer [s]."""
+
+    is_down: bool
+    """True if the finger has met the panel, False if it has left it."""
+
+    x_px: float
+    y_px: float
+    """Place of the finger, right and down of the panel's corner [px]."""
+
+    contact_px: float
+    """Longer side of the contact [px]."""
+
+
 class Learned(Settings):
     """State that the participant keeps for the next session. The session stores it in its checkpoint."""
 
@@ -54,6 +76,8 @@ class Seen(Settings):
 
     kind: Literal["seen"] = "seen"
     picture: ParticipantPicture
+    target_px: tuple[float, float] | None = None
+    """Centre of the target as it is drawn, right and down of the panel's corner [px]; None for the protocol's place."""
 
 
 class Room(Settings):
@@ -70,7 +94,7 @@ class Remember(Settings):
     learned: JsonObject
 
 
-ToSession = Annotated[Introduced | Touched | Learned, Field(discriminator="kind")]
+ToSession = Annotated[Introduced | Touched | Contact | Learned, Field(discriminator="kind")]
 ToParticipant = Annotated[Seen | Room | Remember, Field(discriminator="kind")]
 
 TO_SESSION: TypeAdapter[ToSession] = TypeAdapter(ToSession)

@@ -29,6 +29,7 @@ OF_COMPUTER = (
 )  # fmt: skip
 """Causes of a stop when the simulated drives or control get no processor in time."""
 
+CHROMIUM = Path("/usr/bin/chromium")
 EXAMPLE = Path(__file__).parents[3] / "examples" / "drives" / "udp.toml"
 
 
@@ -38,20 +39,36 @@ class Machine:
 
     folder: Path
 
-    def exograv(self, *words: str) -> "subprocess.CompletedProcess[str]":
+    def exograv(
+        self, *words: str, hears: Callable[[str], object] = lambda _link: None
+    ) -> "subprocess.CompletedProcess[str]":
+        """Run a command to its end; `hears` gets the link of the participant's page."""
         machine = ["--simulate", "--drives", "udp.toml", "--level", str(LEVEL), "--seed", str(SEED)]
         command = [sys.executable, "-m", "exograv.cli", *words, *machine, "--json", "figures.json"]
-        return subprocess.run(
-            command, cwd=self.folder, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL
-        )
+        process = subprocess.Popen(
+            command, cwd=self.folder, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        assert process.stdout is not None
+        said = list[str]()
+        for line in process.stdout:
+            said.append(line)
+            if "participant's screen: http" in line:
+                hears(line.split()[-1])
+        return subprocess.CompletedProcess(command, process.wait(), "".join(said), "")
 
-    def flown(self, *words: str, begins: Callable[[], object] = lambda: None) -> dict[str, Any]:
+    def flown(
+        self,
+        *words: str,
+        begins: Callable[[], object] = lambda: None,
+        hears: Callable[[str], object] = lambda _link: None,
+    ) -> dict[str, Any]:
         """Run a command with a fresh pass of the self-test, again if the computer was too slow; return its figures."""
         said = ""
         for _ in range(ATTEMPTS):
             begins()
             shutil.copy(self.folder / "pass.toml", self.folder / "out" / "self_test.toml")
-            process = self.exograv(*words)
+            process = self.exograv(*words, hears=hears)
             said = process.stdout + process.stderr
             if process.returncode == 0:
                 return json.loads((self.folder / "figures.json").read_text(encoding="utf-8"))
@@ -103,3 +120,40 @@ def test_a_session_runs_from_the_motors_that_switch_on_to_the_arm_that_is_given_
     process = machine.exograv("next", *session)
     assert "session 2 of 'short.toml' has not begun." in " ".join(process.stdout.split())
     assert (machine.folder / "out" / "participants" / "P-07.toml").is_file()
+
+
+@pytest.mark.skipif(not CHROMIUM.exists(), reason=f"There is no {CHROMIUM}. On Debian: apt-get install chromium")
+def test_a_virtual_participant_points_at_the_sessions_own_page_and_every_contact_is_recorded(machine: Machine):
+    """Three processes: session with its page, machine with its wearer, and stimulus with a browser."""
+    protocol = short_training(machine.folder)
+    session = ("--participant", "P-09", "--protocol", protocol.name)
+    stimuli = list[subprocess.Popen[str]]()
+    made = machine.folder / "made.json"
+
+    def begins() -> None:
+        for path in (machine.folder / "out").glob("*.run.json"):
+            path.unlink()
+
+    def play(link: str) -> None:
+        command = [
+            sys.executable,
+            "-m",
+            "exograv.cli",
+            "dev",
+            "stimulus",
+            link,
+            "--line",
+            str(line),
+            "--json",
+            made.name,
+        ]
+        stimuli.append(subprocess.Popen(command, cwd=machine.folder, text=True))
+
+    line = free_port()
+    words = ("run", "train", *session, "--port", "0", "--stimulus", str(line))
+    found = machine.flown(*words, begins=begins, hears=play)
+    assert [stimulus.wait(30.0) for stimulus in stimuli][-1] == 0
+    played = json.loads(made.read_text(encoding="utf-8"))
+    assert found["is_complete"]
+    assert played["is_complete"]
+    assert found["touches"] == len(played["made"]) >= 2

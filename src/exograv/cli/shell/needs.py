@@ -37,6 +37,7 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "dev benchmark-identification": ("twin", "study"),
     "dev drive-sim": ("twin",),
     "dev faults": ("twin",),
+    "dev stimulus": ("console",),
     "dev sweep": ("twin", "study"),
     "dev transparency": ("twin", "study"),
     "dev validate-participant": ("twin",),

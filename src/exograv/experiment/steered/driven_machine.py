@@ -66,7 +66,8 @@ class DrivenMachine:
         self.form = form_of_wearer(description, person, options.simulate, wearer, known)
         with contextlib.ExitStack() as stack:
             refuse = not_ready(options, folder, description, command, tell)
-            drives, self._bench = stack.enter_context(drives_of(options, description, ("--worn",), True, refuse))
+            worn = ("--worn", *_stimulated(options))
+            drives, self._bench = stack.enter_context(drives_of(options, description, worn, True, refuse))
             self._drives, self._readiness = drives, readiness_of(options, folder, description, drives)
             assembly = assemble(description, self.form.body)
             machine = self._readiness.calibration().whole.calibration()
@@ -139,6 +140,13 @@ def machine_of_side(machine: DrivenMachine) -> Callable[[Side | None], DrivenMac
         return machine
 
     return of_side
+
+
+def _stimulated(options: SteeredOptions) -> tuple[str, ...]:
+    """Options of simulated drives whose wearer points at a page that a stimulus process reads."""
+    if options.stimulus is None:
+        return ()
+    return ("--person", "virtual", "--protocol", options.protocol_of_stimulus, "--line", str(options.stimulus))
 
 
 def _known(folder: Path | None, code: str | None) -> StoredPerson | None:

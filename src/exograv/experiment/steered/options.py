@@ -51,6 +51,12 @@ class SteeredOptions(WornOptions):
     session_s: Annotated[tyro.conf.Fixed[float], Within(60.0, 7200.0)] = 3600.0
     """Longest recording [s]."""
 
+    stimulus: tyro.conf.Fixed[int | None] = None
+    """TCP port of a virtual participant in a simulated machine; None for a relaxed wearer."""
+
+    protocol_of_stimulus: tyro.conf.Fixed[str] = "training"
+    """Protocol whose target the virtual participant knows."""
+
     on_loss: Annotated[Loss, MOVED] = "finish"
     """Action on an open window when the operator's page is lost."""
 

@@ -51,6 +51,13 @@ class TrainOptions(WornOptions):
     """Run simulated drives and a virtual participant, in another process, in lock-step with this one: no operator, no
     page, faster than real time."""
 
+    stimulus: Annotated[
+        int | None, Within(1024, 65535), tyro.conf.arg(metavar="PORT"),
+        Acts(lambda all_: all_.simulate and not all_.virtual_clock, "with --simulate, without --virtual-clock"),
+    ] = None  # fmt: skip
+    """Seat a virtual participant in the simulated machine, who waits at this TCP port for `exograv dev stimulus`: that
+    process shows it the participant's page, and makes its touches there."""
+
     side: OneSideOption = None
     seed: Annotated[Seed, Within(0, 2**31), ON_SIMULATED] = 0
     donning: Annotated[Donning, IN_LOCK_STEP] = 0

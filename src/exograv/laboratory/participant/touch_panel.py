@@ -44,6 +44,11 @@ class TouchPanel:
             self._report(t, pixel)
         return finger - self.target
 
+    def put_target(self, x_px: float, y_px: float) -> None:
+        """Take the place of the target from the picture on the panel."""
+        self._target_px = x_px, y_px
+        self.target = self._room.on_panel(x_px, y_px)
+
     def draw(self, t: float, off_mm: OnScreen) -> None:
         """Make a touch at `t` [s], at this distance right and up of the target [mm]."""
         right_px, up_px = (float(off) / self._room.pitch_mm for off in off_mm)

@@ -10,6 +10,7 @@ model shows that the software works; it is no evidence about people.
 import enum
 from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -33,6 +34,25 @@ OnScreen = Float[np.ndarray, " 2"]
 
 TABLE_S = 0.02
 """Time between two samples of the torque that a movement needs [s]."""
+
+
+class Movement(NamedTuple):
+    """Planned movement of the arm."""
+
+    path: Trajectory
+    known: Float[np.ndarray, "tick arm"]
+    """Torque that the person expects to need (tick, arm) [N·m]."""
+
+
+Thinker = Callable[[Callable[[], Movement]], Callable[[], Movement | None]]
+"""Function that begins to plan a movement, and returns a function that gives the movement, or None until it is planned.
+"""
+
+
+def at_once(plan: Callable[[], Movement]) -> Callable[[], Movement | None]:
+    """Plan now. The caller waits, so that only a simulation that can wait uses it."""
+    movement = plan()
+    return lambda: movement
 
 
 class Activity(enum.Enum):
@@ -72,6 +92,10 @@ class PointingPerson:
         """
         self.inner_ear: Callable[[], float] = lambda: 1.0
         """Gravity at the head, relative to Earth's [-]. Support of the arm does not change it."""
+        self.think: Thinker = at_once
+        """Planner of the movements. Until a movement is planned, the person goes on as before."""
+        self._thought: Callable[[], Movement | None] | None = None
+        self._next, self._next_s = Activity.LYING, 0.0
         self.habits, self._own = habits or Habits(), own
         self._surroundings, self._target, self._too_short, self._dt = surroundings, target, too_short, period_s
         freedoms = len(worn_inertia)
@@ -132,7 +156,7 @@ class PointingPerson:
 
     def touched(self, t: float, off: OnScreen | None) -> None:
         """Learn from the seen deviation and from the held torque, and time the next touch."""
-        if self.doing is not Activity.REACHING or self._contact is not None:
+        if not self.is_under_way or self._thought is not None:
             return
         habits = self.habits
         self._contact = t
@@ -146,8 +170,8 @@ class PointingPerson:
         self._takes_s += 0.5 * (t - self._began - self._takes_s)
         self._begins = t + max(self._interval_s * missed_by - self._takes_s, 0.0)
         # The push continues: a finger that yields at once would bounce.
-        self._want(t, Activity.REACHING, motion.hold(self._q_felt + self._muscles.error, habits.touch_s, self._dt))
-        self._ends = t + habits.touch_s
+        stays = motion.hold(self._q_felt + self._muscles.error, habits.touch_s, self._dt)
+        self._begin(t, Activity.REACHING, self._expected(stays), habits.touch_s)
 
     def _learn(self, seen: OnScreen) -> None:
         by_weight = float(seen @ self._shift / (self._shift @ self._shift))
@@ -209,25 +233,31 @@ class PointingPerson:
         """Draw the error of the felt posture and the gain error of the muscles for the next ticks."""
         self._offs, self._gains, self._row = self._bias + self._felt.block(), 1.0 + self._noise.block(), 0
 
+    def look_at(self, target: OnScreen) -> None:
+        """See the target at this place, right and up of the screen's centre [m]."""
+        self._target = target
+
+    def rehearse(self) -> None:
+        """Plan a reach and forget it: the first plan imports and compiles for a tenth of a second."""
+        self._expected(self._way_to_target())
+
     def _decide(self, t: float, q_arm: PerFreedom) -> None:
+        if self._thought is not None:
+            self._begin_thought(t)
+            return
         doing = self.doing
         if doing is Activity.LYING and self._is_awaited:
             self._muscles.hold = np.zeros_like(self._muscles.hold)
-            self._want(
-                t,
-                Activity.READY,
-                motion.go_to(q_arm + self._offs[min(self._row, BLOCK - 1)], self._rest, 0.6, self._dt),
-            )
+            felt = q_arm + self._offs[min(self._row, BLOCK - 1)]
+            self._intend(t, Activity.READY, lambda: motion.go_to(felt, self._rest, 0.6, self._dt), np.inf)
         elif doing is Activity.READY and t >= self._begins and self._left_s > self._takes_s:
             self._feel()
             self._begins, self._began, self._contact = np.inf, t, None
-            self._want(t, Activity.REACHING, self._way_to_target())
-            self._ends = t + self.habits.reach_s + 2.0 * self.habits.touch_s
+            self._intend(t, Activity.REACHING, self._way_to_target, self.habits.reach_s + 2.0 * self.habits.touch_s)
         elif doing is Activity.REACHING and t >= self._ends:
             if self._contact is None:
                 self._depth, self._begins = self._depth + 0.01, t + self.habits.reach_s
-            self._want(t, Activity.RETURNING, motion.backwards(self._ways.to_screen(self._rest, self._wants)))
-            self._ends = t + self.habits.reach_s
+            self._intend(t, Activity.RETURNING, self._way_back, self.habits.reach_s)
         elif doing is Activity.RETURNING and t >= self._ends:
             self.doing = Activity.READY
         elif doing is Activity.READY and not self._is_awaited:
@@ -236,6 +266,9 @@ class PointingPerson:
     def _way_to_target(self) -> Trajectory:
         believed = self._target + self._seen_higher() + self._aim_off
         return self._ways.to_screen(self._rest, self._ways.posture_at(believed, self._depth))
+
+    def _way_back(self) -> Trajectory:
+        return motion.backwards(self._ways.to_screen(self._rest, self._wants))
 
     def _seen_higher(self) -> OnScreen:
         """Upward shift of the perceived target for the gravity at the head [m]."""
@@ -254,14 +287,29 @@ class PointingPerson:
         # Effort that is not weight is held as before. The weight is now anticipated, as far as it is trusted.
         self._muscles.hold = felt - share * weight
 
-    def _want(self, t: float, doing: Activity, path: Trajectory) -> None:
-        self.doing, self._wants = doing, path.q[-1]
+    def _intend(self, t: float, doing: Activity, path: Callable[[], Trajectory], lasts_s: float) -> None:
+        """Begin an activity as soon as its movement is planned."""
+        self._next, self._next_s = doing, lasts_s
+        self._thought = self.think(lambda: self._expected(path()))
+        self._begin_thought(t)
+
+    def _begin_thought(self, t: float) -> None:
+        movement = None if self._thought is None else self._thought()
+        if movement is not None:
+            self._thought = None
+            self._begin(t, self._next, movement, self._next_s)
+
+    def _begin(self, t: float, doing: Activity, movement: Movement, lasts_s: float) -> None:
+        self.doing, self._wants, self._ends = doing, movement.path.q[-1], t + lasts_s
+        self._muscles.want(movement.path, movement.known, t)
+
+    def _expected(self, path: Trajectory) -> Movement:
         is_moving = path.v.any()
         every = max(1, round(TABLE_S / self._dt)) if is_moving else len(path)
         rows = np.unique([*range(0, len(path), every), len(path) - 1]) if is_moving else np.zeros(1, dtype=int)
         known = np.array([self._needed(path.q[k], path.v[k], path.a[k]) for k in rows])
         ticks = np.arange(len(path))
-        self._muscles.want(path, np.column_stack([np.interp(ticks, rows, column) for column in known.T]), t)
+        return Movement(path, np.column_stack([np.interp(ticks, rows, column) for column in known.T]))
 
     def _needed(self, q: PerFreedom, v: PerFreedom, a: PerFreedom) -> PerFreedom:
         return self._own.torque(q, v, a, self.gravity_expected, self.inertia_expected) + self._worn @ a

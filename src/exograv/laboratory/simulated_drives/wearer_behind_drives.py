@@ -1,10 +1,14 @@
 """A wearer behind simulated drives who also points at a screen: the participant of a session in another process.
 
-The session and this wearer share nothing but the drives' bus, and a line on which the session shows its page and the
-wearer's touches come back (`task/participant_line.py`).
+The session and this wearer share nothing but the drives' bus and a line (`task/participant_line.py`). In lock-step the
+session shows its page on the line, and the wearer's touches come back. In real time a stimulus process reads the
+session's page in a browser, and makes the touches there.
 """
 
+import sys
+import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -12,16 +16,19 @@ from exograv.laboratory.attentive_wearer import AttentiveHold
 from exograv.laboratory.options import DriveSimOptions
 from exograv.laboratory.participant.habits import Habits
 from exograv.laboratory.participant.recorded_participant import recorded_participant
-from exograv.laboratory.participant.touch_panel import TouchPanel
+from exograv.laboratory.participant.touch_panel import LIFT_S, OnScreen, TouchPanel
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
-from exograv.laboratory.participant.virtual_participant import PointingPerson
+from exograv.laboratory.participant.virtual_participant import Movement, PointingPerson, Thinker
 from exograv.laboratory.virtual_laboratory import VirtualLaboratory
 from exograv.results import json_value
 from exograv.rig.twin import Twin, day_seed
 from exograv.runtime.processes.line_socket import LinesListener
 from exograv.storage.session_checkpoint import LearnedState
-from exograv.task.participant_line import TO_PARTICIPANT, Introduced, Learned, Remember, Room, Seen, Touched
+from exograv.task.participant_line import TO_PARTICIPANT, Contact, Introduced, Learned, Remember, Room, Seen, Touched
 from exograv.task.protocol_schema import Protocol
+
+SWITCH_S = 5e-5
+"""Time after which the planner's thread leaves the interpreter to the loop of the drives [s]."""
 
 
 class WearerBehindDrives:
@@ -59,6 +66,13 @@ class WearerBehindDrives:
         self._hold = AttentiveHold(self.twin, laboratory.own_arm())
         self._day, self._is_pointing, self._openings = day, False, 0
         self._panel = self._new_panel()
+        self._pressed: tuple[float, float] | None = None
+        """Pixel under the finger that is on the panel."""
+        self._left_at = -np.inf
+        self._is_lock_step = options.lock_step
+        if not options.lock_step:
+            self.person.rehearse()
+            self.person.think = in_background()
         self._listener, self._line = LinesListener(options.line), None
 
     @property
@@ -89,6 +103,7 @@ class WearerBehindDrives:
                 sex=form.body.sex,
                 lengths_m=dict(form.lengths),
                 screen=self._room.calibration,
+                panel_px=(self._room.width_px, self._room.height_px),
                 recorded=json_value(recorded_participant(self._room, self._surroundings, self._habits)),
             )
         )
@@ -117,12 +132,16 @@ class WearerBehindDrives:
         if not self._is_pointing:
             return
         now = self.twin.t
-        off = self._panel.feel(now, self.twin.finger_on_screen())
+        finger = self.twin.finger_on_screen()
+        off = self._panel.feel(now, finger)
         if off is not None:
             self.person.touched(now, off)
             self._tell(Learned(learned=self.person.learned.model_dump()))
         for touch in self._panel.reported(now):
-            self._tell(Touched(now=now, touch=touch))
+            if self._is_lock_step:
+                self._tell(Touched(now=now, touch=touch))
+        if not self._is_lock_step:
+            self._press(now, finger)
 
     def close(self) -> None:
         """Close the line and its listener."""
@@ -134,16 +153,53 @@ class WearerBehindDrives:
         match message:
             case Seen():
                 self._is_pointing = True
+                if message.target_px is not None:
+                    self._panel.put_target(*message.target_px)
+                    self.person.look_at(self._panel.target)
                 self.person.see(self.twin.t, message.picture)
             case Room():
                 self.twin.put_surroundings(message.is_there)
             case Remember():
                 self.person.remember(LearnedState.model_validate(message.learned))
 
-    def _tell(self, message: Introduced | Touched | Learned) -> None:
+    def _press(self, now: float, finger: OnScreen | None) -> None:
+        """Tell that the finger has met the panel, or has left it for longer than a bounce."""
+        if finger is not None:
+            self._left_at = now + LIFT_S
+        pixel = None if finger is None else self._room.pixel_of(finger)
+        if self._pressed is None and pixel is not None:
+            self._pressed = pixel
+            self._tell_contact(is_down=True)
+        elif self._pressed is not None and now > self._left_at:
+            self._tell_contact(is_down=False)
+            self._pressed = None
+
+    def _tell_contact(self, *, is_down: bool) -> None:
+        assert self._pressed is not None
+        x, y = self._pressed
+        width = self._room.contact_mm / self._room.pitch_mm
+        self._tell(Contact(t=time.monotonic(), is_down=is_down, x_px=x, y_px=y, contact_px=width))
+
+    def _tell(self, message: Introduced | Touched | Contact | Learned) -> None:
         if self._line is not None:
             self._line.send(message.model_dump_json())
 
     def _new_panel(self) -> TouchPanel:
         random = np.random.default_rng([self._day, 32, self._openings])
         return TouchPanel(self._room, self._protocol.target, random, f"simulated-{self._openings}")
+
+
+def in_background() -> Thinker:
+    """Return a planner in a thread of usual priority: the drives in this process must not wait for a plan.
+
+    The thread begins before the loop of the drives takes its real-time priority: a new thread would inherit it.
+    """
+    pool = ThreadPoolExecutor(1)
+    pool.submit(int).result()
+    sys.setswitchinterval(SWITCH_S)
+
+    def think(plan: Callable[[], Movement]) -> Callable[[], Movement | None]:
+        planned = pool.submit(plan)
+        return lambda: planned.result() if planned.done() else None
+
+    return think

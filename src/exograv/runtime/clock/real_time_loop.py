@@ -32,6 +32,7 @@ def run_loop(
     now_ns: Callable[[], int] = time.monotonic_ns,
     sleep: Callable[[float], object] = time.sleep,
     spin_ns: int = SPIN_NS,
+    begin: Callable[[], object] = lambda: None,
 ) -> Timing:
     """Call `work` once a period with the number of the period, for `periods` periods.
 
@@ -46,9 +47,12 @@ def run_loop(
         now_ns: Monotonic clock [ns].
         sleep: Sleep function [s]; `time.sleep` uses `clock_nanosleep` to an absolute time since Python 3.11.
         spin_ns: Time before a deadline at which sleep ends and the busy wait begins [ns].
+        begin: Function that is called once, just before the first tick, such as to switch motors on.
     """
     # The arrays are filled, not empty, so that each page is touched before the first deadline.
     period_of, lateness, compute = (np.full(periods, -1, dtype=np.int64) for _ in range(3))
+    # For two hours at 1 ms this takes 0.1 s: longer than the watchdogs of drives that are on.
+    begin()
     start = now_ns() + LEAD_NS
     tick = period = restless = 0
     is_last = False
