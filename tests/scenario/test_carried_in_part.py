@@ -1,4 +1,4 @@
-"""A short motion in a foreign world leaves axes uncertain: the arm floats on a part of the estimate, and says why."""
+"""An arm in a foreign world floats on a part of its estimate after a short motion, and the machine says why."""
 
 import numpy as np
 import pytest
