@@ -21,7 +21,10 @@ from exograv.task.run import TaskRun
 from exograv.task.screen import ScreenCalibration
 
 SCREEN = ScreenCalibration(pitch_x_mm=0.3, pitch_y_mm=0.3, method="ruler", anisotropy=0.0, relative_error=0.0)
-FORM = Introduced(height_m=1.7, mass_kg=65.0, sex="female", lengths_m={"forearm": 0.25}, screen=SCREEN, recorded={})
+FORM = Introduced(
+    height_m=1.7, mass_kg=65.0, sex="female", lengths_m={"forearm": 0.25}, screen=SCREEN, panel_px=(1920, 1080),
+    recorded={},
+)  # fmt: skip
 PICTURE = ParticipantPicture(
     screen="welcome", target=None, diameter_px=None, arrow=None, countdown_s=None, window=None, windows=2
 )
