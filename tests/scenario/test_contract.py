@@ -47,11 +47,18 @@ def test_left_over_is_a_list_per_joint_of_each_controller(demo):
 
 def test_the_identification_says_how_long_whether_and_why(demo):
     found = demo.result["identification"]
-    assert set(found) == {"motion_s", "time_to_target_s", "stop", "outcome", "why", "restless_s"}
+    assert set(found) == {"motion_s", "time_to_target_s", "stop", "outcome", "why", "restless_s", "carried"}
     assert abs(found["motion_s"] - 30.0) < 0.5
     assert found["time_to_target_s"] is None or 0.0 < found["time_to_target_s"] <= 30.0
     assert found["stop"].endswith(".")
     assert found["outcome"].endswith(".")
+
+
+def test_the_part_of_the_estimate_that_is_carried_is_per_joint(demo):
+    carried = demo.result["identification"]["carried"]
+    assert len(carried["share"]) == PER_JOINT
+    assert all(0.0 <= share <= 1.0 for share in carried["share"])
+    assert carried["is_whole"] is (min(carried["share"]) == 1.0)
 
 
 def test_the_possible_left_over_is_per_joint_and_its_95_percent_lie_above_its_middle(demo):
