@@ -1,5 +1,7 @@
 """The outcome of a live run names the cause of a stop before it says how the loop ended."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from exograv.live.guard_job import GuardReport, StopLatch
@@ -24,6 +26,15 @@ def test_a_run_that_the_guard_ended_begins_with_the_cause_and_its_time():
 
 def test_a_run_without_a_stop_only_says_how_the_loop_ended():
     assert outcome_of(report(LoopOutcome.COMPLETE)) == LoopOutcome.COMPLETE.value
+
+
+def test_a_stop_beside_slow_ticks_asks_for_a_longer_period():
+    stopped = report(LoopOutcome.ENDED_EARLY, StopLatch(StopReason.CONTROL_SILENT.value, 486, 0.486))
+    slow = replace(stopped, timing=replace(stopped.timing, compute_ns=np.full(10, 7 * PERIOD_NS // 10)))
+    assert "took 0.70 of 1 ms (median)" in outcome_of(slow)
+    assert "period_ms" in outcome_of(slow)
+    assert "period_ms" not in outcome_of(stopped)
+    assert "period_ms" not in outcome_of(replace(slow, latches=()))
 
 
 def test_a_run_that_went_on_after_a_stop_says_both():

@@ -9,6 +9,7 @@ import numpy as np
 
 from exograv.errors import ConfigError, RigError
 from exograv.identification.calibration.empty_machine import Calibration
+from exograv.live.live_figures import slow_ticks_text
 from exograv.live.on_drives.float_command import fly_on_drives
 from exograv.live.options import LiveOptions, PersonForm
 from exograv.loop.pilot import Progress
@@ -122,9 +123,10 @@ class Drives:
         learned = run.flown.learned
         if learned is None:
             cause = "; ".join(stop.rstrip(".") for stop in stops) or "the run ended before that"
+            slow = slow_ticks_text(run.flown.report.timing) or "On a busy computer, first end other programs."
             raise RigError(
                 f"The arm was not identified: {cause}. The recording is kept: {run.flown.path}. Test the machine again "
-                "with `prepare`, then repeat. On a busy computer, first end other programs."
+                f"with `prepare`, then repeat. {slow}"
             )
         found = learned.estimate
         figures = run.figures.identified

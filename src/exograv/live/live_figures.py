@@ -23,6 +23,10 @@ STALL_BEFORE_S = 0.05
 """Time before a latch in which the longest gap between commands is taken as its cause [s]."""
 
 
+SLOW_SHARE = 0.5
+"""Median tick of the guard, as a share of the period, from which a short pause delays the next tick [-]."""
+
+
 @dataclass(frozen=True)
 class LatchFigures:
     """Figures of a stop that stays in force until the operator resets it."""
@@ -167,7 +171,22 @@ def outcome_of(report: GuardReport) -> str:
     """Sentences on the end of a run: first the cause and the time of each stop, then the end of the loop."""
     stops = [f"{latch.cause} The guard stopped the machine after {latch.at_s:.3f} s." for latch in report.latches]
     errors = [report.failure] if report.failure else []
-    return " ".join([*errors, *stops, report.timing.outcome.value])
+    slow = [slow_ticks_text(report.timing)] if stops else []
+    return " ".join([*errors, *stops, *filter(None, slow), report.timing.outcome.value])
+
+
+def slow_ticks_text(timing: Timing) -> str:
+    """Sentence on a computer whose ticks leave little time before the next one; empty if they leave enough."""
+    if len(timing.period) == 0:
+        return ""
+    share = float(np.median(timing.command_ns)) / timing.period_ns
+    if share < SLOW_SHARE:
+        return ""
+    return (
+        f"A tick of the guard, with its waits for drives and control, took {1e-6 * share * timing.period_ns:.2f} of "
+        f"{1e-6 * timing.period_ns:.0f} ms (median): the computer is busy, or too slow for this period. End other "
+        "programs, or give a drives.toml with a longer period_ms."
+    )
 
 
 def stall_ms(timing: Timing, period: int) -> float:
