@@ -53,10 +53,11 @@ def test_a_worker_learns_on_over_samples_that_are_missing(prepared: ControllerKn
     """The moved arm is the controller's own model, without elasticity; the estimate must hold its weight."""
     worker, path = ArmWorker(prepared.assembly, prepared.machine, PERIOD_S), path_of(prepared)
     model = moved(worker, prepared, path, range(6000, 6000 + gap))
-    x, learned = worker.finish()
+    carried, learned = worker.finish()
     assert isinstance(learned, LearnedArm)
-    covariance = learned.estimate.covariance
+    x, covariance = learned.estimate.x, learned.estimate.covariance
     assert covariance is not None
+    np.testing.assert_array_equal(carried, learned.carried.x)
     widest = 0.0
     for q in path.q[::500]:
         tau, derivative = model.at_rest(q, x)

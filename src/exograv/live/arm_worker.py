@@ -70,8 +70,8 @@ class LearnedArm:
 
     @property
     def floated(self) -> Estimate:
-        """Estimate with the parameters that the machine carries, and their mean square error."""
-        return replace(self.estimate, x=self.carried.x, covariance=self.carried.covariance)
+        """Estimate with the parameters that the machine carries."""
+        return self.carried.of(self.estimate)
 
 
 @dataclass(frozen=True)

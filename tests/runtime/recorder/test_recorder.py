@@ -125,7 +125,8 @@ def test_no_acknowledged_tick_is_missing_or_repeated_after_kills_at_random_momen
 
 
 def test_a_recorder_that_hangs_is_replaced_and_no_tick_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("exograv.runtime.recorder.recorder.HANGS_S", 0.5)
+    # Longer than the start of the second recorder on a busy computer, which would be replaced too.
+    monkeypatch.setattr("exograv.runtime.recorder.recorder.HANGS_S", 2.0)
     path = tmp_path / "a.mcap"
     with recording(path) as (recorder, control):
         control.put(100)
@@ -134,9 +135,7 @@ def test_a_recorder_that_hangs_is_replaced_and_no_tick_is_missing(tmp_path: Path
         control.put(100)
         wait_until(lambda: recorder.check().acknowledged == 200, "200 ticks on disk")
         report = recorder.check()
-        # On a busy computer the second recorder may need longer than the limit of this test, and is replaced too.
-        assert report.restarts >= 1
-        assert (report.lost, report.why) == (0, "")
+        assert (report.restarts, report.lost, report.why) == (1, 0, "")
     assert read_recording(path).ticks["sequence"].tolist() == list(range(200))
 
 

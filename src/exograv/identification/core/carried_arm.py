@@ -78,6 +78,10 @@ class CarriedArm:
         """True if the estimate is carried in full on every axis."""
         return bool((self.share >= WHOLE_SHARE).all())
 
+    def of(self, estimate: Estimate) -> Estimate:
+        """Return the estimate with the parameters that the machine carries, and their mean square error."""
+        return replace(estimate, x=self.x, covariance=self.covariance)
+
 
 def carried_arm(
     estimate: Estimate, table: BodyTable, prediction: LeftOverPrediction, bodies: tuple[slice, ...]

@@ -77,8 +77,8 @@ class Identification:
 
     @property
     def floated(self) -> Estimate:
-        """Estimate with the parameters that the machine carries, and their mean square error."""
-        return replace(self.last, x=self.decided.x, covariance=self.decided.covariance)
+        """Estimate with the parameters that the machine carries."""
+        return self.decided.of(self.last)
 
 
 Belief = tuple[Float[np.ndarray, " parameter"], Float[np.ndarray, "parameter parameter"]]
