@@ -14,6 +14,7 @@ from functools import partial
 from itertools import chain
 from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import pytest
@@ -57,6 +58,7 @@ pytestmark = pytest.mark.skipif(library.LIBRARY is None or LIBRARY is None, reas
 EXAMPLE = Path(__file__).parents[2] / "examples" / "drives" / "udp.toml"
 RIG = load_rig("recupera_like")
 N, GAIN, TAU, PERIOD_NS = len(RIG.joints), 4.0, 2.0, 1_000_000
+T = TypeVar("T")
 STARTS_S = 120.0
 """Time limit for two real-time processes to start on a loaded computer [s]."""
 PERIODS = 60_000
@@ -215,6 +217,21 @@ def flying(folder: Path, is_worn: bool = True, control_of: Callable[[], Push] = 
         yield flight
 
 
+def flown_without_a_pause(folder: Path, flight: Callable[[Path], tuple[GuardReport, T]]) -> tuple[GuardReport, T]:
+    """Return what this flight returns; fly it again, twice at most, if a silent machine has stopped it.
+
+    The computer may pause before that happens which the flight is about. What itself silences the machine does so each
+    time, and the test sees it.
+    """
+    for attempt in range(3):
+        part = folder / str(attempt)
+        part.mkdir()
+        report, seen = flight(part)
+        if report.latches[0].cause != StopReason.MACHINE_SILENT.value:
+            break
+    return report, seen
+
+
 def test_stop_lowers_the_arm_and_each_tick_is_recorded_and_sent_once(tmp_path: Path):
     with flying(tmp_path) as flight:
         flight.guard.send(ENDS)
@@ -230,43 +247,55 @@ def test_stop_lowers_the_arm_and_each_tick_is_recorded_and_sent_once(tmp_path: P
 
 
 def test_a_killed_control_costs_a_descent(tmp_path: Path):
-    with flying(tmp_path) as flight:
-        flight.control.kill()
-        report = flight.report()
-        rows = flight.recorded()
+    def kill(folder: Path) -> tuple[GuardReport, np.ndarray]:
+        with flying(folder) as flight:
+            flight.control.kill()
+            return flight.report(), flight.recorded()
+
+    report, rows = flown_without_a_pause(tmp_path, kill)
     assert [latch.cause for latch in report.latches] == ["Control did not answer in time."]
     assert np.abs(rows["tau_commanded"][-1]).max() < 1e-6
     assert (rows["safe_state"] > 0).any()
 
 
 def test_a_control_in_an_endless_loop_delays_no_tick_and_is_ended(tmp_path: Path):
-    with flying(tmp_path, control_of=Spin) as flight:
-        report = flight.report()
-        rows = flight.recorded()
-        is_fifo = report.rights.is_fifo  # without this right the kernel does not end control
-        ended = wait_until(lambda: flight.control.exit_status, "the kernel ends control") if is_fifo else None
+    def spin(folder: Path) -> tuple[GuardReport, tuple[np.ndarray, int | None]]:
+        with flying(folder, control_of=Spin) as flight:
+            report, rows, status = flight.report(), flight.recorded(), None
+            if report.rights.is_fifo:  # without this right the kernel does not end control
+                status = wait_until(lambda: flight.control.exit_status, "the kernel ends control")
+            return report, (rows, status)
+
+    report, (rows, ended) = flown_without_a_pause(tmp_path, spin)
     assert [latch.cause for latch in report.latches] == ["Control did not answer in time."]
     assert np.abs(rows["tau_commanded"][-1]).max() < 1e-6
-    if is_fifo:
+    if report.rights.is_fifo:
         assert ended == -signal.SIGXCPU
         assert np.diff(rows["monotonic"][-250:]).max() < 0.010
 
 
 @pytest.mark.slow
 def test_a_control_that_stands_still_costs_a_descent(tmp_path: Path):
-    with flying(tmp_path) as flight:
-        os.kill(flight.control.pid, signal.SIGSTOP)
-        report = flight.report()
-        os.kill(flight.control.pid, signal.SIGCONT)
+    def halt(folder: Path) -> tuple[GuardReport, None]:
+        with flying(folder) as flight:
+            os.kill(flight.control.pid, signal.SIGSTOP)
+            report = flight.report()
+            os.kill(flight.control.pid, signal.SIGCONT)
+            return report, None
+
+    report, _ = flown_without_a_pause(tmp_path, halt)
     assert [latch.cause for latch in report.latches] == ["Control did not answer in time."]
 
 
 def test_half_a_word_of_the_parent_lowers_the_arm_at_once_and_costs_no_tick(tmp_path: Path):
-    with flying(tmp_path) as flight:
-        before = flight.ticks.written
-        os.write(flight.guard._line._connection.fileno(), struct.pack("!i", 1000))
-        report = flight.report()
-        rows, texts = flight.recorded()[before:], flight.texts()
+    def half_a_word(folder: Path) -> tuple[GuardReport, tuple[np.ndarray, list[str]]]:
+        with flying(folder) as flight:
+            before = flight.ticks.written
+            os.write(flight.guard._line._connection.fileno(), struct.pack("!i", 1000))
+            report = flight.report()
+            return report, (flight.recorded()[before:], flight.texts())
+
+    report, (rows, texts) = flown_without_a_pause(tmp_path, half_a_word)
     assert PARENT_GONE in texts
     assert [latch.cause for latch in report.latches] == [StopReason.STOP_PRESSED.value]
     assert np.abs(rows["tau_commanded"][-1]).max() < 0.01 * TAU
