@@ -269,6 +269,15 @@ class WornOptions(CalibratedOptions):
     drives: DrivesFile = None
     """File drives.toml of a real machine with a wearer, which passed its self-test on this computer today."""
 
+    real_time: Annotated[bool, Acts(lambda all_: all_.simulate, "with --simulate")] = False
+    """Let simulated drives keep their own time, as real drives do: a pause of this computer then stops the machine.
+    Otherwise they wait for this computer."""
+
+    @property
+    def waits(self) -> bool:
+        """True if the drives are simulated, and wait for this computer."""
+        return self.simulate and not self.real_time
+
 
 def text_option(read: Callable[[str], Any], write: Callable[[Any], str], metavar: str) -> Any:
     """Mark of an option that is read from one word."""

@@ -110,6 +110,7 @@ def _steered(options: TrainOptions, folder: Path) -> SteeredOptions:
         seed=options.seed,
         drives=options.drives,
         simulate=options.simulate,
+        real_time=options.real_time,
         calibration=options.calibration,
         participants=options.participants or participants_in(folder),
         participant=options.participant,

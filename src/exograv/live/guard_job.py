@@ -96,6 +96,10 @@ class GuardReport:
     """Error in the guard's process that has ended the run; empty if there was none."""
 
 
+WAITS_NS = 500_000_000
+"""Time for which a guard whose machine waits for it waits for control [ns]."""
+
+
 def answer_by_ns(period_ns: int, is_native: bool = False) -> int:
     """Time after the start of a period by which control must have answered the loop in Python or in C [ns]."""
     most, share = (NATIVE_LIMITS_NS, NATIVE_LIMITS_SHARE) if is_native else (LIMITS_NS, LIMITS_SHARE)

@@ -14,6 +14,7 @@ from exograv.loop.control_step import ControlStep
 from exograv.loop.drift_finding import DriftFinding
 from exograv.recording.encoding import tick_dtype
 from exograv.rig import Powered, Rig, may_be_worn
+from exograv.rig.drives.opening import DrivenRig
 from exograv.runtime.clock.real_time_loop import run_loop
 from exograv.runtime.clock.realtime import GUARD_PRIORITY, PRIORITY, Rights, realtime
 from exograv.runtime.clock.timing import Timing
@@ -30,6 +31,7 @@ from .guard_job import (
     ASKED_AGAIN_EVERY,
     GIVEN_UP_AFTER,
     LOOK_S,
+    WAITS_NS,
     GuardedRig,
     GuardJob,
     GuardReport,
@@ -109,7 +111,9 @@ class GuardLoop:
         # A latch of a real machine ends the run: the operator inspects the machine and repeats its self-test first.
         self._ends_stopped = may_be_worn(self.rig)
         self._resets = not (self._ends_stopped or job.is_steered)
-        self._answer_by_ns = answer_by_ns(job.period_ns)
+        # Simulated drives in lock-step wait for this loop, so that a pause of the computer is none of the machine.
+        self._is_awaited = isinstance(made.rig, DrivenRig) and made.rig.is_in_lock_step
+        self._answer_by_ns = WAITS_NS if self._is_awaited else answer_by_ns(job.period_ns)
 
     def run(self) -> tuple[Timing, Rights]:
         """Switch the motors on and run the loop to its end.
@@ -120,7 +124,10 @@ class GuardLoop:
         # A twin computes its physics in this process. On one processor a higher priority would leave control too little
         # time, and nobody is in a twin.
         with realtime(priority=GUARD_PRIORITY if self._ends_stopped else PRIORITY) as rights:
-            return run_loop(self.tick, self._job.periods, self._job.period_ns, begin=self.begin), rights
+            timing = run_loop(
+                self.tick, self._job.periods, self._job.period_ns, begin=self.begin, is_awaited=self._is_awaited
+            )
+            return timing, rights
 
     def begin(self) -> None:
         """Switch the motors on.
@@ -169,12 +176,16 @@ class GuardLoop:
 
     def _tick(self, period: int) -> bool:
         """Read the machine, request an answer, decide, write the command, record; return True to end the loop early."""
-        woken = self._woken = time.monotonic_ns()
+        before, self._woken = self._woken, time.monotonic_ns()
+        woken = self._woken
         state, now = self.rig.read(), self.rig.t
         if not self._has_begun:
             # Begin at the present motor torque, in the recorded form, so that a replay begins at the same value.
             self._guard.envelope.begin(self._gain * state.current)
-            self._has_begun, self._started_ns = True, woken
+            self._has_begun, self._started_ns, before = True, woken, woken - self._job.period_ns
+        # The deadlines of a machine that waits move with each late tick.
+        due = before if self._is_awaited else self._started_ns + (period - 1) * self._job.period_ns
+        self._row["lateness_us"] = 1e-3 * max(woken - due - self._job.period_ns, 0)
         # Taken next to `now`: each recorded tick pairs the two clocks.
         self._row["monotonic"] = 1e-9 * time.monotonic_ns()
         decision = self._step.take(state, now, self)
@@ -279,7 +290,6 @@ class GuardLoop:
         row["q_motor"] = np.nan if state.q_motor is None else state.q_motor
         row["t"], row["phase"], row["sequence"] = state.t, self._phase, state.sequence & 0xFFFFFFFF
         row["safe_state"], row["tick_us"] = self._safe_state + 1, 1e-3 * (time.monotonic_ns() - woken)
-        row["lateness_us"] = 1e-3 * max(woken - self._started_ns - period * round(1e9 * self.rig.period_s), 0)
         row["q_measured"], row["current"] = state.q, state.current
         row["tau_measured"], row["tau_commanded"] = self._gain * state.current, tau
         if answer is None:

@@ -85,7 +85,7 @@ def native_guard(job: GuardJob, parent: Connection, made: GuardedRig) -> "Native
     It needs Linux and the compiled guard, drives on `udp`, a clock that runs by itself, and no page that steers.
     """
     loop, rig = library.LIBRARY, made.rig
-    if loop is None or not isinstance(rig, UdpRig) or rig._lock_step or job.is_steered:
+    if loop is None or not isinstance(rig, UdpRig) or rig.is_in_lock_step or job.is_steered:
         return None
     return None if made.guard.envelope.record._library is None else NativeGuard(job, parent, made, rig, loop)
 

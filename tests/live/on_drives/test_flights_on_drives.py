@@ -45,17 +45,28 @@ class Machine:
         """Run a command to its end; `hears` gets the link of the participant's page."""
         machine = ["--simulate", "--drives", "udp.toml", "--level", str(LEVEL), "--seed", str(SEED)]
         command = [sys.executable, "-m", "exograv.cli", *words, *machine, "--json", "figures.json"]
-        process = subprocess.Popen(
+        said = list[str]()
+        with subprocess.Popen(
             command, cwd=self.folder, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-        )  # fmt: skip
-        assert process.stdout is not None
-        said = list[str]()
-        for line in process.stdout:
-            said.append(line)
-            if "participant's screen: http" in line:
-                hears(line.split()[-1])
-        return subprocess.CompletedProcess(command, process.wait(), "".join(said), "")
+        ) as process:  # fmt: skip
+            assert process.stdout is not None
+            for line in process.stdout:
+                said.append(line)
+                if "participant's screen: http" in line:
+                    hears(line.split()[-1])
+        return subprocess.CompletedProcess(command, process.returncode, "".join(said), "")
+
+    def passed(self, *words: str) -> None:
+        """Run a command that writes no figures, again if the computer was too slow."""
+        said = ""
+        for _ in range(ATTEMPTS):
+            process = self.exograv(*words)
+            said = process.stdout
+            if process.returncode == 0:
+                return
+            assert any(cause.value in said for cause in OF_COMPUTER), said
+        pytest.skip(f"The computer was too slow for {ATTEMPTS} attempts: {said[-500:]}")
 
     def flown(
         self,
@@ -69,7 +80,7 @@ class Machine:
             begins()
             shutil.copy(self.folder / "pass.toml", self.folder / "out" / "self_test.toml")
             process = self.exograv(*words, hears=hears)
-            said = process.stdout + process.stderr
+            said = process.stdout
             if process.returncode == 0:
                 return json.loads((self.folder / "figures.json").read_text(encoding="utf-8"))
             assert any(cause.value in said for cause in OF_COMPUTER), said
@@ -90,8 +101,7 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> Machine:
     (folder / "udp.toml").write_text(text, encoding="utf-8")
     made = Machine(folder)
     for command in (("rig", "calibrate"), ("rig", "self-test")):
-        process = made.exograv(*command)
-        assert process.returncode == 0, process.stdout + process.stderr
+        made.passed(*command)
     shutil.copy(folder / "out" / "self_test.toml", folder / "pass.toml")
     return made
 

@@ -67,7 +67,7 @@ class DrivenMachine:
         with contextlib.ExitStack() as stack:
             refuse = not_ready(options, folder, description, command, tell)
             worn = ("--worn", *_stimulated(options))
-            drives, self._bench = stack.enter_context(drives_of(options, description, worn, True, refuse))
+            drives, self._bench = stack.enter_context(drives_of(options, description, worn, options.real_time, refuse))
             self._drives, self._readiness = drives, readiness_of(options, folder, description, drives)
             assembly = assemble(description, self.form.body)
             machine = self._readiness.calibration().whole.calibration()
@@ -98,7 +98,7 @@ class DrivenMachine:
 
     def rig(self, _prepared: ControllerKnowledge, /) -> Callable[[], Rig]:
         """Return the function that opens the drives."""
-        return partial(open_drives, self._drives)
+        return partial(open_drives, self._drives, lock_step=self._options.waits)
 
     def recorded(self) -> Mapping[str, Any]:
         """Return the serial number of the machine, the options, and the disturbances of simulated drives."""

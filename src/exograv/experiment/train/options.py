@@ -51,6 +51,10 @@ class TrainOptions(WornOptions):
     """Run simulated drives and a virtual participant, in another process, in lock-step with this one: no operator, no
     page, faster than real time."""
 
+    real_time: Annotated[
+        bool, Acts(lambda all_: all_.simulate and not all_.virtual_clock, "with --simulate, without --virtual-clock")
+    ] = False
+
     stimulus: Annotated[
         int | None, Within(1024, 65535), tyro.conf.arg(metavar="PORT"),
         Acts(lambda all_: all_.simulate and not all_.virtual_clock, "with --simulate, without --virtual-clock"),

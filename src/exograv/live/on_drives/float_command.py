@@ -117,7 +117,7 @@ def fly_on_drives(
     progress(CONNECTING, 0.0)
     with contextlib.ExitStack() as stack:
         refuse = not_ready(options, folder, description, procedure.command, say)
-        worn = drives_with_hands(options, description, say, "A live run", ("--worn",), True, refuse)
+        worn = drives_with_hands(options, description, say, "A live run", ("--worn",), options.real_time, refuse)
         drives, _ = stack.enter_context(worn)
         readiness = readiness_of(options, folder, description, drives)
         serial, period_s = readiness.serial, drives.period_s
@@ -143,8 +143,8 @@ def fly_on_drives(
             prepared, options.identify_s, period_s, stack, verification, passes_s, belief, told.body.mass_kg
         )
         plan = LivePlan(
-            description, told, prepared, limits, 0.0, partial(open_drives, drives),
-            round(1e9 * period_s), lesson, key,
+            description, told, prepared, limits, 0.0,
+            partial(open_drives, drives, lock_step=options.waits), round(1e9 * period_s), lesson, key,
         )  # fmt: skip
         listening = stack.enter_context(Listening(options.record_streams)) if options.record_streams else None
         lsl = streaming_of(options, description, period_s, listening)

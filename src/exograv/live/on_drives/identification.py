@@ -70,7 +70,8 @@ def identify_on_drives(
     moved_s = FROM_FILE_S if is_used else seconds
     live = LiveOptions(
         rig=worn.rig, side=worn.side, level=worn.level, world=worn.world, seed=worn.seed, drives=worn.drives,
-        simulate=worn.simulate, calibration=worn.calibration, seconds=FLOATS_S, identify_s=moved_s,
+        simulate=worn.simulate, real_time=worn.real_time, calibration=worn.calibration, seconds=FLOATS_S,
+        identify_s=moved_s,
     )  # fmt: skip
     procedure = Procedure("arm identify", known_arm=files.participant)
     run = fly_on_drives(live, person, folder, progress, say, wearer, procedure)

@@ -10,7 +10,7 @@ from exograv.live.options import LiveOptions, PersonForm
 from exograv.loop.pilot import Progress
 from exograv.model.description import load_rig
 from exograv.next_command import same_machine
-from exograv.options import CalibratedOptions
+from exograv.options import WornOptions
 from exograv.procedures.identification.controller_knowledge import MOTION_S
 from exograv.procedures.identification.simulated_wearer import SimulatedWearer
 from exograv.procedures.verification.change import read_former
@@ -47,7 +47,7 @@ def run_verification_on_drives(
         RecordingError: There is no room for the recording.
     """
     former = None if options.before is None else read_former(options.before, load_rig(options.rig, options.side).name)
-    worn = {one.name: getattr(options, one.name) for one in fields(CalibratedOptions)}
+    worn = {one.name: getattr(options, one.name) for one in fields(WornOptions)}
     live = LiveOptions(**worn, seconds=FLOATS_S, identify_s=MOTION_S)
     run = fly_on_drives(live, person, folder, progress, say, wearer, Procedure("arm verify", is_verified=True))
     at = datetime.now(UTC)

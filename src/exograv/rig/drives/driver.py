@@ -85,6 +85,11 @@ class Driver(ABC, Generic[AnyNode]):
         return self._drives.period_s
 
     @property
+    def is_in_lock_step(self) -> bool:
+        """True if time is counted in periods: simulated drives wait for this driver."""
+        return self._lock_step
+
+    @property
     def t(self) -> float:
         """Time since the rig was made, by this computer's monotonic clock [s]."""
         return self._clock.t

@@ -22,6 +22,11 @@ class DrivenRig(Rig, Powered, Protocol):
 
     def __enter__(self) -> "DrivenRig": ...
 
+    @property
+    def is_in_lock_step(self) -> bool:
+        """True if time is counted in periods: simulated drives wait for this driver."""
+        ...
+
     def begin_at(self, t: float) -> None:
         """Start the clock of a machine in lock-step at `t` [s], before it is opened."""
         ...

@@ -33,6 +33,7 @@ def run_loop(
     sleep: Callable[[float], object] = time.sleep,
     spin_ns: int = SPIN_NS,
     begin: Callable[[], object] = lambda: None,
+    is_awaited: bool = False,
 ) -> Timing:
     """Call `work` once a period with the number of the period, for `periods` periods.
 
@@ -48,6 +49,8 @@ def run_loop(
         sleep: Sleep function [s]; `time.sleep` uses `clock_nanosleep` to an absolute time since Python 3.11.
         spin_ns: Time before a deadline at which sleep ends and the busy wait begins [ns].
         begin: Function that is called once, just before the first tick, such as to switch motors on.
+        is_awaited: True if the machine waits for this loop. Then no period is skipped: after a late tick all deadlines
+            move, and the loop has no limit of ticks without sleep.
     """
     # The arrays are filled, not empty, so that each page is touched before the first deadline.
     period_of, lateness, compute = (np.full(periods, -1, dtype=np.int64) for _ in range(3))
@@ -58,7 +61,7 @@ def run_loop(
     is_last = False
     while period < periods and restless < REST_AT_LEAST_EVERY:
         deadline = start + period * period_ns
-        restless += 1
+        restless += not is_awaited
         woken = now_ns()
         while (ahead := deadline - spin_ns - woken) > 0:
             sleep(1e-9 * ahead)
@@ -70,7 +73,11 @@ def run_loop(
         done = now_ns()
         period_of[tick], lateness[tick], compute[tick] = period, woken - deadline, done - woken
         tick += 1
-        period = max(period + 1, (done - start) // period_ns)
+        if is_awaited:
+            period += 1
+            start += max(done - start - period * period_ns, 0)
+        else:
+            period = max(period + 1, (done - start) // period_ns)
         if is_last:
             break
     if period >= periods:
