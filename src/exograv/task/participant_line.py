@@ -47,7 +47,7 @@ class Touched(Settings):
 
 
 class Contact(Settings):
-    """Finger that has met the panel, or has left it, in real time."""
+    """Finger that has met the panel, or has left it, for who makes the touch at a page."""
 
     kind: Literal["contact"] = "contact"
     t: float

@@ -1,8 +1,9 @@
 """A wearer behind simulated drives who also points at a screen: the participant of a session in another process.
 
-The session and this wearer share nothing but the drives' bus and a line (`task/participant_line.py`). In lock-step the
-session shows its page on the line, and the wearer's touches come back. In real time a stimulus process reads the
-session's page in a browser, and makes the touches there.
+The session and this wearer share nothing but the drives' bus and a line (`task/participant_line.py`). At the other end
+of the line is the session itself, which shows its page on the line and takes the touches; or a stimulus process, which
+reads the session's page in a browser, takes the contacts of the finger, and makes the touches there. The wearer does
+not know which of them is there.
 """
 
 import sys
@@ -69,7 +70,6 @@ class WearerBehindDrives:
         self._pressed: tuple[float, float] | None = None
         """Pixel under the finger that is on the panel."""
         self._left_at = -np.inf
-        self._is_lock_step = options.lock_step
         if not options.lock_step:
             self.person.rehearse()
             self.person.think = in_background()
@@ -124,7 +124,7 @@ class WearerBehindDrives:
         twin.tau_voluntary[:] = self.person.act(twin.t, truth.q_arm, truth.v_arm)
 
     def feel(self) -> None:
-        """Feel the panel after a step, and report the touches whose reports are due.
+        """Feel the panel after a step, tell contacts, and report the touches whose reports are due.
 
         After the step the participant's clock shows the time of the measurement that answers the session, so that the
         session can convert the times.
@@ -138,10 +138,8 @@ class WearerBehindDrives:
             self.person.touched(now, off)
             self._tell(Learned(learned=self.person.learned.model_dump()))
         for touch in self._panel.reported(now):
-            if self._is_lock_step:
-                self._tell(Touched(now=now, touch=touch))
-        if not self._is_lock_step:
-            self._press(now, finger)
+            self._tell(Touched(now=now, touch=touch))
+        self._press(now, finger)
 
     def close(self) -> None:
         """Close the line and its listener."""
