@@ -51,14 +51,14 @@ def short_file(folder: Path, window_s: float = 3.0) -> Path:
     return _shortened(folder, "familiarisation", edits, r"\[rest_tables\.cycle_180\].*?(?=# Red and green)", 1.0)
 
 
-def short_training(folder: Path) -> Path:
-    """Write the training protocol with two windows of three seconds."""
+def short_training(folder: Path, window_s: float = 3.0) -> Path:
+    """Write the training protocol with two short windows."""
     edits = (
         ("before_first_s = 35.0", "before_first_s = 7.5"),
         ("after_last_s = 123.0", "after_last_s = 8.0"),
         ("unpublished = [", 'unpublished = [\n  "windows.duration_s", "windows.count",'),
         ("count = 31", "count = 2"),
-        ("duration_s = 22.0", "duration_s = 3.0"),
+        ("duration_s = 22.0", f"duration_s = {window_s}"),
     )
     return _shortened(folder, "training", edits, r"# Window and rest are.*?(?=\[ramps\])", 16.0)
 

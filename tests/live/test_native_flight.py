@@ -59,6 +59,8 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "drives" / "udp.toml"
 RIG = load_rig("recupera_like")
 N, GAIN, TAU, PERIOD_NS = len(RIG.joints), 4.0, 2.0, 1_000_000
 T = TypeVar("T")
+PAUSE_S = 0.1
+"""Pause of a process [s]."""
 STARTS_S = 120.0
 """Time limit for two real-time processes to start on a loaded computer [s]."""
 PERIODS = 60_000
@@ -96,11 +98,24 @@ class Spin(Push):
             pass
 
 
-def guarded(path: Path, is_worn: bool) -> GuardedRig:
+class Halting(Push):
+    """Control that pauses before its 500th answer, for longer than any guard of a machine in real time allows."""
+
+    def __init__(self):
+        self._left = 500
+
+    def answer(self, state: np.void, row: np.ndarray) -> None:
+        super().answer(state, row)
+        self._left -= 1
+        if self._left == 0:
+            time.sleep(PAUSE_S)
+
+
+def guarded(path: Path, is_worn: bool, waits: bool = False) -> GuardedRig:
     drives = load_drives(path, RIG)
     envelope = Envelope(Limits(np.full(N, 30.0), np.full(N, 10.0), descent_s=0.2), drives.period_s)
     guard = Guard.of_machine(envelope, drives.period_s, [GAIN] * N, is_known=False)
-    return GuardedRig((UdpRig if is_worn else UnwornRig)(drives), guard, np.full(N, GAIN))
+    return GuardedRig((UdpRig if is_worn else UnwornRig)(drives, lock_step=waits), guard, np.full(N, GAIN))
 
 
 def standing_drives(opened: tuple[socket.socket, Path], parent: Connection) -> None:
@@ -151,6 +166,7 @@ class Flight:
 
     guard: Supervisor[GuardJob]
     control: Supervisor[ControlJob]
+    drives: Supervisor[tuple[socket.socket, Path]]
     ticks: Ring
     events: Ring
     rows: list[np.ndarray] = field(default_factory=list)
@@ -191,7 +207,9 @@ def drives_file(folder: Path, opened: socket.socket) -> Path:
 
 
 @contextlib.contextmanager
-def flying(folder: Path, is_worn: bool = True, control_of: Callable[[], Push] = Push) -> Iterator[Flight]:
+def flying(
+    folder: Path, is_worn: bool = True, control_of: Callable[[], Push] = Push, waits: bool = False
+) -> Iterator[Flight]:
     with contextlib.ExitStack() as stack:
         opened = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
         path = drives_file(folder, opened)
@@ -201,7 +219,7 @@ def flying(folder: Path, is_worn: bool = True, control_of: Callable[[], Push] = 
         made = Mailbox(state_dtype(N)), Mailbox(answer_dtype(N)), *rings
         states, answers, ticks, events = [stack.enter_context(contextlib.closing(one)).name for one in made]
         channels = Channels(N, states, answers, Inlet(N, ticks, events))
-        job = GuardJob(partial(guarded, path, is_worn), channels, PERIODS, Push.mode_names)
+        job = GuardJob(partial(guarded, path, is_worn, waits), channels, PERIODS, Push.mode_names)
         drives.await_ready()
         guard = Supervisor("guard", guard_process, job)
         stack.callback(guard.end, 10.0)
@@ -210,7 +228,7 @@ def flying(folder: Path, is_worn: bool = True, control_of: Callable[[], Push] = 
         control.await_ready()
         guard.await_ready()
         guard.send("go")
-        flight = Flight(guard, control, *rings)
+        flight = Flight(guard, control, drives, *rings)
         wait_until(lambda: flight.carries() or flight.has_stopped(), "the drives get torque", STARTS_S)
         if flight.has_stopped():
             pytest.skip(f"The computer paused, and the guard stopped the machine: {flight.texts()}")
@@ -285,6 +303,23 @@ def test_a_control_that_stands_still_costs_a_descent(tmp_path: Path):
 
     report, _ = flown_without_a_pause(tmp_path, halt)
     assert [latch.cause for latch in report.latches] == ["Control did not answer in time."]
+
+
+def test_drives_that_wait_for_the_loop_are_not_stopped_by_a_pause_of_control_or_drives(tmp_path: Path):
+    with flying(tmp_path, control_of=Halting, waits=True) as flight:
+        wait_until(lambda: flight.ticks.written > 800, "control has paused")
+        os.kill(flight.drives.pid, signal.SIGSTOP)
+        time.sleep(PAUSE_S)
+        os.kill(flight.drives.pid, signal.SIGCONT)
+        wait_until(lambda: flight.ticks.written > 1600, "the loop goes on")
+        flight.guard.send(ENDS)
+        report, rows = flight.report(), flight.recorded()
+    assert [latch.cause for latch in report.latches] == [StopReason.STOP_PRESSED.value]
+    assert IN_C not in report.rights.granted
+    assert report.timing.waited_ns is not None
+    assert 1e-9 * report.timing.waited_ns > 1.9 * PAUSE_S
+    assert (np.diff(rows["sequence"].astype(int)) == 1).all()
+    assert np.diff(rows["t"]) == pytest.approx(1e-9 * PERIOD_NS, abs=1e-9)
 
 
 def test_half_a_word_of_the_parent_lowers_the_arm_at_once_and_costs_no_tick(tmp_path: Path):

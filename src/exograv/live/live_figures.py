@@ -172,12 +172,23 @@ def outcome_of(report: GuardReport) -> str:
     stops = [f"{latch.cause} The guard stopped the machine after {latch.at_s:.3f} s." for latch in report.latches]
     errors = [report.failure] if report.failure else []
     slow = [slow_ticks_text(report.timing)] if stops else []
-    return " ".join([*errors, *stops, *filter(None, slow), report.timing.outcome.value])
+    ends = [*filter(None, slow), report.timing.outcome.value, *filter(None, [waited_text(report.timing)])]
+    return " ".join([*errors, *stops, *ends])
+
+
+def waited_text(timing: Timing) -> str:
+    """Sentence on simulated drives that waited for this computer; empty for a machine that never waits."""
+    if timing.waited_ns is None:
+        return ""
+    return (
+        f"The simulated drives waited for this computer, {1e-9 * timing.waited_ns:.2f} s in total; with --real-time "
+        "they keep their own time, as real drives do."
+    )
 
 
 def slow_ticks_text(timing: Timing) -> str:
     """Sentence on a computer whose ticks leave little time before the next one; empty if they leave enough."""
-    if len(timing.period) == 0:
+    if len(timing.period) == 0 or timing.waited_ns is not None:
         return ""
     share = float(np.median(timing.command_ns)) / timing.period_ns
     if share < SLOW_SHARE:

@@ -1,6 +1,6 @@
-"""Commands over simulated drives in another process, in real time: an arm is kept and checked again, a session is run.
+"""Commands over simulated drives in another process: an arm is kept and checked again, a session is run.
 
-The commands hold no twin: only the process of the drives has one.
+The commands hold no twin: only the process of the drives has one. The drives wait for the computer.
 """
 
 import json
@@ -16,18 +16,11 @@ import pytest
 from tests.console.of_process import short_training
 
 from exograv.rig.drives.simulated.address import free_port
-from exograv.safety.stops import StopReason
 
 pytestmark = pytest.mark.slow
 
 SEED, LEVEL, PERIOD_MS = 1022, 1, 4
-"""The longest period leaves a busy computer the most time: these tests are about steps and files, not about timing."""
-
-ATTEMPTS = 3
-OF_COMPUTER = (
-    StopReason.MACHINE_SILENT, StopReason.CONTROL_SILENT, StopReason.DRIVE_FAULT, StopReason.TORQUE_WRONG,
-)  # fmt: skip
-"""Causes of a stop when the simulated drives or control get no processor in time."""
+"""The longest period is the quickest: these tests are about steps and files, not about timing."""
 
 CHROMIUM = Path("/usr/bin/chromium")
 EXAMPLE = Path(__file__).parents[3] / "examples" / "drives" / "udp.toml"
@@ -57,34 +50,18 @@ class Machine:
                     hears(line.split()[-1])
         return subprocess.CompletedProcess(command, process.returncode, "".join(said), "")
 
-    def passed(self, *words: str) -> None:
-        """Run a command that writes no figures, again if the computer was too slow."""
-        said = ""
-        for _ in range(ATTEMPTS):
-            process = self.exograv(*words)
-            said = process.stdout
-            if process.returncode == 0:
-                return
-            assert any(cause.value in said for cause in OF_COMPUTER), said
-        pytest.skip(f"The computer was too slow for {ATTEMPTS} attempts: {said[-500:]}")
-
     def flown(
         self,
         *words: str,
         begins: Callable[[], object] = lambda: None,
         hears: Callable[[str], object] = lambda _link: None,
     ) -> dict[str, Any]:
-        """Run a command with a fresh pass of the self-test, again if the computer was too slow; return its figures."""
-        said = ""
-        for _ in range(ATTEMPTS):
-            begins()
-            shutil.copy(self.folder / "pass.toml", self.folder / "out" / "self_test.toml")
-            process = self.exograv(*words, hears=hears)
-            said = process.stdout
-            if process.returncode == 0:
-                return json.loads((self.folder / "figures.json").read_text(encoding="utf-8"))
-            assert any(cause.value in said for cause in OF_COMPUTER), said
-        pytest.skip(f"The computer was too slow for {ATTEMPTS} flights: {said[-500:]}")
+        """Run a command with a fresh pass of the self-test; return its figures."""
+        begins()
+        shutil.copy(self.folder / "pass.toml", self.folder / "out" / "self_test.toml")
+        process = self.exograv(*words, hears=hears)
+        assert process.returncode == 0, process.stdout
+        return json.loads((self.folder / "figures.json").read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +78,8 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> Machine:
     (folder / "udp.toml").write_text(text, encoding="utf-8")
     made = Machine(folder)
     for command in (("rig", "calibrate"), ("rig", "self-test")):
-        made.passed(*command)
+        process = made.exograv(*command)
+        assert process.returncode == 0, process.stdout
     shutil.copy(folder / "out" / "self_test.toml", folder / "pass.toml")
     return made
 
@@ -135,7 +113,7 @@ def test_a_session_runs_from_the_motors_that_switch_on_to_the_arm_that_is_given_
 @pytest.mark.skipif(not CHROMIUM.exists(), reason=f"There is no {CHROMIUM}. On Debian: apt-get install chromium")
 def test_a_virtual_participant_points_at_the_sessions_own_page_and_every_contact_is_recorded(machine: Machine):
     """Three processes: session with its page, machine with its wearer, and stimulus with a browser."""
-    protocol = short_training(machine.folder)
+    protocol = short_training(machine.folder, window_s=22.0)
     session = ("--participant", "P-09", "--protocol", protocol.name)
     stimuli = list[subprocess.Popen[str]]()
     made = machine.folder / "made.json"
@@ -166,4 +144,4 @@ def test_a_virtual_participant_points_at_the_sessions_own_page_and_every_contact
     played = json.loads(made.read_text(encoding="utf-8"))
     assert found["is_complete"]
     assert played["is_complete"]
-    assert found["touches"] == len(played["made"]) >= 2
+    assert found["touches"] == len(played["made"]) >= 14

@@ -30,14 +30,14 @@ class Clock:
         self.slept.append(seconds)
         self.now += round(1e9 * seconds)
 
-    def run(self, periods: int, cost_ns: Callable[[int], int]) -> Timing:
+    def run(self, periods: int, cost_ns: Callable[[int], int], is_awaited: bool = False) -> Timing:
         """Run the loop on this clock, with a tick that takes `cost_ns` in a period."""
 
         def work(period: int) -> None:
             self.periods.append(period)
             self.now += cost_ns(period)
 
-        return run_loop(work, periods, PERIOD_NS, self.now_ns, self.sleep)
+        return run_loop(work, periods, PERIOD_NS, self.now_ns, self.sleep, is_awaited=is_awaited)
 
 
 @pytest.fixture
@@ -71,6 +71,20 @@ def test_periods_that_are_over_are_skipped_and_never_repeated(clock: Clock):
     assert timing.periods == 200
     assert timing.missed == 83
     assert timing.longest_gap_us == pytest.approx(84_100.0, abs=10.0)  # a period and the stall, less a tick
+
+
+def test_for_a_machine_that_waits_no_period_is_skipped_and_all_deadlines_move_by_the_stall(clock: Clock):
+    timing = clock.run(200, lambda period: 83_200_000 if period == 10 else 100_000, is_awaited=True)
+    assert clock.periods == list(range(200))
+    assert timing.period.tolist() == list(range(200))
+    assert timing.waited_ns == pytest.approx(82_200_000, abs=3 * READ_NS)
+    assert timing.lateness_ns.max() <= 3 * READ_NS
+
+
+def test_for_a_machine_that_waits_a_loop_that_never_sleeps_goes_on(clock: Clock):
+    timing = clock.run(5 * REST_AT_LEAST_EVERY, lambda _period: 2 * PERIOD_NS, is_awaited=True)
+    assert timing.outcome is LoopOutcome.COMPLETE
+    assert timing.waited_ns == pytest.approx(5 * REST_AT_LEAST_EVERY * PERIOD_NS, rel=0.01)
 
 
 def test_a_stall_at_the_end_counts_all_the_periods_it_took(clock: Clock):

@@ -57,7 +57,7 @@ def run_loop(
     # For two hours at 1 ms this takes 0.1 s: longer than the watchdogs of drives that are on.
     begin()
     start = now_ns() + LEAD_NS
-    tick = period = restless = 0
+    tick = period = restless = waited = 0
     is_last = False
     while period < periods and restless < REST_AT_LEAST_EVERY:
         deadline = start + period * period_ns
@@ -75,7 +75,8 @@ def run_loop(
         tick += 1
         if is_awaited:
             period += 1
-            start += max(done - start - period * period_ns, 0)
+            behind = max(done - start - period * period_ns, 0)
+            start, waited = start + behind, waited + behind
         else:
             period = max(period + 1, (done - start) // period_ns)
         if is_last:
@@ -84,4 +85,5 @@ def run_loop(
         outcome = LoopOutcome.COMPLETE
     else:
         outcome = LoopOutcome.ENDED_EARLY if is_last else LoopOutcome.NO_REST
-    return Timing(period_of[:tick], lateness[:tick], compute[:tick], period, period_ns, outcome)
+    of_machine = waited if is_awaited else None
+    return Timing(period_of[:tick], lateness[:tick], compute[:tick], period, period_ns, outcome, of_machine)

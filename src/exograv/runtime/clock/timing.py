@@ -62,6 +62,9 @@ class Timing:
 
     outcome: LoopOutcome
 
+    waited_ns: int | None = None
+    """Time for which a machine waited for the loop beyond its periods [ns]; None for a machine that never waits."""
+
     @property
     def command_ns(self) -> Ticks:
         """Time from the start of the period to the command: lateness and computation [ns]."""
