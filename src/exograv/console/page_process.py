@@ -99,7 +99,9 @@ def _hub(job: PageJob, desk: DeskClient, stack: contextlib.ExitStack) -> Hub:
     plan, kept = job.trial.plan(), job.trial.checkpoint(is_restart)
     if kept is not None:
         stack.callback(kept.close)
-    trial = None if plan is None else ProtocolTrial(plan, clocks, diary, kept, may_be_over=is_restart)
+    trial = None if plan is None else ProtocolTrial(
+        plan, clocks, diary, kept, may_be_over=is_restart, session=job.trial.session
+    )  # fmt: skip
     keys = AccessKeys(desk.now, job.cookie_key, LOGINS_PER_PROCESS * job.number)
     keys.admit(job.operator_token, Role.OPERATOR, SESSION_S)
     hub = Hub(desk, trial, clocks, diary, f"{job.address.scheme}://{job.host}", keys)

@@ -2,15 +2,17 @@
 
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from exograv.errors import ConfigError
 from exograv.experiment.steered.interface import SteeredFlight
+from exograv.experiment.steered.live_session import recordings_in
 from exograv.experiment.steered.options import SteeredOptions
 from exograv.experiment.steered.session_controller import SessionController
 from exograv.experiment.train.options import TrainOptions
+from exograv.experiment.train.train_command import has_window
 from exograv.live.options import PersonForm
 from exograv.results import MERGED
 from exograv.storage.session_readiness import participants_in
@@ -40,6 +42,10 @@ class DrivenTraining:
     """Outcome of the operator's steps; None if the session was ended before."""
     diary: Path
     """Log of the pages."""
+    recordings: list[Path]
+    """Recordings of the session in order: one for each time that the motors were on."""
+    report: Path | None
+    """Report of the last recording with a window; None without one."""
     totals: TotalsFigures | None = field(metadata=MERGED)
 
 
@@ -75,6 +81,7 @@ def run_training_on_drives(
             f"console: exograv run console --protocol {options.protocol}."
         )
     folder.mkdir(parents=True, exist_ok=True)
+    before = set(recordings_in(folder))
     desk = SessionController(flight_of(steered, person, folder, "run train", say))
     outcome: list[SessionOutcome] = []
 
@@ -90,6 +97,7 @@ def run_training_on_drives(
             page.close()
 
     result = run_console(address, folder, desk, request, say, operate)
+    recordings = [path for path in recordings_in(folder) if path not in before]
     return DrivenTraining(
         participant=options.participant,
         protocol=options.protocol,
@@ -97,8 +105,21 @@ def run_training_on_drives(
         is_complete=bool(outcome) and outcome[0].finished,
         preparation=outcome[0] if outcome else None,
         diary=result.diary,
+        recordings=recordings,
+        report=_reported(recordings, folder / f"{options.name}.html", say),
         totals=result.totals,
     )
+
+
+def _reported(recordings: Sequence[Path], report: Path, say: Say) -> Path | None:
+    """Write the report of the last recording with a window, if there is one."""
+    with_windows = [path for path in recordings if has_window(path)]
+    if not with_windows:
+        return None
+    say("Writing the report.")
+    from exograv.report.of_recording.recording_report import write_report  # Matplotlib: 0.4 s
+
+    return write_report(with_windows[-1], report)
 
 
 def _steered(options: TrainOptions, folder: Path) -> SteeredOptions:

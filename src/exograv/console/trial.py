@@ -48,6 +48,7 @@ class ProtocolTrial:
         diary: EventLog,
         kept: RunCheckpoint | None = None,
         may_be_over: bool = False,
+        session: int | None = None,
     ):
         """Prepare a new run, or the rest of a run from a checkpoint.
 
@@ -57,11 +58,12 @@ class ProtocolTrial:
             diary: Log of all events.
             kept: Checkpoint of the run; None to keep none.
             may_be_over: True to accept a checkpoint of a run that is over, and to show its result.
+            session: Number of the session with this protocol, for the recording.
 
         Raises:
             ConfigError: The checkpoint belongs to another protocol, or its run is over.
         """
-        self.clocks, self._diary, self._kept = clocks, diary, kept
+        self.clocks, self._diary, self._kept, self._session = clocks, diary, kept, session
         self.run = TaskRun(plan)
         if kept is not None and kept.before is not None:
             self.run = TaskRun.from_kept(replace(plan, screen=kept.circumstances.screen), kept.before.run)
@@ -128,7 +130,7 @@ class ProtocolTrial:
         if word.word == "resume" and self.side not in (None, shown.side):
             return say("trial.other_side", begun=self.side, side=shown.side)
         events: dict[str, Event] = {
-            "start": Start(t=t),
+            "start": Start(t=t, participant=shown.participant, session=self._session),
             "pause": Pause(t=t, why="operator"),
             "resume": Resume(t=t, window=word.window),
             "open": OpenWindow(t=t, by="hand"),

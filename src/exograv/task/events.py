@@ -16,6 +16,11 @@ class Start(Settings):
 
     kind: Literal["start"] = "start"
     t: Time
+    participant: str | None = None
+    """Code of the person; None if the recording states it elsewhere."""
+
+    session: int | None = None
+    """Number of the session with this protocol; None if the recording states it elsewhere."""
 
 
 class Tick(Settings):

@@ -39,7 +39,10 @@ def start(plan: TaskPlan, state: RunState, event: Start) -> Outcome:
     if state.status != "ready":
         return f"the run is {state.status}; a run starts once"
     pitch = None if plan.screen is None else (plan.screen.pitch_x_mm, plan.screen.pitch_y_mm)
-    record = RunBegan(t=event.t, protocol=plan.protocol.name, protocol_sha256=plan.loaded.sha256, pitch_mm=pitch)
+    record = RunBegan(
+        t=event.t, protocol=plan.protocol.name, protocol_sha256=plan.loaded.sha256, pitch_mm=pitch,
+        windows=len(plan.protocol.windows.numbers), participant=event.participant, session=event.session,
+    )  # fmt: skip
     times = dict.fromkeys(("t", "origin", "approach", "left_at"), event.t)
     begun = {"status": "running", "protocol_sha256": plan.loaded.sha256, **times}
     return state.model_copy(update=begun), (record,)

@@ -25,6 +25,13 @@ class RunBegan(Settings):
     pitch_mm: tuple[float, float] | None
     """Size of a pixel of the screen, across and down; None without calibration."""
 
+    windows: int | None = None
+    """Number of windows of the protocol; None in earlier recordings."""
+
+    participant: str | None = None
+    session: int | None = None
+    """Person and number of the session; None if the settings of the recording state them."""
+
 
 class PhaseBegan(Settings):
     """Start of a phase of the schedule."""

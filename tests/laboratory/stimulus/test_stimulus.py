@@ -92,11 +92,11 @@ class ScriptedFinger:
         self._listener.close()
 
 
-def touches_in(folder: Path) -> list[dict[str, Any]]:
-    """Touches that the session has recorded, in order."""
+def recorded_in(folder: Path) -> list[dict[str, Any]]:
+    """Records of the task that the session has written, in order."""
     text = next(folder.glob("console-*.jsonl")).read_text(encoding="utf-8")
     rows = [json.loads(line) for line in text.splitlines()]
-    return [row["message"] for row in rows if row["topic"] == TASK_TOPIC and row["message"]["kind"] == "touch"]
+    return [row["message"] for row in rows if row["topic"] == TASK_TOPIC]
 
 
 class Played(NamedTuple):
@@ -104,7 +104,12 @@ class Played(NamedTuple):
 
     finished: bool
     result: StimulusResult
-    recorded: list[dict[str, Any]]
+    records: list[dict[str, Any]]
+
+    @property
+    def recorded(self) -> list[dict[str, Any]]:
+        """Touches that the session has recorded, in order."""
+        return [record for record in self.records if record["kind"] == "touch"]
 
     @property
     def late_s(self) -> np.ndarray:
@@ -135,7 +140,7 @@ def played(folder: Path, line: int) -> Played:
     flight._identify_s = 1.0
     trial = TrialRequest(folder, str(short_training(folder)), "P-07")
     run_console(Address(port=0, browser=False), folder, SessionController(flight), trial, say, operate)
-    return Played(outcome[0].finished, results[0], touches_in(folder))
+    return Played(outcome[0].finished, results[0], recorded_in(folder))
 
 
 @needs_chromium
@@ -156,6 +161,10 @@ def test_every_touch_at_the_page_is_recorded_once_at_its_place_and_time(tmp_path
     for touch, contact in zip(session.recorded, finger.contacts, strict=True):
         assert (touch["x_px"], touch["y_px"]) == pytest.approx((contact.x_px, contact.y_px), abs=1.0)
         assert (touch["deviation_x_px"], touch["deviation_y_px"]) == pytest.approx(OFF_PX, abs=1.0)
+    began = session.records[0]
+    assert began["kind"] == "run_began"
+    assert began["pitch_mm"] == pytest.approx(2 * [SimulatedRoom().pitch_mm], rel=0.005)
+    assert (began["participant"], began["session"], began["windows"]) == ("P-07", 1, 2)
     refuse_late(session.late_s)
 
 

@@ -15,7 +15,10 @@ from typing import Any
 import pytest
 from tests.console.of_process import short_training
 
+from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.rig.drives.simulated.address import free_port
+from exograv.study.importers.imported_session import StatedSession
+from exograv.study.importers.recording import import_recording
 
 pytestmark = pytest.mark.slow
 
@@ -145,3 +148,10 @@ def test_a_virtual_participant_points_at_the_sessions_own_page_and_every_contact
     assert found["is_complete"]
     assert played["is_complete"]
     assert found["touches"] == len(played["made"]) >= 14
+    assert Path(found["report"]).name == "P-09_short_01.html"
+    imported = import_recording(machine.folder / found["recordings"][-1])
+    assert imported.said == StatedSession("P-09", "training", 1)
+    assert len(imported.touches) == found["touches"]
+    assert imported.session["is_complete"]
+    assert imported.session["clock_jumps"] == 0
+    assert imported.session["pitch_x_mm"] == pytest.approx(SimulatedRoom().pitch_mm, rel=0.005)

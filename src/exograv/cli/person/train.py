@@ -95,6 +95,10 @@ def show_driven(result: "DrivenTraining") -> None:
             f"{'unknown' if median is None else f'{median:.1f} px'}."
         )
     say("The protocol has come to its end." if result.is_complete else "The protocol has not come to its end.")
+    for recording in result.recordings:
+        say_unbroken(f"Recording: {recording}")
+    if result.report is not None:
+        say_unbroken(f"Report: {result.report}")
     say_unbroken(f"Diary of the pages: {result.diary}")
 
 

@@ -50,8 +50,18 @@ BEGUN_WITHIN_S = 2.0
 Later the motors are switched off again: nobody steers any more.
 """
 
+RECORDING = "steered-{}.mcap"
+"""Name of a recording, by its number: one for each time that the motors were on."""
+
 NOT_RECORDED = ("/console/trail",)
 """Topics with too many messages for the recording. The console stores them itself."""
+
+
+def recordings_in(folder: Path) -> list[Path]:
+    """Return the recordings of steered sessions in a folder, in the order of their numbers."""
+    start, end = RECORDING.split("{}")
+    numbered = {path: path.name.removeprefix(start).removesuffix(end) for path in folder.glob(RECORDING.format("*"))}
+    return sorted((path for path, number in numbered.items() if number.isdigit()), key=lambda path: int(numbered[path]))
 
 
 class LiveFlight:
@@ -279,7 +289,7 @@ class LiveFlight:
 
     def _free_path(self) -> Path:
         """Path of the next recording. Existing recordings are never overwritten."""
-        paths = (self._folder / f"steered-{number}.mcap" for number in itertools.count(1))
+        paths = (self._folder / RECORDING.format(number) for number in itertools.count(1))
         return next(path for path in paths if not path.exists())
 
     def _flown(self, state: ProcessState, prepared: ControllerKnowledge) -> ProcessState:
@@ -329,7 +339,7 @@ class LiveFlight:
                 if state.running is not None:
                     self._look_after(state, state.running)
 
-            parts = parts_of(plan, is_tested=not place.is_twin)
+            parts = parts_of(plan, is_tested=place.starts_on_request)
             return fly(parts, options.session_s, recorder, progress, started, hears=self._hear)
 
     def _look_after(self, state: ProcessState, running: Running) -> None:

@@ -313,14 +313,15 @@ def refuse_windows(recording: Path) -> None:
     Raises:
         ConfigError: The recording holds a window.
     """
-    if recording.exists() and _has_window(recording):
+    if recording.exists() and has_window(recording):
         raise ConfigError(
             f"{recording} holds windows of this session, and its checkpoint is missing. Move the recording to another "
             "folder to keep it, or give another --session or --out."
         )
 
 
-def _has_window(path: Path) -> bool:
+def has_window(path: Path) -> bool:
+    """Return True if the recording holds a window of a run."""
     try:
         recording = read_recording(path)
     except RecordingError:

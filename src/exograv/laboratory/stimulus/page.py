@@ -1,5 +1,6 @@
 """Participant's page of a session, as a person sees and touches it."""
 
+import time
 from pathlib import Path
 from typing import Any, NamedTuple, get_args
 
@@ -11,6 +12,12 @@ from .devtools import DevTools
 
 SEEN = (Path(__file__).parent / "seen.js").read_text(encoding="utf-8")
 """Script that reads what is visible on the page."""
+
+CARD_MM = 85.6
+"""Width of a bank card (ISO/IEC 7810) [mm]."""
+
+SHOWS_S = 20.0
+"""Time-out for the page that measures the panel [s]."""
 
 SCREENS = get_args(ParticipantPicture.model_fields["screen"].annotation)
 
@@ -47,6 +54,27 @@ class ParticipantPage:
             browser.call(method, **parameters)
         self._asked: int | None = None
 
+    def calibrate(self, pitch_mm: float) -> None:
+        """Measure the panel with a bank card, as a person does: open that page, fit the rectangle to the card, go back.
+
+        Args:
+            pitch_mm: True size of a pixel [mm].
+
+        Raises:
+            RigError: The page does not take the measurement.
+        """
+        self._do("location.href = '/participant/screen'")
+        # The rectangle is drawn when the page can be used, and the button works while the session answers.
+        self._wait_for(
+            "document.getElementById('card')?.style.width > '' && !document.getElementById('use-card').disabled"
+        )
+        self._do(
+            f"(() => {{ const width = document.getElementById('width'); width.value = {CARD_MM / pitch_mm};"
+            " width.oninput(); document.getElementById('use-card').click(); })()"
+        )
+        self._wait_for("document.getElementById('found').textContent !== ''")
+        self._do("document.querySelector('a.button[href=\"/participant/\"]').click()")
+
     def look(self) -> Sight | None:
         """Return what the page showed when the last look began, and look again; None while no look is complete.
 
@@ -67,6 +95,17 @@ class ParticipantPage:
     def release(self) -> None:
         """Take the finger off the panel."""
         self._browser.tell("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+
+    def _do(self, script: str) -> Any:
+        told = self._browser.call("Runtime.evaluate", expression=script, returnByValue=True)
+        return told.get("result", {}).get("value")
+
+    def _wait_for(self, condition: str) -> None:
+        until = time.monotonic() + SHOWS_S
+        while not self._do(condition):
+            if time.monotonic() > until:
+                raise RigError("The participant's page does not take the measurement of the screen with a card.")
+            time.sleep(0.05)
 
 
 def _sight(told: dict[str, Any]) -> Sight:

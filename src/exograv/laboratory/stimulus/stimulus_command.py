@@ -69,7 +69,7 @@ def run_stimulus(options: StimulusOptions, say: Callable[[str], object]) -> Stim
         with chromium(options.chromium) as browser:
             page = ParticipantPage(browser, options.link, form.panel_px)
             say(f"The page is open on a panel of {form.panel_px[0]} × {form.panel_px[1]} pixels.")
-            stimulus = Stimulus(lines, page, say)
+            stimulus = Stimulus(lines, page, say, form.screen.pitch_x_mm)
             with contextlib.suppress(KeyboardInterrupt):
                 while not stimulus.is_over:
                     stimulus.step()
@@ -79,8 +79,9 @@ def run_stimulus(options: StimulusOptions, say: Callable[[str], object]) -> Stim
 class Stimulus:
     """Eyes and fingertip of the participant."""
 
-    def __init__(self, lines: Lines, page: ParticipantPage, say: Callable[[str], object]):
-        """Begin before the run; `say` shows a line."""
+    def __init__(self, lines: Lines, page: ParticipantPage, say: Callable[[str], object], pitch_mm: float):
+        """Begin before the run; `say` shows a line, and `pitch_mm` is the true size of the panel's pixels [mm]."""
+        self._pitch_mm: float | None = pitch_mm
         self._lines, self._page, self._say = lines, page, say
         self._looked_at = self._saw_at = time.monotonic()
         self._sight: Sight | None = None
@@ -121,6 +122,11 @@ class Stimulus:
             raise RigError(f"The participant's page shows no run any more; its screen is '{sight.screen}'.")
         if before is None or before.screen != sight.screen:
             self._say(f"The page shows '{sight.screen}'.")
+        if sight.screen == "welcome" and self._pitch_mm is not None:
+            self._page.calibrate(self._pitch_mm)
+            self._pitch_mm = None
+            self._say("The participant has measured the panel with a card.")
+            return
         self.result.unsent = sight.unsent
         if sight.screen == "end" and not self._is_pressing and not sight.unsent:
             self.result.is_complete = self.is_over = True

@@ -29,7 +29,9 @@ def import_recording(path: Path) -> Imported:
     touches = touches_of(records, windows)
     windows = counted(windows, touches)
     session = _session(recording, account, records, windows, touches, begun)
-    body = {name: recording.settings.get("wearer", {}).get(name) for name in ("height_m", "mass_kg", "sex")}
+    told = (_settings(recording).get("told") or {}).get("body") or {}
+    wearer = recording.settings.get("wearer") or told
+    body = {name: wearer.get(name) for name in ("height_m", "mass_kg", "sex")}
     return Imported(session, windows, touches, _said(recording, records), body)
 
 
@@ -40,9 +42,15 @@ def _first_t(recording: Recording) -> float:
 
 def _said(recording: Recording, records: Sequence[Mapping[str, Any]]) -> StatedSession:
     options = _settings(recording).get("options") or {}
-    begun = [one["protocol"] for one in records if one["kind"] == "run_began"]
-    protocol = _protocol(recording).get("name") or (begun or [None])[0]
-    return StatedSession(options.get("participant"), protocol, options.get("session"))
+    run = _run_of(records)
+    protocol = _protocol(recording).get("name") or run.get("protocol")
+    participant = run.get("participant") or options.get("participant")
+    return StatedSession(participant, protocol, run.get("session") or options.get("session"))
+
+
+def _run_of(records: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
+    """Return the record of the start of the run; empty without one."""
+    return next((one for one in records if one["kind"] == "run_began"), {})
 
 
 def _session(
@@ -55,9 +63,9 @@ def _session(
 ) -> dict[str, Any]:
     settings, protocol, result = recording.settings, _protocol(recording), recording.last("/result")
     hashes = settings.get("hashes") or {}
-    pitch = next((one["pitch_mm"] for one in records if one["kind"] == "run_began"), None) or (None, None)
-    run = next((one for one in records if one["kind"] == "run_began"), {})
-    planned = (protocol.get("windows") or {}).get("count")
+    run = _run_of(records)
+    pitch = run.get("pitch_mm") or (None, None)
+    planned = (protocol.get("windows") or {}).get("count") or run.get("windows")
     found = totals(windows, touches)
     said = [(begun + one["t"], "paused" if one.get("by") == "interruption" else one["kind"]) for one in records]
     jumps = account.jumps(said)
@@ -116,7 +124,7 @@ def _remark(
 ) -> str | None:
     part = (_settings(recording).get("options") or {}).get("windows")
     broken = sum(not one["is_complete"] for one in windows)
-    run = next((one for one in records if one["kind"] == "run_began"), None)
+    run = _run_of(records)
     return sentences(
         # The file's name may hold another code, or the name of a person.
         (recording.remark or "").replace(recording.path.name, "The recording") or None,
