@@ -92,6 +92,8 @@ class LiveFigures:
     latches: list[LatchFigures]
     modes: list[ModeFigures]
     wall_s: float
+    waited_s: float | None
+    """Time for which simulated drives waited for this computer [s]; None for drives with a time of their own."""
     machine: str | None = field(metadata=OPTIONAL)
     """Serial number of a machine on drives."""
     self_test: str
@@ -140,6 +142,7 @@ def live_figures(
         ],
         modes=[ModeFigures(name, round(at_s, 3)) for name, at_s in report.modes],
         wall_s=round(flown.wall_s, 2),
+        waited_s=None if timing.waited_ns is None else round(1e-9 * timing.waited_ns, 3),
         machine=machine,
         self_test=self_test,
         streams=[] if listening is None else listening.figures(),
@@ -172,17 +175,14 @@ def outcome_of(report: GuardReport) -> str:
     stops = [f"{latch.cause} The guard stopped the machine after {latch.at_s:.3f} s." for latch in report.latches]
     errors = [report.failure] if report.failure else []
     slow = [slow_ticks_text(report.timing)] if stops else []
-    ends = [*filter(None, slow), report.timing.outcome.value, *filter(None, [waited_text(report.timing)])]
-    return " ".join([*errors, *stops, *ends])
+    return " ".join([*errors, *stops, *filter(None, slow), report.timing.outcome.value])
 
 
-def waited_text(timing: Timing) -> str:
-    """Sentence on simulated drives that waited for this computer; empty for a machine that never waits."""
-    if timing.waited_ns is None:
-        return ""
+def waited_text(waited_s: float) -> str:
+    """Sentence on simulated drives that waited for this computer for a time [s]."""
     return (
-        f"The simulated drives waited for this computer, {1e-9 * timing.waited_ns:.2f} s in total; with --real-time "
-        "they keep their own time, as real drives do."
+        f"The simulated drives waited for this computer, {waited_s:.2f} s in total; with --real-time they keep their "
+        "own time, as real drives do."
     )
 
 

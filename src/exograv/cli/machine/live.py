@@ -35,15 +35,24 @@ def run_live_command(options: LiveOptions, person: PersonForm, common: OutFolder
     return result
 
 
+def _times(result: "LiveFigures") -> str:
+    """Sentence on the timing of the loop."""
+    from exograv.live.live_figures import waited_text
+
+    if result.waited_s is not None:
+        return f"{result.seconds:g} s in {result.wall_s:.0f} s. {waited_text(result.waited_s)}"
+    late = result.late_us
+    return (
+        f"{result.seconds:g} s at {result.rate_Hz:.1f} Hz; ticks late by {late.p50:g} µs (median), {late.p999:g} "
+        f"(p99.9), {late.max:g} (max); {result.overruns} periods without a command of their own."
+    )
+
+
 def show_live(result: "LiveFigures") -> None:
     """Print timing, recording, and every stop with the longest gap before it."""
     from exograv.cli.shell.terminal import say, say_unbroken
 
-    late = result.late_us
-    say(
-        f"{result.seconds:g} s at {result.rate_Hz:.1f} Hz; ticks late by {late.p50:g} µs (median), {late.p999:g} "
-        f"(p99.9), {late.max:g} (max); {result.overruns} periods without a command of their own."
-    )
+    say(_times(result))
     say_unbroken(f"Recorded {result.samples_recorded} ticks, lost {result.samples_lost}: {result.recording}")
     for why in (result.recording_why, result.unpublished):
         if why:
