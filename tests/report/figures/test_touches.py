@@ -4,6 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.task.of_run import short_plan
+from tests.task.of_run import touch as touched
 
 from exograv.recording import Recording, RecordingWriter, read_recording
 from exograv.report.figures import touches
@@ -11,6 +13,9 @@ from exograv.report.of_recording.headline import headline
 from exograv.report.of_recording.recording_report import page_of
 from exograv.report.style.figure_style import house_style
 from exograv.report.style.page import page_text
+from exograv.task.events import Start, Tick
+from exograv.task.record_sinks import recording_sink
+from exograv.task.run import TaskRun
 
 SETTINGS = {"rig": "recupera_like", "settings": {"protocol": {"target": {"diameter_mm": 40.0, "diameter_px": 150.0}}}}
 PX = [(30.0, 40.0), (-60.0, 80.0), (5.0, 12.0), (8.0, 6.0)]
@@ -55,6 +60,19 @@ def test_the_page_begins_with_what_was_touched(tmp_path: Path):
     recording = recorded(tmp_path / "a.mcap", [True] * 4)
     assert headline(recording) == "2 windows, 4 accepted touches: half of them within 32 px of the target's centre."
     assert '<section id="touches">' in page_text(page_of(recording))
+
+
+@pytest.mark.parametrize("is_whole", [True, False])
+def test_a_session_at_a_page_is_complete_if_its_run_has_come_to_its_end(tmp_path: Path, is_whole: bool):
+    with RecordingWriter(tmp_path / "a.mcap", ("shoulder_flexion",), SETTINGS) as recording:
+        run = TaskRun(short_plan(windows=1), sinks=(recording_sink(recording),))
+        for event in (Start(t=0.0), touched(38.0, 0), touched(41.0, 1), Tick(t=1000.0 if is_whole else 50.0)):
+            run.feed(event)
+    said = headline(read_recording(tmp_path / "a.mcap"))
+    if is_whole:
+        assert said == "1 windows, 2 accepted touches: half of them within 5 px of the target's centre."
+    else:
+        assert "was not completed" in said
 
 
 def test_without_a_touch_that_counts_there_is_no_such_chapter(tmp_path: Path):

@@ -4,6 +4,8 @@ import numpy as np
 
 from exograv.recording import Recording
 from exograv.report.style.page import Tile
+from exograv.study.importers.imported_session import totals
+from exograv.study.importers.task_records import records_of, touches_of, windows_of
 from exograv.study.targets import joint_groups, targets
 from exograv.task.levels import LEVELS
 
@@ -44,7 +46,7 @@ def headline(recording: Recording) -> str:
     """Duration and left over in one sentence."""
     result = recording.last("/result")
     if not result:
-        return "The run was not completed; this report shows the recorded part."
+        return _of_records(recording) or "The run was not completed; this report shows the recorded part."
     if (task := result.get("task") or {}).get("touches"):
         return _of_task(task)
     identification = result.get("identification") or {}
@@ -58,6 +60,19 @@ def headline(recording: Recording) -> str:
         return f"On target after {seconds:.0f} s of motion: {left} are left over."
     motion = identification.get("motion_s")
     return f"After {motion:.0f} s of motion {left} are left over." if motion is not None else f"Left over: {left}."
+
+
+def _of_records(recording: Recording) -> str:
+    """Sentence on a complete run of a session whose pages keep the result; empty without such a run."""
+    records = records_of(recording)
+    if not any(record["kind"] == "run_ended" and record["is_complete"] for record in records):
+        return ""
+    windows = windows_of(records)
+    touches = [touch for touch in touches_of(records, windows) if touch["is_accepted"]]
+    off = [float(np.hypot(touch["deviation_x_px"], touch["deviation_y_px"])) for touch in touches]
+    median = float(np.median(off)) if off else None
+    complete = totals(windows, touches)["windows_complete"]
+    return _of_task({"windows": complete, "accepted": len(touches), "deviation_px": {"median": median}})
 
 
 def _of_task(task: dict) -> str:
