@@ -21,6 +21,7 @@ from exograv.runtime.control_loop.exchange import (
     answer_dtype,
     state_dtype,
 )
+from exograv.runtime.control_loop.guard_commands import QUIET_S, level_note
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.recorder.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
 from exograv.safety.envelope import Envelope
@@ -230,6 +231,19 @@ def told(table: Table, level: float) -> tuple[int, str]:
     table.tick(answers=True)
     (row,), (*_, note) = table.guarding._ticks.take()[-1:], table.guarding._events.take()
     return int(row["acts"]), note["text"].decode()
+
+
+def test_a_ramp_that_is_requested_in_small_steps_is_noted_with_its_first_and_its_last_level(table: Table):
+    table.guard.envelope.person = GuardedPerson(somebody(), 0.0)
+    steps = np.linspace(0.0, 1.0, 101)
+    for level in steps:
+        table.guarding.hearing.hear(FeltLevel(float(level)), table.rig.t)
+        for _ in range(20):
+            table.tick(answers=True)
+    for _ in range(round(2 * QUIET_S / PERIOD_S)):
+        table.tick(answers=True)
+    texts = [row["text"].decode() for row in table.guarding._events.take()]
+    assert [text for text in texts if "by a ramp" in text] == [level_note(0.0, ""), level_note(1.0, "")]
 
 
 def test_a_gravity_level_is_recorded_sent_to_control_and_refused_after_a_stop_even_after_its_reset(

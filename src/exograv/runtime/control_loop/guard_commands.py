@@ -60,6 +60,11 @@ PARENT_SILENT = f"The session of this machine gave no sign of life for {PARENT_S
 """Notes of a guard whose parent is gone or silent."""
 
 
+QUIET_S = 0.5
+"""Time without a further request for a level after which the last one is noted [s]. A protocol requests its ramps in
+small steps: their first and their last level are noted."""
+
+
 def level_note(gravity_level: float, why: str) -> str:
     """Note of a request for a felt level; `why` is the reason of a refusal, or empty."""
     support = support_text(gravity_level)
@@ -170,6 +175,7 @@ class GuardCommands:
         self.persons = 0
         """Number of messages about the person in the machine."""
         self.is_asked_to_end = False
+        self._felt_at, self._unsaid = -np.inf, ""
 
     def listen(self, period: int, now: float, mode: Mode | None, *, is_answered: bool) -> None:
         """Take one message if there is one; to be called at the end of each tick.
@@ -181,6 +187,9 @@ class GuardCommands:
             is_answered: True if control answers.
         """
         self._look_after_lease(mode, now)
+        if self._unsaid and now - self._felt_at > QUIET_S:
+            self._note(now, self._unsaid)
+            self._unsaid = ""
         if period % ASK_PARENT_EVERY == 0 and (why := self._inbox.why_gone()):
             self._note(now, why)
             self.hear(ENDS, now, mode, is_answered=is_answered)
@@ -274,6 +283,14 @@ class GuardCommands:
         self.acts |= TOLD_PERSON
         self._note(now, PERSON_KNOWN)
 
+    def _say_level(self, now: float, text: str) -> None:
+        """Note an accepted level at once, or after the last of a series of requests."""
+        if now - self._felt_at > QUIET_S:
+            self._note(now, text)
+        else:
+            self._unsaid = text
+        self._felt_at = now
+
     def _feel(self, word: FeltLevel, now: float) -> None:
         """Start the ramp to a requested level; a request without a number is refused after the first stop of a run."""
         why = STOPPED_BEFORE
@@ -283,8 +300,11 @@ class GuardCommands:
             why = ""
         if not why and not self._guard.feel(word.gravity_level, word.ramp_s):
             why = STOPPED_BEFORE
-        if not why:
+        text = level_note(word.gravity_level, why)
+        if why:
+            self._note(now, text)
+        else:
             self.acts |= TOLD_LEVEL
-        self._note(now, level_note(word.gravity_level, why))
+            self._say_level(now, text)
         if word.number is not None:
             self._inbox.reply(GuardReply(word.number, why))
