@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from exograv.errors import ConfigError
+from exograv.experiment.recorded_run import has_window
 from exograv.experiment.steered.interface import SteeredFlight
 from exograv.experiment.steered.live_session import recordings_in
 from exograv.experiment.steered.options import SteeredOptions
 from exograv.experiment.steered.session_controller import SessionController
 from exograv.experiment.train.options import TrainOptions
-from exograv.experiment.train.train_command import has_window
 from exograv.live.options import PersonForm
 from exograv.results import MERGED
 from exograv.storage.session_readiness import participants_in

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from exograv.errors import ConfigError, RecordingError, RigError
+from exograv.experiment.recorded_run import has_window
 from exograv.loop.pilot import Progress
 from exograv.loop.run_settings import RunSettings, TwinRun
-from exograv.recording import RecordingWriter, read_recording
+from exograv.recording import RecordingWriter
 from exograv.recording.disk import refuse_small_disk
 from exograv.results import MERGED, json_value
 from exograv.storage.session_checkpoint import SESSION_FILE, KeptSession, checkpoint_path, read_kept, refuse_kept
@@ -318,15 +319,6 @@ def refuse_windows(recording: Path) -> None:
             f"{recording} holds windows of this session, and its checkpoint is missing. Move the recording to another "
             "folder to keep it, or give another --session or --out."
         )
-
-
-def has_window(path: Path) -> bool:
-    """Return True if the recording holds a window of a run."""
-    try:
-        recording = read_recording(path)
-    except RecordingError:
-        return False  # a command that ends at once leaves a file without settings
-    return any(message["kind"] == "window_opened" for message in recording.messages(TASK_TOPIC))
 
 
 def _kept_path(options: TrainOptions, folder: Path) -> Path:
