@@ -3,11 +3,11 @@
 import numpy as np
 
 from exograv.recording import Recording
+from exograv.report.figures.touches import counted
 from exograv.report.style.page import Tile
-from exograv.study.importers.imported_session import totals
-from exograv.study.importers.task_records import records_of, touches_of, windows_of
 from exograv.study.targets import joint_groups, targets
 from exograv.task.levels import LEVELS
+from exograv.task.record_sinks import TASK_TOPIC
 
 PLACES = {
     LEVELS["weightless"]: "weightless",
@@ -64,15 +64,13 @@ def headline(recording: Recording) -> str:
 
 def _of_records(recording: Recording) -> str:
     """Sentence on a complete run of a session whose pages keep the result; empty without such a run."""
-    records = records_of(recording)
+    records = [message["record"] for message in recording.messages(TASK_TOPIC)]
     if not any(record["kind"] == "run_ended" and record["is_complete"] for record in records):
         return ""
-    windows = windows_of(records)
-    touches = [touch for touch in touches_of(records, windows) if touch["is_accepted"]]
-    off = [float(np.hypot(touch["deviation_x_px"], touch["deviation_y_px"])) for touch in touches]
-    median = float(np.median(off)) if off else None
-    complete = totals(windows, touches)["windows_complete"]
-    return _of_task({"windows": complete, "accepted": len(touches), "deviation_px": {"median": median}})
+    touches = counted(recording)
+    median = float(np.median([touch["deviation_px"] for touch in touches])) if touches else None
+    closed = {one["window"] for one in records if one["kind"] == "window_closed" and one["is_complete"]}
+    return _of_task({"windows": len(closed), "accepted": len(touches), "deviation_px": {"median": median}})
 
 
 def _of_task(task: dict) -> str:
