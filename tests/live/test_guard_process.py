@@ -1,6 +1,7 @@
 """A guard lowers the arm when control is silent, still sleeps, and waits for an answer before it resets the latch."""
 
 import contextlib
+import time
 from collections.abc import Iterator
 from multiprocessing import Pipe
 
@@ -22,6 +23,7 @@ from exograv.runtime.control_loop.exchange import (
     state_dtype,
 )
 from exograv.runtime.control_loop.guard_commands import QUIET_S, level_note
+from exograv.runtime.control_loop.steering import LeaseCommand
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.recorder.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
 from exograv.safety.envelope import Envelope
@@ -236,8 +238,9 @@ def told(table: Table, level: float) -> tuple[int, str]:
 def test_a_ramp_that_is_requested_in_small_steps_is_noted_with_its_first_and_its_last_level(table: Table):
     table.guard.envelope.person = GuardedPerson(somebody(), 0.0)
     steps = np.linspace(0.0, 1.0, 101)
-    for level in steps:
-        table.guarding.hearing.hear(FeltLevel(float(level)), table.rig.t)
+    table.guarding.hearing.hear(LeaseCommand(time.monotonic_ns() + 10**12, None, "finish"), table.rig.t)
+    for number, level in enumerate(steps):
+        table.guarding.hearing.hear(FeltLevel(float(level), number=number), table.rig.t)
         for _ in range(20):
             table.tick(answers=True)
     for _ in range(round(2 * QUIET_S / PERIOD_S)):

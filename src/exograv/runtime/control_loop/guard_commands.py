@@ -283,9 +283,9 @@ class GuardCommands:
         self.acts |= TOLD_PERSON
         self._note(now, PERSON_KNOWN)
 
-    def _say_level(self, now: float, text: str) -> None:
-        """Note an accepted level at once, or after the last of a series of requests."""
-        if now - self._felt_at > QUIET_S:
+    def _say_level(self, now: float, text: str, *, is_of_page: bool) -> None:
+        """Note an accepted level at once, or after the last of a series of requests of a page."""
+        if not is_of_page or now - self._felt_at > QUIET_S:
             self._note(now, text)
         else:
             self._unsaid = text
@@ -305,6 +305,6 @@ class GuardCommands:
             self._note(now, text)
         else:
             self.acts |= TOLD_LEVEL
-            self._say_level(now, text)
+            self._say_level(now, text, is_of_page=word.number is not None)
         if word.number is not None:
             self._inbox.reply(GuardReply(word.number, why))
