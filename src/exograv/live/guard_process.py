@@ -157,7 +157,7 @@ class GuardLoop:
 
     def _lower(self, period: int) -> bool:
         """Run a tick of the descent after an error; return True at its end."""
-        woken = time.monotonic_ns()
+        woken = self._woke(period)
         try:
             state, now = self.rig.read(), self.rig.t
             self._row["monotonic"] = 1e-9 * time.monotonic_ns()  # as in `_tick`
@@ -176,16 +176,12 @@ class GuardLoop:
 
     def _tick(self, period: int) -> bool:
         """Read the machine, request an answer, decide, write the command, record; return True to end the loop early."""
-        before, self._woken = self._woken, time.monotonic_ns()
-        woken = self._woken
+        woken = self._woke(period)
         state, now = self.rig.read(), self.rig.t
         if not self._has_begun:
             # Begin at the present motor torque, in the recorded form, so that a replay begins at the same value.
             self._guard.envelope.begin(self._gain * state.current)
-            self._has_begun, self._started_ns, before = True, woken, woken - self._job.period_ns
-        # The deadlines of a machine that waits move with each late tick.
-        due = before if self._is_awaited else self._started_ns + (period - 1) * self._job.period_ns
-        self._row["lateness_us"] = 1e-3 * max(woken - due - self._job.period_ns, 0)
+            self._has_begun, self._started_ns = True, woken
         # Taken next to `now`: each recorded tick pairs the two clocks.
         self._row["monotonic"] = 1e-9 * time.monotonic_ns()
         decision = self._step.take(state, now, self)
@@ -223,6 +219,16 @@ class GuardLoop:
         """Release the shared memory."""
         for memory in (self._states, self._answers, self._ticks, self._events, self._inbox):
             memory.close()
+
+    def _woke(self, period: int) -> int:
+        """Return the start of this tick [ns], and note how late it is."""
+        woken, period_ns = time.monotonic_ns(), self._job.period_ns
+        before, self._woken = self._woken or woken - period_ns, woken
+        begun = self._started_ns or woken - period * period_ns  # the first tick is on time
+        # The deadlines of a machine that waits move with each late tick.
+        due = before + period_ns if self._is_awaited else begun + period * period_ns
+        self._row["lateness_us"] = 1e-3 * max(woken - due, 0)
+        return woken
 
     def _asked(self, believed: JointState, now: float, woken: int) -> np.void | None:
         """Send the believed state to control, and wait for the answer until the deadline."""

@@ -85,5 +85,5 @@ def run_loop(
         outcome = LoopOutcome.COMPLETE
     else:
         outcome = LoopOutcome.ENDED_EARLY if is_last else LoopOutcome.NO_REST
-    of_machine = waited if is_awaited else None
-    return Timing(period_of[:tick], lateness[:tick], compute[:tick], period, period_ns, outcome, of_machine)
+    waited_ns = waited if is_awaited else None
+    return Timing(period_of[:tick], lateness[:tick], compute[:tick], period, period_ns, outcome, waited_ns)
