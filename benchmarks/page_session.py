@@ -21,23 +21,13 @@ from exograv.laboratory.amplifier.amplifier_command import EEG, EMG
 from exograv.laboratory.amplifier.electrodes import TRIGGER
 from exograv.recording import Recording
 from exograv.rig.drives.simulated.address import free_port
-from lsl_offsets import other_clock
+from lsl_offsets import NETWORK, other_clock
 
 ENDS_S = 60.0
 """Time in which stimulus and amplifier end after the session [s]."""
 
 NEAR_S = 0.1
 """Longest plausible time between a touch and its pulse [s]."""
-
-NETWORK = """\
-[ports]
-IPv6 = disable
-[multicast]
-ResolveScope = machine
-[lab]
-SessionID = {session}
-"""
-"""Configuration of LSL: other sessions on this computer do not see the streams of this one."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +57,7 @@ def run_at_page(folder: Path, words: Sequence[str], name: str, memory: Path) -> 
     for path in (figures, made):
         path.unlink(missing_ok=True)
     config = folder / "lsl_api.cfg"
-    config.write_text(NETWORK.format(session=f"study-{os.getpid()}-{secrets.token_hex(4)}"), encoding="utf-8")
+    config.write_text(NETWORK.format(f"study-{secrets.token_hex(4)}"), encoding="utf-8")
     around = {**os.environ, "LSLAPICFG": str(config)}
     streams = [word for stream in (EEG, EMG) for word in ("--record-stream", stream)]
     session = [

@@ -1,13 +1,12 @@
 """A recorder of Lab Streaming Layer gets every record of a session."""
 
 import json
-import os
-import secrets
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from tests.lsl_network import VARIABLE, own_network
 from tests.scenario.test_train import command, short
 
 from exograv.recording import read_recording
@@ -37,10 +36,7 @@ except pylsl.LostError:
 def test_every_record_of_a_session_reaches_a_listener_once_and_in_its_order(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    file = tmp_path / "lsl_api.cfg"
-    session = f"test-{os.getpid()}-{secrets.token_hex(4)}"
-    file.write_text(f"[ports]\nIPv6 = disable\n[multicast]\nResolveScope = machine\n[lab]\nSessionID = {session}\n")
-    monkeypatch.setenv("LSLAPICFG", str(file))
+    monkeypatch.setenv(VARIABLE, own_network(tmp_path))
     listener = subprocess.Popen([sys.executable, "-c", LISTENER], stdout=subprocess.PIPE, text=True)
     try:
         assert listener.stdout is not None

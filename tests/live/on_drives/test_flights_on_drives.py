@@ -5,6 +5,7 @@ The commands hold no twin: only the process of the drives has one. The drives wa
 
 import json
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -12,10 +13,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from tests.console.of_process import short_training
+from tests.lsl_network import VARIABLE, own_network
 
+from exograv.laboratory.amplifier.amplifier_command import EMG
+from exograv.laboratory.amplifier.electrodes import TRIGGER
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
+from exograv.recording import read_recording
 from exograv.rig.drives.simulated.address import free_port
 from exograv.study.importers.imported_session import StatedSession
 from exograv.study.importers.recording import import_recording
@@ -24,6 +30,9 @@ pytestmark = pytest.mark.slow
 
 SEED, LEVEL, PERIOD_MS = 1022, 1, 4
 """The longest period is the quickest: these tests are about steps and files, not about timing."""
+
+PULSE_S = 0.005
+"""Median of the time from the pulse of a touch to the touch as the page states it [s], on a shared computer."""
 
 CHROMIUM = Path("/usr/bin/chromium")
 EXAMPLE = Path(__file__).parents[3] / "examples" / "drives" / "udp.toml"
@@ -114,8 +123,10 @@ def test_a_session_runs_from_the_motors_that_switch_on_to_the_arm_that_is_given_
 
 
 @pytest.mark.skipif(not CHROMIUM.exists(), reason=f"There is no {CHROMIUM}. On Debian: apt-get install chromium")
-def test_a_virtual_participant_points_at_the_sessions_own_page_and_every_contact_is_recorded(machine: Machine):
-    """Three processes: session with its page, machine with its wearer, and stimulus with a browser."""
+def test_a_virtual_participant_points_at_the_sessions_own_page_and_every_contact_is_recorded(
+    machine: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """Four processes: session with its page, machine with its wearer, stimulus with a browser, and EMG amplifier."""
     protocol = short_training(machine.folder, window_s=22.0)
     session = ("--participant", "P-09", "--protocol", protocol.name)
     stimuli = list[subprocess.Popen[str]]()
@@ -127,22 +138,19 @@ def test_a_virtual_participant_points_at_the_sessions_own_page_and_every_contact
 
     def play(link: str) -> None:
         command = [
-            sys.executable,
-            "-m",
-            "exograv.cli",
-            "dev",
-            "stimulus",
-            link,
-            "--line",
-            str(line),
-            "--json",
-            made.name,
-        ]
+            sys.executable, "-m", "exograv.cli", "dev", "stimulus", link, "--line", str(line), "--json", made.name,
+            "--amplifier", str(amplifier_port), "--memory", "skill.json",
+        ]  # fmt: skip
         stimuli.append(subprocess.Popen(command, cwd=machine.folder, text=True))
 
-    line = free_port()
-    words = ("run", "train", *session, "--port", "0", "--stimulus", str(line))
-    found = machine.flown(*words, begins=begins, hears=play)
+    monkeypatch.setenv(VARIABLE, own_network(tmp_path))
+    line, amplifier_port = free_port(), free_port()
+    words = ("run", "train", *session, "--port", "0", "--stimulus", str(line), "--record-stream", EMG)
+    amplifier = [sys.executable, "-m", "exograv.cli", "dev", "amplifier", "--port", str(amplifier_port)]
+    with subprocess.Popen(amplifier) as process:
+        found = machine.flown(*words, begins=begins, hears=play)
+        process.send_signal(signal.SIGINT)
+    assert (machine.folder / "skill.json").is_file()
     assert [stimulus.wait(30.0) for stimulus in stimuli][-1] == 0
     played = json.loads(made.read_text(encoding="utf-8"))
     assert found["is_complete"]
@@ -154,4 +162,10 @@ def test_a_virtual_participant_points_at_the_sessions_own_page_and_every_contact
     assert len(imported.touches) == found["touches"]
     assert imported.session["is_complete"]
     assert imported.session["clock_jumps"] == 0
+    recording = read_recording(machine.folder / found["recordings"][-1])
+    (emg,) = recording.streams
+    pulses = emg.monotonic[emg.values[:, emg.labels.index(TRIGGER)] > 0.5]
+    touches = [one["record"]["t"] for one in recording.messages("/task") if one["kind"] == "touch"]
+    assert len(pulses) == len(touches)
+    assert np.median(np.abs(pulses - touches)) < PULSE_S
     assert imported.session["pitch_x_mm"] == pytest.approx(SimulatedRoom().pitch_mm, rel=0.005)
