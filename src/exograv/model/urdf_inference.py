@@ -22,6 +22,7 @@ CUFF_WORDS = ("cuff", "strap", "brace", "orthosis", "handle", "interface")
 MEET_M = 0.005
 """Largest distance of axes from a common point at which they count as meeting there [m]."""
 SAME_M = 0.001
+SHOULDER_AXES = 3
 
 Point = Float[np.ndarray, " 3"]
 
@@ -33,6 +34,19 @@ class Length:
     joint: str
     axis: str
     metres: float
+
+
+@dataclass(frozen=True)
+class PlaceGuess:
+    """Place of a joint along the arm."""
+
+    place: Place | None
+    """None if neither name nor position of the joint tells."""
+
+    reason: str
+
+
+UNKNOWN = PlaceGuess(None, "")
 
 
 @dataclass(frozen=True)
@@ -53,6 +67,15 @@ class ArmGuess:
     """Links with names of cuffs, nearest to the shoulder first."""
 
     upper_arm: Length | None
+
+    places: tuple[PlaceGuess, ...]
+    """Place of each of the arm's joints."""
+
+    @property
+    def wrist_joints(self) -> int | None:
+        """Number of joints beyond the elbow; None if the place of a joint is not known."""
+        places = [guess.place for guess in self.places]
+        return None if None in places else places.count("wrist")
 
 
 def place_of(name: str) -> Place | None:
@@ -85,9 +108,25 @@ def _arm(tree: Tree, side: ArmSide | None, joints: tuple[int, ...]) -> ArmGuess:
     poses = body_poses(tree, ca.SX.zeros(len(tree.joints)))
     axes = [np.array(ca.evalf(poses[i].R)) @ tree.joints[i].axis for i in joints]
     points = [np.array(ca.evalf(poses[i].p)).ravel() for i in joints]
-    meeting = _meeting_point(axes[:3], points[:3]) if len(joints) >= 3 else None
+    meeting = _meeting_point(axes[:SHOULDER_AXES], points[:SHOULDER_AXES]) if len(joints) >= SHOULDER_AXES else None
     centre = None if meeting is None else _fixed_link(tree, meeting, side)
-    return ArmGuess(side, joints, meeting, centre, _cuffs(tree, side, joints), _upper_arm(tree, joints))
+    length = _upper_arm(tree, joints)
+    places = _places([tree.joints[i].name for i in joints], length if meeting is not None else None)
+    return ArmGuess(side, joints, meeting, centre, _cuffs(tree, side, joints), length, places)
+
+
+def _places(names: list[str], upper_arm: Length | None) -> tuple[PlaceGuess, ...]:
+    """Places by name, otherwise by position: three axes that meet, the elbow at the end of the upper arm, the wrist."""
+    by_name, n = [place_of(name) for name in names], len(names)
+    by_position: list[Place | None] = [None] * n
+    if upper_arm is not None and names.index(upper_arm.joint) == SHOULDER_AXES:
+        by_position = ["shoulder"] * SHOULDER_AXES + ["elbow"] + ["wrist"] * (n - SHOULDER_AXES - 1)
+    if any(name not in (None, position) for name, position in zip(by_name, by_position, strict=True)):
+        by_position = [None] * n  # This machine is built in another way.
+    return tuple(
+        PlaceGuess(name, "by its name") if name else PlaceGuess(position, "by its position") if position else UNKNOWN
+        for name, position in zip(by_name, by_position, strict=True)
+    )
 
 
 def _meeting_point(axes: list[Point], points: list[Point]) -> Point | None:
