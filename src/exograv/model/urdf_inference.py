@@ -1,6 +1,7 @@
 """Inference from a URDF: side of the arm, place of each joint, and meeting point of the shoulder axes."""
 
 from dataclasses import dataclass
+from itertools import repeat
 
 import casadi as ca
 import numpy as np
@@ -116,17 +117,26 @@ def _arm(tree: Tree, side: ArmSide | None, joints: tuple[int, ...]) -> ArmGuess:
 
 
 def _places(names: list[str], upper_arm: Length | None) -> tuple[PlaceGuess, ...]:
-    """Places by name, otherwise by position: three axes that meet, the elbow at the end of the upper arm, the wrist."""
-    by_name, n = [place_of(name) for name in names], len(names)
-    by_position: list[Place | None] = [None] * n
-    if upper_arm is not None and names.index(upper_arm.joint) == SHOULDER_AXES:
-        by_position = ["shoulder"] * SHOULDER_AXES + ["elbow"] + ["wrist"] * (n - SHOULDER_AXES - 1)
-    if any(name not in (None, position) for name, position in zip(by_name, by_position, strict=True)):
-        by_position = [None] * n  # This machine is built in another way.
-    return tuple(
-        PlaceGuess(name, "by its name") if name else PlaceGuess(position, "by its position") if position else UNKNOWN
-        for name, position in zip(by_name, by_position, strict=True)
-    )
+    """Place of each joint by its name, otherwise by its position in a chain of shoulder, elbow and wrist."""
+    named: list[Place | None] = [place_of(name) for name in names]
+    by_position = _by_position(names, upper_arm)
+    if any(one not in (None, other) for one, other in zip(named, by_position, strict=True)):
+        by_position = [None] * len(names)  # This machine is built in another way.
+    return tuple(_guess(one, other) for one, other in zip(named, by_position, strict=True))
+
+
+def _guess(named: Place | None, by_position: Place | None) -> PlaceGuess:
+    if named is not None:
+        return PlaceGuess(named, "by its name")
+    return UNKNOWN if by_position is None else PlaceGuess(by_position, "by its position")
+
+
+def _by_position(names: list[str], upper_arm: Length | None) -> list[Place | None]:
+    places: list[Place | None] = ["shoulder"] * SHOULDER_AXES
+    if upper_arm is None or names.index(upper_arm.joint) != SHOULDER_AXES:
+        return [None] * len(names)
+    beyond = len(names) - SHOULDER_AXES - 1
+    return [*places, "elbow", *repeat("wrist", beyond)]
 
 
 def _meeting_point(axes: list[Point], points: list[Point]) -> Point | None:

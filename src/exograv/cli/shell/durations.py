@@ -27,8 +27,8 @@ Sum: the 23 s of a warm `exograv demo` on a quiet computer (docs/results/results
 machine with seven joints takes about twice as long: 61 against 33 s of CPU time for `demo`.
 """
 
-WINDOW_S, VERIFIED_S, ATTEMPTS_S = 25.0, 30.0, 17.0
-"""A window of a session; a verification; the attempts of a search for support [s].
+WINDOW_S, VERIFIED_S, WEIGHED_S, ATTEMPTS_S = 25.0, 10.0, 11.0, 17.0
+"""A window of a session; a verification; a weighing; the attempts of a search for support [s].
 
 The last follows from the 27 to 34 s of a whole `run support-level` with 60 attempts.
 """
@@ -125,7 +125,7 @@ def _live(options: Any) -> float:
 def _verify(options: Any) -> float:
     if options.is_on_drives:
         return 60.0 + 138.0 + 30.0
-    return _prepared(options) + 20.0 + VERIFIED_S
+    return _prepared(options) + VERIFIED_S
 
 
 def _train(options: Any) -> float | None:
@@ -223,7 +223,7 @@ DURATIONS: dict[str, Seconds] = {
     "rig motion": lambda options: 15.0 + min(options.seconds, 25.0 * (options.starts + 1)),
     "arm identify": lambda options: _prepared(options) + _moved(options) + RUN_REPORT_S,
     "arm identify-log": lambda options: _by_size(options, 4.0, "log"),
-    "arm weigh": lambda options: _prepared(options) + 40.0,
+    "arm weigh": lambda options: _prepared(options) + WEIGHED_S,
     "arm verify": _verify,
     "run live": _live,
     "run train": _train,
