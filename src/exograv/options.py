@@ -203,7 +203,7 @@ CalibrationFile = Annotated[
 Repeated = Annotated[tuple[str, ...], tyro.conf.UseAppendAction]
 """Flag that can be repeated."""
 
-StreamNames = Annotated[Repeated, tyro.conf.arg(metavar="NAME")]
+StreamNames = Annotated[Repeated, tyro.conf.arg(name="record-stream", metavar="NAME")]
 SegmentLengths = Annotated[Repeated, tyro.conf.arg(name="length", metavar="SEGMENT=M")]
 JointNames = Annotated[tuple[str, ...], tyro.conf.arg(metavar="JOINT")]
 JointFactors = Annotated[tuple[str, ...], tyro.conf.arg(metavar="JOINT:FACTOR")]

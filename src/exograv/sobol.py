@@ -52,7 +52,7 @@ def sobol_points(dimensions: int, count: int, scrambling: np.random.Generator | 
 
 
 def _directions(dimensions: int) -> np.ndarray:
-    """Direction numbers (dimension, bit), the bit of the highest weight first."""
+    """Sobol' direction numbers (dimension, bit). Bit 0 is the most significant one."""
     rows = []
     for polynomial, first in zip(POLYNOMIALS[:dimensions], FIRST_NUMBERS, strict=False):
         degree, numbers = polynomial.bit_length() - 1, list(first)

@@ -15,12 +15,13 @@ from exograv.experiment.steered.view_models import ModeName, SafeStateName
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
+from exograv.runtime.lsl.quality import StreamCondition
 
 LANGUAGES = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in (PAGES / "words").glob("*.json")}
 TEXT = "\n".join(path.read_text(encoding="utf-8") for path in PAGES.glob("*") if path.suffix in (".html", ".js"))
 FAMILIES = (
     "mode", "status", "phase", "role", "arrow", "participant", "side", "feed", "line", "work", "joint",
-    "parameter", "of", "safe",
+    "parameter", "of", "safe", "stream",
 )  # fmt: skip
 """Families of texts whose names end with a state."""
 
@@ -76,3 +77,7 @@ def test_no_page_calls_its_button_an_emergency_stop(language: str):
     said = " ".join(LANGUAGES[language].values()) + TEXT
     assert not re.search(r"\be-?stop\b|emergency stop button", said, flags=re.IGNORECASE)
     assert LANGUAGES[language]["stop"] in ("Stop", "Stopp")
+
+
+def test_every_condition_of_a_stream_has_its_words():
+    assert {f"stream.{condition.value}" for condition in StreamCondition} <= set(LANGUAGES["en"])

@@ -49,6 +49,7 @@ from exograv.cli.shell.durations import duration_sentence
 from exograv.cli.shell.end_signals import EndSignals
 from exograv.cli.shell.needs import refuse_missing
 from exograv.cli.shell.spellings import present_spelling, value_of
+from exograv.cli.simulation.amplifier import run_amplifier_command
 from exograv.cli.simulation.benchmark_identification import run_benchmark_identification
 from exograv.cli.simulation.faults import run_faults_command
 from exograv.cli.simulation.process_faults import run_process_faults_command
@@ -142,6 +143,7 @@ GROUPS: dict[str, Group] = {
             "validate-participant": run_validate_participant,
             "drive-sim": run_drive_sim_command,
             "stimulus": run_stimulus_command,
+            "amplifier": run_amplifier_command,
         },
     ),
 }

@@ -1,4 +1,4 @@
-"""Link between the process of the pages and the desk, which is in the guard's parent.
+"""Link between the process of the pages and the desk (session controller), which is in the guard's parent.
 
 Requests go one way, answers go back, by rings in shared memory. No process waits for the other: the parent answers, or
 it does not. Requests are JSON and are checked field by field, so that the parent executes nothing that the process of

@@ -48,7 +48,7 @@ HEAD_BYTES = 4096
 """Length from which a head is handed to the server although its end has not arrived [byte]."""
 
 FIRST_LINE = re.compile(rb"(GET|HEAD|POST) /[!-~]* HTTP/1\.1\r\n")
-"""First line of a request that the server would answer."""
+"""Pattern of the first line of a request; the server answers no other requests."""
 
 LOGIN = re.compile(rb"POST /enter .*\r\ncontent-length: *(\d{1,4})\r\n", re.DOTALL | re.IGNORECASE)
 """Request with the token of a link; its body is awaited, too."""

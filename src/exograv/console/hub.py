@@ -70,7 +70,7 @@ class Hub:
         """Start without pages.
 
         Args:
-            desk: Desk of the steered session.
+            desk: Session controller of the steered session.
             trial: Protocol that runs; None if only the machine is steered.
             clocks: Clocks of the pages.
             diary: Log of all events.

@@ -3,7 +3,7 @@
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,6 +78,8 @@ class TerminalSession:
             awaits_page: True to wait for the participant's page before the motors are on.
         """
         self._awaits_page = awaits_page
+        self._conditions = dict[str, str]()
+        """Condition of each stream of another device as last said, by its name."""
         self._page, self._keyboard, self._resumes, self._say = page, keyboard, resumes, keyboard.say
 
     def run(self) -> SessionOutcome:
@@ -130,6 +132,8 @@ class TerminalSession:
         outcome = "" if learning is None else str(learning["outcome"]["text"])
         left_over = [] if learning is None else [f"{value:.2f}" for value in learning["left_over_Nm"]]
         self._say(f"{outcome} Predicted left over: {', '.join(left_over)} N·m.")
+        for stream in self._page.shown["streams"]:
+            self._say(stream_text(stream))
         return outcome
 
     def _run_protocol(self) -> tuple[int, bool]:
@@ -140,6 +144,7 @@ class TerminalSession:
         told = set[tuple[int, int]]()
         while True:
             self._check()
+            self._tell_streams()
             run = self._run_state()
             for window in run["windows"]:
                 key = window["number"], window["attempt"]
@@ -169,6 +174,14 @@ class TerminalSession:
         self._say(
             f"Window {window['number']} is {state}: {window['accepted']} of {window['touches']} touches count.{rest}"
         )
+
+    def _tell_streams(self) -> None:
+        """Say when a stream of another device is lost, silent or back."""
+        for stream in self._page.shown["streams"]:
+            before = self._conditions.setdefault(stream["name"], stream["condition"])
+            if stream["condition"] != before:
+                self._conditions[stream["name"]] = stream["condition"]
+                self._say(stream_text(stream))
 
     def _leave(self) -> None:
         self._keyboard.enter("Support the arm with your hand. Press Enter: the machine gives its weight back.")
@@ -241,3 +254,23 @@ class TerminalSession:
             page.until(lambda: page.steers, LISTENS_S)
         if high and page.shown["mode"] in ("off", "starting"):
             raise RigError(" ".join(high))
+
+
+def stream_text(stream: Mapping[str, Any]) -> str:
+    """Return a line about a recorded stream of another device: condition, rate, gaps and clock."""
+    head = f"Stream {stream['name']} ({stream['type']})"
+    if stream["condition"] != "recorded":
+        return f"{head}: {CONDITION_TEXTS[stream['condition']]}"
+    rate, clock_s = stream["rate_Hz"], stream["uncertainty_s"]
+    measured = "rate not known yet" if rate is None else f"{rate:.1f} Hz"
+    nominal = f" of {stream['nominal_rate_Hz']:g} Hz" if rate is not None and stream["nominal_rate_Hz"] else ""
+    clock = "clock not measured yet" if clock_s is None else f"clock known within {1e3 * clock_s:.2f} ms"
+    return f"{head}: {measured}{nominal}, {stream['gaps']} gaps, {clock}."
+
+
+CONDITION_TEXTS = {
+    "awaited": "found, not recorded yet.",
+    "silent": "it sends nothing. Check its device.",
+    "lost": "it is gone. It is recorded again when its program returns.",
+}
+"""Texts of the conditions of a stream that brings no samples."""

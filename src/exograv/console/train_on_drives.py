@@ -136,6 +136,9 @@ def _steered(options: TrainOptions, folder: Path) -> SteeredOptions:
         participants=options.participants or participants_in(folder),
         participant=options.participant,
         session_s=RECORDING_S,
+        donning=options.donning,
+        lsl=options.lsl,
+        record_streams=options.record_streams,
         stimulus=options.stimulus,
         protocol_of_stimulus=options.protocol,
     )

@@ -242,3 +242,28 @@ class StimulusOptions(Options):
 
     chromium: Path = Path("/usr/bin/chromium")
     """Program of the browser."""
+
+    amplifier: Annotated[int | None, Within(1024, 65535), tyro.conf.arg(metavar="PORT")] = None
+    """UDP port of `exograv dev amplifier`: each touch is a pulse on its trigger channel, and its EMG electrodes are on
+    the participant."""
+
+    memory: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """File with the skill of the participant: read at the start if it is there, written at the end. A later session of
+    the same participant then continues the learning."""
+
+
+@dataclass(frozen=True)
+class AmplifierOptions(Options):
+    """Options of `exograv dev amplifier`."""
+
+    port: Annotated[int, Within(1024, 65535)] = 47300
+    """UDP port for the pulses and for the torque of the muscles, the PORT of `exograv dev stimulus --amplifier`."""
+
+    seconds: Annotated[float | None, tyro.conf.arg(metavar="S"), Within(1.0, 86_400.0)] = None
+    """Duration [s]; without it until Ctrl-C."""
+
+    channels: Annotated[int, Within(1, 32)] = 4
+    """Number of EMG channels, one per freedom of the arm."""
+
+    seed: Annotated[int, Within(0)] = 0
+    """Seed of the signals."""

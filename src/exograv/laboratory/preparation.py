@@ -100,11 +100,11 @@ class Preparation:
     def calibrated(
         self, file: Path | None = None, assembly: Assembly | None = None, make: str = MAKE
     ) -> ControllerKnowledge:
-        """Know the machine by its stored calibration, or calibrate it now where no `file` is given.
+        """Return what control knows about the machine, from its stored calibration, or from a new one without a `file`.
 
         Args:
-            file: Of the machine's calibration.
-            assembly: Machine and arm as told to the software; with the wearer's own body data where absent.
+            file: Calibration of the machine.
+            assembly: Machine and arm for the software; if None, with the wearer's own body data.
             make: Command that calibrates this machine, for the advice in a message.
 
         Raises:

@@ -1,4 +1,4 @@
-"""Settings at the head of a twin's recording: machine, body data as told to the software, versions and hashes."""
+"""Settings at the head of a twin's recording: machine, body data that the software gets, versions and hashes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

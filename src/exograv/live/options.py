@@ -93,7 +93,7 @@ class LiveOptions(WornOptions):
     calibration: Annotated[Path | None, ON_DRIVES] = None
     """File calibration.toml of this machine, by default in the folder of --out; on drives only."""
 
-    record_streams: Annotated[StreamNames, tyro.conf.arg(name="record-stream")] = ()
+    record_streams: StreamNames = ()
     """Record the stream of another device with this name, or all streams of this type. Can be repeated. See `exograv
     streams`."""
 

@@ -10,7 +10,7 @@ from exograv.runtime.processes.supervisor import Supervisor
 from .arm_worker import EstimateReport, LearnedArm, PassesResult
 
 RESTARTS_MAX = 3
-"""Workers that are replaced, at most. The same cause would end the next one too."""
+"""Largest number of workers that are replaced; the same cause would also end the next worker."""
 
 Record = Callable[[str, float, Mapping[str, Any]], object]
 """Callback that records a message: topic, time [s] and content."""

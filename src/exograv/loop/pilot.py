@@ -79,7 +79,7 @@ class Pilot:
     worn: PersonLimitsManager | None = None
     """Setter of the wearer's limits in the guard; absent if the machine is not worn."""
     key: MachineKey | None = None
-    """Key that unlocks a real machine for an arm."""
+    """Machine and passed self-test that a real machine needs before it carries an arm; None otherwise."""
     drift: DriftMonitor | None = None
     """Monitor of the arm that its controller carries; None while the arm is not known."""
     tick_us: MutableSequence[float] = field(default_factory=lambda: array("d"))

@@ -1,4 +1,4 @@
-"""Settings at the head of a recording in lock-step: machine, body data as told to the software, versions and hashes."""
+"""Settings at the head of a recording in lock-step: machine, body data that the software gets, versions and hashes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -16,6 +16,9 @@ from .encoding import CDR_HEADER
 TOPICS = "/lsl/"
 """Prefix of the topics of other devices; the rest is made from the stream's name."""
 
+GAP_PERIODS = 2.0
+"""Interval between two stamps above which samples are missing [nominal periods]."""
+
 HEAD = struct.Struct("<dII")
 """`received` [s], `connection`, `channels`."""
 

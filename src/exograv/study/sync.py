@@ -11,9 +11,7 @@ from exograv.clock_fit import ClockFit, fit_clock
 from exograv.errors import RecordingError
 from exograv.recording import Recording
 from exograv.recording.device_stream import DeviceStream
-
-GAP_PERIODS = 2.0
-"""Interval above which a gap is reported [nominal periods]."""
+from exograv.recording.stream_block import GAP_PERIODS
 
 GAPS_SHOWN = 100
 

@@ -15,7 +15,7 @@ class Pace(enum.Enum):
 
 
 def pace(protocol: Protocol, since_touch_s: float) -> Pace:
-    """Pace for the time since the last accepted touch, or since the window opened [s]. Limits count as right."""
+    """Pace for the time since the last accepted touch, or since the window opened [s]; right at both limits."""
     late_s = since_touch_s - protocol.windows.interval_s
     if abs(late_s) <= protocol.pace.tolerance_s:
         return Pace.RIGHT

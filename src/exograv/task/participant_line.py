@@ -94,8 +94,16 @@ class Remember(Settings):
     learned: JsonObject
 
 
+class Electrodes(Settings):
+    """Electrodes of a simulated amplifier on the participant's arm. The session never sends this message."""
+
+    kind: Literal["electrodes"] = "electrodes"
+    port: int
+    """UDP port of the amplifier."""
+
+
 ToSession = Annotated[Introduced | Touched | Contact | Learned, Field(discriminator="kind")]
-ToParticipant = Annotated[Seen | Room | Remember, Field(discriminator="kind")]
+ToParticipant = Annotated[Seen | Room | Remember | Electrodes, Field(discriminator="kind")]
 
 TO_SESSION: TypeAdapter[ToSession] = TypeAdapter(ToSession)
 """Reader of the participant's messages."""

@@ -49,7 +49,9 @@ class Processes:
     def stop(self) -> None:
         self.ended.set()
 
-    def fly(self, _parts: object, _s: float, recorder: Any, progress: Any, started: Any, hears: object = None) -> Any:
+    def fly(
+        self, _parts: object, _s: float, recorder: Any, progress: Any, started: Any, *_: object, **__: object
+    ) -> Any:
         self.runs, self.is_on, self.mode = self.runs + 1, True, Mode.OFF
         self.ended.clear()
         control = SimpleNamespace(restarts=0)
@@ -125,7 +127,7 @@ def processes(monkeypatch: pytest.MonkeyPatch) -> Processes:
         def lateness(self) -> None: ...
 
     recorder = contextlib.nullcontext(SimpleNamespace(inlet=None, check=lambda: None))
-    monkeypatch.setattr(live_session, "Recorder", lambda *_: recorder)
+    monkeypatch.setattr(live_session, "Recorder", lambda *_, **__: recorder)
     for name, replacement in (
         ("fly", made.fly), ("FlightMemoryView", View), ("ArmController", lambda *_: None),
         ("parts_of", lambda *_, **__: None), ("settings_of", lambda *_: {}),

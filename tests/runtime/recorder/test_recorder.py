@@ -211,6 +211,19 @@ def test_events_are_there_once_after_the_recorder_was_killed(tmp_path: Path):
     assert [note["text"] for note in read_recording(tmp_path / "a.mcap").messages("/event")] == ["0", "1", "2"]
 
 
+def test_records_of_a_task_are_there_once_after_the_recorder_was_killed(tmp_path: Path):
+    with recording(tmp_path / "a.mcap") as (recorder, control):
+        for k in range(3):
+            recorder.write("/task", 0.0, {"kind": "touch", "record": {"number": k}})
+            control.put(5)
+            wait_until(lambda k=k: recorder.check().acknowledged == 5 * (k + 1), "ticks on disk")
+            os.kill(recorder.pid, signal.SIGKILL)
+            wait_until(lambda: not recorder._child.is_alive, "its end")
+        recorder.finish()
+    written = read_recording(tmp_path / "a.mcap").messages("/task")
+    assert [message["record"]["number"] for message in written] == [0, 1, 2]
+
+
 def test_a_new_recorder_writes_within_five_seconds(tmp_path: Path):
     with recording(tmp_path / "a.mcap") as (recorder, control):
         control.put(5)

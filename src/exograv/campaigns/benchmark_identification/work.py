@@ -124,7 +124,7 @@ def _failed(key: tuple[Setting, str, Case], why: str) -> MethodRun:
 
 
 def _spoken(tell: Tell, who: str) -> Callable[[str, float], None]:
-    """Turn a session's progress into sentences, each told once."""
+    """Turn a session's progress into sentences, without repetitions."""
     last = ""
 
     def note(text: str, _share: float) -> None:

@@ -126,7 +126,7 @@ def _misses(fault: Fault, alone: Sequence[ScenarioVerdict]) -> dict[str, MissFig
 
 
 def _hand(flights: Sequence[tuple[ScenarioVerdict, float]]) -> HandFigures:
-    """Count the hands of relaxed arms among these flights and their hand speeds [m/s]."""
+    """Return the hand speeds [m/s] of the flights in which the arm was relaxed."""
     found = [(v, speed) for v, speed in flights if v.relaxed and v.scenario.faults]
     fast = sorted(((v, speed) for v, speed in found if speed > HAND_MAX_M_S), key=lambda one: -one[1])
     cases = [f"{v.scenario.command}: {speed:.2f} m/s" for v, speed in fast]

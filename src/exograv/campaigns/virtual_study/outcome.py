@@ -194,7 +194,7 @@ def code_of(person: int) -> str:
 
 
 def touches_of(flights: Sequence[VirtualFlight]) -> pd.DataFrame:
-    """Touches in the form of `study.statistics`; `group` is the condition's name, or the group of the main study."""
+    """Table of touches for `study.statistics`; `group` is the group of the main study, or else the condition."""
     return pd.DataFrame(
         [
             {

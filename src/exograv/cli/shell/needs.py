@@ -34,6 +34,7 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "data view": ("control", "recording"),
     "data replay": ("control", "study"),
     "data sync": ("study",),
+    "dev amplifier": ("lsl",),
     "dev benchmark-identification": ("twin", "study"),
     "dev drive-sim": ("twin",),
     "dev faults": ("twin",),

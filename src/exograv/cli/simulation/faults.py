@@ -14,7 +14,7 @@ ROOM_FOR_WORDS = 160
 """Terminal width from which each fault is also described in a sentence [columns]."""
 
 HANDS_SHOWN = 20
-"""Number of fast hands that are listed, the fastest first; the JSON file has all of them."""
+"""Number of flights with a fast hand that are listed, the fastest first; the JSON file has all of them."""
 
 ROOM_FOR_TABLE = 72
 """Terminal width below which a table would cut off figures, so that each fault has a line of text [columns]."""
@@ -38,7 +38,7 @@ def run_faults_command(options: FaultOptions, common: OutFolder) -> "CampaignFig
 
 
 def show_faults(result: "CampaignFigures") -> None:
-    """Print a table with one row per fault, the hands, the misses, then the counts that must be zero."""
+    """Print the tables of faults, hand speeds and missed budgets, then the counts that must be zero."""
     from rich.console import Console
 
     console = Console()
@@ -77,7 +77,7 @@ def _show_rows(console: Any, result: "CampaignFigures") -> None:
 
 
 def _show_hands(console: Any, result: "CampaignFigures") -> None:
-    """Print the hands of relaxed arms by fault, for flights with a stop and for all flights."""
+    """Print the hand speeds of relaxed arms by fault, for flights with a stop and for all flights."""
     stopped, every = result.relaxed_hand_m_s, result.relaxed_hand_every_flight_m_s
     title = f"Hands of relaxed arms above {every.allowed:g} m/s, of flights with one fault"
     headings = ("fault", "stopped", "above", "m/s", "all", "above", "m/s")

@@ -70,9 +70,22 @@ function takeState(message) {
   at("recorded").textContent = shown.recorded
     ? `${say("console.recorded", mapped(shown.recorded, { samples: "samples", lost: "lost" }))} ${shown.recorded.why}`
     : "";
+  showStreams(shown.streams);
   showRun(message);
   showAircraft(message.aircraft);
   listAlarms(message, (of, alarm) => seen(of, alarm), isSteering());
+}
+
+// Streams of other devices that are recorded: EEG, EMG, ECG.
+function showStreams(streams) {
+  const items = streams.map((stream) => {
+    const item = document.createElement("li");
+    const rate = stream.rate_Hz === null ? "–" : number(stream.rate_Hz, 1);
+    const clock = stream.uncertainty_s === null ? "–" : number(1000 * stream.uncertainty_s, 2);
+    item.textContent = `${stream.name} (${stream.type}): ${say(`stream.${stream.condition}`, { rate, gaps: stream.gaps, clock })}`;
+    return item;
+  });
+  at("streams").replaceChildren(...items);
 }
 
 function why({ mode, mode_text: modeText, latch, safe_state: safeState }) {

@@ -66,7 +66,7 @@ class DrivenMachine:
         self.form = form_of_wearer(description, person, options.simulate, wearer, known)
         with contextlib.ExitStack() as stack:
             refuse = not_ready(options, folder, description, command, tell)
-            worn = ("--worn", *_stimulated(options))
+            worn = ("--worn", "--donning", str(options.donning), *_stimulated(options))
             drives, self._bench = stack.enter_context(drives_of(options, description, worn, options.real_time, refuse))
             self._drives, self._readiness = drives, readiness_of(options, folder, description, drives)
             assembly = assemble(description, self.form.body)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from exograv.errors import ExogravError
+from exograv.live.live_control import LivePlan
 from exograv.live.live_flight import parts_of, settings_of
 from exograv.live.live_processes import LiveResult, Running, fly
 from exograv.loop.arm_controller import ArmController
@@ -22,7 +23,11 @@ from exograv.procedures.identification.verdict_text import carried_text
 from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.runtime.control_loop.exchange import FeltLevel
 from exograv.runtime.control_loop.steering import DescentCommand, GuardReply, GuardRequest, LeaseCommand
+from exograv.runtime.lsl.library import require_lsl
+from exograv.runtime.lsl.listening import Listening
+from exograv.runtime.lsl.outlets import OutletsJob
 from exograv.runtime.recorder.recorder import Recorder
+from exograv.runtime.ros2.streaming import Streaming
 from exograv.safety.modes import Event, Mode
 from exograv.signals import Reference
 
@@ -75,6 +80,8 @@ class LiveFlight:
         Raises:
             ExogravError: The machine or an option was refused.
         """
+        if options.lsl or options.record_streams:
+            require_lsl()
         self._options, self._folder, self._machine_of = options, folder, machine_of
         place = machine_of(options.side)
         self._places = {place.side: place}
@@ -125,6 +132,7 @@ class LiveFlight:
             age_s=0.0 if row is None else max(self.now() - float(row["monotonic"]), 0.0),
             lateness=None if watching is None else watching.lateness(),
             recorded=state.recorded(),
+            streams=state.streams(),
             learning=state.learning(),
             failure=state.failure,
             warnings=state.warnings,
@@ -210,10 +218,9 @@ class LiveFlight:
     def write(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
         """Write a message to the recording, on the rig's clock."""
         state = self._state
-        row = None if state.watching is None else state.watching.newest
-        if state.running is None or row is None or topic in NOT_RECORDED:
+        rig_t = None if state.watching is None else state.watching.rig_time(t)
+        if state.running is None or rig_t is None or topic in NOT_RECORDED:
             return
-        rig_t = t + float(row["now"]) - float(row["monotonic"])
         if topic == "/task":  # The study reads this channel.
             state.running.recorder.write(topic, rig_t, {"kind": message["kind"], "record": dict(message)})
         elif topic == "/aircraft":
@@ -318,6 +325,7 @@ class LiveFlight:
         options, place = self._options, state.place
         with contextlib.ExitStack() as stack:
             plan = place.people.plan(state.who, prepared, place.rig(prepared), stack, place.machine_key())
+            streaming = self._streaming(state, plan, stack)
             if not self._is_to_begin(state):
                 return None
             said = place.recorded()
@@ -325,7 +333,14 @@ class LiveFlight:
                 prepared.assembly, prepared.machine, plan.prepared.x, 1e-9 * plan.period_ns
             )
             recorder = stack.enter_context(
-                Recorder(path, plan.description.joints, settings_of(plan, said), options.session_s)
+                Recorder(
+                    path,
+                    plan.description.joints,
+                    settings_of(plan, said),
+                    options.session_s,
+                    outlets=streaming.outlets,
+                    devices=streaming.devices,
+                )
             )
             state.plan, state.path = plan, path
 
@@ -340,7 +355,21 @@ class LiveFlight:
                     self._look_after(state, state.running)
 
             parts = parts_of(plan, is_tested=place.starts_on_request)
-            return fly(parts, options.session_s, recorder, progress, started, hears=self._hear)
+            return fly(parts, options.session_s, recorder, progress, started, streaming.listening, hears=self._hear)
+
+    def _streaming(self, state: ProcessState, plan: LivePlan, stack: contextlib.ExitStack) -> Streaming:
+        """Find the streams of other devices to record, before the motors are on.
+
+        Raises:
+            ConfigError: A stream is missing.
+        """
+        options, description = self._options, plan.description
+        outlets = OutletsJob(description.name, description.joints, 1e-9 * plan.period_ns) if options.lsl else None
+        if options.record_streams:
+            state.doing = say("flight.streams", streams=", ".join(options.record_streams))
+            state.listening = stack.enter_context(Listening(options.record_streams))
+            state.doing = say("flight.starts")
+        return Streaming(outlets, state.listening)
 
     def _look_after(self, state: ProcessState, running: Running) -> None:
         """Check recorder and worker, several times per second, in the parent's thread."""
@@ -359,7 +388,7 @@ class LiveFlight:
             joints = state.place.description.joints
             if why := carried_text(learned.carried, joints, learned.estimate.t):
                 warnings.append(say("flight.carried_in_part", why=why))
-        state.warnings = (*warnings, *state.keeping.wrong)
+        state.warnings = (*warnings, *state.keeping.wrong, *state.lost_streams())
         self._switch(state, running)
         if left < ENDED_S:
             running.stop()

@@ -18,6 +18,12 @@ PLOT_EVERY = 20
 PLOTTED = 500
 """Number of stored samples: ten seconds."""
 
+CLOCK_LOOKS = 500
+"""Number of looks whose ticks keep their two clocks: ten seconds.
+
+A touch arrives within a second, and later only after its page had lost the connection.
+"""
+
 JUDGED_TICKS = 1000
 """Number of ticks over which lateness is evaluated."""
 
@@ -30,6 +36,7 @@ class FlightMemoryView:
         self._ticks, self._events, self._lock = inlet.ticks(), inlet.events(), threading.Lock()
         self._late: deque[float] = deque(maxlen=JUDGED_TICKS)
         self._plotted: deque[np.void] = deque(maxlen=PLOTTED)
+        self._clocks: deque[np.ndarray] = deque(maxlen=CLOCK_LOOKS)
         self._number = self._seen = 0
         self._is_closed = False
         self.newest: np.void | None = None
@@ -54,6 +61,7 @@ class FlightMemoryView:
                 return
             self.newest = rows[-1]
             self._late.extend(rows["lateness_us"].tolist())
+            self._clocks.append(np.column_stack([rows["monotonic"], rows["now"]])[np.isfinite(rows["monotonic"])])
             for k in range(-self._seen % PLOT_EVERY, len(rows), PLOT_EVERY):
                 self._plotted.append(rows[k])
                 self._number += 1
@@ -81,6 +89,17 @@ class FlightMemoryView:
             return None
         p50, p99, most = np.percentile(late, [50, 99, 100]).round(1).tolist()
         return Lateness(p50_us=p50, p99_us=p99, max_us=most)
+
+    def rig_time(self, monotonic: float) -> float | None:
+        """Return a time of CLOCK_MONOTONIC on the rig's clock [s], by the ticks around it; None before the first tick.
+
+        The two clocks run apart while simulated drives wait for the computer.
+        """
+        with self._lock:
+            clocks = np.concatenate([np.empty((0, 2)), *self._clocks])
+        if not len(clocks):
+            return None
+        return monotonic + float(np.interp(monotonic, clocks[:, 0], clocks[:, 1] - clocks[:, 0]))
 
     def trace(self, since: int) -> PlotTrace:
         """Return the stored samples from number `since` on."""

@@ -8,13 +8,13 @@ import tyro
 
 from exograv.options import (
     ON_SIMULATED,
-    ON_TWIN,
     Acts,
     Donning,
     Level,
     Loss,
     PersonCode,
     Seed,
+    StreamNames,
     Within,
     World,
     WornOptions,
@@ -30,7 +30,7 @@ class SteeredOptions(WornOptions):
     level: Annotated[Level, MOVED, ON_SIMULATED] = 2
     world: Annotated[World, MOVED, ON_SIMULATED] = "home"
     seed: Annotated[Seed, MOVED, ON_SIMULATED] = 0
-    donning: Annotated[Donning, MOVED, ON_TWIN] = 0
+    donning: Annotated[Donning, MOVED, ON_SIMULATED] = 0
 
     calibration: Annotated[Path | None, MOVED] = None
     """File calibration.toml of this machine.
@@ -50,6 +50,13 @@ class SteeredOptions(WornOptions):
 
     session_s: Annotated[tyro.conf.Fixed[float], Within(60.0, 7200.0)] = 3600.0
     """Longest recording [s]."""
+
+    lsl: Annotated[bool, MOVED] = False
+    """Publish joint state, torque and markers over Lab Streaming Layer, from the recorder's process."""
+
+    record_streams: Annotated[StreamNames, MOVED] = ()
+    """Record the stream of another device with this name, or all streams of this type. Can be repeated. See `exograv
+    data streams`."""
 
     stimulus: tyro.conf.Fixed[int | None] = None
     """TCP port of a virtual participant in a simulated machine; None for a relaxed wearer."""

@@ -14,13 +14,15 @@ from exograv.live.live_control import LivePlan
 from exograv.live.live_processes import Running
 from exograv.model.scene import SceneDescription, describe_scene
 from exograv.model.wearer_form import WearerForm
+from exograv.runtime.lsl.listening import Listening, StreamState
+from exograv.runtime.lsl.quality import StreamCondition
 from exograv.runtime.recorder.recorder import RecorderReport as RecorderReport
 
 from .memory_view import FlightMemoryView
 from .participant_keeping import EstimateKeeper
 from .participants import RequestedParticipant
 from .sentences import say
-from .view_models import LearnedParameter, Learning, Point, RecordingStatus, WorkProgress
+from .view_models import LearnedParameter, Learning, Point, RecordingStatus, StreamView, WorkProgress
 from .work_progress import identification_progress
 
 if TYPE_CHECKING:
@@ -45,6 +47,7 @@ class ProcessState:
     watching: FlightMemoryView | None = None
     path: Path | None = None
     recording: RecorderReport | None = None
+    listening: Listening | None = None
     begun_s: float = 0.0
     level_asked: float = 0.0
     failure: str = ""
@@ -94,6 +97,18 @@ class ProcessState:
             why=report.why
         )  # fmt: skip
 
+    def streams(self) -> tuple[StreamView, ...]:
+        """Streams of other devices that the session records, with their quality."""
+        return () if self.listening is None else tuple(_stream_view(state) for state in self.listening.states())
+
+    def lost_streams(self) -> tuple[str, ...]:
+        """Sentences about the streams that send nothing."""
+        return tuple(
+            say(f"flight.stream_{stream.condition}", stream=stream.name)
+            for stream in self.streams()
+            if stream.condition in (StreamCondition.LOST.value, StreamCondition.SILENT.value)
+        )
+
     def work(self, shown: Mapping[str, Any], is_moving: bool) -> WorkProgress | None:
         """Calibration or identification in progress; `shown` has the values of the newest tick."""
         if (calibrating := self.place.calibrating) is not None:
@@ -115,6 +130,20 @@ class ProcessState:
             outcome=(Outcome.RUNNING if learned is None else learned.outcome).sentence,
             is_over=learned is not None,
         )
+
+
+def _stream_view(state: StreamState) -> StreamView:
+    quality = state.quality
+    return StreamView(
+        name=state.name,
+        type=state.type,
+        condition=state.condition.value,
+        nominal_rate_Hz=state.nominal_rate_Hz,
+        rate_Hz=None if quality is None else quality.rate_Hz,
+        gaps=0 if quality is None else quality.gaps,
+        offset_s=None if quality is None else quality.offset_s,
+        uncertainty_s=None if quality is None else quality.uncertainty_s,
+    )
 
 
 PER_JOINT = {

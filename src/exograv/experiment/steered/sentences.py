@@ -35,6 +35,9 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         "desk.no_alarm": "There is no alarm with number {number}.",
         "flight.calibrates": "The machine is being calibrated.",
         "flight.starts": "Guard and control are starting.",
+        "flight.streams": "Looking for the streams {streams}.",
+        "flight.stream_lost": "The stream {stream} is gone: its program has ended. It is recorded again on its return.",
+        "flight.stream_silent": "The stream {stream} sends nothing. Check its device.",
         "flight.error": (
             "The session of this machine had an internal error and has ended: {error}. Put the person in again to "
             "continue."

@@ -106,6 +106,24 @@ class RecordingStatus(Settings):
     """Description of a fault, with advice; empty without a fault."""
 
 
+class StreamView(Settings):
+    """Stream of another device that the session records."""
+
+    name: str
+    type: str
+    condition: Literal["awaited", "recorded", "silent", "lost"]
+    nominal_rate_Hz: float
+    """Rate in the stream's own description; 0 without one."""
+    rate_Hz: float | None
+    """Measured rate of the last seconds; absent before there are enough samples."""
+    gaps: int
+    """Number of gaps since the stream was connected."""
+    offset_s: float | None
+    """Correction of the stream's clock [s]; absent before the first one."""
+    uncertainty_s: float | None
+    """Uncertainty of the correction [s]."""
+
+
 class MachineSnapshot(Settings):
     """State of the machine and of the person in it. Per-joint values have the order of `joints`."""
 
@@ -141,6 +159,7 @@ class MachineSnapshot(Settings):
 
     lateness: Lateness | None = None
     recorded: RecordingStatus | None = None
+    streams: tuple[StreamView, ...] = ()
     learning: Learning | None = None
     work: WorkProgress | None = None
     """Calibration or identification in progress."""

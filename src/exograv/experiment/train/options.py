@@ -19,6 +19,7 @@ from exograv.options import (
     OptionRecord,
     PersonCode,
     Seed,
+    StreamNames,
     Within,
     WornOptions,
     foreign_world,
@@ -27,6 +28,9 @@ from exograv.options import (
 IN_LOCK_STEP = Acts(
     lambda all_: not all_.is_on_drives or all_.virtual_clock, "on the twin, or on simulated drives with --virtual-clock"
 )
+
+
+AT_TERMINAL = Acts(lambda all_: all_.is_on_drives and not all_.virtual_clock, "on drives, without --virtual-clock")
 
 
 @dataclass(frozen=True)
@@ -64,7 +68,7 @@ class TrainOptions(WornOptions):
 
     side: OneSideOption = None
     seed: Annotated[Seed, Within(0, 2**31), ON_SIMULATED] = 0
-    donning: Annotated[Donning, IN_LOCK_STEP] = 0
+    donning: Annotated[Donning, ON_SIMULATED] = 0
     calibration: Path | None = None
     """File calibration.toml of this machine. Without it the twin is calibrated first; on drives it is the file in the
     folder of --out."""
@@ -88,8 +92,13 @@ class TrainOptions(WornOptions):
     resume: bool = False
     """Continue an interrupted run at the next window."""
 
-    lsl: Annotated[bool, IN_LOCK_STEP] = False
-    """Push every record as a marker into Lab Streaming Layer, with the computer's time and not the twin's."""
+    lsl: bool = False
+    """Publish markers over Lab Streaming Layer, on drives also joint state and torque. On the twin and a virtual clock
+    the markers have the computer's time."""
+
+    record_streams: Annotated[StreamNames, AT_TERMINAL] = ()
+    """Record the stream of another device with this name, or all streams of this type. Can be repeated. See `exograv
+    data streams`."""
 
     @property
     def name(self) -> str:

@@ -11,7 +11,7 @@ BATCH_PERIOD_S = 0.08
 """Period of methods that store their samples, as means [s]."""
 
 EARLY = 0.05
-"""Share of the period by which a sample may be early [-]: the 100 Hz of a log may be 101 Hz."""
+"""Share of the period by which a sample may be early [-], because a log of nominally 100 Hz may have 101 Hz."""
 
 
 class SamplePace:

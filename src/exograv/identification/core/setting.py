@@ -37,7 +37,7 @@ class Setting:
     such a method cannot know how little the robot differs from its unloaded log."""
 
     machine: Bool[np.ndarray, " parameter"]
-    """Parameters that stage 0 has identified; a method in stages keeps them."""
+    """Parameters that stage 0, the calibration of the machine, has identified; a method in stages keeps them."""
 
     discrepancy: Discrepancy | None = None
 

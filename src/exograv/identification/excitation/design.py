@@ -128,7 +128,7 @@ class Designer:
         return coefficients
 
     def starts(self, period_s: float, harmonics: int, count: int, seed: int) -> list[Start]:
-        """Draw `count` random starts, alternately with free harmonics and forth-and-back motions."""
+        """Draw `count` random motions from which the optimisation starts, free and forth-and-back ones in turn."""
         generator = np.random.default_rng(seed)
         bases = (harmonic(period_s, harmonics), forth_and_back(period_s, harmonics))
         return [(bases[k % 2], self.random_start(bases[k % 2], generator)) for k in range(count)]

@@ -112,12 +112,12 @@ class Recursive:
 
         Args:
             model: Torque model.
-            mean: Prior mean of the told parameters.
-            covariance: Prior covariance of the told parameters.
+            mean: Prior mean of the parameters that an estimate contains.
+            covariance: Prior covariance of these parameters.
             noise: Noise of the torque.
             bodies: Slices with the inertial parameters of the bodies.
             discrepancy: Model errors that repeat with the posture.
-            hidden: Prior of further parameters of the model, after the others, that are learned but not told.
+            hidden: Prior of further parameters of the model, which are learned but are not in an estimate.
         """
         self._told = len(mean)
         self._model, self._noise, self._discrepancy = model, noise, discrepancy

@@ -59,7 +59,7 @@ class AircraftFeed:
         )
 
     def __call__(self, t: float) -> tuple[Event, ...]:
-        """Accelerate the room for time `t` [s], and return the events that have arrived until then."""
+        """Apply the aircraft's acceleration of time `t` [s] to the twin; return the events received until `t`."""
         while self._next_flown is not None and self._begun + self._next_flown[0] <= t:
             self._twin.fly(self._level_axes @ np.array(self._next_flown[1].g))
             self._next_flown = next(self._flown, None)

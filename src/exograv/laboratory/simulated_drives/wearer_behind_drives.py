@@ -13,6 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from exograv.laboratory.amplifier.pulse_line import ToAmplifier
 from exograv.laboratory.attentive_wearer import AttentiveHold
 from exograv.laboratory.options import DriveSimOptions
 from exograv.laboratory.participant.habits import Habits
@@ -25,11 +26,25 @@ from exograv.results import json_value
 from exograv.rig.twin import Twin, day_seed
 from exograv.runtime.processes.line_socket import LinesListener
 from exograv.storage.session_checkpoint import LearnedState
-from exograv.task.participant_line import TO_PARTICIPANT, Contact, Introduced, Learned, Remember, Room, Seen, Touched
+from exograv.task.participant_line import (
+    TO_PARTICIPANT,
+    Contact,
+    Electrodes,
+    Introduced,
+    Learned,
+    Remember,
+    Room,
+    Seen,
+    Touched,
+)
 from exograv.task.protocol_schema import Protocol
 
 SWITCH_S = 5e-5
 """Time after which the planner's thread leaves the interpreter to the loop of the drives [s]."""
+
+
+FELT_EVERY_S = 0.02
+"""Time between two torques of the muscles that the electrodes of an amplifier feel [s]."""
 
 
 class WearerBehindDrives:
@@ -69,7 +84,8 @@ class WearerBehindDrives:
         self._panel = self._new_panel()
         self._pressed: tuple[float, float] | None = None
         """Pixel under the finger that is on the panel."""
-        self._left_at = -np.inf
+        self._left_at = self._felt_at = -np.inf
+        self._electrodes: ToAmplifier | None = None
         if not options.lock_step:
             self.person.rehearse()
             self.person.think = in_background()
@@ -129,9 +145,12 @@ class WearerBehindDrives:
         After the step the participant's clock shows the time of the measurement that answers the session, so that the
         session can convert the times.
         """
+        now = self.twin.t
+        if self._electrodes is not None and now - self._felt_at >= FELT_EVERY_S:
+            self._felt_at = now
+            self._electrodes.torque(self.twin.tau_voluntary.tolist())
         if not self._is_pointing:
             return
-        now = self.twin.t
         finger = self.twin.finger_on_screen()
         off = self._panel.feel(now, finger)
         if off is not None:
@@ -145,9 +164,11 @@ class WearerBehindDrives:
         """Close the line and its listener."""
         if self._line is not None:
             self._line.close()
+        if self._electrodes is not None:
+            self._electrodes.close()
         self._listener.close()
 
-    def _take(self, message: Seen | Room | Remember) -> None:
+    def _take(self, message: Seen | Room | Remember | Electrodes) -> None:
         match message:
             case Seen():
                 self._is_pointing = True
@@ -157,6 +178,8 @@ class WearerBehindDrives:
                 self.person.see(self.twin.t, message.picture)
             case Room():
                 self.twin.put_surroundings(message.is_there)
+            case Electrodes():
+                self._electrodes = ToAmplifier(message.port)
             case Remember():
                 self.person.remember(LearnedState.model_validate(message.learned))
 

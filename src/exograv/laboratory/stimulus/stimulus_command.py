@@ -1,16 +1,33 @@
 """`exograv dev stimulus`: a simulated participant at the real participant's page of a session."""
 
 import contextlib
+import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from pydantic import ValidationError
 
-from exograv.errors import RigError
+from exograv.errors import ConfigError, RigError
+from exograv.files import replace_file
+from exograv.laboratory.amplifier.pulse_line import ToAmplifier
 from exograv.laboratory.options import StimulusOptions
+from exograv.results import JsonObject
 from exograv.runtime.processes.line_socket import Lines, connected_lines
-from exograv.task.participant_line import TO_SESSION, Contact, Introduced, Room, Seen, ToParticipant, ToSession
+from exograv.storage.session_checkpoint import LearnedState
+from exograv.task.participant_line import (
+    TO_SESSION,
+    Contact,
+    Electrodes,
+    Introduced,
+    Learned,
+    Remember,
+    Room,
+    Seen,
+    ToParticipant,
+    ToSession,
+)
 
 from .devtools import chromium
 from .page import ParticipantPage, Sight
@@ -69,24 +86,51 @@ def run_stimulus(options: StimulusOptions, say: Callable[[str], object]) -> Stim
         with chromium(options.chromium) as browser:
             page = ParticipantPage(browser, options.link, form.panel_px)
             say(f"The page is open on a panel of {form.panel_px[0]} × {form.panel_px[1]} pixels.")
-            stimulus = Stimulus(lines, page, say, form.screen.pitch_x_mm)
-            with contextlib.suppress(KeyboardInterrupt):
-                while not stimulus.is_over:
-                    stimulus.step()
+            with contextlib.ExitStack() as stack:
+                amplifier = None
+                if options.amplifier is not None:
+                    amplifier = stack.enter_context(contextlib.closing(ToAmplifier(options.amplifier)))
+                    lines.send(Electrodes(port=options.amplifier).model_dump_json())
+                if options.memory is not None and options.memory.exists():
+                    lines.send(Remember(learned=_remembered(options.memory)).model_dump_json())
+                stimulus = Stimulus(lines, page, say, form.screen.pitch_x_mm, amplifier)
+                with contextlib.suppress(KeyboardInterrupt):
+                    while not stimulus.is_over:
+                        stimulus.step()
+                if options.memory is not None and stimulus.learned is not None:
+                    replace_file(options.memory, json.dumps(stimulus.learned))
             return stimulus.result
 
 
 class Stimulus:
     """Eyes and fingertip of the participant."""
 
-    def __init__(self, lines: Lines, page: ParticipantPage, say: Callable[[str], object], pitch_mm: float):
-        """Begin before the run; `say` shows a line, and `pitch_mm` is the true size of the panel's pixels [mm]."""
+    def __init__(
+        self,
+        lines: Lines,
+        page: ParticipantPage,
+        say: Callable[[str], object],
+        pitch_mm: float,
+        amplifier: ToAmplifier | None = None,
+    ):
+        """Begin before the run.
+
+        Args:
+            lines: Line to the participant's process.
+            page: Page of the participant.
+            say: Function that shows a line.
+            pitch_mm: True size of the panel's pixels [mm].
+            amplifier: Amplifier that gets a pulse at each touch; None without one.
+        """
+        self._amplifier = amplifier
         self._pitch_mm: float | None = pitch_mm
         self._lines, self._page, self._say = lines, page, say
         self._looked_at = self._saw_at = time.monotonic()
         self._sight: Sight | None = None
         self._is_in_room = self._is_pressing = False
         self.result = StimulusResult()
+        self.learned: JsonObject | None = None
+        """Skill of the participant as last told; None before."""
         self.is_over = False
         """True if the run is over, or the participant has gone."""
 
@@ -100,6 +144,8 @@ class Stimulus:
             message = _read(line)
             if isinstance(message, Contact):
                 self._touch(message)
+            elif isinstance(message, Learned):
+                self.learned = message.learned
         self.is_over = self.is_over or not self._lines.is_open
         now = time.monotonic()
         if now - self._looked_at >= LOOKS_EVERY_S and (sight := self._page.look()) is not None:
@@ -111,6 +157,8 @@ class Stimulus:
         if not contact.is_down:
             self._page.release()
             return
+        if self._amplifier is not None:
+            self._amplifier.pulse()
         self._page.press(contact.x_px, contact.y_px, contact.contact_px)
         self.result.made.append(MadeTouch(contact.t, time.monotonic(), contact.x_px, contact.y_px))
 
@@ -148,6 +196,13 @@ def _form(lines: Lines) -> Introduced:
             if isinstance(message, Introduced):
                 return message
     raise RigError("No participant has introduced itself. Start the session with --stimulus and this port first.")
+
+
+def _remembered(path: Path) -> JsonObject:
+    try:
+        return LearnedState.model_validate_json(path.read_text(encoding="utf-8")).model_dump()
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"{path} holds no skill of a participant. Delete it, or give another --memory.") from error
 
 
 def _read(line: str) -> ToSession:

@@ -15,11 +15,11 @@ class Pose(NamedTuple):
     p: Vector
 
     def of(self, point: Vector) -> Vector:
-        """Point of the frame [m] in the base."""
+        """Position in the base [m] of a point that is given in the frame [m]."""
         return self.R @ point + self.p
 
     def inverse_of(self, point: Vector) -> Vector:
-        """Point of the base [m] in the frame."""
+        """Position in the frame [m] of a point that is given in the base [m]."""
         return self.R.T @ (point - self.p)
 
 

@@ -53,7 +53,7 @@ class KeyboardOperator:
     _asked: tuple[str, float] | None = None
 
     def is_ready(self, mount: str, mass_kg: float) -> bool:
-        """Ask once; True if Enter has been pressed since."""
+        """Ask the operator once to prepare the weight; True if Enter has been pressed since then."""
         if self._asked != (mount, mass_kg):
             self._asked = mount, mass_kg
             what = f"hang {mass_kg:g} kg on '{mount}'" if mass_kg else f"take the weight off '{mount}'"

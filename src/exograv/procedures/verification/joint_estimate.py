@@ -44,7 +44,7 @@ class Unknowns:
 
     @classmethod
     def of(cls, arm: int, postures: int) -> "Unknowns":
-        """Set the slices, in the order of the fields."""
+        """Return the slices for `arm` parameters of the arm and this number of postures, in the order of the fields."""
         own, turning = arm + postures, arm + 2 * postures
         return cls(slice(0, arm), slice(arm, own), slice(own, turning), slice(turning, turning + 1))
 

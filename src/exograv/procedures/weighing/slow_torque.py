@@ -54,7 +54,7 @@ class Information:
 
 @dataclass(frozen=True)
 class Belief:
-    """Unknowns after the data, ξ ~ N(mean, covariance)."""
+    """Posterior distribution of the unknowns, ξ ~ N(mean, covariance)."""
 
     mean: Vector
     covariance: Matrix

@@ -12,6 +12,7 @@ from exograv.recording.messages import StreamNote
 from exograv.runtime.processes.shared_memory import Ring
 
 from .blocks import BLOCK, SAMPLES, SLOTS, block
+from .quality import StreamQuality
 from .stream_reader import StreamReader
 from .streams import FoundStream, choose, formats
 
@@ -92,7 +93,7 @@ class _Line:
 
         return hand
 
-    def note(self, message: StreamNote | str | None) -> None:
+    def note(self, message: StreamNote | StreamQuality | str | None) -> None:
         """Send a message to the parent; None is the last one."""
         with self._lock:
             self._parent.send(message)

@@ -16,6 +16,7 @@ from exograv.runtime.processes.supervisor import EXIT_S, Supervisor
 from .blocks import BLOCK, DATA_BYTES, SLOTS, RecordedDevices
 from .library import require_lsl
 from .listener import END_MAX_S, ListenerJob, listen
+from .quality import StreamCondition, StreamQuality
 from .streams import FoundStream, formats
 
 FIND_S = 10.0
@@ -45,6 +46,28 @@ class ListenedStream:
     silent: int
 
 
+@dataclass(frozen=True)
+class StreamState:
+    """State of one stream during a run."""
+
+    name: str
+    type: str
+    nominal_rate_Hz: float
+    """Rate in the stream's own description [1/s]; 0 for a stream without one."""
+    condition: StreamCondition
+    quality: StreamQuality | None
+    """Quality of the present connection; None before its first report."""
+
+
+CONDITIONS = {
+    "connected": StreamCondition.RECORDED,
+    "resumed": StreamCondition.RECORDED,
+    "silent": StreamCondition.SILENT,
+    "lost": StreamCondition.LOST,
+}
+"""Conditions of a stream, by the kind of the last message of `/stream`."""
+
+
 class Listening:
     """Listener of a run; it records from `begin` to `finish`. `with Listening(...) as listening:`."""
 
@@ -64,6 +87,7 @@ class Listening:
         self._job = ListenerJob(self._ring.name, tuple(wanted), within_s)
         self._connections, self._record = Counter[str](), None
         self._notes = Counter[str]()
+        self._conditions, self._qualities = dict[str, StreamCondition](), dict[str, StreamQuality]()
         self._heard_s = self._checked_s = 0.0
         self._patience_s, self._has_given_up = START_MAX_S, False
         self._child = Supervisor("listener", listen, self._job, RESTARTS_MAX)
@@ -127,6 +151,19 @@ class Listening:
             for stream, kind in zip(self.found, self.devices.streams, strict=True)
         ]
 
+    def states(self) -> tuple[StreamState, ...]:
+        """Return condition and quality of each stream as last reported."""
+        return tuple(
+            StreamState(
+                stream.name,
+                stream.type,
+                stream.rate_Hz,
+                self._conditions.get(kind.topic, StreamCondition.AWAITED),
+                self._qualities.get(kind.topic),
+            )
+            for stream, kind in zip(self.found, self.devices.streams, strict=True)
+        )
+
     def close(self) -> None:
         """End the listener and release the shared memory."""
         self.finish()
@@ -174,10 +211,16 @@ class Listening:
                 return True
             if isinstance(word, StreamNote):
                 self._take(word)
+            elif isinstance(word, StreamQuality):
+                self._qualities[word.topic] = word
         return False
 
     def _take(self, note: StreamNote) -> None:
         if self._record is not None:
             self._connections[note.topic] = note.connection
             self._notes[f"{note.topic} {note.kind}"] += 1
+            if note.kind in CONDITIONS:
+                self._conditions[note.topic] = CONDITIONS[note.kind]
+            if note.kind == "connected":
+                self._qualities.pop(note.topic, None)
             self._record("/stream", 0.0, json_value(note))

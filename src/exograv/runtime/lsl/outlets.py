@@ -58,7 +58,8 @@ class Outlets:
         Raises:
             ConfigError: LSL is not installed.
         """
-        self._job, self._waiting = job, list[np.void]()
+        self._waiting = list[tuple[float, str]]()
+        """Markers that wait for a tick: time on the rig's clock [s] and text."""
         self._numbers = [_numbers(job, columns) for columns in STREAMS]
         self._markers = marker_outlet(job)
 
@@ -71,7 +72,9 @@ class Outlets:
             RuntimeError: The library has failed.
         """
         ticks = ticks[np.isfinite(ticks["monotonic"])]
-        self._waiting += list(events)
+        for row in events:
+            kind, text = (bytes(row[name]).decode(errors="replace") for name in ("kind", "text"))
+            self.mark(float(row["t"]), f"{kind}: {text}")
         if not len(ticks):
             return
         stamps = (ticks["monotonic"] + (ticks["t"] - ticks["now"])).tolist()
@@ -79,11 +82,14 @@ class Outlets:
             outlet.push_chunk(samples(ticks, columns.fields), stamps)
         self._push_markers(ticks)
 
+    def mark(self, t: float, text: str) -> None:
+        """Send a marker of the time `t` on the rig's clock [s], with the next ticks."""
+        self._waiting.append((t, text))
+
     def _push_markers(self, ticks: np.ndarray) -> None:
-        while self._waiting and (later := int(np.searchsorted(ticks["now"], self._waiting[0]["t"]))) < len(ticks):
-            row, tick = self._waiting.pop(0), ticks[later]
-            kind, text = (bytes(row[name]).decode(errors="replace") for name in ("kind", "text"))
-            self._markers.push_sample([f"{kind}: {text}"], float(tick["monotonic"] + (row["t"] - tick["now"])))
+        while self._waiting and (later := int(np.searchsorted(ticks["now"], self._waiting[0][0]))) < len(ticks):
+            (t, text), tick = self._waiting.pop(0), ticks[later]
+            self._markers.push_sample([text], float(tick["monotonic"] + (t - tick["now"])))
 
 
 def marker_outlet(job: OutletsJob):

@@ -11,12 +11,14 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from exograv.recording.messages import StreamNote
 from exograv.recording.stream_block import StreamBlock, packed, packed_size
 
 from .blocks import CORRECTED, CORRECTION_ROW, DATA_BYTES, SAMPLES
 from .library import lsl
+from .quality import StampWatch, StreamQuality
 from .streams import LOOK_S, FoundStream
 
 POLL_S = 0.02
@@ -40,7 +42,7 @@ KEPT_S = 360
 Hand = Callable[[int, float, bytes], bool]
 """Callback that receives kind, CLOCK_MONOTONIC [s] and data of a block. It returns True if there was room."""
 
-Note = Callable[[StreamNote], object]
+Note = Callable[[StreamNote | StreamQuality], object]
 
 
 class StreamReader:
@@ -52,6 +54,7 @@ class StreamReader:
         self._hand, self._note = hand, note
         self._samples = _Samples(found)
         self._uid = ""
+        self._watch, self._clock = StampWatch(found.rate_Hz), None
 
     def run(self, over: threading.Event) -> None:
         """Record until `over` is set."""
@@ -80,6 +83,7 @@ class StreamReader:
             xml = inlet.info(CORRECTION_WITHIN_S).as_xml()
             self._uid = there[0].uid()
             self._connection += 1
+            self._watch, self._clock = StampWatch(self._found.rate_Hz), None
             self._correct(inlet)  # before samples come, because the first correction takes long
             inlet.open_stream(CORRECTION_WITHIN_S)
         except (TimeoutError, LostError):
@@ -106,6 +110,7 @@ class StreamReader:
                 if now - corrected > CORRECTION_S:
                     corrected = now
                     self._correct(inlet)
+                    self._note(self._quality())
             self._pull(inlet)
         except LostError:
             raise _GoneError("its program has closed it or ended") from None
@@ -115,6 +120,7 @@ class StreamReader:
         came = False
         while True:
             count = self._samples.pull(inlet)
+            self._watch.see(self._samples.newest(count))
             came = came or count > 0
             is_due = self._samples.is_full or time.monotonic() - self._samples.since > BLOCK_S
             if (is_due and not self._flush()) or not count:
@@ -137,8 +143,13 @@ class StreamReader:
         asked = time.monotonic()
         measured = time_correction(inlet, CORRECTION_WITHIN_S)
         if measured is not None:
+            self._clock = measured
             row = np.array([(self._connection, asked, time.monotonic(), *measured)], CORRECTION_ROW)
             self._hand(CORRECTED, asked, row.tobytes())
+
+    def _quality(self) -> StreamQuality:
+        watch, (offset, _, uncertainty) = self._watch, self._clock or (None, None, None)
+        return StreamQuality(self._topic, watch.samples, watch.rate_Hz, watch.gaps, offset, uncertainty)
 
     def _look_elsewhere(self) -> None:
         """Raise `_GoneError` if the device now publishes another outlet.
@@ -196,6 +207,10 @@ class _Samples:
             self.since = min(self.since, self._received)
         self.count += len(stamps)
         return len(stamps)
+
+    def newest(self, count: int) -> Float[np.ndarray, " sample"]:
+        """Return the stamps of the newest samples [s]."""
+        return self._stamps[self.count - count : self.count]
 
     def block(self, connection: int) -> StreamBlock:
         """Return a block of all waiting samples."""

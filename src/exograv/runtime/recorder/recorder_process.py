@@ -1,8 +1,8 @@
 """Recorder process: reads the rings and writes the file; also the types that both sides share."""
 
 import contextlib
+import json
 import time
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -38,8 +38,8 @@ EVENT = np.dtype([("t", "<f8"), ("kind", "S32"), ("text", "S480")])
 PHASE = "phase"
 """Kind of event that begins a phase with its text as name; it goes to `/phase`, all others to `/event`."""
 
-TOLD = ("/control", "/stream", "/page")
-"""Topics whose messages come from the parent."""
+MARKED = "/task"
+"""Topic of the records of a task, each of which is also published as a marker."""
 
 PUBLISH_EVERY_S = 0.01
 """Largest delay of published ticks, without the network [s]."""
@@ -183,15 +183,18 @@ class _Desk:
             events.acknowledge(self._events_written())
         self._ticks, self._events = job.inlet.ticks(), job.inlet.events()
         self._intake = None if job.devices is None else BlockIntake(job.devices, self._writer, has_rig=bool(job.joints))
-        self._known = Counter({topic: self._writer.count(topic) for topic in TOLD})
+        self._known = dict[str, int]()
+        """Number of messages of the parent that the file holds from an earlier recorder, by topic."""
         self._outlets = None if job.outlets is None else Outlets(job.outlets)
         self._say()
 
     def note(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
         """Record a message from the parent, unless the file has it: each recorder of a file receives all messages."""
-        if self._known[topic] > 0:
+        if self._known.setdefault(topic, self._writer.count(topic)) > 0:
             self._known[topic] -= 1
         else:
+            if topic == MARKED and self._outlets is not None:
+                self._outlets.mark(t, json.dumps(message["record"]))
             if self._intake is not None and "monotonic" in message:
                 t = self._intake.rig_time(message["monotonic"])
             self._writer.write(topic, t, message)

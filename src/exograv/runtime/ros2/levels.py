@@ -9,7 +9,7 @@ EVERY_S = 1.0
 
 
 class Levels:
-    """Levels of one run. The guard has the final decision."""
+    """Check of the gravity levels that are requested in one run. The guard has the final decision."""
 
     def __init__(self, accepts: bool):
         """Start without a request.

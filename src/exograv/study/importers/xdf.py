@@ -21,7 +21,7 @@ import pyxdf
 from pydantic import ValidationError
 
 from exograv.errors import RecordingError
-from exograv.study.sync import GAP_PERIODS
+from exograv.recording.stream_block import GAP_PERIODS
 from exograv.task.records import RECORD
 
 from .imported_session import Imported, StatedSession, counted, sentences, totals

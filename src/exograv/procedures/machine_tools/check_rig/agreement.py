@@ -110,7 +110,7 @@ def _examine_angles(description: RigDescription, tree: Tree, findings: CheckFind
 
 
 def _postures(description: RigDescription) -> dict[str, Float[np.ndarray, "posture joint"]]:
-    """All postures that the file names [°], by their names in messages."""
+    """Postures of `rig.toml` [°], by the name that a message gives them."""
     settings = description.settings
     box = settings.task_workspace
     postures = {"donning": [settings.donning.posture_deg], "task_workspace": [box.lower_deg, box.upper_deg]}

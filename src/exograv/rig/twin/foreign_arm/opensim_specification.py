@@ -181,7 +181,7 @@ def _directions(arm: _Arm, joint: OsimJoint, turned: Float[np.ndarray, "3 3"]) -
 
 
 def _put_coupling(arm: _Arm, name: str, axis: Axis, is_own: bool) -> None:
-    """Let a joint follow the coordinate that determines it; a joint that is that coordinate follows none."""
+    """Couple a joint to the coordinate that determines its position, unless the joint is this coordinate."""
     drive = arm.kinematics.drive(axis.coordinate)
     identity = Polynomial([0.0, 1.0])
     law = after(identity if is_own else axis.function, drive.law or identity)

@@ -27,7 +27,7 @@ STOP_FOLDS_MAX = 6.0
 SHIFT_TABLE = np.array([[30.0, 12.0], [60.0, 25.0], [90.0, 39.0], [120.0, 54.0], [150.0, 70.0]])
 """Shift of the shoulder centre from rest [mm] at an elevation [°].
 
-Source: computed from a published shoulder rhythm.
+Computed from a published model of the motion of clavicle and scapula with the arm (unverified).
 """
 
 # Near the hanging arm, elevation has a corner, because every direction away from it is upwards. A radius of 0.1 rad

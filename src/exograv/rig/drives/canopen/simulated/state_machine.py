@@ -36,7 +36,7 @@ TRANSITIONS = {
         S.OPERATION_ENABLED: S.QUICK_STOP_ACTIVE,
     },
 }
-"""Transitions from state to state, by command: 2 to 12 of the standard; 1 and 13 to 15 are below."""
+"""New state by command and state: transitions 2 to 12 of CiA 402. `StateMachine` makes transitions 1 and 13 to 15."""
 
 COMMANDS = (
     (0x82, 0x00, "disable voltage"),

@@ -1,0 +1,104 @@
+"""Signals at the electrodes of a simulated amplifier: EEG at rest, EMG of the muscles' torque, and a trigger channel.
+
+The signals have the form of real ones (spectrum, size, growth with effort), so that recording, export and analysis can
+be tried. They model no brain, and EMG follows the torque of a freedom and not a muscle.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+
+Signals = Float[np.ndarray, "sample channel"]
+Times = Float[np.ndarray, " sample"]
+
+EEG_HZ, EMG_HZ = 250.0, 1000.0
+EEG_LABELS = ("Fz", "C3", "Cz", "C4", "P3", "Pz", "P4", "Oz")
+TRIGGER = "TRIG"
+"""Name of the channel that is 1 in the sample in which a pulse begins, and 0 otherwise."""
+
+EEG_SD_uV, ALPHA_HZ, ALPHA_uV = 10.0, 10.0, 8.0
+"""Standard deviation of the background, and the alpha rhythm: order of resting EEG, assumed."""
+
+BACKGROUND_S = 0.05
+"""Correlation time of the background [s], assumed: power falls above 3 Hz."""
+
+EMG_REST_uV, EMG_uV_PER_NM = 3.0, 15.0
+"""Standard deviation of surface EMG at rest, and its growth with torque: order of surface EMG, assumed."""
+
+LINE_HZ, LINE_uV = 50.0, 2.0
+"""Interference of the mains in each channel, assumed."""
+
+
+@dataclass
+class Pulses:
+    """Pulses on the trigger channel, which may be announced shortly before or after their sample was due."""
+
+    _waiting: list[float] = field(default_factory=list)
+
+    def add(self, t: float) -> None:
+        """Add a pulse at the time `t` [s]."""
+        self._waiting.append(t)
+
+    def in_samples(self, times: Times) -> Times:
+        """Return the channel: a pulse is in the first sample at or after it."""
+        found = np.zeros(len(times))
+        late = list[float]()
+        for t in self._waiting:
+            sample = int(np.searchsorted(times, t))
+            if sample < len(times):
+                found[sample] = 1.0
+            else:
+                late.append(t)
+        self._waiting = late
+        return found
+
+
+class EegElectrodes:
+    """EEG of a person at rest [µV]; its last channel is the trigger."""
+
+    labels = (*EEG_LABELS, TRIGGER)
+
+    def __init__(self, random: np.random.Generator):
+        """Begin with a background of this generator."""
+        self._random, self._before = random, EEG_SD_uV * random.standard_normal(len(EEG_LABELS))
+        self.pulses = Pulses()
+
+    def samples(self, times: Times) -> Signals:
+        """Return the next samples at the times [s]."""
+        stays = np.exp(-1.0 / (EEG_HZ * BACKGROUND_S))
+        steps = EEG_SD_uV * np.sqrt(1.0 - stays**2) * self._random.standard_normal((len(times), len(EEG_LABELS)))
+        background = np.empty_like(steps)
+        for k, step in enumerate(steps):
+            self._before = background[k] = stays * self._before + step
+        rhythm = ALPHA_uV * np.sin(2.0 * np.pi * ALPHA_HZ * times)[:, None] * np.linspace(0.2, 1.0, len(EEG_LABELS))
+        return np.column_stack([background + rhythm + _mains(times), self.pulses.in_samples(times)])
+
+
+class EmgElectrodes:
+    """Surface EMG [µV], a channel per freedom of the arm; its size grows with the muscles' torque."""
+
+    def __init__(self, random: np.random.Generator, channels: int):
+        """Begin with muscles at rest."""
+        self._random, self._torque_Nm = random, np.zeros(channels)
+        self.pulses = Pulses()
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the channels."""
+        return (*(f"EMG{k + 1}" for k in range(len(self._torque_Nm))), TRIGGER)
+
+    def feel(self, torque_Nm: Float[np.ndarray, " freedom"]) -> None:
+        """Take the torque of the muscles from now on [N·m]."""
+        count = min(len(torque_Nm), len(self._torque_Nm))
+        self._torque_Nm[:count] = torque_Nm[:count]
+
+    def samples(self, times: Times) -> Signals:
+        """Return the next samples at the times [s]."""
+        size = EMG_REST_uV + EMG_uV_PER_NM * np.abs(self._torque_Nm)
+        noise = size * self._random.standard_normal((len(times), len(size)))
+        return np.column_stack([noise + _mains(times), self.pulses.in_samples(times)])
+
+
+def _mains(times: Times) -> Float[np.ndarray, "sample one"]:
+    return LINE_uV * np.sin(2.0 * np.pi * LINE_HZ * times)[:, None]
