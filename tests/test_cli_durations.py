@@ -21,6 +21,7 @@ LONGER = {
     "arm identify": (["--seconds", "60"], ["--seconds", "60", "--realtime"]),
     "doctor": ([], ["--loop", "30"]),
     "rig calibrate": (["--recheck"], []),
+    "rig test": (["recupera_like", "--simulate"], ["recupera_like_7", "--simulate"]),
     "rig motion": (["--seconds", "10"], ["--seconds", "60"]),
     "run live": (["--seconds", "10"], ["--seconds", "10", "--identify", "60"]),
     "run train": (["--windows", "1"], ["--windows", "2"]),
@@ -82,6 +83,26 @@ def test_the_example_study_is_expected_to_take_as_long_as_it_was_measured(monkey
     expected_s = DURATIONS["study example"](parsed("study example", ["--participants", "6,0"]))
     assert expected_s is not None
     assert measured_s / 1.5 < expected_s < 1.5 * measured_s
+
+
+@pytest.mark.parametrize(
+    ("path", "words", "measured_s"),
+    [
+        ("rig test", ["recupera_like_7", "--simulate"], 85.0),
+        ("rig calibrate", ["recupera_like_7", "--simulate"], 92.0),
+        ("run live", ["recupera_like_7", "--simulate", "--identify", "20"], 107.0),
+        ("run live", ["recupera_like", "--simulate", "--identify", "20"], 53.0),
+        ("run support-level", [], 30.0),
+    ],
+)
+def test_durations_on_simulated_drives_are_those_that_were_measured(path: str, words: list[str], measured_s: float):
+    expected_s = DURATIONS[path](parsed(path, words))
+    assert expected_s is not None
+    assert measured_s / 1.2 < expected_s < 1.2 * measured_s
+
+
+def test_a_machine_that_cannot_be_read_is_refused_by_the_command_and_not_by_its_duration(tmp_path):
+    assert DURATIONS["rig test"](parsed("rig test", [str(tmp_path / "nothing"), "--simulate"]))
 
 
 def test_a_file_that_vanishes_while_the_duration_is_estimated_ends_no_command(tmp_path, monkeypatch):

@@ -12,7 +12,7 @@ import pytest
 
 from exograv.errors import ConfigError
 from exograv.laboratory.options import DriveSimOptions
-from exograv.laboratory.simulated_drives.drive_sim import _wiring, run_drive_sim
+from exograv.laboratory.simulated_drives.drive_sim import _plant, _wiring, run_drive_sim
 from exograv.model.description import load_rig
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.rig.drives.settings import load_drives
@@ -80,3 +80,14 @@ def test_simulated_drives_that_keep_time_give_their_rights_back(tmp_path: Path, 
         monkeypatch.setattr("sys.stdin", io.StringIO("quit\n"))
         run_drive_sim(DriveSimOptions(lock_step=lock_step), tmp_path, lambda _: None)
     assert asked == [(min(os.sched_getaffinity(0)),), ()]
+
+
+@pytest.mark.parametrize("rig", ["recupera_like", "recupera_like_7"])
+def test_a_wearer_who_holds_the_arm_does_not_shake_it(rig: str, tmp_path: Path):
+    description = load_rig(rig)
+    drives = load_drives(written(tmp_path, description), description)
+    plant = _plant(DriveSimOptions(rig=rig, worn=True), description, drives, {})
+    begin = plant.measured.q
+    for _ in range(200):
+        plant.step()
+        assert np.abs(plant.measured.q - begin).max() < np.deg2rad(3.0)

@@ -1,10 +1,14 @@
 """The parent ends a guard whose loop stands still, and no guard whose ticks only find no room in the recording."""
 
 from dataclasses import dataclass
+from typing import cast
 
 import pytest
 
-from exograv.live.live_processes import ENABLES_S, HANGS_S, GuardWatch
+from exograv.live.guard_job import GuardJob, GuardReport
+from exograv.live.live_processes import ENABLES_S, HANGS_S, GuardWatch, _watched
+from exograv.runtime.control_loop.guard_commands import GuardLine
+from exograv.runtime.processes.supervisor import Supervisor
 
 
 @dataclass
@@ -57,3 +61,39 @@ def test_a_loop_that_stands_still_is_ended_after_its_limit(clock: Clock, offered
     clock.now = 1.1 * limit_s
     watch.check()
     assert loop.killed == 1
+
+
+@dataclass
+class Guard:
+    """Mock of the guard's process, which reports after some words of silence."""
+
+    clock: Clock
+    silences: int
+    has_hung_up: bool = False
+
+    def next_word(self, _seconds: float) -> GuardReport | None:
+        self.clock.now += 5.0
+        self.silences -= 1
+        return cast(GuardReport, object.__new__(GuardReport)) if self.silences < 0 else None
+
+
+class Line:
+    """Mock of the line to the guard."""
+
+    def replies(self) -> list[object]:
+        return []
+
+    def beat(self) -> None:
+        pass
+
+
+def test_the_progress_of_a_loop_is_its_share_of_ticks_and_not_of_seconds(clock: Clock):
+    loop, shown = Loop(), list[float]()
+
+    def show(_phase: str, share: float) -> None:
+        shown.append(share)
+        loop.offered += 100
+
+    guard, line = cast(Supervisor[GuardJob], Guard(clock, 4)), cast(GuardLine, Line())
+    _watched(guard, line, (), show, lambda: loop.offered / 400, lambda _: None)
+    assert shown == [0.0, 0.25, 0.5, 0.75]

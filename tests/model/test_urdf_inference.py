@@ -17,6 +17,7 @@ def test_the_guesses_are_what_the_rig_file_says(rig: str, side: Side):
     tree = read_exoskeleton(description)
     assert side_of(tree) == side
     assert tuple(place_of(name) for name in tree.joint_names) == description.places
+    assert tuple(one.place for arm in arms(tree) for one in arm.places) == description.places
     cuffs = []
     for arm, arm_side in zip(arms(tree), description.arm_sides, strict=True):
         assert arm.shoulder_centre == description.shoulder_centre(arm_side)

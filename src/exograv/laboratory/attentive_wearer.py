@@ -8,7 +8,7 @@ from exograv.rig.twin import Twin
 from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics
 from exograv.safety.modes import RAMP_IN_S, RAMP_OUT_S, Mode
 
-from .cooperative_wearer import DAMPING, LET_GO_S, STIFFNESS, TwinProxy
+from .cooperative_wearer import LET_GO_S, TwinProxy, grip_torque
 from .virtual_laboratory import VirtualLaboratory
 
 
@@ -57,7 +57,7 @@ class AttentiveHold:
             self._twin.tau_voluntary[:] = 0.0
             return
         truth = self._twin.truth
-        held = STIFFNESS * (self._q - truth.q_arm) - DAMPING * truth.v_arm
+        held = grip_torque(self._q, truth.q_arm, truth.v_arm)
         self._twin.tau_voluntary[:] = (1.0 - self._given) * self._weight + self._grip * held
 
 

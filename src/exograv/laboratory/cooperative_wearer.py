@@ -1,23 +1,51 @@
 """Virtual wearer who holds up the own arm until the machine carries it, and then relaxes."""
 
+import functools
 import math
 from collections.abc import Callable
-from functools import partial
 from types import TracebackType
 
 import numpy as np
 
 from exograv.rig.twin import Twin
+from exograv.rig.twin.behaviour.acting_wearer import PerFreedom, usual_physiology
 from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics
 from exograv.safety.modes import RAMP_IN_S, REST_BEFORE_RAMP_S
 from exograv.signals import Command, JointState
 
 from .virtual_laboratory import VirtualLaboratory
 
-STIFFNESS, DAMPING = 30.0, 3.0
-"""Stiffness and damping of an arm that is held still [N·m/rad, N·m·s/rad]: a tenth of the maximum (assumed)."""
+STIFFNESS_MAX, DAMPING_MAX = 30.0, 3.0
+"""Stiffness and damping of a shoulder or elbow that is held still [N·m/rad, N·m·s/rad]: a tenth of the maximum
+(assumed)."""
+
+STIFFNESS_SHARE, DAMPING_SHARE = 2.5, 3.0
+"""Stiffness and damping of a joint that is held still, relative to usual ones, up to the maximum [-]. They limit the
+small joints only: 3 N·m·s/rad at a forearm of 0.001 kg·m² would be unstable at the twin's period."""
 
 LET_GO_S = 1.0
+
+
+def grip_torque(q_held: PerFreedom, q: PerFreedom, v: PerFreedom) -> PerFreedom:
+    """Muscle torque (freedom,) that pulls an arm back to the posture in which it is held [N·m].
+
+    Args:
+        q_held: Posture in which the arm is held [rad].
+        q: Joint position [rad].
+        v: Joint velocity [rad/s].
+    """
+    stiffness, damping = grip_impedance(len(q))
+    return stiffness * (q_held - q) - damping * v
+
+
+@functools.cache
+def grip_impedance(freedoms: int) -> tuple[PerFreedom, PerFreedom]:
+    """Return stiffness [N·m/rad] and damping [N·m·s/rad] of an arm that is held still, or of two arms."""
+    usual = usual_physiology(freedoms)
+    return (
+        np.minimum(STIFFNESS_MAX, STIFFNESS_SHARE * usual.stiffness),
+        np.minimum(DAMPING_MAX, DAMPING_SHARE * usual.damping),
+    )
 
 
 class ArmHold:
@@ -47,7 +75,7 @@ class ArmHold:
         given = 0.5 - 0.5 * math.cos(math.pi * min(max(passed / self._for, 0.0), 1.0))
         grip = 1.0 - min(max((passed - self._for) / LET_GO_S, 0.0), 1.0)
         truth = self._twin.truth
-        held = STIFFNESS * (self._q - truth.q_arm) - DAMPING * truth.v_arm
+        held = grip_torque(self._q, truth.q_arm, truth.v_arm)
         self._twin.tau_voluntary[:] = (1.0 - given) * self._weight + grip * held
         self._holds = grip > 0.0
 
@@ -125,7 +153,7 @@ class CooperativeWearer(TwinProxy):
 
 def cooperative_machine(laboratory: VirtualLaboratory, seed: int, t: float) -> Callable[[], CooperativeWearer]:
     """Return a function that makes the cooperative twin in the process that owns it."""
-    return partial(cooperative_twin, laboratory, seed, t)
+    return functools.partial(cooperative_twin, laboratory, seed, t)
 
 
 def cooperative_twin(laboratory: VirtualLaboratory, seed: int, t: float) -> CooperativeWearer:

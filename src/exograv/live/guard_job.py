@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from exograv.errors import ExogravError
 from exograv.rig import Rig
 from exograv.runtime.clock.realtime import Rights
 from exograv.runtime.clock.timing import PERIOD_NS, Timing
@@ -107,6 +108,7 @@ def answer_by_ns(period_ns: int, is_native: bool = False) -> int:
 
 
 def reported(error: Exception) -> str:
-    """Print the traceback of an error in the guard's process, and return the line for the recording."""
-    traceback.print_exception(error)
+    """Return the line for the recording on an error of the guard; print the traceback of an unforeseen error."""
+    if not isinstance(error, ExogravError):
+        traceback.print_exception(error)
     return f"The guard had an internal error and lets the arm down: {type(error).__name__}: {error}"

@@ -107,6 +107,7 @@ class GuardLoop:
         self._modes: list[tuple[str, float]] = []
         self._unanswered = self._silent = self._started_ns = 0
         self._has_begun = self._was_stopped = False
+        self._started_t = 0.0
         self._lost, self.failure, self._drift_known = 0, "", 0
         # A latch of a real machine ends the run: the operator inspects the machine and repeats its self-test first.
         self._ends_stopped = may_be_worn(self.rig)
@@ -181,7 +182,7 @@ class GuardLoop:
         if not self._has_begun:
             # Begin at the present motor torque, in the recorded form, so that a replay begins at the same value.
             self._guard.envelope.begin(self._gain * state.current)
-            self._has_begun, self._started_ns = True, woken
+            self._has_begun, self._started_ns, self._started_t = True, woken, now
         # Taken next to `now`: each recorded tick pairs the two clocks.
         self._row["monotonic"] = 1e-9 * time.monotonic_ns()
         decision = self._step.take(state, now, self)
@@ -259,11 +260,15 @@ class GuardLoop:
     def _enter(self, mode: int, now: float) -> None:
         if mode != self._mode:
             self._mode, self._phase, name = mode, self._phase + 1, self._job.mode_names[mode]
-            self._modes.append((name, 1e-9 * (time.monotonic_ns() - self._started_ns)))
+            self._modes.append((name, self._passed_s(now)))
             self._events.put(event(now, PHASE, name))
             self._announce(name)
             if text := self._job.notes.get(name):
                 self._note(now, text)
+
+    def _passed_s(self, now: float) -> float:
+        """Return the time since the first tick [s], on the clock of drives that wait or of this computer."""
+        return now - self._started_t if self._is_awaited else 1e-9 * (time.monotonic_ns() - self._started_ns)
 
     def _look_for_drift(self, now: float, answer: np.void) -> None:
         """Record a new finding of control's drift monitor, and let the arm down if it has to."""
@@ -283,7 +288,7 @@ class GuardLoop:
         was_stopped = self._was_stopped
         self._was_stopped = stop is not None
         if stop is not None and not was_stopped:
-            self._latches.append(StopLatch(stop.value, period, 1e-9 * (time.monotonic_ns() - self._started_ns)))
+            self._latches.append(StopLatch(stop.value, period, self._passed_s(now)))
             self._events.put(event(now, "stop", stop.value))
             self.hearing.latched()
 

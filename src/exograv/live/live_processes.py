@@ -164,7 +164,7 @@ def fly(
         pids = {"guard": guard, "control": control, "recorder": recorder}
         footprint = Footprint({"session": os.getpid} | {name: partial(_pid, one) for name, one in pids.items()})
         others = (GuardWatch(guard.kill, recorder.offered), recorder, control, worker, footprint, listening, ros2)
-        report = _watched(guard, line, others, progress, seconds, hears)
+        report = _watched(guard, line, others, progress, lambda: recorder.offered() / job.periods, hears)
         wall_s = time.monotonic() - begun
         if worker is not None:
             worker.note()
@@ -276,11 +276,14 @@ def _watched(
     line: GuardLine,
     others: Sequence[WatchedProcesses | None],
     progress: Progress,
-    seconds: float,
+    done: Callable[[], float],
     hears: Callable[[object], object],
 ) -> GuardReport:
-    """Watch the processes while the loop runs. Ctrl-C presses Stop: the machine lowers the arm before the end."""
-    begun = checked = time.monotonic()
+    """Watch the processes while the loop runs. Ctrl-C presses Stop: the machine lowers the arm before the end.
+
+    `done` returns the share of the ticks so far: the time of drives that wait is not that of the clock.
+    """
+    checked = time.monotonic()
     while True:
         try:
             word = guard.next_word(REPLY_S)
@@ -300,7 +303,7 @@ def _watched(
             for other in others:
                 if other is not None:
                     other.check()
-            progress("Floating live", min((now - begun) / seconds, 1.0))
+            progress("Floating live", min(done(), 1.0))
         except KeyboardInterrupt:
             with contextlib.suppress(OSError):  # a guard that takes nothing any more misses the signs of life, too
                 line.send(ENDS)

@@ -1,6 +1,7 @@
 """Inference from a URDF: side of the arm, place of each joint, and meeting point of the shoulder axes."""
 
 from dataclasses import dataclass
+from itertools import repeat
 
 import casadi as ca
 import numpy as np
@@ -22,6 +23,7 @@ CUFF_WORDS = ("cuff", "strap", "brace", "orthosis", "handle", "interface")
 MEET_M = 0.005
 """Largest distance of axes from a common point at which they count as meeting there [m]."""
 SAME_M = 0.001
+SHOULDER_AXES = 3
 
 Point = Float[np.ndarray, " 3"]
 
@@ -33,6 +35,19 @@ class Length:
     joint: str
     axis: str
     metres: float
+
+
+@dataclass(frozen=True)
+class PlaceGuess:
+    """Place of a joint along the arm."""
+
+    place: Place | None
+    """None if neither name nor position of the joint tells."""
+
+    reason: str
+
+
+UNKNOWN = PlaceGuess(None, "")
 
 
 @dataclass(frozen=True)
@@ -53,6 +68,15 @@ class ArmGuess:
     """Links with names of cuffs, nearest to the shoulder first."""
 
     upper_arm: Length | None
+
+    places: tuple[PlaceGuess, ...]
+    """Place of each of the arm's joints."""
+
+    @property
+    def wrist_joints(self) -> int | None:
+        """Number of joints beyond the elbow; None if the place of a joint is not known."""
+        places = [guess.place for guess in self.places]
+        return None if None in places else places.count("wrist")
 
 
 def place_of(name: str) -> Place | None:
@@ -85,9 +109,34 @@ def _arm(tree: Tree, side: ArmSide | None, joints: tuple[int, ...]) -> ArmGuess:
     poses = body_poses(tree, ca.SX.zeros(len(tree.joints)))
     axes = [np.array(ca.evalf(poses[i].R)) @ tree.joints[i].axis for i in joints]
     points = [np.array(ca.evalf(poses[i].p)).ravel() for i in joints]
-    meeting = _meeting_point(axes[:3], points[:3]) if len(joints) >= 3 else None
+    meeting = _meeting_point(axes[:SHOULDER_AXES], points[:SHOULDER_AXES]) if len(joints) >= SHOULDER_AXES else None
     centre = None if meeting is None else _fixed_link(tree, meeting, side)
-    return ArmGuess(side, joints, meeting, centre, _cuffs(tree, side, joints), _upper_arm(tree, joints))
+    length = _upper_arm(tree, joints)
+    places = _places([tree.joints[i].name for i in joints], length if meeting is not None else None)
+    return ArmGuess(side, joints, meeting, centre, _cuffs(tree, side, joints), length, places)
+
+
+def _places(names: list[str], upper_arm: Length | None) -> tuple[PlaceGuess, ...]:
+    """Place of each joint by its name, otherwise by its position in a chain of shoulder, elbow and wrist."""
+    named: list[Place | None] = [place_of(name) for name in names]
+    by_position = _by_position(names, upper_arm)
+    if any(one not in (None, other) for one, other in zip(named, by_position, strict=True)):
+        by_position = [None] * len(names)  # This machine is built in another way.
+    return tuple(_guess(one, other) for one, other in zip(named, by_position, strict=True))
+
+
+def _guess(named: Place | None, by_position: Place | None) -> PlaceGuess:
+    if named is not None:
+        return PlaceGuess(named, "by its name")
+    return UNKNOWN if by_position is None else PlaceGuess(by_position, "by its position")
+
+
+def _by_position(names: list[str], upper_arm: Length | None) -> list[Place | None]:
+    places: list[Place | None] = ["shoulder"] * SHOULDER_AXES
+    if upper_arm is None or names.index(upper_arm.joint) != SHOULDER_AXES:
+        return [None] * len(names)
+    beyond = len(names) - SHOULDER_AXES - 1
+    return [*places, "elbow", *repeat("wrist", beyond)]
 
 
 def _meeting_point(axes: list[Point], points: list[Point]) -> Point | None:

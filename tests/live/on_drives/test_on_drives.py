@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 
 from exograv import cli
-from exograv.errors import ConfigError, ExogravError
+from exograv.errors import ConfigError, ExogravError, RigError
 from exograv.live.on_drives.connection import drives_with_hands
 from exograv.live.on_drives.float_command import fly_on_drives
+from exograv.live.on_drives.simulated_drives import simulated_drives
 from exograv.live.options import LiveOptions, PersonForm
 from exograv.model.description import load_rig
 from exograv.options import MachineOptions
@@ -124,3 +125,16 @@ def test_a_run_on_drives_that_are_not_ready_names_the_whole_command_to_run_now(
     parsed = cli.parsed(*cli.resolved(said.split("`")[1].split()[1:]))
     assert (parsed.rig, parsed.simulate, parsed.drives) == (options.rig, options.simulate, options.drives)
     assert parsed.out == tmp_path
+
+
+def test_an_error_after_simulated_drives_have_ended_gives_their_last_message(tmp_path: Path):
+    told = ["--drives", str(written(tmp_path, RIG)), "--rig", "recupera_like", "--side", "right", "--lock-step"]
+    with pytest.raises(RigError) as error:
+        _act_after_the_end(told)
+    assert "had ended (exit status 0). Their last message: " in str(error.value)
+
+
+def _act_after_the_end(told: list[str]) -> None:
+    with simulated_drives("udp", told) as tell:
+        tell("quit")
+        tell("help")

@@ -13,7 +13,7 @@ from exograv.rig.twin import Disturbances, draw_machine
 
 
 def brought_up(folder: Path, **given: Any) -> BringUpResult:
-    options = RigTestOptions("recupera_like", simulate=True, by="test", **{"level": 0, **given})
+    options = RigTestOptions(simulate=True, by="test", **{"rig": "recupera_like", "level": 0, **given})
     return run_rig_test(options, folder, lambda _text, _share: None, lambda _text: None)
 
 
@@ -42,6 +42,14 @@ def test_drives_in_good_order_pass_every_step_and_weights_are_felt_within_the_li
     true = rig.nominal_gain / draw_machine(rig, Disturbances.at_level(2), 0).drives.gain
     felt = np.array([step.value for step in result.steps if "weighs" in step.name], dtype=float)
     np.testing.assert_allclose(felt, true, atol=0.06)
+
+
+@pytest.mark.slow
+def test_a_vertical_joint_that_no_weight_loads_is_not_weighed(tmp_path: Path):
+    result = brought_up(tmp_path, rig="agree_like", level=2)
+    assert result.passed
+    assert [step.value for step in result.steps if "is vertical" in step.name] == ["not weighed"]
+    assert sum("weighs" in step.name for step in result.steps) == 3
 
 
 @pytest.mark.slow

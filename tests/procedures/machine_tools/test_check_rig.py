@@ -199,6 +199,10 @@ WRONG = {
         [(CUFF.format("forearm", *WELD), CUFF.format("forearm", 2100, 4500, 0.035, 0.20))],
         r"along_N_per_mm of cuff 'forearm' is 2100; allowed: up to 500",
     ),
+    "a weight above the joint": (
+        [('mount = "calibration_mount"', 'mount = "upper_arm_cuff"')],
+        r"weight at 'upper_arm_cuff' loads 'elbow_flexion' with 0.00 N·m in its sweep; .* name a link beyond",
+    ),
     "weights in g": ([("weights_kg = [1.5, 3.0]", "weights_kg = [1500, 3000]")], "holds 1500 kg; .* It may be in g"),
     "no rig.toml that can be read": ([('name = "recupera_like"', "name = ")], "rig.toml is not valid TOML"),
     "no URDF": ([('right = "right.urdf"', 'right = "arm.urdf"')], r"rig.toml names 'arm.urdf', which is not in"),
@@ -236,6 +240,14 @@ def test_a_singular_posture_in_the_task_is_a_problem(tmp_path: Path):
     (tmp_path / "machine" / "rig.toml").write_text(text.replace(lower, "lower_deg = [-50.0, 0.0,"), encoding="utf-8")
     (problem,) = check(tmp_path / "machine", tmp_path)["problems"]
     assert re.search(r"nearly singular posture \(.*shoulder_elevation 0°.*conditioning 0.00", problem)
+
+
+@pytest.mark.usefixtures("without_picture")
+def test_a_vertical_axis_that_no_weight_loads_is_no_problem(tmp_path: Path):
+    result = check("agree_like", tmp_path)
+    assert [re.search(r"'(\w+)' is vertical", note).group(1) for note in result["notes"] if "vertical" in note] == [
+        "shoulder_horizontal_adduction"
+    ]
 
 
 @pytest.mark.parametrize(("height", "fits"), [(1.75, True), (2.19, True), (1.21, False)])

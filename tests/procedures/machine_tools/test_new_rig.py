@@ -2,6 +2,7 @@
 
 import errno
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -53,6 +54,7 @@ def answers_for(rig: str) -> dict[str, list[str]]:
         "task_workspace.upper_deg": [str(box.upper_deg)],
         "calibration.mount": [f'"{plan.mount}"'],
         "calibration.weights_kg": ["[1.5, 3.0]"],
+        "calibration.sweeps.mount": [f'"{sweep.mount}"' for sweep in plan.sweeps if sweep.mount],
         "calibration.sweeps.posture_deg": [str(sweep.posture_deg) for sweep in plan.sweeps],
         "excitation.centre_deg": [str(settings.excitation.centre_deg)],
     }
@@ -106,16 +108,46 @@ def test_all_questions_are_problems_of_the_check_at_once(tmp_path: Path):
     assert all("still asks" in problem for problem in result.problems)
 
 
-def test_joints_that_are_called_by_numbers_are_asked_for(tmp_path: Path):
-    text = (ROBOTS / "agree_like" / "right.urdf").read_text(encoding="utf-8")
-    for i, name in enumerate(load_rig("agree_like").joints):
+def numbered(folder: Path, rig: str, *pairs: tuple[str, str]) -> Path:
+    """Return the URDF of a machine without names that tell anything, after each old text was replaced by the new."""
+    text = (ROBOTS / rig / "right.urdf").read_text(encoding="utf-8")
+    for old, new in pairs:
+        assert old in text
+        text = text.replace(old, new)
+    for i, name in enumerate(load_rig(rig).joints):
         text = text.replace(f'"{name}"', f'"J{i + 1}"')
-    text = re.sub(r'robot name="\w+"', 'robot name="My machine"', text)
-    (tmp_path / "machine.urdf").write_text(text, encoding="utf-8")
-    found = new_rig(NewRigOptions(tmp_path / "machine.urdf", tmp_path / "mine"))
-    keys = [question.key for question in found.questions]
-    assert keys.count("actuators.place") == 4
-    assert {"urdf.right", "urdf.left"} <= set(keys)
+    path = folder / "machine.urdf"
+    path.write_text(re.sub(r'robot name="\w+"', 'robot name="My machine"', text), encoding="utf-8")
+    return path
+
+
+def test_the_side_is_asked_for_if_no_name_tells_it(tmp_path: Path):
+    found = new_rig(NewRigOptions(numbered(tmp_path, "agree_like"), tmp_path / "mine"))
+    assert {"urdf.right", "urdf.left"} <= {question.key for question in found.questions}
+
+
+@pytest.mark.parametrize(("rig", "kind"), [("recupera_like_7", "whole"), ("recupera_like", "shoulder_elbow")])
+def test_numbered_joints_get_their_places_and_cuffs_from_their_positions(rig: str, kind: str, tmp_path: Path):
+    found = new_rig(NewRigOptions(numbered(tmp_path, rig), tmp_path / "mine"))
+    assert "actuators.place" not in [question.key for question in found.questions]
+    data = tomllib.loads((tmp_path / "mine" / "rig.toml").read_text(encoding="utf-8"))
+    assert data["wearer"]["arm"] == kind
+    assert tuple(one["place"] for one in data["actuators"]) == load_rig(rig).places
+    assert [cuff["exo_frame"] for cuff in data["cuffs"]] == [cuff.exo_frame for cuff in load_rig(rig).settings.cuffs]
+
+
+def test_the_places_of_numbered_joints_are_asked_for_if_the_shoulder_axes_do_not_meet(tmp_path: Path):
+    apart = '<child link="upper_arm_exo"/>\n    <origin xyz="{} 0 0"'
+    path = numbered(tmp_path, "recupera_like_7", (apart.format("0"), apart.format("0.05")))
+    keys = [question.key for question in new_rig(NewRigOptions(path, tmp_path / "mine")).questions]
+    assert keys.count("actuators.place") == 7
+    assert "wearer.arm" in keys
+
+
+def test_joints_of_the_wrist_are_asked_for_a_place_of_the_weights_that_loads_them(tmp_path: Path):
+    found = new_rig(NewRigOptions(ROBOTS / "recupera_like_7" / "right.urdf", tmp_path / "mine"))
+    asked = [question.comment for question in found.questions if question.key == "calibration.sweeps.mount"]
+    assert [comment.split()[2] for comment in asked] == ["forearm_roll", "wrist_flexion", "wrist_deviation"]
 
 
 @pytest.mark.parametrize("side", ["right", "left", "both"])

@@ -4,12 +4,14 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from multiprocessing.connection import Connection
 from pathlib import Path
 
 import pytest
 from tests.waiting import wait_until
 
+from exograv.errors import RigError
 from exograv.runtime.processes.spawn import END_SIGNALS, spawned
 
 SOON_S = 30.0
@@ -54,6 +56,26 @@ def test_a_process_has_a_session_of_its_own_so_that_no_key_of_a_terminal_stops_i
     assert session == group == pid != os.getsid(0)
     line.send("over")
     process.join(SOON_S)
+
+
+def refuses(word: str, _parent: Connection) -> None:
+    raise RigError(word)
+
+
+def errs(word: str, _parent: Connection) -> None:
+    raise ValueError(word)
+
+
+@pytest.mark.parametrize(("target", "has_traceback"), [(refuses, False), (errs, True)])
+def test_only_an_unforeseen_error_ends_a_process_with_a_traceback(
+    target: Callable[[str, Connection], None], has_traceback: bool, capfd: pytest.CaptureFixture[str]
+):
+    process, _line = spawned("child", target, "The elbow has gone.")
+    process.join(SOON_S)
+    said = capfd.readouterr().err
+    assert process.exitcode == 1
+    assert "The elbow has gone." in said
+    assert ("Traceback" in said) is has_traceback
 
 
 DELETES = """

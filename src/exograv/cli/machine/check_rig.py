@@ -25,6 +25,7 @@ def _show(result: "CheckResult", rig: str) -> None:
     from rich.markup import escape
 
     from exograv.cli.shell.terminal import say
+    from exograv.model.description import rig_names
 
     console = Console()
     if result.rank is not None:
@@ -39,6 +40,9 @@ def _show(result: "CheckResult", rig: str) -> None:
         console.print("[bold green]The machine has no problems.[/]")
         say(f"Next: `exograv data view {rig}` shows it with a person.")
         if any(row.limit is not None for row in result.torque_Nm or []):
+            if rig not in rig_names():
+                # A calibration is valid for one rig.toml: a motion that is pasted later would need another one.
+                say(f"`exograv rig motion {rig}` designs its motion for the identification, before it is calibrated.")
             say(f"`exograv rig test {rig} --simulate` practises to bring up its drives.")
     else:
         count = len(result.problems)

@@ -27,11 +27,26 @@ Sum: the 23 s of a warm `exograv demo` on a quiet computer (docs/results/results
 machine with seven joints takes about twice as long: 61 against 33 s of CPU time for `demo`.
 """
 
-WINDOW_S, VERIFIED_S, ATTEMPTS_S = 25.0, 30.0, 60.0
-"""A window of a session; a verification; the attempts of a search for support [s]."""
+WINDOW_S, VERIFIED_S, WEIGHED_S, ATTEMPTS_S = 25.0, 10.0, 11.0, 17.0
+"""A window of a session; a verification; a weighing; the attempts of a search for support [s].
 
-BUS_FACTOR = 3.0
-"""Simulated drives in another process are slower than the twin by about this factor."""
+The last follows from the 27 to 34 s of a whole `run support-level` with 60 attempts.
+"""
+
+JOINTS = 4
+"""Joints of the machine for which the other figures are."""
+
+BUS_TEST_S, BUS_CALIBRATION_S, BUS_START_S = 12.0, 13.0, 3.5
+"""Simulated drives in another process: bring-up, calibration and start of a live run, per joint [s].
+
+Sources: 85 and 92 s of `rig test` and `rig calibrate --simulate` with seven joints on a quiet computer.
+"""
+
+TIMING_S = 20.0
+"""Timing test of the computer in a self-test, which no faster computer shortens [s]."""
+
+BUS_WAITS = 0.2
+"""Growth of the duration of a live run on simulated drives that wait, per joint beyond `JOINTS` [-]: 75 s for 46 s."""
 
 STAGE_0_S, STREAM_S, METHOD_S = 20.0, 8.0, 6.0
 """Benchmark of methods: per machine, per wearer, and per method and wearer (median) [s]."""
@@ -72,24 +87,45 @@ def _moved(options: Any) -> float:
     return seconds if options.realtime else 2.0 + IDENTIFIED_S_PER_S * seconds
 
 
+def _joints(options: Any) -> int:
+    """Return the number of joints of the machine."""
+    from exograv.errors import ExogravError
+    from exograv.model.description import load_rig
+
+    try:
+        return len(load_rig(options.rig, options.side).joints)
+    except ExogravError:  # The command itself refuses the machine, with all its reasons.
+        return JOINTS
+
+
+def _rig_test(options: Any) -> float | None:
+    return BUS_TEST_S * _joints(options) if options.simulate else None
+
+
 def _calibrate(options: Any) -> float | None:
-    on_bus = BUS_FACTOR if options.simulate else 1.0
-    return None if options.drives and not options.simulate else on_bus * CALIBRATION_S * (0.3 if options.recheck else 1)
+    if options.drives and not options.simulate:
+        return None
+    per_joint = BUS_CALIBRATION_S if options.simulate else CALIBRATION_S / JOINTS
+    return per_joint * _joints(options) * (0.3 if options.recheck else 1.0)
 
 
 def _self_test(options: Any) -> float | None:
-    on_bus = BUS_FACTOR if options.simulate else 1.0
-    return None if options.drives and not options.simulate else on_bus * (30.0 if options.worn else 10.0)
+    if options.drives and not options.simulate:
+        return None
+    return TIMING_S + (14.0 if options.simulate else 25.0 if options.worn else 5.0)
 
 
 def _live(options: Any) -> float:
+    if options.waits:
+        joints = _joints(options)
+        return options.loop_s * (1.0 + BUS_WAITS * max(joints - JOINTS, 0)) + BUS_START_S * joints
     return options.loop_s + (10.0 if options.is_on_drives or options.identify_s else 35.0)
 
 
 def _verify(options: Any) -> float:
     if options.is_on_drives:
         return 60.0 + 138.0 + 30.0
-    return _prepared(options) + 20.0 + VERIFIED_S
+    return _prepared(options) + VERIFIED_S
 
 
 def _train(options: Any) -> float | None:
@@ -181,21 +217,21 @@ DURATIONS: dict[str, Seconds] = {
     "doctor": lambda options: 3.0 + (options.loop or 0.0),
     "report": lambda options: _by_size(options, 0.15, "recording"),
     "rig check": lambda _: 6.0,
-    "rig test": lambda options: 60.0 if options.simulate else None,
+    "rig test": _rig_test,
     "rig calibrate": _calibrate,
     "rig self-test": _self_test,
     "rig motion": lambda options: 15.0 + min(options.seconds, 25.0 * (options.starts + 1)),
     "arm identify": lambda options: _prepared(options) + _moved(options) + RUN_REPORT_S,
     "arm identify-log": lambda options: _by_size(options, 4.0, "log"),
-    "arm weigh": lambda options: _prepared(options) + 40.0,
+    "arm weigh": lambda options: _prepared(options) + WEIGHED_S,
     "arm verify": _verify,
     "run live": _live,
     "run train": _train,
-    "run assist": lambda _: CALIBRATION_S + 20.0 + 150.0,
-    "run teach": lambda _: CALIBRATION_S + 30.0,
-    "run repeat": lambda options: CALIBRATION_S + 20.0 + 10.0 * options.repetitions / options.speed,
+    "run assist": lambda _: CALIBRATION_S + 20.0,
+    "run teach": lambda _: CALIBRATION_S + 3.0,
+    "run repeat": lambda options: CALIBRATION_S + 3.0 + options.repetitions / options.speed,
     "run mirror": lambda options: CALIBRATION_S + 30.0 + 0.5 * options.seconds,
-    "run support-level": lambda options: 3.0 if options.recording else CALIBRATION_S + 20.0 + ATTEMPTS_S,
+    "run support-level": lambda options: 3.0 if options.recording else CALIBRATION_S + 4.0 + ATTEMPTS_S,
     "study add": lambda options: _by_size(options, 0.1, "files"),
     "study status": lambda options: 3.0 if not options.remake else _by_size(options, 0.1, "study"),
     "study report": lambda options: REPORT_S + (_by_size(options, REPORT_S_PER_MB, "study") or 0.0),

@@ -44,14 +44,23 @@ def simulated_drives(bus: str, options: Sequence[str]) -> Iterator[Callable[[str
         _await(GREETING, process, said, READY_MAX_S)
 
         def tell(line: str) -> None:
-            keys.write(f"{line}\n")
-            keys.flush()
+            with contextlib.suppress(OSError):  # The process has ended: `_await` reports it.
+                keys.write(f"{line}\n")
+                keys.flush()
             _await(DONE, process, said, DONE_MAX_S)
 
         yield tell
+    except RigError as error:
+        if (status := process.poll()) is None:
+            raise
+        reader.join(1.0)
+        raise RigError(
+            f"{error} The simulated drives had ended (exit status {status}). Their last message: {_last(said)}"
+        ) from error
     finally:
         with contextlib.suppress(OSError):
             keys.write("quit\n")
+        with contextlib.suppress(OSError):
             keys.close()
         try:
             process.wait(5.0)
@@ -60,6 +69,12 @@ def simulated_drives(bus: str, options: Sequence[str]) -> Iterator[Callable[[str
             process.wait()
         reader.join(1.0)
         lines.close()
+
+
+def _last(said: "queue.Queue[str]") -> str:
+    """Last line that is not empty."""
+    lines = [line.strip() for line in said.queue if line.strip()]
+    return lines[-1].removeprefix("exograv: ") if lines else "none."
 
 
 def _await(words: str, process: "subprocess.Popen[str]", said: "queue.Queue[str]", most_s: float) -> None:

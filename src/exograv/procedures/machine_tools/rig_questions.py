@@ -7,7 +7,7 @@ from exograv.model.limb import FREEDOMS
 from exograv.model.open_questions import MARK
 from exograv.model.rig_settings import FREEDOMS_OF_ARM, HAND_APART, ArmKind
 from exograv.model.tree import Joint, Tree
-from exograv.model.urdf_inference import ArmGuess, arms, place_of, side_of
+from exograv.model.urdf_inference import UNKNOWN, ArmGuess, PlaceGuess, arms, side_of
 from exograv.options import Side
 
 HEAD = """\
@@ -45,16 +45,18 @@ EXCITATION_SHARE, EXCITATION_DEG = 0.25, 25.0
 def rig_text(tree: Tree, name: str, file: str, side: Side | None = None) -> str:
     """Return the file for this machine; `side` is needed where the URDF's names do not show it."""
     side, found = side or side_of(tree), arms(tree)
+    known = {i: guess for arm in found for i, guess in zip(arm.joints, arm.places, strict=True)}
+    places = [known.get(i, UNKNOWN) for i in range(len(tree.joints))]
     parts = [
         HEAD.format(name=name, file=file, quoted=toml_value(name), title=toml_value(tree.name)),
         _urdf(file, side),
         _wearer(tree, found, side),
         *(_adjustment(arm) for arm in found),
-        *(_cuffs(arm, _kind(tree, found)) for arm in found),
+        *(_cuffs(arm, _kind(found)) for arm in found),
         _donning(tree, found),
-        *(_actuator(joint) for joint in tree.joints),
+        *(_actuator(joint, place) for joint, place in zip(tree.joints, places, strict=True)),
         _task(tree),
-        _calibration(tree),
+        _calibration(tree, found),
         _excitation(tree),
     ]
     return "\n".join(part for part in parts if part)
@@ -70,18 +72,23 @@ def _urdf(file: str, side: Side | None) -> str:
     )
 
 
-def _kind(tree: Tree, found: list[ArmGuess]) -> ArmKind:
-    """Return the kind of arm, by the number of wrist joints as they are named."""
-    beyond = max(sum(place_of(tree.joint_names[i]) == "wrist" for i in arm.joints) for arm in found)
+def _kind(found: list[ArmGuess]) -> ArmKind | None:
+    """Return the kind of arm, by the number of joints beyond the elbow; None if it is not known."""
     kinds: dict[int, ArmKind] = {n - 4: kind for kind, n in FREEDOMS_OF_ARM.items()}
-    return kinds[min(beyond, max(kinds))]
+    beyond = [0 if len(arm.joints) <= min(FREEDOMS_OF_ARM.values()) else arm.wrist_joints for arm in found]
+    counts = [count for count in beyond if count is not None]
+    return kinds[min(max(counts), max(kinds))] if len(counts) == len(beyond) else None
 
 
 def _wearer(tree: Tree, found: list[ArmGuess], side: Side | None) -> str:
-    kind = _kind(tree, found)
-    moved = ", ".join(FREEDOMS[3 : FREEDOMS_OF_ARM[kind]])
+    kind = _kind(found)
     others = ", ".join(f'"{name}"' for name in FREEDOMS_OF_ARM if name != kind)
-    lines = [f'[wearer]\narm = "{kind}"  # by its joint names it moves shoulder, {moved}; otherwise one of {others}']
+    if kind is None:
+        what = f"joints of the arm that it moves (docs/howto/seven_joints.md): one of {others}"
+    else:
+        moved = ", ".join(FREEDOMS[3 : FREEDOMS_OF_ARM[kind]])
+        what = f"by its joints it moves shoulder, {moved}; otherwise one of {others}"
+    lines = [f'[wearer]\narm = "{kind or MARK}"  # {what}']
     if side == "both":
         lines += ["", "[wearer.shoulder_centre]", *(f"{arm.side} = {_centre(arm)}" for arm in found)]
     else:
@@ -111,7 +118,7 @@ def _adjustment(arm: ArmGuess) -> str:
     )
 
 
-def _cuffs(arm: ArmGuess, kind: ArmKind) -> str:
+def _cuffs(arm: ArmGuess, kind: ArmKind | None) -> str:
     segments = ("upper_arm", "forearm", "hand") if kind in HAND_APART else ("upper_arm", "forearm")
     blocks = []
     for i, segment in enumerate(segments):
@@ -127,21 +134,21 @@ def _cuffs(arm: ArmGuess, kind: ArmKind) -> str:
 
 
 def _donning(tree: Tree, found: list[ArmGuess]) -> str:
-    freedoms = FREEDOMS_OF_ARM[_kind(tree, found)]
+    kind = _kind(found)
+    freedoms = len(FREEDOMS) if kind is None else FREEDOMS_OF_ARM[kind]
+    count = "first 4 to 7" if kind is None else str(freedoms * len(found))
     names = ", ".join(FREEDOMS[:freedoms])
     sides = ", first the right arm's" if len(found) > 1 else ""
     return (
         "# Where the cuffs are fastened and strain-free, inside the limits; best with the arm hanging, elbow at 90°.\n"
         f'[donning]\nposture_deg = "?"  # {_angles(tree)} of the machine: [{", ".join(tree.joint_names)}]\n'
-        f'arm_posture_deg = "?"  # {freedoms * len(found)} angles of the wearer in that posture: [{names}]{sides}\n'
+        f'arm_posture_deg = "?"  # {count} angles of the wearer in that posture: [{names}]{sides}\n'
     )
 
 
-def _actuator(joint: Joint) -> str:
-    place = place_of(joint.name)
-    shown = (
-        f'"{place}"  # by its name' if place else f'"{MARK}"  # shoulder, elbow or wrist (forearm roll counts as wrist)'
-    )
+def _actuator(joint: Joint, place: PlaceGuess) -> str:
+    reason = place.reason or "shoulder, elbow or wrist (forearm roll counts as wrist)"
+    shown = f'"{place.place or MARK}"  # {reason}'
     kp = min(80.0, 1.5 * joint.effort)
     motor = MOTOR.format(effort=joint.effort, kp=round(kp, 2), kd=round(kp / 8.0, 2))
     return (
@@ -158,18 +165,21 @@ def _task(tree: Tree) -> str:
     )
 
 
-def _calibration(tree: Tree) -> str:
+def _calibration(tree: Tree, found: list[ArmGuess]) -> str:
+    # A weight on the forearm does not load the wrist, nor one on the right arm the left.
+    main = {i for i, guess in zip(found[0].joints, found[0].places, strict=True) if guess.place != "wrist"}
     blocks = [
         "# How the empty machine is calibrated. Without any motor: delete [calibration], its sweeps and [excitation].\n"
         '[calibration]\nmount = "?"       # link on which known weights can be hung, far out\n'
         'weights_kg = "?"  # at least two, as [1.5, 3.0]; the heaviest like an arm if the drives hold it\n'
     ]
-    for joint, low, high in _limits(tree):
+    for i, (joint, low, high) in enumerate(_limits(tree)):
+        own = "" if i in main else f'mount = "{MARK}"  # link beyond {joint.name} on which the weights can be hung\n'
         middle, reach = 0.5 * (low + high), min(0.5 * SWEEP_DEG, (0.5 - SWEEP_MARGIN) * (high - low))
         blocks.append(
             f"[[calibration.sweeps]]\njoint = {toml_value(joint.name)}\n"
             f"from_deg = {middle - reach:.1f}  # proposed, off the limits\nto_deg = {middle + reach:.1f}\n"
-            f'posture_deg = "?"  # {_angles(tree)}; the other joints so that the weight loads this one\n'
+            f'posture_deg = "?"  # {_angles(tree)}; the other joints so that the weight loads this one\n{own}'
         )
     return "\n".join(blocks)
 

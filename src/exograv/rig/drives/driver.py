@@ -73,6 +73,7 @@ class Driver(ABC, Generic[AnyNode]):
         self._state = JointState(0.0, -1, self._none, self._none, self._none, TorqueSource.CURRENT)
         self._has_motor = drives.rad_per_motor_count is not None
         self._incomplete = self._expired = 0
+        self._has_ended = False
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -137,9 +138,10 @@ class Driver(ABC, Generic[AnyNode]):
         if not self._is_open:
             raise RigError(self.not_open)
         now = Asked(self._clock.tick(), self._clock.ticks)
-        asked = self._ask(now, 0.0 if self._clock.nobody_answers else self._answer_s)
+        asked = self._ask(now, 0.0 if self._clock.nobody_answers or self._has_ended else self._answer_s)
         is_silent = all(node.is_silent for node in self._nodes)
         if is_silent and self._lock_step and not self._clock.nobody_answers:
+            self._has_ended = True  # The descent of a guard must not wait again in each of its ticks.
             raise RigError(ENDED)
         faulty = self._faulty()
         if asked is not None and not is_silent:

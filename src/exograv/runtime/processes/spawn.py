@@ -18,6 +18,8 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any
 
+from exograv.errors import ExogravError
+
 END_SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)
 )
@@ -55,7 +57,10 @@ def _begin(
         os.setsid()
     if heeds_terminate:
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    target(job, parent)
+    try:
+        target(job, parent)
+    except ExogravError as error:  # A sentence for the user: the traceback of an unforeseen error is printed.
+        sys.exit(f"The process '{multiprocessing.current_process().name}' has ended: {error}")
 
 
 def start_quietly(process: BaseProcess, target: Callable[..., object]) -> None:

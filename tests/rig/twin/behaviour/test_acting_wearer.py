@@ -43,6 +43,13 @@ def test_who_wants_nothing_gives_no_torque():
     assert not ActingWearer(BODY, DT).step(0.0, POSTURE, STILL).any()
 
 
+@pytest.mark.parametrize("freedoms", [4, 5, 6, 7, 8, 10, 12, 14])
+def test_each_freedom_of_one_arm_or_two_has_the_muscles_of_its_joint(freedoms: int):
+    of_one = freedoms if freedoms <= 7 else freedoms // 2
+    arm = usual_physiology(7).stiffness[:of_one].tolist()
+    assert usual_physiology(freedoms).stiffness.tolist() == arm * (freedoms // of_one)
+
+
 def test_where_the_arm_is_as_wanted_there_is_no_torque():
     person = holding()
     assert not np.array([person.step(k * DT, POSTURE, STILL) for k in range(200)]).any()

@@ -22,6 +22,7 @@ from .check_result import CheckResult, ConditioningFigures, ReachedVolume, Softe
 from .findings import CheckFindings
 from .fit import Donned, examine_donning, examine_loops
 from .folder import locate, read_settings, read_trees
+from .known_weights import examine_weights
 from .picture import picture_data
 from .reach import conditioning, examine_conditioning, reach
 from .strength import DriveStrength, examine_strength, strength
@@ -74,7 +75,11 @@ def _agrees(settings: RigSettings, folder: Path, trees: dict[str, Tree], finding
     agrees = True
     for side in settings.urdf.sides:
         description = RigDescription(settings, side, folder)
-        agrees = examine_agreement(description, trees[description.urdf_path.name], findings) and agrees
+        tree = trees[description.urdf_path.name]
+        if examine_agreement(description, tree, findings):
+            examine_weights(description, tree, findings)
+        else:
+            agrees = False
     return agrees
 
 

@@ -84,8 +84,8 @@ USUAL = {
 
 
 def usual_physiology(freedoms: int) -> Physiology:
-    """Return the physiology of an arm with the first 4 or all 7 freedoms of `USUAL`, or of two such arms."""
-    of_one = freedoms if freedoms in (4, len(USUAL)) else freedoms // 2
+    """Return the physiology of an arm with the first 4 to 7 freedoms of `USUAL`, or of two such arms."""
+    of_one = freedoms if freedoms <= len(USUAL) else freedoms // 2
     stiffness, damping, torque_max = np.array(list(USUAL.values())[:of_one] * (freedoms // of_one)).T
     return Physiology(stiffness, damping, torque_max)
 
