@@ -1,10 +1,18 @@
 """The parent ends a guard whose loop stands still, and no guard whose ticks only find no room in the recording."""
 
+import contextlib
+import os
+import struct
+from collections.abc import Callable
 from dataclasses import dataclass
+from multiprocessing.connection import Connection
 
 import pytest
 
-from exograv.live.live_processes import ENABLES_S, HANGS_S, GuardWatch
+from exograv.errors import RigError
+from exograv.live.live_processes import ENABLES_S, HANGS_S, GuardWatch, _watched
+from exograv.runtime.control_loop.guard_commands import GuardLine
+from exograv.runtime.processes.supervisor import Supervisor
 
 
 @dataclass
@@ -57,3 +65,35 @@ def test_a_loop_that_stands_still_is_ended_after_its_limit(clock: Clock, offered
     clock.now = 1.1 * limit_s
     watch.check()
     assert loop.killed == 1
+
+
+def ends_well(line: Connection) -> None:
+    line.send("a report")
+
+
+def goes_on(line: Connection) -> None:
+    line.send("a report")
+    with contextlib.suppress(EOFError):
+        line.recv()
+
+
+def dies(_: Connection) -> None:
+    os._exit(3)
+
+
+def half_word_first(rest: Callable[[Connection], None], line: Connection) -> None:
+    os.write(line.fileno(), struct.pack("!i", 8) + b"half")
+    rest(line)
+
+
+@pytest.mark.parametrize(
+    ("rest", "words"),
+    [(ends_well, "report .* cannot be read"), (goes_on, "lowers the arm"), (dies, r"died \(exit status 3\).*brake")],
+)
+def test_a_guard_without_a_readable_report_is_told_as_dead_only_if_it_died(
+    rest: Callable[[Connection], None], words: str
+):
+    line, guard = GuardLine(), Supervisor("guard", half_word_first, rest)
+    with contextlib.closing(line), pytest.raises(RigError, match=words):
+        _watched(guard, line, (), lambda *_: None, 1.0, print)
+    guard.end(1.0)
