@@ -131,9 +131,7 @@ class PageServer(uvicorn.Server):
             return make(config=self.config, server_state=self.server_state, app_state={**self.lifespan.state, **state})
 
         admission = Admission(self._hub.keys, self._hub.origin.rpartition(":")[2])
-        doors: list[Any] = [
-            Door(each, protocol, self.config.ssl, admission, self._hub.fail) for each in sockets or []
-        ]
+        doors: list[Any] = [Door(each, protocol, self.config.ssl, admission, self._hub.fail) for each in sockets or []]
         self.servers = doors
         self.started = True
 

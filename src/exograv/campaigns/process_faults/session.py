@@ -1,4 +1,4 @@
-"""Session of the campaign: `exograv run live --simulate --real-time` with a prepared participant, and hooks in its processes.
+"""Session of the campaign: `exograv run live --simulate --real-time` with a prepared participant and hooks.
 
 The command, its terminal, its signals and all its processes are the product's. Only the preparation is replaced: the
 participant is known already, so that the arm floats after seconds, and the simulated drives belong to the campaign.
