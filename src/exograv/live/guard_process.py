@@ -14,6 +14,7 @@ from exograv.loop.control_step import ControlStep
 from exograv.loop.drift_finding import DriftFinding
 from exograv.recording.encoding import tick_dtype
 from exograv.rig import Powered, Rig, may_be_worn
+from exograv.rig.drives.clock import DrivesEndedError
 from exograv.rig.drives.opening import DrivenRig
 from exograv.runtime.clock.real_time_loop import run_loop
 from exograv.runtime.clock.realtime import GUARD_PRIORITY, PRIORITY, Rights, realtime
@@ -141,6 +142,8 @@ class GuardLoop:
     def tick(self, period: int) -> bool:
         """Run one tick; return True to end the loop early. After an error, the guard alone lets the arm down.
 
+        Simulated drives that do not answer any more end the run at once.
+
         Raises:
             Exception: The machine could not be read or written in `LOST_AFTER` ticks in a row. The watchdogs of its
                 drives brake the arm.
@@ -148,6 +151,10 @@ class GuardLoop:
         if not self.failure:
             try:
                 return self._tick(period)
+            except DrivesEndedError as error:
+                self.failure = str(error)
+                self._note(self.rig.t, self.failure)
+                return True
             except Exception as error:  # noqa: BLE001 - of any error the arm comes down softly
                 self.failure = reported(error)
                 self.hearing.press_stop()
@@ -163,6 +170,8 @@ class GuardLoop:
             self._row["monotonic"] = 1e-9 * time.monotonic_ns()  # as in `_tick`
             decision = self._step.take(state, now, SilentControl())
             self.rig.write(decision.command)
+        except DrivesEndedError:
+            return True
         except Exception:
             self._lost += 1
             if self._lost >= LOST_AFTER:
