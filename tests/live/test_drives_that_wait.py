@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from tests.waiting import wait_until
 
+from exograv.live.guard_job import GIVEN_UP_AFTER, WAITS_NS
 from exograv.live.live_processes import HANGS_S
 from exograv.live.native_guard import IN_C
-from exograv.rig.drives.clock import ENDED, LOCK_STEP_S
+from exograv.rig.drives.clock import ENDED
 from exograv.runtime.control_loop.guard_commands import ENDS
 from exograv.safety.native.library import LIBRARY
 from exograv.safety.stops import StopReason
@@ -51,5 +52,16 @@ def test_drives_that_wait_and_do_not_answer_any_more_end_the_run_with_their_reas
         assert flight.guard.await_exit(STARTS_S) == 0
         assert ENDED in flight.texts()
     assert report.failure == ENDED
-    assert waited_s < 1.5 * LOCK_STEP_S < HANGS_S
+    assert waited_s < HANGS_S, "the parent would kill the guard"
     assert "Traceback" not in capfd.readouterr().err
+
+
+def test_a_guard_whose_drives_wait_lowers_the_arm_in_time_without_any_control(tmp_path: Path):
+    with flying(tmp_path, waits=True) as flight:
+        os.kill(flight.control.pid, signal.SIGKILL)
+        begun = time.monotonic()
+        report = flight.report()
+        took_s, rows = time.monotonic() - begun, flight.recorded()
+    assert [latch.cause for latch in report.latches] == [StopReason.CONTROL_SILENT.value]
+    lowered = int((rows["safe_state"] > 1).sum())
+    assert took_s < 1e-9 * (GIVEN_UP_AFTER + 2) * WAITS_NS + 10.0 * lowered * 1e-9 * PERIOD_NS

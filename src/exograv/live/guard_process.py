@@ -114,7 +114,9 @@ class GuardLoop:
         self._resets = not (self._ends_stopped or job.is_steered)
         # Simulated drives in lock-step wait for this loop, so that a pause of the computer is none of the machine.
         self._is_awaited = isinstance(made.rig, DrivenRig) and made.rig.is_in_lock_step
-        self._answer_by_ns = WAITS_NS if self._is_awaited else answer_by_ns(job.period_ns)
+        # A control that has been given up must not stretch the descent, also if the drives would wait for it.
+        self._given_up_by_ns = answer_by_ns(job.period_ns)
+        self._answer_by_ns = WAITS_NS if self._is_awaited else self._given_up_by_ns
 
     def run(self) -> tuple[Timing, Rights]:
         """Switch the motors on and run the loop to its end.
@@ -248,8 +250,9 @@ class GuardLoop:
         person = self._guard.envelope.person
         state["gravity_level"] = 0.0 if person is None else person.gravity_level
         self._states.write(state)
-        waits = self._silent < GIVEN_UP_AFTER or believed.sequence % ASKED_AGAIN_EVERY == 0
-        until = woken + self._answer_by_ns * waits
+        is_given_up = self._silent >= GIVEN_UP_AFTER
+        waits = not is_given_up or believed.sequence % ASKED_AGAIN_EVERY == 0
+        until = woken + (self._given_up_by_ns if is_given_up else self._answer_by_ns) * waits
         while True:
             got = self._answers.read()
             if got is not None and int(got[1]["sequence"]) == believed.sequence:
