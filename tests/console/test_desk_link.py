@@ -1,5 +1,6 @@
 """The pages' process reaches the desk by checked requests, and neither process ever waits for the other."""
 
+import math
 import time
 from collections.abc import Iterator
 from concurrent.futures import Future
@@ -13,6 +14,7 @@ from exograv.errors import RigError
 from exograv.experiment.steered.rehearsal import RehearsedFlight
 from exograv.experiment.steered.requests import LEASE_S, MakeReady, Stop
 from exograv.experiment.steered.session_controller import SessionController
+from exograv.recording.writer import encoded
 
 from .fake_desk import FakeDesk
 from .of_clock import SetClock
@@ -88,6 +90,15 @@ def test_a_request_that_is_not_valid_reaches_no_desk_and_breaks_the_link(data: b
         wait_until(lambda: link.why_broken)
         client.keep()
     assert (desk.asked, desk.kept, desk.written) == ([], [], [])
+
+
+def test_a_message_that_the_recording_cannot_hold_breaks_the_link_and_not_the_desk(monkeypatch: pytest.MonkeyPatch):
+    desk = FakeDesk()
+    monkeypatch.setattr(desk, "write", encoded)
+    with linked(desk) as (link, client):
+        client.write("/page", 1.0, {"topic": "/a", "message": {"a": math.nan}})
+        wait_until(lambda: link.why_broken)
+    assert link.failure is None
 
 
 def test_a_desk_that_fails_is_told_to_both_sides(monkeypatch: pytest.MonkeyPatch):

@@ -124,6 +124,17 @@ def test_a_connection_that_never_logs_in_is_closed_in_time_although_it_asks(
         wait_until(lambda: slow.alive == 0)
 
 
+def test_a_door_that_accepts_no_more_connections_ends_the_server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def fail(_door: door.Door, client: socket.socket, _address: str) -> None:
+        client.close()
+        raise MemoryError
+
+    with served(tmp_path, None) as house, ExitStack() as stack:
+        monkeypatch.setattr(door.Door, "_receive", fail)
+        Connections(house, stack).open(1)
+        wait_until(lambda: isinstance(house.hub.failure, MemoryError))
+
+
 @pytest.mark.parametrize("said", [b"\x16\x03\x01\x00\r\n\r\n", b"GET /\r\n\r\n", b"BREW /pot HTTP/1.1\r\n\r\n"])
 def test_what_is_no_request_is_closed_without_an_answer(house: Served, said: bytes):
     with ExitStack() as stack:

@@ -2,8 +2,11 @@
 
 import os
 import re
+import resource
 import signal
 import threading
+import time
+import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -84,6 +87,23 @@ def test_pages_of_a_process_that_is_killed_or_stands_still_come_back_with_their_
         assert running.flight.moment().latch is not None
     lines = (tmp_path / "console.jsonl").read_text(encoding="utf-8").splitlines()
     assert sum('"line opened"' in line for line in lines) == 2
+
+
+def test_a_process_of_the_pages_that_has_no_memory_left_is_replaced(tmp_path: Path):
+    with pages(tmp_path) as running:
+        link, pid, kind = running.link(), running.supervisor.pid, resource.RLIMIT_AS
+        time.sleep(1.0)  # its threads have started: without memory none could
+        used = int(Path(f"/proc/{pid}/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+        resource.prlimit(pid, kind, (used, resource.prlimit(pid, kind)[1]))
+        wait_until(lambda: answers(link) and running.supervisor.pid != pid, "pages of another process")
+        with Page(running.link(1)) as operator:
+            assert operator.act("stop")["taken"]
+
+
+def answers(link: str) -> bool:
+    with suppress(OSError), urllib.request.urlopen(link, timeout=1.0) as page:
+        return page.status == 200
+    return False
 
 
 def test_the_run_of_a_protocol_goes_on_in_the_next_process(tmp_path: Path):

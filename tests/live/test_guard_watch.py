@@ -1,10 +1,16 @@
 """The parent ends a guard whose loop stands still, and no guard whose ticks only find no room in the recording."""
 
+import contextlib
+import os
+import struct
+from collections.abc import Callable
 from dataclasses import dataclass
+from multiprocessing.connection import Connection
 from typing import cast
 
 import pytest
 
+from exograv.errors import RigError
 from exograv.live.guard_job import GuardJob, GuardReport
 from exograv.live.live_processes import ENABLES_S, HANGS_S, GuardWatch, _watched
 from exograv.runtime.control_loop.guard_commands import GuardLine
@@ -97,3 +103,35 @@ def test_the_progress_of_a_loop_is_its_share_of_ticks_and_not_of_seconds(clock: 
     guard, line = cast(Supervisor[GuardJob], Guard(clock, 4)), cast(GuardLine, Line())
     _watched(guard, line, (), show, lambda: loop.offered / 400, lambda _: None)
     assert shown == [0.0, 0.25, 0.5, 0.75]
+
+
+def ends_well(line: Connection) -> None:
+    line.send("a report")
+
+
+def goes_on(line: Connection) -> None:
+    line.send("a report")
+    with contextlib.suppress(EOFError):
+        line.recv()
+
+
+def dies(_: Connection) -> None:
+    os._exit(3)
+
+
+def half_word_first(rest: Callable[[Connection], None], line: Connection) -> None:
+    os.write(line.fileno(), struct.pack("!i", 8) + b"half")
+    rest(line)
+
+
+@pytest.mark.parametrize(
+    ("rest", "words"),
+    [(ends_well, "report .* cannot be read"), (goes_on, "lowers the arm"), (dies, r"died \(exit status 3\).*brake")],
+)
+def test_a_guard_without_a_readable_report_is_told_as_dead_only_if_it_died(
+    rest: Callable[[Connection], None], words: str
+):
+    line, guard = GuardLine(), Supervisor("guard", half_word_first, rest)
+    with contextlib.closing(line), pytest.raises(RigError, match=words):
+        _watched(guard, line, (), lambda *_: None, lambda: 0.0, print)
+    guard.end(1.0)

@@ -91,6 +91,10 @@ def test_a_finding_is_taken_once_and_one_of_an_earlier_time_never(prepared: Cont
     third = told.lesson.found()
     assert third is not None
     assert third[0] == 3.0
+    told.find(4, NOW + 2.0, np.nan)
+    assert told.lesson.found() is None
+    told.find(5, np.nan, 5.0)
+    assert told.lesson.found() is None
 
 
 def test_who_is_known_is_led_past_every_posture_and_the_end_is_told_once_more(prepared: ControllerKnowledge):

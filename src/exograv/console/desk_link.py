@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, TypeAdapter, ValidationError
 
-from exograv.errors import RigError
+from exograv.errors import RecordingError, RigError
 from exograv.experiment.steered.requests import Act, Answer, Desk, Stop, Who
 from exograv.experiment.steered.view_models import PlotTrace, SessionSnapshot, SkeletonLines
 from exograv.model.rig_settings import Settings
@@ -257,7 +257,7 @@ class DeskLink:
             case Keep():
                 self._desk.keep(request.window_left_s, request.heard_s)
             case Write():
-                self._give(self._writes, None, self._desk.write, request.topic, request.t, request.message)
+                self._give(self._writes, None, self._write, request)
             case Decide():
                 threads = self._stops if isinstance(request.act, Stop) else self._acts
                 self._give(threads, request.number, self._desk.act, request.act, request.by)
@@ -269,6 +269,12 @@ class DeskLink:
                 self._give(self._looks, request.number, self._desk.skeleton)
             case Scene():
                 self._give(self._looks, request.number, self._new_scene, request.known)
+
+    def _write(self, request: Write) -> None:
+        try:
+            self._desk.write(request.topic, request.t, request.message)
+        except RecordingError as error:
+            self.why_broken = f"{type(error).__name__}: {error}"
 
     def _new_scene(self, known: str) -> tuple[bool, SceneDescription | None]:
         scene = self._desk.scene()

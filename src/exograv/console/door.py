@@ -172,8 +172,18 @@ class _Lane:
 class Door:
     """Accept loop in place of that of `asyncio`. It has the methods of `asyncio.Server` that uvicorn calls."""
 
-    def __init__(self, listening: socket.socket, protocol: Protocol, tls: ssl.SSLContext | None, known: Recognition):
-        """Accept connections on `listening` from now on, in the running event loop."""
+    def __init__(
+        self,
+        listening: socket.socket,
+        protocol: Protocol,
+        tls: ssl.SSLContext | None,
+        known: Recognition,
+        fail: Callable[[Exception], object],
+    ):
+        """Accept connections on `listening` from now on, in the running event loop.
+
+        `fail` is called with an error after which no connection is accepted any more.
+        """
         self._listening, self._protocol, self._tls, self._recognition = listening, protocol, tls, known
         self._loop = asyncio.get_running_loop()
         self._silent = _Crowd(SILENT_MAX, SILENT_OF_ADDRESS)
@@ -182,7 +192,10 @@ class Door:
         self._strangers, self._friends = _Lane(self._begin), _Lane(self._begin)
         listening.setblocking(False)
         works = (self._accept_all(), self._strangers.go_on(), self._friends.go_on(), self._sweep_all())
+        self._fail = fail
         self._tasks = [self._loop.create_task(work) for work in works]
+        for task in self._tasks:
+            task.add_done_callback(self._ended)
 
     def close(self) -> None:
         """Accept no more connections, and close those that the server has not got."""
@@ -223,6 +236,11 @@ class Door:
                     break  # the client has gone, or the process has no descriptor: try again after the pause
                 self._receive(client, str(address[0]))
             await asyncio.sleep(max(until - self._loop.time(), 0.0))
+
+    def _ended(self, task: asyncio.Task[None]) -> None:
+        error = None if task.cancelled() else task.exception()
+        if isinstance(error, Exception):
+            self._fail(error)
 
     def _receive(self, client: socket.socket, address: str) -> None:
         if crowd := self._silent.crowded(address):

@@ -110,8 +110,15 @@ class PageServer(uvicorn.Server):
 
     async def serve(self, sockets: list[socket.socket] | None = None) -> None:
         """Serve the pages, with a limited log, until `should_exit` is set."""
+        asyncio.get_running_loop().set_exception_handler(self._look_at_error)
         with limited_logs():
             await super().serve(sockets)
+
+    def _look_at_error(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """End a process that has no memory left: it goes on to ask the desk, but no page reaches it any more."""
+        if isinstance(error := context.get("exception"), MemoryError):
+            self._hub.fail(error)
+        loop.default_exception_handler(context)
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Start the application, and accept connections through the door."""
@@ -124,7 +131,7 @@ class PageServer(uvicorn.Server):
             return make(config=self.config, server_state=self.server_state, app_state={**self.lifespan.state, **state})
 
         admission = Admission(self._hub.keys, self._hub.origin.rpartition(":")[2])
-        doors: list[Any] = [Door(each, protocol, self.config.ssl, admission) for each in sockets or []]
+        doors: list[Any] = [Door(each, protocol, self.config.ssl, admission, self._hub.fail) for each in sockets or []]
         self.servers = doors
         self.started = True
 

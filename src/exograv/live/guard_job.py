@@ -98,7 +98,7 @@ class GuardReport:
 
 
 WAITS_NS = 500_000_000
-"""Time for which a guard whose machine waits for it waits for control [ns]."""
+"""Time for which a guard whose machine waits for it waits for control that it has not given up [ns]."""
 
 
 def answer_by_ns(period_ns: int, is_native: bool = False) -> int:

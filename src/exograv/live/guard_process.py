@@ -14,6 +14,7 @@ from exograv.loop.control_step import ControlStep
 from exograv.loop.drift_finding import DriftFinding
 from exograv.recording.encoding import tick_dtype
 from exograv.rig import Powered, Rig, may_be_worn
+from exograv.rig.drives.clock import DrivesEndedError
 from exograv.rig.drives.opening import DrivenRig
 from exograv.runtime.clock.real_time_loop import run_loop
 from exograv.runtime.clock.realtime import GUARD_PRIORITY, PRIORITY, Rights, realtime
@@ -114,7 +115,9 @@ class GuardLoop:
         self._resets = not (self._ends_stopped or job.is_steered)
         # Simulated drives in lock-step wait for this loop, so that a pause of the computer is none of the machine.
         self._is_awaited = isinstance(made.rig, DrivenRig) and made.rig.is_in_lock_step
-        self._answer_by_ns = WAITS_NS if self._is_awaited else answer_by_ns(job.period_ns)
+        # A control that has been given up must not stretch the descent, also if the drives would wait for it.
+        self._given_up_by_ns = answer_by_ns(job.period_ns)
+        self._answer_by_ns = WAITS_NS if self._is_awaited else self._given_up_by_ns
 
     def run(self) -> tuple[Timing, Rights]:
         """Switch the motors on and run the loop to its end.
@@ -142,6 +145,8 @@ class GuardLoop:
     def tick(self, period: int) -> bool:
         """Run one tick; return True to end the loop early. After an error, the guard alone lets the arm down.
 
+        Simulated drives that do not answer any more end the run at once.
+
         Raises:
             Exception: The machine could not be read or written in `LOST_AFTER` ticks in a row. The watchdogs of its
                 drives brake the arm.
@@ -149,6 +154,10 @@ class GuardLoop:
         if not self.failure:
             try:
                 return self._tick(period)
+            except DrivesEndedError as error:
+                self.failure = str(error)
+                self._note(self.rig.t, self.failure)
+                return True
             except Exception as error:  # noqa: BLE001 - of any error the arm comes down softly
                 self.failure = reported(error)
                 self.hearing.press_stop()
@@ -164,6 +173,8 @@ class GuardLoop:
             self._row["monotonic"] = 1e-9 * time.monotonic_ns()  # as in `_tick`
             decision = self._step.take(state, now, SilentControl())
             self.rig.write(decision.command)
+        except DrivesEndedError:
+            return True
         except Exception:
             self._lost += 1
             if self._lost >= LOST_AFTER:
@@ -240,8 +251,9 @@ class GuardLoop:
         person = self._guard.envelope.person
         state["gravity_level"] = 0.0 if person is None else person.gravity_level
         self._states.write(state)
-        waits = self._silent < GIVEN_UP_AFTER or believed.sequence % ASKED_AGAIN_EVERY == 0
-        until = woken + self._answer_by_ns * waits
+        is_given_up = self._silent >= GIVEN_UP_AFTER
+        waits = not is_given_up or believed.sequence % ASKED_AGAIN_EVERY == 0
+        until = woken + (self._given_up_by_ns if is_given_up else self._answer_by_ns) * waits
         while True:
             got = self._answers.read()
             if got is not None and int(got[1]["sequence"]) == believed.sequence:

@@ -110,12 +110,12 @@ class LiveIdentification:
             self._tell(row)
 
     def found(self) -> Parameters | None:
-        """Return the worker's newest estimate, or None if there is no newer one since the last call."""
+        """Return the worker's newest estimate; None if it is not newer than the last one, or not finite."""
         newest = self._newest()
         if newest is None or newest[0] == self.findings:
             return None
         self.findings, row = newest
-        if row["now"] < self._found_at:
+        if not row["now"] >= self._found_at or not np.isfinite(row["x"]).all():
             return None
         self._found_at = float(row["now"])
         return row["x"]

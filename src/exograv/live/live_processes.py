@@ -271,6 +271,16 @@ class WatchedProcesses(Protocol):
         ...
 
 
+def _why_without_report(exit_status: int | None) -> str:
+    """Return what has happened to a guard from which no report can come any more."""
+    if exit_status in (None, 0):
+        return (
+            "The report of the guard process cannot be read: it sent bytes that are no message. The guard lowers the "
+            "arm before it ends, and the recording holds the run. Please report this."
+        )
+    return f"The guard process died (exit status {exit_status}). The watchdogs of the drives brake the arm."
+
+
 def _watched(
     guard: Supervisor[GuardJob],
     line: GuardLine,
@@ -290,10 +300,7 @@ def _watched(
             if isinstance(word, GuardReport):
                 return word
             if guard.has_hung_up:
-                raise RigError(
-                    f"The guard process died (exit status {guard.await_exit(1.0)}). The watchdogs of the drives brake "
-                    "the arm."
-                )
+                raise RigError(_why_without_report(guard.await_exit(1.0)))
             for reply in line.replies():
                 hears(reply)
             if (now := time.monotonic()) - checked < CHECK_S:

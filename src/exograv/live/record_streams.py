@@ -52,9 +52,8 @@ def record_streams(wanted: Sequence[str], seconds: float, path: Path, progress: 
         _watch(listening, recorder, seconds, progress)
         listening.finish()
         report = recorder.finish()
-        return RecordedStreams(
-            path, report.recording_ok, report.why, report.restarts, listening.restarts, listening.figures()
-        )
+        why = report.why or report.unpublished
+        return RecordedStreams(path, not why, why, report.restarts, listening.restarts, listening.figures())
 
 
 def _watch(listening: Listening, recorder: Recorder, seconds: float, progress: Progress) -> None:

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import numpy as np
+
 from exograv.runtime.control_loop.worker import WorkerJob, worker_process
 from exograv.runtime.processes.shared_memory import Ring
 from exograv.runtime.processes.supervisor import Supervisor
@@ -71,8 +73,10 @@ class WorkerKeeper:
             self._child.replace(self._job)
 
     def note(self) -> None:
-        """Record the new findings."""
+        """Record the new findings. Control ignores one that is not finite, too."""
         for row in self._findings.take():
+            if not (np.isfinite(row["now"]) and np.isfinite(row["x"]).all()):
+                continue
             self._record("/control", float(row["now"]), {"act": "publish", "x": row["x"].tolist()})
 
     def close(self) -> None:

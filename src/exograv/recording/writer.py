@@ -73,7 +73,7 @@ class RecordingWriter:
             RecordingError: The file cannot be created, or the settings have a name that the format does not know.
         """
         version = PACKED_VERSION if packed else SCHEMA_VERSION
-        head = _encoded("/settings", 0.0, {"schema_version": version, "joints": list(joints), **settings})
+        head = encoded("/settings", 0.0, {"schema_version": version, "joints": list(joints), **settings})
         self._take(Path(path), opened(Path(path), "wb"))
         with self._writing():
             self._file.begin()
@@ -192,7 +192,7 @@ class RecordingWriter:
         Raises:
             RecordingError: The message does not fit the channel, or the disk is full or gone.
         """
-        self._add(topic, t, _encoded(topic, t, message))
+        self._add(topic, t, encoded(topic, t, message))
 
     def write_block(self, topic: str, t: float, data: bytes) -> None:
         """Record samples of another device, in the form of `stream_block.packed`.
@@ -311,7 +311,14 @@ class RecordingWriter:
             raise RecordingError(self._failure) from error
 
 
-def _encoded(topic: str, t: float, message: Mapping[str, Any]) -> bytes:
+def encoded(topic: str, t: float, message: Mapping[str, Any]) -> bytes:
+    """Return a message of a JSON channel as it is stored; `t` [s] is added if the channel has this field.
+
+    Raises:
+        RecordingError: There is no such channel, or the message does not fit it.
+    """
+    if topic not in CHANNELS:
+        raise RecordingError(f"The recording format has no channel {topic}. Allowed: {', '.join(CHANNELS)}.")
     channel = CHANNELS[topic]
     if channel.fields[0].name == "t":
         message = {"t": t, **message}

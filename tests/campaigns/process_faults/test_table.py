@@ -72,6 +72,11 @@ def test_sessions_hold_each_cell_once_and_only_cells_that_leave_the_session_aliv
             assert len({(cell.state, cell.loop) for cell in one}) == 1
 
 
+def test_a_cell_that_changes_the_exit_code_shares_no_session():
+    for session in sessions_of(all_cells()):
+        assert len(session) == 1 or {expected_of(cell).exits for cell in session} == {(0,)}
+
+
 def test_a_session_strikes_a_process_again_only_after_it_is_replaced():
     for session in sessions_of(all_cells()):
         for process in Process:

@@ -17,7 +17,17 @@ from exograv.errors import ConfigError
 from exograv.recording import Recording, read_recording
 from exograv.recording.device_stream import DeviceStream
 from exograv.recording.stream_block import StreamBlock, packed
-from exograv.runtime.lsl.blocks import BLOCK, SAMPLES, SLOTS, TAKEN_MAX, RecordedDevices, block
+from exograv.runtime.lsl.blocks import (
+    BLOCK,
+    CORRECTED,
+    CORRECTION_ROW,
+    DATA_BYTES,
+    SAMPLES,
+    SLOTS,
+    TAKEN_MAX,
+    RecordedDevices,
+    block,
+)
 from exograv.runtime.lsl.listening import Listening
 from exograv.runtime.lsl.streams import FoundStream, formats, quoted
 from exograv.runtime.processes.shared_memory import Ring
@@ -224,6 +234,39 @@ def test_a_full_ring_is_written_part_by_part_in_order_without_a_gap(tmp_path: Pa
     (found,) = read_recording(path).streams
     np.testing.assert_array_equal(found.values[:, 0], np.arange(SLOTS))
     np.testing.assert_array_equal(found.stamps, 0.1 * np.arange(SLOTS))
+
+
+@pytest.mark.parametrize(
+    ("kind", "change"),
+    [
+        (SAMPLES, {"stream": 1}),
+        (7, {}),
+        (SAMPLES, {"length": 0}),
+        (SAMPLES, {"length": DATA_BYTES + 1}),
+        (CORRECTED, {}),
+        (CORRECTED, {"length": CORRECTION_ROW.itemsize}),
+    ],
+)
+def test_a_block_that_cannot_be_ends_the_streams_and_not_the_recording(
+    tmp_path: Path, kind: int, change: dict[str, int]
+):
+    path, ring = tmp_path / "a.mcap", Ring(BLOCK, SLOTS)
+    devices = RecordedDevices(ring.name, formats([FoundStream("amp", "1", "here", 3, 200.0, "int16", "EEG")]))
+    with contextlib.closing(ring), Recorder(path, (), {}, 5.0, 0.02, devices=devices) as recorder:
+        samples = packed(StreamBlock(0.0, 1, np.array([0.1]), np.full((1, 3), 5, np.int16)), 3)
+        ring.put(block(0, SAMPLES, 0.0, samples))
+        wrong = block(0, kind, 1.0, samples if kind == SAMPLES else b"\xff" * 60)
+        for name, value in change.items():
+            wrong[name] = value
+        ring.put(wrong)
+        wait_until(lambda: recorder.check().unpublished, "the loss is told")
+        recorder.write("/event", 2.0, {"kind": "note", "text": "it goes on"})
+        report = recorder.finish()
+        assert (report.recording_ok, report.restarts) == (True, 0)
+    recorded = read_recording(path)
+    assert [each["text"] for each in recorded.messages("/event")] == ["it goes on"]
+    (found,) = recorded.streams
+    np.testing.assert_array_equal(found.values, np.full((1, 3), 5))
 
 
 def test_no_two_streams_share_a_channel_and_any_name_can_be_searched():

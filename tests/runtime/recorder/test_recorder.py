@@ -376,6 +376,26 @@ def test_an_alteration_of_the_file_under_a_killed_recorder_is_reported(tmp_path:
     assert path.read_bytes() == altered
 
 
+@pytest.mark.parametrize(
+    ("topic", "message"),
+    [
+        ("/nothing", {}),
+        ("/page", {"topic": "/a", "message": {"a": np.nan}}),
+        ("/page", {"topic": "/a", "colour": "red"}),
+    ],
+)
+def test_a_message_that_does_not_fit_is_refused_and_the_recording_goes_on(
+    tmp_path: Path, topic: str, message: dict[str, object]
+):
+    path = tmp_path / "a.mcap"
+    with recording(path) as (recorder, _):
+        with pytest.raises(RecordingError):
+            recorder.write(topic, 1.0, message)
+        recorder.write("/event", 2.0, {"kind": "note", "text": "it goes on"})
+        assert recorder.finish().recording_ok
+    assert [each["text"] for each in read_recording(path).messages("/event")] == ["it goes on"]
+
+
 def test_settings_that_are_not_in_the_table_are_refused_at_the_start(tmp_path: Path):
     with pytest.raises(RecordingError, match="unknown 'colour'"):
         Recorder(tmp_path / "a.mcap", JOINTS, {"colour": "red"}, RUN_S)

@@ -234,6 +234,8 @@ def _why_not_struck(number: int, cells: Sequence[Cell], strikes: list[Strike], s
     ]
     if times and not _awaited(session, lambda: _replaced_at(cell.process, times[-1], session) is not None):
         return "the process that was struck before was not replaced"
+    if cell.process is Process.CONSOLE:
+        _note_silent_pages(cells[:number], strikes, session)
     # The motion may be over, and the guard may have stopped the machine.
     mode = session.modes[-1:]
     return "" if mode == [cell.state] else f"the machine was not {cell.state} any more"
@@ -274,8 +276,7 @@ def _struck_last(cells: Sequence[Cell], strikes: list[Strike], session: Session)
         for each, struck in zip(cells, strikes, strict=True):
             if expected_of(each).is_replaced and (struck_t := struck.struck_t) is not None:
                 _awaited(session, lambda each=each, t=struck_t: _replaced_at(each.process, t, session) is not None)
-        if any(each.process is Process.CONSOLE for each in cells):
-            _note_silent_pages(cells, strikes, session)
+        _note_silent_pages(cells, strikes, session)
         has_ended = session.process.poll() is not None
     if not has_ended and not is_running(guard) and cell.process not in (Process.PARENT, Process.SESSION):
         has_ended = session.await_end(STOPS_S)  # Stop has nothing left to stop, and a struck parent may need it
@@ -297,11 +298,20 @@ def stands_still(cell: Cell) -> bool:
 
 
 def _note_silent_pages(cells: Sequence[Cell], strikes: list[Strike], session: Session) -> None:
-    """Note pages that do not answer at their first address any more: their process counts as not replaced."""
+    """Note pages that do not answer at their first address after the last strike at them.
+
+    Call this before each further strike at the pages, so that the right strike gets the blame.
+    """
+    at_pages = [
+        one
+        for each, one in zip(cells, strikes, strict=False)
+        if each.process is Process.CONSOLE and one.struck_t is not None
+    ]
+    if not at_pages:
+        return
     host = str(session.notes("page")[0]["host"])
     if not _awaited(session, lambda: _answers(host)) and session.process.poll() is None:
-        for each, struck in zip(cells, strikes, strict=True):
-            struck.has_silent_pages = each.process is Process.CONSOLE
+        at_pages[-1].has_silent_pages = True
 
 
 def _answers(host: str) -> bool:

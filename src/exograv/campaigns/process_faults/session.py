@@ -1,4 +1,4 @@
-"""Session of the campaign: `exograv run live --simulate` with a prepared participant, and hooks in its processes.
+"""Session of the campaign: `exograv run live --simulate --real-time` with a prepared participant and hooks.
 
 The command, its terminal, its signals and all its processes are the product's. Only the preparation is replaced: the
 participant is known already, so that the arm floats after seconds, and the simulated drives belong to the campaign.
@@ -59,7 +59,8 @@ def main() -> None:
     # The command's own rooms are above this one; this process starts the command (`runpy` below) and prepares it here.
     vars(importlib.import_module("exograv.api.rig_factory")).update(simulated_wearer=lambda _options: None)
     _install_in_parent(orders, lines)
-    words = ["run", "live", "--simulate", "--identify", "10", "--out", orders.folder]
+    # The drives of the campaign keep their own time, as real ones do: drives that wait would hide each gap.
+    words = ["run", "live", "--simulate", "--real-time", "--identify", "10", "--out", orders.folder]
     sys.argv = ["exograv", *words, "--json", str(Path(orders.folder) / "live.json")]
     runpy.run_module("exograv.cli", run_name="__main__", alter_sys=True)
 

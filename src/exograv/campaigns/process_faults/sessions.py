@@ -1,13 +1,13 @@
 """Sessions of a campaign: several cells share one session if each of them leaves it alive.
 
 A worker, a recorder, the pages, the listener of LSL and the bridge to ROS 2 may be struck one after another in the same
-session. Every other cell ends its session, and has one of its own.
+session. Every other cell ends its session or changes its exit code, and has a session of its own.
 """
 
 from collections.abc import Sequence
 
 from .cell import Cell, Fault, Process, State
-from .table import GOES_ON, expected_of, needs_motion
+from .table import ENDS_WELL, GOES_ON, expected_of, needs_motion
 
 STRIKES_MAX = {State.FLOATING: 8, State.MOVING: 6, State.DESCENDING: 6}
 """Largest number of strikes in one session. A descent takes 3 s, and only its first part is fast."""
@@ -33,8 +33,9 @@ def sessions_of(cells: Sequence[Cell]) -> list[tuple[Cell, ...]]:
 
 
 def leaves_alive(cell: Cell) -> bool:
-    """Return True if the session goes on after this cell."""
-    return expected_of(cell).outcomes == GOES_ON
+    """Return True if the session goes on after this cell, and ends as if it had not been struck."""
+    expected = expected_of(cell)
+    return expected.outcomes == GOES_ON and expected.exits == ENDS_WELL
 
 
 def _fits(cell: Cell, session: Sequence[Cell]) -> bool:

@@ -22,6 +22,10 @@ class Outcome(enum.StrEnum):
     """The session goes on. It ends as usual when Stop is pressed later."""
 
 
+ENDS_WELL = (0,)
+"""Exit codes of a session that ends by Stop."""
+
+
 @dataclass(frozen=True)
 class Expected:
     """Expected reaction to a fault."""
@@ -35,7 +39,7 @@ class Expected:
     why: str
     """Reason for this outcome, as a clause."""
 
-    exits: tuple[int, ...] | None = (0,)
+    exits: tuple[int, ...] | None = ENDS_WELL
     """Allowed exit codes of the command, negative for a signal; None for any."""
 
     is_replaced: bool = False
@@ -131,7 +135,9 @@ EXPECTED: Mapping[tuple[Process, Fault], Expected] = MappingProxyType(
         (_P.PARENT, _F.SPIN): Expected(LOWERED, SILENT_MS, _SILENT, None),
         (_P.PARENT, _F.TERMINATE): Expected(LOWERED, PARENT_MS, "SIGTERM acts like Ctrl-C", (0, 143)),
         (_P.PARENT, _F.EXCEPTION): Expected(LOWERED, PARENT_MS, "the parent asks before it kills", (1,)),
-        (_P.PARENT, _F.HALF_WORD): Expected(GOES_ON, None, "the parent never waits for the rest of a word", None),
+        (_P.PARENT, _F.HALF_WORD): Expected(
+            GOES_ON, None, "the parent never waits for the rest of a word, and cannot read the report then", (1,)
+        ),
         (_P.PARENT, _F.HALF_MESSAGE): Expected(LOWERED, PARENT_MS, "the parent asks before it kills", (1,)),
         (_P.PARENT, _F.FULL_PIPE): Expected(LOWERED, SILENT_MS, _SILENT, None),
         (_P.PARENT, _F.MEMORY): Expected(EITHER, None, "a parent without memory may end the session", None),

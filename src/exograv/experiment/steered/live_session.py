@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from exograv.errors import ExogravError
+from exograv.errors import ExogravError, RecordingError
 from exograv.live.live_control import LivePlan
 from exograv.live.live_flight import parts_of, settings_of
 from exograv.live.live_processes import LiveResult, Running, fly
@@ -222,7 +222,9 @@ class LiveFlight:
         if state.running is None or rig_t is None or topic in NOT_RECORDED:
             return
         if topic == "/task":  # The study reads this channel.
-            state.running.recorder.write(topic, rig_t, {"kind": message["kind"], "record": dict(message)})
+            if not isinstance(kind := message.get("kind"), str):
+                raise RecordingError("A message of /task has no kind.")
+            state.running.recorder.write(topic, rig_t, {"kind": kind, "record": dict(message)})
         elif topic == "/aircraft":
             state.running.recorder.write(topic, rig_t, message)
         else:

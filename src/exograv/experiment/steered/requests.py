@@ -206,6 +206,9 @@ class Desk(Protocol):
         """Record a message with time `t` on the clock of `now` [s], such as the markers of `task` on `/task`.
 
         The message is lost while nothing is recorded.
+
+        Raises:
+            RecordingError: The message does not fit the recording format.
         """
         ...
 

@@ -2,10 +2,16 @@
 
 import time
 
+from exograv.errors import RigError
+
 LOCK_STEP_S = 5.0
 """Time-out for an answer of simulated drives in lock-step [s]."""
 
-ENDED = "The simulated drives have stopped answering: their process has ended. Start it again."
+ENDED = "The simulated drives have stopped answering: their process has ended or stands still. Start it again."
+
+
+class DrivesEndedError(RigError):
+    """Simulated drives in lock-step that do not answer any more. Nothing is left to lower."""
 
 
 class Clock:

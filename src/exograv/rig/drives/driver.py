@@ -24,7 +24,7 @@ from exograv.errors import RigError
 from exograv.rig.drive_status import DriveStatus
 from exograv.signals import Command, JointState, TorqueSource
 
-from .clock import ENDED, LOCK_STEP_S, Clock
+from .clock import ENDED, LOCK_STEP_S, Clock, DrivesEndedError
 from .node import Node
 from .settings import Drives
 from .units import Units
@@ -134,6 +134,10 @@ class Driver(ABC, Generic[AnyNode]):
         """Ask the drives and return their measurement; the previous one if not all answer in time.
 
         A joint in `faulty` keeps the last values of its drive.
+
+        Raises:
+            RigError: The bus is not open.
+            DrivesEndedError: Simulated drives in lock-step do not answer.
         """
         if not self._is_open:
             raise RigError(self.not_open)
@@ -142,7 +146,7 @@ class Driver(ABC, Generic[AnyNode]):
         is_silent = all(node.is_silent for node in self._nodes)
         if is_silent and self._lock_step and not self._clock.nobody_answers:
             self._has_ended = True  # The descent of a guard must not wait again in each of its ticks.
-            raise RigError(ENDED)
+            raise DrivesEndedError(ENDED)
         faulty = self._faulty()
         if asked is not None and not is_silent:
             self._state = self._measurement(asked, faulty)

@@ -115,5 +115,7 @@ class _Desk:
         return [*self._working.news(), *words] if isinstance(self._working, ReportingWorker) else words
 
     def _put(self, sample: np.void, found: np.ndarray) -> None:
+        if not np.isfinite(found).all():
+            return
         self._row["now"], self._row["x"] = sample["now"], found
         self._findings.put(self._row)

@@ -4,7 +4,11 @@ import numpy as np
 
 from exograv.recording import RecordingWriter
 
-from .blocks import CORRECTED, CORRECTION_ROW, TAKEN_MAX, RecordedDevices
+from .blocks import CORRECTED, CORRECTION_ROW, DATA_BYTES, SAMPLES, TAKEN_MAX, RecordedDevices
+
+
+class BlockError(Exception):
+    """Block of the listener that cannot be."""
 
 
 class BlockIntake:
@@ -38,14 +42,24 @@ class BlockIntake:
         return 0.0 if self._ahead_s is None else monotonic + self._ahead_s
 
     def take(self) -> bool:
-        """Write all new blocks; return True if there were any."""
+        """Write all new blocks; return True if there were any.
+
+        Raises:
+            BlockError: A block has a field out of its range. Nothing of it is written.
+        """
         rows = self._ring.take(TAKEN_MAX)
         for row in rows:
-            topic, t = self._topics[int(row["stream"])], self.rig_time(float(row["monotonic"]))
-            data = row["data"].tobytes()[: int(row["length"])]
-            if row["kind"] == CORRECTED:
+            stream, kind, length, monotonic = (row[name].item() for name in ("stream", "kind", "length", "monotonic"))
+            data = row["data"].tobytes()[:length]
+            is_whole = length == CORRECTION_ROW.itemsize if kind == CORRECTED else 0 < length <= DATA_BYTES
+            if stream >= len(self._topics) or kind not in (SAMPLES, CORRECTED) or not is_whole:
+                raise BlockError(f"stream {stream}, kind {kind}, {length} bytes")
+            topic, t = self._topics[stream], self.rig_time(monotonic)
+            if kind == CORRECTED:
                 correction = np.frombuffer(data, CORRECTION_ROW)[0]
                 values = {name: correction[name] for name in CORRECTION_ROW.names or ()}
+                if not np.isfinite(list(values.values())).all():
+                    raise BlockError(f"a clock correction of {topic} that is not finite")
                 self._writer.write("/correction", t, {"topic": topic, **values})
             else:
                 self._writer.write_block(topic, t, data)

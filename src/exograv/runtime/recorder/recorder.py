@@ -21,7 +21,7 @@ from exograv.errors import RecordingError
 from exograv.recording.disk import TICKS_PER_S, refuse_small_disk
 from exograv.recording.encoding import tick_dtype
 from exograv.recording.messages import TimingMessage
-from exograv.recording.writer import SYNC_EVERY_S
+from exograv.recording.writer import SYNC_EVERY_S, encoded
 from exograv.runtime.clock.realtime import Rights
 from exograv.runtime.clock.timing import EDGES_US, Timing
 from exograv.runtime.lsl.blocks import RecordedDevices
@@ -74,7 +74,7 @@ class RecorderReport:
     """Fault, and what to do; empty if there is none."""
 
     unpublished: str = ""
-    """Reason why publishing has stopped; empty if it works, or if nothing was to be published."""
+    """Reason why streams are not published, or those of devices not recorded, any more; empty without a fault."""
 
     @property
     def recording_ok(self) -> bool:
@@ -183,7 +183,12 @@ class Recorder:
         """Have an occasional message of the time `t` [s] recorded, also across a replacement of the recorder.
 
         Thread-safe.
+
+        Raises:
+            RecordingError: The message does not fit the recording format. Nothing is recorded: the recorder would end
+                at it, and each further recorder, too.
         """
+        encoded(topic, t, message)
         with self._one_at_a_time:
             self._messages.append((topic, t, dict(message)))
             self._child.send(self._messages[-1])

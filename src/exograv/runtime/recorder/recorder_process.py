@@ -18,7 +18,7 @@ from exograv.recording.encoding import tick_dtype
 from exograv.recording.messages import TimingMessage
 from exograv.results import json_value
 from exograv.runtime.lsl.blocks import RecordedDevices
-from exograv.runtime.lsl.intake import BlockIntake
+from exograv.runtime.lsl.intake import BlockError, BlockIntake
 from exograv.runtime.lsl.outlets import Outlets, OutletsJob
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 
@@ -221,7 +221,7 @@ class _Desk:
     def save(self) -> None:
         """Sync all new data to the disk, then acknowledge them."""
         self.take()
-        is_more = self._intake is not None and self._intake.take()
+        is_more = self._take_blocks()
         if self._is_saved and not is_more:
             return
         start = time.perf_counter_ns()
@@ -237,7 +237,7 @@ class _Desk:
     def finish(self, timing: TimingMessage | None) -> None:
         """Write the end of the file, so that the recording is complete."""
         self.save()
-        while self._intake is not None and self._intake.take():
+        while self._take_blocks():
             pass
         if timing is not None:
             self._writer.write("/timing", timing.t, json_value(timing))
@@ -249,6 +249,18 @@ class _Desk:
         self._events.close()
         if self._intake is not None:
             self._intake.close()
+
+    def _take_blocks(self) -> bool:
+        """Write new blocks of other devices; return True if there were any. A block that cannot be is the last one."""
+        if self._intake is None:
+            return False
+        try:
+            return self._intake.take()
+        except BlockError as error:
+            self._intake.close()
+            self._intake, self._is_saved = None, False
+            self._unpublished = f"Streams of other devices are not recorded any more: a wrong block came ({error})."
+            return False
 
     def _write_event(self, row: np.void) -> None:
         t = float(row["t"]) if np.isfinite(row["t"]) else 0.0
