@@ -24,6 +24,9 @@ OPENS_WITHIN_S = 90.0
 
 LISTENS_S = 0.5
 
+LATE_START = "flight.late_start"
+"""Code of the alarm that the motors did not switch on in time."""
+
 
 @dataclass(frozen=True)
 class Keyboard:
@@ -108,7 +111,7 @@ class TerminalSession:
         self._keyboard.enter(text)
         self._check()
         self._do("make_ready")
-        self._await_mode("exo_only", STARTS_WITHIN_S)
+        self._await_mode("exo_only", STARTS_WITHIN_S, refusal=LATE_START)
 
     def _take(self, kind: str, what: str) -> None:
         """Take the arm within 30 s of the step before; after that time the operator repeats this step."""
@@ -198,17 +201,20 @@ class TerminalSession:
         if why:
             raise RigError(f"The session cannot go on: {why}")
 
-    def _await_mode(self, mode: str, within_s: float) -> None:
-        """Wait for a mode.
+    def _await_mode(self, mode: str, within_s: float, refusal: str = "") -> None:
+        """Wait for a mode; `refusal` is the code of an alarm after which it does not come.
 
         Raises:
-            RigError: The machine has stopped, or the mode did not come in time.
+            RigError: The machine has stopped, or the mode did not come.
             SessionEndedError: The session ended before.
         """
         told = ""
         ends = time.monotonic() + within_s
         while self._page.shown.get("mode") != mode:
             self._check()
+            for alarm in self._page.shown.get("alarms", ()):
+                if alarm["text"].get("code") == refusal and not alarm["is_over"]:
+                    raise RigError(alarm["text"]["text"])
             text = str(self._page.shown["mode_text"]["text"])
             if text != told:
                 self._say(text)

@@ -23,6 +23,7 @@ from exograv.task.plan import TaskPlan
 from exograv.task.record_sinks import TASK_TOPIC, checkpoint_sink
 from exograv.task.records import Record, RefusedEvent, TouchRecord, extended
 from exograv.task.run import TaskRun
+from exograv.task.run_statement import RunStatement
 from exograv.task.screen import calibrate_with_card, calibrate_with_ruler
 
 from .event_log import EventLog
@@ -48,7 +49,7 @@ class ProtocolTrial:
         diary: EventLog,
         kept: RunCheckpoint | None = None,
         may_be_over: bool = False,
-        session: int | None = None,
+        statement: RunStatement | None = None,
     ):
         """Prepare a new run, or the rest of a run from a checkpoint.
 
@@ -58,12 +59,12 @@ class ProtocolTrial:
             diary: Log of all events.
             kept: Checkpoint of the run; None to keep none.
             may_be_over: True to accept a checkpoint of a run that is over, and to show its result.
-            session: Number of the session with this protocol, for the recording.
+            statement: Statement about the run, for recording, diary and checkpoint.
 
         Raises:
             ConfigError: The checkpoint belongs to another protocol, or its run is over.
         """
-        self.clocks, self._diary, self._kept, self._session = clocks, diary, kept, session
+        self.clocks, self._diary, self._kept, self._statement = clocks, diary, kept, statement
         self.run = TaskRun(plan)
         if kept is not None and kept.before is not None:
             self.run = TaskRun.from_kept(replace(plan, screen=kept.circumstances.screen), kept.before.run)
@@ -87,8 +88,8 @@ class ProtocolTrial:
 
     @property
     def is_active(self) -> bool:
-        """True if the protocol uses an active machine."""
-        return self.plan.exo == "active"
+        """True if the machine carries the arm in this run. In a sham run it does, at the level of Earth."""
+        return self.plan.exo != "passive"
 
     @property
     def why_not_kept(self) -> str:
@@ -107,7 +108,8 @@ class ProtocolTrial:
     def _keep(self, t: float) -> None:
         """Store a checkpoint of a run that has begun."""
         if self._kept is not None and self.run.state.status != "ready":
-            self._kept.keep(self.run.kept(), t, RunContext(side=self.side, screen=self.plan.screen))
+            name = None if self._statement is None else self._statement.run
+            self._kept.keep(self.run.kept(), t, RunContext(side=self.side, screen=self.plan.screen, run=name))
 
     def tick(self, t: float, shown: SessionSnapshot) -> str:
         """Advance the run to time `t` [s]; return a sentence for an alarm if the run had to be paused."""
@@ -129,8 +131,9 @@ class ProtocolTrial:
             return say("trial.needs_arm")
         if word.word == "resume" and self.side not in (None, shown.side):
             return say("trial.other_side", begun=self.side, side=shown.side)
+        session = None if self._statement is None else self._statement.session
         events: dict[str, Event] = {
-            "start": Start(t=t, participant=shown.participant, session=self._session),
+            "start": Start(t=t, participant=shown.participant, session=session),
             "pause": Pause(t=t, why="operator"),
             "resume": Resume(t=t, window=word.window),
             "open": OpenWindow(t=t, by="hand"),

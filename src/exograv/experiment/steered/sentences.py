@@ -35,6 +35,10 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         "desk.no_alarm": "There is no alarm with number {number}.",
         "flight.calibrates": "The machine is being calibrated.",
         "flight.starts": "Guard and control are starting.",
+        "flight.late_start": (
+            "The motors did not switch on within {seconds} s after the request, so they stay off. Make the machine "
+            "ready again."
+        ),
         "flight.error": (
             "The session of this machine had an internal error and has ended: {error}. Put the person in again to "
             "continue."
