@@ -117,6 +117,5 @@ class TrialRequest:
             ConfigError: As `kept_run`.
         """
         asked = (self.folder, self.protocol, self.participant, self.session, self.rig)
-        told: OptionRecord = {"windows": self.windows, "allocation": self.allocation_sha256}
-        part: OptionRecord = {name: value for name, value in told.items() if value is not None}
+        part: OptionRecord = {"windows": self.windows, "allocation": self.allocation_sha256}
         return kept_run(*asked, self.resumes, is_restart, part)
