@@ -24,7 +24,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -112,12 +112,14 @@ class DriveSession:
             env={**os.environ, "PYTHONPATH": path, "PYTHONUNBUFFERED": "1"},
         )  # fmt: skip
         self.pids["session"] = process.pid
-        threading.Thread(target=self._hear, args=(process, f"page-{self._count}"), daemon=True).start()
+        threading.Thread(target=self._hear, args=(process, f"page-of-command-{self._count}"), daemon=True).start()
         return process
 
     def _hear(self, process: subprocess.Popen[str], name: str) -> None:
         assert process.stdout is not None
+        log = (self.folder / f"{name}.log").open("w", encoding="utf-8")
         for line in process.stdout:
+            print(f"{time.monotonic():.1f} {line}", end="", file=log, flush=True)
             if line.startswith("PROCESS "):
                 _, role, pid = line.split()
                 self.pids[role] = int(pid)
@@ -234,7 +236,7 @@ def resumed(session: DriveSession) -> tuple[list[str], list[str]]:
 
 
 def faults_of(
-    whole: Recording, acknowledged: set[tuple[str, int]], steps: list[float]
+    whole: Recording, acknowledged: set[tuple[str, int]], parts: Sequence[Path]
 ) -> tuple[dict[str, Any], list[str]]:
     """Return the figures of a whole session, and what is wrong with it."""
     records = [message["record"] for message in whole.messages("/task")]
@@ -249,7 +251,8 @@ def faults_of(
     lacking = [one["window"] for at, one in closed
                if one["is_complete"] and ((t >= at - WINDOW_S) & (t <= at)).sum() < enough]  # fmt: skip
     row = import_recording(whole.path).session
-    step = max(steps, default=0.0)
+    jumps = sum(import_recording(path).session["clock_jumps"] for path in parts)
+    step = max(largest_step(read_recording(path).ticks) for path in parts)
     ends = [one["is_complete"] for one in records if one["kind"] == "run_ended"]
     faults = {
         f"{missing} acknowledged touches are not there once": missing,
@@ -262,7 +265,7 @@ def faults_of(
         f"a torque step of {step:.3f} N·m": step > Limits.torque_rate_max_Nm_per_s * 1e-3 * PERIOD_MS + 1e-6,
         f"ends of the run: {ends}": ends != [True],
         f"the study counts {row['windows_complete']} windows": row["windows_complete"] != WINDOWS,
-        f"the study counts {row['clock_jumps']} jumps of a clock": row["clock_jumps"],
+        f"the study counts {row['clock_jumps']} jumps of a clock": row["clock_jumps"] > jumps,
         f"the study misses a window: {row['remark']}": "is missing" in str(row["remark"]),
     }
     figures = {"recorded": len(touches), "missing": missing, "windows": len(complete), "attempts": len(attempts),
@@ -279,9 +282,8 @@ def judged(session: DriveSession, acknowledged: set[tuple[str, int]]) -> tuple[d
                      if len(session_of(path).diaries) and read_recording(path).messages("/task"))  # fmt: skip
         parts = session_of(first)
         alone = [read_recording(path) for path in parts.recordings]
-        steps = [largest_step(one.ticks) for one in alone]
         with whole_recording(parts, session.out, NAME) as path:
-            found, wrong = faults_of(whole := read_recording(path), acknowledged, steps)
+            found, wrong = faults_of(whole := read_recording(path), acknowledged, parts.recordings)
         count = len(whole.messages("/task")) - sum(len(one.messages("/task")) for one in alone)
         return figures | found | {"recordings": len(alone), "diary_only": count}, wrong
     except Exception as error:  # noqa: BLE001 - any error is a finding about this session
@@ -388,5 +390,4 @@ def main() -> int:
 
 if __name__ == "__main__":
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    os.nice(5)
     sys.exit(main())

@@ -122,24 +122,32 @@ class TerminalSession:
             self._make_ready("The 30 s are over. Press Enter to make the machine ready again, then take the arm.")
             self._keyboard.enter("Press Enter within 30 s: the machine takes the arm.")
         self._do(kind)
+        if not self._page.until(lambda: self._page.shown["mode"] != "exo_only", TAKES_WITHIN_S):
+            self._check()
+            raise RigError(f"The machine did not take the arm within {TAKES_WITHIN_S:g} s.")
 
     def _take_arm(self, is_known: bool) -> str:
         what = "checks the arm against the participant's file" if is_known else "identifies the arm"
         self._say("Ctrl-C lowers the arm softly at any time; it is no emergency stop.")
         self._take("take_arm" if is_known else "identify", f", moves it and {what}, until it floats")
-        self._await_mode("moving", TAKES_WITHIN_S)
-        self._await_mode("floating", LEARNS_WITHIN_S)
+        while not self._is_taken():
+            self._take_again("take_arm" if self._page.shown["is_known"] else "identify")
         learning = self._page.shown["learning"]
         outcome = "" if learning is None else str(learning["outcome"]["text"])
         left_over = [] if learning is None else [f"{value:.2f}" for value in learning["left_over_Nm"]]
         self._say(f"{outcome} Predicted left over: {', '.join(left_over)} N·m.")
         return outcome
 
+    def _is_taken(self) -> bool:
+        """Wait until the arm floats after its motion; it floats shortly before, too. False if it was given back."""
+        moves = self._await_mode("moving", TAKES_WITHIN_S, gives_back=True)
+        return moves and self._await_mode("floating", LEARNS_WITHIN_S, gives_back=True)
+
     def _run_protocol(self) -> tuple[int, bool]:
         """Run the windows; return the number of complete ones, and True if the protocol has come to its end."""
         word = "resume" if self._resumes else "start"
         self._keyboard.enter(f"Press Enter to {word} the protocol. It begins with a rest.")
-        self._refuse(self._page.run(word))
+        self._run(word)
         told = set[tuple[int, int]]()
         while True:
             self._check()
@@ -158,13 +166,23 @@ class TerminalSession:
 
     def _resume(self) -> None:
         """Take the arm again if the machine has given it back, then resume the run."""
-        if self._page.shown["mode"] != "floating":
+        while self._page.shown["mode"] != "floating":
             self._await_mode("exo_only", LEAVES_WITHIN_S)
-            self._make_ready("The machine has given the arm back. Press Enter to make it ready again.")
-            self._take("take_arm", " again")
-            self._await_mode("floating", TAKES_WITHIN_S)
+            self._take_again("take_arm")
+            self._await_mode("floating", TAKES_WITHIN_S, gives_back=True)
         self._keyboard.enter("The protocol is paused. Press Enter to resume it at the next window.")
-        self._refuse(self._page.run("resume"))
+        self._run("resume")
+
+    def _take_again(self, kind: str) -> None:
+        """Make the machine ready again and take the arm, after the machine has given it back by itself."""
+        self._make_ready("The machine has given the arm back. Press Enter to make it ready again.")
+        self._take(kind, " again")
+
+    def _run(self, word: str) -> None:
+        """Give a command to the protocol, and wait until the state shows it: an older state would ask again."""
+        before = self._run_state()["status"]
+        self._refuse(self._page.run(word))
+        self._page.until(lambda: self._run_state()["status"] != before, LEAVES_WITHIN_S)
 
     def _tell(self, window: dict[str, Any], run: dict[str, Any]) -> None:
         state = "complete" if window["is_complete"] else "not complete, it is repeated"
@@ -201,8 +219,14 @@ class TerminalSession:
         if why:
             raise RigError(f"The session cannot go on: {why}")
 
-    def _await_mode(self, mode: str, within_s: float, refusal: str = "") -> None:
-        """Wait for a mode; `refusal` is the code of an alarm after which it does not come.
+    def _await_mode(self, mode: str, within_s: float, refusal: str = "", gives_back: bool = False) -> bool:
+        """Wait for a mode. Return False if the machine has given the arm back by itself instead.
+
+        Args:
+            mode: The mode.
+            within_s: Time-out [s].
+            refusal: Code of an alarm after which the mode does not come.
+            gives_back: True if the machine may give the arm back, such as after a silence of this page.
 
         Raises:
             RigError: The machine has stopped, or the mode did not come.
@@ -216,6 +240,9 @@ class TerminalSession:
                 if alarm["text"].get("code") == refusal and not alarm["is_over"]:
                     raise RigError(alarm["text"]["text"])
             text = str(self._page.shown["mode_text"]["text"])
+            if gives_back and self._page.shown["mode"] == "exo_only":
+                self._say(text)
+                return False
             if text != told:
                 self._say(text)
                 told = text
@@ -225,6 +252,7 @@ class TerminalSession:
             if self._keyboard.is_over.wait(0.1):
                 raise SessionEndedError
         self._say(Mode[mode.upper()].value)
+        return True
 
     def _check(self) -> None:
         """Raise the cause of a stop.

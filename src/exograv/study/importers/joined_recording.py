@@ -1,4 +1,4 @@
-"""One recording from all recordings and diaries of a session that was interrupted and resumed.
+"""Join of all recordings and diaries of an interrupted session into one recording.
 
 The recordings follow each other on one clock, with the true pauses between them. All messages are kept. Records of the
 task come from the diaries too: a diary holds a record before its touch is acknowledged, also while the motors are off.
