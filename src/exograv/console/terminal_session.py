@@ -24,6 +24,12 @@ OPENS_WITHIN_S = 90.0
 
 LISTENS_S = 0.5
 
+ALARM_ENDS_WITHIN_S = 5.0
+"""Longest time until the pages show that the alarm of an earlier request is over [s]."""
+
+STARTS_MAX = 3
+"""Number of times that the operator is asked to make the machine ready before the session ends."""
+
 LATE_START = "flight.late_start"
 """Code of the alarm that the motors did not switch on in time."""
 
@@ -108,10 +114,26 @@ class TerminalSession:
         return SessionOutcome(identified, known, windows, is_finished)
 
     def _make_ready(self, text: str) -> None:
-        self._keyboard.enter(text)
-        self._check()
-        self._do("make_ready")
-        self._await_mode("exo_only", STARTS_WITHIN_S, refusal=LATE_START)
+        """Make the machine ready; ask again if its motors did not switch on in time, as on a busy computer.
+
+        Raises:
+            RigError: As `_await_mode`, or the motors did not switch on several times in a row.
+        """
+        for _ in range(STARTS_MAX):
+            self._keyboard.enter(text)
+            self._check()
+            self._do("make_ready")
+            self._page.until(lambda: not self._late_start(), ALARM_ENDS_WITHIN_S)  # of the request before
+            if self._await_mode("exo_only", STARTS_WITHIN_S, fails=self._late_start):
+                return
+            text = "Press Enter to make it ready again."
+        raise RigError(self._late_start())
+
+    def _late_start(self) -> str:
+        """Return the sentence of the alarm that the motors did not switch on in time; empty without it."""
+        alarms = self._page.shown.get("alarms", ())
+        told = (alarm["text"] for alarm in alarms if not alarm["is_over"])
+        return next((text["text"] for text in told if text["code"] == LATE_START), "")
 
     def _take(self, kind: str, what: str) -> None:
         """Take the arm within 30 s of the step before; after that time the operator repeats this step."""
@@ -140,8 +162,8 @@ class TerminalSession:
 
     def _is_taken(self) -> bool:
         """Wait until the arm floats after its motion; it floats shortly before, too. False if it was given back."""
-        moves = self._await_mode("moving", TAKES_WITHIN_S, gives_back=True)
-        return moves and self._await_mode("floating", LEARNS_WITHIN_S, gives_back=True)
+        moves = self._await_mode("moving", TAKES_WITHIN_S, fails=self._given_back)
+        return moves and self._await_mode("floating", LEARNS_WITHIN_S, fails=self._given_back)
 
     def _run_protocol(self) -> tuple[int, bool]:
         """Run the windows; return the number of complete ones, and True if the protocol has come to its end."""
@@ -169,7 +191,7 @@ class TerminalSession:
         while self._page.shown["mode"] != "floating":
             self._await_mode("exo_only", LEAVES_WITHIN_S)
             self._take_again("take_arm")
-            self._await_mode("floating", TAKES_WITHIN_S, gives_back=True)
+            self._await_mode("floating", TAKES_WITHIN_S, fails=self._given_back)
         self._keyboard.enter("The protocol is paused. Press Enter to resume it at the next window.")
         self._run("resume")
 
@@ -219,14 +241,17 @@ class TerminalSession:
         if why:
             raise RigError(f"The session cannot go on: {why}")
 
-    def _await_mode(self, mode: str, within_s: float, refusal: str = "", gives_back: bool = False) -> bool:
-        """Wait for a mode. Return False if the machine has given the arm back by itself instead.
+    def _given_back(self) -> str:
+        """Return the sentence of the mode in which the machine carries itself only; empty in another mode."""
+        return str(self._page.shown["mode_text"]["text"]) if self._page.shown["mode"] == "exo_only" else ""
+
+    def _await_mode(self, mode: str, within_s: float, fails: Callable[[], str] = lambda: "") -> bool:
+        """Wait for a mode. Return False if it does not come.
 
         Args:
             mode: The mode.
             within_s: Time-out [s].
-            refusal: Code of an alarm after which the mode does not come.
-            gives_back: True if the machine may give the arm back, such as after a silence of this page.
+            fails: Function that returns the sentence of a cause for which the mode does not come; empty without one.
 
         Raises:
             RigError: The machine has stopped, or the mode did not come.
@@ -236,13 +261,10 @@ class TerminalSession:
         ends = time.monotonic() + within_s
         while self._page.shown.get("mode") != mode:
             self._check()
-            for alarm in self._page.shown.get("alarms", ()):
-                if alarm["text"].get("code") == refusal and not alarm["is_over"]:
-                    raise RigError(alarm["text"]["text"])
-            text = str(self._page.shown["mode_text"]["text"])
-            if gives_back and self._page.shown["mode"] == "exo_only":
-                self._say(text)
+            if why := fails():
+                self._say(why)
                 return False
+            text = str(self._page.shown["mode_text"]["text"])
             if text != told:
                 self._say(text)
                 told = text

@@ -160,7 +160,7 @@ class LiveFlight:
         """Send a request to the guard, and return its answer. The first request starts a machine that waits."""
         state = self._state
         if state.is_waiting and event is Event.TEST:
-            state.asked_s, state.is_waiting = self.now(), False
+            state.asked_s, state.is_waiting, state.warnings = self.now(), False, ()
             self._is_requested.set()
             return ""
         number = next(self._numbers)

@@ -224,7 +224,7 @@ def _copy(part: Part, writer: RecordingWriter, connections: int) -> int:
                 last = max(last, number)
                 writer.write_block(topic, max(part.time_of(received), 0.0), block)
             elif topic not in (TASK_TOPIC, SETTINGS.topic):
-                message = read_message(part.path, CHANNELS[topic], data, part.settings)
+                message = dict(read_message(part.path, CHANNELS[topic], data, part.settings))
                 t = message.get("t", 0.0) + part.later_s
                 if "t" in message:
                     message["t"] = t
