@@ -257,6 +257,7 @@ def faults_of(
     faults = {
         f"{missing} acknowledged touches are not there once": missing,
         "a touch is there twice": len(set(touches)) != len(touches),
+        "a recording holds a record twice": any(holds_twice(read_recording(path)) for path in parts),
         f"complete windows: {complete}": sorted(complete) != list(range(1, WINDOWS + 1)),
         f"attempts: {attempts}": len(set(attempts)) != len(attempts),
         "a window is not closed": len(closed) != len(attempts),
@@ -271,6 +272,12 @@ def faults_of(
     figures = {"recorded": len(touches), "missing": missing, "windows": len(complete), "attempts": len(attempts),
                "step_Nm": round(step, 4)}  # fmt: skip
     return figures, [fault for fault, is_so in faults.items() if is_so]
+
+
+def holds_twice(recording: Recording) -> bool:
+    """Return True if a recording holds a record of the task twice."""
+    records = [json.dumps(message["record"], sort_keys=True) for message in recording.messages("/task")]
+    return len(set(records)) != len(records)
 
 
 def judged(session: DriveSession, acknowledged: set[tuple[str, int]]) -> tuple[dict[str, Any], list[str]]:

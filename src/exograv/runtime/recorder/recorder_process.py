@@ -16,6 +16,7 @@ from exograv.recording import RecordingWriter
 from exograv.recording.disk import TICKS_PER_S
 from exograv.recording.encoding import tick_dtype
 from exograv.recording.messages import TimingMessage
+from exograv.recording.schema import CHANNELS
 from exograv.results import json_value
 from exograv.runtime.lsl.blocks import RecordedDevices
 from exograv.runtime.lsl.intake import BlockIntake
@@ -38,8 +39,8 @@ EVENT = np.dtype([("t", "<f8"), ("kind", "S32"), ("text", "S480")])
 PHASE = "phase"
 """Kind of event that begins a phase with its text as name; it goes to `/phase`, all others to `/event`."""
 
-TOLD = ("/control", "/stream", "/page")
-"""Topics whose messages come from the parent."""
+OWN = frozenset({"/settings", "/tick", "/event", "/phase", "/timing", "/correction"})
+"""Topics that the recorder writes itself. Messages of all others come from the parent."""
 
 PUBLISH_EVERY_S = 0.01
 """Largest delay of published ticks, without the network [s]."""
@@ -183,7 +184,7 @@ class _Desk:
             events.acknowledge(self._events_written())
         self._ticks, self._events = job.inlet.ticks(), job.inlet.events()
         self._intake = None if job.devices is None else BlockIntake(job.devices, self._writer, has_rig=bool(job.joints))
-        self._known = Counter({topic: self._writer.count(topic) for topic in TOLD})
+        self._known = Counter({topic: self._writer.count(topic) for topic in CHANNELS if topic not in OWN})
         self._outlets = None if job.outlets is None else Outlets(job.outlets)
         self._say()
 
