@@ -188,6 +188,19 @@ def test_a_touch_that_the_page_sent_again_to_the_next_server_is_there_once(tmp_p
     assert [row["touches"] for row in found.windows] == [1, 1]
 
 
+def test_a_command_without_a_recording_adds_only_the_records_of_its_diary(tmp_path: Path):
+    ends = ({"kind": "paused", "t": B, "why": "the program was interrupted"}, SECOND[-1])
+    closes = record("window_closed", A + 16.0, 2)
+    first = part(tmp_path / "steered-1.mcap", STATEMENT, (*FIRST, closes), A)
+    diary(tmp_path / "console-1.jsonl", STATEMENT, *FIRST, closes)
+    diary(tmp_path / "console-2.jsonl", stated(launch="b", complete=(1, 2)), *ends)
+    whole, found = joined(first)
+    assert [(row["window"], row["attempt"], row["is_complete"]) for row in found.windows] == [
+        (1, 1, True), (2, 1, True)]  # fmt: skip
+    assert len(whole.messages("/task")) == len(FIRST) + 3
+    assert found.session["is_complete"]
+
+
 def test_a_recording_that_is_missing_is_named_by_the_windows_in_it(tmp_path: Path):
     first = interrupted(tmp_path)
     later = first.with_name("steered-2.mcap")

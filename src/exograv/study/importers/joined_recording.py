@@ -81,10 +81,13 @@ def whole_recording(session: SessionParts, folder: Path, name: str) -> Iterator[
     Raises:
         RecordingError: A part cannot be read, or the disk is full.
     """
+    is_alone = len(session.recordings) == 1
+    if is_alone and not session.diaries:
+        yield session.recordings[0]
+        return
     parts, missing = _placed(session)
-    (only, *more) = parts
-    if not more and [record for _, record in only.records] == [one["record"] for one in only.tasks]:
-        yield only.path
+    if is_alone and [record for _, record in parts[0].records] == [one["record"] for one in parts[0].tasks]:
+        yield parts[0].path
         return
     with tempfile.TemporaryDirectory(prefix=PARTIAL, dir=folder) as place:
         path = Path(place) / f"{name}.mcap"
@@ -102,8 +105,8 @@ def _placed(session: SessionParts) -> tuple[list[Part], set[int]]:
         pause = pause if math.isfinite(pause) and pause > 0.0 else AWAY_S
         part.later_s = part.after_s + pause - (part.first[0] if math.isfinite(part.first[0]) else 0.0)
     joined = JoinedRecords()
-    for of, lines in _launches(parts, diaries):
-        _fill(of, lines, joined)
+    for of, lines, with_own in _launches(parts, diaries):
+        _fill(of, lines, joined, with_own)
     return parts, joined.missing
 
 
@@ -134,8 +137,8 @@ def _streams(path: Path) -> tuple[StreamFormat, ...]:
 
 def _launches(
     parts: Sequence[Part], diaries: Sequence[list[DiaryLine]]
-) -> Iterator[tuple[list[Part], list[DiaryLine]]]:
-    """Yield the parts and the diary of each command, in order."""
+) -> Iterator[tuple[list[Part], list[DiaryLine], bool]]:
+    """Yield recordings and diary of each command, in order, and True if the recordings are its own."""
     by_launch = dict[str, tuple[list[Part], list[DiaryLine]]]()
     for lines in diaries:
         statement = next(line.content for line in lines if isinstance(line.content, RunStatement))
@@ -148,15 +151,15 @@ def _launches(
     places = {id(part): number for number, part in enumerate(parts)}
     for number, (of, lines) in enumerate(kept):
         if of:
-            yield of, lines
+            yield of, lines, True
             continue
         near = next((one for one, _ in (*reversed(kept[:number]), *kept[number + 1 :]) if one), None)
         if near is not None:
-            yield [max(near, key=lambda part: places[id(part)])], lines
+            yield [max(near, key=lambda part: places[id(part)])], lines, False
 
 
-def _fill(parts: Sequence[Part], lines: Sequence[DiaryLine], joined: JoinedRecords) -> None:
-    """Give the records of a command to its recordings: those of the diary, or without a diary their own."""
+def _fill(parts: Sequence[Part], lines: Sequence[DiaryLine], joined: JoinedRecords, with_own: bool) -> None:
+    """Give records of a command to recordings: those of its diary, and with `with_own` the recordings' further ones."""
     own = {_key(task["record"]): (number, task["t"]) for number, part in enumerate(parts) for task in part.tasks}
     told = {_key(line.content) for line in lines if isinstance(line.content, dict)}
     if not any(isinstance(line.content, RunStatement) for line in lines) and parts[0].statement is not None:
@@ -170,8 +173,9 @@ def _fill(parts: Sequence[Part], lines: Sequence[DiaryLine], joined: JoinedRecor
         part = parts[present]
         _take(part, part.time_of(line.t) if t is None else t + part.later_s, line.content, joined)
     for part in parts:
-        for task in part.tasks:
-            if _key(task["record"]) not in told:
+        for task in part.tasks if with_own else ():
+            if (key := _key(task["record"])) not in told:
+                told.add(key)
                 _take(part, task["t"] + part.later_s, task["record"], joined)
 
 
