@@ -27,6 +27,7 @@ LISTENS_S = 0.5
 ALARM_ENDS_WITHIN_S = 5.0
 """Longest time until the pages show that the alarm of an earlier request is over [s]."""
 
+ASKS_AGAIN_MAX = 4
 STARTS_MAX = 3
 """Number of times that the operator is asked to make the machine ready before the session ends."""
 
@@ -226,13 +227,15 @@ class TerminalSession:
         return state["run"]
 
     def _do(self, kind: str) -> None:
-        """Ask for an act; once more if the state changed while the operator read.
+        """Ask for an act; again if the state changed while the operator read, a few times on a busy computer.
 
         Raises:
             RigError: The act was refused.
         """
         why = self._page.act(kind)
-        if why:
+        for _ in range(ASKS_AGAIN_MAX):
+            if not why:
+                break
             time.sleep(LISTENS_S)
             why = self._page.act(kind)
         self._refuse(why)

@@ -35,6 +35,9 @@ from .sentences import say
 CARRIED = frozenset({"floating", "weighing"})
 """Modes in which a protocol with an active machine can run."""
 
+WAITS_AFTER_S, SILENT_MAX_S = 0.25, 1.0
+"""Age of the machine's newest tick from which on a run waits, and from which on it is paused [s]."""
+
 RAW = "/console/touch"
 """Topic of raw touches in the diary."""
 
@@ -112,7 +115,17 @@ class ProtocolTrial:
             self._kept.keep(self.run.kept(), t, RunContext(side=self.side, screen=self.plan.screen, run=name))
 
     def tick(self, t: float, shown: SessionSnapshot) -> str:
-        """Advance the run to time `t` [s]; return a sentence for an alarm if the run had to be paused."""
+        """Advance the run to time `t` [s]; return a sentence for an alarm if the run had to be paused.
+
+        While the machine is silent the run waits: it may have stopped, and the clock would end a window as complete.
+        """
+        silent_s = shown.age_s if self.is_active and self.is_running and shown.mode in CARRIED else 0.0
+        if silent_s > SILENT_MAX_S:
+            why = f"The machine has sent no values for {SILENT_MAX_S:g} s."
+            self.run.feed(Pause(t=max(t - silent_s, self.run.state.t), why=why))
+            return say("trial.paused")
+        if silent_s > WAITS_AFTER_S:
+            return ""
         self.run.feed(Tick(t=t))
         if self.run.state.status != "running" or not self.is_active or shown.mode in CARRIED:
             return ""
