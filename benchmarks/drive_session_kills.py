@@ -141,9 +141,10 @@ class DriveSession:
             one.close()
         if process.returncode == 0:
             return ""
-        if any("Traceback" in line for line in self.lines):
-            return "TRACEBACK " + self.lines[-1]
-        return next((line for line in reversed(self.lines) if "exograv: " in line or "rror" in line), "no sentence")
+        if said := next((line for line in reversed(self.lines) if "exograv: " in line), ""):
+            return said
+        # A guard whose drives have ended shows a traceback, also where the command itself was killed afterwards.
+        return f"TRACEBACK {self.lines[-1]}" if process.returncode > 0 else "no sentence"
 
     def state(self) -> RunState | None:
         """Return the run of the checkpoint; None without one."""
