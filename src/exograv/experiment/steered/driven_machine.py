@@ -105,7 +105,7 @@ class DrivenMachine:
         options = self._options
         settings = {"options": options.written(), "machine": self._readiness.serial}
         hashes = {} if options.allocation_sha256 is None else {"allocation": options.allocation_sha256}
-        return {**drawn_by(options), "hashes": hashes, "settings": settings | options.stated()}
+        return {**drawn_by(options), "hashes": hashes, "settings": {**settings, **options.stated()}}
 
     def hear(self, mode_name: str) -> None:
         """Tell a simulated wearer the mode that begins."""

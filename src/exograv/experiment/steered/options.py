@@ -1,5 +1,6 @@
 """Options of a session that pages steer."""
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -79,6 +80,6 @@ class SteeredOptions(WornOptions):
             if name not in ("drives", "simulate", "run")
         }
 
-    def stated(self) -> dict[str, Any]:
+    def stated(self) -> Mapping[str, Any]:
         """Return the settings that name the run of a recording, for a study; empty without a run."""
         return {} if self.run is None else {"run": json_value(self.run.now())}
