@@ -36,6 +36,23 @@ def test_a_full_disk_is_said_and_raises_nothing(tmp_path: Path):
     diary.close()
 
 
+def test_an_event_that_a_full_disk_refused_is_written_once_there_is_room(tmp_path: Path):
+    diary = EventLog(tmp_path / "d.jsonl", lambda *_: None)
+    file = diary._file
+    with Path("/dev/full").open("wb", buffering=0) as full:
+        diary._file = full
+        diary.write("/task", 0.0, {"number": 1})
+        with pytest.raises(RecordingError, match="No space left"):
+            diary.sync()
+    diary._file = file
+    diary.write("/task", 1.0, {"number": 2})
+    diary.sync()
+    lines = diary.path.read_text(encoding="utf-8").splitlines()
+    assert [json.loads(line)["message"]["number"] for line in lines] == [1, 2]
+    assert not diary.why
+    diary.close()
+
+
 def test_the_same_alarm_again_is_counted_and_many_do_not_fill_the_memory():
     alarms = Alarms()
     first = alarms.sound("once", 0.0)

@@ -16,10 +16,10 @@ from exograv.console.event_log import EventLog
 from exograv.console.options import Address
 from exograv.console.page_clocks import PageClocks
 from exograv.console.run import ConsoleResult
-from exograv.console.run_checkpoint import RunCheckpoint, kept_run
+from exograv.console.run_checkpoint import RunCheckpoint, RunContext, kept_run
 from exograv.console.trial import ProtocolTrial
 from exograv.console.trial_request import TrialRequest
-from exograv.errors import ConfigError
+from exograv.errors import ConfigError, RecordingError
 from exograv.experiment.steered.options import SteeredOptions
 from exograv.live.options import PersonForm
 from exograv.storage.session_checkpoint import checkpoint_path
@@ -52,6 +52,20 @@ def trial() -> Iterator[Begun]:
 def closed(trial: ProtocolTrial) -> None:
     assert trial._kept is not None
     trial._kept.close()
+
+
+def test_no_state_is_stored_before_its_records_are_on_the_disk(tmp_path: Path):
+    file = kept(tmp_path)
+    assert file is not None
+
+    def refuse() -> None:
+        raise RecordingError("The diary is full.")
+
+    file.sync_before = refuse
+    file.keep("{}", 1.0, RunContext())
+    file.close()
+    assert not file.path.exists()
+    assert file.why == "The diary is full."
 
 
 def test_what_was_kept_comes_back_with_its_touches_side_and_screen(tmp_path: Path, trial: Begun):

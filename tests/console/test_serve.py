@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 import uvicorn
@@ -24,6 +25,7 @@ from exograv.console.limits import MESSAGE_MAX_BYTES, Close
 from exograv.console.line_protocol import BYTES_AT_ONCE
 from exograv.console.options import Address
 from exograv.console.serve import PageServer, bound, settings_of
+from exograv.console.trial import ProtocolTrial
 from exograv.errors import ConfigError
 
 from .fake_desk import FakeDesk
@@ -186,6 +188,23 @@ def test_in_a_network_pages_come_over_tls_under_one_name(tmp_path: Path):
         assert config.is_ssl
         assert isinstance(config.ssl, ssl.SSLContext)
         assert listening.getsockname()[0] == "127.0.0.2"
+
+
+def test_the_end_of_the_server_breaks_off_a_window_that_the_clock_would_close_later(
+    hub: Hub, monkeypatch: pytest.MonkeyPatch
+):
+    async def closing(_server: uvicorn.Server, _sockets: list[socket.socket] | None = None) -> None: ...
+
+    monkeypatch.setattr(uvicorn.Server, "shutdown", closing)
+    trial = Mock(spec=ProtocolTrial)
+    monkeypatch.setattr(hub, "trial", trial)
+    server = PageServer(uvicorn.Config(lambda: None), hub)
+    server.says_farewell = False  # another process replaces this one
+    asyncio.run(server.shutdown())
+    trial.interrupt.assert_not_called()
+    server.says_farewell = True
+    asyncio.run(server.shutdown())
+    trial.interrupt.assert_called_once()
 
 
 def test_a_page_that_closes_its_line_during_the_shutdown_is_no_error(hub: Hub, monkeypatch: pytest.MonkeyPatch):

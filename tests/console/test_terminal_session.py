@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from tests.console.of_process import Page, short_training
+from tests.console.test_trial_request import kept_until
 
 from exograv.console.options import Address
 from exograv.console.run import run_console
@@ -15,7 +16,9 @@ from exograv.console.terminal_session import Keyboard, SessionEndedError, Sessio
 from exograv.console.trial_request import TrialRequest
 from exograv.errors import RigError
 from exograv.experiment.steered.rehearsal import RehearsedFlight
+from exograv.experiment.steered.request_validation import EVENTS
 from exograv.experiment.steered.session_controller import SessionController
+from exograv.safety.modes import Mode
 from exograv.storage.session_checkpoint import SESSION_FILE
 from exograv.task.state import RunState
 
@@ -35,8 +38,8 @@ class Session:
         self.protocol = short_training(folder)
         self.outcome: list[SessionOutcome] = []
 
-    def run(self, says: Callable[[str], object] = lambda _: None) -> Any:
-        trial = TrialRequest(self.folder, str(self.protocol), "P-07")
+    def run(self, says: Callable[[str], object] = lambda _: None, resumes: bool = False) -> Any:
+        trial = TrialRequest(self.folder, str(self.protocol), "P-07", resumes=resumes)
 
         def say(line: str) -> None:
             self.lines.append(line)
@@ -45,7 +48,7 @@ class Session:
         def operate(link: str, is_over: threading.Event) -> None:
             page = TerminalPage(link)
             try:
-                self.outcome.append(TerminalSession(page, Keyboard(say, is_over, True), False).run())
+                self.outcome.append(TerminalSession(page, Keyboard(say, is_over, True), resumes).run())
             except SessionEndedError:
                 say("ended")
             finally:
@@ -97,6 +100,65 @@ def test_an_unknown_arm_is_identified_and_the_protocol_runs_to_its_end_with_touc
     assert motors < takes < begins < gives
     assert "Window 2 is complete" in text
     assert not session.flight.moment().arm_share
+
+
+class LatePage:
+    """Page of a machine whose motors do not switch on in time at the first requests."""
+
+    def __init__(self, late: int):
+        self.late, self.requests, self.ended, self.steers = late, 0, "", True
+
+    @property
+    def shown(self) -> dict[str, Any]:
+        is_late = 0 < self.requests <= self.late
+        alarm = {"text": {"text": "Too late.", "code": "flight.late_start"}, "is_over": False, "priority": "medium"}
+        mode = "exo_only" if self.requests > self.late else "off"
+        return {"mode": mode, "mode_text": {"text": mode}, "alarms": [alarm] if is_late else [], "version": 1}
+
+    def act(self, _kind: str) -> str:
+        self.requests += 1
+        return ""
+
+    def until(self, condition: Callable[[], object], _within_s: float) -> bool:
+        return bool(condition())
+
+
+def test_an_operator_whose_motors_started_too_late_is_asked_again_and_not_without_end():
+    lines = list[str]()
+    keyboard = Keyboard(lines.append, threading.Event(), True)
+    page: Any = LatePage(late=2)
+    TerminalSession(page, keyboard, False)._make_ready("Press Enter.")
+    assert (page.requests, lines.count("Too late.")) == (3, 2)
+    never: Any = LatePage(late=9)
+    with pytest.raises(RigError, match="Too late"):
+        TerminalSession(never, keyboard, False)._make_ready("Press Enter.")
+
+
+@pytest.mark.long
+def test_a_run_that_is_resumed_goes_on_at_its_next_window_to_its_end(tmp_path: Path):
+    session = Session(tmp_path)
+    kept_until(TrialRequest(tmp_path, str(session.protocol), "P-07"), 15.0)
+    session.run(resumes=True)
+    (outcome,) = session.outcome
+    assert (outcome.windows, outcome.finished) == (2, True)
+    assert [window.number for window in session.kept.windows] == [1, 2]
+    assert not any("paused" in line for line in session.lines)
+
+
+@pytest.mark.long
+def test_an_arm_that_the_machine_gives_back_by_itself_is_taken_again(tmp_path: Path):
+    session = Session(tmp_path)
+    session.flight._identify_s, given = 5.0, list[str]()
+
+    def give_back(line: str) -> None:
+        if line == Mode.MOVING.value and not given:
+            given.append(line)
+            assert not session.flight.ask(EVENTS["give_back"])
+
+    session.run(give_back)
+    (outcome,) = session.outcome
+    assert outcome.finished
+    assert sum("has given the arm back" in line for line in session.lines) == 1
 
 
 def test_a_stop_ends_the_session_with_its_cause(tmp_path: Path):

@@ -144,6 +144,34 @@ def test_a_machine_that_lets_go_pauses_the_run_and_breaks_the_window_off(house: 
     assert trial_of(house).tick(clock.t + 0.02, desk.shown()) == ""
 
 
+def test_a_window_does_not_end_as_complete_on_a_machine_that_has_fallen_silent(
+    house: Hub, desk: FakeDesk, clock: SetClock
+):
+    in_window(house, desk, clock)
+    run = trial_of(house).run
+    ends = run.state.windows[-1].opened + run.plan.protocol.windows.duration_s
+    trial_of(house).tick(ends - 0.1, desk.shown())
+    desk.age_s = 0.5
+    assert trial_of(house).tick(ends + 0.3, desk.shown()) == ""
+    assert run.state.window is not None
+    desk.age_s = 1.1
+    assert "paused" in trial_of(house).tick(ends + 0.9, desk.shown())
+    (window,) = run.state.windows
+    assert (window.is_complete, window.closed_by) == (False, "pause")
+
+
+def test_a_machine_that_speaks_again_at_once_costs_no_window(house: Hub, desk: FakeDesk, clock: SetClock):
+    in_window(house, desk, clock)
+    run = trial_of(house).run
+    ends = run.state.windows[-1].opened + run.plan.protocol.windows.duration_s
+    desk.age_s = 0.5
+    trial_of(house).tick(ends + 0.1, desk.shown())
+    desk.age_s = 0.0
+    trial_of(house).tick(ends + 0.2, desk.shown())
+    (window,) = run.state.windows
+    assert (window.is_complete, window.closed) == (True, pytest.approx(ends))
+
+
 def test_the_level_is_asked_for_in_a_run_and_left_to_the_operator_before(house: Hub, desk: FakeDesk, clock: SetClock):
     assert trial_of(house).level(clock.t) is None
     in_window(house, desk, clock)

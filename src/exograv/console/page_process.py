@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from exograv.results import json_value
 from exograv.task.events import Interrupted
+from exograv.task.run_statement import STATEMENT_TOPIC
 
 from .desk_link import DeskClient, Ended, LinkNames, Ready
 from .event_log import EventLog
@@ -96,11 +97,16 @@ def _hub(job: PageJob, desk: DeskClient, stack: contextlib.ExitStack) -> Hub:
     clocks = PageClocks()
     diary = EventLog(job.diary, desk.write, continues=is_restart)
     stack.callback(diary.close)
-    plan, kept = job.trial.plan(), job.trial.checkpoint(is_restart)
+    plan, kept, stated = job.trial.plan(), job.trial.checkpoint(is_restart), job.trial.stated()
     if kept is not None:
+        kept.sync_before = diary.sync
         stack.callback(kept.close)
+    statement = None if stated is None else stated.now()
+    if statement is not None:
+        # Records before this line that are later than the checkpoint are not known to the run.
+        diary.write(STATEMENT_TOPIC, desk.now(), json_value(statement))
     trial = None if plan is None else ProtocolTrial(
-        plan, clocks, diary, kept, may_be_over=is_restart, session=job.trial.session
+        plan, clocks, diary, kept, may_be_over=is_restart, statement=statement
     )  # fmt: skip
     keys = AccessKeys(desk.now, job.cookie_key, LOGINS_PER_PROCESS * job.number)
     keys.admit(job.operator_token, Role.OPERATOR, SESSION_S)

@@ -41,6 +41,11 @@ Operate = Callable[[str, threading.Event], object]
 """Function that steers in place of the operator's page, from its link on. The event is set when the session ends."""
 
 
+def diary_path(folder: Path) -> Path:
+    """Path of the diary of a command that starts now."""
+    return folder / f"console-{time.strftime('%Y%m%d-%H%M%S')}.jsonl"
+
+
 def run_console(
     address: Address, folder: Path, desk: Desk, trial: TrialRequest, say: Say, operate: Operate | None = None
 ) -> ConsoleResult:
@@ -51,7 +56,7 @@ def run_console(
         ConfigError: The address cannot be used.
         ExogravError: The pages or the desk failed. The guard of the machine lowers the arm.
     """
-    diary = folder / f"console-{time.strftime('%Y%m%d-%H%M%S')}.jsonl"
+    diary = diary_path(folder)
     with contextlib.ExitStack() as stack:
         stack.callback(desk.close)  # also if the address cannot be used
         listening, host = stack.enter_context(bound(address))

@@ -1,12 +1,14 @@
 """Checkpoint of a console's run beside its diary, so that another console can resume it after a crash."""
 
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 from exograv.errors import ConfigError, ExogravError
 from exograv.model.rig_settings import Settings
 from exograv.options import SESSIONS_MAX, OptionRecord, Side
 from exograv.storage.session_checkpoint import SESSION_FILE, KeptSession, checkpoint_path, read_kept, refuse_kept
+from exograv.storage.session_readiness import session_name
 from exograv.task.screen import ScreenCalibration
 
 
@@ -17,6 +19,9 @@ class RunContext(Settings):
     """Side of the arm."""
 
     screen: ScreenCalibration | None = None
+
+    run: str | None = None
+    """Random name of the run, as in `RunStatement`; None in earlier checkpoints."""
 
 
 class RunCheckpoint:
@@ -39,6 +44,8 @@ class RunCheckpoint:
         """Conditions at the start of the run that is resumed."""
         self.why = ""
         """Error of the last write; empty without an error."""
+        self.sync_before: Callable[[], object] = lambda: None
+        """Function that forces the records of a state to the disk, called before the state is written."""
 
         if resumes:
             self.before = read_kept(path, options)
@@ -78,10 +85,16 @@ class RunCheckpoint:
             if kept is None:
                 return
             try:
+                self.sync_before()
                 SESSION_FILE.write(self.path, kept)
                 self.why = ""
             except ExogravError as error:
                 self.why = str(error)
+
+
+def run_path(folder: Path, protocol: str, participant: str | None, session: int, windows: int | None = None) -> Path:
+    """Path of the checkpoint of a run. A trial of the first windows has another file, so that it blocks no session."""
+    return checkpoint_path(folder, session_name(participant, protocol, session, windows), is_simulated=False)
 
 
 def kept_run(
@@ -92,10 +105,12 @@ def kept_run(
     rig: str,
     resumes: bool,
     is_restart: bool = False,
+    part: OptionRecord | None = None,
 ) -> RunCheckpoint | None:
     """Checkpoint of this protocol, person and session; None if only the machine is steered.
 
-    With `is_restart` the run is resumed if there is one, and begun otherwise.
+    With `is_restart` the run is resumed if there is one, and begun otherwise. `part` holds further options that must be
+    the same when the run is resumed: `windows` of a trial, and the hash `allocation`.
 
     Raises:
         ConfigError: As `RunCheckpoint`, or `--resume` is given without a protocol.
@@ -107,8 +122,8 @@ def kept_run(
     if not 1 <= session <= SESSIONS_MAX:
         raise ConfigError(f"--session is {session}; allowed: 1 to {SESSIONS_MAX}.")
     folder.mkdir(parents=True, exist_ok=True)
-    path = checkpoint_path(
-        folder, f"{participant or 'console'}_{Path(protocol).stem}_{session:02d}", is_simulated=False
-    )
+    windows = None if part is None else part.get("windows")
+    path = run_path(folder, protocol, participant, session, windows if isinstance(windows, int) else None)
     options: OptionRecord = {"protocol": protocol, "participant": participant, "session": session, "rig": rig}
+    options |= part or {}
     return RunCheckpoint(path, options, path.exists() if is_restart else resumes)

@@ -138,6 +138,9 @@ class PageServer(uvicorn.Server):
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Say goodbye, close all lines and end the server; lines that close are awaited for up to `END_S`."""
         if self.says_farewell:
+            # The guard lowers the arm now. The clock must not close an open window as complete meanwhile.
+            if self._hub.trial is not None:
+                self._hub.trial.interrupt(self._hub.desk.now(), "The session has ended.")
             self._hub.farewell()
             await asyncio.sleep(FAREWELL_S)
         for _ in range(round(END_S / LINE_CLOSES_S)):

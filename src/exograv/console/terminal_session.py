@@ -24,6 +24,16 @@ OPENS_WITHIN_S = 90.0
 
 LISTENS_S = 0.5
 
+ALARM_ENDS_WITHIN_S = 5.0
+"""Longest time until the pages show that the alarm of an earlier request is over [s]."""
+
+ASKS_AGAIN_MAX = 4
+STARTS_MAX = 3
+"""Number of times that the operator is asked to make the machine ready before the session ends."""
+
+LATE_START = "flight.late_start"
+"""Code of the alarm that the motors did not switch on in time."""
+
 
 @dataclass(frozen=True)
 class Keyboard:
@@ -107,10 +117,26 @@ class TerminalSession:
         return SessionOutcome(identified, known, windows, is_finished)
 
     def _make_ready(self, text: str) -> None:
-        self._keyboard.enter(text)
-        self._check()
-        self._do("make_ready")
-        self._await_mode("exo_only", STARTS_WITHIN_S)
+        """Make the machine ready; ask again if its motors did not switch on in time, as on a busy computer.
+
+        Raises:
+            RigError: As `_await_mode`, or the motors did not switch on several times in a row.
+        """
+        for _ in range(STARTS_MAX):
+            self._keyboard.enter(text)
+            self._check()
+            self._do("make_ready")
+            self._page.until(lambda: not self._late_start(), ALARM_ENDS_WITHIN_S)  # of the request before
+            if self._await_mode("exo_only", STARTS_WITHIN_S, fails=self._late_start):
+                return
+            text = "Press Enter to make it ready again."
+        raise RigError(self._late_start())
+
+    def _late_start(self) -> str:
+        """Return the sentence of the alarm that the motors did not switch on in time; empty without it."""
+        alarms = self._page.shown.get("alarms", ())
+        told = (alarm["text"] for alarm in alarms if not alarm["is_over"])
+        return next((text["text"] for text in told if text["code"] == LATE_START), "")
 
     def _take(self, kind: str, what: str) -> None:
         """Take the arm within 30 s of the step before; after that time the operator repeats this step."""
@@ -121,13 +147,16 @@ class TerminalSession:
             self._make_ready("The 30 s are over. Press Enter to make the machine ready again, then take the arm.")
             self._keyboard.enter("Press Enter within 30 s: the machine takes the arm.")
         self._do(kind)
+        if not self._page.until(lambda: self._page.shown["mode"] != "exo_only", TAKES_WITHIN_S):
+            self._check()
+            raise RigError(f"The machine did not take the arm within {TAKES_WITHIN_S:g} s.")
 
     def _take_arm(self, is_known: bool) -> str:
         what = "checks the arm against the participant's file" if is_known else "identifies the arm"
         self._say("Ctrl-C lowers the arm softly at any time; it is no emergency stop.")
         self._take("take_arm" if is_known else "identify", f", moves it and {what}, until it floats")
-        self._await_mode("moving", TAKES_WITHIN_S)
-        self._await_mode("floating", LEARNS_WITHIN_S)
+        while not self._is_taken():
+            self._take_again("take_arm" if self._page.shown["is_known"] else "identify")
         learning = self._page.shown["learning"]
         outcome = "" if learning is None else str(learning["outcome"]["text"])
         left_over = [] if learning is None else [f"{value:.2f}" for value in learning["left_over_Nm"]]
@@ -136,11 +165,16 @@ class TerminalSession:
             self._say(stream_text(stream))
         return outcome
 
+    def _is_taken(self) -> bool:
+        """Wait until the arm floats after its motion; it floats shortly before, too. False if it was given back."""
+        moves = self._await_mode("moving", TAKES_WITHIN_S, fails=self._given_back)
+        return moves and self._await_mode("floating", LEARNS_WITHIN_S, fails=self._given_back)
+
     def _run_protocol(self) -> tuple[int, bool]:
         """Run the windows; return the number of complete ones, and True if the protocol has come to its end."""
         word = "resume" if self._resumes else "start"
         self._keyboard.enter(f"Press Enter to {word} the protocol. It begins with a rest.")
-        self._refuse(self._page.run(word))
+        self._run(word)
         told = set[tuple[int, int]]()
         while True:
             self._check()
@@ -160,13 +194,23 @@ class TerminalSession:
 
     def _resume(self) -> None:
         """Take the arm again if the machine has given it back, then resume the run."""
-        if self._page.shown["mode"] != "floating":
+        while self._page.shown["mode"] != "floating":
             self._await_mode("exo_only", LEAVES_WITHIN_S)
-            self._make_ready("The machine has given the arm back. Press Enter to make it ready again.")
-            self._take("take_arm", " again")
-            self._await_mode("floating", TAKES_WITHIN_S)
+            self._take_again("take_arm")
+            self._await_mode("floating", TAKES_WITHIN_S, fails=self._given_back)
         self._keyboard.enter("The protocol is paused. Press Enter to resume it at the next window.")
-        self._refuse(self._page.run("resume"))
+        self._run("resume")
+
+    def _take_again(self, kind: str) -> None:
+        """Make the machine ready again and take the arm, after the machine has given it back by itself."""
+        self._make_ready("The machine has given the arm back. Press Enter to make it ready again.")
+        self._take(kind, " again")
+
+    def _run(self, word: str) -> None:
+        """Give a command to the protocol, and wait until the state shows it: an older state would ask again."""
+        before = self._run_state()["status"]
+        self._refuse(self._page.run(word))
+        self._page.until(lambda: self._run_state()["status"] != before, LEAVES_WITHIN_S)
 
     def _tell(self, window: dict[str, Any], run: dict[str, Any]) -> None:
         state = "complete" if window["is_complete"] else "not complete, it is repeated"
@@ -196,13 +240,15 @@ class TerminalSession:
         return state["run"]
 
     def _do(self, kind: str) -> None:
-        """Ask for an act; once more if the state changed while the operator read.
+        """Ask for an act; again if the state changed while the operator read, a few times on a busy computer.
 
         Raises:
             RigError: The act was refused.
         """
         why = self._page.act(kind)
-        if why:
+        for _ in range(ASKS_AGAIN_MAX):
+            if not why:
+                break
             time.sleep(LISTENS_S)
             why = self._page.act(kind)
         self._refuse(why)
@@ -211,17 +257,29 @@ class TerminalSession:
         if why:
             raise RigError(f"The session cannot go on: {why}")
 
-    def _await_mode(self, mode: str, within_s: float) -> None:
-        """Wait for a mode.
+    def _given_back(self) -> str:
+        """Return the sentence of the mode in which the machine carries itself only; empty in another mode."""
+        return str(self._page.shown["mode_text"]["text"]) if self._page.shown["mode"] == "exo_only" else ""
+
+    def _await_mode(self, mode: str, within_s: float, fails: Callable[[], str] = lambda: "") -> bool:
+        """Wait for a mode. Return False if it does not come.
+
+        Args:
+            mode: The mode.
+            within_s: Time-out [s].
+            fails: Function that returns the sentence of a cause for which the mode does not come; empty without one.
 
         Raises:
-            RigError: The machine has stopped, or the mode did not come in time.
+            RigError: The machine has stopped, or the mode did not come.
             SessionEndedError: The session ended before.
         """
         told = ""
         ends = time.monotonic() + within_s
         while self._page.shown.get("mode") != mode:
             self._check()
+            if why := fails():
+                self._say(why)
+                return False
             text = str(self._page.shown["mode_text"]["text"])
             if text != told:
                 self._say(text)
@@ -232,6 +290,7 @@ class TerminalSession:
             if self._keyboard.is_over.wait(0.1):
                 raise SessionEndedError
         self._say(Mode[mode.upper()].value)
+        return True
 
     def _check(self) -> None:
         """Raise the cause of a stop.

@@ -2,22 +2,24 @@
 
 import sys
 import threading
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from exograv.errors import ConfigError
 from exograv.experiment.recorded_run import has_window
 from exograv.experiment.steered.interface import SteeredFlight
-from exograv.experiment.steered.live_session import recordings_in
 from exograv.experiment.steered.options import SteeredOptions
 from exograv.experiment.steered.session_controller import SessionController
 from exograv.experiment.train.options import TrainOptions
 from exograv.live.options import PersonForm
 from exograv.results import MERGED
 from exograv.storage.session_readiness import participants_in
+from exograv.study.importers.joined_recording import whole_recording
+from exograv.study.importers.session_parts import SessionParts, parts_in
 from exograv.task.totals import TotalsFigures
 
+from .finished_run import ended_run
 from .options import Address
 from .page_supervisor import Say
 from .run import run_console
@@ -39,13 +41,13 @@ class DrivenTraining:
     is_complete: bool
     """True if the protocol has come to its end."""
     preparation: SessionOutcome | None
-    """Outcome of the operator's steps; None if the session was ended before."""
-    diary: Path
-    """Log of the pages."""
+    """Outcome of the operator's steps; None if the session was ended before, or needed none."""
+    diary: Path | None
+    """Log of the pages; None if the run needed none."""
     recordings: list[Path]
-    """Recordings of the session in order: one for each time that the motors were on."""
+    """Recordings of the session in order, with those before `--resume`: one for each time that the motors were on."""
     report: Path | None
-    """Report of the last recording with a window; None without one."""
+    """Report of all these recordings; None without a window."""
     totals: TotalsFigures | None = field(metadata=MERGED)
 
 
@@ -72,16 +74,22 @@ def run_training_on_drives(
         session=options.session,
         rig=steered.rig,
         resumes=options.resume,
+        windows=options.windows,
+        allocation=options.allocation,
     )
     request.check()
     plan = request.plan()
-    if plan is None or plan.exo != "active" or plan.protocol.opening != "clock":
+    if plan is None or plan.exo == "passive" or plan.protocol.opening != "clock":
         raise ConfigError(
             f"Protocol '{options.protocol}' does not open its windows by the clock with active motors. Run it at the "
             f"console: exograv run console --protocol {options.protocol}."
         )
     folder.mkdir(parents=True, exist_ok=True)
-    before = set(recordings_in(folder))
+    report = folder / f"{options.name}.html"
+    if (ended := ended_run(request, report)) is not None:
+        return _training(options, request, report, say, ended.is_finished, None, None, ended.totals)
+    stated = request.stated()
+    steered = replace(steered, run=stated, allocation_sha256=request.allocation_sha256)
     desk = SessionController(flight_of(steered, person, folder, "run train", say))
     outcome: list[SessionOutcome] = []
 
@@ -97,29 +105,46 @@ def run_training_on_drives(
             page.close()
 
     result = run_console(address, folder, desk, request, say, operate)
-    recordings = [path for path in recordings_in(folder) if path not in before]
+    done = outcome[0] if outcome else None
+    is_complete = done is not None and done.finished
+    return _training(options, request, report, say, is_complete, done, result.diary, result.totals)
+
+
+def _training(
+    options: TrainOptions,
+    request: TrialRequest,
+    report: Path,
+    say: Say,
+    is_complete: bool,
+    preparation: SessionOutcome | None,
+    diary: Path | None,
+    totals: TotalsFigures | None,
+) -> DrivenTraining:
+    """Write the report of a session, and return its result."""
+    stated = request.stated()
+    parts = SessionParts(()) if stated is None else parts_in(request.folder, stated.now().run)
     return DrivenTraining(
         participant=options.participant,
         protocol=options.protocol,
         session=options.session,
-        is_complete=bool(outcome) and outcome[0].finished,
-        preparation=outcome[0] if outcome else None,
-        diary=result.diary,
-        recordings=recordings,
-        report=_reported(recordings, folder / f"{options.name}.html", say),
-        totals=result.totals,
+        is_complete=is_complete,
+        preparation=preparation,
+        diary=diary,
+        recordings=list(parts.recordings),
+        report=_reported(parts, report, say),
+        totals=totals,
     )
 
 
-def _reported(recordings: Sequence[Path], report: Path, say: Say) -> Path | None:
-    """Write the report of the last recording with a window, if there is one."""
-    with_windows = [path for path in recordings if has_window(path)]
-    if not with_windows:
+def _reported(parts: SessionParts, report: Path, say: Say) -> Path | None:
+    """Write the report of all recordings of the session, if one of them has a window."""
+    if not any(has_window(path) for path in parts.recordings):
         return None
     say("Writing the report.")
     from exograv.report.of_recording.recording_report import write_report  # Matplotlib: 0.4 s
 
-    return write_report(with_windows[-1], report)
+    with whole_recording(parts, report.parent, report.stem) as path:
+        return write_report(path, report)
 
 
 def _steered(options: TrainOptions, folder: Path) -> SteeredOptions:
@@ -140,5 +165,6 @@ def _steered(options: TrainOptions, folder: Path) -> SteeredOptions:
         lsl=options.lsl,
         record_streams=options.record_streams,
         stimulus=options.stimulus,
+        windows=options.windows,
         protocol_of_stimulus=options.protocol,
     )

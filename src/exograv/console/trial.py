@@ -23,6 +23,7 @@ from exograv.task.plan import TaskPlan
 from exograv.task.record_sinks import TASK_TOPIC, checkpoint_sink
 from exograv.task.records import Record, RefusedEvent, TouchRecord, extended
 from exograv.task.run import TaskRun
+from exograv.task.run_statement import RunStatement
 from exograv.task.screen import calibrate_with_card, calibrate_with_ruler
 
 from .event_log import EventLog
@@ -33,6 +34,9 @@ from .sentences import say
 
 CARRIED = frozenset({"floating", "weighing"})
 """Modes in which a protocol with an active machine can run."""
+
+WAITS_AFTER_S, SILENT_MAX_S = 0.25, 1.0
+"""Age of the machine's newest tick from which on a run waits, and from which on it is paused [s]."""
 
 RAW = "/console/touch"
 """Topic of raw touches in the diary."""
@@ -48,7 +52,7 @@ class ProtocolTrial:
         diary: EventLog,
         kept: RunCheckpoint | None = None,
         may_be_over: bool = False,
-        session: int | None = None,
+        statement: RunStatement | None = None,
     ):
         """Prepare a new run, or the rest of a run from a checkpoint.
 
@@ -58,12 +62,12 @@ class ProtocolTrial:
             diary: Log of all events.
             kept: Checkpoint of the run; None to keep none.
             may_be_over: True to accept a checkpoint of a run that is over, and to show its result.
-            session: Number of the session with this protocol, for the recording.
+            statement: Statement about the run, for recording, diary and checkpoint.
 
         Raises:
             ConfigError: The checkpoint belongs to another protocol, or its run is over.
         """
-        self.clocks, self._diary, self._kept, self._session = clocks, diary, kept, session
+        self.clocks, self._diary, self._kept, self._statement = clocks, diary, kept, statement
         self.run = TaskRun(plan)
         if kept is not None and kept.before is not None:
             self.run = TaskRun.from_kept(replace(plan, screen=kept.circumstances.screen), kept.before.run)
@@ -87,8 +91,8 @@ class ProtocolTrial:
 
     @property
     def is_active(self) -> bool:
-        """True if the protocol uses an active machine."""
-        return self.plan.exo == "active"
+        """True if the machine carries the arm in this run. In a sham run it does, at the level of Earth."""
+        return self.plan.exo != "passive"
 
     @property
     def why_not_kept(self) -> str:
@@ -107,10 +111,21 @@ class ProtocolTrial:
     def _keep(self, t: float) -> None:
         """Store a checkpoint of a run that has begun."""
         if self._kept is not None and self.run.state.status != "ready":
-            self._kept.keep(self.run.kept(), t, RunContext(side=self.side, screen=self.plan.screen))
+            name = None if self._statement is None else self._statement.run
+            self._kept.keep(self.run.kept(), t, RunContext(side=self.side, screen=self.plan.screen, run=name))
 
     def tick(self, t: float, shown: SessionSnapshot) -> str:
-        """Advance the run to time `t` [s]; return a sentence for an alarm if the run had to be paused."""
+        """Advance the run to time `t` [s]; return a sentence for an alarm if the run had to be paused.
+
+        While the machine is silent the run waits: it may have stopped, and the clock would end a window as complete.
+        """
+        silent_s = shown.age_s if self.is_active and self.is_running and shown.mode in CARRIED else 0.0
+        if silent_s > SILENT_MAX_S:
+            why = f"The machine has sent no values for {SILENT_MAX_S:g} s."
+            self.run.feed(Pause(t=max(t - silent_s, self.run.state.t), why=why))
+            return say("trial.paused")
+        if silent_s > WAITS_AFTER_S:
+            return ""
         self.run.feed(Tick(t=t))
         if self.run.state.status != "running" or not self.is_active or shown.mode in CARRIED:
             return ""
@@ -129,8 +144,9 @@ class ProtocolTrial:
             return say("trial.needs_arm")
         if word.word == "resume" and self.side not in (None, shown.side):
             return say("trial.other_side", begun=self.side, side=shown.side)
+        session = None if self._statement is None else self._statement.session
         events: dict[str, Event] = {
-            "start": Start(t=t, participant=shown.participant, session=self._session),
+            "start": Start(t=t, participant=shown.participant, session=session),
             "pause": Pause(t=t, why="operator"),
             "resume": Resume(t=t, window=word.window),
             "open": OpenWindow(t=t, by="hand"),

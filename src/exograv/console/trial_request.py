@@ -1,16 +1,21 @@
 """Request for a protocol in the console, in a form that another process can carry out."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from secrets import token_hex
 
 from exograv.experiment.aircraft import AircraftReceiver
-from exograv.options import Side
+from exograv.experiment.train.request import read_allocation
+from exograv.options import OptionRecord, Side
+from exograv.storage.stated_run import StatedRun
+from exograv.task.allocation import exo_for, group_of
 from exograv.task.levels import EARTH
 from exograv.task.plan import TaskPlan
-from exograv.task.protocol import load_protocol, refuse_levels
+from exograv.task.protocol import first_windows, load_protocol, refuse_levels
+from exograv.task.run_statement import RunStatement
 
 from .feed import receiver_of
-from .run_checkpoint import RunCheckpoint, kept_run
+from .run_checkpoint import RunCheckpoint, kept_run, run_path
 
 
 @dataclass(frozen=True)
@@ -34,6 +39,15 @@ class TrialRequest:
 
     aircraft_sender: str | None = None
 
+    windows: int | None = None
+    """Number of windows of a trial; None for the whole protocol."""
+
+    allocation: Path | None = None
+    """Sealed list of groups of the study; None without one."""
+
+    launch: str = field(default_factory=lambda: token_hex(8))
+    """Random name of this command, and of a run that begins with it."""
+
     def check(self) -> Side | None:
         """Check the request before anything starts; return the side of the arm of a run that is resumed.
 
@@ -51,13 +65,42 @@ class TrialRequest:
         """Plan of the protocol.
 
         Raises:
-            ConfigError: The protocol does not exist, or the machine cannot produce its gravity levels.
+            ConfigError: The protocol does not exist, the machine cannot produce its gravity levels, or the list of
+                groups cannot be used.
         """
         if self.protocol is None:
             return None
         loaded = load_protocol(self.protocol)
         refuse_levels(loaded.settings, EARTH)
-        return TaskPlan(loaded, loaded.settings.exo)
+        exo = exo_for(loaded.settings, None)
+        if self.allocation is not None:
+            exo = exo_for(loaded.settings, group_of(read_allocation(self.allocation)[0], self.participant or ""))
+        return TaskPlan(loaded if self.windows is None else first_windows(loaded, self.windows), exo)
+
+    @property
+    def allocation_sha256(self) -> str | None:
+        """Hash of the list of groups; None without one.
+
+        Raises:
+            ConfigError: The list cannot be used.
+        """
+        return None if self.allocation is None else read_allocation(self.allocation)[1]
+
+    def stated(self) -> StatedRun | None:
+        """Return the statement about the run for its recordings and diaries; None without a protocol.
+
+        Raises:
+            ConfigError: As `plan`.
+        """
+        plan = self.plan()
+        if plan is None or self.protocol is None:
+            return None
+        path = run_path(self.folder, self.protocol, self.participant, self.session, self.windows)
+        begun = RunStatement(
+            run=self.launch, launch=self.launch, participant=self.participant, protocol=plan.protocol.name,
+            protocol_sha256=plan.loaded.sha256, session=self.session,
+        )  # fmt: skip
+        return StatedRun(path, begun)
 
     def receiver(self, plan: TaskPlan | None) -> AircraftReceiver | None:
         """Receiver of the aircraft's data; None without an aircraft.
@@ -74,4 +117,5 @@ class TrialRequest:
             ConfigError: As `kept_run`.
         """
         asked = (self.folder, self.protocol, self.participant, self.session, self.rig)
-        return kept_run(*asked, self.resumes, is_restart=is_restart)
+        part: OptionRecord = {"windows": self.windows, "allocation": self.allocation_sha256}
+        return kept_run(*asked, self.resumes, is_restart, part)

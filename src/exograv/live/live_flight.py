@@ -106,7 +106,7 @@ def settings_of(plan: LivePlan, said: Mapping[str, Any]) -> Mapping[str, object]
         "side": description.side,
         "command": "exograv run live",
         "gravity_level": plan.gravity_level,
-        "hashes": {"rig": description.sha256},
+        "hashes": {**said.get("hashes", {}), "rig": description.sha256},
         "versions": versions(),
         "settings": {
             **said.get("settings", {}),

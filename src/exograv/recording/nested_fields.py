@@ -73,7 +73,14 @@ LIVE = (
 
 TOLD = (_object("body", BODY, optional=False), _object("lengths_m", EACH_NUMBER, optional=False))
 OPTIONS = (*_texts("rig", "participant"), *_integers("session", "windows"))
-ROOMS = (_object("rig_files", EACH_TEXT), _object("told", TOLD), _object("options", OPTIONS), _object("live", LIVE))
+RUN = (
+    *_texts("run", "launch", "participant", "protocol", "protocol_sha256"), *_integers("session"),
+    Field("complete", "integer", "-", "", LIST, optional=True),
+)  # fmt: skip
+ROOMS = (
+    _object("rig_files", EACH_TEXT), _object("told", TOLD), _object("options", OPTIONS), _object("live", LIVE),
+    _object("run", RUN), _object("joined", (*_integers("recordings"), Field("remarks", "string", "-", "", LIST))),
+)  # fmt: skip
 """Settings of all rooms, as far as another room than the writer reads them."""
 
 PER_JOINT = (Field(EACH, "number", "N·m", "", JOINT, optional=True, holes=True),)

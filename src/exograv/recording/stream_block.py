@@ -110,6 +110,13 @@ def unpacked(data: bytes, value_type: str) -> StreamBlock:
     return StreamBlock(received, connection, stamps, values)
 
 
+def with_connection(data: bytes, added: int) -> tuple[bytes, int, float]:
+    """Return a message whose number of the connection is higher by `added`, this number, and `received` [s]."""
+    received, connection, channels = HEAD.unpack_from(data, len(CDR_HEADER))
+    head = HEAD.pack(received, connection + added, channels)
+    return CDR_HEADER + head + data[len(CDR_HEADER) + HEAD.size :], connection + added, received
+
+
 def packed_size(samples: int, channels: int, item_bytes: int) -> int:
     """Return the size of a message of numbers [bytes]."""
     return 4 + HEAD.size + 8 + 8 * samples + 8 + samples * channels * item_bytes

@@ -161,9 +161,10 @@ class SessionReadiness:
         return Check("study", True, f"{there or len(keys)} are in {study}.")
 
 
-def session_name(participant: str | None, protocol: str, session: int) -> str:
-    """Return the name of the checkpoint of a session with a person, without its suffix."""
-    return f"{participant or 'console'}_{Path(protocol).stem}_{session:02d}"
+def session_name(participant: str | None, protocol: str, session: int, windows: int | None = None) -> str:
+    """Return the name of the files of a session with a person, or of a trial of its first windows, without suffix."""
+    part = "" if windows is None else f"-first-{windows}"
+    return f"{participant or 'console'}_{Path(protocol).stem}{part}_{session:02d}"
 
 
 def participants_in(folder: Path) -> Path:

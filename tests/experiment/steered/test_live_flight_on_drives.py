@@ -13,7 +13,7 @@ from unittest.mock import Mock
 import pytest
 from tests.waiting import wait_until
 
-from exograv.experiment.steered import live_session
+from exograv.experiment.steered import live_session, process_state
 from exograv.experiment.steered.live_session import LiveFlight
 from exograv.experiment.steered.options import SteeredOptions
 from exograv.live.live_control import LivePlan
@@ -23,6 +23,7 @@ from exograv.procedures.identification.controller_knowledge import ControllerKno
 from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.runtime.control_loop.steering import GuardRequest
 from exograv.safety.modes import Event, Mode
+from exograv.safety.stops import StopReason
 
 SOON_S = 10.0
 
@@ -55,7 +56,9 @@ class Processes:
         self.runs, self.is_on, self.mode = self.runs + 1, True, Mode.OFF
         self.ended.clear()
         control = SimpleNamespace(restarts=0)
-        started(Mock(spec=Running, recorder=recorder, control=control, worker=None, line=self, stop=self.stop))
+        running = Mock(spec=Running, recorder=recorder, control=control, worker=None, line=self)
+        running.stop = lambda: self.stop()  # noqa: PLW0108 - a test replaces `stop`
+        started(running)
         while not self.ended.wait(0.01):
             progress("Floating live", 0.0)
         self.is_on = False
@@ -109,10 +112,13 @@ def processes(monkeypatch: pytest.MonkeyPatch) -> Processes:
 
     class View:
         newest = None
-        latch = None
         safe_state = "none"
 
         def __init__(self, _inlet: object): ...
+
+        @property
+        def latch(self) -> str | None:
+            return StopReason.STOP_PRESSED.value if made.ended.is_set() else None  # the guard's name for any end
 
         @property
         def mode(self) -> Mode:
@@ -131,7 +137,7 @@ def processes(monkeypatch: pytest.MonkeyPatch) -> Processes:
     for name, replacement in (
         ("fly", made.fly), ("FlightMemoryView", View), ("ArmController", lambda *_: None),
         ("parts_of", lambda *_, **__: None), ("settings_of", lambda *_: {}),
-        ("told", lambda *_: {}),
+        ("told", lambda _row, n: process_state.told(None, n)),
     ):  # fmt: skip
         monkeypatch.setattr(live_session, name, replacement)
     return made
@@ -178,6 +184,26 @@ def test_motors_go_off_again_if_nobody_steers_when_they_went_on(flight: LiveFlig
     wait_until(lambda: processes.is_on, "the motors", SOON_S)
     wait_until(lambda: flight._state.is_waiting, "the machine that waits", SOON_S)
     assert not processes.is_on
+
+
+def test_a_start_that_is_late_is_said_to_be_late_and_not_that_stop_was_pressed(
+    flight: LiveFlight, processes: Processes, monkeypatch: pytest.MonkeyPatch
+):
+    latches = list[str | None]()
+    stop = processes.stop
+
+    def stop_and_look() -> None:
+        stop()
+        latches.append(flight.moment().latch)
+
+    monkeypatch.setattr(processes, "stop", stop_and_look)
+    processes.obeys = False
+    flight.ask(Event.TEST)
+    wait_until(lambda: processes.is_on, "the motors", SOON_S)
+    wait_until(lambda: flight._state.is_waiting, "the machine that waits", SOON_S)
+    assert latches == [None]
+    (warning,) = flight.moment().warnings
+    assert "did not switch on within 2 s" in warning
 
 
 def test_a_fault_ends_the_session_with_its_sentence(flight: LiveFlight, processes: Processes, machine: Machine):

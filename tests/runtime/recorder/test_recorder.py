@@ -211,17 +211,21 @@ def test_events_are_there_once_after_the_recorder_was_killed(tmp_path: Path):
     assert [note["text"] for note in read_recording(tmp_path / "a.mcap").messages("/event")] == ["0", "1", "2"]
 
 
-def test_records_of_a_task_are_there_once_after_the_recorder_was_killed(tmp_path: Path):
+@pytest.mark.parametrize("topic", ["/task", "/page", "/control"])
+def test_messages_of_the_parent_are_there_once_after_the_recorder_was_killed(tmp_path: Path, topic: str):
+    forms = {
+        "/task": {"kind": "touch", "record": {"kind": "touch"}}, "/page": {"topic": "/act", "message": {}},
+        "/control": {"act": "level", "gravity_level": 1.0, "ramp_s": 1.0},
+    }  # fmt: skip
     with recording(tmp_path / "a.mcap") as (recorder, control):
         for k in range(3):
-            recorder.write("/task", 0.0, {"kind": "touch", "record": {"number": k}})
+            recorder.write(topic, float(k), forms[topic])
             control.put(5)
             wait_until(lambda k=k: recorder.check().acknowledged == 5 * (k + 1), "ticks on disk")
             os.kill(recorder.pid, signal.SIGKILL)
             wait_until(lambda: not recorder._child.is_alive, "its end")
         recorder.finish()
-    written = read_recording(tmp_path / "a.mcap").messages("/task")
-    assert [message["record"]["number"] for message in written] == [0, 1, 2]
+    assert [message["t"] for message in read_recording(tmp_path / "a.mcap").messages(topic)] == [0.0, 1.0, 2.0]
 
 
 def test_a_new_recorder_writes_within_five_seconds(tmp_path: Path):

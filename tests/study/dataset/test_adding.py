@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.writer import MCAP0_MAGIC
+from tests.study.importers.test_joined_recording import CODE, interrupted
 from tests.study.made_up_sessions import BEGUN_S, settings, study_with, write_session
 
 from exograv.errors import ConfigError, RecordingError
@@ -17,10 +18,15 @@ from exograv.study.dataset.quarantine import quarantined
 from exograv.study.dataset.status import study_status
 from exograv.study.dataset.tables import read_tables
 from exograv.study.folder.study_folder import StudyFolder
+from exograv.study.participants.register import read_register
 
 
 def add(folder: StudyFolder, *paths: Path, **options) -> list[AddingOutcome]:
     return add_files(folder, paths, AddOptions(**options))
+
+
+def code_of(folder: StudyFolder) -> str:
+    return read_register(folder)[0].code
 
 
 def whats(outcomes: list[AddingOutcome]) -> list[str]:
@@ -42,6 +48,41 @@ def test_a_recording_stands_in_the_sources_byte_for_byte_and_in_the_tables(tmp_p
     assert session["source"] == f"sourcedata/{code}/training-01/{code}_training_01.mcap"
     assert tables.touches["participant"].tolist() == [code] * 5
     assert len(tables.windows) == 2
+
+
+def test_a_folder_of_an_interrupted_session_is_one_session_in_the_study(tmp_path: Path):
+    folder, _ = study_with(tmp_path / "study", "trained")
+    place = tmp_path / "out"
+    place.mkdir()
+    interrupted(place)
+    (place / "steered-3.mcap").unlink()
+    assert whats(add(folder, place, new_code=(f"{CODE}={code_of(folder)}",))) == [
+        "ignored",
+        "ignored",
+        "added",
+        "already there",
+    ]
+    tables = read_tables(folder)
+    assert tables.windows["is_complete"].tolist() == [True, False, True]
+    assert len(tables.touches) == 4
+    assert not list(folder.path.rglob(".partial-*"))
+
+
+def test_a_session_that_was_resumed_after_it_was_added_replaces_its_first_part(tmp_path: Path):
+    folder, _ = study_with(tmp_path / "study", "trained")
+    codes = {"new_code": (f"{CODE}={code_of(folder)}",)}
+    place = tmp_path / "out"
+    place.mkdir()
+    first = interrupted(place)
+    later = [place / "steered-2.mcap", place / "console-2.jsonl"]
+    for path in later:
+        path.rename(tmp_path / path.name)
+    assert whats(add(folder, first, **codes)) == ["added"]
+    for path in later:
+        (tmp_path / path.name).rename(path)
+    assert whats(add(folder, first, **codes)) == ["replaced"]
+    assert whats(add(folder, first, **codes)) == ["already there"]
+    assert len(read_tables(folder).touches) == 4
 
 
 def test_the_same_file_again_changes_nothing_under_any_name(tmp_path: Path):

@@ -76,8 +76,7 @@ def run_console_command(
         aircraft_sender=trial.aircraft_sender,
     )
     side = request.check()
-    if options.side is None:
-        options = replace(options, side=side)
+    options = replace(options, side=options.side or side, run=request.stated())
     if trial.rehearse:
         from exograv.experiment.steered.rehearsal import RehearsedFlight
 

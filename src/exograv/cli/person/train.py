@@ -99,7 +99,8 @@ def show_driven(result: "DrivenTraining") -> None:
         say_unbroken(f"Recording: {recording}")
     if result.report is not None:
         say_unbroken(f"Report: {result.report}")
-    say_unbroken(f"Diary of the pages: {result.diary}")
+    if result.diary is not None:
+        say_unbroken(f"Diary of the pages: {result.diary}")
 
 
 def show_training(result: "TrainResult") -> None:

@@ -101,12 +101,11 @@ class DrivenMachine:
         return partial(open_drives, self._drives, lock_step=self._options.waits)
 
     def recorded(self) -> Mapping[str, Any]:
-        """Return the serial number of the machine, the options, and the disturbances of simulated drives."""
+        """Return the serial number of the machine, the options, the run, and the disturbances of simulated drives."""
         options = self._options
-        return {
-            **drawn_by(options),
-            "settings": {"options": options.written(), "machine": self._readiness.serial},
-        }
+        settings = {"options": options.written(), "machine": self._readiness.serial}
+        hashes = {} if options.allocation_sha256 is None else {"allocation": options.allocation_sha256}
+        return {**drawn_by(options), "hashes": hashes, "settings": {**settings, **options.stated()}}
 
     def hear(self, mode_name: str) -> None:
         """Tell a simulated wearer the mode that begins."""

@@ -113,7 +113,7 @@ class LiveFlight:
         values = told(row, len(description.joints))
         return FlightMoment(
             mode=Mode.OFF if state.failure or state.is_waiting else mode,
-            latch=None if watching is None else watching.latch,
+            latch=None if watching is None or state.is_switched_off else watching.latch,
             safe_state="none" if watching is None else watching.safe_state,
             rig=description.name,
             title=description.settings.title,
@@ -168,7 +168,7 @@ class LiveFlight:
         """Send a request to the guard, and return its answer. The first request starts a machine that waits."""
         state = self._state
         if state.is_waiting and event is Event.TEST:
-            state.asked_s, state.is_waiting = self.now(), False
+            state.asked_s, state.is_waiting, state.warnings = self.now(), False, ()
             self._is_requested.set()
             return ""
         number = next(self._numbers)
@@ -309,7 +309,9 @@ class LiveFlight:
             return state
         why = state.place.ended(flown)
         if state.is_switched_off and not why:
-            return ProcessState(self._donned(state.place, state.keeping.code, state.who.identify_s), state.place)
+            late = () if state.has_begun else (say("flight.late_start", seconds=f"{BEGUN_WITHIN_S:g}"),)
+            who = self._donned(state.place, state.keeping.code, state.who.identify_s)
+            return ProcessState(who, state.place, warnings=late)
         state.failure = why or say("flight.recording_over")
         return state
 

@@ -1,5 +1,6 @@
 """Options of a session that pages steer."""
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -19,6 +20,8 @@ from exograv.options import (
     World,
     WornOptions,
 )
+from exograv.results import json_value
+from exograv.storage.stated_run import StatedRun
 
 MOVED = Acts(lambda all_: not getattr(all_, "rehearse", False), "on a machine, without --rehearse")
 
@@ -64,6 +67,15 @@ class SteeredOptions(WornOptions):
     protocol_of_stimulus: tyro.conf.Fixed[str] = "training"
     """Protocol whose target the virtual participant knows."""
 
+    run: tyro.conf.Fixed[StatedRun | None] = None
+    """Run of a protocol, which each recording states; None without one."""
+
+    windows: tyro.conf.Fixed[int | None] = None
+    """Number of windows of a trial; None for a whole protocol."""
+
+    allocation_sha256: tyro.conf.Fixed[str | None] = None
+    """Hash of the study's list of groups; None without one."""
+
     on_loss: Annotated[Loss, MOVED] = "finish"
     """Action on an open window when the operator's page is lost."""
 
@@ -72,5 +84,9 @@ class SteeredOptions(WornOptions):
         return {
             name: str(value) if isinstance(value, Path) else value
             for name, value in asdict(self).items()
-            if name not in ("drives", "simulate")
+            if name not in ("drives", "simulate", "run")
         }
+
+    def stated(self) -> Mapping[str, Any]:
+        """Return the settings that name the run of a recording, for a study; empty without a run."""
+        return {} if self.run is None else {"run": json_value(self.run.now())}

@@ -86,10 +86,10 @@ class PreparedMachine:
         return partial(attentive_twin, self.laboratory, self._options.seed, prepared.t)
 
     def recorded(self) -> Mapping[str, Any]:
-        """Return the disturbances of the twin, and the options."""
+        """Return the disturbances of the twin, the options, and the run."""
         options = self._options
         drawn = {"disturbance_level": options.level, "world": options.world, "seed": options.seed}
-        return {**drawn, "settings": {"options": options.written()}}
+        return {**drawn, "settings": {"options": options.written(), **options.stated()}}
 
     def hear(self, _mode_name: str, /) -> None:
         """Do nothing: the guard's process tells the wearer of the twin."""

@@ -38,6 +38,10 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         "flight.streams": "Looking for the streams {streams}.",
         "flight.stream_lost": "The stream {stream} is gone: its program has ended. It is recorded again on its return.",
         "flight.stream_silent": "The stream {stream} sends nothing. Check its device.",
+        "flight.late_start": (
+            "The motors did not switch on within {seconds} s after the request, so they stay off. Make the machine "
+            "ready again."
+        ),
         "flight.error": (
             "The session of this machine had an internal error and has ended: {error}. Put the person in again to "
             "continue."

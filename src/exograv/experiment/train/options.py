@@ -80,10 +80,10 @@ class TrainOptions(WornOptions):
     person_file: Annotated[Path | None, ON_TWIN] = None
     """File of this person's arm. The identification starts from it and writes it."""
 
-    allocation: Annotated[Path | None, IN_LOCK_STEP] = None
+    allocation: Path | None = None
     """Sealed list of groups of the study (JSON)."""
 
-    windows: Annotated[int | None, tyro.conf.arg(metavar="N"), IN_LOCK_STEP] = None
+    windows: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
     """Run only the first N windows, for a trial. The recording states that it is not the whole protocol."""
 
     verify_every: Annotated[int, tyro.conf.arg(metavar="N"), Within(0, 500), ON_TWIN] = 0

@@ -3,6 +3,7 @@
 import contextlib
 import json
 import time
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -16,6 +17,7 @@ from exograv.recording import RecordingWriter
 from exograv.recording.disk import TICKS_PER_S
 from exograv.recording.encoding import tick_dtype
 from exograv.recording.messages import TimingMessage
+from exograv.recording.schema import CHANNELS
 from exograv.results import json_value
 from exograv.runtime.lsl.blocks import RecordedDevices
 from exograv.runtime.lsl.intake import BlockError, BlockIntake
@@ -40,6 +42,9 @@ PHASE = "phase"
 
 MARKED = "/task"
 """Topic of the records of a task, each of which is also published as a marker."""
+
+OWN = frozenset({"/settings", "/tick", "/event", "/phase", "/timing", "/correction"})
+"""Topics that the recorder writes itself. Messages of all others come from the parent."""
 
 PUBLISH_EVERY_S = 0.01
 """Largest delay of published ticks, without the network [s]."""
@@ -183,14 +188,13 @@ class _Desk:
             events.acknowledge(self._events_written())
         self._ticks, self._events = job.inlet.ticks(), job.inlet.events()
         self._intake = None if job.devices is None else BlockIntake(job.devices, self._writer, has_rig=bool(job.joints))
-        self._known = dict[str, int]()
-        """Number of messages of the parent that the file holds from an earlier recorder, by topic."""
+        self._known = Counter({topic: self._writer.count(topic) for topic in CHANNELS if topic not in OWN})
         self._outlets = None if job.outlets is None else Outlets(job.outlets)
         self._say()
 
     def note(self, topic: str, t: float, message: Mapping[str, Any]) -> None:
         """Record a message from the parent, unless the file has it: each recorder of a file receives all messages."""
-        if self._known.setdefault(topic, self._writer.count(topic)) > 0:
+        if self._known[topic] > 0:
             self._known[topic] -= 1
         else:
             if topic == MARKED and self._outlets is not None:

@@ -12,21 +12,24 @@ from pathlib import Path
 from mcap.writer import MCAP0_MAGIC
 
 from exograv.errors import ConfigError, RecordingError
+from exograv.files import PARTIAL
 from exograv.options import SESSIONS_MAX
 from exograv.study.folder.journal import alone, note
 from exograv.study.folder.settings import StudySettings, read_settings, read_toml
 from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.importers.imported_session import Imported, SessionKey, StatedSession, sentences
+from exograv.study.importers.joined_recording import whole_recording
+from exograv.study.importers.session_parts import session_of
 from exograv.study.importers.xdf_mapping import XdfMapping
 from exograv.study.participants.codes import typed_code
 from exograv.study.participants.register import read_register
 
-from .incoming import Incoming, read_incoming
+from .incoming import Incoming, read_incoming, read_recording
 from .making import refresh
 from .options import AddOptions
 from .quarantine import put_aside, quarantined, set_aside
 from .showing import looks_like_code, shown_file
-from .sources import SUFFIXES, Source, SourceNote, copied, placed_sources, put, remove_partial, sha256_of
+from .sources import SUFFIXES, Kind, Source, SourceNote, copied, placed_sources, put, remove_partial, sha256_of
 from .who import same_person
 
 BUILT_IN = ("training", "familiarisation", "flight")
@@ -140,7 +143,8 @@ class _Adding:
             sha256 = sha256_of(path)
         except OSError as error:
             return [self._refused(shown, f"The file cannot be read: {error.strerror}. Check its path.")]
-        there = [key for key, source in self._sources.items() if source.note.given_sha256 == sha256]
+        parts = self._parts(path, kind, sha256)
+        there = [key for key, source in self._sources.items() if source.note.given.issuperset(parts or (sha256,))]
         if there:
             return [
                 AddingOutcome(
@@ -150,6 +154,9 @@ class _Adding:
         if sha256 in quarantined(self._folder) and not self._options.replace:
             return [AddingOutcome(shown, "already there", "The file is in quarantine; nothing was changed.")]
         try:
+            if kind == "recording":
+                with whole_recording(session_of(path), self._folder.path, PARTIAL) as whole:
+                    return [self._session(read_recording(whole, sha256, parts if whole != path else ()), shown)]
             incoming = read_incoming(path, kind, sha256, self._said, self._options.gravity_level,
                                      self._mapping, self._code_of)  # fmt: skip
         except RecordingError as error:
@@ -161,12 +168,23 @@ class _Adding:
             outcomes.append(self._refused(shown, f"Lines that belong to no session, {len(incoming.nowhere)}: {few}."))
         return outcomes
 
+    def _parts(self, path: Path, kind: Kind, sha256: str) -> tuple[str, ...]:
+        """Return the hashes of all recordings of the session of a recording; empty for another file."""
+        if kind != "recording":
+            return ()
+        try:
+            recordings = session_of(path).recordings
+            return tuple(sha256 if one == path else sha256_of(one) for one in recordings)
+        except (RecordingError, OSError):
+            return ()
+
     def _session(self, one: Incoming, shown: str) -> AddingOutcome:
         try:
             self._refuse_rehearsal(one)
             key, remark = self._key(one.imported.said)
             taken = self._sources.get(key)
-            if taken is not None and not self._options.replace:
+            is_longer = taken is not None and taken.note.given < one.given  # the session was resumed since
+            if taken is not None and not (self._options.replace or is_longer):
                 raise ConfigError(
                     f"{_named(key)} exists already, from another file: either two people have the same code, or this "
                     "is another copy. If this file is the right one, add it with --replace, which moves the other to "
@@ -199,6 +217,7 @@ class _Adding:
             file=f"{key.participant}_{key.protocol}_{key.session:02d}{one.suffix}",
             sha256=one.sha256,
             given_sha256=one.given_sha256,
+            parts=one.parts,
             kind=one.kind,
             **key._asdict(),
             recorded_as=None if recorded_as in (None, key.participant) else recorded_as,

@@ -11,7 +11,7 @@ from exograv.study.importers.recording import import_recording
 from exograv.study.importers.touch_sheet import cut_sheet
 from exograv.study.importers.xdf_mapping import XdfMapping
 
-from .sources import Kind, RecordedBody
+from .sources import Kind, RecordedBody, sha256_of
 
 NO_BODY = RecordedBody()
 
@@ -33,6 +33,13 @@ class Incoming:
     """Hash of the given file."""
 
     body: RecordedBody = NO_BODY
+    parts: tuple[str, ...] = ()
+    """Hashes of the recordings that the content joins."""
+
+    @property
+    def given(self) -> frozenset[str]:
+        """Hashes of all given files."""
+        return frozenset((self.given_sha256, *self.parts))
 
     def write(self, to: Path) -> None:
         """Write the content that was cut out of the file."""
@@ -49,6 +56,23 @@ class IncomingFile:
     """Lines that belong to no session."""
 
 
+def read_recording(path: Path, given_sha256: str, parts: tuple[str, ...]) -> Incoming:
+    """Read the recording of a session.
+
+    Args:
+        path: The given recording, or a file that joins all recordings of the session.
+        given_sha256: Hash of the given recording.
+        parts: Hashes of the recordings that are joined; empty for one recording.
+
+    Raises:
+        RecordingError: The file is not a recording of exograv.
+    """
+    found = import_recording(path)
+    sha256 = sha256_of(path) if parts else given_sha256
+    body = RecordedBody.model_validate(found.body)
+    return Incoming(found, "recording", path.suffix.lower(), path, sha256, given_sha256, body, parts)
+
+
 def read_incoming(
     path: Path,
     kind: Kind,
@@ -58,7 +82,7 @@ def read_incoming(
     mapping: XdfMapping | None,
     code_of: Callable[[str], str | None],
 ) -> IncomingFile:
-    """Read a file that is to be added.
+    """Read a file of touches that is to be added.
 
     Args:
         path: The file.
@@ -73,11 +97,6 @@ def read_incoming(
         RecordingError: The content does not match the suffix, or nothing in the file can be used.
     """
     suffix = path.suffix.lower()
-    if kind == "recording":
-        found = import_recording(path)
-        return IncomingFile(
-            [Incoming(found, kind, suffix, path, sha256, sha256, RecordedBody.model_validate(found.body))]
-        )
     if kind == "xdf":
         from exograv.study.importers.xdf import import_xdf  # importing pyxdf takes half a second
 

@@ -48,7 +48,12 @@ class SourceNote(Settings):
 
     sha256: Sha256
     given_sha256: Sha256
-    """Hash of the given file. It differs from `sha256` if the file held several sessions and this one was cut out."""
+    """Hash of the given file. It differs from `sha256` if the session was cut out of a file with several sessions, or
+    joined from several recordings.
+    """
+
+    parts: tuple[Sha256, ...] = ()
+    """Hashes of the recordings of an interrupted session, in order. The stored file joins them; else empty."""
 
     kind: Kind
     participant: str
@@ -70,6 +75,11 @@ class SourceNote(Settings):
     def key(self) -> SessionKey:
         """Key of the session."""
         return SessionKey(self.participant, self.protocol, self.session)
+
+    @property
+    def given(self) -> frozenset[str]:
+        """Hashes of all given files."""
+        return frozenset((self.given_sha256, *self.parts))
 
 
 @dataclass(frozen=True)

@@ -92,7 +92,7 @@ def study_status(folder: StudyFolder, everything: bool = False) -> StudyStatus:
 
 def _refused(folder: StudyFolder) -> int:
     """Count each refused file once, and leave out files that were added later."""
-    there = {source.note.given_sha256 for source in placed_sources(folder)}
+    there = {sha256 for source in placed_sources(folder) for sha256 in source.note.given}
     entries = [entry for entry in read_journal(folder) if entry.what == "refused"]
     return len({entry.sha256 or entry.sentence for entry in entries} - there)
 

@@ -10,6 +10,9 @@ from .imported_session import Imported, StatedSession, counted, sentences, total
 from .task_records import records_of, touches_of, windows_of
 from .tick_account import TickAccount
 
+JOINED_EVENT = "recording begins"
+"""Kind of the event at the seam between two recordings of a session."""
+
 TOPICS = ("/task", "/event", "/result", "/timing", "/aircraft")
 
 
@@ -43,6 +46,7 @@ def _first_t(recording: Recording) -> float:
 def _said(recording: Recording, records: Sequence[Mapping[str, Any]]) -> StatedSession:
     options = _settings(recording).get("options") or {}
     run = _run_of(records)
+    run = {**(_settings(recording).get("run") or {}), **run}
     protocol = _protocol(recording).get("name") or run.get("protocol")
     participant = run.get("participant") or options.get("participant")
     return StatedSession(participant, protocol, run.get("session") or options.get("session"))
@@ -68,6 +72,7 @@ def _session(
     planned = (protocol.get("windows") or {}).get("count") or run.get("windows")
     found = totals(windows, touches)
     said = [(begun + one["t"], "paused" if one.get("by") == "interruption" else one["kind"]) for one in records]
+    said += [(event["t"], "paused") for event in recording.messages("/event") if event["kind"] == JOINED_EVENT]
     jumps = account.jumps(said)
     end = account.last_t if account.count else max((begun + one["t"] for one in records), default=begun)
     return {
@@ -125,9 +130,12 @@ def _remark(
     part = (_settings(recording).get("options") or {}).get("windows")
     broken = sum(not one["is_complete"] for one in windows)
     run = _run_of(records)
+    joined = _settings(recording).get("joined") or {}
     return sentences(
         # The file's name may hold another code, or the name of a person.
         (recording.remark or "").replace(recording.path.name, "The recording") or None,
+        f"Joined from {joined['recordings']} recordings." if joined else None,
+        *joined.get("remarks", ()),
         None if records else "The recording holds no run of a task.",
         f"Times that a clock went back or jumped ahead: {jumps}." if jumps else None,
         f"Attempts at a window that did not run to their end: {broken}." if broken else None,
