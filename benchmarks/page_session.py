@@ -1,4 +1,4 @@
-"""One session at the participant's page, in real time: session, drives, stimulus with Chromium, and amplifier.
+"""Session at the participant's page, in real time: session, drives, stimulus with Chromium, and amplifier.
 
 Module of `study_over_drives.py --page`. Each process reaches the others as a real one would: the machine by its bus,
 the participant's page by Chromium, EEG and EMG by Lab Streaming Layer. The amplifier's clock is shifted and runs fast.

@@ -11,7 +11,9 @@ from exograv.cli import ACTIONS, parsed
 from exograv.cli.shell.durations import DURATIONS, duration_sentence, in_words
 from exograv.cli.shell.progress import SILENT_MAX_S, Lines
 
-OPEN_ENDED = {"run console", "data aircraft", "data view", "dev drive-sim", "dev stimulus", "dev sweep"}
+OPEN_ENDED = {
+    "run console", "data aircraft", "data view", "dev amplifier", "dev drive-sim", "dev stimulus", "dev sweep",
+}  # fmt: skip
 """Commands that run until they are ended, or whose own plan states the costs."""
 
 SHORT = {"next", "rigs", "rig new", "rig export", "study init", "study participant", "study identity"}

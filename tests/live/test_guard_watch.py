@@ -133,5 +133,5 @@ def test_a_guard_without_a_readable_report_is_told_as_dead_only_if_it_died(
 ):
     line, guard = GuardLine(), Supervisor("guard", half_word_first, rest)
     with contextlib.closing(line), pytest.raises(RigError, match=words):
-        _watched(guard, line, (), lambda *_: None, lambda: 0.0, print)
+        _watched(cast(Supervisor[GuardJob], guard), line, (), lambda *_: None, lambda: 0.0, print)
     guard.end(1.0)

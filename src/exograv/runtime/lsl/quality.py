@@ -20,9 +20,9 @@ class StreamCondition(Enum):
     """Found; nothing is recorded yet."""
     RECORDED = "recorded"
     SILENT = "silent"
-    """Its source is there, and sends no samples."""
+    """Condition of a stream whose source is there, and sends no samples."""
     LOST = "lost"
-    """Its source is gone."""
+    """Condition of a stream whose source is gone."""
 
 
 @dataclass(frozen=True)
