@@ -166,7 +166,7 @@ def fly_at_page(place: Place, session: int) -> Row:
             place.folder / "skill.json",
         )  # fmt: skip
         commands += 1
-        made, recordings, is_complete = made + run.made, [*recordings, *run.recordings], run.is_complete
+        made, recordings, is_complete = made + run.made, run.recordings or recordings, run.is_complete
         why = why or run.why
     files = [place.folder / path for path in recordings]
     read = [recording for path in files if (recording := read_recording(path)).messages("/task")]
@@ -229,6 +229,8 @@ def collected(out: Path, places: Sequence[Place]) -> Path:
             code = json.loads((out / "new.json").read_text(encoding="utf-8"))["participant"]
             exograv("add", "study", str(place.folder.relative_to(out) / "out"), "--new-code", f"P-{place.seed}={code}")
     exograv("report", "study")
+    if not (out / "bids").exists():
+        exograv("export", "study", "--bids", "bids")
     return study
 
 
