@@ -168,7 +168,13 @@ def test_words_that_mean_nothing_are_answered_with_the_way_to_help(words: tuple[
 
 @pytest.mark.parametrize(
     ("words", "meant"),
-    [(("calibrat",), "exograv rig calibrate"), (("rig", "chek"), "exograv rig check"), (("dem",), "exograv demo")],
+    [
+        (("calibrat",), "exograv rig calibrate"),
+        (("rig", "chek"), "exograv rig check"),
+        (("dem",), "exograv demo"),
+        (("bench",), "exograv dev benchmark-identification?"),
+        (("dev", "bench"), "exograv dev benchmark-identification?"),
+    ],
 )
 def test_a_mistyped_command_is_answered_with_the_one_that_was_meant(words: tuple[str, ...], meant: str, tmp_path: Path):
     result = exograv(*words, folder=tmp_path)

@@ -37,7 +37,7 @@ def run_script(lines: str, folder: Path) -> str:
     return run.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_lines_of_readme_float_an_arm(tmp_path: Path):
     assert "Drift" in run_script(first_block("README.md"), tmp_path)
     assert (tmp_path / "flight.png").is_file()

@@ -287,6 +287,10 @@ NARROW = 60
 """Terminal width below which the description of a command is wrapped too [columns]."""
 
 
+SHORTEST_BEGINNING = 3
+"""Number of characters from which a word may be the beginning of a command."""
+
+
 class UnknownCommandError(ConfigError):
     """Word on the command line that names no command."""
 
@@ -323,7 +327,8 @@ def resolved(words: list[str]) -> tuple[str, list[str]]:
 
 
 def _unknown(name: str, known: list[str]) -> str:
-    near = difflib.get_close_matches(name, dict.fromkeys(known), n=3, cutoff=0.6)
+    begun = [one for one in dict.fromkeys(known) if one.startswith(name)] if len(name) >= SHORTEST_BEGINNING else []
+    near = begun[:3] or difflib.get_close_matches(name, dict.fromkeys(known), n=3, cutoff=0.6)
     full = [next((path for path in ACTIONS if path.split()[-1] == one), one) for one in near]
     meant = f" Did you mean: {', '.join(dict.fromkeys(f'exograv {one}' for one in full))}?" if near else ""
     return f"There is no command '{name}'.{meant} `exograv --help` lists all commands."
