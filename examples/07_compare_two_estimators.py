@@ -1,4 +1,7 @@
-"""Compare identification methods on the same data, by their own prediction and by the twin that made the data."""
+"""Compare identification methods on the same data, by their own prediction and by the twin that made the data.
+
+A method that states no uncertainty, such as `gradient-full`, predicts nan.
+"""
 
 from pathlib import Path
 

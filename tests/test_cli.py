@@ -189,6 +189,11 @@ def test_without_a_command_the_first_steps_and_all_groups_are_shown(tmp_path: Pa
     assert all(f"\n  {word} " in result.stdout for word in GROUPS)
 
 
+@pytest.mark.parametrize(("words", "option"), [(["help"], ["--help"]), (["rig", "help"], ["rig", "--help"])])
+def test_the_word_help_is_understood_as_the_option(words: list[str], option: list[str]):
+    assert resolved(words)[0] == resolved(option)[0]
+
+
 @pytest.mark.parametrize("former", [*FORMER_NAMES, "calibrate", "identify", "replay", "faults"])
 def test_a_former_name_leads_to_the_same_command(former: str, tmp_path: Path):
     path, _ = resolved([former])

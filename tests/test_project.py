@@ -107,6 +107,12 @@ def test_the_study_extra_asks_for_neither_casadi_nor_mujoco():
     assert not re.search(r"casadi|mujoco|control|twin", wanted)
 
 
+def test_the_source_archive_holds_every_lock_and_page_beside_the_readme():
+    included = set(PROJECT["tool"]["hatch"]["build"]["targets"]["sdist"]["only-include"])
+    named = {path.name for pattern in ("*.lock", "*.md", "*.cff") for path in ROOT.glob(pattern)}
+    assert named - included == {"README.md"}  # hatchling adds it by itself
+
+
 def test_every_make_command_of_the_readme_exists():
     commands = set(re.findall(r"(?:^|`)make ([a-z-]+)", README, flags=re.MULTILINE))
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.MULTILINE))

@@ -224,7 +224,7 @@ def _run_as_asked() -> None:
     except UnknownCommandError as error:
         print(f"exograv: {error}", file=sys.stderr)
         sys.exit(2)
-    if path in GROUPS and (not rest or rest[0] in HELP):
+    if path in GROUPS:
         print(group_help(path))
         return
     if not path:
@@ -303,7 +303,7 @@ def resolved(words: list[str]) -> tuple[str, list[str]]:
     Raises:
         UnknownCommandError: No command has this name.
     """
-    if not words or words[0] in HELP:
+    if not words or words[0] in (*HELP, "help"):
         return "", words
     first, rest = words[0], words[1:]
     if first in FORMER_NAMES:
@@ -317,7 +317,7 @@ def resolved(words: list[str]) -> tuple[str, list[str]]:
         raise UnknownCommandError(
             _unknown(first, [*START, *GROUPS, *(name for g in GROUPS.values() for name in g.commands)])
         )
-    if not rest or rest[0] in HELP:
+    if not rest or rest[0] in (*HELP, "help"):
         return first, rest
     if rest[0] not in GROUPS[first].commands:
         raise UnknownCommandError(

@@ -83,8 +83,7 @@ def _demo(options: Any) -> float:
 
 
 def _moved(options: Any) -> float:
-    seconds = options.seconds if options.motion != "planned" else 2.0 * options.seconds
-    return seconds if options.realtime else 2.0 + IDENTIFIED_S_PER_S * seconds
+    return options.seconds if options.realtime else 2.0 + IDENTIFIED_S_PER_S * options.seconds
 
 
 def _joints(options: Any) -> int:
