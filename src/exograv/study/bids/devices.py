@@ -16,8 +16,7 @@ import numpy as np
 
 from exograv.recording import Recording
 from exograv.recording.device_stream import DeviceStream, joined, rig_time
-from exograv.recording.stream_block import StreamBlock
-from exograv.study.sync import GAP_PERIODS
+from exograv.recording.stream_block import GAP_PERIODS, StreamBlock
 
 from .files import MISSING, number_rows, packed, write_json
 from .names import EXO, SessionPlace, label
