@@ -114,6 +114,17 @@ def test_stamps_that_jitter_by_two_periods_lose_no_sample(tmp_path: Path):
     assert np.abs(lags_of(values[0][inside], t[inside], 2500)).max() < LAG_MAX_S
 
 
+@pytest.mark.parametrize("jitter_s", [2e-3, 8e-3])
+@pytest.mark.parametrize("seed", range(3))
+def test_beside_a_loss_jitter_makes_no_further_gaps(tmp_path: Path, seed: int, jitter_s: float):
+    device = MadeUpDevice(jitter_s=jitter_s, seconds=90.0, lost=((30.0, 35.0), (60.0, 61.0)), seed=seed)
+    files = written(tmp_path, device)
+    *_, about = opened(tmp_path, files)
+    assert about["RowsWithoutSample"] == pytest.approx(1250 + 250, abs=2)
+    is_long = [gap.seconds > 0.9 for gap in files.biosignals[0].gaps if gap.t < 80.0]
+    assert is_long == [True, True]
+
+
 def test_a_part_without_samples_is_a_line_that_mne_leaves_out(tmp_path: Path):
     device = MadeUpDevice(seconds=60.0, lost=((30.0, 32.0),))
     files = written(tmp_path, device)

@@ -25,6 +25,9 @@ LATE_PERIODS = 0.5
 LATE_DEVIATIONS = 6.0
 """Delay of the mean above which it is not jitter [standard deviations of the mean]."""
 
+PEAK_SHARE = 0.8
+"""Share of the largest step of means within `WINDOW_S` above which the step belongs to this loss, not to another."""
+
 ROUNDS = 20
 """Searches for lost samples, at most. Each search finds one loss within `WINDOW_S`."""
 
@@ -80,16 +83,19 @@ def _is_loss(stamps: Samples, period: float) -> Bool[np.ndarray, " step"]:
     jitter = 1.4826 / np.sqrt(2.0) * float(np.median(np.abs(np.diff(away))))
     limit = np.maximum(LATE_PERIODS * period, LATE_DEVIATIONS * jitter * _deviation_of_step(len(away), half))
     for _ in range(ROUNDS):
-        excess = np.diff(away)
-        is_late = np.abs(excess) > LATE_PERIODS * period
-        is_late &= np.abs(_step_of_means(away, half)) > limit
-        late = np.flatnonzero(is_late & ~found)
-        if not len(late):
-            break
+        excess, step = np.diff(away), _step_of_means(away, half)
+        is_late = (found | (np.abs(excess) > LATE_PERIODS * period)) & (np.abs(step) > limit)
         lost = np.zeros(len(away))
+        # One stamp gives the number of lost samples only to its jitter, so found losses are counted again by means.
+        for k in np.flatnonzero(is_late & found):
+            if np.abs(step[k]) >= PEAK_SHARE * np.abs(step[max(k - half, 0) : k + half]).max():
+                lost[k + 1] = np.round(step[k] / period)
+        late = np.flatnonzero(is_late & ~found)
         for k in late[np.argsort(-np.abs(excess[late]), kind="stable")]:
             if not lost[max(k + 1 - half, 0) : k + 1 + half].any():
                 found[k], lost[k + 1] = True, np.round(excess[k] / period)
+        if not lost.any():
+            break
         away -= period * np.cumsum(lost)
     return found
 
