@@ -176,6 +176,12 @@ def test_a_unit_of_the_study_replaces_that_of_the_stream(tmp_path: Path):
         assert np.abs(values[0][200:4000] - 0.5 * truth(t[200:4000])).max() < 0.2
 
 
+def test_a_type_in_small_letters_finds_the_statements_on_its_type(tmp_path: Path):
+    device = MadeUpDevice(kind="emg", unit="counts", seconds=20.0)
+    (file,) = written(tmp_path, device, {"EMG": StreamSettings(unit_uV=0.5)}).biosignals
+    assert file.kind == "EMG"
+
+
 def test_places_of_electrodes_are_those_of_the_stream(tmp_path: Path):
     place = "<location><X>1.5</X><Y>-20</Y><Z>90</Z></location>"
     written(tmp_path, MadeUpDevice(labels=("Cz", "Pz"), unit=f"uV</unit>{place}<unit>"))

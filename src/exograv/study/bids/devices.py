@@ -133,7 +133,7 @@ class Devices:
         for stream, name in zip(self._streams, short, strict=True):
             table = self._place.motion(EXO, f"recording-{name}_physio.tsv.gz")
             self._physio[stream.topic] = _Physio(stream, self._root, table, self._first_t)
-            stated = self._stated.get(stream.name) or self._stated.get(stream.kind) or StreamSettings()
+            stated = _stated_of(stream, self._stated)
             if kind := type_of(stream, stated):
                 samples = StagedSamples(self._stack.enter_context(TemporaryFile(dir=self._root)))
                 self._staged[stream.topic] = _Staged(stream, kind, stated, samples)
@@ -189,6 +189,12 @@ class Devices:
             signal.write(self._root, self._place, short, self._first_t, about)
             for signal, short in zip(signals, labels, strict=True)
         ]
+
+
+def _stated_of(stream: DeviceStream, stated: Stated) -> StreamSettings:
+    """Return the statements on a stream: by its name, else by its type, in capital or small letters."""
+    by_type = {key.upper(): value for key, value in stated.items()}
+    return stated.get(stream.name) or by_type.get(stream.kind.strip().upper()) or StreamSettings()
 
 
 class _Physio:

@@ -140,7 +140,8 @@ def _write_one(
         for one in result.left
     ]
     said = [
-        f"Not stated for {kind} of {where}: {', '.join(names)}. Add them to `[streams.{kind}]` in study.toml."
+        f"Not stated for {kind} of {where}: {', '.join(names)}. "
+        "Add them to the stream's entry of `[streams]` in study.toml."
         for kind, names in result.not_stated.items()
     ]
     return result.motion_rows, [*left, *said]

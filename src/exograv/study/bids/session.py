@@ -107,8 +107,11 @@ def write_session(
         write_events(root / file.events, rows, later_s, about)
     begins |= tracks_begin | devices.physio
     _write_scans(root, place, begins, session)
-    not_stated = {file.kind: [*file.not_stated] for file in devices.biosignals if file.not_stated}
-    return SessionResult(devices.left, not_stated, moved.account.rows)
+    not_stated = dict[str, list[str]]()
+    for file in devices.biosignals:
+        known = not_stated.setdefault(file.kind, [])
+        known += [name for name in file.not_stated if name not in known]
+    return SessionResult(devices.left, {kind: names for kind, names in not_stated.items() if names}, moved.account.rows)
 
 
 def sidecar_of(session: Mapping[str, Any]) -> dict[str, Any]:
