@@ -7,6 +7,8 @@ from exograv.errors import ConfigError
 from exograv.task.run_statement import RunStatement
 from exograv.task.state import RunState
 
+from .session_checkpoint import SESSION_FILE
+
 RUN = "run"
 """Name of the run's random name in the conditions of a checkpoint (`KeptSession.before`)."""
 
@@ -24,8 +26,6 @@ class StatedRun:
 
         The statement is that of a new run if there is no checkpoint, or none that can be read.
         """
-        from .session_checkpoint import SESSION_FILE  # CasADi: the core alone must start without it
-
         try:
             kept = SESSION_FILE.read(self.checkpoint)
             complete = tuple(sorted(RunState.model_validate_json(kept.run).complete))
