@@ -10,12 +10,12 @@ import numpy as np
 from jaxtyping import Float
 
 from exograv.recording.device_stream import DeviceStream, rig_time
+from exograv.study.biosignal_channels import VOLTAGES, BiosignalChannel, channels_of
+from exograv.study.even_times import EvenTimes, Stretch, effective_rate, even_times, stretches_of
 from exograv.study.folder.stream_settings import BiosignalType, StreamSettings
 from exograv.study.sync import ARRIVAL_S
 
 from .bdf import DIGITAL_MAX, ERROR_MAX_UV, BdfChannel, rounding_error, stored_range, write_bdf
-from .biosignal_channels import VOLTAGES, BiosignalChannel, channels_of, columns_of
-from .even_times import EvenTimes, Stretch, effective_rate, even_times, stretches_of
 from .files import MISSING, write_json, write_table
 from .interpolation import FLAT_TO, HALF_TAPS, OVERSHOOT, StretchSignal
 from .names import SessionPlace
@@ -55,12 +55,6 @@ class BiosignalFile:
     gaps: Sequence[PartWithoutSamples]
     not_stated: Sequence[str]
     """Names of statements in study.toml that the user may add."""
-
-
-def type_of(stream: DeviceStream, stated: StreamSettings) -> BiosignalType | None:
-    """Return the data type of a stream; None for a stream that is neither EEG nor EMG."""
-    text = stream.kind.strip().upper()
-    return stated.type or ("EEG" if text == "EEG" else "EMG" if text == "EMG" else None)
 
 
 @dataclass(frozen=True)
@@ -126,8 +120,8 @@ class Biosignal:
         error = rounding_error(max(voltages))
         content = {**about, **self._sidecar(), "StartTime": round(begin - first_t, 6), "RoundingErrorMax_uV": error}
         write_json((root / table).with_suffix(".json"), content)
-        rows = [one.row(self.kind, rate, self.stated) for one in self.channels]
-        write_table(root / place.biosignal(self.kind, label, "channels.tsv"), columns_of(self.kind), rows)
+        rows = [self._row(one) for one in self.channels]
+        write_table(root / place.biosignal(self.kind, label, "channels.tsv"), self._columns, rows)
         self._write_electrodes(root, place, label)
         events = place.biosignal(self.kind, label, "events.tsv")
         return BiosignalFile(table, self.kind, events, begin, gaps, self._not_stated())
@@ -203,6 +197,19 @@ class Biosignal:
     def _left_out(self) -> int:
         known = np.isin(self.staged.connection, list(self.stream.clocks))
         return int(np.count_nonzero(~known)) + self.times.left_out
+
+    @property
+    def _columns(self) -> list[str]:
+        own = ["target_muscle"] if self.kind == "EMG" else []
+        return ["name", "type", "units", "sampling_frequency", "reference", *own]
+
+    def _row(self, channel: BiosignalChannel) -> dict[str, str | int]:
+        """Return a row of `_channels.tsv`."""
+        is_referenced = channel.type == self.kind and self.stated.reference
+        reference = self.stated.reference if is_referenced else MISSING
+        basic: dict[str, str | int] = {"name": channel.name, "type": channel.type, "units": channel.unit or MISSING}
+        own = {"target_muscle": channel.muscle or MISSING} if self.kind == "EMG" else {}
+        return {**basic, "sampling_frequency": self.times.rate_Hz, "reference": reference, **own}
 
     def _write_electrodes(self, root: Path, place: SessionPlace, label: str) -> None:
         """Write the places of electrodes, if the stream states that of every EEG channel."""
