@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from exograv.recording.device_stream import DeviceStream, rig_time
+from exograv.recording.device_stream import DeviceStream
 from exograv.study.biosignal_channels import VOLTAGES, BiosignalChannel, channels_of
-from exograv.study.even_times import EvenTimes, Stretch, effective_rate, even_times, stretches_of
+from exograv.study.even_times import EvenTimes, effective_rate, even_times, monotonic_of, placed_stretches
 from exograv.study.folder.stream_settings import BiosignalType, StreamSettings
 from exograv.study.sync import ARRIVAL_S
 
@@ -79,7 +79,7 @@ class Biosignal:
             return channels
         if not staged.is_finite:
             return "it has values that are not finite"
-        arrival = staged.received - _monotonic(stream, staged)
+        arrival = staged.received - monotonic_of(stream, staged.stamps, staged.connection)
         if not np.isfinite(arrival).any():
             return "no connection has a measured clock"
         if not ARRIVAL_S[0] <= np.nanmedian(arrival) <= ARRIVAL_S[1]:
@@ -87,7 +87,7 @@ class Biosignal:
         for one, range_ in zip(channels, _ranges(channels, staged), strict=True):
             if range_ > DIGITAL_MAX or (one.type in VOLTAGES and rounding_error(range_) > ERROR_MAX_UV):
                 return f"a value of channel '{one.name}' is too large for the file: correct its unit"
-        stretches = _stretches(stream, staged)
+        stretches = placed_stretches(stream, staged.stamps, staged.connection)
         times = even_times(stretches, stream.nominal_rate_Hz)
         if times is None:
             return "its clock jumps by more than an hour"
@@ -245,32 +245,6 @@ def _ranges(channels: Sequence[BiosignalChannel], staged: StagedSamples) -> list
             found.append(float(DIGITAL_MAX))
         else:
             found.append(stored_range(largest * one.scale * (1.0 if one.is_stepped else OVERSHOOT)))
-    return found
-
-
-def _monotonic(stream: DeviceStream, staged: StagedSamples) -> np.ndarray:
-    """Return the stamps on CLOCK_MONOTONIC [s]; NaN for a connection whose clock was never measured."""
-    stamps, connection = staged.stamps, staged.connection
-    found = np.full(len(stamps), np.nan)
-    for number, fit in stream.clocks.items():
-        of = connection == number
-        found[of] = stamps[of] + fit.correction(stamps[of])
-    return found
-
-
-def _stretches(stream: DeviceStream, staged: StagedSamples) -> list[Stretch]:
-    """Return the stretches with times on the session's clock.
-
-    Jitter is removed on CLOCK_MONOTONIC: the clock of a simulated machine stands still in a missed period.
-    """
-    monotonic = _monotonic(stream, staged)
-    known = np.flatnonzero(np.isfinite(monotonic))
-    found = list[Stretch]()
-    for number in np.unique(staged.connection[known]):
-        own = known[staged.connection[known] == number]
-        for one in stretches_of(monotonic[own], stream.nominal_rate_Hz):
-            t = np.maximum.accumulate(rig_time(stream.ticks, one.t))
-            found.append(Stretch(int(own[one.first]), t))
     return found
 
 
