@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from exograv.recording.device_stream import DeviceStream, rig_time
+from exograv.recording.device_stream import DeviceStream
+from exograv.study.biosignal_channels import VOLTAGES, BiosignalChannel, channels_of
+from exograv.study.even_times import EvenTimes, effective_rate, even_times, monotonic_of, placed_stretches
 from exograv.study.folder.stream_settings import BiosignalType, StreamSettings
 from exograv.study.sync import ARRIVAL_S
 
 from .bdf import DIGITAL_MAX, ERROR_MAX_UV, BdfChannel, rounding_error, stored_range, write_bdf
-from .biosignal_channels import VOLTAGES, BiosignalChannel, channels_of, columns_of
-from .even_times import EvenTimes, Stretch, effective_rate, even_times, stretches_of
 from .files import MISSING, write_json, write_table
 from .interpolation import FLAT_TO, HALF_TAPS, OVERSHOOT, StretchSignal
 from .names import SessionPlace
@@ -57,12 +57,6 @@ class BiosignalFile:
     """Names of statements in study.toml that the user may add."""
 
 
-def type_of(stream: DeviceStream, stated: StreamSettings) -> BiosignalType | None:
-    """Return the data type of a stream; None for a stream that is neither EEG nor EMG."""
-    text = stream.kind.strip().upper()
-    return stated.type or ("EEG" if text == "EEG" else "EMG" if text == "EMG" else None)
-
-
 @dataclass(frozen=True)
 class Biosignal:
     """Samples of one stream with their times and channels, ready to be written."""
@@ -85,7 +79,7 @@ class Biosignal:
             return channels
         if not staged.is_finite:
             return "it has values that are not finite"
-        arrival = staged.received - _monotonic(stream, staged)
+        arrival = staged.received - monotonic_of(stream, staged.stamps, staged.connection)
         if not np.isfinite(arrival).any():
             return "no connection has a measured clock"
         if not ARRIVAL_S[0] <= np.nanmedian(arrival) <= ARRIVAL_S[1]:
@@ -93,7 +87,7 @@ class Biosignal:
         for one, range_ in zip(channels, _ranges(channels, staged), strict=True):
             if range_ > DIGITAL_MAX or (one.type in VOLTAGES and rounding_error(range_) > ERROR_MAX_UV):
                 return f"a value of channel '{one.name}' is too large for the file: correct its unit"
-        stretches = _stretches(stream, staged)
+        stretches = placed_stretches(stream, staged.stamps, staged.connection)
         times = even_times(stretches, stream.nominal_rate_Hz)
         if times is None:
             return "its clock jumps by more than an hour"
@@ -126,8 +120,8 @@ class Biosignal:
         error = rounding_error(max(voltages))
         content = {**about, **self._sidecar(), "StartTime": round(begin - first_t, 6), "RoundingErrorMax_uV": error}
         write_json((root / table).with_suffix(".json"), content)
-        rows = [one.row(self.kind, rate, self.stated) for one in self.channels]
-        write_table(root / place.biosignal(self.kind, label, "channels.tsv"), columns_of(self.kind), rows)
+        rows = [self._row(one) for one in self.channels]
+        write_table(root / place.biosignal(self.kind, label, "channels.tsv"), self._columns, rows)
         self._write_electrodes(root, place, label)
         events = place.biosignal(self.kind, label, "events.tsv")
         return BiosignalFile(table, self.kind, events, begin, gaps, self._not_stated())
@@ -204,6 +198,19 @@ class Biosignal:
         known = np.isin(self.staged.connection, list(self.stream.clocks))
         return int(np.count_nonzero(~known)) + self.times.left_out
 
+    @property
+    def _columns(self) -> list[str]:
+        own = ["target_muscle"] if self.kind == "EMG" else []
+        return ["name", "type", "units", "sampling_frequency", "reference", *own]
+
+    def _row(self, channel: BiosignalChannel) -> dict[str, str | int]:
+        """Return a row of `_channels.tsv`."""
+        is_referenced = channel.type == self.kind and self.stated.reference
+        reference = self.stated.reference if is_referenced else MISSING
+        basic: dict[str, str | int] = {"name": channel.name, "type": channel.type, "units": channel.unit or MISSING}
+        own = {"target_muscle": channel.muscle or MISSING} if self.kind == "EMG" else {}
+        return {**basic, "sampling_frequency": self.times.rate_Hz, "reference": reference, **own}
+
     def _write_electrodes(self, root: Path, place: SessionPlace, label: str) -> None:
         """Write the places of electrodes, if the stream states that of every EEG channel."""
         channels = [one for one in self.channels if one.type == "EEG"]
@@ -238,32 +245,6 @@ def _ranges(channels: Sequence[BiosignalChannel], staged: StagedSamples) -> list
             found.append(float(DIGITAL_MAX))
         else:
             found.append(stored_range(largest * one.scale * (1.0 if one.is_stepped else OVERSHOOT)))
-    return found
-
-
-def _monotonic(stream: DeviceStream, staged: StagedSamples) -> np.ndarray:
-    """Return the stamps on CLOCK_MONOTONIC [s]; NaN for a connection whose clock was never measured."""
-    stamps, connection = staged.stamps, staged.connection
-    found = np.full(len(stamps), np.nan)
-    for number, fit in stream.clocks.items():
-        of = connection == number
-        found[of] = stamps[of] + fit.correction(stamps[of])
-    return found
-
-
-def _stretches(stream: DeviceStream, staged: StagedSamples) -> list[Stretch]:
-    """Return the stretches with times on the session's clock.
-
-    Jitter is removed on CLOCK_MONOTONIC: the clock of a simulated machine stands still in a missed period.
-    """
-    monotonic = _monotonic(stream, staged)
-    known = np.flatnonzero(np.isfinite(monotonic))
-    found = list[Stretch]()
-    for number in np.unique(staged.connection[known]):
-        own = known[staged.connection[known] == number]
-        for one in stretches_of(monotonic[own], stream.nominal_rate_Hz):
-            t = np.maximum.accumulate(rig_time(stream.ticks, one.t))
-            found.append(Stretch(int(own[one.first]), t))
     return found
 
 

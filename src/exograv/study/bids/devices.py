@@ -19,9 +19,10 @@ import numpy as np
 from exograv.recording import Recording
 from exograv.recording.device_stream import DeviceStream, joined, rig_time
 from exograv.recording.stream_block import GAP_PERIODS, StreamBlock
+from exograv.study.biosignal_channels import Stated, statements_on, type_of
 from exograv.study.folder.stream_settings import BiosignalType, StreamSettings
 
-from .biosignals import Biosignal, BiosignalFile, type_of
+from .biosignals import Biosignal, BiosignalFile
 from .files import MISSING, number_rows, packed, write_json
 from .names import EXO, SessionPlace, label
 from .staging import StagedSamples
@@ -42,10 +43,6 @@ class Left:
 
     as_physio: bool = False
     """True for a stream of EEG or EMG that is exported as a physiological recording only."""
-
-
-Stated = Mapping[str, StreamSettings]
-"""Statements of the study about streams, by name or type."""
 
 
 def device_streams(recording: Recording) -> tuple[list[DeviceStream], list[Left]]:
@@ -132,7 +129,7 @@ class Devices:
         for stream, name in zip(self._streams, short, strict=True):
             table = self._place.motion(EXO, f"recording-{name}_physio.tsv.gz")
             self._physio[stream.topic] = _Physio(stream, self._root, table, self._first_t)
-            stated = _stated_of(stream, self._stated)
+            stated = statements_on(stream, self._stated)
             if kind := type_of(stream, stated):
                 samples = StagedSamples(self._stack.enter_context(TemporaryFile(dir=self._root)))
                 self._staged[stream.topic] = _Staged(stream, kind, stated, samples)
@@ -188,12 +185,6 @@ class Devices:
             signal.write(self._root, self._place, short, self._first_t, about)
             for signal, short in zip(signals, labels, strict=True)
         ]
-
-
-def _stated_of(stream: DeviceStream, stated: Stated) -> StreamSettings:
-    """Return the statements on a stream: by its name, else by its type, in capital or small letters."""
-    by_type = {key.upper(): value for key, value in stated.items()}
-    return stated.get(stream.name) or by_type.get(stream.kind.strip().upper()) or StreamSettings()
 
 
 class _Physio:

@@ -15,6 +15,7 @@ import pandas as pd
 
 from exograv.errors import ConfigError, RecordingError
 from exograv.files import PARTIAL
+from exograv.study.biosignal_channels import Stated
 from exograv.study.dataset.making import refresh
 from exograv.study.dataset.sources import sha256_of
 from exograv.study.dataset.tables import Tables
@@ -25,7 +26,6 @@ from exograv.study.folder.study_folder import StudyFolder
 
 from .behaviour import rows_of
 from .checking import problems_of
-from .devices import Stated
 from .manifest import files_of, read_manifest, write_manifest
 from .names import SessionPlace, labels
 from .pages import TIDY, PageContent

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy import sparse
 
-from .even_times import Stretch
+from exograv.study.even_times import Stretch
 
 HALF_TAPS = 16
 """Samples on each side of a value."""

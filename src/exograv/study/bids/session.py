@@ -12,9 +12,10 @@ from exograv.errors import RecordingError
 from exograv.recording import read_topics
 from exograv.recording.stream_block import StreamBlock
 from exograv.recording.stream_pieces import other_pieces
+from exograv.study.biosignal_channels import Stated
 
 from .behaviour import NO_SAMPLES, events_of, write_behaviour, write_events
-from .devices import DeviceFiles, Devices, Left, Stated, device_streams
+from .devices import DeviceFiles, Devices, Left, device_streams
 from .files import MISSING, write_json, write_table
 from .motion import TOPICS, MotionSummary, write_motion
 from .names import EXO, TASK, SessionPlace

@@ -6,8 +6,7 @@ from typing import IO
 import numpy as np
 
 from exograv.recording.stream_block import StreamBlock
-
-from .even_times import Samples
+from exograv.study.even_times import Samples
 
 
 class StagedSamples:

@@ -37,3 +37,9 @@ class StreamSettings(Settings):
 
     power_line_Hz: Annotated[float, Field(gt=0.0)] | None = None
     """Frequency of the mains [Hz]."""
+
+    contraction_window: Annotated[int, Field(ge=1)] | None = None
+    """Number of the window with the reference contraction of EMG, whose effort is 1."""
+
+    contraction_protocol: Short = ""
+    """Protocol of the session with this window; empty for each session's own window."""

@@ -1,14 +1,12 @@
 """Channels of an EEG or EMG stream: from LSL's description, completed by the study's settings."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
 from exograv.recording.device_stream import DeviceStream
 from exograv.study.folder.stream_settings import BiosignalType, StreamSettings
-
-from .files import MISSING
 
 MICROVOLTS = {
     "v": 1e6, "volt": 1e6, "volts": 1e6,
@@ -55,20 +53,21 @@ class BiosignalChannel:
         """Return True if the values may jump."""
         return self.type in STEPPED
 
-    def row(self, kind: BiosignalType, rate_Hz: int, stated: StreamSettings) -> dict[str, str | float]:
-        """Return the row of `_channels.tsv`."""
-        own = {"target_muscle": self.muscle or MISSING} if kind == "EMG" else {}
-        is_referenced = self.type == kind and stated.reference
-        reference = stated.reference if is_referenced else MISSING
-        unit = self.unit or MISSING
-        basic = {"name": self.name, "type": self.type, "units": unit, "sampling_frequency": rate_Hz}
-        return {**basic, "reference": reference, **own}
+
+Stated = Mapping[str, StreamSettings]
+"""Statements of the study about streams, by name or type."""
 
 
-def columns_of(kind: BiosignalType) -> list[str]:
-    """Return the columns of `_channels.tsv`."""
-    own = ["target_muscle"] if kind == "EMG" else []
-    return ["name", "type", "units", "sampling_frequency", "reference", *own]
+def statements_on(stream: DeviceStream, stated: Stated) -> StreamSettings:
+    """Return the statements on a stream: by its name, else by its type, in capital or small letters."""
+    by_type = {key.upper(): value for key, value in stated.items()}
+    return stated.get(stream.name) or by_type.get(stream.kind.strip().upper()) or StreamSettings()
+
+
+def type_of(stream: DeviceStream, stated: StreamSettings) -> BiosignalType | None:
+    """Return the data type of a stream; None for a stream that is neither EEG nor EMG."""
+    text = stream.kind.strip().upper()
+    return stated.type or ("EEG" if text == "EEG" else "EMG" if text == "EMG" else None)
 
 
 def channels_of(stream: DeviceStream, kind: BiosignalType, stated: StreamSettings) -> list[BiosignalChannel] | str:

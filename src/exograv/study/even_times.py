@@ -8,8 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from scipy import linalg
+
+from exograv.recording.device_stream import DeviceStream, rig_time
 
 KNOT_S = 60.0
 """Distance of knots [s]: long enough to average the jitter, short enough to follow the temperature of an oscillator."""
@@ -145,6 +147,31 @@ def _line_with_knots(values: Samples, pieces: int) -> Samples:
     right[1:] += summed(right_share * values)
     knots = linalg.solveh_banded(bands, right)
     return left_share * knots[left] + right_share * knots[left + 1]
+
+
+def monotonic_of(stream: DeviceStream, stamps: Samples, connection: Int[np.ndarray, " sample"]) -> Samples:
+    """Return stamps on CLOCK_MONOTONIC [s]; NaN for a connection whose clock was never measured."""
+    found = np.full(len(stamps), np.nan)
+    for number, fit in stream.clocks.items():
+        of = connection == number
+        found[of] = stamps[of] + fit.correction(stamps[of])
+    return found
+
+
+def placed_stretches(stream: DeviceStream, stamps: Samples, connection: Int[np.ndarray, " sample"]) -> list[Stretch]:
+    """Return the stretches of a stream with times on the session's clock, one connection after another.
+
+    Jitter is removed on CLOCK_MONOTONIC: the clock of a simulated machine stands still in a missed period.
+    """
+    monotonic = monotonic_of(stream, stamps, connection)
+    known = np.flatnonzero(np.isfinite(monotonic))
+    found = list[Stretch]()
+    for number in np.unique(connection[known]):
+        own = known[connection[known] == number]
+        for one in stretches_of(monotonic[own], stream.nominal_rate_Hz):
+            t = np.maximum.accumulate(rig_time(stream.ticks, one.t))
+            found.append(Stretch(int(own[one.first]), t))
+    return found
 
 
 @dataclass(frozen=True)
