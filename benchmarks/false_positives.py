@@ -3,12 +3,17 @@
     python benchmarks/false_positives.py --studies 10000 --save false_positives.json
     python benchmarks/false_positives.py --load false_positives.json
     python benchmarks/false_positives.py --coverage 10000
+    python benchmarks/false_positives.py --effort --studies 10000
 
 The people are made up, and both groups have the same middle: log deviation of a touch = person + touch, with
 person ~ N(0, 0.35²). `alike`: 60 touches each. `serial`: successive touches correlate by 0.5. `unequal`: 15 to 105
 touches. `heavy`: people follow Student's t with three degrees of freedom and the same spread. `spreads`: the people
 of the second group spread three times as far. Under `spreads` the groups differ, but not in the middle: a test of "no
 difference at all" may reject.
+
+`--effort` tests the effort of the muscles within people, weightless against 1 g. Log effort of a window = person +
+person's own difference + window, with a difference ~ N(0, 0.2²) whose mean is 0; 4 windows per condition, or 2 and 8 of
+them (`unequal`); `skewed`: differences follow a log-normal law with mean 0, which the test's assumption excludes.
 """
 
 import argparse
@@ -20,6 +25,7 @@ import numpy as np
 from scipy import signal, stats
 
 from exograv.study.statistics.normal import welch_interval, welch_p
+from exograv.study.statistics.paired import exchanges, paired_interval, paired_p
 from exograv.study.statistics.random_intercept import SufficientStatistics, fit
 from exograv.study.statistics.relabelling import relabellings, two_sided
 
@@ -28,6 +34,11 @@ SERIAL, HEAVY_FREEDOM, WIDER = 0.5, 3, 3.0
 ALPHA = 0.05
 CASES = ("alike", "serial", "unequal", "heavy", "spreads")
 SIZES = (3, 4, 5, 6, 8)
+DIFFERENCE_SD, WINDOW_SD, EFFORT_SIZES = 0.2, 0.3, (6, 8, 10, 14)
+EFFORT_CASES = ("alike", "serial", "unequal", "heavy", "skewed")
+SKEW = 0.8
+"""Deviation of the logarithm of skewed differences."""
+
 TESTS = {
     "pooled": "touches pooled, Mann–Whitney",
     "wald": "mixed model, Wald",
@@ -91,6 +102,49 @@ def run(case: str, n: int, studies: int, seed: int) -> dict[str, Any]:
     return {"case": case, "n": n, "studies": studies, "rates": rates}
 
 
+def effort_differences(case: str, studies: int, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Return the differences of mean log effort (study, person)."""
+    people = rng.standard_normal((studies, n))
+    if case == "heavy":
+        people = rng.standard_t(HEAVY_FREEDOM, (studies, n)) / np.sqrt(HEAVY_FREEDOM / (HEAVY_FREEDOM - 2))
+    if case == "skewed":
+        people = np.exp(SKEW * people)
+        mean = np.exp(SKEW**2 / 2.0)
+        people = (people - mean) / (mean * np.sqrt(np.exp(SKEW**2) - 1.0))
+    first, second = (2, 8) if case == "unequal" else (4, 4)
+    windows = rng.standard_normal((studies, n, first + second))
+    if case == "serial":
+        windows[..., 1:] *= np.sqrt(1.0 - SERIAL**2)
+        windows = np.asarray(signal.lfilter([1.0], [1.0, -SERIAL], windows, axis=-1))
+    means = windows[..., :first].mean(-1) - windows[..., first:].mean(-1)
+    return DIFFERENCE_SD * people + WINDOW_SD * means
+
+
+def effort_rates(case: str, n: int, studies: int, seed: int) -> tuple[int, int, int]:
+    """Return numbers of studies: false positives, intervals that contain the truth, false positives of the t test."""
+    rng = np.random.default_rng([seed, EFFORT_CASES.index(case), n])
+    differences, ways = effort_differences(case, studies, n, rng), exchanges(n, rng)
+    rejected = int(np.count_nonzero(paired_p(differences, ways) <= ALPHA + 1e-12))
+    student: Any = stats.ttest_1samp(differences, 0.0, axis=1)
+    held = 0
+    for one in differences:
+        interval = paired_interval(one, ways, 1.0 - ALPHA)
+        held += (interval.low is None or interval.low <= 0.0) and (interval.high is None or interval.high >= 0.0)
+    return rejected, held, int(np.count_nonzero(student.pvalue <= ALPHA))
+
+
+def effort_table(studies: int, seed: int) -> str:
+    """Return the table of the effort's test in Markdown."""
+    lines = ["| people | case | exchange test | its interval holds 0 | paired t |", "|---|---|---|---|---|"]
+    for case in EFFORT_CASES:
+        for n in EFFORT_SIZES:
+            rejected, held, by_t = effort_rates(case, n, studies, seed)
+            ends = stats.binomtest(rejected, studies).proportion_ci(0.95, "wilson")
+            rate = f"{rejected / studies:.3f} ({ends.low:.3f}–{ends.high:.3f})"
+            lines.append(f"| {n} | {case} | {rate} | {held / studies:.3f} | {by_t / studies:.3f} |")
+    return "\n".join(lines)
+
+
 def coverage(n: int, spreads: tuple[float, float], studies: int, seed: int) -> float:
     """Share of studies in which Welch's interval contains the truth."""
     rng = np.random.default_rng([seed, n])
@@ -118,6 +172,7 @@ def main() -> None:
     parser.add_argument("--sizes", default=",".join(map(str, SIZES)))
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--coverage", type=int, help="simulate Welch's interval this many times instead")
+    parser.add_argument("--effort", action="store_true", help="test the effort of the muscles instead")
     parser.add_argument("--save", type=Path)
     parser.add_argument("--load", type=Path)
     options = parser.parse_args()
@@ -125,6 +180,9 @@ def main() -> None:
         for spreads in ((1.0, 1.0), (1.0, WIDER)):
             shares = ", ".join(f"{n} v {n}: {coverage(n, spreads, options.coverage, options.seed):.3f}" for n in SIZES)
             print(f"spreads {spreads[0]:g} and {spreads[1]:g}: {shares}")
+        return
+    if options.effort:
+        print(effort_table(options.studies, options.seed))
         return
     if options.load:
         rows = json.loads(options.load.read_text())

@@ -9,6 +9,7 @@ EXTRAS = {
     "casadi": "control",
     "cryptography": "study",
     "distributed": "cluster",
+    "edfio": "study",
     "jinja2": "study",
     "llvmlite": "control",
     "markupsafe": "study",

@@ -102,11 +102,15 @@ def test_an_unknown_arm_is_identified_and_the_protocol_runs_to_its_end_with_touc
     assert not session.flight.moment().arm_share
 
 
-class LatePage:
+class LatePage(TerminalPage):
     """Page of a machine whose motors do not switch on in time at the first requests."""
 
     def __init__(self, late: int):
-        self.late, self.requests, self.ended, self.steers = late, 0, "", True
+        self.late, self.requests, self.ended = late, 0, ""
+
+    @property
+    def steers(self) -> bool:
+        return True
 
     @property
     def shown(self) -> dict[str, Any]:
@@ -115,21 +119,21 @@ class LatePage:
         mode = "exo_only" if self.requests > self.late else "off"
         return {"mode": mode, "mode_text": {"text": mode}, "alarms": [alarm] if is_late else [], "version": 1}
 
-    def act(self, _kind: str) -> str:
+    def act(self, kind: str, **fields: Any) -> str:
         self.requests += 1
         return ""
 
-    def until(self, condition: Callable[[], object], _within_s: float) -> bool:
+    def until(self, condition: Callable[[], object], within_s: float) -> bool:
         return bool(condition())
 
 
 def test_an_operator_whose_motors_started_too_late_is_asked_again_and_not_without_end():
     lines = list[str]()
     keyboard = Keyboard(lines.append, threading.Event(), True)
-    page: Any = LatePage(late=2)
+    page = LatePage(late=2)
     TerminalSession(page, keyboard, False)._make_ready("Press Enter.")
     assert (page.requests, lines.count("Too late.")) == (3, 2)
-    never: Any = LatePage(late=9)
+    never = LatePage(late=9)
     with pytest.raises(RigError, match="Too late"):
         TerminalSession(never, keyboard, False)._make_ready("Press Enter.")
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import cast
+from unittest.mock import Mock
 
 import pytest
 
@@ -75,22 +76,11 @@ class Guard:
 
     clock: Clock
     silences: int
-    has_hung_up: bool = False
 
     def next_word(self, _seconds: float) -> GuardReport | None:
         self.clock.now += 5.0
         self.silences -= 1
         return cast(GuardReport, object.__new__(GuardReport)) if self.silences < 0 else None
-
-
-class Line:
-    """Mock of the line to the guard."""
-
-    def replies(self) -> list[object]:
-        return []
-
-    def beat(self) -> None:
-        pass
 
 
 def test_the_progress_of_a_loop_is_its_share_of_ticks_and_not_of_seconds(clock: Clock):
@@ -100,7 +90,9 @@ def test_the_progress_of_a_loop_is_its_share_of_ticks_and_not_of_seconds(clock: 
         shown.append(share)
         loop.offered += 100
 
-    guard, line = cast(Supervisor[GuardJob], Guard(clock, 4)), cast(GuardLine, Line())
+    said = Guard(clock, 4)
+    guard = Mock(spec=Supervisor, next_word=said.next_word, has_hung_up=False)
+    line = Mock(spec=GuardLine, replies=list)
     _watched(guard, line, (), show, lambda: loop.offered / 400, lambda _: None)
     assert shown == [0.0, 0.25, 0.5, 0.75]
 

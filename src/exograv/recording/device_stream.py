@@ -17,6 +17,14 @@ from .stream_block import StreamBlock
 
 Samples = Float[np.ndarray, " sample"]
 
+CLOCK_EVERY = 100
+"""Interval of kept ticks that relate the rig's clock to the computer's, where both run evenly [ticks]."""
+
+UNEVEN_S = 10e-6
+"""Difference between the two clocks over one tick above which both ticks are kept. The twin's clock stands still in a
+missed period.
+"""
+
 
 @dataclass(frozen=True)
 class DeviceStream:
@@ -111,6 +119,15 @@ def rig_time(ticks: np.ndarray, monotonic: Samples) -> Samples:
         return monotonic
     ahead = ticks["now"] - ticks["monotonic"]
     return monotonic + np.interp(monotonic, ticks["monotonic"], ahead)
+
+
+def clock_ticks(ticks: np.ndarray) -> np.ndarray:
+    """Select ticks that relate the two clocks: some of a piece, and all between which the clocks differ."""
+    is_kept = np.arange(len(ticks)) % CLOCK_EVERY == 0
+    is_kept[-1] = True
+    apart = np.flatnonzero(np.abs(np.diff(ticks["now"] - ticks["monotonic"])) > UNEVEN_S)
+    is_kept[apart] = is_kept[apart + 1] = True
+    return ticks[is_kept]
 
 
 def joined(

@@ -1,7 +1,6 @@
 """Pages that are silent after the last of several strikes blame that strike, and no earlier one."""
 
-from types import SimpleNamespace
-from typing import cast
+from unittest.mock import Mock
 
 import pytest
 
@@ -19,8 +18,7 @@ def test_only_the_strike_before_the_silence_of_the_pages_is_blamed(
 ):
     strikes, answers = [Strike() for _ in CELLS], iter(answer)
     monkeypatch.setattr(flight, "_awaited", lambda _session, _condition: next(answers))
-    process = SimpleNamespace(poll=lambda: None)
-    session = cast("Session", SimpleNamespace(notes=lambda _kind: [{"host": "here"}], process=process))
+    session = Mock(spec=Session, process=Mock(poll=lambda: None), notes=lambda _kind: [{"host": "here"}])
     for number, cell in enumerate(CELLS):
         if cell.process is Process.CONSOLE:
             _note_silent_pages(CELLS[:number], strikes, session)

@@ -19,7 +19,7 @@ from tests.console.of_process import short_training
 from tests.lsl_network import VARIABLE, own_network
 
 from exograv.laboratory.amplifier.amplifier_command import EMG
-from exograv.laboratory.amplifier.electrodes import TRIGGER
+from exograv.laboratory.amplifier.electrodes import TRIGGER, pulse_times
 from exograv.laboratory.participant.touch_screen import SimulatedRoom
 from exograv.recording import read_recording
 from exograv.rig.drives.simulated.address import free_port
@@ -164,7 +164,7 @@ def test_a_virtual_participant_points_at_the_sessions_own_page_and_every_contact
     assert imported.session["clock_jumps"] == 0
     recording = read_recording(machine.folder / found["recordings"][-1])
     (emg,) = recording.streams
-    pulses = emg.monotonic[emg.values[:, emg.labels.index(TRIGGER)] > 0.5]
+    pulses = pulse_times(emg.monotonic, emg.values[:, emg.labels.index(TRIGGER)])
     touches = [one["record"]["t"] for one in recording.messages("/task") if one["kind"] == "touch"]
     assert len(pulses) == len(touches)
     assert np.median(np.abs(pulses - touches)) < PULSE_S

@@ -18,6 +18,7 @@ from exograv.report.study_report.report import compared, reason_not_to_compare
 from exograv.report.study_report.results import family_of, in_words, measures_table, number
 from exograv.report.style.page import page_text, write_pdf
 from exograv.study.measures.catalogue import MEASURES
+from exograv.study.measures.emg_effort import muscle_effort
 from exograv.study.measures.study_data import StudyData
 from exograv.study.statistics.findings import StudyFindings
 
@@ -186,3 +187,16 @@ def test_measures_are_tested_as_one_family_whose_p_values_are_never_below_the_sm
     assert "tested as one family" in text(page(data, found_by_all()))
     alone = study(people={"trained": 1, "untrained": 1})
     assert family_of(alone, compared(alone)) is None
+
+
+def test_the_effort_of_the_muscles_is_a_chapter_that_sealed_groups_hide():
+    from tests.study.measures.test_emg_effort import made_up  # its fixtures read no recording
+
+    said = text(page_text(page_of(replace(content(study(), found_by_all()), effort=muscle_effort(*made_up(8))), ())))
+    assert "Effort in weightless windows (16) divided by that at 1 g (8), 8 people: 0.6" in said
+    assert "no notch, as no mains are stated" in said
+    sealed = study(is_sealed=True)
+    hidden = replace(content(sealed), effort=muscle_effort(*made_up(8, sealed=True)))
+    said = text(page_text(page_of(hidden, ())))
+    assert "EMG is not shown while groups are sealed" in said
+    assert "Effort in weightless windows" not in said

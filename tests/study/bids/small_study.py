@@ -2,7 +2,7 @@
 
 import hashlib
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,17 +15,20 @@ from exograv.study.bids.export import ExportResult, write_dataset
 from exograv.study.dataset.tables import Tables, frame, read_tables, write_tables
 from exograv.study.folder.columns import PARTICIPANTS, SESSIONS, TOUCHES, WINDOWS
 from exograv.study.folder.settings import AS_PUBLISHED, read_settings, write_settings
+from exograv.study.folder.stream_settings import StreamSettings
 from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.importers.recording import import_recording
+
+from .made_up_biosignal import AHEAD_S, BEGINS_S, MadeUpDevice
 
 JOINTS = ("shoulder_flexion", "elbow_flexion")
 RATE_HZ = 1000.0
 SECONDS = 12.0
-BEGINS_S = 5.0
-"""Time of the first tick on the rig's clock [s]."""
-
-AHEAD_S = 7e4
-"""Lead of CLOCK_MONOTONIC over the rig's clock [s]."""
+BIOSIGNALS = (
+    MadeUpDevice("EEG", "/lsl/eeg", seconds=11.0, rig_drift=0.0, lost=((8.0, 8.2),), extra="<cap><name>C</name></cap>"),
+    MadeUpDevice("EMG", "/lsl/emg", 1000.0, 11.0, rig_drift=0.0, unit="mV", labels=("BB of Erika", "TB")),
+)
+STREAMS = {"EMG": StreamSettings(reference="bipolar", placement="SENIAM", power_line_Hz=50.0, labels=["BB", "TB"])}
 
 ECG_HZ = 250.0
 XML = (
@@ -64,6 +67,7 @@ def write_recording(
     with_devices: bool = False,
     rows: np.ndarray | None = None,
     seed: int = 0,
+    biosignals: Sequence[MadeUpDevice] = BIOSIGNALS,
 ) -> Path:
     """Return the records of one session with one window."""
     settings = {
@@ -75,7 +79,8 @@ def write_recording(
         "versions": {"exograv": "0.1.0"},
         "settings": {"protocol": {"name": protocol, "exo": "active", "windows": {"count": 1}}},
     }
-    streams = [StreamFormat("/lsl/ecg", "float32"), StreamFormat("/lsl/keys", "string")] if with_devices else []
+    kinds = {"/lsl/ecg": "float32", "/lsl/keys": "string", **{one.topic: "float32" for one in biosignals}}
+    streams = [StreamFormat(*one) for one in kinds.items()] if with_devices else []
     path.parent.mkdir(parents=True, exist_ok=True)
     with RecordingWriter(path, JOINTS, settings, streams) as recording:
         recording.phase(BEGINS_S, "task")
@@ -92,7 +97,7 @@ def write_recording(
             points = {"exo": [[0.0, 0.0, 0.0]], "arm": [[0.0, -0.2, 0.5], [0.3, -0.2, 0.001 * k]]}
             recording.write("/skeleton", BEGINS_S + 0.025 * k, points)
         if with_devices:
-            _write_devices(recording)
+            _write_devices(recording, biosignals)
     return path
 
 
@@ -128,7 +133,7 @@ def ecg_stamps() -> np.ndarray:
     return np.delete(t, slice(1000, 1125))
 
 
-def _write_devices(recording: RecordingWriter) -> None:
+def _write_devices(recording: RecordingWriter, biosignals: Sequence[MadeUpDevice]) -> None:
     for name, kind, rate, form in (("ecg", "ECG", ECG_HZ, "float32"), ("keys", "Markers", 0.0, "string")):
         head = {"topic": f"/lsl/{name}", "connection": 1}
         xml = XML.format(name=f"{name} of Mustermann", kind=kind, rate=rate, form=form)
@@ -142,6 +147,12 @@ def _write_devices(recording: RecordingWriter) -> None:
         some = stamps[first : first + 25]
         values = np.arange(first, first + len(some), dtype=np.float32)[:, None]
         recording.write_block("/lsl/ecg", BEGINS_S, packed(StreamBlock(some[-1] + 0.01, 1, some, values), 1))
+    for device in biosignals:
+        for message in [*device.notes()[:1], *device.corrections()]:
+            kind = "/correction" if "offset" in message else "/stream"
+            recording.write(kind, message["t"], {name: value for name, value in message.items() if name != "t"})
+        for block in device.blocks():
+            recording.write_block(device.topic, BEGINS_S, packed(block, device.channels))
     recording.write_block("/lsl/keys", BEGINS_S, packed(StreamBlock(stamps[0], 1, stamps[:1], [["Erika"]]), 1))
 
 
@@ -173,7 +184,10 @@ def write_study(path: Path, made: tuple[tuple[str, str, int, Callable[[Path], Pa
     folder = StudyFolder(path)
     path.mkdir(parents=True)
     write_settings(
-        folder, AS_PUBLISHED.model_copy(update={"authors": ["A. Author", "B. Author"], "licence": "CC-BY-4.0"})
+        folder,
+        AS_PUBLISHED.model_copy(
+            update={"authors": ["A. Author", "B. Author"], "licence": "CC-BY-4.0", "streams": STREAMS}
+        ),
     )
     sessions, windows, touches = list[Any](), list[Any](), list[Any]()
     for code, protocol, number, make in made:

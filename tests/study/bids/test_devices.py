@@ -13,7 +13,8 @@ from exograv.recording.stream_block import StreamBlock
 from exograv.study.bids.devices import FILL_MAX_S, Devices, device_streams
 from exograv.study.bids.names import SessionPlace
 
-from .small_study import AHEAD_S, BEGINS_S, ticks
+from .made_up_biosignal import AHEAD_S, BEGINS_S
+from .small_study import ticks
 
 PLACE = SessionPlace("K7MR4XP", "training01")
 RATE_HZ = 500.0
@@ -22,7 +23,7 @@ CLOCK_S = 1e-6
 
 
 def stream(
-    topic: str, kind: str = "EMG", rate: float = RATE_HZ, form: str = "int16", labels: tuple[str, ...] = ("biceps", "")
+    topic: str, kind: str = "ECG", rate: float = RATE_HZ, form: str = "int16", labels: tuple[str, ...] = ("biceps", "")
 ) -> dict[str, Any]:
     channels = "".join(f"<channel><label>{label}</label><unit>uV</unit></channel>" for label in labels)
     xml = (
@@ -61,7 +62,7 @@ def written(root: Path, source: Recording, blocks: list[StreamBlock], topic: str
     with Devices(root, PLACE, source, BEGINS_S) as devices:
         for one in blocks:
             devices.take(topic, one)
-        (table,) = devices.finish({})
+        (table,) = devices.finish({}).physio
     rows = np.genfromtxt(gzip.decompress((root / table).read_bytes()).decode().splitlines(), missing_values="n/a")
     return rows, json.loads((root / str(table).replace(".tsv.gz", ".json")).read_text())
 
@@ -114,8 +115,8 @@ def test_two_of_a_type_and_two_channels_of_a_name_stay_apart(tmp_path: Path):
     with Devices(tmp_path, PLACE, recording(notes, corrections("/lsl/a") + corrections("/lsl/b")), 0.0) as devices:
         for topic in ("/lsl/a", "/lsl/b"):
             devices.take(topic, block(np.arange(10) / RATE_HZ))
-        tables = [str(table) for table in devices.finish({})]
-    assert [table.rpartition("recording-")[2] for table in tables] == ["EMG_physio.tsv.gz", "EMG2_physio.tsv.gz"]
+        tables = [str(table) for table in devices.finish({}).physio]
+    assert [table.rpartition("recording-")[2] for table in tables] == ["ECG_physio.tsv.gz", "ECG2_physio.tsv.gz"]
     about = json.loads((tmp_path / tables[0].replace(".tsv.gz", ".json")).read_text())
     assert about["Columns"] == ["latency", "left", "left2"]
     assert "somebody" not in json.dumps(about)
@@ -139,6 +140,7 @@ def test_what_is_not_exported_says_why(note: dict[str, Any], measured: bool, is_
 
 def test_a_device_that_sent_nothing_leaves_no_file(tmp_path: Path):
     with Devices(tmp_path, PLACE, recording([stream("/lsl/a")], corrections("/lsl/a")), BEGINS_S) as devices:
-        assert devices.finish({}) == {}
-    assert "sent nothing" in devices.left[0].why
+        files = devices.finish({})
+    assert files.physio == {}
+    assert "sent nothing" in files.left[0].why
     assert not list(tmp_path.rglob("*.gz"))

@@ -26,6 +26,7 @@ from exograv.study.folder.settings import AS_PUBLISHED
 from exograv.study.folder.study_folder import StudyFolder
 from exograv.study.participants.register import new_participant
 
+from .made_up_biosignal import MadeUpDevice
 from .small_study import (
     CODES,
     MADE,
@@ -48,7 +49,8 @@ def issues_of(root: Path) -> list[dict]:
 def test_the_validator_finds_no_error(exported: Path):
     issues = issues_of(exported)
     assert [issue for issue in issues if issue["severity"] == "error"] == []
-    assert {issue.get("subCode") for issue in issues} <= {"HEDVersion", "CogAtlasID", "CogPOID"}
+    # The circumference is a number: BIDS has no word for an unknown one.
+    assert {issue.get("subCode") for issue in issues} <= {"HEDVersion", "CogAtlasID", "CogPOID", "HeadCircumference"}
 
 
 def test_sessions_with_hardly_anything_in_them_are_valid_too(tmp_path: Path):
@@ -67,6 +69,32 @@ def test_sessions_with_hardly_anything_in_them_are_valid_too(tmp_path: Path):
     export(study, tmp_path / "bids")
     assert problems_of(tmp_path / "bids") == []
     assert [issue for issue in issues_of(tmp_path / "bids") if issue["severity"] == "error"] == []
+
+
+def test_several_biosignals_with_places_triggers_and_without_units_are_valid_too(tmp_path: Path):
+    place = "uV</unit><location><X>1.5</X><Y>-20</Y><Z>90</Z></location><unit>"
+    labels = ("Cz", "Trigger</label><type>TRIG</type><label>")
+    devices = [
+        MadeUpDevice(kind, f"/lsl/{k}", seconds=9.0, rig_drift=0.0, unit=unit, labels=names)
+        for k, (kind, unit, names) in enumerate(
+            [
+                ("EEG", place, ("Cz", "Pz")),
+                ("EEG", "uV", labels),
+                ("EMG", "uV", ("", "")),
+                ("EMG", "V", ("", "")),
+                ("EEG", "", ()),
+            ]
+        )
+    ]
+    made = lambda path: write_recording(path, "flight", with_devices=True, biosignals=devices)  # noqa: E731
+    result = export(write_study(tmp_path / "study", ((CODES[0], "flight", 1, made),)), tmp_path / "bids")
+    assert [issue for issue in issues_of(tmp_path / "bids") if issue["severity"] == "error"] == []
+    assert problems_of(tmp_path / "bids") == []
+    names = {path.name.partition("pointing_")[2] for path in (tmp_path / "bids").rglob("*.bdf")}
+    assert names == {f"acq-EEG{k}_eeg.bdf" for k in (1, 2)} | {f"recording-EMG{k}_emg.bdf" for k in (1, 2)}
+    said = [sentence for sentence in result.not_exported if "physio only" in sentence]
+    assert len(said) == 1
+    assert "unit_uV" in said[0]
 
 
 def test_our_own_checks_find_nothing(exported: Path):

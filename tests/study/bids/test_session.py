@@ -4,6 +4,7 @@ import gzip
 import json
 from pathlib import Path
 
+import mne_bids
 import numpy as np
 import pytest
 
@@ -12,8 +13,9 @@ from exograv.study.bids.checking import problems_of, read_rows
 from exograv.study.dataset.tables import Tables, read_tables, write_tables
 from exograv.study.folder.study_folder import StudyFolder
 
+from .made_up_biosignal import BEGINS_S, MadeUpDevice, lags_of
 from .small_study import (
-    BEGINS_S,
+    BIOSIGNALS,
     CODES,
     JOINTS,
     MADE,
@@ -95,6 +97,31 @@ def test_a_device_is_on_the_robots_clock_with_its_gap(exported: Path):
     assert np.allclose(np.diff(latency), 1 / 250.0, atol=2e-6)
     assert gzip.decompress(path.read_bytes())[:2] == b"0\t"
     assert path.read_bytes()[3:8] == bytes(5)  # neither name nor time
+
+
+@pytest.mark.parametrize("device", BIOSIGNALS, ids=lambda device: device.kind)
+def test_mne_opens_a_biosignal_on_the_clock_of_the_touches(exported: Path, device: MadeUpDevice):
+    path = mne_bids.BIDSPath(
+        subject=CODES[0], session="flight01", task="pointing", datatype=device.kind.lower(), root=exported
+    )
+    raw = mne_bids.read_raw_bids(path, verbose="ERROR")
+    assert raw.ch_names == (["Cz", "Pz"] if device.kind == "EEG" else ["BB", "TB"])
+    assert set(raw.get_channel_types()) == {device.kind.lower()}
+    onsets = raw.annotations.onset[raw.annotations.description == "touch"]
+    first_t = BEGINS_S + 3.5 - onsets[0]  # the first touch was 3.5 s after the first tick
+    assert np.allclose(np.diff(onsets), [2.0], atol=1e-5)
+    is_there = (raw.times < 2.3) | ((raw.times > 3.0) & (raw.times < 10.0))
+    for channel, values in enumerate(1e6 * raw.get_data()):
+        lags = lags_of(values[is_there][50:], first_t + raw.times[is_there][50:], 500, channel)
+        assert np.abs(lags).max() < 1e-3
+    assert ("BAD_ACQ_SKIP" in raw.annotations.description[:-1]) == bool(device.lost)
+
+
+def test_biosignals_are_not_physiological_recordings_too(exported: Path):
+    names = {path.name.rpartition("_")[0].rpartition("recording-")[2] for path in exported.rglob("*_physio.tsv.gz")}
+    assert names == {"ECG"}
+    rows = {row["filename"]: row["acq_time"] for row in read_rows(exported / FLIGHT / f"{FLIGHT_STEM}_scans.tsv")[1]}
+    assert rows[f"eeg/{FLIGHT_STEM}_task-pointing_eeg.bdf"].startswith("2026-03-02T09:30:00.50")
 
 
 def test_every_touch_has_its_row_and_its_reason(exported: Path, small_study: StudyFolder):

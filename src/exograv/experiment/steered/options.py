@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Protocol, runtime_checkable
 
 import tyro
 
@@ -21,9 +21,20 @@ from exograv.options import (
     WornOptions,
 )
 from exograv.results import json_value
-from exograv.storage.stated_run import StatedRun
+
+if TYPE_CHECKING:
+    from exograv.task.run_statement import RunStatement  # NumPy: the command line starts without it
 
 MOVED = Acts(lambda all_: not getattr(all_, "rehearse", False), "on a machine, without --rehearse")
+
+
+@runtime_checkable
+class StatesRun(Protocol):
+    """Run of a protocol that states itself, such as `storage.stated_run.StatedRun`."""
+
+    def now(self) -> "RunStatement":
+        """Return the statement at the present moment."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -67,7 +78,7 @@ class SteeredOptions(WornOptions):
     protocol_of_stimulus: tyro.conf.Fixed[str] = "training"
     """Protocol whose target the virtual participant knows."""
 
-    run: tyro.conf.Fixed[StatedRun | None] = None
+    run: tyro.conf.Fixed[StatesRun | None] = None
     """Run of a protocol, which each recording states; None without one."""
 
     windows: tyro.conf.Fixed[int | None] = None

@@ -15,7 +15,10 @@ Times = Float[np.ndarray, " sample"]
 EEG_HZ, EMG_HZ = 250.0, 1000.0
 EEG_LABELS = ("Fz", "C3", "Cz", "C4", "P3", "Pz", "P4", "Oz")
 TRIGGER = "TRIG"
-"""Name of the channel that is 1 in the sample in which a pulse begins, and 0 otherwise."""
+"""Name of the channel that is 1 during a pulse, and 0 otherwise."""
+
+PULSE_S = 0.01
+"""Duration of a pulse [s], as of a trigger box: a pulse of one sample may be lost when samples are resampled."""
 
 EEG_SD_uV, ALPHA_HZ, ALPHA_uV = 10.0, 10.0, 8.0
 """Standard deviation of the background, and the alpha rhythm: order of resting EEG, assumed."""
@@ -32,26 +35,31 @@ LINE_HZ, LINE_uV = 50.0, 2.0
 
 @dataclass
 class Pulses:
-    """Pulses on the trigger channel, which may be announced shortly before or after their sample was due."""
+    """Pulses on the trigger channel, which may be announced shortly before or after their first sample was due."""
 
     _waiting: list[float] = field(default_factory=list)
+    _until: float = -np.inf
+    """End of the last pulse [s]."""
 
     def add(self, t: float) -> None:
         """Add a pulse at the time `t` [s]."""
         self._waiting.append(t)
 
     def in_samples(self, times: Times) -> Times:
-        """Return the channel: a pulse is in the first sample at or after it."""
-        found = np.zeros(len(times))
-        late = list[float]()
-        for t in self._waiting:
-            sample = int(np.searchsorted(times, t))
-            if sample < len(times):
-                found[sample] = 1.0
-            else:
-                late.append(t)
-        self._waiting = late
+        """Return the channel: a pulse begins in the first sample at or after it, and lasts `PULSE_S`."""
+        found = (times < self._until).astype(float)
+        begun = sorted(t for t in self._waiting if len(times) and t <= times[-1])
+        self._waiting = [t for t in self._waiting if t not in begun]
+        for t in begun:
+            first = times[int(np.searchsorted(times, t))]
+            self._until = max(self._until, first + PULSE_S)
+            found[(times >= first) & (times < self._until)] = 1.0
         return found
+
+
+def pulse_times(times: Times, channel: Times) -> Times:
+    """Return the times at which pulses begin, from a trigger channel [s]."""
+    return times[np.flatnonzero(np.diff(channel > 0.5, prepend=False) & (channel > 0.5))]
 
 
 class EegElectrodes:

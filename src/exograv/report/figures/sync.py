@@ -50,16 +50,19 @@ def _told(stream: StreamSync) -> str:
 
 
 def _draw_clock(ax: Axes, stream: DeviceStream) -> None:
-    """Draw LSL's measurements with half their round trip, and the line through them."""
-    ax.set(title=f"{stream.name}: offset of its clock", xlabel="time of its clock, from the first [s]", ylabel="[ms]")
-    begin = min((one.remote for one in stream.corrections), default=0.0)
+    """Draw LSL's measurements, without the first one, with half their round trip, and the line through them."""
+    first = min(stream.corrections, key=lambda one: one.remote, default=None)
+    begin, shift = (0.0, 0.0) if first is None else (first.remote, first.offset)
+    of_first = f" {-shift:+.3f} s"
+    ax.set(title=f"{stream.name}: offset of its clock", xlabel="time of its clock, from the first [s]")
+    ax.set_ylabel(f"offset{of_first} [ms]")
     for number, fit in stream.clocks.items():
         of = [one for one in stream.corrections if one.connection == number]
         remote = np.array([one.remote for one in of])
         half = [0.5e3 * one.uncertainty for one in of]
-        ax.errorbar(remote - begin, [1e3 * one.offset for one in of], half, fmt="o", ms=3, lw=0.8, color=GREY)
+        ax.errorbar(remote - begin, [1e3 * (one.offset - shift) for one in of], half, fmt="o", ms=3, lw=0.8, color=GREY)
         ends = np.array([remote.min(), remote.max()])
-        ax.plot(ends - begin, 1e3 * fit.correction(ends), color=BLUE)
+        ax.plot(ends - begin, 1e3 * (fit.correction(ends) - shift), color=BLUE)
     ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
 
 

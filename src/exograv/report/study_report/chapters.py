@@ -8,10 +8,12 @@ from markupsafe import Markup
 from exograv.report.study_figures import deviation, effects, gravity, learning, power, quality, target, windows
 from exograv.report.style.page import Block, Bullets, Chapter, Table, Text, drawn
 from exograv.study.folder.study_folder import UNFINISHED
+from exograv.study.measures.emg_effort import MuscleEffort
 from exograv.study.measures.study_data import StudyData
 from exograv.study.power.curve import PowerResult
 from exograv.study.statistics.findings import StudyFindings
 
+from .effort import effort_blocks
 from .exclusions import exclusions
 from .methods import methods, provenance
 from .quality import Issue
@@ -34,7 +36,7 @@ LIMITS = (
     "The hand's position in a recording is stored 20 times a second: times of the hand are accurate to 50 ms, and "
     "nothing above 10 Hz is visible. Smoothness of the joints is computed from 1000 ticks a second, below 10 Hz.",
     "Touches are timed by the screen; the screen's delay after the contact is not known here.",
-    "Heart beats, EMG and EEG are not analysed; their streams are stored on the same clock.",
+    "Heart beats and EEG are not analysed; their streams are stored on the same clock.",
 )
 SEALED_LIMIT = (
     "Groups are sealed. If the groups have different protocols, the sheet of sessions reveals the groups: a seal "
@@ -57,6 +59,9 @@ class Content:
     unpublished: Mapping[str, Sequence[str]]
     planned: PowerResult | None = None
     """Power of a next study; None if the variation between people cannot be estimated."""
+
+    effort: MuscleEffort | None = None
+    """Effort of the muscles; None if no session has EMG."""
 
     is_unfinished: bool = False
     """True if the command that makes this study has not come to its end."""
@@ -102,6 +107,8 @@ def texts(content: Content) -> Iterator[Chapter]:
         yield Chapter("Comparison of the groups, primary test first", list(_comparison(found)), "comparison")
     if not data.touches.empty:
         yield Chapter("All measures", list(_measures(data, found)), "measures")
+    if content.effort is not None:
+        yield Chapter("Effort of the muscles, from EMG", list(effort_blocks(content.effort, data)), "effort")
     rows = [(one.what, str(one.count), one.which, one.consequence) for one in content.issues]
     quality_of = Table(("flaw", "number", "places", "consequence"), rows) if rows else NO_FLAW
     yield Chapter("Data quality", [quality_of], "quality")

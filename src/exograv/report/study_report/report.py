@@ -12,6 +12,7 @@ from exograv.study.dataset.quarantine import quarantined
 from exograv.study.folder.journal import alone, read_journal
 from exograv.study.folder.settings import read_settings
 from exograv.study.folder.study_folder import StudyFolder
+from exograv.study.measures.emg_effort import measure_emg, muscle_effort
 from exograv.study.measures.stored import measure_study
 from exograv.study.measures.study_data import PRIMARY, StudyData
 from exograv.study.statistics.compare import CompareSettings, compare
@@ -58,12 +59,17 @@ def write_study_report(path: Path, tell: Callable[[str], object] = lambda text: 
         found = None if why_not else compared(data)
         flaws = issues(data, QualityStatement(quarantined(folder), read_journal(folder), measured.remarks))
         planned = None if found is None else next_study(data, found.groups)
-        content = Content(data, found, why_not, flaws, measured.unpublished, planned, folder.is_unfinished)
+        emg = measure_emg(folder, tables, settings.streams, lambda source: tell(f"Reading EMG of {source}"))
+        effort = muscle_effort(emg, data)
+        content = Content(data, found, why_not, flaws, measured.unpublished, planned, effort, folder.is_unfinished)
         tell("Drawing the figures, and writing the page and its PDF")
         written = write_study_page(folder.report, content)
         if found is not None:
             text = json.dumps(json_value(found), indent=1, ensure_ascii=False)
             write_whole(folder.derivatives / "statistics.json", text + "\n")
+        if effort is not None and not data.is_sealed:
+            text = json.dumps(json_value(effort), indent=1, ensure_ascii=False)
+            write_whole(folder.derivatives / "effort.json", text + "\n")
     return answer(data, found, why_not, written)
 
 

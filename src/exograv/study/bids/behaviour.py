@@ -15,6 +15,9 @@ from .names import SessionPlace
 UNITS = {"-": None, "px": "pixel", "N·m": "N m"}
 """Units in the notation of BIDS, where it differs from ours; None for no unit."""
 
+NO_SAMPLES = "BAD_ACQ_SKIP"
+"""Kind of event with the name by which MNE leaves a part of a recording out."""
+
 KINDS = {
     "window": "the participant may move, from the window's opening to its closing",
     "touch": "an accepted touch",
@@ -29,6 +32,7 @@ KINDS = {
     "stop": "the guard or a person stopped the machine",
     "run_began": "the protocol begins",
     "run_ended": "the protocol ends",
+    NO_SAMPLES: "the device sent no samples: the values of its file are interpolated here",
 }
 """Values of `trial_type`. Sentences of a recording are not exported, because an operator may have typed them."""
 
@@ -37,7 +41,7 @@ SAID = ("paused", "resumed", "alarm_raised", "run_began", "run_ended")
 
 EVENTS: dict[str, dict[str, Any]] = {
     "onset": {
-        "Description": "beginning of the event, since the first row of the motion recording with the same name",
+        "Description": "beginning of the event, since the first row of the recording with the same name",
         "Units": "s",
     },
     "duration": {"Description": "duration of the event; 0 for an instantaneous event", "Units": "s"},
@@ -111,7 +115,7 @@ def events_of(
 
 
 def write_events(path: Path, events: Sequence[Row], later_s: float, about: Row) -> None:
-    """Write the events beside the motion recording to which they belong.
+    """Write the events beside the recording to which they belong.
 
     Args:
         path: Path of the table.

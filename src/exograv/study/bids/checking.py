@@ -16,8 +16,10 @@ import pyarrow.csv as pacsv
 
 from exograv.study.dataset.sources import sha256_of
 
+from .bdf import read_bdf_header
 from .files import MISSING
 from .manifest import files_of, read_manifest
+from .names import TASK
 
 IDENTIFYING = frozenset(
     {
@@ -27,7 +29,7 @@ IDENTIFYING = frozenset(
 )  # fmt: skip
 """Columns of people that our export never has; body data are exported in bands."""
 
-LISTED = ("_motion.tsv", "_beh.tsv", "_physio.tsv.gz")
+LISTED = ("_motion.tsv", "_beh.tsv", "_physio.tsv.gz", "_eeg.bdf", "_emg.bdf")
 """Endings of the data files that `_scans.tsv` lists."""
 
 
@@ -51,6 +53,8 @@ def _problems(root: Path, with_hashes: bool) -> Iterator[str]:
             yield from _events(root, name)
         elif name.startswith("sub-") and name.endswith("_physio.tsv.gz"):
             yield from _physio(root, name)
+        elif name.startswith("sub-") and name.endswith(("_eeg.bdf", "_emg.bdf")):
+            yield from _biosignal(root, name)
         elif name.startswith("sub-") and name.endswith("_scans.tsv"):
             yield from _scans(root, name, names)
     for folder in sorted({"/".join(name.split("/")[:2]) for name in names if name.startswith("sub-")}):
@@ -117,6 +121,16 @@ def _physio(root: Path, name: str) -> Iterator[str]:
         yield f"{name}: latency does not begin at 0 and increase from row to row."
 
 
+def _biosignal(root: Path, name: str) -> Iterator[str]:
+    path = root / name
+    header = read_bdf_header(path)
+    _, channels = read_rows(path.with_name(f"{path.stem.rpartition('_')[0]}_channels.tsv"))
+    if header.channels != len(channels):
+        yield f"{name} has {header.channels} channels, but channels.tsv describes {len(channels)}."
+    if header.bytes != path.stat().st_size:
+        yield f"{name} has {path.stat().st_size} bytes, but its header describes {header.bytes}."
+
+
 @dataclass(frozen=True)
 class HeaderlessTable:
     """Size of a table without header, and the state of its time columns."""
@@ -177,7 +191,8 @@ def _events(root: Path, name: str) -> Iterator[str]:
     known = [onset for onset in onsets if onset is not None]
     if known != sorted(known):
         yield f"{name}: events are not in the order of their onsets."
-    behaviour = root / name.replace("/motion/", "/beh/").replace("_tracksys-exo", "").replace("_events.tsv", "_beh.tsv")
+    folder, _, file = name.rpartition("/")
+    behaviour = root / folder / ".." / "beh" / f"{file.partition(f'_task-{TASK}')[0]}_task-{TASK}_beh.tsv"
     touched = sum(row.get("trial_type") in ("touch", "rejected_touch") for row in rows)
     if behaviour.is_file() and touched != len(read_rows(behaviour)[1]):
         yield f"{name} has {touched} touches, but {behaviour.name} has {len(read_rows(behaviour)[1])}."

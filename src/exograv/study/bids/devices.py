@@ -1,8 +1,8 @@
-"""Streams of other devices as `_physio.tsv.gz`: values as received, on the robot's clock, gaps as rows of n/a.
+"""Streams of other devices: EEG and EMG as files of their own type, other streams as `_physio.tsv.gz`.
 
-A stream without a rate, a stream of text, or a stream that cannot be placed on the robot's clock is not exported. Such
-a
-stream stays in the recording.
+A physiological recording has the values as received, on the robot's clock, and gaps as rows of n/a. A stream without a
+rate, a stream of text, or a stream that cannot be placed on the robot's clock is not exported and stays in the
+recording.
 """
 
 from collections.abc import Mapping
@@ -10,17 +10,22 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from gzip import GzipFile
 from pathlib import Path, PurePosixPath
+from tempfile import TemporaryFile
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from exograv.recording import Recording
 from exograv.recording.device_stream import DeviceStream, joined, rig_time
-from exograv.recording.stream_block import StreamBlock
-from exograv.study.sync import GAP_PERIODS
+from exograv.recording.stream_block import GAP_PERIODS, StreamBlock
+from exograv.study.biosignal_channels import Stated, statements_on, type_of
+from exograv.study.folder.stream_settings import BiosignalType, StreamSettings
 
+from .biosignals import Biosignal, BiosignalFile
 from .files import MISSING, number_rows, packed, write_json
 from .names import EXO, SessionPlace, label
+from .staging import StagedSamples
 
 FILL_MAX_S = 3600.0
 """Longest gap that is filled with empty rows [s]. A longer gap is a jump of the clock."""
@@ -35,6 +40,9 @@ class Left:
 
     kind: str
     why: str
+
+    as_physio: bool = False
+    """True for a stream of EEG or EMG that is exported as a physiological recording only."""
 
 
 def device_streams(recording: Recording) -> tuple[list[DeviceStream], list[Left]]:
@@ -69,10 +77,38 @@ def _why_not(stream: DeviceStream) -> str | None:
     return None
 
 
+@dataclass(frozen=True)
+class DeviceFiles:
+    """Written files of a session's streams."""
+
+    physio: dict[PurePosixPath, float]
+    """Beginning of each physiological recording after the motion's [s], by its path from the root."""
+
+    biosignals: list[BiosignalFile]
+    left: list[Left]
+
+
+@dataclass(frozen=True)
+class _Staged:
+    """Stream of EEG or EMG while its samples are collected."""
+
+    stream: DeviceStream
+    kind: BiosignalType
+    stated: StreamSettings
+    samples: StagedSamples
+
+
 class Devices:
     """Files of a session's streams while they are written. `with Devices(...) as devices:` closes them."""
 
-    def __init__(self, root: Path, place: SessionPlace, recording: Recording, first_t: float):
+    def __init__(
+        self,
+        root: Path,
+        place: SessionPlace,
+        recording: Recording,
+        first_t: float,
+        stated: Stated = MappingProxyType({}),
+    ):
         """Prepare the streams; no file is written yet.
 
         Args:
@@ -80,57 +116,104 @@ class Devices:
             place: Paths of the session.
             recording: Recording as for `device_streams`.
             first_t: Beginning of the session's motion [s].
+            stated: Statements of the study about streams, by name or type.
         """
-        self._streams, self.left = device_streams(recording)
-        self._root, self._place, self._first_t = root, place, first_t
+        self._streams, self._left = device_streams(recording)
+        self._root, self._place, self._first_t, self._stated = root, place, first_t, stated
         self._stack = ExitStack()
-        self._writers = dict[str, _Physio]()
+        self._physio = dict[str, _Physio]()
+        self._staged = dict[str, _Staged]()
 
     def __enter__(self) -> "Devices":
         short = _unique([label(stream.kind) or "device" for stream in self._streams], len(self._streams))
         for stream, name in zip(self._streams, short, strict=True):
             table = self._place.motion(EXO, f"recording-{name}_physio.tsv.gz")
-            file = self._stack.enter_context(packed(self._root / table))
-            self._writers[stream.topic] = _Physio(stream, table, file, self._first_t)
+            self._physio[stream.topic] = _Physio(stream, self._root, table, self._first_t)
+            stated = statements_on(stream, self._stated)
+            if kind := type_of(stream, stated):
+                samples = StagedSamples(self._stack.enter_context(TemporaryFile(dir=self._root)))
+                self._staged[stream.topic] = _Staged(stream, kind, stated, samples)
+            else:
+                self._stack.enter_context(self._physio[stream.topic])
         return self
 
     def __exit__(self, *_error: object) -> None:
         self._stack.close()
 
     def take(self, topic: str, block: StreamBlock) -> None:
-        """Write the samples of a block, if its stream is exported."""
-        if topic in self._writers:
-            self._writers[topic].take(block)
+        """Take the samples of a block, if its stream is exported."""
+        if topic in self._staged:
+            self._staged[topic].samples.take(block)
+        elif topic in self._physio:
+            self._physio[topic].take(block)
 
-    def finish(self, about: Mapping[str, Any]) -> dict[PurePosixPath, float]:
-        """Write the sidecars, and remove the files of streams without a sample.
-
-        Returns:
-            Beginning of each file after the motion's [s], by its path from the root.
-        """
-        self._stack.close()
-        found = dict[PurePosixPath, float]()
-        for writer in self._writers.values():
+    def finish(self, about: Mapping[str, Any]) -> DeviceFiles:
+        """Write the files of EEG and EMG and all sidecars, and remove the files of streams without a sample."""
+        biosignals = self._biosignals(about)
+        physio = dict[PurePosixPath, float]()
+        for writer in self._physio.values():
+            if not writer.is_open:
+                continue
+            writer.close()
             path = self._root / writer.table
             if writer.first is None:
                 path.unlink()
-                self.left.append(Left(writer.stream.kind, "it sent nothing"))
+                self._left.append(Left(writer.stream.kind, "it sent nothing"))
             else:
                 write_json(path.with_name(path.name.replace(".tsv.gz", ".json")), {**about, **writer.sidecar()})
-                found[writer.table] = writer.starts_s
-        return found
+                physio[writer.table] = writer.starts_s
+        return DeviceFiles(physio, biosignals, self._left)
+
+    def _biosignals(self, about: Mapping[str, Any]) -> list[BiosignalFile]:
+        """Write the files of EEG and EMG. A stream that does not fit is written as a physiological recording."""
+        signals = list[Biosignal]()
+        for topic, one in self._staged.items():
+            if one.samples.is_empty:
+                self._left.append(Left(one.stream.kind, "it sent nothing"))
+                continue
+            signal = Biosignal.of(one.stream, one.kind, one.stated, one.samples)
+            if isinstance(signal, str):
+                self._left.append(Left(one.kind, signal, as_physio=True))
+                writer = self._stack.enter_context(self._physio[topic])
+                for block in one.samples.blocks():
+                    writer.take(block)
+            else:
+                signals.append(signal)
+        kinds = [signal.kind for signal in signals]
+        labels = [f"{kind}{kinds[:k].count(kind) + 1}" if kinds.count(kind) > 1 else "" for k, kind in enumerate(kinds)]
+        return [
+            signal.write(self._root, self._place, short, self._first_t, about)
+            for signal, short in zip(signals, labels, strict=True)
+        ]
 
 
 class _Physio:
-    """File of one stream."""
+    """Physiological recording of one stream. `with` opens its file and closes it."""
 
-    def __init__(self, stream: DeviceStream, table: PurePosixPath, file: GzipFile, first_t: float):
+    def __init__(self, stream: DeviceStream, root: Path, table: PurePosixPath, first_t: float):
         self.stream, self.table = stream, table
         self.first: float | None = None
-        self._file, self._begin = file, first_t
+        self._root, self._begin, self._stack = root, first_t, ExitStack()
+        self._file: GzipFile | None = None
         self._last = -np.inf
         self._missing = self._dropped = self._steady = self._samples = 0
         self._steady_s = 0.0
+
+    def __enter__(self) -> "_Physio":
+        self._file = self._stack.enter_context(packed(self._root / self.table))
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Complete the file."""
+        self._stack.close()
+
+    @property
+    def is_open(self) -> bool:
+        """Return True if the file was opened."""
+        return self._file is not None
 
     @property
     def starts_s(self) -> float:
@@ -171,6 +254,7 @@ class _Physio:
         known = np.concatenate([[-1], rows])
         table[:, 0] = np.interp(np.arange(len(table)), known, np.concatenate([[self._last], t]))
         table[:, 0] -= self.first or 0.0
+        assert self._file is not None
         self._file.write(number_rows(list(table.T), [TIME_DECIMALS] + [VALUE_DECIMALS] * values.shape[1]))
 
     def sidecar(self) -> dict[str, Any]:

@@ -15,6 +15,7 @@ import pandas as pd
 
 from exograv.errors import ConfigError, RecordingError
 from exograv.files import PARTIAL
+from exograv.study.biosignal_channels import Stated
 from exograv.study.dataset.making import refresh
 from exograv.study.dataset.sources import sha256_of
 from exograv.study.dataset.tables import Tables
@@ -43,7 +44,7 @@ class ExportResult:
     files: int
     bytes: int
     not_exported: list[str]
-    """Sentences on streams that were not exported."""
+    """Sentences on streams that were not exported, or not completely described."""
 
 
 Progress = Callable[[str, float], None]
@@ -107,7 +108,7 @@ def write_dataset(
             progress("Writing the sessions", number / len(tables.sessions))
             row = session.session
             place = SessionPlace(subjects[row["participant"]], f"{protocols[row['protocol']]}{row['session']:02d}")
-            more, not_exported = _write_one(folder, root, place, session, options)
+            more, not_exported = _write_one(folder, root, place, session, (*options, settings.streams))
             rows, left = rows + more, [*left, *not_exported]
         progress("Writing the tables and check sums", 0.0)
         PageContent(settings, tables, subjects, with_raw, left).write(root)
@@ -122,20 +123,28 @@ def write_dataset(
 
 
 def _write_one(
-    folder: StudyFolder, root: Path, place: SessionPlace, session: SessionTables, options: tuple[float, bool]
+    folder: StudyFolder, root: Path, place: SessionPlace, session: SessionTables, options: tuple[float, bool, Stated]
 ) -> tuple[int, list[str]]:
-    """Write one session; return its rows of motion, and sentences on streams that were not exported."""
-    rate_Hz, with_raw = options
+    """Write one session; return its rows of motion, and sentences on streams that are not exported or described."""
+    rate_Hz, with_raw, stated = options
     relative = session.session["source"]
     source = folder.source(relative)
     _refuse_changed(source, session.session["sha256"])
     if with_raw:
         _give_along(source, root / relative)
-    left, rows = write_session(root, place, source, session, rate_Hz)
+    result = write_session(root, place, source, session, rate_Hz, stated)
     where = f"`sub-{place.subject}/ses-{place.session}`"
-    return rows, [
-        f"Not exported of {where}: a stream of type `{one.kind or 'unknown'}`, because {one.why}." for one in left
+    left = [
+        f"{'Exported as physio only' if one.as_physio else 'Not exported'} of {where}: a stream of type "
+        f"`{one.kind or 'unknown'}`, because {one.why}."
+        for one in result.left
     ]
+    said = [
+        f"Not stated for {kind} of {where}: {', '.join(names)}. "
+        "Add them to the stream's entry of `[streams]` in study.toml."
+        for kind, names in result.not_stated.items()
+    ]
+    return result.motion_rows, [*left, *said]
 
 
 def _refuse_wrong(root: Path) -> None:

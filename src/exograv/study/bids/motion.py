@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from exograv.recording import Recording, RecordingPass
+from exograv.recording.device_stream import clock_ticks
 
 from .channels import COLUMNS, PER_TICK, MotionChannel, counts, exo_channels
 from .decimation import CUTOFF, HALF_STEPS, Decimation, DecimationReport, RowBlock
@@ -21,14 +22,6 @@ FILTERED = ("q_measured", "v", "tau_measured", "tau_commanded")
 """Fields of a tick that are filtered, in the order of `filtered_channels`."""
 
 IN_DEGREES = frozenset({"q_measured", "v"})
-
-CLOCK_EVERY = 100
-"""Interval of kept ticks that relate the rig's clock to the computer's, where both run evenly [ticks]."""
-
-UNEVEN_S = 10e-6
-"""Difference between the two clocks over one tick above which both ticks are kept. The twin's clock stands still in a
-missed period.
-"""
 
 GAPS_TOLD = 100
 
@@ -70,7 +63,7 @@ def write_motion(
     with table.open("wb") as file:
         for ticks in passing.ticks():
             first_t = ticks["t"][0] if np.isnan(first_t) else first_t
-            clocks.append(_tying(ticks))
+            clocks.append(clock_ticks(ticks))
             filtered = np.column_stack([_in_file_units(name, ticks[name]) for name in FILTERED])
             plain = np.column_stack([ticks[channel.name].astype(float) for channel in PER_TICK])
             for block in decimation.feed(ticks["t"], ticks["sequence"], filtered, plain):
@@ -98,15 +91,6 @@ def write_channels(
 ) -> None:
     """Write the description of the columns, `_channels.tsv`."""
     write_table(root / place.motion(system, "channels.tsv"), COLUMNS, [channel.row(rate_Hz) for channel in channels])
-
-
-def _tying(ticks: np.ndarray) -> np.ndarray:
-    """Select ticks that relate the two clocks: some of a piece, and all between which the clocks differ."""
-    is_kept = np.arange(len(ticks)) % CLOCK_EVERY == 0
-    is_kept[-1] = True
-    apart = np.flatnonzero(np.abs(np.diff(ticks["now"] - ticks["monotonic"])) > UNEVEN_S)
-    is_kept[apart] = is_kept[apart + 1] = True
-    return ticks[is_kept]
 
 
 def _in_file_units(name: str, values: np.ndarray) -> np.ndarray:

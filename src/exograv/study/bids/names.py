@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath
 
 from exograv.errors import ConfigError
+from exograv.study.folder.stream_settings import BiosignalType
 
 TASK = "pointing"
 EXO = "exo"
@@ -72,9 +73,11 @@ class SessionPlace:
         """Path of a file of the participant's behaviour, such as `beh.tsv`."""
         return self._file("beh", ending)
 
-    def device(self, kind: str, recording: str, ending: str) -> PurePosixPath:
-        """Path of a file of another device, in the folder of this kind of data."""
-        return self._file(kind, f"recording-{recording}_{ending}" if recording else ending)
+    def biosignal(self, kind: BiosignalType, label: str, ending: str) -> PurePosixPath:
+        """Path of a file of an EEG or EMG stream; the label distinguishes several streams of a session."""
+        # BIDS 1.11 has no entity `recording` for EEG, and prefers it for several devices of EMG.
+        entity = "acq" if kind == "EEG" else "recording"
+        return self._file(kind.lower(), f"{entity}-{label}_{ending}" if label else ending)
 
     def _file(self, kind: str, ending: str) -> PurePosixPath:
         return self.folder / kind / f"sub-{self.subject}_ses-{self.session}_task-{TASK}_{ending}"

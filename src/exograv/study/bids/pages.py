@@ -40,7 +40,8 @@ README = """\
 | `…/motion/*_tracksys-hand_motion.tsv` | position of the hand, from the model of the worn arm |
 | `…/motion/*_tracksys-aircraft_motion.tsv` | acceleration, as the aircraft's feed reported it |
 | `…/motion/*_events.tsv` | windows, touches, rests, stops; `onset` counts from the first row of `tracksys-exo` |
-| `…/motion/*_recording-*_physio.tsv.gz` | other devices: EMG, ECG, EEG …; values as received, on the robot's clock |
+| `…/eeg/*_eeg.bdf`, `…/emg/*_emg.bdf` | EEG and EMG at even times of the robot's clock, each with its own events |
+| `…/motion/*_recording-*_physio.tsv.gz` | other devices, such as ECG; values as received, on the robot's clock |
 | `…/beh/*_beh.tsv` | one row per touch; rejected touches with the reason |
 | `sourcedata/` | {raw} |
 | `derivatives/exograv/` | the study's tidy tables as Parquet; SHA-256 of every file in `manifest.sha256` |
@@ -57,8 +58,8 @@ The name of a session is its protocol and its number among the person's sessions
 - `tracksys-hand`, `tracksys-aircraft` and other devices begin `StartTime` seconds after the first row of
   `tracksys-exo`; their latency counts from their own first row.
 - Recordings hold no date. `acq_time` in `_scans.tsv` is given only if the date was stated for the study.
-- EMG and EEG are stored as physiological recordings, not in `emg/` or `eeg/`: those need electrodes, reference and line
-  frequency, which the streams do not state. No data are lost: the values are as received.
+- EEG and EMG have 24 bits per value: voltages are rounded by at most 0.1 µV. They are interpolated to even times, which
+  removes the drift of the device's clock. An event `BAD_ACQ_SKIP` marks a part in which the device sent nothing.
 - A session without motion comes from a table of touches, from XDF, or from a recording without a machine. Its windows
   and touches are here; all other data are in its source.
 - Sentences of the recordings (reasons of pauses, notes) are not exported, because they may contain a name.

@@ -12,9 +12,10 @@ from exograv.errors import RecordingError
 from exograv.recording import read_topics
 from exograv.recording.stream_block import StreamBlock
 from exograv.recording.stream_pieces import other_pieces
+from exograv.study.biosignal_channels import Stated
 
-from .behaviour import events_of, write_behaviour, write_events
-from .devices import Devices, Left, device_streams
+from .behaviour import NO_SAMPLES, events_of, write_behaviour, write_events
+from .devices import DeviceFiles, Devices, Left, device_streams
 from .files import MISSING, write_json, write_table
 from .motion import TOPICS, MotionSummary, write_motion
 from .names import EXO, TASK, SessionPlace
@@ -54,9 +55,22 @@ class SessionTables:
     touches: pd.DataFrame
 
 
+@dataclass(frozen=True)
+class SessionResult:
+    """Result of a session's export."""
+
+    left: list[Left]
+    """Streams that are not exported, or only as a physiological recording."""
+
+    not_stated: dict[str, list[str]]
+    """Names of statements that the study may add, by the type of the stream."""
+
+    motion_rows: int
+
+
 def write_session(
-    root: Path, place: SessionPlace, source: Path, tables: SessionTables, rate_Hz: float
-) -> tuple[list[Left], int]:
+    root: Path, place: SessionPlace, source: Path, tables: SessionTables, rate_Hz: float, stated: Stated
+) -> SessionResult:
     """Write all files of a session.
 
     Args:
@@ -65,9 +79,7 @@ def write_session(
         source: Raw file of the session.
         tables: Rows of the session in the study's tables.
         rate_Hz: Wanted rate of the motion.
-
-    Returns:
-        Streams that are not exported, and rows of motion.
+        stated: Statements of the study about streams of EEG and EMG, by name or type.
 
     Raises:
         RecordingError: The source cannot be read.
@@ -80,15 +92,27 @@ def write_session(
     if moved is None:
         write_events(root / place.behaviour("events.tsv"), events_of(tables.windows, tables.touches), 0.0, about)
         left = device_streams(read_topics(source, TOPICS))[1] if is_recording else []
-    else:
-        events = events_of(tables.windows, tables.touches, (moved.recording, moved.first_t))
-        tracks_begin, devices_begin, left = _write_others(source, root, place, moved, about)
-        for table, later_s in tracks_begin.items():
-            name = table.name.replace("_motion.tsv", "_events.tsv")
-            write_events(root / table.with_name(name), events, later_s, about)
-        begins |= tracks_begin | devices_begin
+        _write_scans(root, place, begins, session)
+        return SessionResult(left, {}, 0)
+    events = events_of(tables.windows, tables.touches, (moved.recording, moved.first_t))
+    tracks_begin, devices = _write_others(source, root, place, moved, (about, stated))
+    for table, later_s in tracks_begin.items():
+        name = table.name.replace("_motion.tsv", "_events.tsv")
+        write_events(root / table.with_name(name), events, later_s, about)
+    for file in devices.biosignals:
+        gaps = [
+            {"onset": gap.t - moved.first_t, "duration": gap.seconds, "trial_type": NO_SAMPLES} for gap in file.gaps
+        ]
+        later_s = begins[file.table] = file.first_t - moved.first_t
+        rows = sorted([*events, *gaps], key=lambda row: row["onset"])
+        write_events(root / file.events, rows, later_s, about)
+    begins |= tracks_begin | devices.physio
     _write_scans(root, place, begins, session)
-    return left, 0 if moved is None else moved.account.rows
+    not_stated = dict[str, list[str]]()
+    for file in devices.biosignals:
+        known = not_stated.setdefault(file.kind, [])
+        known += [name for name in file.not_stated if name not in known]
+    return SessionResult(devices.left, {kind: names for kind, names in not_stated.items() if names}, moved.account.rows)
 
 
 def sidecar_of(session: Mapping[str, Any]) -> dict[str, Any]:
@@ -109,15 +133,23 @@ def sidecar_of(session: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _write_others(
-    source: Path, root: Path, place: SessionPlace, moved: MotionSummary, about: Mapping[str, Any]
-) -> tuple[Begins, Begins, list[Left]]:
+    source: Path, root: Path, place: SessionPlace, moved: MotionSummary, said: tuple[Mapping[str, Any], Stated]
+) -> tuple[Begins, DeviceFiles]:
     """Write the data that were recorded beside the ticks.
 
+    Args:
+        source: The recording.
+        root: Folder of the data set.
+        place: Paths of the session.
+        moved: Motion of the exoskeleton.
+        said: Content that all sidecars share, and statements of the study about streams.
+
     Returns:
-        Motion files, including that of the exoskeleton; files of devices; streams that are not exported.
+        Motion files, including that of the exoskeleton, and files of devices.
     """
+    about, stated = said
     points = {track.topic: track for track in tracks()}
-    with Devices(root, place, moved.recording, moved.first_t) as devices:
+    with Devices(root, place, moved.recording, moved.first_t, stated) as devices:
         for topic, message in other_pieces(source, points):
             if isinstance(message, StreamBlock):
                 devices.take(topic, message)
@@ -125,7 +157,7 @@ def _write_others(
                 points[topic].take(message)
         files = devices.finish(about)
     written = [track.write(root, place, moved.first_t, about) for track in points.values() if track.t]
-    return {place.motion(EXO, "motion.tsv"): 0.0, **dict(written)}, files, devices.left
+    return {place.motion(EXO, "motion.tsv"): 0.0, **dict(written)}, files
 
 
 def _write_scans(root: Path, place: SessionPlace, begins: Begins, session: Mapping[str, Any]) -> None:

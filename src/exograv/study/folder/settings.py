@@ -11,6 +11,7 @@ from exograv.errors import ConfigError
 from exograv.files import toml_text, write_whole
 from exograv.model.rig_settings import Settings
 
+from .stream_settings import StreamSettings
 from .study_folder import StudyFolder
 
 VERSION = 1
@@ -48,6 +49,9 @@ class StudySettings(Settings):
     """True if all participants are simulated; every page then states it."""
 
     expected: list[ExpectedSessions] = Field(default=[])
+
+    streams: dict[str, StreamSettings] = Field(default={})
+    """Statements about EEG and EMG streams, by the name of the stream or by its type."""
 
     def expected_of(self, group: str | None) -> dict[str, int]:
         """Return the expected sessions by protocol; for None, a sealed participant, those that hold for all."""
@@ -97,9 +101,10 @@ def write_settings(folder: StudyFolder, settings: StudySettings) -> None:
     Raises:
         RecordingError: The folder cannot be written.
     """
-    content: Any = tomlkit.parse(toml_text(settings.model_dump(), HEAD))
+    content: Any = tomlkit.parse(toml_text(settings.model_dump(exclude_none=True), HEAD))
     content["licence"].comment("licence under which the data may be shared, such as CC-BY-4.0")
     content["groups"].comment("what happens to the participants of each group")
+    content["streams"].comment("what EEG and EMG devices do not transmit, such as [streams.EMG]")
     for row in content["expected"]:
         row["groups"].comment("empty: all participants")
     write_whole(folder.settings, tomlkit.dumps(content))

@@ -61,7 +61,7 @@ def measure_study(
     Raises:
         RecordingError: A file cannot be written.
     """
-    wanted = _recordings(tables)
+    wanted = recordings_of(tables)
     kept = _kept(folder, wanted)
     measures, traces, unpublished = kept.measures, kept.traces, dict(kept.unpublished)
     hashes = {key: wanted[key][1] for key in kept.keys}
@@ -86,7 +86,7 @@ def measure_study(
     return StoredMeasures(everything, traces, unpublished, tuple(remarks))
 
 
-def _recordings(tables: Tables) -> dict[Key, tuple[str, str]]:
+def recordings_of(tables: Tables) -> dict[Key, tuple[str, str]]:
     """Path and hash of the sources that hold more than touches."""
     sessions = tables.sessions[tables.sessions["kind"] == "recording"]
     columns = [sessions[name].tolist() for name in (*SESSION, "source", "sha256")]
