@@ -32,7 +32,7 @@ def test_every_example_has_its_promise():
 
 @pytest.mark.parametrize(
     "path",
-    [pytest.param(p, id=p.stem, marks=() if p.name[:2] in QUICK else pytest.mark.slow) for p in EXAMPLES],
+    [pytest.param(p, id=p.stem, marks=() if p.name[:2] in QUICK else pytest.mark.long) for p in EXAMPLES],
 )
 def test_the_example_runs_to_its_end(path: Path, tmp_path: Path):
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONWARNINGS": "error"}
