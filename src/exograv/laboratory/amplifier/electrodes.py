@@ -57,7 +57,7 @@ class Pulses:
         return found
 
 
-def pulse_times(times: Times, channel: Times) -> Times:
+def pulse_times(times: Times, channel: Times) -> Float[np.ndarray, " pulse"]:
     """Return the times at which pulses begin, from a trigger channel [s]."""
     return times[np.flatnonzero(np.diff(channel > 0.5, prepend=False) & (channel > 0.5))]
 
