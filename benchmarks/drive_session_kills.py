@@ -54,7 +54,10 @@ from session_kills import (
     Row,
     largest_step,
     markdown,
+    stage_of,
+    state_in,
     three_windows,
+    touches_of,
 )
 
 RIG, PERIOD_MS = "recupera_like", 4
@@ -148,29 +151,15 @@ class DriveSession:
 
     def state(self) -> RunState | None:
         """Return the run of the checkpoint; None without one."""
-        try:
-            return RunState.model_validate_json(json.loads(self.checkpoint.read_text(encoding="utf-8"))["run"])
-        except FileNotFoundError:
-            return None
+        return state_in(self.checkpoint)
 
     def stage(self) -> str:
         """Return the stage that the files show."""
-        state = self.state()
-        if state is None:
-            return STAGES[0]
-        if state.status in ("finished", "stopped"):
-            return "after the end" if self.report.exists() else "summary"
-        if state.window is not None:
-            return f"window {state.window.number}"
-        complete = len(state.complete)
-        return "last rest" if complete == WINDOWS else f"rest {complete}" if complete else STAGES[0]
+        return stage_of(self.state(), self.report)
 
     def acknowledged(self) -> set[tuple[str, int]]:
         """Return the touches that a page has seen acknowledged, or that are in the checkpoint."""
-        state = self.state()
-        seen = {} if state is None else state.seen
-        kept = {(page, k) for page, runs in seen.items() for low, high in runs for k in range(low, high + 1)}
-        return kept.union(*(one.acknowledged for one in self.participants))
+        return touches_of(self.state()).union(*(one.acknowledged for one in self.participants))
 
     def drives(self) -> int | None:
         """Return the process of the simulated drives."""

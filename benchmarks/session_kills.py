@@ -128,31 +128,44 @@ class Session:
 
     def state(self) -> RunState | None:
         """Return the run of the checkpoint; None without one."""
-        try:
-            kept = json.loads(self.checkpoint.read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            return None
-        return RunState.model_validate_json(kept["run"])
+        return state_in(self.checkpoint)
 
     def stage(self) -> str:
         """Return the stage that the files show."""
-        state = self.state()
-        if state is None:
-            return STAGES[0]
-        if state.status in ("finished", "stopped"):
-            return "after the end" if self.report.exists() else "summary"
-        if state.window is not None:
-            return f"window {state.window.number}"
-        complete = len(state.complete)
-        if complete == WINDOWS:
-            return "last rest"
-        return f"rest {complete}" if complete else STAGES[0]
+        return stage_of(self.state(), self.report)
 
     def touches(self) -> set[tuple[str, int]]:
         """Return the touches of the checkpoint, by page and number."""
-        state = self.state()
-        seen = {} if state is None else state.seen
-        return {(page, k) for page, runs in seen.items() for low, high in runs for k in range(low, high + 1)}
+        return touches_of(self.state())
+
+
+def state_in(checkpoint: Path) -> RunState | None:
+    """Return the run of a checkpoint; None without one."""
+    try:
+        kept = json.loads(checkpoint.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return None
+    return RunState.model_validate_json(kept["run"])
+
+
+def stage_of(state: RunState | None, report: Path) -> str:
+    """Return the stage of a session by its run and its report."""
+    if state is None:
+        return STAGES[0]
+    if state.status in ("finished", "stopped"):
+        return "after the end" if report.exists() else "summary"
+    if state.window is not None:
+        return f"window {state.window.number}"
+    complete = len(state.complete)
+    if complete == WINDOWS:
+        return "last rest"
+    return f"rest {complete}" if complete else STAGES[0]
+
+
+def touches_of(state: RunState | None) -> set[tuple[str, int]]:
+    """Return the touches of a run, by page and number."""
+    seen = {} if state is None else state.seen
+    return {(page, k) for page, runs in seen.items() for low, high in runs for k in range(low, high + 1)}
 
 
 def three_windows(base: str) -> str:

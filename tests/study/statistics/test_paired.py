@@ -38,7 +38,7 @@ def test_the_interval_ends_where_the_test_begins_to_reject(seed: int):
 
 
 def test_five_people_reach_no_0_05_and_have_no_bounded_interval():
-    found = paired_comparison(np.full(5, 0.7))
+    found = paired_comparison(np.full(5, 0.7), 0.05)
     assert found.p == found.p_min == 0.0625
     assert "cannot reach 0.05" in found.sentence
     assert found.interval.low is found.interval.high is None
@@ -46,7 +46,7 @@ def test_five_people_reach_no_0_05_and_have_no_bounded_interval():
 
 
 def test_ten_people_who_all_differ_alike_show_a_difference():
-    found = paired_comparison(np.linspace(-0.5, -0.3, 10))
+    found = paired_comparison(np.linspace(-0.5, -0.3, 10), 0.05)
     assert found.p == pytest.approx(2 / 2**10)
     assert found.interval.high is not None
     assert found.interval.high < 1.0

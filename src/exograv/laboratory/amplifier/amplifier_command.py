@@ -1,10 +1,8 @@
 """`exograv dev amplifier`: a simulated amplifier that publishes EEG and EMG over Lab Streaming Layer."""
 
-import json
 import socket
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +11,7 @@ from exograv.laboratory.options import AmplifierOptions
 from exograv.runtime.lsl.library import lsl
 
 from .electrodes import EEG_HZ, EMG_HZ, TRIGGER, EegElectrodes, EmgElectrodes
-from .pulse_line import BYTES_MAX, true_time
+from .pulse_line import BYTES_MAX, TO_AMPLIFIER, Effort, Pulse, true_time
 
 CHUNK_S = 0.02
 """Time between two chunks [s]."""
@@ -86,12 +84,12 @@ def run_amplifier(options: AmplifierOptions, say: Callable[[str], object]) -> Am
         try:
             while options.seconds is None or true_time() - begun < options.seconds:
                 for message in _heard(line, CHUNK_S):
-                    if "pulse" in message:
-                        pulses.append(float(message["pulse"]))
+                    if isinstance(message, Pulse):
+                        pulses.append(message.t)
                         for electrodes in (eeg, emg):
-                            electrodes.pulses.add(pulses[-1])
+                            electrodes.pulses.add(message.t)
                     else:
-                        emg.feel(np.array(message["torque_Nm"], dtype=np.float64))
+                        emg.feel(np.array(message.torque_Nm))
                 for stream in streams:
                     stream.send(true_time() - DELAY_S)
         except KeyboardInterrupt:
@@ -99,13 +97,13 @@ def run_amplifier(options: AmplifierOptions, say: Callable[[str], object]) -> Am
         return AmplifierResult({stream.name: stream.count for stream in streams}, pulses)
 
 
-def _heard(line: socket.socket, within_s: float) -> list[dict[str, Any]]:
-    """Return the datagrams of the next time [s]; others' datagrams are left out."""
-    messages, ends = list[dict[str, Any]](), true_time() + within_s
+def _heard(line: socket.socket, within_s: float) -> list[Pulse | Effort]:
+    """Return the messages of the next time [s]; datagrams that are no message are left out."""
+    messages, ends = list[Pulse | Effort](), true_time() + within_s
     while (left := ends - true_time()) > 0.0:
         line.settimeout(left)
         try:
-            messages.append(json.loads(line.recv(BYTES_MAX)))
+            messages.append(TO_AMPLIFIER.validate_json(line.recv(BYTES_MAX)))
         except TimeoutError:
             break
         except ValueError:
@@ -115,8 +113,11 @@ def _heard(line: socket.socket, within_s: float) -> list[dict[str, Any]]:
 
 def _stamps(times: np.ndarray) -> np.ndarray:
     """Return the times on LSL's clock of this process, which may be another computer's."""
-    readings = (_reading() for _ in range(BRACKETS_MAX))
-    _, true, stamp = next((one for one in readings if one[0] < BRACKET_S), _reading())
+    between, true, stamp = _reading()
+    for _ in range(BRACKETS_MAX):
+        if between < BRACKET_S:
+            break
+        between, true, stamp = _reading()
     return stamp + (times - true)
 
 

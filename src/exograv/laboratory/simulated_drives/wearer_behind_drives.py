@@ -179,6 +179,8 @@ class WearerBehindDrives:
             case Room():
                 self.twin.put_surroundings(message.is_there)
             case Electrodes():
+                if self._electrodes is not None:
+                    self._electrodes.close()
                 self._electrodes = ToAmplifier(message.port)
             case Remember():
                 self.person.remember(LearnedState.model_validate(message.learned))

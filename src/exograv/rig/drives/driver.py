@@ -145,7 +145,7 @@ class Driver(ABC, Generic[AnyNode]):
         asked = self._ask(now, 0.0 if self._clock.nobody_answers or self._has_ended else self._answer_s)
         is_silent = all(node.is_silent for node in self._nodes)
         if is_silent and self._lock_step and not self._clock.nobody_answers:
-            self._has_ended = True  # The descent of a guard must not wait again in each of its ticks.
+            self._has_ended = True  # A caller that reads again must not wait again.
             raise DrivesEndedError(ENDED)
         faulty = self._faulty()
         if asked is not None and not is_silent:

@@ -31,7 +31,6 @@ class StreamQuality:
 
     topic: str
     """Channel of its samples in the recording."""
-    samples: int
     rate_Hz: float | None
     """Samples per second of the stream's own clock in the last `RATE_OVER_S`; None before there are enough."""
     gaps: int

@@ -149,7 +149,7 @@ class StreamReader:
 
     def _quality(self) -> StreamQuality:
         watch, (offset, _, uncertainty) = self._watch, self._clock or (None, None, None)
-        return StreamQuality(self._topic, watch.samples, watch.rate_Hz, watch.gaps, offset, uncertainty)
+        return StreamQuality(self._topic, watch.rate_Hz, watch.gaps, offset, uncertainty)
 
     def _look_elsewhere(self) -> None:
         """Raise `_GoneError` if the device now publishes another outlet.

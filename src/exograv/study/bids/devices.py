@@ -207,7 +207,7 @@ class _Physio:
         self.close()
 
     def close(self) -> None:
-        """Complete the file."""
+        """Complete the file of this stream."""
         self._stack.close()
 
     @property

@@ -26,7 +26,7 @@ class StagedSamples:
         """True for each channel that has whole numbers only."""
 
     def take(self, block: StreamBlock) -> None:
-        """Append a block."""
+        """Append the samples of a block."""
         values = np.ascontiguousarray(block.values)
         if not len(values):
             return

@@ -128,7 +128,7 @@ def measure_emg(
 
 @dataclass(frozen=True)
 class _Kept:
-    """Stored amplitudes."""
+    """Table of amplitudes that an earlier command has stored, with its sources."""
 
     table: pd.DataFrame
     sources: list[list[object]]
@@ -240,7 +240,7 @@ def muscle_effort(data: EmgData, study: StudyData) -> MuscleEffort | None:
         earth_windows=_windows(earth),
         by_person={code: exp(value) for (code,), value in by_person.items()},
         by_channel={channel: exp(value) for (channel,), value in by_channel.items()},
-        paired=paired_comparison(np.array([*by_person.values()])) if by_person else None,
+        paired=paired_comparison(np.array([*by_person.values()]), ALPHA) if by_person else None,
         groups=_groups(efforts, study),
         left_out=(*data.remarks, *said, *only_one),
     )

@@ -96,7 +96,7 @@ def paired_interval(differences: Differences, ways: Exchanges, level: float) -> 
     return Interval(float(shifts[k - 1]), float(shifts[-k]), level, method)
 
 
-def paired_comparison(differences: Differences, alpha: float = 0.05, seed: int = 0) -> PairedFinding:
+def paired_comparison(differences: Differences, alpha: float, seed: int = 0) -> PairedFinding:
     """Compare two conditions by one difference of logarithms per person, at least one person."""
     ways = exchanges(len(differences), np.random.default_rng(seed))
     p, n = float(paired_p(differences[None], ways)[0]), len(differences)
