@@ -29,6 +29,7 @@ from exograv.runtime.lsl.blocks import (
     block,
 )
 from exograv.runtime.lsl.listening import Listening
+from exograv.runtime.lsl.quality import StreamQuality
 from exograv.runtime.lsl.streams import FoundStream, formats, quoted
 from exograv.runtime.processes.shared_memory import Ring
 from exograv.runtime.recorder.recorder import Recorder
@@ -181,6 +182,18 @@ def test_a_listener_that_hangs_is_replaced(tmp_path: Path, monkeypatch: pytest.M
         wait_until(lambda: written(path, "/lsl/amp") > before + 20, "samples after it")
         assert listening.restarts == 1
         assert [note.kind for note in finished(listening, recorder).streams[0].notes] == ["connected", "connected"]
+
+
+def test_a_listener_of_which_only_the_threads_of_the_streams_go_on_is_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr("exograv.runtime.lsl.listening.HANGS_S", 2.0)
+    with device("amp:float32"), recording(tmp_path / "a.mcap", "amp") as (listening, _):
+        wait_until(noted(listening, "connected"), "the listener")
+        quality = StreamQuality("/lsl/amp", None, 0, None, None)
+        with monkeypatch.context() as patched:
+            patched.setattr(listening._child, "heard", lambda: [quality])
+            wait_until(lambda: listening.check() or listening.restarts == 1, "another listener")
 
 
 def test_a_listener_that_is_not_replaced_any_more_is_noted_as_lost_once(

@@ -15,7 +15,7 @@ from exograv.runtime.processes.supervisor import EXIT_S, Supervisor
 
 from .blocks import BLOCK, DATA_BYTES, SLOTS, RecordedDevices
 from .library import require_lsl
-from .listener import END_MAX_S, ListenerJob, listen
+from .listener import ALIVE, END_MAX_S, ListenerJob, listen
 from .quality import StreamCondition, StreamQuality
 from .streams import FoundStream, formats
 
@@ -206,10 +206,11 @@ class Listening:
     def _hear(self) -> bool:
         """Pass on new messages; return True after the last one."""
         for word in self._child.heard():
-            self._heard_s, self._patience_s = time.monotonic(), HANGS_S
-            if word is None:
+            if word == ALIVE:  # The threads of the streams may go on beside a main thread that hangs.
+                self._heard_s, self._patience_s = time.monotonic(), HANGS_S
+            elif word is None:
                 return True
-            if isinstance(word, StreamNote):
+            elif isinstance(word, StreamNote):
                 self._take(word)
             elif isinstance(word, StreamQuality):
                 self._qualities[word.topic] = word
