@@ -108,9 +108,13 @@ def _read(path: Path) -> dict:
 
 @contextlib.contextmanager
 def _program(folder: Path, words: Sequence[str], environment: dict[str, str]) -> Iterator[None]:
-    """Run a command beside the session; at the end press Ctrl-C if it has not ended by itself."""
+    """Run a command beside the session, with its output in a log beside its figures; the amplifier gets Ctrl-C."""
     command = [sys.executable, "-m", "exograv", *words]
-    with subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.DEVNULL) as process:
+    log = (folder / words[words.index("--json") + 1]).with_suffix(".log")
+    with (
+        log.open("w", encoding="utf-8") as said,
+        subprocess.Popen(command, cwd=folder, env=environment, stdout=said, stderr=said) as process,
+    ):
         try:
             yield
         finally:
