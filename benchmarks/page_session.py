@@ -36,7 +36,7 @@ class PageRun:
 
     is_complete: bool
     why: str
-    """Last line of the session's output if it did not come to its end."""
+    """Last lines of session and stimulus if the session did not come to its end."""
     made: int
     """Touches that the stimulus has made at the page."""
     recordings: list[str]
@@ -95,11 +95,19 @@ def run_at_page(folder: Path, words: Sequence[str], name: str, memory: Path) -> 
     found = _read(figures)
     return PageRun(
         bool(found.get("is_complete")) and process.returncode == 0,
-        "" if process.returncode == 0 else next(iter(said[::-1]), "no sentence"),
+        "" if process.returncode == 0 else f"{_last(said)} Stimulus: {_last(_lines(made.with_suffix('.log')))}",
         len(_read(made).get("made", ())),
         list(found.get("recordings", ())),
         found.get("report"),
     )
+
+
+def _last(lines: Sequence[str]) -> str:
+    return next((line for line in reversed(lines) if line), "no sentence")
+
+
+def _lines(path: Path) -> list[str]:
+    return path.read_text(encoding="utf-8").splitlines() if path.exists() else []
 
 
 def _read(path: Path) -> dict:
