@@ -68,6 +68,12 @@ def test_most_stated_intervals_hold_the_truth(demo):
     assert np.mean(inside) > 0.7
 
 
+def test_the_recording_of_a_default_demo_takes_at_most_40_MB(demo):
+    """The common demo has 30 s of motion, the default one 60 s."""
+    size, ticks = demo.recording.stat().st_size, len(read_recording(demo.recording).ticks)
+    assert size * (1.0 + 30_000 / ticks) < 40e6
+
+
 def test_no_torque_leaves_the_envelope(demo):
     recording = read_recording(demo.recording)
     limits, ticks = recording.settings["limits"], recording.ticks
