@@ -53,8 +53,9 @@ def holds_stop(r: Record, j: int) -> bool:
 
 
 def holds_torque_at_stop(r: Record, j: int) -> bool:
-    """Return True if the torque at the start of a descent is finite and within the drive's limit."""
-    return r[STOP] == 0.0 or -r[TORQUE_MAX + j] <= r[TAU_AT_STOP + j] <= r[TORQUE_MAX + j]
+    """Return True if torque and push at the start of a descent are finite and within the drive's limit."""
+    top = r[TORQUE_MAX + j]
+    return r[STOP] == 0.0 or (-top <= r[TAU_AT_STOP + j] <= top and -top <= r[PUSH_AT_STOP + j] <= top)
 
 
 def holds_time(r: Record, j: int) -> bool:
@@ -116,8 +117,9 @@ def same(a: float, b: float) -> bool:
 
 
 def setting_of_level(r: Record, j: int) -> bool:
-    """Return True for what `Guard.feel` writes: levels from 0 to 1.8 and a step above 0."""
-    return 0.0 <= r[LEVEL] <= 1.8 and 0.0 <= r[LEVEL_WANTED] <= 1.8 and 0.000000001 <= r[LEVEL_STEP] <= 0.1
+    """Return True for what `Guard` writes: levels from 0 to 1.8, a step above 0, and a consent of up to 120 s."""
+    is_level = 0.0 <= r[LEVEL] <= 1.8 and 0.0 <= r[LEVEL_WANTED] <= 1.8 and 0.000000001 <= r[LEVEL_STEP] <= 0.1
+    return is_level and 0.0 <= r[CONSENT] <= 120.0
 
 
 # --- promises ---------------------------------------------------------------------------------------------------------
@@ -152,6 +154,7 @@ def promise_latch(b: Record, r: Record, j: int) -> bool:
     return b[STOP] == 0.0 or (
         r[STOP] == b[STOP]
         and r[TAU_AT_STOP + j] == b[TAU_AT_STOP + j]
+        and r[PUSH_AT_STOP + j] == b[PUSH_AT_STOP + j]
         and (b[ISOLATED + j] == 0.0 or r[ISOLATED + j] != 0.0)
         and (b[POWERLESS + j] == 0.0 or r[POWERLESS + j] != 0.0)
         and (b[WITHOUT_MODEL] == 0.0 or r[WITHOUT_MODEL] != 0.0)
@@ -178,16 +181,21 @@ def promise_progress(b: Record, r: Record, j: int) -> bool:
 
 
 def promise_descent(b: Record, r: Record, j: int) -> bool:
-    """Return True if a descent requests at most the torque at the stop, with the same sign, and zero at its end."""
-    is_part = abs(r[WANTED + j]) <= abs(r[TAU_AT_STOP + j])
-    is_along = r[WANTED + j] == 0.0 or (r[WANTED + j] > 0.0) == (r[TAU_AT_STOP + j] > 0.0)
+    """Return True if a descent requests at most the torque at the stop, with the same sign, and zero at its end.
+
+    A push that was part of that torque ends earlier.
+    """
+    has_push = r[PUSH_AT_STOP + j] != 0.0 and r[SINCE_STOP] < PUSH_ENDS_S
+    is_part = has_push or abs(r[WANTED + j]) <= abs(r[TAU_AT_STOP + j])
+    is_along = has_push or r[WANTED + j] == 0.0 or (r[WANTED + j] > 0.0) == (r[TAU_AT_STOP + j] > 0.0)
     is_nothing = r[SINCE_STOP] >= r[DESCENT_S] or r[WITHOUT_MODEL] != 0.0 or r[POWERLESS + j] != 0.0
     return is_part and is_along and (r[WANTED + j] == 0.0 or not is_nothing)
 
 
 def promise_fading(b: Record, r: Record, j: int) -> bool:
-    """Return True if a descent requests no larger torque than in the previous tick."""
-    return abs(r[WANTED + j]) <= abs(b[WANTED + j])
+    """Return True if a descent requests no larger torque than in the previous tick, unless a push ends."""
+    has_push = r[PUSH_AT_STOP + j] != 0.0 and b[SINCE_STOP] < PUSH_ENDS_S
+    return has_push or abs(r[WANTED + j]) <= abs(b[WANTED + j])
 
 
 def promise_speed(b: Record, r: Record, j: int) -> bool:
@@ -218,17 +226,38 @@ def promise_void(b: Record, r: Record, j: int) -> bool:
 
 
 def promise_level(b: Record, r: Record, j: int) -> bool:
-    """Return True if the gravity level changes by at most one step, and not at all in a stop or without a wearer."""
-    step, now, before, wanted = abs(r[LEVEL_STEP]), r[LEVEL], b[LEVEL], b[LEVEL_WANTED]
+    """Return True if the gravity level changes by at most one step, and not at all in a stop or without a wearer.
+
+    From above 1 it may also fall to 1, by at most what ends the largest push in `PUSH_ENDS_S`.
+    """
+    step, now, before, wanted = abs(r[LEVEL_STEP]), r[LEVEL], b[LEVEL], r[LEVEL_WANTED]
     is_step = now == before + step or now == before - step or (now == wanted and abs(wanted - before) <= step)
-    is_moving = b[LEVEL_MOVES] != 0.0 and b[STOP] == 0.0 and b[WORN] != 0.0
-    return (is_moving and is_step) or same(now, before)
+    is_moving = (b[LEVEL_MOVES] != 0.0 or before > 1.0) and b[STOP] == 0.0 and b[WORN] != 0.0
+    fall = before - (GRAVITY_LEVEL_MAX - 1.0) / PUSH_ENDS_S * r[DT]
+    is_fall = before > 1.0 and (now == fall or (now == 1.0 and fall <= 1.0))
+    return (is_moving and is_step) or is_fall or same(now, before)
 
 
 def promise_level_between(b: Record, r: Record, j: int) -> bool:
-    """Return True if the gravity level does not pass the requested one."""
-    now, before, wanted = r[LEVEL], b[LEVEL], b[LEVEL_WANTED]
-    return before <= now <= wanted or wanted <= now <= before or same(now, before)
+    """Return True if the gravity level does not pass the requested one, except from above 1 down to 1."""
+    now, before, wanted = r[LEVEL], b[LEVEL], r[LEVEL_WANTED]
+    is_between = before <= now <= wanted or wanted <= now <= before
+    return is_between or 1.0 <= now < before or same(now, before)
+
+
+def promise_consent(b: Record, r: Record, j: int) -> bool:
+    """Return True if a level above 1 rises only with consent, without a stop, between the walls, and at slow joints."""
+    may = b[CONSENT] > 0.0 and b[STOP] == 0.0 and b[WORN] != 0.0
+    is_raised = b[LEVEL] > 1.0 and r[LEVEL] > b[LEVEL]
+    is_free = b[IN_WALL] == 0.0 and b[FASTEST] <= b[V_DAMPING]
+    return not is_raised or (may and is_free)
+
+
+def promise_release(b: Record, r: Record, j: int) -> bool:
+    """Return True if a level above 1 falls fast in a stop, without a wearer, in a wall, and at a fast joint."""
+    is_free = b[STOP] == 0.0 and b[WORN] != 0.0 and b[IN_WALL] == 0.0 and b[FASTEST] <= b[V_DAMPING]
+    fallen = b[LEVEL] - (GRAVITY_LEVEL_MAX - 1.0) / PUSH_ENDS_S * b[DT]
+    return b[LEVEL] <= 1.0 or is_free or r[LEVEL] == most(1.0, fallen)
 
 
 def promise_level_kept(b: Record, r: Record, j: int) -> bool:

@@ -62,7 +62,9 @@ PROPERTIES = (
     ),
     Property("torque limits", ("limit_rate",), ("promise_limited",), holds=(), extra=("state_of_last",)),
     Property(
-        "level", ("approach_level",), ("promise_level", "promise_level_between", "promise_torque_kept"),
+        "level",
+        ("approach_level",),
+        ("promise_level", "promise_level_between", "promise_consent", "promise_release", "promise_torque_kept"),
         extra=("setting_of_level",),
     ),
     Property("reset", ("reset",), (*HOLDS, "promise_torque_kept", "promise_reset", "promise_level_kept")),

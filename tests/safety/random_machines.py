@@ -161,7 +161,8 @@ def draw_history(rng: np.random.Generator, m: Machines, ticks: int) -> History:
     level = 0.9 + 1.5 * np.cumsum(rng.normal(0.0, 0.03, shape), axis=0)
     level = _extreme(rng, level[..., None], rng.random(shape) < 0.01)[..., 0]
     spoke = ~happens()
-    rows = zip(now, came, sequence, t, q, measured, spoke, answers, valid, tau, level, strict=True)
+    consent = np.where(rng.random(shape) < 0.005, rng.choice([0.0, 0.01, 1.0, 120.0, -1.0, 121.0], shape), np.nan)
+    rows = zip(now, came, sequence, t, q, measured, spoke, answers, valid, tau, level, consent, strict=True)
     trip = np.where(rng.random(shape) < 0.1 * rarity, rng.integers(1, 1 + len(TRIPS), shape), 0)
     bare = _extreme(rng, v, happens(0.3))
     return History([Tick(*row) for row in rows], rng.random(shape) < 0.02, trip, bare)
@@ -259,6 +260,8 @@ def first_guards(
             if history.reset[k, b]:
                 trace.left[k, b] = guard.reset()
             _between(envelope, history.trip[k, b], tick.level[b])
+            if np.isfinite(tick.consent[b]):
+                guard.consent(float(tick.consent[b]))
             state = submitted = None
             if tick.came[b]:
                 sensors = (tick.measured[b], none, TorqueSource.CURRENT)

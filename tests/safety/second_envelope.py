@@ -66,7 +66,9 @@ class Tick:
     valid_until: np.ndarray
     tau: np.ndarray
     level: np.ndarray
-    """Gravity level."""
+    """Gravity level that a session sets."""
+    consent: np.ndarray
+    """Time for which the wearer agrees to a push from now on [s]; NaN without a word."""
 
 
 def products(q: np.ndarray, least_factors: int, most_factors: int, of: int | None = None) -> np.ndarray:
@@ -100,7 +102,8 @@ class SecondEnvelope:
         self.without_model = np.zeros(shape[0], dtype=bool)
         self.stopped_for = np.zeros(shape[0])
         self.tau = np.zeros(shape)
-        self.tau_at_stop = np.zeros(shape)
+        self.tau_at_stop, self.push_at_stop = np.zeros(shape), np.zeros(shape)
+        self.carried, self.push = np.zeros(shape), np.zeros(shape)
         self.q = np.zeros(shape)
         self.energy = machines.tank_start.copy()
         self.v_before, self.slope = np.zeros(shape), np.zeros(shape)
@@ -114,7 +117,12 @@ class SecondEnvelope:
     def trip(self, where: np.ndarray, reason: str) -> None:
         """Latch some machines; a machine that is latched keeps its first reason, and the torque of that time."""
         new = where & ~self.stopped
-        self.tau_at_stop[new] = self.tau[new]
+        # The part of the torque that goes beyond carrying the machine, in the direction of the push, is the push.
+        beyond = self.tau - self.carried + self.push
+        pushed = np.where(self.push > 0.0, np.clip(beyond, 0.0, self.push), np.clip(beyond, self.push, 0.0))
+        pushed = np.where(self.m.worn[:, None], np.clip(pushed, -self.m.torque_max, self.m.torque_max), 0.0)
+        self.push_at_stop[new] = pushed[new]
+        self.tau_at_stop[new] = np.clip(self.tau - pushed, -self.m.torque_max, self.m.torque_max)[new]
         self.reason[new] = reason
 
     def distrust(self, joints: np.ndarray) -> None:
@@ -136,6 +144,7 @@ class SecondEnvelope:
         self.q = np.where(knows_q[:, None], q, self.q)
         v = np.where(knows_v[:, None], v, 0.0)
         self.trip(~knows_q | ~knows_v, "NO_MEASUREMENT")
+        self._carry(level)
         self.trip(any_joint(~np.isfinite(tau)), "NOT_FINITE")
         fastest_allowed = np.where(m.worn & (m.own_trip < m.v_trip), m.own_trip, m.v_trip)
         past = (self.q > m.upper + m.trip[:, None]) | (self.q < m.lower - m.trip[:, None])
@@ -152,7 +161,7 @@ class SecondEnvelope:
         self.v_before = credible
         asked, brake = np.where(self.stopped[:, None], self._descent(), tau), self._brake(v)
         v, wanted = credible, asked + brake
-        bounded = np.where(m.worn[:, None], self._for_the_person(asked, brake, v, level), wanted)
+        bounded = np.where(m.worn[:, None], self._for_the_person(asked, brake, v), wanted)
         out = np.clip(bounded, -m.torque_max, m.torque_max)
         step = (m.rate * m.period)[:, None]
         out = np.clip(out, self.tau - step, self.tau + step)
@@ -164,7 +173,26 @@ class SecondEnvelope:
     def _descent(self) -> np.ndarray:
         self.stopped_for = np.where(self.stopped, self.stopped_for + self.m.period, self.stopped_for)
         left = np.clip(1.0 - self.stopped_for / self.m.descent, 0.0, 1.0)
-        return np.where(self.powerless, 0.0, self.tau_at_stop * np.where(self.without_model, 0.0, left)[:, None])
+        push_left = np.clip(1.0 - self.stopped_for / np.minimum(self.m.descent, 0.5), 0.0, 1.0)
+        held = self.tau_at_stop * left[:, None] + self.push_at_stop * push_left[:, None]
+        return np.where(self.powerless | self.without_model[:, None], 0.0, held)
+
+    def _carry(self, level: np.ndarray) -> None:
+        """Compute the torque that carries at this level, and what of it pushes the arm down."""
+        level = np.clip(np.nan_to_num(level, nan=0.0), 0.0, 1.8)
+        self.carried = self._plausible(level)
+        self.push = np.where((level > 1.0)[:, None], self.carried - self._plausible(np.minimum(level, 1.0)), 0.0)
+
+    def _plausible(self, level: np.ndarray) -> np.ndarray:
+        carried = np.empty_like(self.tau)
+        for joints, most_factors, machine, arm, potential_factors, potential in self.m.chains:
+            table, q = machine + (1.0 - level)[:, None, None] * arm, self.q[:, joints]
+            carried[:, joints] = np.einsum("bjf,bf->bj", table, products(q, 0, most_factors))
+            weight = potential[:, 0] + (1.0 - level)[:, None] * potential[:, 1]
+            for number, joint in enumerate(joints):
+                slopes = products(q, most_factors + 1, potential_factors, number)
+                carried[:, joint] += (weight * slopes).sum(axis=1)
+        return carried
 
     def _depth(self) -> tuple[np.ndarray, np.ndarray]:
         """Depth in the wall before the upper and the lower stop; 0 if nobody is in the machine."""
@@ -181,17 +209,8 @@ class SecondEnvelope:
         speed = np.where(self.stopped[:, None], descending, np.maximum(braked, 0.0))
         return -self.m.damping * speed * np.sign(v)
 
-    def _for_the_person(self, tau: np.ndarray, brake: np.ndarray, v: np.ndarray, level: np.ndarray) -> np.ndarray:
+    def _for_the_person(self, tau: np.ndarray, brake: np.ndarray, v: np.ndarray) -> np.ndarray:
         m = self.m
-        level = np.clip(np.nan_to_num(level, nan=0.0), 0.0, 1.8)
-        self.carried = np.empty_like(tau)
-        for joints, most_factors, machine, arm, potential_factors, potential in m.chains:
-            table, q = machine + (1.0 - level)[:, None, None] * arm, self.q[:, joints]
-            self.carried[:, joints] = np.einsum("bjf,bf->bj", table, products(q, 0, most_factors))
-            weight = potential[:, 0] + (1.0 - level)[:, None] * potential[:, 1]
-            for number, joint in enumerate(joints):
-                slopes = products(q, most_factors + 1, potential_factors, number)
-                self.carried[:, joint] += (weight * slopes).sum(axis=1)
         p, self.friction = self.carried, m.dry + m.viscous * np.abs(v)
         room = self.friction + m.error
         high = np.maximum(p, 0.0) + np.minimum(0.3 * np.maximum(p, 0.0) + 3.0, m.active) + room
@@ -362,10 +381,12 @@ class SecondGuard:
         self.held, self.q, self.v = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         self.q_before, self.t_before = np.full(shape, np.nan), np.zeros(shape[0])
         self.has_before, self.used = np.zeros(shape[0], dtype=bool), np.zeros(shape[0], dtype=bool)
+        self.consent, self.has_limited = np.zeros(shape[0]), np.zeros(shape[0], dtype=bool)
 
     def step(self, tick: Tick) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Run a tick; return torque, damping by the drives, and the number of the safe state."""
         envelope, everybody = self.envelope, np.ones_like(tick.came)
+        level = self._felt(tick)
         used, jumped, dead, no_number = self.ingress.see(tick, envelope.isolated.copy())
         for joints, reason in ((jumped, "ENCODER_JUMPED"), (dead, "ENCODER_DEAD")):
             envelope.trip(any_joint(joints), reason)
@@ -380,7 +401,7 @@ class SecondGuard:
         answered = used & tick.spoke & (tick.answers == tick.sequence) & (tick.valid_until >= tick.now)
         envelope.trip(self.bridged.add(~answered), "CONTROL_SILENT")
         self.held = np.where(answered[:, None], tick.tau, self.held)
-        tau = envelope.limit(self.held, self.q, self.v, tick.level)
+        tau = envelope.limit(self.held, self.q, self.v, level)
         is_refused = (np.abs(self.held - tau) > 3.0) & (np.abs(self.v) < 0.1) & ~envelope.stopped[:, None]
         self.refused = np.where(is_refused, self.refused + 1, 0)
         envelope.trip(any_joint(self.refused > np.rint(0.3 / self.m.period)[:, None]), "NOT_THIS_ARM")
@@ -405,6 +426,21 @@ class SecondGuard:
         self.held[left], self.has_before[left] = 0.0, False
         # Positions from before the reset are forgotten. The speed in force stays until the next measurement.
         return left
+
+    def _felt(self, tick: Tick) -> np.ndarray:
+        """Level in force: above 1 it falls, slowly without consent, fast in a stop, in a wall, and at a fast joint."""
+        envelope, m = self.envelope, self.m
+        is_said = m.worn & ~envelope.stopped & (tick.consent >= 0.0) & (tick.consent <= 120.0)
+        self.consent = np.where(is_said, tick.consent, self.consent)
+        self.consent = np.where(m.worn & ~envelope.stopped, np.maximum(self.consent - m.period, 0.0), 0.0)
+        soon = envelope.q + 0.1 * envelope.v_before
+        low, high = m.lower + m.wall[:, None], m.upper - m.wall[:, None]
+        in_wall = any_joint(~((low <= envelope.q) & (envelope.q <= high) & (low <= soon) & (soon <= high)))
+        is_fast = any_joint(np.abs(envelope.v_before) > m.v_damping[:, None])
+        stops = ~m.worn | envelope.stopped | (self.has_limited & (in_wall | is_fast))
+        down = np.where(stops, 1.6 * m.period, np.where(self.consent > 0.0, 0.0, 0.2 * m.period))
+        self.has_limited |= True
+        return np.where(tick.level > 1.0, np.maximum(tick.level - down, 1.0), tick.level)
 
     def _move(self, tick: Tick, used: np.ndarray) -> None:
         self.used = used

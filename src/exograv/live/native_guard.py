@@ -23,8 +23,16 @@ from exograv.rig.drives.udp.native.record import UdpDrives
 from exograv.runtime.clock.real_time_loop import LEAD_NS, REST_AT_LEAST_EVERY
 from exograv.runtime.clock.realtime import GUARD_PRIORITY, Rights, realtime
 from exograv.runtime.clock.timing import LoopOutcome, Timing
-from exograv.runtime.control_loop.exchange import FeltLevel, PersonUpdate, answer_dtype, state_dtype
-from exograv.runtime.control_loop.guard_commands import PERSON_KNOWN, STOPPED_BEFORE, GuardInbox, level_note
+from exograv.runtime.control_loop.exchange import Consent, FeltLevel, PersonUpdate, answer_dtype, state_dtype
+from exograv.runtime.control_loop.guard_commands import (
+    AGREED,
+    NOT_AGREED,
+    NOT_TAKEN,
+    PERSON_KNOWN,
+    STOPPED_BEFORE,
+    GuardInbox,
+    level_note,
+)
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.runtime.recorder.recorder_process import PHASE, event
 from exograv.safety.envelope import NUMBERS, REASONS
@@ -164,6 +172,8 @@ class NativeGuard:
             self._wear(word)
         elif isinstance(word, FeltLevel):
             self._waiting.append(OrderPlace(Order.FEEL, (word.gravity_level, word.ramp_s)))
+        elif isinstance(word, Consent):
+            self._waiting.append(OrderPlace(Order.CONSENT))
         else:
             self._library.loop_end(self.loop)
 
@@ -237,8 +247,11 @@ class NativeGuard:
             self._note(what.now, PERSON_KNOWN)
         elif kind is Happening.ALONE:
             self._note(what.now, ALONE)
+        elif kind is Happening.AGREED:
+            self._note(what.now, AGREED if what.value else NOT_TAKEN)
         else:
-            self._note(what.now, level_note(what.value, STOPPED_BEFORE if kind is Happening.REFUSED else ""))
+            reason = NOT_AGREED if what.value > 1.0 else STOPPED_BEFORE
+            self._note(what.now, level_note(what.value, reason if kind is Happening.REFUSED else ""))
 
     def _note(self, now: float, text: str) -> None:
         self._events.put(event(now, "note", text))

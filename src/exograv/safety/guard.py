@@ -29,11 +29,10 @@ The limit also holds for missed ticks in a row. The next missed tick ends the br
 SECOND_MS, IN_SECOND_MAX = 1000, core.IN_SECOND_MAX
 """Window [ms], and the largest number of missed ticks in it that the last valid torque bridges, at any period."""
 
-GRAVITY_LEVEL_S = 5.0
-"""Time from weightless to Earth gravity [s].
+GRAVITY_LEVEL_S, GRAVITY_LEVEL_MAX = core.GRAVITY_LEVEL_S, core.GRAVITY_LEVEL_MAX
 
-The weight of a heavy arm, 11 N·m, then comes and goes at 2.2 N·m/s (docs/explanation/safety.md).
-"""
+CONSENT_S = 120.0
+"""Time for which one consent of the wearer allows levels above 1 [s]: a parabola with its two pull-ups takes 82 s."""
 
 
 class SafeState(enum.IntEnum):
@@ -180,23 +179,43 @@ class Guard:
     def feel(self, gravity_level: float, ramp_s: float = 0.0) -> bool:
         """Lead the gravity level that the person feels to this value by a ramp, from the next tick on.
 
-        The ramp takes `ramp_s`, or longer if it would be steeper than allowed.
+        The ramp takes `ramp_s`, or longer if it would be steeper than allowed. Above level 1 the arm is pushed down,
+        where posture and speed allow it, and until the wearer's consent runs out.
 
         Returns:
-            True if the request is accepted. It is refused above level 1, while control moves the arm along a path, and
-            after a stop.
+            True if the request is accepted. It is refused while control moves the arm along a path, after a stop, and
+            above level 1 without the wearer's consent.
         """
         person = self.envelope.person
         if person is None or person.is_driven or self.envelope.stop is not None:
             return False
-        if not (0.0 <= gravity_level <= 1.0 and 0.0 <= ramp_s < math.inf):
+        r = self._record.numbers
+        most = GRAVITY_LEVEL_MAX if r[core.CONSENT] > 0.0 else 1.0
+        if not (0.0 <= gravity_level <= most and 0.0 <= ramp_s < math.inf):
             return False
         step = self._period_s / GRAVITY_LEVEL_S
         if ramp_s > 0.0:
             step = min(step, abs(gravity_level - person.gravity_level) * self._period_s / ramp_s)
-        r = self._record.numbers
         r[core.LEVEL_WANTED], r[core.LEVEL_STEP], r[core.LEVEL_MOVES] = gravity_level, step, 1.0
         return True
+
+    def consent(self, seconds: float = CONSENT_S) -> bool:
+        """Allow levels above 1 for this time: the wearer agrees that the arm is pushed down.
+
+        A later consent replaces the one before; 0 withdraws it. When it runs out, the level goes back to 1 by a ramp.
+
+        Returns:
+            True if the consent is accepted. It is refused without a person, after a stop, and above `CONSENT_S`.
+        """
+        if self.envelope.person is None or self.envelope.stop is not None or not 0.0 <= seconds <= CONSENT_S:
+            return False
+        self._record.numbers[core.CONSENT] = seconds
+        return True
+
+    @property
+    def consent_s(self) -> float:
+        """Time for which the wearer still agrees to levels above 1 [s]."""
+        return self._record.numbers[core.CONSENT]
 
     def reset(self) -> bool:
         """Leave the latched stop, and return True if that was possible.

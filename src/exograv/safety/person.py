@@ -74,12 +74,17 @@ class GuardedPerson:
 
     @property
     def gravity_level(self) -> float:
-        """Felt share of the arm's weight, changed between ticks by guard or session (docs/explanation/safety.md)."""
+        """Felt share of the arm's weight, changed between ticks by guard or session (docs/explanation/safety.md).
+
+        A session that sets it ends a ramp of the guard. Above 1 the guard needs the wearer's consent.
+        """
         return self._record.numbers[core.LEVEL]
 
     @gravity_level.setter
     def gravity_level(self, level: float) -> None:
-        self._record.numbers[core.LEVEL] = level
+        r = self._record.numbers
+        r[core.LEVEL] = r[core.LEVEL_WANTED] = level
+        r[core.LEVEL_MOVES] = 0.0
 
     @property
     def is_driven(self) -> bool:

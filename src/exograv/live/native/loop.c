@@ -94,7 +94,8 @@ static void feel(live_loop *loop, double level, double ramp_s, int64_t period)
 {
     double *r = guard_of(loop), step = loop->period_s / loop->level_s;
     const int may = !loop->has_latched && r[GUARD_WORN] != 0.0 && r[GUARD_DRIVEN] == 0.0 && r[GUARD_STOP] == 0.0;
-    if (!may || !(0.0 <= level && level <= 1.0) || !(0.0 <= ramp_s && ramp_s < INFINITY)) {
+    const double most = r[GUARD_CONSENT] > 0.0 ? LEVEL_MOST : 1.0;
+    if (!may || !(0.0 <= level && level <= most) || !(0.0 <= ramp_s && ramp_s < INFINITY)) {
         tell(loop, HAPPENED_REFUSED, level, period);
         return;
     }
@@ -107,6 +108,18 @@ static void feel(live_loop *loop, double level, double ramp_s, int64_t period)
     r[GUARD_LEVEL_MOVES] = 1.0;
     loop->acts |= ACT_TOLD_LEVEL;
     tell(loop, HAPPENED_FELT, level, period);
+}
+
+/* Take the wearer's consent to levels above 1, under the conditions of `Guard.consent`. */
+static void consent(live_loop *loop, int64_t period)
+{
+    double *r = guard_of(loop);
+    const int may = r[GUARD_WORN] != 0.0 && r[GUARD_STOP] == 0.0;
+    if (may) {
+        r[GUARD_CONSENT] = CONSENT_S;
+        loop->acts |= ACT_CONSENTED;
+    }
+    tell(loop, HAPPENED_AGREED, may ? 1.0 : 0.0, period);
 }
 
 /* Take the limits of the person as identified. The felt level in force stays. */
@@ -141,6 +154,8 @@ static void obey(live_loop *loop, int64_t period)
     store(&loop->taken, (uint64_t)loop->taken + 1);
     if (order.kind == ORDER_FEEL)
         feel(loop, order.numbers[0], order.numbers[1], period);
+    else if (order.kind == ORDER_CONSENT)
+        consent(loop, period);
     else if (order.kind == ORDER_WEAR)
         wear(loop, order.record, order.table, period);
     else if (order.kind == ORDER_TRIP) {

@@ -1,7 +1,7 @@
 /* Made from the classes in record.py; do not edit. docs/explanation/realtime.md says how. */
 #pragma once
 #include <stdint.h>
-#define LAYOUT_OF_LIVE_LOOP 221385785
+#define LAYOUT_OF_LIVE_LOOP 794271451
 
 #define GUARD_STOP 44
 #define GUARD_SINCE_STOP 45
@@ -11,6 +11,7 @@
 #define GUARD_LEVEL_WANTED 49
 #define GUARD_LEVEL_STEP 50
 #define GUARD_LEVEL_MOVES 51
+#define GUARD_CONSENT 67
 #define GUARD_DRIVEN 52
 #define GUARD_CAME 35
 #define GUARD_SEQUENCE_IN 36
@@ -22,18 +23,18 @@
 #define GUARD_ANSWERS 42
 #define GUARD_VALID_UNTIL 43
 #define GUARD_USABLE 58
-#define GUARD_SAFE_STATE 67
-#define GUARD_Q_IN 334
-#define GUARD_CURRENT_IN 350
-#define GUARD_TAU_IN 366
-#define GUARD_Q_MOTOR_IN 382
-#define GUARD_FAULTY_IN 398
-#define GUARD_ANSWER_IN 414
-#define GUARD_DESIRED 430
-#define GUARD_TAU 478
-#define GUARD_ISOLATED 510
-#define GUARD_POWERLESS 526
-#define GUARD_DAMPING 110
+#define GUARD_SAFE_STATE 69
+#define GUARD_Q_IN 336
+#define GUARD_CURRENT_IN 352
+#define GUARD_TAU_IN 368
+#define GUARD_Q_MOTOR_IN 384
+#define GUARD_FAULTY_IN 400
+#define GUARD_ANSWER_IN 416
+#define GUARD_DESIRED 432
+#define GUARD_TAU 480
+#define GUARD_ISOLATED 544
+#define GUARD_POWERLESS 560
+#define GUARD_DAMPING 112
 #define GUARD_WITHOUT_MODEL_SHARE 2.0
 #define GUARD_MODEL_LOST 4
 #define GUARD_STOP_PRESSED 15
@@ -41,6 +42,7 @@
 #define ORDER_FEEL 1
 #define ORDER_WEAR 2
 #define ORDER_TRIP 3
+#define ORDER_CONSENT 4
 #define HAPPENED_NONE 0
 #define HAPPENED_MODE 1
 #define HAPPENED_STOP 2
@@ -48,6 +50,7 @@
 #define HAPPENED_REFUSED 4
 #define HAPPENED_WORN 5
 #define HAPPENED_ALONE 6
+#define HAPPENED_AGREED 7
 #define OUTCOME_RUNNING 0
 #define OUTCOME_COMPLETE 1
 #define OUTCOME_ENDED_EARLY 2
@@ -59,6 +62,9 @@
 #define ACT_TOLD_PERSON 8
 #define ACT_TOLD_LEVEL 16
 #define ACT_DRIFTED 32
+#define ACT_CONSENTED 64
+#define CONSENT_S 120.0
+#define LEVEL_MOST 1.8
 #define DESCENT 1
 
 typedef struct order_place {

@@ -14,6 +14,7 @@ import numpy as np
 
 from exograv.recording.encoding import tick_dtype
 from exograv.runtime.control_loop.exchange import (
+    CONSENTED,
     DRIFTED,
     STOP_PRESSED,
     TOLD_LEVEL,
@@ -22,7 +23,7 @@ from exograv.runtime.control_loop.exchange import (
     state_dtype,
 )
 from exograv.runtime.processes.shared_memory import SLOTS
-from exograv.safety.guard import SafeState
+from exograv.safety.guard import CONSENT_S, GRAVITY_LEVEL_MAX, SafeState
 from exograv.safety.native import core
 from exograv.safety.native.structs import header
 
@@ -42,6 +43,8 @@ class Order(enum.IntEnum):
     """Take the limits of a person from `record`, with the table `table`."""
     TRIP = 3
     """Let the arm down for the reason with the number `numbers[0]`, which the drift monitor found."""
+    CONSENT = 4
+    """Take the wearer's consent to levels above 1."""
 
 
 class Happening(enum.IntEnum):
@@ -60,6 +63,8 @@ class Happening(enum.IntEnum):
     """The guard knows the person as identified."""
     ALONE = 6
     """The supervisor has been silent for too long, and the loop lets the arm down."""
+    AGREED = 7
+    """The wearer's consent was taken if `value` is 1, and refused if it is 0."""
 
 
 class Outcome(enum.IntEnum):
@@ -195,10 +200,10 @@ class LiveLoop(ctypes.Structure):
 
 
 _OF_GUARD = (
-    "STOP", "SINCE_STOP", "DESCENT_S", "WORN", "LEVEL", "LEVEL_WANTED", "LEVEL_STEP", "LEVEL_MOVES", "DRIVEN", "CAME",
-    "SEQUENCE_IN", "T_IN", "NOW", "IN_CURRENT", "HAS_MOTOR", "SPOKE", "ANSWERS", "VALID_UNTIL", "USABLE", "SAFE_STATE",
-    "Q_IN", "CURRENT_IN", "TAU_IN", "Q_MOTOR_IN", "FAULTY_IN", "ANSWER_IN", "DESIRED", "TAU", "ISOLATED", "POWERLESS",
-    "DAMPING", "WITHOUT_MODEL_SHARE", "MODEL_LOST", "STOP_PRESSED",
+    "STOP", "SINCE_STOP", "DESCENT_S", "WORN", "LEVEL", "LEVEL_WANTED", "LEVEL_STEP", "LEVEL_MOVES", "CONSENT",
+    "DRIVEN", "CAME", "SEQUENCE_IN", "T_IN", "NOW", "IN_CURRENT", "HAS_MOTOR", "SPOKE", "ANSWERS", "VALID_UNTIL",
+    "USABLE", "SAFE_STATE", "Q_IN", "CURRENT_IN", "TAU_IN", "Q_MOTOR_IN", "FAULTY_IN", "ANSWER_IN", "DESIRED", "TAU",
+    "ISOLATED", "POWERLESS", "DAMPING", "WITHOUT_MODEL_SHARE", "MODEL_LOST", "STOP_PRESSED",
 )  # fmt: skip
 
 
@@ -209,7 +214,8 @@ def constants() -> Mapping[str, float | int]:
     named |= {f"OUTCOME_{one.name}": int(one) for one in Outcome}
     named |= {"ORDERS": ORDERS, "HAPPENINGS": HAPPENINGS, "MAILBOX_SLOTS": SLOTS}
     named |= {"ACT_STOP_PRESSED": STOP_PRESSED, "ACT_TOLD_PERSON": TOLD_PERSON, "ACT_TOLD_LEVEL": TOLD_LEVEL}
-    named |= {"ACT_DRIFTED": DRIFTED}
+    named |= {"ACT_DRIFTED": DRIFTED, "ACT_CONSENTED": CONSENTED, "CONSENT_S": CONSENT_S}
+    named |= {"LEVEL_MOST": GRAVITY_LEVEL_MAX}
     return named | {"DESCENT": int(SafeState.DESCENT)}
 
 

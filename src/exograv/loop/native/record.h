@@ -1,7 +1,7 @@
 /* Made from the classes in record.py; do not edit. docs/explanation/realtime.md says how. */
 #pragma once
 #include <stdint.h>
-#define LAYOUT_OF_LOCK_STEP 3966482708
+#define LAYOUT_OF_LOCK_STEP 2080601739
 
 #define ARMS 2
 #define RAMPS 2
@@ -17,18 +17,18 @@
 #define GUARD_SPOKE 41
 #define GUARD_ANSWERS 42
 #define GUARD_VALID_UNTIL 43
-#define GUARD_Q_IN 334
-#define GUARD_CURRENT_IN 350
-#define GUARD_TAU_IN 366
-#define GUARD_Q_MOTOR_IN 382
-#define GUARD_ANSWER_IN 414
-#define GUARD_TAU 478
-#define GUARD_ISOLATED 510
-#define GUARD_POWERLESS 526
-#define GUARD_DAMPING 110
+#define GUARD_Q_IN 336
+#define GUARD_CURRENT_IN 352
+#define GUARD_TAU_IN 368
+#define GUARD_Q_MOTOR_IN 384
+#define GUARD_ANSWER_IN 416
+#define GUARD_TAU 480
+#define GUARD_ISOLATED 544
+#define GUARD_POWERLESS 560
+#define GUARD_DAMPING 112
 #define GUARD_STOP 44
 #define GUARD_USABLE 58
-#define GUARD_SAFE_STATE 67
+#define GUARD_SAFE_STATE 69
 #define GUARD_WITHOUT_MODEL_SHARE 2.0
 #define ROW_T 0
 #define ROW_NOW 1

@@ -9,7 +9,7 @@ from exograv.loop.control_step import AnsweringControl, ControlStep, Decision
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import GAIN_SD_KNOWN
 from exograv.model.description import RigDescription
-from exograv.runtime.control_loop.exchange import ASTRAY, DRIFTED, RESET, STOP_PRESSED, TOLD_LEVEL
+from exograv.runtime.control_loop.exchange import ASTRAY, CONSENTED, DRIFTED, RESET, STOP_PRESSED, TOLD_LEVEL
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard, SafeState
 from exograv.safety.limits import PersonLimits
@@ -83,6 +83,8 @@ class GuardReplay:
         self._gravity_level, self._is_driven = gravity_level, is_driven
         person = self.guard.envelope.person
         if person is not None:
+            if gravity_level > 1.0:
+                self.guard.consent()  # the wearer has agreed in the recorded run
             person.gravity_level = gravity_level
             person.drive(is_driven)
 
@@ -115,6 +117,8 @@ class GuardReplay:
             self.guard.envelope.trip(StopReason.ASTRAY)
         if acts & DRIFTED:
             self.guard.envelope.trip(StopReason.DRIFTED)
+        if acts & CONSENTED:
+            self.guard.consent()
         if acts & TOLD_LEVEL:
             self._want_level(columns.now[k])
         now = columns.now[k]

@@ -7,7 +7,7 @@ import numpy as np
 from exograv.runtime.recorder.recorder_process import Inlet
 from exograv.safety.limits import PersonLimits
 
-RESET, STOP_PRESSED, ASTRAY, TOLD_PERSON, TOLD_LEVEL, DRIFTED = 1, 2, 4, 8, 16, 32
+RESET, STOP_PRESSED, ASTRAY, TOLD_PERSON, TOLD_LEVEL, DRIFTED, CONSENTED = 1, 2, 4, 8, 16, 32, 64
 """Bits of `acts` in a recorded tick, in the order in which the acts come between two ticks."""
 
 EVENT_SHIFT = 8
@@ -56,6 +56,14 @@ class FeltLevel:
     """Shortest duration of the ramp [s]."""
     number: int | None = None
     """Number for the reply to the page that sent the request; None if the request came from elsewhere."""
+
+
+@dataclass(frozen=True)
+class Consent:
+    """Message to the guard: the wearer agrees that the arm is pushed down, for `guard.CONSENT_S` from now on."""
+
+    number: int | None = None
+    """Number for the reply to the page that sent the consent; None if it came from elsewhere."""
 
 
 @dataclass(frozen=True)

@@ -14,18 +14,20 @@ from typing import Any
 import numpy as np
 
 from exograv.runtime.processes.shared_memory import Mailbox, MessageRing
-from exograv.safety.guard import Guard, SafeState
+from exograv.safety.guard import CONSENT_S, Guard, SafeState
 from exograv.safety.limits import PersonLimits
 from exograv.safety.modes import Event, Mode
 from exograv.safety.person import GuardedPerson
 from exograv.sentence import say, support_text
 
 from .exchange import (
+    CONSENTED,
     EVENT_SHIFT,
     RESET,
     STOP_PRESSED,
     TOLD_LEVEL,
     TOLD_PERSON,
+    Consent,
     FeltLevel,
     MessageNames,
     PersonUpdate,
@@ -53,6 +55,12 @@ PERSON_KNOWN = "The guard knows the person as identified."
 
 STOPPED_BEFORE = "the run was stopped before, or the arm is being moved."
 """Reason why a felt level is refused."""
+
+NOT_AGREED = "above Earth gravity the arm is pushed down, and the participant has to agree first."
+"""Reason why a felt level above 1 is refused."""
+
+AGREED = f"The participant agrees for {CONSENT_S:g} s that the arm is pushed down."
+NOT_TAKEN = "The participant's consent was not taken: nobody is in the machine, or the run was stopped before."
 
 
 PARENT_GONE = "The session of this machine has ended: the arm is let down."
@@ -202,6 +210,8 @@ class GuardCommands:
             self._wear(word, now)
         elif isinstance(word, FeltLevel):
             self._feel(word, now)
+        elif isinstance(word, Consent):
+            self._consent(word, now)
         elif isinstance(word, LeaseCommand):
             self._steering.lease(word, time.monotonic_ns())
         elif isinstance(word, GuardRequest):
@@ -291,6 +301,14 @@ class GuardCommands:
             self._unsaid = text
         self._felt_at = now
 
+    def _consent(self, word: Consent, now: float) -> None:
+        why = "" if self._guard.consent() else NOT_TAKEN
+        if not why:
+            self.acts |= CONSENTED
+        self._note(now, why or AGREED)
+        if word.number is not None:
+            self._inbox.reply(GuardReply(word.number, why))
+
     def _feel(self, word: FeltLevel, now: float) -> None:
         """Start the ramp to a requested level; a request without a number is refused after the first stop of a run."""
         why = STOPPED_BEFORE
@@ -299,7 +317,8 @@ class GuardCommands:
         elif not self._has_latched:
             why = ""
         if not why and not self._guard.feel(word.gravity_level, word.ramp_s):
-            why = STOPPED_BEFORE
+            needs_consent = word.gravity_level > 1.0 and self._guard.consent_s == 0.0
+            why = NOT_AGREED if needs_consent and self._guard.envelope.stop is None else STOPPED_BEFORE
         text = level_note(word.gravity_level, why)
         if why:
             self._note(now, text)

@@ -6,7 +6,7 @@ static inline long modulo(long a, long b) { long rest = a % b; return rest < 0 ?
 static inline long smaller(long a, long b) { return b < a ? b : a; }
 
 /* Check sum of core.py: a library that was made from another source is not used. */
-const long long guard_source = 1494329100;
+const long long guard_source = 2966116717;
 
 #define JOINTS 16
 #define SLOTS 128
@@ -79,85 +79,89 @@ const long long guard_source = 1494329100;
 #define SPEED_T 64
 #define HAS_SPEED 65
 #define BRIDGES 66
-#define SAFE_STATE 67
-#define MACHINE_MISSES 68
-#define CONTROL_MISSES 81
-#define _FIELDS 94
-#define TORQUE_MAX 94
-#define DAMPING 110
-#define ACTIVE 126
-#define LEAST_ACTIVE 142
-#define LOWER 158
-#define UPPER 174
-#define FREE_LOWER 190
-#define FREE_UPPER 206
-#define DRY 222
-#define VISCOUS 238
-#define ERROR 254
-#define REACH 270
-#define SLACK 286
-#define LEAST_WAY 302
-#define GAIN 318
-#define Q_IN 334
-#define CURRENT_IN 350
-#define TAU_IN 366
-#define Q_MOTOR_IN 382
-#define FAULTY_IN 398
-#define ANSWER_IN 414
-#define DESIRED 430
-#define Q_GIVEN 446
-#define V_GIVEN 462
-#define TAU 478
-#define TAU_AT_STOP 494
-#define ISOLATED 510
-#define POWERLESS 526
-#define Q 542
-#define V 558
-#define KNOWN 574
-#define SLOPE 590
-#define AHEAD 606
-#define CARRIED 622
-#define FRICTION 638
-#define LOW 654
-#define HIGH 670
-#define LAST_TAU 686
-#define WANTED 702
-#define OVER 718
-#define IGNORED 734
-#define JUMPS 750
-#define JUMPED 766
-#define DEAD 782
-#define BROKEN 798
-#define PARTED 814
-#define WRONG 830
-#define FIRST 846
-#define PARTED_TICKS 862
-#define LAST 878
-#define STILL 894
-#define MOTOR_THEN 910
-#define OFF_TICKS 926
-#define BIAS 942
-#define REFUSED_TICKS 958
-#define HELD 974
-#define Q_SEEN 990
-#define V_SEEN 1006
-#define V_FILTER 1022
-#define Q_FILTER 1038
-#define FAULTY 1054
-#define KEPT_TICKS 1070
-#define KEPT_SHARE 1086
-#define KEPT_CHANCE 1102
-#define KEPT_SEEN 1118
-#define TURNS 1134
-#define Q_KEPT 1150
-#define MOTOR_KEPT 1166
-#define TORQUE_KEPT 1182
-#define CHANGE_BEFORE 1198
-#define USED 1214
-#define TOLD 3262
-#define BEFORE 5310
-#define MOTOR_BEFORE 5950
-#define SIZE 6590
+#define CONSENT 67
+#define FASTEST 68
+#define SAFE_STATE 69
+#define MACHINE_MISSES 70
+#define CONTROL_MISSES 83
+#define _FIELDS 96
+#define TORQUE_MAX 96
+#define DAMPING 112
+#define ACTIVE 128
+#define LEAST_ACTIVE 144
+#define LOWER 160
+#define UPPER 176
+#define FREE_LOWER 192
+#define FREE_UPPER 208
+#define DRY 224
+#define VISCOUS 240
+#define ERROR 256
+#define REACH 272
+#define SLACK 288
+#define LEAST_WAY 304
+#define GAIN 320
+#define Q_IN 336
+#define CURRENT_IN 352
+#define TAU_IN 368
+#define Q_MOTOR_IN 384
+#define FAULTY_IN 400
+#define ANSWER_IN 416
+#define DESIRED 432
+#define Q_GIVEN 448
+#define V_GIVEN 464
+#define TAU 480
+#define TAU_AT_STOP 496
+#define PUSH 512
+#define PUSH_AT_STOP 528
+#define ISOLATED 544
+#define POWERLESS 560
+#define Q 576
+#define V 592
+#define KNOWN 608
+#define SLOPE 624
+#define AHEAD 640
+#define CARRIED 656
+#define FRICTION 672
+#define LOW 688
+#define HIGH 704
+#define LAST_TAU 720
+#define WANTED 736
+#define OVER 752
+#define IGNORED 768
+#define JUMPS 784
+#define JUMPED 800
+#define DEAD 816
+#define BROKEN 832
+#define PARTED 848
+#define WRONG 864
+#define FIRST 880
+#define PARTED_TICKS 896
+#define LAST 912
+#define STILL 928
+#define MOTOR_THEN 944
+#define OFF_TICKS 960
+#define BIAS 976
+#define REFUSED_TICKS 992
+#define HELD 1008
+#define Q_SEEN 1024
+#define V_SEEN 1040
+#define V_FILTER 1056
+#define Q_FILTER 1072
+#define FAULTY 1088
+#define KEPT_TICKS 1104
+#define KEPT_SHARE 1120
+#define KEPT_CHANCE 1136
+#define KEPT_SEEN 1152
+#define TURNS 1168
+#define Q_KEPT 1184
+#define MOTOR_KEPT 1200
+#define TORQUE_KEPT 1216
+#define CHANGE_BEFORE 1232
+#define USED 1248
+#define TOLD 3296
+#define BEFORE 5344
+#define MOTOR_BEFORE 5984
+#define SIZE 6624
 #define NOT_FINITE 1
 #define TOO_FAST 2
 #define NO_MEASUREMENT 3
@@ -174,8 +178,11 @@ const long long guard_source = 1494329100;
 #define DRIVE_FAULT 14
 #define STOP_PRESSED 15
 #define V_CREDIBLE_RAD_S 1000.0
+#define SPEED_FILTER_S 0.008
 #define WITHOUT_MODEL_SHARE 2.0
 #define GRAVITY_LEVEL_MAX 1.8
+#define GRAVITY_LEVEL_S 5.0
+#define PUSH_ENDS_S 0.5
 #define SHARE_MAX 1.3
 #define MARGIN_NM 3.0
 #define WALL_AHEAD_S 0.1
@@ -185,13 +192,12 @@ const long long guard_source = 1494329100;
 #define LEAST_TURNS 0.25
 #define LEAST_SEEN 50.0
 #define AGREE_RAD 0.035
+#define STILL_WAY_RAD 0.003
 #define TORQUE_OFF_NM 3.0
 #define TORQUE_BIAS_NM 2.0
-#define STILL_WAY_RAD 0.003
 #define REFUSED_NM 3.0
 #define SLOW_RAD_S 0.1
 #define STANDING_RAD_S 0.05
-#define SPEED_FILTER_S 0.008
 #define IN_SECOND_MAX 10
 #define LONG_AGO -1e+18
 #define TICKS_MOST 1000000000.0
@@ -524,6 +530,7 @@ void guard_derive(double *restrict w, long value, long pull, long run, long runs
 
 void guard_look(double *restrict r, double *restrict w)
 {
+    double level;
     long j;
     double at;
     double speed;
@@ -535,28 +542,37 @@ void guard_look(double *restrict r, double *restrict w)
     double beyond;
     double along;
     double against;
-    guard_carried(r, w, guard_least(guard_most(0.0, r[LEVEL]), GRAVITY_LEVEL_MAX));
-    r[IN_WALL] = 0.0;
+    level = guard_least(guard_most(0.0, r[LEVEL]), GRAVITY_LEVEL_MAX);
+    guard_carried(r, w, guard_least(level, 1.0));
     const long t1 = (long)(r[N]);
     for (j = 0; j < t1; j += 1) {
-        const double t2 = r[(Q + j)];
-        const double t3 = r[(KNOWN + j)];
-        const double t4 = r[(CARRIED + j)];
-        at = t2;
-        speed = t3;
-        p = t4;
-        const double t5 = r[(FREE_LOWER + j)];
-        const double t6 = r[(FREE_UPPER + j)];
-        low = t5;
-        high = t6;
+        r[(PUSH + j)] = r[(CARRIED + j)];
+    }
+    if ((level > 1.0)) {
+        guard_carried(r, w, level);
+    }
+    r[IN_WALL] = 0.0;
+    const long t2 = (long)(r[N]);
+    for (j = 0; j < t2; j += 1) {
+        const double t3 = r[(Q + j)];
+        const double t4 = r[(KNOWN + j)];
+        const double t5 = r[(CARRIED + j)];
+        at = t3;
+        speed = t4;
+        p = t5;
+        r[(PUSH + j)] = (p - r[(PUSH + j)]);
+        const double t6 = r[(FREE_LOWER + j)];
+        const double t7 = r[(FREE_UPPER + j)];
+        low = t6;
+        high = t7;
         if ((!((low <= at && at <= high) && (low <= (at + (WALL_AHEAD_S * speed)) && (at + (WALL_AHEAD_S * speed)) <= high)))) {
             r[IN_WALL] = 1.0;
         }
         friction = (r[(DRY + j)] + (r[(VISCOUS + j)] * fabs(speed)));
-        const double t7 = fabs(p);
-        const double t8 = (friction + r[(ERROR + j)]);
-        size = t7;
-        beyond = t8;
+        const double t8 = fabs(p);
+        const double t9 = (friction + r[(ERROR + j)]);
+        size = t8;
+        beyond = t9;
         along = (guard_least(((SHARE_MAX * size) + MARGIN_NM), (size + r[(ACTIVE + j)])) + beyond);
         against = (r[(LEAST_ACTIVE + j)] + beyond);
         r[(FRICTION + j)] = friction;
@@ -624,13 +640,11 @@ void guard_price(double *restrict r, long speed)
 {
     long j;
     double over;
-    double friction;
     const long t1 = (long)(r[N]);
     for (j = 0; j < t1; j += 1) {
         over = (r[(TAU + j)] - r[(CARRIED + j)]);
         if (((over * r[(speed + j)]) > 0.0)) {
-            friction = r[(FRICTION + j)];
-            over = ((over > 0.0) ? guard_most(0.0, (over - friction)) : guard_least(0.0, (over + friction)));
+            over = ((over > 0.0) ? guard_most(0.0, (over - r[(FRICTION + j)])) : guard_least(0.0, (over + r[(FRICTION + j)])));
         }
         r[(OVER + j)] = over;
     }
@@ -720,24 +734,39 @@ void guard_pay(double *restrict r)
 void guard_trip(double *restrict r, long reason, int without_model)
 {
     long j;
+    double top;
+    double push;
+    double low;
+    double high;
+    double pushed;
     if ((r[STOP] == 0.0)) {
         r[STOP] = reason;
         const long t1 = (long)(r[N]);
         for (j = 0; j < t1; j += 1) {
-            r[(TAU_AT_STOP + j)] = r[(TAU + j)];
+            const double t2 = r[(TORQUE_MAX + j)];
+            const double t3 = ((r[WORN] != 0.0) ? r[(PUSH + j)] : 0.0);
+            top = t2;
+            push = t3;
+            const double t4 = guard_most((-top), guard_least(0.0, push));
+            const double t5 = guard_least(top, guard_most(0.0, push));
+            low = t4;
+            high = t5;
+            pushed = guard_within(((r[(TAU + j)] - r[(CARRIED + j)]) + push), low, high);
+            const double t6 = pushed;
+            const double t7 = guard_within((r[(TAU + j)] - pushed), (-top), top);
+            r[(PUSH_AT_STOP + j)] = t6;
+            r[(TAU_AT_STOP + j)] = t7;
         }
     }
-    if (without_model) {
-        r[WITHOUT_MODEL] = 1.0;
-    }
+    r[WITHOUT_MODEL] = (without_model ? 1.0 : r[WITHOUT_MODEL]);
 }
 
 void guard_isolate(double *restrict r, long j, int is_powerless)
 {
-    r[(ISOLATED + j)] = 1.0;
-    if (is_powerless) {
-        r[(POWERLESS + j)] = 1.0;
-    }
+    const double t1 = 1.0;
+    const double t2 = (is_powerless ? 1.0 : r[(POWERLESS + j)]);
+    r[(ISOLATED + j)] = t1;
+    r[(POWERLESS + j)] = t2;
 }
 
 void guard_leave_stop(double *restrict r)
@@ -834,14 +863,16 @@ void guard_watch(double *restrict r, double fastest)
 void guard_descend(double *restrict r)
 {
     double share;
+    double push_share;
     long j;
     int is_dropped;
     r[SINCE_STOP] += r[DT];
     share = guard_most(0.0, (1.0 - (r[SINCE_STOP] / r[DESCENT_S])));
+    push_share = guard_most(0.0, (1.0 - (r[SINCE_STOP] / guard_least(PUSH_ENDS_S, r[DESCENT_S]))));
     const long t1 = (long)(r[N]);
     for (j = 0; j < t1; j += 1) {
         is_dropped = ((r[WITHOUT_MODEL] != 0.0) || (r[(POWERLESS + j)] != 0.0));
-        r[(WANTED + j)] = (is_dropped ? 0.0 : (r[(TAU_AT_STOP + j)] * share));
+        r[(WANTED + j)] = (is_dropped ? 0.0 : ((r[(TAU_AT_STOP + j)] * share) + (r[(PUSH_AT_STOP + j)] * push_share)));
     }
 }
 
@@ -908,6 +939,7 @@ void guard_follow(double *restrict r, double fastest)
     long j;
     double speed;
     double slope;
+    r[FASTEST] = fastest;
     const long t1 = (long)(r[N]);
     for (j = 0; j < t1; j += 1) {
         speed = ((fastest <= V_CREDIBLE_RAD_S) ? r[(V + j)] : 0.0);
@@ -1101,7 +1133,6 @@ void guard_keep(double *restrict r, long j)
     double torque;
     double change;
     int is_kept;
-    double count;
     double step;
     double turned;
     const double t1 = r[(Q_IN + j)];
@@ -1118,8 +1149,7 @@ void guard_keep(double *restrict r, long j)
     r[(MOTOR_KEPT + j)] = t4;
     r[(TORQUE_KEPT + j)] = t5;
     r[(KEPT_SEEN + j)] = guard_least((r[(KEPT_SEEN + j)] + 1.0), TICKS_MOST);
-    count = guard_most((1.0 + r[(KEPT_SEEN + j)]), 1.0);
-    step = guard_most(r[NOISE_STEP], (1.0 / count));
+    step = guard_most(r[NOISE_STEP], (1.0 / guard_most((1.0 + r[(KEPT_SEEN + j)]), 1.0)));
     r[(KEPT_SHARE + j)] += (step * ((is_kept ? 1.0 : 0.0) - r[(KEPT_SHARE + j)]));
     if (is_kept) {
         r[(KEPT_TICKS + j)] += 1.0;
@@ -1386,19 +1416,35 @@ void guard_begin(double *restrict r)
 
 void guard_approach_level(double *restrict r)
 {
-    double left;
-    if (((r[LEVEL_MOVES] == 0.0) || (r[WORN] == 0.0) || (r[STOP] != 0.0))) {
-        r[LEVEL_MOVES] = 0.0;
-        return;
-    }
-    left = (r[LEVEL_WANTED] - r[LEVEL]);
-    if ((fabs(left) <= r[LEVEL_STEP])) {
-        const double t1 = r[LEVEL_WANTED];
-        const double t2 = 0.0;
-        r[LEVEL] = t1;
+    int is_free;
+    double fall;
+    is_free = ((r[STOP] == 0.0) && (r[WORN] != 0.0));
+    r[CONSENT] = (is_free ? guard_most(0.0, (r[CONSENT] - r[DT])) : 0.0);
+    if (((r[CONSENT] == 0.0) && (guard_most(r[LEVEL], r[LEVEL_WANTED]) > 1.0))) {
+        r[LEVEL_WANTED] = ((r[LEVEL_MOVES] != 0.0) ? guard_least(1.0, r[LEVEL_WANTED]) : 1.0);
+        const double t1 = (r[DT] / GRAVITY_LEVEL_S);
+        const double t2 = ((r[LEVEL] > 1.0) ? 1.0 : r[LEVEL_MOVES]);
+        r[LEVEL_STEP] = t1;
         r[LEVEL_MOVES] = t2;
+    }
+    r[LEVEL_MOVES] = (is_free ? r[LEVEL_MOVES] : 0.0);
+    if (((r[LEVEL] > 1.0) && (!(is_free && (r[IN_WALL] == 0.0) && (r[FASTEST] <= r[V_DAMPING]))))) {
+        fall = (((GRAVITY_LEVEL_MAX - 1.0) / PUSH_ENDS_S) * r[DT]);
+        const double t3 = guard_most(1.0, (r[LEVEL] - fall));
+        const double t4 = (is_free ? 1.0 : 0.0);
+        r[LEVEL] = t3;
+        r[LEVEL_MOVES] = t4;
     } else {
-        r[LEVEL] += copysign(r[LEVEL_STEP], left);
+        if (((r[LEVEL_MOVES] != 0.0) && (fabs((r[LEVEL_WANTED] - r[LEVEL])) <= r[LEVEL_STEP]))) {
+            const double t5 = r[LEVEL_WANTED];
+            const double t6 = 0.0;
+            r[LEVEL] = t5;
+            r[LEVEL_MOVES] = t6;
+        } else {
+            if ((r[LEVEL_MOVES] != 0.0)) {
+                r[LEVEL] += copysign(r[LEVEL_STEP], (r[LEVEL_WANTED] - r[LEVEL]));
+            }
+        }
     }
 }
 

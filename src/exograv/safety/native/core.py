@@ -41,23 +41,22 @@ CAME, SEQUENCE_IN, T_IN, NOW, IN_CURRENT, HAS_MOTOR, SPOKE, ANSWERS, VALID_UNTIL
 # State of the guard.
 (
     STOP, SINCE_STOP, WITHOUT_MODEL, CLIPPED, LEVEL, LEVEL_WANTED, LEVEL_STEP, LEVEL_MOVES, DRIVEN, ENERGY, IN_WALL,
-    SEQUENCE, T_USED, DROPPED, USABLE, USED_AT, TOLD_AT, TOLD_COUNT, BEFORE_AT, BEFORE_COUNT, SPEED_T,
-    HAS_SPEED, BRIDGES, SAFE_STATE,
-) = range(44, 68)  # fmt: skip
-MACHINE_MISSES, CONTROL_MISSES = 68, 68 + 2 + MISSES
+    SEQUENCE, T_USED, DROPPED, USABLE, USED_AT, TOLD_AT, TOLD_COUNT, BEFORE_AT, BEFORE_COUNT, SPEED_T, HAS_SPEED,
+    BRIDGES, CONSENT, FASTEST, SAFE_STATE,
+) = range(44, 70)  # fmt: skip
+MACHINE_MISSES, CONTROL_MISSES = 70, 70 + 2 + MISSES
 """Missed ticks: number of the tick, place of the newest miss, and the ticks of the last misses."""
 
 _FIELDS = CONTROL_MISSES + 2 + MISSES
 (
     TORQUE_MAX, DAMPING, ACTIVE, LEAST_ACTIVE, LOWER, UPPER, FREE_LOWER, FREE_UPPER, DRY, VISCOUS, ERROR, REACH, SLACK,
-    LEAST_WAY, GAIN,
-    Q_IN, CURRENT_IN, TAU_IN, Q_MOTOR_IN, FAULTY_IN, ANSWER_IN, DESIRED, Q_GIVEN, V_GIVEN,
-    TAU, TAU_AT_STOP, ISOLATED, POWERLESS, Q, V, KNOWN, SLOPE, AHEAD, CARRIED, FRICTION, LOW, HIGH, LAST_TAU, WANTED,
-    OVER, IGNORED, JUMPS, JUMPED, DEAD, BROKEN, PARTED, WRONG, FIRST, PARTED_TICKS, LAST, STILL, MOTOR_THEN, OFF_TICKS,
-    BIAS, REFUSED_TICKS, HELD, Q_SEEN, V_SEEN, V_FILTER, Q_FILTER, FAULTY,
+    LEAST_WAY, GAIN, Q_IN, CURRENT_IN, TAU_IN, Q_MOTOR_IN, FAULTY_IN, ANSWER_IN, DESIRED, Q_GIVEN, V_GIVEN,
+    TAU, TAU_AT_STOP, PUSH, PUSH_AT_STOP, ISOLATED, POWERLESS, Q, V, KNOWN, SLOPE, AHEAD, CARRIED, FRICTION, LOW, HIGH,
+    LAST_TAU, WANTED, OVER, IGNORED, JUMPS, JUMPED, DEAD, BROKEN, PARTED, WRONG, FIRST, PARTED_TICKS, LAST, STILL,
+    MOTOR_THEN, OFF_TICKS, BIAS, REFUSED_TICKS, HELD, Q_SEEN, V_SEEN, V_FILTER, Q_FILTER, FAULTY,
     KEPT_TICKS, KEPT_SHARE, KEPT_CHANCE, KEPT_SEEN, TURNS, Q_KEPT, MOTOR_KEPT, TORQUE_KEPT, CHANGE_BEFORE,
-) = range(_FIELDS, _FIELDS + 70 * JOINTS, JOINTS)  # fmt: skip
-USED = _FIELDS + 70 * JOINTS
+) = range(_FIELDS, _FIELDS + 72 * JOINTS, JOINTS)  # fmt: skip
+USED = _FIELDS + 72 * JOINTS
 """Ring of the last used positions [rad]."""
 TOLD = USED + SLOTS * JOINTS
 """Ring of the last commanded torques [N·m]."""
@@ -72,45 +71,40 @@ SIZE = MOTOR_BEFORE + SPEED_SLOTS * JOINTS
     ENCODER_JUMPED, ENCODER_DEAD, TORQUE_WRONG, ENCODERS_PART, DRIVE_FAULT, STOP_PRESSED,
 ) = range(1, 16)  # fmt: skip
 
-V_CREDIBLE_RAD_S = 1e3
-"""Speed that no joint reaches; a velocity above it is a broken signal."""
+V_CREDIBLE_RAD_S, SPEED_FILTER_S = 1e3, 0.008
+"""Speed that no joint reaches, a velocity above it is a broken signal [rad/s]; time constant of the guard's own
+velocity [s]."""
 WITHOUT_MODEL_SHARE = 2.0
 """Damping without a model, as a multiple of the soft descent's: a falling hand stays below 0.74 m/s."""
-GRAVITY_LEVEL_MAX = 1.8
-"""Gravity level in the pull-up of a parabolic flight [-]; the arm is then pushed down with 0.8 of its weight."""
+GRAVITY_LEVEL_MAX, GRAVITY_LEVEL_S, PUSH_ENDS_S = 1.8, 5.0, 0.5
+"""Gravity level in the pull-up of a parabolic flight [-], where the arm is pushed down with 0.8 of its weight; shortest
+time from weightless to Earth gravity, and time in which the largest push ends in a stop [s]. With a heavy arm, 11 N·m,
+the torque then changes by 2.2 and by 18 N·m/s."""
 SHARE_MAX, MARGIN_NM = 1.3, 3.0
 """Largest torque as a multiple of the plausible one [-], and torque beyond that and friction [N·m]."""
 WALL_AHEAD_S = 0.1
 """Time ahead for which a wall acts on the predicted joint position [s]. Torque needs this time to turn into braking."""
-AGE_MAX_S = 0.003
-"""Largest age of a measurement that is used [s]."""
-JUMPS_MAX = 3.0
-"""Jumps in a row that are a fault; fewer are a spike."""
+AGE_MAX_S, JUMPS_MAX = 0.003, 3.0
+"""Largest age of a measurement that is used [s]; jumps in a row that are a fault, fewer are a spike."""
 UNLIKELY = 1e-10
 """Chance below which signals that keep all bits are a frozen image of the machine, and not quiet sensors."""
-LEAST_TURNS = 0.25
+LEAST_TURNS, LEAST_SEEN = 0.25, 50.0
 """Least share of the changes of a measured torque that turn back, by which it has noise: half and more of the changes
-of noise turn back, and hardly any of a smooth signal."""
-LEAST_SEEN = 50.0
-"""Least number of ticks before the present run of equal bits, from which the noise of a joint is known."""
-AGREE_RAD = 0.035
-"""Largest difference between the two encoders of a joint [rad]: 2°, far more than the compliance of a gear."""
+of noise turn back, and hardly any of a smooth signal. Least number of ticks before the present run of equal bits, from
+which the noise of a joint is known."""
+AGREE_RAD, STILL_WAY_RAD = 0.035, 0.003
+"""Largest difference between the two encoders of a joint [rad]: 2°, far more than the compliance of a gear. Way of the
+motor, while the encoder of its joint stands still, by which the encoder is dead [rad]."""
 TORQUE_OFF_NM, TORQUE_BIAS_NM = 3.0, 2.0
 """Largest difference of a motor's torque from its recent commands, and largest average difference [N·m]."""
-STILL_WAY_RAD = 0.003
-"""Way of the motor, while the encoder of its joint stands still, by which the encoder is dead [rad]."""
-REFUSED_NM, SLOW_RAD_S = 3.0, 0.1
-"""Refused torque [N·m] at a slow joint [rad/s], by which the arm in the machine is another one."""
-STANDING_RAD_S = 0.05
-"""Speed below which a joint counts as being at rest."""
-SPEED_FILTER_S = 0.008
-"""Time constant of the guard's own velocity [s]."""
+REFUSED_NM, SLOW_RAD_S, STANDING_RAD_S = 3.0, 0.1, 0.05
+"""Refused torque [N·m] at a slow joint [rad/s], by which the arm in the machine is another one; speed below which a
+joint counts as being at rest [rad/s]."""
 IN_SECOND_MAX = 10
 """Number of missed ticks in a second that is bridged, whatever the period is."""
-LONG_AGO = -1e18
-"""Number of a tick before all ticks."""
-TICKS_MOST = 1e9
-"""Largest number of ticks between two measurements that is told apart: two weeks at 1 kHz."""
+LONG_AGO, TICKS_MOST = -1e18, 1e9
+"""Number of a tick before all ticks; largest number of ticks between two measurements that is told apart: two weeks at
+1 kHz."""
 
 
 # --- numbers ----------------------------------------------------------------------------------------------------------
@@ -262,10 +256,16 @@ def look(r: Record, w: Record) -> None:
     and the torque that a weak adult can resist.
     """
     # In this order a NaN level counts as 0. In the other order it would lift every bound.
-    carried(r, w, least(most(0.0, r[LEVEL]), GRAVITY_LEVEL_MAX))
+    level = least(most(0.0, r[LEVEL]), GRAVITY_LEVEL_MAX)
+    carried(r, w, least(level, 1.0))
+    for j in range(int(r[N])):
+        r[PUSH + j] = r[CARRIED + j]
+    if level > 1.0:
+        carried(r, w, level)
     r[IN_WALL] = 0.0
     for j in range(int(r[N])):
         at, speed, p = r[Q + j], r[KNOWN + j], r[CARRIED + j]
+        r[PUSH + j] = p - r[PUSH + j]
         low, high = r[FREE_LOWER + j], r[FREE_UPPER + j]
         if not (low <= at <= high and low <= at + WALL_AHEAD_S * speed <= high):
             r[IN_WALL] = 1.0
@@ -325,8 +325,7 @@ def price(r: Record, speed: int) -> None:
     for j in range(int(r[N])):
         over = r[TAU + j] - r[CARRIED + j]
         if over * r[speed + j] > 0.0:
-            friction = r[FRICTION + j]
-            over = most(0.0, over - friction) if over > 0.0 else least(0.0, over + friction)
+            over = most(0.0, over - r[FRICTION + j]) if over > 0.0 else least(0.0, over + r[FRICTION + j])
         r[OVER + j] = over
 
 
@@ -393,16 +392,16 @@ def trip(r: Record, reason: int, without_model: bool) -> None:
     if r[STOP] == 0.0:
         r[STOP] = reason
         for j in range(int(r[N])):
-            r[TAU_AT_STOP + j] = r[TAU + j]
-    if without_model:
-        r[WITHOUT_MODEL] = 1.0
+            top, push = r[TORQUE_MAX + j], r[PUSH + j] if r[WORN] != 0.0 else 0.0
+            low, high = most(-top, least(0.0, push)), least(top, most(0.0, push))
+            pushed = within(r[TAU + j] - r[CARRIED + j] + push, low, high)
+            r[PUSH_AT_STOP + j], r[TAU_AT_STOP + j] = pushed, within(r[TAU + j] - pushed, -top, top)
+    r[WITHOUT_MODEL] = 1.0 if without_model else r[WITHOUT_MODEL]
 
 
 def isolate(r: Record, j: int, is_powerless: bool) -> None:
     """Trust the encoder of a joint no more: its drive brakes it. A powerless joint gets no torque either."""
-    r[ISOLATED + j] = 1.0
-    if is_powerless:
-        r[POWERLESS + j] = 1.0
+    r[ISOLATED + j], r[POWERLESS + j] = 1.0, 1.0 if is_powerless else r[POWERLESS + j]
 
 
 def leave_stop(r: Record) -> None:
@@ -457,12 +456,13 @@ def watch(r: Record, fastest: float) -> None:
 
 
 def descend(r: Record) -> None:
-    """Write the torque of the soft descent to `WANTED`: the torque at the stop fades to zero."""
+    """Write the torque of the soft descent to `WANTED`: the torque at the stop fades to zero, a push earlier."""
     r[SINCE_STOP] += r[DT]
     share = most(0.0, 1.0 - r[SINCE_STOP] / r[DESCENT_S])
+    push_share = most(0.0, 1.0 - r[SINCE_STOP] / least(PUSH_ENDS_S, r[DESCENT_S]))
     for j in range(int(r[N])):
         is_dropped = r[WITHOUT_MODEL] != 0.0 or r[POWERLESS + j] != 0.0
-        r[WANTED + j] = 0.0 if is_dropped else r[TAU_AT_STOP + j] * share
+        r[WANTED + j] = 0.0 if is_dropped else r[TAU_AT_STOP + j] * share + r[PUSH_AT_STOP + j] * push_share
 
 
 def brake(r: Record, j: int) -> float:
@@ -505,6 +505,7 @@ def limit_rate(r: Record) -> bool:
 
 def follow(r: Record, fastest: float) -> None:
     """Update the speeds in use and their slope."""
+    r[FASTEST] = fastest
     for j in range(int(r[N])):
         # Friction at an incredible speed would lift every bound, and its power would empty the tank for good.
         speed = r[V + j] if fastest <= V_CREDIBLE_RAD_S else 0.0
@@ -630,8 +631,7 @@ def keep(r: Record, j: int) -> None:
     is_kept = change == 0.0 and q == r[Q_KEPT + j] and (motor == r[MOTOR_KEPT + j] or math.isnan(motor))
     r[Q_KEPT + j], r[MOTOR_KEPT + j], r[TORQUE_KEPT + j] = q, motor, torque
     r[KEPT_SEEN + j] = least(r[KEPT_SEEN + j] + 1.0, TICKS_MOST)
-    count = most(1.0 + r[KEPT_SEEN + j], 1.0)
-    step = most(r[NOISE_STEP], 1.0 / count)  # at first all ticks have the same weight
+    step = most(r[NOISE_STEP], 1.0 / most(1.0 + r[KEPT_SEEN + j], 1.0))  # at first all ticks have the same weight
     r[KEPT_SHARE + j] += step * ((1.0 if is_kept else 0.0) - r[KEPT_SHARE + j])
     if is_kept:
         r[KEPT_TICKS + j] += 1.0
@@ -786,15 +786,25 @@ def begin(r: Record) -> None:
 
 
 def approach_level(r: Record) -> None:
-    """Move the gravity level one tick towards the requested one; a stop ends the ramp where it is."""
-    if r[LEVEL_MOVES] == 0.0 or r[WORN] == 0.0 or r[STOP] != 0.0:
-        r[LEVEL_MOVES] = 0.0
-        return
-    left = r[LEVEL_WANTED] - r[LEVEL]
-    if abs(left) <= r[LEVEL_STEP]:
+    """Move the gravity level one tick towards the requested one; a stop ends the ramp where it is.
+
+    A level above 1 pushes the arm down. When the wearer's consent runs out, the level goes back to 1 as a ramp. In a
+    wall, at a speed that needs damping, and in a stop the push ends within `PUSH_ENDS_S`; while the consent lasts, the
+    ramp begins again afterwards.
+    """
+    is_free = r[STOP] == 0.0 and r[WORN] != 0.0
+    r[CONSENT] = most(0.0, r[CONSENT] - r[DT]) if is_free else 0.0
+    if r[CONSENT] == 0.0 and most(r[LEVEL], r[LEVEL_WANTED]) > 1.0:
+        r[LEVEL_WANTED] = least(1.0, r[LEVEL_WANTED]) if r[LEVEL_MOVES] != 0.0 else 1.0
+        r[LEVEL_STEP], r[LEVEL_MOVES] = r[DT] / GRAVITY_LEVEL_S, 1.0 if r[LEVEL] > 1.0 else r[LEVEL_MOVES]
+    r[LEVEL_MOVES] = r[LEVEL_MOVES] if is_free else 0.0
+    if r[LEVEL] > 1.0 and not (is_free and r[IN_WALL] == 0.0 and r[FASTEST] <= r[V_DAMPING]):
+        fall = (GRAVITY_LEVEL_MAX - 1.0) / PUSH_ENDS_S * r[DT]
+        r[LEVEL], r[LEVEL_MOVES] = most(1.0, r[LEVEL] - fall), 1.0 if is_free else 0.0
+    elif r[LEVEL_MOVES] != 0.0 and abs(r[LEVEL_WANTED] - r[LEVEL]) <= r[LEVEL_STEP]:
         r[LEVEL], r[LEVEL_MOVES] = r[LEVEL_WANTED], 0.0
-    else:
-        r[LEVEL] += math.copysign(r[LEVEL_STEP], left)
+    elif r[LEVEL_MOVES] != 0.0:
+        r[LEVEL] += math.copysign(r[LEVEL_STEP], r[LEVEL_WANTED] - r[LEVEL])
 
 
 def filter_speeds(r: Record) -> None:
