@@ -68,7 +68,7 @@ class ConditionFigures(ConditionTransfer, TrainingMachine, Medians):
 
 @dataclass(frozen=True)
 class Verdict:
-    """Verdict on an effect, from the test and the interval together."""
+    """Verdict on an effect. It is shown if its test gives p ≤ `ALPHA` and its 95 % interval excludes no effect."""
 
     appears: bool
     is_shown: bool
