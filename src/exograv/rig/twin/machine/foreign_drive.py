@@ -19,7 +19,7 @@ ELEMENTS = 4
 """Number of elements of the Maxwell slip. Assumed."""
 
 TRAVELS = np.array([0.4, 0.8, 1.6, 3.2])
-"""Ratio of the travel at which each element begins to slide to the bristles' travel at home. Assumed [-]."""
+"""Travel at which each element begins to slide, over the bristles' travel at home. Assumed [-]."""
 
 SLIP_TIME = 0.005
 """Time constant with which a sliding element reaches its share of the sliding friction. Assumed [s]."""
@@ -50,7 +50,7 @@ LOADED = 0.25
 
 ARC_MINUTE = np.deg2rad(1.0 / 60.0)
 HYSTERESIS_STEEPNESS = 2.0
-"""Ratio of the stiffness of a gear's hysteretic part to the gear's torsional stiffness. Assumed [-]."""
+"""Stiffness of the hysteretic part of a gear over its torsional stiffness. Assumed [-]."""
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -89,7 +89,7 @@ class ForeignDrives:
         return ca.sum1(ca.vertcat(*(size * ca.sin(order * motor_angle + phase) for order, size, phase in parts)))
 
     def worn(self, joint: int, theta: ca.SX) -> ca.SX:
-        """Ratio of the friction level to that without wear, at an angle of the joint [rad]."""
+        """Friction level over the unworn one at an angle of the joint [rad]."""
         parts = zip((1.0, 2.0), self.wear[joint].tolist(), self.wear_phase[joint].tolist(), strict=True)
         return 1.0 + ca.sum1(ca.vertcat(*(size * ca.sin(order * theta + phase) for order, size, phase in parts)))
 
@@ -98,7 +98,7 @@ class ForeignDrives:
         return 1.0 + GAIN_BY_ANGLE * np.sin(self.gain_turns * q + self.gain_phase)
 
     def gain(self, joint: int, q: ca.SX, heat: ca.SX) -> ca.SX:
-        """Ratio of a motor's gain to its mean gain when cold, at a joint position [rad] and with a `heat` [-]."""
+        """Gain of a motor over its mean gain when cold, at a joint position [rad] and with a `heat` [-]."""
         by_angle = 1.0 + GAIN_BY_ANGLE * ca.sin(float(self.gain_turns[joint]) * q + float(self.gain_phase[joint]))
         return by_angle * (1.0 - GAIN_BY_HEAT / (1.0 - np.exp(-LOAD_SPAN / HEAT_TIME)) * heat)
 

@@ -23,7 +23,7 @@ class SampleSegment:
     """Row of the table: a segment of the right arm."""
 
     mass_percent: float
-    """Mass as a share of the body's mass [%]."""
+    """Mass over that of the body [%]."""
 
     length: float
     """Mean length in the sample [m]."""
@@ -39,7 +39,7 @@ class SampleSegment:
 
     @property
     def centre(self) -> Float[np.ndarray, " 3"]:
-        """Centre of mass divided by the segment's length, in our axes [-]."""
+        """Centre of mass over the length, in our axes [-]."""
         return 0.01 * AXES @ np.array(self.centre_percent)
 
     @property
