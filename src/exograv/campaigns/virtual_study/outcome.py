@@ -68,7 +68,7 @@ class ConditionFigures(ConditionTransfer, TrainingMachine, Medians):
 
 @dataclass(frozen=True)
 class Verdict:
-    """Verdict on an effect. It is shown if its test gives p ≤ `ALPHA` and its 95 % interval excludes no effect."""
+    """Verdict on a group difference. It is shown if p is at most `ALPHA` and the 95 % interval excludes equality."""
 
     appears: bool
     is_shown: bool
