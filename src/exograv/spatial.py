@@ -19,7 +19,7 @@ class Transform:
         return Transform(self.R @ other.R, self.p + self.R @ other.p)
 
     def apply(self, point: ca.SX) -> ca.SX:
-        """Coordinates of a point (3,) in the outer frame [m]."""
+        """Coordinates (3,) in frame a of a point (3,) that is given in frame b [m]."""
         return self.p + self.R @ point
 
     def inverse(self) -> "Transform":

@@ -1,4 +1,4 @@
-"""State of one running console: desk, trial, keys, lease, alarms, and the lines to the pages."""
+"""State of one running console: desk, trial, keys, lease, alarms, and lines, which are the connections to the pages."""
 
 import asyncio
 import json
@@ -56,7 +56,7 @@ class PageLine:
 
 
 class Hub:
-    """Shared state of handlers, broadcaster and lines, all in one event loop."""
+    """Shared state of request handlers, broadcaster and connections to the pages, all in one event loop."""
 
     def __init__(
         self,
@@ -165,7 +165,7 @@ class Hub:
             line.say("ended", why=why, failed=self.failure is not None)
 
     def note(self, what: str, line: PageLine, **fields: Any) -> None:
-        """Write an event of a page's connection to the diary."""
+        """Write an event of the connection to a page into the log of all events."""
         who = {"line": line.number, "role": line.role.value, "session": line.session.number}
         self.diary.write("/console/event", self.desk.now(), {"what": what, **who, **fields})
 

@@ -36,7 +36,7 @@ CARRIED = frozenset({"floating", "weighing"})
 """Modes in which a protocol with an active machine can run."""
 
 WAITS_AFTER_S, SILENT_MAX_S = 0.25, 1.0
-"""Age of the machine's newest tick from which on a run waits, and from which on it is paused [s]."""
+"""Age of the machine's newest tick above which a run waits, and above which it is paused [s]."""
 
 RAW = "/console/touch"
 """Topic of raw touches in the diary."""

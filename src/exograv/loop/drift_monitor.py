@@ -25,12 +25,12 @@ PERIOD_S = 0.04
 """Time over which positions and torques are averaged [s]; velocity and acceleration are differences of such means."""
 
 TOO_LARGE_NM = {"shoulder": 2.0, "elbow": 1.0, "wrist": 0.25}
-"""Residual torque beyond friction and the model's interval from which on the arm comes down [N·m]: a quarter of what a
+"""Residual torque beyond friction and the model's interval above which the arm is lowered [N·m]: a quarter of what a
 weak adult can resist (docs/explanation/safety.md). A wearer who holds a posture against a machine that is in order
 gives up to half of it, and the monitor cannot tell this torque from a fault's."""
 
 TOLD_NM = {"shoulder": 0.25, "elbow": 0.125, "wrist": 0.03}
-"""Residual torque beyond friction and the model's interval from which on the operator is told [N·m]: half of the coarse
+"""Residual torque beyond friction and the model's interval above which the operator is told [N·m]: half of the coarse
 target for the residual torque after an identification."""
 
 STOP_MEAN_S, TOLD_MEAN_S = 1000 * 3600.0, 100 * 3600.0

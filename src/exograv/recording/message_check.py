@@ -86,7 +86,7 @@ def wrong_value(fields: tuple[Field, ...], message: object, n_joints: int | None
 
 
 def _wrong(field: Field, value: Any, name: str, n_joints: int | None) -> str | None:
-    """Return a sentence about a value that is not of the kind of a field; None if it is."""
+    """Return a sentence about a value that does not fit the description of its field; None if it fits."""
     if field.size:
         return next(_wrong_in_list(field, value, name, n_joints), None)
     if not _is_of(field.type, value):

@@ -42,7 +42,7 @@ class PassRecord(Settings):
 
 
 class PassWithdrawal(Settings):
-    """Cause that has withdrawn the pass since; empty if there is none."""
+    """Cause for which a passed self-test no longer counts; empty if it was not withdrawn."""
 
     cause: str = ""
 

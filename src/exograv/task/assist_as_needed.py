@@ -64,10 +64,10 @@ class AssistSettings:
     """Attempts before a decision."""
 
     lower_share: float = 0.85
-    """Share of a block's targets from which on support decreases."""
+    """Smallest share of reached targets in a block at which support decreases."""
 
     raise_share: float = 0.6
-    """Share of a block's targets below which support increases. Between the two shares support stays."""
+    """Share of reached targets in a block below which support increases. Between the two shares support stays."""
 
     def __post_init__(self):
         """Reject settings with which support would not adapt, or would oscillate.

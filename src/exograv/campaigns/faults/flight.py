@@ -60,11 +60,11 @@ class FaultFlight:
         self.watch = TruthWatch(onset, round(1e3 * period_s), participant.person.table)
 
     def fly(self, ticks: int, healthy: Sequence[TruthSample] = ()) -> ScenarioLog:
-        """Run this number of ticks. An exception is noted in the log.
+        """Run the control step for this number of ticks, and return the log, which also states an exception.
 
         Args:
             ticks: Number of ticks.
-            healthy: Truth of the same flight without its faults; empty if no criterion compares with it.
+            healthy: True states in the same flight without its faults; empty if no criterion compares with them.
         """
         course = self.watch.course
         try:

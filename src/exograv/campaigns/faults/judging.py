@@ -61,7 +61,7 @@ def detection_ms(course: ScenarioLog, fault: Fault, begin: float) -> float | Non
 
 
 def misses_of_one(course: ScenarioLog, fault: Fault, begin: float, relaxed: bool) -> Misses:
-    """Judge a flight with one fault by its budget and its limits."""
+    """Judge a flight with one fault by the time allowed for the fault's detection and by the limits of its measures."""
     found = detection_ms(course, fault, begin)
     figures: dict[str, float | None] = {}
     if fault.is_borne:

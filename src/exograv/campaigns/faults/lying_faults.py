@@ -13,7 +13,7 @@ from .fault_plant import FaultParticipant, World
 from .injector import Injector
 
 BOARD_TORQUE_NM = 1.0
-"""Commanded torque from which on a frozen board has to show [N·m]: a third of the torque that the guard may miss."""
+"""Commanded torque above which a frozen board must be detected [N·m]: a third of the torque that the guard may miss."""
 
 
 class FrozenMachine(Injector):

@@ -18,7 +18,7 @@ from .oracle import Judgement, power_beyond
 Joints = Float[np.ndarray, " joint"]
 
 MOVING_RAD_S = 0.2
-"""Joint speed from which on a fault of a moving joint has to show [rad/s]."""
+"""Speed above which a joint counts as moving [rad/s]. Some faults are detectable only on a moving joint."""
 
 DRIFT_MS = 500
 """Time over which the drift of a joint is averaged [ms]."""

@@ -68,7 +68,7 @@ class ConditionFigures(ConditionTransfer, TrainingMachine, Medians):
 
 @dataclass(frozen=True)
 class Verdict:
-    """Verdict on an effect, from the test and the interval together."""
+    """Verdict on a group difference. It is shown if p is at most `ALPHA` and the 95 % interval excludes equality."""
 
     appears: bool
     is_shown: bool

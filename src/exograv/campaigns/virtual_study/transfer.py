@@ -81,7 +81,7 @@ def pairs(
 
 @dataclass(frozen=True)
 class TransferFigures:
-    """Transfer by one measure, with its 95 % interval."""
+    """Transfer (`DEFINITION`) by one measure of the error, with its 95 % interval."""
 
     transfer: float | None
     ci95: list[float] | None

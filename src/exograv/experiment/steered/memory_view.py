@@ -25,11 +25,11 @@ A touch arrives within a second, and later only after its page had lost the conn
 """
 
 JUDGED_TICKS = 1000
-"""Number of ticks over which lateness is evaluated."""
+"""Number of newest ticks from which the percentiles of their lateness are computed: one second at 1 kHz."""
 
 
 class FlightMemoryView:
-    """Ring buffers of one flight, read with own cursors, so that the recorder still gets every tick."""
+    """Second reader of the ring buffers of one flight. Its read positions are its own: the recorder gets every tick."""
 
     def __init__(self, inlet: Inlet):
         """Attach to the ring buffers, from their present position on."""

@@ -116,7 +116,7 @@ class Estimate:
     """Share of the samples that received less than half their weight [-]."""
 
     noise_scale: float
-    """Size of the wearer's slow torque over the assumed size [-]; 1 if the method does not estimate it."""
+    """Ratio of the size of the wearer's slow torque to the assumed size [-]; 1 if the method does not estimate it."""
 
     slipped: Float[np.ndarray, " cuff"] | None = None
     """Distance by which each cuff has slipped along the limb, RMS over the motion [m]; None if it is not estimated."""

@@ -30,7 +30,7 @@ USUAL_BLOCKS = 10.0
 
 @dataclass(frozen=True)
 class Bound:
-    """Residual torque from which on a level of the test adds up, and its rate of false alarms."""
+    """Residual torque above which the sum of a CUSUM test grows, and the test's rate of false alarms."""
 
     torque_Nm: Joints
     """Allowance in addition to friction and to the interval of the model (joint,) [N·m]."""

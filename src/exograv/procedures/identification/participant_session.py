@@ -90,7 +90,7 @@ class ParticipantRun:
     before: StoredParticipant | None = None
     returning: WarmStart | None = None
     keep_option: str = "--keep"
-    """Option that sets the place of the file, for the advice in a message."""
+    """Name of the option with the path of the file to write, for error messages."""
     _held_out: HeldOutError | None = None
 
     def __post_init__(self):

@@ -43,7 +43,7 @@ class RunawayController:
         self.tau_feedforward, self._ticks, self._size, self._k = tau, ticks, size, 0
 
     def step(self, q: Joints, v: Joints, reference: Reference) -> Joints:
-        """Return a wrong torque [N·m]."""
+        """Return a torque that is far too large, or NaN [N·m]. The guard must catch both."""
         self._k += 1
         if self._k > self._ticks:
             return np.full_like(q, np.nan)

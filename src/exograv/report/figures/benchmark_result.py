@@ -70,7 +70,7 @@ class MethodFigures:
     reached_share: float | None
     reached_coarse_share: float | None
     reached_within_share: dict[str, float | None]
-    """Share of runs that reached the target, by seconds of motion [-]."""
+    """Share of runs in which the left over reached its target within these seconds of motion [-]."""
 
     left_over_Nm: dict[str, PlaceFigures]
     """Left over by seconds of motion."""

@@ -10,7 +10,7 @@ PERIOD_NS = 1_000_000
 """Period of exograv's loop, at 1 kHz [ns]."""
 
 LATE_NS = 500_000
-"""Half a period, from which on a torque belongs to another posture [ns]."""
+"""Delay above which a torque belongs to another posture: half a period [ns]."""
 
 EDGES_US = (0, 5, 10, 20, 50, 100, 200, 500, 1_000, 2_000, 5_000, 10_000, 100_000, 10_000_000)
 """Edges of the lateness bins [µs]; 200 and 1000 are limits of the self-test, and the last bin holds all above."""

@@ -27,7 +27,7 @@ UNSENT_MAX_BYTES = 64_000_000
 """Largest number of bytes that wait for a child that does not read [byte]. Further messages are lost."""
 
 WORD_MAX_BYTES = 2_000_000_000
-"""Length of a message from which on the line is broken [byte]."""
+"""Largest length of a message [byte]. A longer one counts as a broken connection."""
 
 SLICE_S = 0.02
 """Time between two attempts to send the rest of a message while the parent waits [s]."""

@@ -33,7 +33,7 @@ from exograv.runtime.processes.supervisor import Supervisor
 from .recorder_process import EVENT, GAVE_UP, RING_EVENTS, RING_TICKS, STATUS, Inlet, RecorderJob, RunEnd, record
 
 TICKS_WAITING_MAX = TICKS_PER_S
-"""Ticks in transit from which on the disk is slow; the alarm comes within 1 s (docs/explanation/safety.md, F19)."""
+"""Number of unwritten ticks above which the disk is slow; the alarm comes in 1 s (docs/explanation/safety.md, F19)."""
 
 HANGS_S = 10.0
 """Time without a further tick on the disk, while ticks wait, after which a recorder that is alive is replaced [s].

@@ -100,7 +100,11 @@ def _first_touch_cost(windows: list[pd.DataFrame]) -> float:
 
 
 def _costs_of_rest(windows: list[pd.DataFrame]) -> dict[str, float]:
-    """Compute costs of rest between windows with consecutive numbers, each with at least two touches."""
+    """Compute the mean rise of log deviation over a rest, and over a long rest.
+
+    The rise is from the last half of the window before the rest to the first half of the next window. Both windows
+    have at least two touches.
+    """
     rests, costs = [], []
     for before, after in itertools.pairwise(windows):
         follows = after["window"].iloc[0] - before["window"].iloc[0] == 1

@@ -43,7 +43,7 @@ class CurveRow:
     flights: int | None = field(default=None, metadata=OPTIONAL)
     cost: float | None = field(default=None, metadata=OPTIONAL)
     assurance: float | None = field(default=None, metadata=OPTIONAL)
-    """Power averaged over the uncertainty of the pilot."""
+    """Power averaged over the uncertainty of the pilot study's results."""
 
 
 @dataclass(frozen=True)

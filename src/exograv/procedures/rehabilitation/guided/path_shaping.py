@@ -53,7 +53,7 @@ class ShapedPath:
     """Postures every `PERIOD_S` [rad]."""
 
     stretched: float
-    """Duration of the path over that of the therapist's motion, at least 1 [-]."""
+    """Ratio of the path's duration to that of the therapist's motion, at least 1 [-]."""
 
 
 def shaped(q: Rows, dt: float, description: RigDescription, exo: Tree) -> ShapedPath:

@@ -43,7 +43,7 @@ class Weakness:
     """
 
     synergy: float = 0.0
-    """Torque that bends the elbow over the torque with which the shoulder lifts [-]; 0 for none.
+    """Ratio of the torque that bends the elbow to the torque with which the shoulder lifts [-]; 0 for none.
 
     Lifting bends the elbow, more so at higher torque: PMC2827935, abstract; in flexion of the shoulder too:
     PMC11674131. The value is unverified.

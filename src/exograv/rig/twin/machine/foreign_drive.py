@@ -34,7 +34,7 @@ RIPPLE_ORDERS = (2.0, 4.0)
 """Further harmonics of one turn of the motor: the wave generator of a harmonic drive meets the splines twice a turn."""
 
 GAIN_BY_ANGLE = 0.02
-"""Amplitude of the gain over the joint's angle [-]."""
+"""Amplitude of the gain's ripple along the joint's angle, relative to the mean gain [-]."""
 
 GAIN_BY_HEAT = 0.03
 """Share by which the gain falls in ten minutes of load [-]."""
@@ -46,7 +46,7 @@ HEAT_TIME = 200.0
 """Time constant of the motor's temperature. Assumed [s]."""
 
 LOADED = 0.25
-"""Torque over the largest torque from which on a motor counts as fully loaded. Assumed [-]."""
+"""Smallest share of its largest torque at which a motor counts as fully loaded. Assumed [-]."""
 
 ARC_MINUTE = np.deg2rad(1.0 / 60.0)
 HYSTERESIS_STEEPNESS = 2.0

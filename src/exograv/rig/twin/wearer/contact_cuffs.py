@@ -72,10 +72,10 @@ class ContactCuffs:
     across: Contact
     along: Contact
     stiffness_factor: Float[np.ndarray, " 6"]
-    """Stiffness of this person's cuffs over that of the level, in the directions of `Cuffs.stiffness` [-]."""
+    """Ratio of this person's cuff stiffness to that of the level, in the directions of `Cuffs.stiffness` [-]."""
 
     lag_share: float
-    """Stiffness of the lagging flesh over that of the level [-]."""
+    """Ratio of the lagging flesh's stiffness to that of the level [-]."""
 
     lag: float
     """Time constant of the lagging flesh [s]."""

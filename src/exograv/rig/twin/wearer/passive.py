@@ -58,10 +58,10 @@ class PassiveTorque:
 def passive_torque(
     joints: PassiveJoints, q: ca.SX, v: ca.SX, hysteresis: ca.SX, dt: float, crept: ca.SX | None = None
 ) -> PassiveTorque:
-    """Elasticity, damping, hysteresis and end stops of the arm's joints at `q`, `v` (arm,).
+    """Passive torque of the arm's joints at `q`, `v` (arm,): elasticity, damping, hysteresis and end stops.
 
-    `hysteresis` (arm, mode) has a column for each mode of `relaxation`. `crept` (arm,) is the angle by which the rest
-    posture has moved [rad], in a world where it does.
+    `hysteresis` (arm, mode) has one column for each `RelaxationMode` of the joints [rad]. `crept` (arm,) is the angle
+    by which the rest posture has moved [rad]; None if the rest posture does not creep.
     """
     tau = elastic_torque(joints, q, crept) - ca.DM(joints.damping) * v
     fast = joints.hysteresis * ca.DM(joints.stiffness)

@@ -92,7 +92,7 @@ class _Individual:
     """Generator of the segment, behind the draws below."""
 
     longer: float
-    """Length over the mean at this stature [m]."""
+    """Length minus the mean length at this stature [m]."""
 
     study_factor: float
     """Factor on mass and inertia between studies [-]."""

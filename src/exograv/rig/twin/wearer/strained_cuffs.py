@@ -34,7 +34,7 @@ class StrainedCuffs:
     """Force along the limb above which a cuff slips [N]."""
 
     stiffness_factor: float
-    """Stiffness of this person's cuffs over that of the level [-]."""
+    """Ratio of this person's cuff stiffness to that of the level [-]."""
 
     @property
     def steepness(self) -> float:

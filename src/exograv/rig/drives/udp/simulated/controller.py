@@ -27,7 +27,7 @@ from exograv.rig.drives.udp.packets import (
 from .session import Address, UdpSession
 
 SAMPLES = 2**16
-"""Count of samples after which the counter in a state starts again."""
+"""Number of samples after which the sample counter in a STATE packet returns to 0."""
 
 STATES = 32
 """Number of past states that a command may answer."""
