@@ -310,7 +310,9 @@ class Run:
     def is_joint_count(self, value: Whole) -> bool:
         """Return True if a number is that of the joints."""
         count = whole_of(self.numbers.integer(self.count))
-        return value.constant == 0 and not value.joint and value.rest is not None and z3.eq(value.rest, count.rest)
+        both = value.rest, count.rest
+        is_named = value.constant == 0 and not value.joint and all(isinstance(one, z3.AstRef) for one in both)
+        return is_named and z3.eq(*both)
 
 
 class _Under:

@@ -53,9 +53,13 @@ def holds_stop(r: Record, j: int) -> bool:
 
 
 def holds_torque_at_stop(r: Record, j: int) -> bool:
-    """Return True if torque and push at the start of a descent are finite and within the drive's limit."""
-    top = r[TORQUE_MAX + j]
-    return r[STOP] == 0.0 or (-top <= r[TAU_AT_STOP + j] <= top and -top <= r[PUSH_AT_STOP + j] <= top)
+    """Return True if the torque at the start of a descent is finite and within the drive's limit."""
+    return r[STOP] == 0.0 or -r[TORQUE_MAX + j] <= r[TAU_AT_STOP + j] <= r[TORQUE_MAX + j]
+
+
+def holds_push_at_stop(r: Record, j: int) -> bool:
+    """Return True if the push at the start of a descent is finite and within the drive's limit."""
+    return r[STOP] == 0.0 or -r[TORQUE_MAX + j] <= r[PUSH_AT_STOP + j] <= r[TORQUE_MAX + j]
 
 
 def holds_time(r: Record, j: int) -> bool:

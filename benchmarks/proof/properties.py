@@ -3,12 +3,22 @@
 from dataclasses import dataclass
 
 MACHINE, PERSON = "setting_of_machine", "setting_of_person"
-HOLDS = ("holds_torque", "holds_stop", "holds_torque_at_stop", "holds_time", "holds_flags", "holds_belief")
+HOLDS = (
+    *("holds_torque", "holds_stop", "holds_torque_at_stop", "holds_push_at_stop", "holds_time", "holds_flags"),
+    "holds_belief",
+)
 """Claims that are assumed before a call and proved after it, so that they hold always."""
 
-FIRST_HALF = ("holds_stop", "holds_torque_at_stop", "promise_latch", "(r[Q_IN + j] - before) / passed")
+FIRST_HALF = (
+    "holds_stop",
+    "holds_torque_at_stop",
+    "holds_push_at_stop",
+    "promise_latch",
+    "(r[Q_IN + j] - before) / passed",
+)
 SECOND_HALF = (
-    *("holds_stop", "holds_torque_at_stop", "holds_time", "holds_flags", "holds_belief", "setting_of_machine"),
+    *("holds_stop", "holds_torque_at_stop", "holds_push_at_stop", "holds_time", "holds_flags", "holds_belief"),
+    "setting_of_machine",
     *("promise_rate", "promise_latch", "promise_void", "missed ticks stop", "promise_level_kept"),
 )
 """Claims of a whole half of a tick: z3 has not decided them yet, because places make them mixed with integers."""
