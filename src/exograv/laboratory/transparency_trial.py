@@ -12,7 +12,7 @@ from exograv.model.description import RigDescription
 from exograv.options import WorldName
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.rig.twin import Disturbances
-from exograv.rig.twin.behaviour.internal_model import out_of_the_machine, weightless
+from exograv.rig.twin.behaviour.internal_model import in_gravity, out_of_the_machine
 
 from .conditions import leave_the_arm, switch_off
 from .effort import Effort, Note, Performer, WearerExperience
@@ -77,7 +77,7 @@ def _effort(
     trial: TransparencyTrial, condition: str, known: ControllerKnowledge, movement: WantedMovement, note: Note
 ) -> Effort:
     if condition == "zero_g":
-        return _effort_alone(trial, movement, known.t, note)
+        return effort_alone(trial, movement, known.t, 0.0, note)
     laboratory = trial.laboratory(*UNREST, *(FRICTION if condition == "dam_ideal_no_friction" else ()))
     if condition.startswith("dam_ideal"):
         known = ideal_knowledge(laboratory, known.t)
@@ -94,10 +94,10 @@ def _effort(
     return performer.perform(controller, 0.0 if condition.startswith("dam") else 1.0)
 
 
-def _effort_alone(trial: TransparencyTrial, movement: WantedMovement, t: float, note: Note) -> Effort:
-    """Measure the movement as in the aircraft: weightless, and without the machine."""
+def effort_alone(trial: TransparencyTrial, movement: WantedMovement, t: float, level: float, note: Note) -> Effort:
+    """Measure the movement as in the aircraft: with this share of Earth's gravity [-], and without the machine."""
     worn = trial.laboratory(*UNREST)
-    machine, wearer = weightless(worn.machine), out_of_the_machine(worn.wearer)
+    machine, wearer = in_gravity(worn.machine, level), out_of_the_machine(worn.wearer)
     alone = Preparation(replace(worn, machine=machine, wearer=wearer), trial.seed)
     twin, nominal = alone.laboratory.twin(trial.seed, t), trial.description.nominal_gain
     # No current flows, so the gains have no effect.
@@ -105,4 +105,4 @@ def _effort_alone(trial: TransparencyTrial, movement: WantedMovement, t: float, 
     n = movement.path.q.shape[1]
     performer = Performer(pilot, twin, WearerExperience(worn.own_arm(), np.zeros((n, n))), movement, note)
     performer.go_to_start(controller)
-    return performer.perform(controller, 0.0)
+    return performer.perform(controller, level)

@@ -11,7 +11,7 @@ from exograv import motion
 from exograv.model.description import load_rig
 from exograv.rig.twin import Disturbances, Examiner, Twin, draw_machine, draw_wearer
 from exograv.rig.twin.behaviour.acting_wearer import ActingWearer, Nerves, usual_physiology
-from exograv.rig.twin.behaviour.internal_model import out_of_the_machine, weightless
+from exograv.rig.twin.behaviour.internal_model import in_gravity, out_of_the_machine
 from exograv.signals import Command
 
 DT = 1e-3
@@ -93,7 +93,7 @@ def test_nobody_is_stronger_than_strong(error: list[float], v: list[float], anti
 def test_without_weight_and_elasticity_it_costs_nothing_to_be_still():
     rig = load_rig("recupera_like")
     machine, wearer = draw_machine(rig, LEVEL_0, 1), draw_wearer(LEVEL_0, 1)
-    twin = Twin(rig, weightless(machine), out_of_the_machine(wearer), 1)
+    twin = Twin(rig, in_gravity(machine, 0.0), out_of_the_machine(wearer), 1)
     person = ActingWearer(BODY, twin.period_s)
     person.want(motion.hold(twin.truth.q_arm, 0.01, DT), np.zeros((1, 4)), 0.0)
     act(twin, person, 0.5, np.zeros(4))

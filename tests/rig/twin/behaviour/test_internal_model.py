@@ -8,7 +8,7 @@ import numpy as np
 from exograv.model.assembly import adjusted, read_exoskeleton
 from exograv.model.description import RigDescription
 from exograv.rig.twin import Disturbances, draw_machine, draw_wearer
-from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics, weightless, worn_inertia
+from exograv.rig.twin.behaviour.internal_model import ArmInverseDynamics, in_gravity, worn_inertia
 from exograv.rig.twin.wearer.passive import follower_paths
 from exograv.rig.twin.world.link_truth import link_truth
 from exograv.rig.twin.world.scene import build_scene
@@ -62,8 +62,8 @@ def test_in_stiff_cuffs_the_worn_inertia_is_that_of_links_and_rotors(rig: RigDes
 
 def test_a_weightless_machine_has_lost_nothing_but_its_weight(rig: RigDescription):
     machine = draw_machine(rig, LEVEL_2, 1)
-    np.testing.assert_array_equal(weightless(machine).gravity, 0.0)
-    assert weightless(machine).friction is machine.friction
+    np.testing.assert_array_equal(in_gravity(machine, 0.0).gravity, 0.0)
+    assert in_gravity(machine, 1.8).friction is machine.friction
 
 
 def test_without_errors_the_links_are_as_drawn(rig: RigDescription):

@@ -102,9 +102,9 @@ def out_of_the_machine(wearer: Wearer) -> Wearer:
     return replace(wearer, cuffs=Cuffs(np.zeros(6), 0.0, 0.0))
 
 
-def weightless(machine: Machine) -> Machine:
-    """Return the same machine in an aircraft on a parabola."""
-    return replace(machine, gravity=np.zeros(3))
+def in_gravity(machine: Machine, level: float) -> Machine:
+    """Return the same machine in a room with this share of Earth's gravity [-], as an aircraft on a parabola."""
+    return replace(machine, gravity=level * machine.gravity)
 
 
 def worn_inertia(description: RigDescription, machine: Machine, wearer: Wearer) -> Float[np.ndarray, "arm arm"]:
