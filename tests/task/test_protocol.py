@@ -11,7 +11,7 @@ from exograv.task.levels import LEVELS
 from exograv.task.protocol import FOLDER, load_protocol, protocol_names, refuse_levels
 from exograv.task.published_values import PUBLISHED
 
-SHIPPED = ("familiarisation", "flight", "training")
+SHIPPED = ("familiarisation", "flight", "parabola", "training")
 TRAINING = (FOLDER / "training.toml").read_text(encoding="utf-8")
 
 
@@ -25,7 +25,7 @@ def changed(folder: Path, *changes: tuple[str, str], of: str = TRAINING) -> str:
     return str(path)
 
 
-def test_three_protocols_come_with_exograv():
+def test_four_protocols_come_with_exograv():
     assert tuple(protocol_names()) == SHIPPED
 
 
@@ -38,7 +38,7 @@ def test_a_window_has_22_seconds_for_8_touches_one_every_2_75_seconds(name: str)
 
 
 def test_there_are_16_active_trainings_and_4_passive_familiarisations_and_a_passive_flight():
-    loaded = {name: load_protocol(name).settings for name in SHIPPED}
+    loaded = {name: load_protocol(name).settings for name in SHIPPED if name != "parabola"}
     assert {name: (one.sessions, one.exo) for name, one in loaded.items()} == {
         "training": (16, "active"),
         "familiarisation": (4, "passive"),
@@ -134,7 +134,7 @@ def test_a_huge_file_is_refused_unread(tmp_path: Path):
 
 
 def test_a_mistyped_name_is_told_which_there_are():
-    with pytest.raises(ConfigError, match=r"Did you mean 'training'\? Known: familiarisation, flight, training"):
+    with pytest.raises(ConfigError, match=r"Did you mean 'training'\? Known: familiarisation, flight, parabola, tr"):
         load_protocol("trainign")
 
 
@@ -147,3 +147,13 @@ def test_a_protocol_may_state_a_level_that_this_machine_refuses(tmp_path: Path):
     with pytest.raises(ConfigError, match=r"gravity level 1\.8 from window 1 on.*pushes the arm down"):
         refuse_levels(settings, level_max=1.0)
     refuse_levels(load_protocol("flight").settings, level_max=1.0)
+
+
+def test_a_pull_up_on_the_ground_has_time_for_the_machine_s_ramps(tmp_path: Path):
+    text = (FOLDER / "parabola.toml").read_text(encoding="utf-8")
+    path = tmp_path / "own.toml"
+    path.write_text(text.replace("duration_s = 20.0", "duration_s = 2.9"), encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"\[hypergravity\] lasts 12\.9 s with its ramps.* take 13 s"):
+        load_protocol(str(path))
+    with pytest.raises(ConfigError, match=r"gravity level 1\.8 from window 1 on.*pushes the arm down"):
+        refuse_levels(load_protocol("parabola").settings, level_max=1.0)

@@ -10,7 +10,8 @@ from exograv.task.levels import RATE_MAX_PER_S, slewed, slewing_s
 from exograv.task.protocol import load_protocol
 from exograv.task.schedule import PhaseKind, timeline
 
-LAID_OUT = {name: timeline(load_protocol(name).settings) for name in ("training", "familiarisation", "flight")}
+SHIPPED = ("training", "familiarisation", "flight", "parabola")
+LAID_OUT = {name: timeline(load_protocol(name).settings) for name in SHIPPED}
 NAMES = pytest.mark.parametrize("name", LAID_OUT)
 ROUNDING_S = 1e-9
 
@@ -68,6 +69,24 @@ def test_a_flight_has_hypergravity_before_and_after_each_parabola_and_the_machin
         assert line.phases[index - 2].level_from == 1.8
         assert line.phases[index - 2].duration_s == 20.0
     assert {line.made_level_at(0.5 * k, "passive") for k in range(11_000)} == {1.0}
+
+
+def test_a_parabola_on_the_ground_has_the_flight_s_rhythm_and_ramps_that_the_machine_may_make():
+    ground, flight = LAID_OUT["parabola"], LAID_OUT["flight"]
+    for number, window in ground.windows.items():
+        index = ground.phases.index(window)
+        around = ground.phases[index - 3 : index + 4]
+        assert [phase.kind for phase in around] == [
+            phase.kind for phase in flight.phases[flight.phases.index(flight.windows[number]) - 3 :][:7]
+        ]
+        assert around[0].start_s == pytest.approx(window.start_s - 30.0)
+        assert around[-1].end_s == pytest.approx(window.end_s + 30.0)
+        assert around[1].level_from == around[5].level_to == 1.8
+        assert (window.level_from, window.level_to) == (0.0, 0.0)
+    rates = [abs(one.level_to - one.level_from) / one.duration_s for one in ground.phases]
+    assert max(rates) <= RATE_MAX_PER_S + 1e-12
+    starts = [window.start_s for window in ground.windows.values()]
+    assert [later - earlier for earlier, later in pairwise(starts)] == pytest.approx([180.0] * 30)
 
 
 @NAMES

@@ -16,7 +16,7 @@ from exograv.model.rig_settings import Settings
 from exograv.results import MERGED
 
 from .levels import EARTH
-from .protocol_schema import Protocol
+from .protocol_schema import Protocol, level_value
 
 FOLDER = Path(__file__).parent / "protocols"
 SIZE_MAX_BYTES = 200_000
@@ -98,8 +98,9 @@ def refuse_levels(protocol: Protocol, level_max: float) -> None:
     """
     if protocol.exo != "active":
         return
+    hyper = 0.0 if protocol.hypergravity is None else level_value(protocol.hypergravity.level)
     for entry in protocol.windows.levels:
-        highest = max(entry.start, entry.end)
+        highest = max(entry.start, entry.end, hyper)
         if highest > level_max:
             push = " A level above 1 pushes the arm down." if highest > EARTH else ""
             raise ConfigError(

@@ -7,7 +7,7 @@ from pydantic import AfterValidator, Field, PositiveInt, model_validator
 
 from exograv.model.rig_settings import Settings
 
-from .levels import EARTH, LEVELS, RATE_MAX_PER_S, LevelName
+from .levels import EARTH, LEVELS, RATE_MAX_PER_S, LevelName, slewing_s
 from .published_values import refuse_unmarked
 from .task_settings import AircraftSettings, PaceSettings, PointingSettings, TargetSettings
 
@@ -133,7 +133,10 @@ class Ramps(Settings):
 
 
 class Hypergravity(Settings):
-    """Pull-up of an aircraft before and after each window. The machine does not make it."""
+    """Pull-up of an aircraft before and after each window. An active machine makes it on the ground.
+
+    The machine's ramps may take longer than the aircraft's; they then begin earlier, and the pull-up is shorter.
+    """
 
     level: Level
     duration_s: Duration
@@ -207,9 +210,9 @@ class Protocol(Settings):
                 "exo 'active' needs opening 'clock': the level must have changed before a window opens, and only "
                 "with a clock the time of opening is known in advance"
             )
-        if self.exo == "active" and self.hypergravity is not None:
-            raise ValueError("[hypergravity] describes an aircraft; an active machine only makes windows.levels")
         for entry in self.windows.levels:
+            if self.exo == "active" and self.hypergravity is not None:
+                self._refuse_short_pull_up(self.hypergravity, entry)
             if self.exo == "active":
                 fastest = max(
                     abs(EARTH - entry.start) / self.ramps.duration_s,
@@ -223,6 +226,16 @@ class Protocol(Settings):
                     )
             if self.opening == "aircraft" and abs(entry.start - EARTH) <= 2.0 * self.aircraft.close_beyond_g:
                 raise ValueError(f"windows at {entry.start:g} g are like level flight; use opening 'hand'")
+
+    def _refuse_short_pull_up(self, hyper: Hypergravity, entry: LevelFrom) -> None:
+        high, lasts_s = level_value(hyper.level), hyper.duration_s + 2.0 * hyper.ramp_s
+        for level in (entry.start, entry.end):
+            ramps = slewing_s(EARTH, high) + slewing_s(high, level)
+            if ramps > lasts_s:
+                raise ValueError(
+                    f"[hypergravity] lasts {lasts_s:g} s with its ramps; the machine's ramps between {EARTH:g}, "
+                    f"{high:g} and the level of window {entry.window} take {ramps:g} s"
+                )
 
     @property
     def rest_lengths_s(self) -> tuple[float, ...]:

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from .levels import EARTH
-from .protocol_schema import ExoMode, Protocol, level_value
+from .levels import EARTH, slewing_s
+from .protocol_schema import ExoMode, Hypergravity, Protocol, level_value
 
 
 class PhaseKind(enum.Enum):
@@ -133,9 +133,8 @@ def _before(protocol: Protocol, number: int) -> Iterator[Stretch]:
     """Yield the phases between rest and window."""
     level, ramps, hyper = protocol.windows.level_of(number).start, protocol.ramps, protocol.hypergravity
     if hyper is not None:
-        yield PhaseKind.RAMP, hyper.ramp_s, EARTH, (high := level_value(hyper.level)), number
-        yield PhaseKind.HYPER, hyper.duration_s, high, high, number
-        yield PhaseKind.RAMP, hyper.ramp_s, high, level, number
+        for kind, duration_s, begin, end in _pull_up(protocol, hyper, level):
+            yield kind, duration_s, begin, end, number
     elif protocol.exo == "active" and level != EARTH:
         yield PhaseKind.RAMP, ramps.duration_s, EARTH, level, number
         yield PhaseKind.HOLD, ramps.hold_s, level, level, number
@@ -146,8 +145,23 @@ def _after(protocol: Protocol, number: int) -> Iterator[Stretch]:
     level, ramps, hyper = protocol.windows.level_of(number).end, protocol.ramps, protocol.hypergravity
     following = min(number + 1, protocol.windows.numbers[-1])
     if hyper is not None:
-        yield PhaseKind.RAMP, hyper.ramp_s, level, (high := level_value(hyper.level)), following
-        yield PhaseKind.HYPER, hyper.duration_s, high, high, following
-        yield PhaseKind.RAMP, hyper.ramp_s, high, EARTH, following
+        for kind, duration_s, begin, end in reversed(_pull_up(protocol, hyper, level)):
+            yield kind, duration_s, end, begin, following
     elif protocol.exo == "active" and level != EARTH:
         yield PhaseKind.RAMP, ramps.duration_s, level, EARTH, following
+
+
+def _pull_up(protocol: Protocol, hyper: Hypergravity, level: float) -> list[tuple[PhaseKind, float, float, float]]:
+    """Return the phases from Earth over hypergravity to a window's level: kind, duration [s], first and last level.
+
+    A machine's ramps are no steeper than allowed; the pull-up is shorter by what they take longer.
+    """
+    high = level_value(hyper.level)
+    up_s = down_s = hyper.ramp_s
+    if protocol.exo == "active":
+        up_s, down_s = max(up_s, slewing_s(EARTH, high)), max(down_s, slewing_s(high, level))
+    return [
+        (PhaseKind.RAMP, up_s, EARTH, high),
+        (PhaseKind.HYPER, hyper.duration_s + 2.0 * hyper.ramp_s - up_s - down_s, high, high),
+        (PhaseKind.RAMP, down_s, high, level),
+    ]

@@ -50,7 +50,7 @@ def test_numbers_out_of_range_are_named_with_what_is_allowed(changes: dict, said
 
 
 def test_an_unknown_protocol_is_answered_with_the_known_ones():
-    with pytest.raises(ConfigError, match="familiarisation, flight, training"):
+    with pytest.raises(ConfigError, match="familiarisation, flight, parabola, training"):
         asked_for(TrainOptions(protocol="trainings", participant="P-01"))
 
 

@@ -11,10 +11,15 @@ from exograv.loop.arm_controller import ArmController
 from exograv.loop.output_feedback import Controller
 from exograv.loop.pilot import Pilot, TickSample
 from exograv.procedures.identification.identify import SKELETON_TICKS, record_skeleton
+from exograv.safety.person import GuardedPerson
 from exograv.task.events import Distance, Event, Pause, Resume
+from exograv.task.levels import EARTH, RATE_MAX_PER_S
 from exograv.task.run import TaskRun
 
 CHUNK_S = 1.0
+
+CONSENTS_BEFORE_S = 60.0
+"""Rest of a consent below which the simulated participant agrees again [s]: longer than a pull-up."""
 
 
 @dataclass
@@ -123,9 +128,20 @@ class LockstepScreen:
         if not isinstance(controller, ArmController):
             return
         level = self.run.made_level(t)
+        if person is not None and level > EARTH:
+            level = self._pushed(person, level)
         controller.mode.gravity_level = level
         if person is not None:
             person.gravity_level = level
+
+    def _pushed(self, person: GuardedPerson, level: float) -> float:
+        """Return the level above Earth that the guard allows now: where it has ended the push, a new ramp begins.
+
+        The simulated participant agrees to each pull-up.
+        """
+        if self.pilot.guard.consent_s < CONSENTS_BEFORE_S:
+            self.pilot.guard.consent()
+        return min(level, max(person.gravity_level, EARTH) + RATE_MAX_PER_S * LEVEL_S)
 
 
 def phase_of(run: TaskRun) -> str:

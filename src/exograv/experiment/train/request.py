@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from exograv.errors import ConfigError
 from exograv.model.description import ACTIVE_RIG, PASSIVE_RIG, validation_sentences
-from exograv.options import GRAVITY_LEVEL_MAX
+from exograv.safety.guard import GRAVITY_LEVEL_MAX
 from exograv.task.allocation import AllocationList, exo_for, group_of
 from exograv.task.protocol import LoadedProtocol, first_windows, load_protocol, refuse_levels
 from exograv.task.protocol_schema import ExoMode
