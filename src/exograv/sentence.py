@@ -1,5 +1,6 @@
 """Sentences in several languages: English text with a code and fields that render the sentence in another language."""
 
+import math
 from collections.abc import Callable, Mapping
 from enum import Enum
 from typing import Annotated, Any
@@ -58,8 +59,11 @@ def say(texts: Mapping[str, str], code: str, **fields: object) -> Sentence:
 
 
 def support_text(gravity_level: float) -> str:
-    """Weight support at a gravity level, as the pages show it: support first, then the felt weight."""
-    support = int(100.0 * (1.0 - gravity_level) + 0.5)
+    """Weight support at a gravity level, as the pages show it: support first, then the felt weight.
+
+    Above Earth gravity the support is negative.
+    """
+    support = math.floor(100.0 * (1.0 - gravity_level) + 0.5)
     return SUPPORT_TEXT.format(support=support, felt=100 - support)
 
 

@@ -259,6 +259,7 @@ POSSIBLE: dict[str, frozenset[Mode] | None] = {
     "reset": frozenset({Mode.SAFE}),
     "switch_off": frozenset({Mode.SELF_TEST, Mode.EXO_ONLY}),
     "set_level": FREE | {Mode.EXO_ONLY, Mode.RAMP_IN},
+    "agree": frozenset({Mode.FLOATING}),
     "note": None,
     "acknowledge": None,
 }

@@ -25,7 +25,7 @@ EXPECTED = {
         "ping", "beat", "steer", "do don", "do make_ready", "do take_arm", "do give_back", "do stop", "do reset",
         "do switch_off", "do set_level",
     },
-    "participant": {"ping", "do stop", "touches", "trail", "calibrate", "latency"},
+    "participant": {"ping", "do stop", "do agree", "touches", "trail", "calibrate", "latency"},
     "viewer": {"ping", "do stop"},
 }  # fmt: skip
 

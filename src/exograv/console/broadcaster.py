@@ -11,6 +11,8 @@ from typing import Any
 from exograv.experiment.steered.requests import SetLevel
 from exograv.experiment.steered.view_models import MachineAlarm
 from exograv.model.scene.arm_lines import arms_of_line
+from exograv.safety.guard import GRAVITY_LEVEL_MAX
+from exograv.task.levels import EARTH
 from exograv.task.state import RunAlarm
 
 from .alarms import ConsoleAlarm
@@ -139,7 +141,7 @@ class Broadcaster:
         if level is None or not self._asking.is_over() or "set_level" not in self._hub.shown.possible:
             return
         # The end of a ramp is sent exactly.
-        least = 0.0 if level in (0.0, 1.0) else LEVEL_STEP
+        least = 0.0 if level in (0.0, EARTH, GRAVITY_LEVEL_MAX) else LEVEL_STEP
         if self._level is None or abs(level - self._level) > least:
             self._asking.begin(self._ask(level))
 

@@ -111,6 +111,8 @@ async def _do(hub: Hub, line: PageLine, do: ActMessage, t: float) -> None:
     if act.kind == "stop" and hub.trial is not None:
         hub.trial.interrupt(t, f"Stop was pressed: {line.role.value}")
     answer = await hub.act(act, line)
+    if act.kind == "agree" and answer.taken and hub.trial is not None:
+        hub.trial.agreed(hub.desk.now())
     line.say("answer", answer=said(answer))
 
 

@@ -187,7 +187,7 @@ class Hub:
         self._waiting += 1
         try:
             async with self._turn:
-                if not self.steers(line):
+                if act.kind != "agree" and not self.steers(line):
                     return Answer(id=act.id, taken=False, why=NOT_STEERING)
                 return await loop.run_in_executor(self._threads, self.desk.act, act, line.role.value)
         finally:

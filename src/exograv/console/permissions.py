@@ -4,8 +4,8 @@ from .keys import Role
 from .messages import ActMessage, Message
 
 ACTS = (
-    "don", "make_ready", "take_arm", "identify", "give_back", "stop", "reset", "switch_off", "set_level", "note",
-    "acknowledge",
+    "don", "make_ready", "take_arm", "identify", "give_back", "stop", "reset", "switch_off", "set_level", "agree",
+    "note", "acknowledge",
 )  # fmt: skip
 """Acts of the steered session."""
 
@@ -19,11 +19,12 @@ EVERYBODY = frozenset({"ping", "do stop"})
 """Words of every role. Stop is accepted from every page."""
 
 MAY: dict[Role, frozenset[str]] = {
-    Role.OPERATOR: EVERYBODY | {"beat", "steer", "seen", "invite", "run", *(f"do {act}" for act in ACTS)},
+    Role.OPERATOR: EVERYBODY
+    | {"beat", "steer", "seen", "invite", "run", *(f"do {act}" for act in ACTS if act != "agree")},
     Role.THERAPIST: EVERYBODY
     | {"beat", "steer"}
     | {f"do {act}" for act in ("don", "make_ready", "take_arm", "give_back", "reset", "switch_off", "set_level")},
-    Role.PARTICIPANT: EVERYBODY | {"touches", "trail", "calibrate", "latency"},
+    Role.PARTICIPANT: EVERYBODY | {"touches", "trail", "calibrate", "latency", "do agree"},
     Role.VIEWER: EVERYBODY,
 }
 

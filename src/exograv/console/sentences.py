@@ -28,6 +28,7 @@ OWN: Mapping[str, str] = MappingProxyType(
         "trial.other_side": "The run began with the {begun} arm, but the {side} arm is in the machine.",
         "trial.refused": "Not now: {why}.",
         "trial.paused": "The run is paused: the machine does not carry the arm any more.",
+        "trial.not_agreed": "The run is paused: the participant has not agreed that the machine pushes the arm down.",
         "trial.not_kept": "The state of the run is not saved. {why}",
         "alarm.role": "A {role} page asked for '{word}', and was refused.",
         "console.ended": "The session has ended: the server was closed. The machine lets the arm down.",

@@ -1,10 +1,12 @@
 """Run of a protocol in the console: input are touches and the operator's commands, output are pictures and levels."""
 
+import math
 from dataclasses import replace
 
 from exograv.errors import ConfigError
 from exograv.experiment.steered.view_models import SessionSnapshot
 from exograv.options import Side
+from exograv.safety.guard import CONSENT_S
 from exograv.storage.session_checkpoint import AFRESH
 from exograv.task.events import (
     AcknowledgeAlarm,
@@ -18,6 +20,7 @@ from exograv.task.events import (
     Tick,
     Touch,
 )
+from exograv.task.levels import EARTH
 from exograv.task.picture import OperatorPicture, ParticipantPicture, operator_picture, participant_picture
 from exograv.task.plan import TaskPlan
 from exograv.task.record_sinks import TASK_TOPIC, checkpoint_sink
@@ -37,6 +40,9 @@ CARRIED = frozenset({"floating", "weighing"})
 
 WAITS_AFTER_S, SILENT_MAX_S = 0.25, 1.0
 """Age of the machine's newest tick above which a run waits, and above which it is paused [s]."""
+
+ASKS_BEFORE_S = 30.0
+"""Time before a pull-up from which on the participant's page asks for consent [s]."""
 
 RAW = "/console/touch"
 """Topic of raw touches in the diary."""
@@ -73,6 +79,7 @@ class ProtocolTrial:
             self.run = TaskRun.from_kept(replace(plan, screen=kept.circumstances.screen), kept.before.run)
             if self.run.state.status in ("stopped", "finished") and not may_be_over:
                 raise ConfigError(f"The run in {kept.path} is over; there is nothing to resume. {AFRESH}")
+        self._agreed_until = -math.inf
         self.side: Side | None = None if kept is None else kept.circumstances.side
         """Side of the arm with which the run began. A protocol has no side; a session has one."""
 
@@ -127,10 +134,32 @@ class ProtocolTrial:
         if silent_s > WAITS_AFTER_S:
             return ""
         self.run.feed(Tick(t=t))
+        if self._needs_consent(t):
+            why = say("trial.not_agreed")
+            self.run.feed(Pause(t=t, why=why))
+            return why
         if self.run.state.status != "running" or not self.is_active or shown.mode in CARRIED:
             return ""
         self.run.feed(Pause(t=t, why=f"The machine: {shown.mode_text}"[:500]))
         return say("trial.paused")
+
+    def agreed(self, t: float) -> None:
+        """Take note that the participant has agreed to a push, for as long as the guard accepts it."""
+        self._agreed_until = t + CONSENT_S
+
+    def _needs_consent(self, t: float) -> bool:
+        """Return True if the level rises above Earth now, and the participant has not agreed."""
+        level = self.level(t)
+        return self.is_running and level is not None and level > EARTH and t > self._agreed_until
+
+    def _asks_consent(self, t: float) -> bool:
+        """Return True from `ASKS_BEFORE_S` before a pull-up on, until the participant has agreed to it."""
+        state, line = self.run.state, self.plan.timeline
+        if not self.is_running or self.plan.exo != "active" or self.plan.protocol.hypergravity is None:
+            return False
+        coming = [line.approach_s(number) + state.origin for number in line.windows if number not in state.complete]
+        begins = next((at for at in coming if at > t), math.inf)
+        return state.window is None and begins - ASKS_BEFORE_S <= t and self._agreed_until < begins
 
     def level(self, t: float) -> float | None:
         """Return the gravity level to request from the machine [-]; None if the run does not set it."""
@@ -202,7 +231,8 @@ class ProtocolTrial:
 
     def participant(self, t: float) -> ParticipantPicture:
         """Return the content of the participant's page."""
-        return participant_picture(self.plan, self.run.state, t)
+        picture = participant_picture(self.plan, self.run.state, t)
+        return picture.model_copy(update={"asks_consent": self._asks_consent(t)})
 
     def operator(self, t: float) -> OperatorPicture:
         """Return the content of the operator's page."""

@@ -7,9 +7,9 @@ from secrets import token_hex
 from exograv.experiment.aircraft import AircraftReceiver
 from exograv.experiment.train.request import read_allocation
 from exograv.options import OptionRecord, Side
+from exograv.safety.guard import GRAVITY_LEVEL_MAX
 from exograv.storage.stated_run import StatedRun
 from exograv.task.allocation import exo_for, group_of
-from exograv.task.levels import EARTH
 from exograv.task.plan import TaskPlan
 from exograv.task.protocol import first_windows, load_protocol, refuse_levels
 from exograv.task.run_statement import RunStatement
@@ -71,7 +71,7 @@ class TrialRequest:
         if self.protocol is None:
             return None
         loaded = load_protocol(self.protocol)
-        refuse_levels(loaded.settings, EARTH)
+        refuse_levels(loaded.settings, GRAVITY_LEVEL_MAX)
         exo = exo_for(loaded.settings, None)
         if self.allocation is not None:
             exo = exo_for(loaded.settings, group_of(read_allocation(self.allocation)[0], self.participant or ""))

@@ -28,6 +28,8 @@ class ParticipantPicture(Settings):
     """Number of the open window, or of the next one; None if no window follows."""
 
     windows: int
+    asks_consent: bool = False
+    """True if the participant has to agree before the machine pushes the arm down."""
 
 
 class WindowPicture(Settings):

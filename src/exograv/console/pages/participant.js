@@ -90,6 +90,7 @@ function draw() {
     const values = { window: picture.window, windows: picture.windows };
     at("more").textContent = say(`participant.${picture.screen}.more`, values, "");
   }
+  at("agree").hidden = !picture.asks_consent;
   const isWelcome = picture.screen === "welcome";
   at("preparation").hidden = at("calibration").hidden = !isWelcome;
 }
@@ -164,6 +165,7 @@ async function main() {
   at("stop").addEventListener("pointerdown", () => line.stop());
   at("stop").addEventListener("keydown", (event) => ["Enter", " "].includes(event.key) && line.stop());
   addEventListener("keydown", (event) => event.key === "Escape" && line.stop());
+  at("agree").onclick = () => line.act("agree");
   at("full").onclick = () => document.documentElement.requestFullscreen({ navigationUI: "hide" }).catch(() => {});
   addEventListener("resize", draw);
   addEventListener("languagechange", draw);

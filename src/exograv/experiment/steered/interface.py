@@ -64,6 +64,10 @@ class SteeredFlight(Protocol):
         """Ask for another felt share of the arm's weight, and wait for the guard's answer."""
         ...
 
+    def agree(self) -> str:
+        """Tell the guard that the participant agrees to a push, and wait for its answer."""
+        ...
+
     def don(self, who: DonRequest) -> str:
         """Start again with another person or another arm. Returns before the start."""
         ...

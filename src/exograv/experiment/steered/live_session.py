@@ -21,7 +21,7 @@ from exograv.model.scene import SceneDescription
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.verdict_text import carried_text
 from exograv.procedures.identification.warm_start import FROM_FILE_S
-from exograv.runtime.control_loop.exchange import FeltLevel
+from exograv.runtime.control_loop.exchange import Consent, FeltLevel
 from exograv.runtime.control_loop.steering import DescentCommand, GuardReply, GuardRequest, LeaseCommand
 from exograv.runtime.lsl.library import require_lsl
 from exograv.runtime.lsl.listening import Listening
@@ -192,6 +192,11 @@ class LiveFlight:
         if not why:
             state.level_asked = gravity_level
         return why
+
+    def agree(self) -> str:
+        """Pass the participant's consent on to the guard, and return its answer."""
+        number = next(self._numbers)
+        return self._said(Consent(number), number)
 
     def don(self, who: DonRequest) -> str:
         """End all processes and start new ones. The other side is another machine, which is calibrated first."""

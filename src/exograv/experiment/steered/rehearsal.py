@@ -16,7 +16,7 @@ from exograv.model.scene import SceneDescription, describe_scene
 from exograv.options import Side
 from exograv.procedures.calibration.phase_texts import say as calibration
 from exograv.runtime.control_loop.steering import CommandDecisions, LeaseCommand
-from exograv.safety.guard import GRAVITY_LEVEL_S
+from exograv.safety.guard import CONSENT_S, GRAVITY_LEVEL_S
 from exograv.safety.modes import WORN, Event, Mode, ModeMachine
 from exograv.safety.stops import StopReason
 
@@ -65,6 +65,7 @@ class RehearsedFlight:
         self._latch: StopReason | None = None
         self._latched_at = 0.0
         self._level = self._level_asked = 0.0
+        self._agreed_until = -math.inf
         self._swung = deque([(self._t, 0.0)], maxlen=round(SWUNG_S / STEP_S))
         self._scene: SceneDescription | None = None
         self.written = deque[tuple[str, float, dict[str, Any]]](maxlen=WRITTEN_MAX)
@@ -153,9 +154,19 @@ class RehearsedFlight:
             self._modes.take(Event.FAULT)
 
     def feel(self, gravity_level: float, ramp_s: float) -> str:
-        """Set the level, which follows by the guard's ramp."""
+        """Set the level, which follows by the guard's ramp; above 1 it needs the participant's consent."""
         with self._lock:
+            self._advance()
+            if gravity_level > 1.0 and self._t > self._agreed_until:
+                return say("rehearsal.not_agreed")
             self._level_asked = gravity_level
+            return ""
+
+    def agree(self) -> str:
+        """Take the participant's consent as the guard does."""
+        with self._lock:
+            self._advance()
+            self._agreed_until = self._t + CONSENT_S
             return ""
 
     def don(self, who: DonRequest) -> str:

@@ -77,6 +77,8 @@ def _out_of_place(kind: ActKind, s: RequestContext, mode: Mode) -> str:
         possible = mode is Mode.OFF
     elif kind == "set_level":
         possible = mode in LEVEL_IN
+    elif kind == "agree":
+        possible = mode is Mode.FLOATING
     else:
         possible = (mode, EVENTS[kind]) in TRANSITIONS or (kind == "make_ready" and mode is Mode.EXO_ONLY)
     return "" if possible else say("desk.not_possible", mode=mode.sentence)

@@ -12,6 +12,7 @@ from pydantic import Field, TypeAdapter
 from exograv.model.rig_settings import Settings
 from exograv.model.scene import SceneDescription
 from exograv.options import Side
+from exograv.safety.guard import GRAVITY_LEVEL_MAX
 from exograv.sentence import SentenceText
 
 from .view_models import PlotTrace, SessionSnapshot, SkeletonLines
@@ -37,7 +38,7 @@ which act. Here the role is only recorded.
 """
 
 Identifier = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{8,64}$")]
-Level = Annotated[float, Field(ge=0.0, le=1.0)]
+Level = Annotated[float, Field(ge=0.0, le=GRAVITY_LEVEL_MAX)]
 Line = Annotated[str, Field(min_length=1, max_length=500)]
 
 
@@ -128,6 +129,12 @@ class SetLevel(_Asked):
     """Shortest duration of the ramp [s]. The guard takes 5 s for the whole way from weightless to Earth."""
 
 
+class Agree(_Asked):
+    """Consent of the participant that the machine pushes the arm down for a time, for levels above 1."""
+
+    kind: Literal["agree"] = "agree"
+
+
 class Note(_Asked):
     """Line of text for the recording. It must not contain names, because other people read recordings."""
 
@@ -144,7 +151,18 @@ class Acknowledge(_Asked):
 
 
 Act = Annotated[
-    DonRequest | MakeReady | TakeArm | Identify | GiveBack | Stop | Reset | SwitchOff | SetLevel | Note | Acknowledge,
+    DonRequest
+    | MakeReady
+    | TakeArm
+    | Identify
+    | GiveBack
+    | Stop
+    | Reset
+    | SwitchOff
+    | SetLevel
+    | Agree
+    | Note
+    | Acknowledge,
     Field(discriminator="kind"),
 ]
 """Any act that a page may request."""

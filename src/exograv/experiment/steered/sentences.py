@@ -69,6 +69,7 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         "work.begins": "The machine begins to move the arm.",
         "work.moves": "The machine moves the arm and weighs it on the way.",
         "work.over": "The motion ends; the arm then floats.",
+        "rehearsal.not_agreed": "Not agreed yet: the arm may not be pushed down.",
         "rehearsal.still_down": "The arm is still coming down.",
         "rehearsal.identified": "The arm is identified.",
     }

@@ -11,7 +11,20 @@ from exograv.sentence import support_text
 from .alarms import AlarmBook, Priority
 from .interface import FlightMoment, SteeredFlight
 from .request_validation import EVENTS, KINDS, RequestContext, RequestValidator, why_not
-from .requests import LEASE_S, READY_S, Acknowledge, Act, Answer, DonRequest, MakeReady, Note, SetLevel, Stop, Who
+from .requests import (
+    LEASE_S,
+    READY_S,
+    Acknowledge,
+    Act,
+    Agree,
+    Answer,
+    DonRequest,
+    MakeReady,
+    Note,
+    SetLevel,
+    Stop,
+    Who,
+)
 from .sentences import say
 from .view_models import ModeName, PlotTrace, SessionSnapshot, SkeletonLines
 
@@ -109,6 +122,8 @@ class SessionController:
             return ""
         if isinstance(act, SetLevel):
             return self._flight.feel(act.gravity_level, act.ramp_s)
+        if isinstance(act, Agree):
+            return self._flight.agree()
         if isinstance(act, DonRequest):
             return self._flight.don(act)
         why = self._flight.ask(EVENTS[act.kind])

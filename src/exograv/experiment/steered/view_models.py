@@ -6,6 +6,7 @@ from pydantic import Field
 
 from exograv.model.rig_settings import Settings
 from exograv.options import Side
+from exograv.safety.guard import GRAVITY_LEVEL_MAX
 from exograv.sentence import SentenceText
 
 ModeName = Literal[
@@ -25,11 +26,13 @@ ActKind = Literal[
     "reset",
     "switch_off",
     "set_level",
+    "agree",
     "note",
     "acknowledge",
 ]
 
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
+FeltShare = Annotated[float, Field(ge=0.0, le=GRAVITY_LEVEL_MAX)]
 
 
 class MachineAlarm(Settings):
@@ -151,8 +154,8 @@ class MachineSnapshot(Settings):
     tau_limit_Nm: tuple[float, ...]
     """Limits of the drives."""
 
-    gravity_level_asked: Share
-    gravity_level: Share
+    gravity_level_asked: FeltShare
+    gravity_level: FeltShare
     """Felt share of the weight in force now [-]: 0 weightless, 1 full weight."""
     arm_share: Share
     """Share of the arm that is carried."""

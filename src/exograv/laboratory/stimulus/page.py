@@ -19,6 +19,7 @@ CARD_MM = 85.6
 SHOWS_S = 20.0
 """Time-out for the page that measures the panel [s]."""
 
+PLACES = "target_px", "agree_px"
 SCREENS = get_args(ParticipantPicture.model_fields["screen"].annotation)
 
 
@@ -36,6 +37,9 @@ class Sight(NamedTuple):
 
     unsent: int
     """Number of touches that the page has not delivered yet."""
+
+    agree_px: tuple[float, float] | None = None
+    """Centre of the button with which the participant agrees to a push; None without it [px]."""
 
 
 class ParticipantPage:
@@ -123,8 +127,8 @@ def _sight(told: dict[str, Any]) -> Sight:
             window=None,
             windows=0,
         )
-    centre = seen["target_px"]
-    return Sight(seen["screen"], picture, None if centre is None else (centre[0], centre[1]), seen["unsent"])
+    target_px, agree_px = (None if seen[one] is None else (seen[one][0], seen[one][1]) for one in PLACES)
+    return Sight(seen["screen"], picture, target_px, seen["unsent"], agree_px)
 
 
 def _seconds(text: str) -> float | None:

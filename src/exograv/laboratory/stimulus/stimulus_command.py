@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -43,6 +44,12 @@ INTRODUCED_S = 60.0
 
 BLIND_S = 15.0
 """Time without a page after which the stimulus gives up [s]."""
+
+AGREES_EVERY_S = 2.0
+"""Time after which a button that is still there is pressed again [s]."""
+
+BUTTON_PX = 10.0
+"""Width of the contact with a button [px]."""
 
 IN_ROOM = frozenset({"rest", "task", "paused"})
 """Screens of a run, during which screen and support are before the participant."""
@@ -128,6 +135,7 @@ class Stimulus:
         self._looked_at = self._saw_at = time.monotonic()
         self._sight: Sight | None = None
         self._is_in_room = self._is_pressing = False
+        self._agreed_at = -math.inf
         self.result = StimulusResult()
         self.learned: JsonObject | None = None
         """Skill of the participant as last told; None before."""
@@ -175,6 +183,11 @@ class Stimulus:
             self._pitch_mm = None
             self._say("The participant has measured the panel with a card.")
             return
+        if sight.agree_px is not None and now - self._agreed_at > AGREES_EVERY_S and not self._is_pressing:
+            self._agreed_at = now
+            self._page.press(*sight.agree_px, BUTTON_PX)
+            self._page.release()
+            self._say("The participant agrees that the machine pushes the arm down.")
         self.result.unsent = sight.unsent
         if sight.screen == "end" and not self._is_pressing and not sight.unsent:
             self.result.is_complete = self.is_over = True
