@@ -3,6 +3,7 @@
 import contextlib
 import os
 import signal
+import sys
 import time
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
@@ -15,17 +16,21 @@ from exograv.live.learned_person import learned_person
 from exograv.live.live_control import MODES
 from exograv.live.live_processes import Running
 from exograv.live.options import AcceptOptions, LiveOptions, PersonForm
+from exograv.loop.keyboard import is_line_typed
 from exograv.loop.pilot import Progress
 from exograv.options import WornOptions
 from exograv.procedures.acceptance.dummy import SHIPPED, Dummy
 from exograv.procedures.acceptance.known_torque import known_left_over
-from exograv.procedures.acceptance.stops import PurposeStop, stop_figures, stop_steps
+from exograv.procedures.acceptance.stops import STILL_RAD_S, PurposeStop, Standing, stop_figures, stop_steps
+from exograv.procedures.bring_up.bench_machine import BenchMachine, BenchSample, positions
 from exograv.procedures.bring_up.hands import Hands
 from exograv.procedures.identification.controller_knowledge import MOTION_S
 from exograv.procedures.identification.warm_start import FROM_FILE_S
 from exograv.procedures.self_test.motion_steps import DRIFT_MAX_DEG, HOLD_S
 from exograv.procedures.verification.verification import evaluate_passes
 from exograv.recording import read_recording
+from exograv.rig.drives.opening import open_drives
+from exograv.rig.drives.settings import Drives
 from exograv.runtime.control_loop.guard_commands import ENDS
 from exograv.safety.guard import SafeState
 from exograv.safety.modes import Mode
@@ -47,6 +52,9 @@ WAITS_S = {True: 10.0, False: 60.0}
 
 RAISED_S = 6.0
 """Time of motion after which a stop is caused: the dummy is then raised and moving [s]."""
+
+WATCHED_S, REST_S = 20.0, 0.3
+"""Longest time for which the machine is watched after a stop, and time without motion that ends the watch [s]."""
 
 PUSHES_S = (0.05, 0.1, 0.2)
 """Durations of simulated pushes, each longer than the one before, until the machine stops [s]."""
@@ -134,6 +142,52 @@ class CausedStop:
         return now - self._moves_since >= RAISED_S
 
 
+class Rest:
+    """Test of samples that is True when no joint has moved for `REST_S`."""
+
+    def __init__(self) -> None:
+        self._since_s: float | None = None
+        self._q = np.zeros(0)
+
+    def __call__(self, seen: BenchSample) -> bool:
+        """Take one sample."""
+        q = seen.state.q
+        if self._since_s is None or np.abs(q - self._q).max() > STILL_RAD_S * REST_S:
+            self._since_s, self._q = seen.at_s, q.copy()
+        return seen.at_s - self._since_s >= REST_S
+
+
+@dataclass
+class StandingWatch:
+    """Look at the machine after a stop, until it stands still."""
+
+    caused: CausedStop
+    waits: bool
+    """True if simulated drives wait for this computer."""
+    standing: Standing | None = None
+
+    def __call__(self, drives: Drives, hands: Hands) -> None:
+        """Undo the operator's part of the stop where the drives would not answer, and watch them.
+
+        Raises:
+            RigError: A drive does not answer.
+        """
+        caused = self.caused
+        if caused.is_done and caused.stop.name == "cable":
+            if caused.is_by_person:
+                caused.say("Plug the bus cable in again, then press Enter.")
+                while not is_line_typed(sys.stdin, 0.5):
+                    pass
+            else:
+                hands.plug_cable(caused.joint)
+        with open_drives(drives, self.waits) as rig:
+            seen, _ = BenchMachine(rig, drives, self.waits).watch(WATCHED_S, Rest(), commands=False)
+        on = tuple(joint for joint, status in zip(drives.joints, seen[-1].status, strict=True) if status.is_enabled)
+        self.standing = Standing(np.array([one.at_s for one in seen]), positions(seen), on)
+        if caused.is_done and caused.stop.name == "hardware":
+            hands.release_stop()
+
+
 @dataclass
 class AcceptanceFlights:
     """Flights of one acceptance, each with its steps for the protocol."""
@@ -193,20 +247,21 @@ class AcceptanceFlights:
         joint = description.joints[-1]
         is_by_person = bool(stop.asks) and not self.options.simulate
         caused = CausedStop(stop, joint, float(description.per_actuator("torque_max_Nm")[-1]), is_by_person, self.say)
-        procedure = Procedure("rig accept", known_arm=self.arm_file, acts=caused, on_purpose=stop.causes, ready=READY)
+        watch = StandingWatch(caused, self.options.waits)
+        procedure = Procedure(
+            "rig accept", known_arm=self.arm_file, acts=caused, afterwards=watch, on_purpose=stop.causes
+        )
         try:
             run = self._fly(stop.name, FROM_FILE_S, WAITS_S[self.options.simulate], procedure)
         finally:
             caused.release()
-        if not caused.is_done:
+        if not caused.is_done or watch.standing is None:
             raise RigError(f"The flight ended before the stop; {_ending(run)}")
         latches = run.flown.report.latches
         cause = latches[0].cause if latches else ""
         ticks = read_recording(run.flown.path).ticks
         brake = np.array([drive.brake_Nms_per_rad for drive in self.readiness.drives.each])
-        figures = stop_figures(stop.name, ticks, run.prepared.assembly, brake, caused.acted_s)
-        if is_by_person and stop.name in ("hardware", "cable"):
-            self.say("Release the hardware stop." if stop.name == "hardware" else "Plug the bus cable in again.")
+        figures = stop_figures(stop.name, ticks, watch.standing, run.prepared.assembly, brake, caused.acted_s)
         return stop_steps(stop, figures, cause, self.readiness.drives.period_s, is_by_person)
 
     def _fly(self, name: str, moved_s: float, floats_s: float, procedure: Procedure) -> FlownOnDrives:

@@ -32,6 +32,7 @@ from exograv.procedures.identification.warm_start import belief_today
 from exograv.procedures.verification.postures import Verification, unseen_postures
 from exograv.recording.disk import refuse_small_disk
 from exograv.rig.drives.opening import open_drives
+from exograv.rig.drives.settings import Drives
 from exograv.runtime.lsl.listening import Listening
 from exograv.safety.stops import StopReason
 from exograv.storage.participant_file import read_participant, refuse_other, refuse_other_body, refuted_text
@@ -85,6 +86,8 @@ class Procedure:
     """Instruction to the operator before the motors switch on."""
     acts: Callable[[Running, Hands], object] = lambda *_: None
     """Function that is called several times a second while the loop runs."""
+    afterwards: Callable[[Drives, Hands], object] = lambda *_: None
+    """Function that is called after the flight, while simulated drives still exist and the bus is free."""
     on_purpose: tuple[StopReason, ...] = ()
     """Reasons of a stop that the procedure causes itself."""
 
@@ -171,9 +174,11 @@ def fly_on_drives(
         if not options.simulate:
             _await_enter(say, procedure.ready)
         said = {**drawn_by(options), "settings": {"options": options.recorded(), "machine": serial}}
-        seconds = options.loop_s + passes_s
         watch = PersonWatch(progress, lambda running: procedure.acts(running, hands))
-        flown = fly_plan(plan, seconds, recorded_in, said, watch, watch.begin, is_tested=True, lsl=lsl)
+        flown = fly_plan(
+            plan, options.loop_s + passes_s, recorded_in, said, watch, watch.begin, is_tested=True, lsl=lsl
+        )
+        procedure.afterwards(drives, hands)
     lock_after_fault(key, flown.report, procedure.on_purpose)
     if watch.refusal:
         raise IdentificationError(f"{watch.refusal} The arm was let down. Correct the form, then repeat.")
