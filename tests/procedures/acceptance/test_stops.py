@@ -124,3 +124,15 @@ def test_a_machine_that_moves_to_the_end_of_the_watch_never_stands_still(assembl
     figures = stop_figures("operator", flown(1.5, 0.5), moving, assembly, BRAKE, 1001.5)
     assert figures is not None
     assert np.isinf(figures.still_s)
+
+
+def test_a_hand_that_still_pushes_shortly_after_the_stop_is_not_counted_as_a_fall(assembly: Assembly):
+    ticks = flown(1.5, 0.0)
+    pushed = (ticks["now"] > 1.5) & (ticks["now"] < 1.6)
+    ticks["q_measured"][pushed, 0] += 4.0 * (ticks["now"][pushed] - 1.5)
+    ticks["q_measured"][ticks["now"] >= 1.6, 0] += 0.4
+    push, other = (stop_figures(name, ticks, STANDING, assembly, BRAKE, 1001.5) for name in ("push", "operator"))
+    assert push is not None
+    assert other is not None
+    assert push.hand_m_s == pytest.approx(0.0, abs=1e-6)
+    assert other.hand_m_s > 1.0

@@ -74,7 +74,7 @@ def _of_acceptance(machine: MachineReadiness) -> Check:
     except ConfigError as error:
         return Check(name, False, str(error), command)
     if whole.done.state != "passed":
-        return Check(name, False, f"{machine.folder / FILE} has {whole.done.state}. {again}", f"{command} --resume")
+        return Check(name, False, f"{machine.folder / FILE} says: {whole.done.state}. {again}", f"{command} --resume")
     if whole.key.drives_sha256 != machine.drives.sha256:
         return Check(name, False, f"{machine.folder / FILE} belongs to another drives.toml. {again}", command)
     age = age_text(machine.now - whole.done.written)

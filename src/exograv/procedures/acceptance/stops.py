@@ -35,6 +35,10 @@ TRIP_RAD_S = 5.0
 """Largest joint speed (docs/explanation/safety.md, envelope)."""
 
 TRIP_OVERSHOOT = 0.1  # share: the velocity at the stop is filtered, and one tick old
+LETS_GO_S = 0.3
+"""Time that a person who pushes a joint needs to let go after the stop [s]. The limit of the hand's speed is for an arm
+that nobody pushes (docs/explanation/safety.md)."""
+
 STILL_RAD_S = 0.05
 """Speed below which a joint stands still (docs/explanation/safety.md, brakes)."""
 
@@ -95,7 +99,7 @@ class StopFigures:
     reaction_ms: float
     """Time from the cause to the first command of the safe state, or to motors without torque."""
     hand_m_s: float
-    """Largest hand speed from the stop on."""
+    """Largest hand speed from the stop on; after a push, from `LETS_GO_S` on."""
     joint_rad_s: float
     """Largest joint speed before the stop."""
     powered_s: float
@@ -141,10 +145,10 @@ def stop_figures(
     k, t, q = int(stopped[0]), ticks["now"], ticks["q_measured"]
     seen = t >= t[k] - BEFORE_S
     reacted_s = _off_s(ticks, k, brake) if name == "hardware" else float(t[k]) - _cause_s(name, ticks, k, acted_s)
-    hands = HandPath(assembly)
+    hands, since = HandPath(assembly), float(t[k]) + (LETS_GO_S if name == "push" else 0.0)
     return StopFigures(
         reaction_ms=1e3 * reacted_s,
-        hand_m_s=max(hands.speed(t[seen], q[seen], float(t[k])), hands.speed(standing.t, standing.q)),
+        hand_m_s=max(hands.speed(t[seen], q[seen], since), hands.speed(standing.t, standing.q)),
         joint_rad_s=float(joint_speeds(t, q)[t < t[k]].max(initial=0.0)),
         powered_s=float(t[-1] - t[k]),
         still_s=_still_s(t[k:] - t[k], q[k:], standing),
