@@ -31,7 +31,12 @@ def protocol(is_simulated: bool = False) -> AcceptanceProtocol:
         Step("drives at the end", False, "elbow", "off", "", "Look."),
     ]
     key = AcceptanceKey(
-        drives_sha256="a", calibration_sha256="b", dummy="dummy A", dummy_sha256="c", is_simulated=is_simulated
+        drives_sha256="a",
+        calibration_sha256="b",
+        dummy="dummy A",
+        dummy_sha256="c",
+        code_sha256="d",
+        is_simulated=is_simulated,
     )
     done = AcceptanceRecord(by="ab", begun=NOW, written=NOW, state="failed", aborted_at="", versions={"exograv": "0"})
     parts = [protocol_part("operator's stop", NOW, 12.3, "out/acceptance", steps)]

@@ -43,8 +43,8 @@ class ProtocolPart(Settings):
     name: str
     at: AwareDatetime
     took_s: float
-    recording: str
-    """Recording of the part; empty if it has none."""
+    recordings: str
+    """Folder of the recordings."""
     steps: list[ProtocolStep]
 
     @property
@@ -60,6 +60,8 @@ class AcceptanceKey(Settings):
     calibration_sha256: str
     dummy: str
     dummy_sha256: str
+    code_sha256: str
+    """Hash of the code of exograv."""
     is_simulated: bool
 
 
@@ -86,7 +88,7 @@ class AcceptanceProtocol(Sealed):
     parts: list[ProtocolPart]
 
 
-def protocol_part(name: str, at: datetime, took_s: float, recording: str, steps: list[Step]) -> ProtocolPart:
+def protocol_part(name: str, at: datetime, took_s: float, recordings: str, steps: list[Step]) -> ProtocolPart:
     """Return a finished part of the protocol."""
     lines = [
         ProtocolStep(
@@ -99,7 +101,7 @@ def protocol_part(name: str, at: datetime, took_s: float, recording: str, steps:
         for one in steps
     ]
     return ProtocolPart(
-        name=name, at=at.replace(microsecond=0), took_s=round(took_s, 1), recording=recording, steps=lines
+        name=name, at=at.replace(microsecond=0), took_s=round(took_s, 1), recordings=recordings, steps=lines
     )
 
 
@@ -139,14 +141,14 @@ def protocol_page(whole: AcceptanceProtocol) -> str:
         f"- Result: **{state}**",
         f"- Begun {done.begun:%Y-%m-%d %H:%M}, written {done.written:%Y-%m-%d %H:%M}, by {done.by or '–'}",
         f"- Dummy: {key.dummy}, file {key.dummy_sha256[:12]}…",
-        f"- Machine {identity.rig_sha256[:12]}…, drives.toml {key.drives_sha256[:12]}…, calibration "
+        f"- Machine {identity.rig_sha256[:12]}…, drives.toml {key.drives_sha256[:12] or 'simulated'}…, calibration "
         f"{key.calibration_sha256[:12]}…",
         f"- {', '.join(f'{name} {value[:20]}' for name, value in done.versions.items())}",
         f"- Seal {whole.content_sha256}",
     ]
     for part in whole.parts:
         lines += ["", f"## {part.name}: {MARKS[part.passed]}", "", f"{part.at:%Y-%m-%d %H:%M}, {part.took_s:.0f} s. "
-                  f"{part.recording}".strip(), "", "| step | measured | limit | |", "|---|---|---|---|"]  # fmt: skip
+                  f"{part.recordings}".strip(), "", "| step | measured | limit | |", "|---|---|---|---|"]  # fmt: skip
         lines += [f"| {one.name} | {one.measured} | {one.limit} | {MARKS[one.passed]} |" for one in part.steps]
         lines += ["", *(f"- {one.name}: {one.what_to_do}" for one in part.steps if one.what_to_do)]
     return "\n".join([*lines, "", "Date, name, signature: ______________________", ""])

@@ -5,6 +5,7 @@ The drives are simulated in another process, with the dummy in the cuffs. They w
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -16,8 +17,13 @@ from tests.live.on_drives.test_flights_on_drives import LEVEL, SEED, Machine
 from tests.live.on_drives.test_flights_on_drives import machine as machine
 
 from exograv.live.on_drives.acceptance_command import IDENTIFY, ON_PURPOSE, WEIGH
+from exograv.live.on_drives.acceptance_flights import AcceptanceFlights
+from exograv.live.on_drives.connection import readiness_of
+from exograv.live.options import AcceptOptions
+from exograv.model.description import load_rig
 from exograv.procedures.acceptance.dummy import SHIPPED, load_dummy
 from exograv.procedures.acceptance.stops import STOPS
+from exograv.rig.drives.settings import load_drives
 from exograv.storage.acceptance_protocol import FILE, PAGE, AcceptanceProtocol
 from exograv.storage.sealed_file import read_sealed
 
@@ -63,6 +69,25 @@ def test_a_dummy_with_a_forearm_ten_percent_lighter_than_its_file_fails_at_the_c
     assert (protocol.done.state, [part.name for part in protocol.parts]) == ("failed", [IDENTIFY])
     assert failed(protocol)
     assert all("against the known dummy" in name for name in failed(protocol))
+
+
+def test_a_machine_whose_drives_do_not_brake_fails_at_the_hardware_stop(
+    machine: Machine, monkeypatch: pytest.MonkeyPatch
+):
+    """The dummy of the first test is identified already."""
+    monkeypatch.chdir(machine.folder)
+    text = Path("udp.toml").read_text(encoding="utf-8")
+    free, count = re.subn(r"brake_Nms_per_rad = [\d.]+", "brake_Nms_per_rad = 0.0", text)
+    assert count == 4
+    Path("free.toml").write_text(free, encoding="utf-8")
+    shutil.copy("pass.toml", "out/self_test.toml")
+    options = AcceptOptions(simulate=True, drives=Path("free.toml"), level=LEVEL, seed=SEED)
+    description, folder = load_rig(options.rig), Path("out")
+    drives = load_drives(Path("free.toml"), description)
+    readiness = readiness_of(options, folder, description, drives)
+    flights = AcceptanceFlights(options, folder, readiness, load_dummy(), lambda *_: None, lambda _: None)
+    steps = flights.stopped(next(stop for stop in STOPS if stop.name == "hardware"))
+    assert [step.name for step in steps if not step.passed] == ["hardware stop: hand at most"]
 
 
 def test_ctrl_c_leaves_a_sealed_protocol_that_says_aborted_and_names_the_part(machine: Machine):

@@ -82,7 +82,7 @@ class Bench:
         at = (self.now - 2 * DAY).replace(microsecond=0)
         key = AcceptanceKey(
             drives_sha256=drives_sha256 or self.drives.sha256, calibration_sha256="", dummy="dummy A", dummy_sha256="",
-            is_simulated=False,
+            code_sha256="", is_simulated=False,
         )  # fmt: skip
         done = AcceptanceRecord.model_validate(
             {"by": "ab", "begun": at, "written": at, "state": state, "aborted_at": "", "versions": {}}

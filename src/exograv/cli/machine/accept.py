@@ -23,7 +23,7 @@ def run_accept_command(options: AcceptOptions, common: OutFolder) -> "Acceptance
     show_acceptance(result)
     if result.ok:
         test = same_machine("rig self-test", options, common.out)
-        say(f"The stops have locked the machine. Before the first person: {test}")
+        say(f"The stops on purpose have locked the machine. Before the first person: `{test}`.")
     return result
 
 

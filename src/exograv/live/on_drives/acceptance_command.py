@@ -39,7 +39,9 @@ from .acceptance_flights import AcceptanceFlights, AcceptanceStoppedError
 from .connection import CONNECTING, Say, readiness_of
 
 IDENTIFY, WEIGH = "dummy identified, floated and verified", "known weight weighed and carried"
-ON_PURPOSE = "the acceptance has stopped it on purpose"
+STOPPED = frozenset(stop.title for stop in STOPS)
+BETWEEN = "between two parts"
+ON_PURPOSE = "an acceptance has stopped it on purpose, or has failed"
 """Cause with which an acceptance withdraws the self-test: the stops were real ones for the machine."""
 
 
@@ -111,8 +113,10 @@ class AcceptanceWalk:
             calibration_sha256=readiness.calibration().whole.content_sha256,
             dummy=dummy.settings.name,
             dummy_sha256=dummy.sha256,
+            code_sha256=versions()["code"],
             is_simulated=options.simulate,
         )
+        self._has_stopped = False
         self._parts: list[ProtocolPart] = []
         if options.resume:
             self._parts = self._earlier()
@@ -125,29 +129,36 @@ class AcceptanceWalk:
         Raises:
             KeyboardInterrupt: The operator has ended the acceptance.
         """
-        for number, (name, act) in enumerate(parts):
-            if name in self._kept:
-                continue
-            self._say(f"Part {number + 1} of {len(parts)}: {name}.")
-            begun = time.monotonic()
-            try:
-                steps = _tried(name, act)
-            except KeyboardInterrupt:
-                self._write("aborted", name)
-                self._say(
-                    f"The acceptance was aborted in the part “{name}”, and {self._folder / FILE} says so. No part "
-                    f"failed. Go on with `{self._again}`."
-                )
-                raise
-            recording = self._folder / "acceptance"
-            now = datetime.now().astimezone()
-            self._parts.append(protocol_part(name, now, time.monotonic() - begun, str(recording / name), steps))
-            if not self._parts[-1].passed:
-                return self._result(self._write("failed"))
-            if number + 1 < len(parts):
-                self._write("aborted", "between two parts")
-        withdraw_pass(self._readiness.key.file, ON_PURPOSE)
-        return self._result(self._write("passed"))
+        try:
+            for number, (name, act) in enumerate(parts):
+                if name in self._kept:
+                    continue
+                self._say(f"Part {number + 1} of {len(parts)}: {name}.")
+                self._has_stopped = self._has_stopped or name in STOPPED
+                if not self._flown(name, act).passed:
+                    self._has_stopped = True
+                    return self._result(self._write("failed"))
+                if number + 1 < len(parts):
+                    self._write("aborted", BETWEEN)
+            return self._result(self._write("passed"))
+        finally:
+            if self._has_stopped:
+                withdraw_pass(self._readiness.key.file, ON_PURPOSE)
+
+    def _flown(self, name: str, act: Callable[[], list[Step]]) -> ProtocolPart:
+        begun = time.monotonic()
+        try:
+            steps = _tried(name, act)
+        except KeyboardInterrupt:
+            self._write("aborted", name)
+            self._say(
+                f"The acceptance was aborted in the part “{name}”, and {self._folder / FILE} says so. No part failed. "
+                f"Go on with `{self._again}`."
+            )
+            raise
+        now, recordings = datetime.now().astimezone(), str(self._folder / "acceptance")
+        self._parts.append(protocol_part(name, now, time.monotonic() - begun, recordings, steps))
+        return self._parts[-1]
 
     def _earlier(self) -> list[ProtocolPart]:
         anew = f"Begin anew: `{same_machine('rig accept', self._options, self._folder)}`."
@@ -155,13 +166,13 @@ class AcceptanceWalk:
         whole = read_protocol_of(self._folder / FILE, readiness.description, readiness.serial, anew)
         if whole.key != self._key:
             raise ConfigError(
-                f"{self._folder / FILE} belongs to another drives.toml, calibration or dummy, so it cannot be resumed. "
+                f"{self._folder / FILE} belongs to another drives.toml, calibration, dummy or exograv, so it cannot be resumed. "
                 f"{anew}"
             )
         self._begun = whole.done.begun
         return [part for part in whole.parts if part.passed]
 
-    def _write(self, state: "str", aborted_at: str = "") -> AcceptanceProtocol:
+    def _write(self, state: str, aborted_at: str = "") -> AcceptanceProtocol:
         readiness = self._readiness
         done = AcceptanceRecord.model_validate(
             {

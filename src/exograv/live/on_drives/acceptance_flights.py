@@ -255,9 +255,11 @@ class AcceptanceFlights:
             run = self._fly(stop.name, FROM_FILE_S, WAITS_S[self.options.simulate], procedure)
         finally:
             caused.release()
+        latches = run.flown.report.latches
+        if not caused.is_done and any(latch.cause == StopReason.STOP_PRESSED.value for latch in latches):
+            raise AcceptanceStoppedError("The operator has stopped the flight before it was asked for.")
         if not caused.is_done or watch.standing is None:
             raise RigError(f"The flight ended before the stop; {_ending(run)}")
-        latches = run.flown.report.latches
         cause = latches[0].cause if latches else ""
         ticks = read_recording(run.flown.path).ticks
         brake = np.array([drive.brake_Nms_per_rad for drive in self.readiness.drives.each])

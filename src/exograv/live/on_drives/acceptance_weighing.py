@@ -116,7 +116,7 @@ class _DummyOnDrives:
         low, high = found.ci95
         steps = [
             within(f"{self._weight_kg:g} kg on the hook: error", error, round(allowed, 4), "kg", ASKED),
-            Step("95 % interval of the weight", True, f"{low:.3f} to {high:.3f}", "", "kg"),
+            Step("95 % interval of the weight", True, f"{low:.3f} to {high:.3f} kg"),
         ]
         steps.append(self._drift())
         self._hang(False)
