@@ -166,8 +166,8 @@ class AcceptanceWalk:
         whole = read_protocol_of(self._folder / FILE, readiness.description, readiness.serial, anew)
         if whole.key != self._key:
             raise ConfigError(
-                f"{self._folder / FILE} belongs to another drives.toml, calibration, dummy or exograv, so it cannot be resumed. "
-                f"{anew}"
+                f"{self._folder / FILE} belongs to another drives.toml, calibration, dummy or exograv, so it cannot be "
+                f"resumed. {anew}"
             )
         self._begun = whole.done.begun
         return [part for part in whole.parts if part.passed]
