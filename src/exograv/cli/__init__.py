@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import tyro
 
 from exograv import __version__
+from exograv.cli.machine.accept import run_accept_command
 from exograv.cli.machine.calibrate import run_calibrate_command
 from exograv.cli.machine.check_rig import run_check_rig
 from exograv.cli.machine.design_motion import run_design_motion
@@ -93,6 +94,7 @@ GROUPS: dict[str, Group] = {
             "test": run_rig_test_command,
             "calibrate": run_calibrate_command,
             "self-test": run_self_test_command,
+            "accept": run_accept_command,
             "motion": run_design_motion,
             "export": run_export_command,
         },

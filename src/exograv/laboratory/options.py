@@ -203,6 +203,9 @@ class DriveSimOptions(Options):
     person: Literal["relaxed", "virtual"] = "relaxed"
     """Wearer of `--worn`: relaxed, or a virtual participant who also points at the screen of a session."""
 
+    dummy: Annotated[Path | None, Acts(lambda all_: all_.worn, "with --worn"), tyro.conf.arg(metavar="FILE")] = None
+    """File of a dummy arm that takes the place of the wearer (docs/howto/accept.md)."""
+
     protocol: str = "training"
     """Protocol of the session, with its target and pace, for `--person virtual`."""
 

@@ -10,6 +10,7 @@ import tyro
 
 from exograv.errors import ConfigError
 from exograv.options import (
+    HEAVIEST_KG,
     ON_DRIVES,
     ON_TWIN,
     SESSIONS_MAX,
@@ -173,6 +174,37 @@ class NextOptions(CalibratedOptions):
         super().__post_init__()
         if not self.is_on_drives:
             raise ConfigError(NO_DRIVES)
+
+
+@dataclass(frozen=True)
+class AcceptOptions(WornOptions):
+    """Options of `exograv rig accept`."""
+
+    by: Annotated[str, tyro.conf.arg(metavar="INITIALS")] = ""
+    """Initials of the operator, for the protocol."""
+
+    dummy: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """File of the dummy arm with its masses; by default that of docs/howto/accept.md."""
+
+    weight_kg: Annotated[
+        float,
+        tyro.conf.arg(name="weight", metavar="KG"),
+        Within(0.5, HEAVIEST_KG, f"0.5 to {HEAVIEST_KG:g} kg.", " kg"),
+    ] = 1.0
+    """Mass of the weight that is hung on the dummy's hook [kg]. Give the value of your own scale."""
+
+    resume: bool = False
+    """Keep the parts of an earlier call that have passed, and run the others."""
+
+    simulated_dummy: Annotated[Path | None, tyro.conf.arg(metavar="FILE"), WITH_SIMULATE] = None
+    """File of the dummy that is in the simulated machine, if it is another one than `--dummy`."""
+
+    def __post_init__(self):
+        super().__post_init__()
+        if not self.is_on_drives:
+            raise ConfigError(NO_DRIVES)
+        if not self.simulate and not self.by:
+            raise ConfigError("--by is missing: the protocol needs the initials of the operator, such as --by ab.")
 
 
 @dataclass(frozen=True)

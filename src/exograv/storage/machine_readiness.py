@@ -31,6 +31,7 @@ NEEDED: Mapping[str, tuple[Need, ...]] = MappingProxyType(
         "rig test": (),
         "rig calibrate": EMPTY,
         "rig self-test": TESTED,
+        "rig accept": WORN,
         "arm identify": WORN,
         "arm verify": WORN,
         "run live": WORN,

@@ -25,6 +25,12 @@ from exograv.procedures.calibration.nominal_machine import nominal_machine
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.participant_session import stored_person
 from exograv.rig.drives.settings import Drives, load_drives
+from exograv.storage.acceptance_protocol import (
+    AcceptanceKey,
+    AcceptanceProtocol,
+    AcceptanceRecord,
+    write_protocol,
+)
 from exograv.storage.bring_up_sheet import write_sheet
 from exograv.storage.calibration_file import identity_of, write_calibration
 from exograv.storage.calibration_schema import MeasurementConditions, stored
@@ -66,9 +72,23 @@ class Bench:
     def test(self, seal: str, ago: timedelta = timedelta()) -> None:
         write_pass(MachineKey(Path("out/self_test.toml"), RIG, self.drives.settings.serial, seal), self.now - ago)
 
-    def make_ready(self) -> None:
+    def make_ready(self, is_accepted: bool = True) -> None:
         self.bring_up()
         self.test(self.calibrate())
+        if is_accepted:
+            self.accept()
+
+    def accept(self, state: str = "passed", drives_sha256: str | None = None) -> None:
+        at = (self.now - 2 * DAY).replace(microsecond=0)
+        key = AcceptanceKey(
+            drives_sha256=drives_sha256 or self.drives.sha256, calibration_sha256="", dummy="dummy A", dummy_sha256="",
+            code_sha256="", is_simulated=False,
+        )  # fmt: skip
+        done = AcceptanceRecord.model_validate(
+            {"by": "ab", "begun": at, "written": at, "state": state, "aborted_at": "", "versions": {}}
+        )
+        identity = identity_of(RIG, self.drives.settings.serial)
+        write_protocol(Path("out"), AcceptanceProtocol(identity=identity, key=key, done=done, parts=[]))
 
     def know(self, serial: str) -> None:
         body = Body(1.72, 64.0, "female")
@@ -186,6 +206,28 @@ def stopped_since(bench: Bench) -> tuple[str, str, str]:
     )
 
 
+ACCEPT = "exograv rig accept --drives drives.toml --by INITIALS"
+NOT_ACCEPTED = f"Accept the machine before the first person: `{ACCEPT}`."
+
+
+def never_accepted(bench: Bench) -> tuple[str, str, str]:
+    bench.make_ready(is_accepted=False)
+    why = "out/acceptance.toml is missing: this machine was not accepted with a dummy arm."
+    return "acceptance", f"{why} {NOT_ACCEPTED}", ACCEPT
+
+
+def failed_acceptance(bench: Bench) -> tuple[str, str, str]:
+    bench.make_ready(is_accepted=False)
+    bench.accept("failed")
+    return "acceptance", f"out/acceptance.toml says: failed. {NOT_ACCEPTED}", f"{ACCEPT} --resume"
+
+
+def accepted_with_other_drives(bench: Bench) -> tuple[str, str, str]:
+    bench.make_ready(is_accepted=False)
+    bench.accept(drives_sha256="other")
+    return "acceptance", f"out/acceptance.toml belongs to another drives.toml. {NOT_ACCEPTED}", ACCEPT
+
+
 def unknown_person(bench: Bench) -> tuple[str, str, str]:
     bench.make_ready()
     return (
@@ -239,8 +281,9 @@ def finished_session(bench: Bench) -> tuple[str, str, str]:
 
 
 STATES = [
-    nothing, failed_bring_up, brought_up, old_calibration, untested, passed_yesterday, stopped_since, unknown_person,
-    known_person, person_of_another_machine, interrupted_session, finished_session,
+    nothing, failed_bring_up, brought_up, old_calibration, untested, passed_yesterday, stopped_since,
+    never_accepted, failed_acceptance, accepted_with_other_drives, unknown_person, known_person,
+    person_of_another_machine, interrupted_session, finished_session,
 ]  # fmt: skip
 
 
@@ -257,6 +300,12 @@ def test_each_state_of_the_files_has_its_sentence_and_its_command(
     assert words
 
 
+def test_no_command_refuses_a_machine_that_was_not_accepted(bench: Bench):
+    bench.make_ready(is_accepted=False)
+    assert not bench.next().ready
+    not_ready(NextOptions(drives=Path("drives.toml")), Path("out"), RIG, "run train", lambda _: None)(bench.drives)
+
+
 def test_a_ready_machine_says_how_old_everything_is(bench: Bench):
     bench.make_ready()
     found = bench.next(participant=None)
@@ -265,6 +314,7 @@ def test_a_ready_machine_says_how_old_everything_is(bench: Bench):
         "bring-up": f"passed on {bench.now - 3 * DAY:%Y-%m-%d}, 3 days ago, by ab.",
         "calibration": "measured 2 days ago, 30 days are allowed; its friction 3 h ago.",
         "self-test": f"passed today at {bench.now:%H:%M}, with the timing of this computer.",
+        "acceptance": "passed 2 days ago with the dummy 'dummy A', by ab.",
     }
     assert found.ready
     assert found.command == f"exograv run train --drives drives.toml --participant CODE {FORM}"
@@ -272,7 +322,8 @@ def test_a_ready_machine_says_how_old_everything_is(bench: Bench):
 
 def test_simulated_drives_need_no_bring_up_and_no_form(bench: Bench):
     found = bench.next(simulate=True)
-    assert said(found)["bring-up"] == "not needed: the drives are simulated."
+    for name in ("bring-up", "acceptance"):
+        assert said(found)[name] == "not needed: the drives are simulated."
     assert found.command == "exograv rig calibrate --drives drives.toml --simulate"
 
 

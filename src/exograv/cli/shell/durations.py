@@ -42,6 +42,9 @@ BUS_TEST_S, BUS_CALIBRATION_S, BUS_START_S = 12.0, 13.0, 3.5
 Sources: 85 and 92 s of `rig test` and `rig calibrate --simulate` with seven joints on a quiet computer.
 """
 
+ACCEPTED_S = 480.0
+"""Acceptance on simulated drives that wait [s]: 395 s of motion, and the preparation of seven flights."""
+
 TIMING_S = 20.0
 """Timing test of the computer in a self-test, which no faster computer shortens [s]."""
 
@@ -112,6 +115,10 @@ def _self_test(options: Any) -> float | None:
     if options.drives and not options.simulate:
         return None
     return TIMING_S + (14.0 if options.simulate else 25.0 if options.worn else 5.0)
+
+
+def _accept(options: Any) -> float | None:
+    return ACCEPTED_S * (1.0 + BUS_WAITS * max(_joints(options) - JOINTS, 0)) if options.simulate else None
 
 
 def _live(options: Any) -> float:
@@ -219,6 +226,7 @@ DURATIONS: dict[str, Seconds] = {
     "rig test": _rig_test,
     "rig calibrate": _calibrate,
     "rig self-test": _self_test,
+    "rig accept": _accept,
     "rig motion": lambda options: 15.0 + min(options.seconds, 25.0 * (options.starts + 1)),
     "arm identify": lambda options: _prepared(options) + _moved(options) + RUN_REPORT_S,
     "arm identify-log": lambda options: _by_size(options, 4.0, "log"),

@@ -13,6 +13,7 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "rig test": ("control", "recording"),
     "rig calibrate": ("control", "recording"),
     "rig self-test": ("control", "recording"),
+    "rig accept": ("control", "recording"),
     "rig motion": ("control", "study"),
     "rig export": ("control",),
     "arm identify": ("study",),

@@ -11,12 +11,14 @@ import numpy as np
 from exograv.errors import ConfigError, RigError
 from exograv.laboratory.attentive_wearer import AttentiveHold
 from exograv.laboratory.cooperative_wearer import ArmHold
+from exograv.laboratory.dummy_arm import with_dummy
 from exograv.laboratory.options import DriveSimOptions
 from exograv.laboratory.virtual_laboratory import draw_laboratory
 from exograv.loop.machine_limits import refuse_motorless
 from exograv.model.assembly import read_exoskeleton
 from exograv.model.description import RigDescription, load_rig
 from exograv.options import Bus
+from exograv.procedures.acceptance.dummy import load_dummy
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.procedures.calibration.breakaway_test import starting_posture
 from exograv.rig.drives.settings import Drives, load_drives
@@ -88,6 +90,7 @@ def _punctual(lock_step: bool) -> contextlib.AbstractContextManager[object]:
 
 def _greeting(options: DriveSimOptions, drives: Drives, device: SimulatedDevices, file: Path) -> str:
     who = "with its wearer" if options.worn else "empty"
+    who = who if options.dummy is None else "with a dummy arm"
     clock = "each measurement is a step" if options.lock_step else "real time"
     return (
         f"Simulated drives of {drives.settings.rig} ({', '.join(drives.joints)}), {who}, disturbance level "
@@ -113,6 +116,8 @@ def _plant(options: DriveSimOptions, description: RigDescription, drives: Drives
         twin = Twin(description, machine, None, options.seed, starting_posture(read_exoskeleton(description)))
         return Plant(twin, drives, wiring)
     laboratory = draw_laboratory(options.rig, options.side, options.level, options.seed, world=options.world)
+    if options.dummy is not None:
+        laboratory = with_dummy(laboratory, load_dummy(options.dummy), options.seed)
     twin = laboratory.twin(options.seed)
     plant = Plant(twin, drives, wiring)
     own = laboratory.own_arm()

@@ -142,7 +142,12 @@ def not_ready(options: CalibratedOptions, folder: Path, description: RigDescript
 
 @contextlib.contextmanager
 def connected(
-    options: MachineOptions, description: RigDescription, say: Say, what: str, refuse: Refuse
+    options: MachineOptions,
+    description: RigDescription,
+    say: Say,
+    what: str,
+    refuse: Refuse,
+    simulation: tuple[str, ...] = (),
 ) -> Iterator[Connected]:
     """Read the drives as `drives_with_hands` and open the bus.
 
@@ -151,7 +156,7 @@ def connected(
         RigError: A drive does not answer, or is not the drive in the file.
     """
     with (
-        drives_with_hands(options, description, say, what, refuse=refuse) as (drives, hands),
+        drives_with_hands(options, description, say, what, simulation, refuse=refuse) as (drives, hands),
         open_drives(drives, options.simulate) as rig,
     ):
         yield Connected(rig, drives, hands, serial_of(options, drives), options.simulate)

@@ -2,6 +2,7 @@
 
 import contextlib
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
@@ -21,6 +22,8 @@ from exograv.loop.pilot import Progress
 from exograv.model.anthropometry import Body
 from exograv.model.description import load_rig
 from exograv.model.support import assemble
+from exograv.model.wearer_form import WearerForm
+from exograv.procedures.bring_up.hands import Hands
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.identification.estimator_session import table_guess
 from exograv.procedures.identification.identify import identification_motion
@@ -29,7 +32,9 @@ from exograv.procedures.identification.warm_start import belief_today
 from exograv.procedures.verification.postures import Verification, unseen_postures
 from exograv.recording.disk import refuse_small_disk
 from exograv.rig.drives.opening import open_drives
+from exograv.rig.drives.settings import Drives
 from exograv.runtime.lsl.listening import Listening
+from exograv.safety.stops import StopReason
 from exograv.storage.participant_file import read_participant, refuse_other, refuse_other_body, refuted_text
 
 from .connection import CONNECTING, Say, drawn_by, drives_with_hands, not_ready, readiness_of
@@ -71,6 +76,20 @@ class Procedure:
     """True if a verification follows the identification."""
     known_arm: Path | None = None
     """File of an earlier donning, from which the identification starts."""
+    form: WearerForm | None = None
+    """Form of a dummy arm in the place of a person."""
+    simulation: tuple[str, ...] = ("--worn",)
+    """Options of `exograv dev drive-sim`."""
+    recording_in: Path | None = None
+    """Folder of the recording, by default that of the machine's files."""
+    ready: str = READY
+    """Instruction to the operator before the motors switch on."""
+    acts: Callable[[Running, Hands], object] = lambda *_: None
+    """Function that is called several times a second while the loop runs."""
+    afterwards: Callable[[Drives, Hands], object] = lambda *_: None
+    """Function that is called after the flight, while simulated drives still exist and the bus is free."""
+    on_purpose: tuple[StopReason, ...] = ()
+    """Reasons of a stop that the procedure causes itself."""
 
 
 LIVE = Procedure()
@@ -112,13 +131,17 @@ def fly_on_drives(
     refuse_motorless(description)
     known_arm = procedure.known_arm
     before = None if known_arm is None else read_participant(known_arm)
-    told = form_of_wearer(description, person, options.simulate, wearer, None if before is None else before.person)
-    refuse_small_disk(folder / "live.mcap", len(description.joints), options.loop_s)
+    told = procedure.form or form_of_wearer(
+        description, person, options.simulate, wearer, None if before is None else before.person
+    )
+    recorded_in = procedure.recording_in or folder
+    refuse_small_disk(recorded_in / "live.mcap", len(description.joints), options.loop_s)
     progress(CONNECTING, 0.0)
     with contextlib.ExitStack() as stack:
         refuse = not_ready(options, folder, description, procedure.command, say)
-        worn = drives_with_hands(options, description, say, "A live run", ("--worn",), options.real_time, refuse)
-        drives, _ = stack.enter_context(worn)
+        drives, hands = stack.enter_context(
+            drives_with_hands(options, description, say, "A live run", procedure.simulation, options.real_time, refuse)
+        )
         readiness = readiness_of(options, folder, description, drives)
         serial, period_s = readiness.serial, drives.period_s
         known, key = readiness.calibration().whole, readiness.key
@@ -149,12 +172,14 @@ def fly_on_drives(
         listening = stack.enter_context(Listening(options.record_streams)) if options.record_streams else None
         lsl = streaming_of(options, description, period_s, listening)
         if not options.simulate:
-            _await_enter(say)
+            _await_enter(say, procedure.ready)
         said = {**drawn_by(options), "settings": {"options": options.recorded(), "machine": serial}}
-        seconds = options.loop_s + passes_s
-        watch = PersonWatch(progress)
-        flown = fly_plan(plan, seconds, folder, said, watch, watch.begin, is_tested=True, lsl=lsl)
-    lock_after_fault(key, flown.report)
+        watch = PersonWatch(progress, lambda running: procedure.acts(running, hands))
+        flown = fly_plan(
+            plan, options.loop_s + passes_s, recorded_in, said, watch, watch.begin, is_tested=True, lsl=lsl
+        )
+        procedure.afterwards(drives, hands)
+    lock_after_fault(key, flown.report, procedure.on_purpose)
     if watch.refusal:
         raise IdentificationError(f"{watch.refusal} The arm was let down. Correct the form, then repeat.")
     if watch.is_contradicted:
@@ -171,9 +196,9 @@ def fly_on_drives(
 class PersonWatch:
     """Progress of a live run that lets the arm down if the motion contradicts the person's file or form."""
 
-    def __init__(self, progress: Progress):
-        """Pass the progress on to `progress`."""
-        self._progress, self._running = progress, None
+    def __init__(self, progress: Progress, acts: Callable[[Running], object] = lambda _: None):
+        """Pass the progress on to `progress`, and the running processes to `acts`."""
+        self._progress, self._acts, self._running = progress, acts, None
         self.is_contradicted = False
         """True if the motion contradicts the file."""
         self.refusal = ""
@@ -186,6 +211,8 @@ class PersonWatch:
     def __call__(self, text: str, share: float) -> None:
         """Look at the worker's newest report, several times a second."""
         self._progress(text, share)
+        if self._running is not None:
+            self._acts(self._running)
         worker = None if self._running is None else self._running.worker
         if self._running is None or worker is None or worker.judged is None or self.is_contradicted or self.refusal:
             return
@@ -201,7 +228,7 @@ def _verification(prepared: ControllerKnowledge, options: LiveOptions, seed: int
     return Verification(unseen_postures(model, prepared.x, seen, seed), seed)
 
 
-def _await_enter(say: Say) -> None:
-    say(READY)
+def _await_enter(say: Say, ready: str) -> None:
+    say(ready)
     while not is_line_typed(sys.stdin, 0.5):
         pass

@@ -30,6 +30,18 @@ class Hands(Protocol):
         """Release the hardware stop."""
         ...
 
+    def pull_cable(self, joint: str) -> None:
+        """Disconnect the drive of a joint from its bus."""
+        ...
+
+    def plug_cable(self, joint: str) -> None:
+        """Connect the drive of a joint to its bus again."""
+        ...
+
+    def push(self, joint: str, tau_Nm: float) -> None:
+        """Push the machine's joint with this torque from now on; 0 lets go."""
+        ...
+
 
 class KeyboardHands:
     """Person who follows instructions on the screen."""
@@ -59,6 +71,19 @@ class KeyboardHands:
         """Show the instruction to release the hardware stop."""
         self._say("Release the hardware stop.")
 
+    def pull_cable(self, joint: str) -> None:
+        """Show the instruction to pull a cable."""
+        self._say(f"Pull the bus cable of the drive of '{joint}' now.")
+
+    def plug_cable(self, joint: str) -> None:
+        """Show the instruction to plug the cable in."""
+        self._say(f"Plug the bus cable of the drive of '{joint}' in again.")
+
+    def push(self, joint: str, tau_Nm: float) -> None:
+        """Show the instruction to push the joint, or to let go."""
+        away = "away from its path now, faster and faster, until the machine stops"
+        self._say(f"Push '{joint}' {away}." if tau_Nm else f"Let go of '{joint}'.")
+
 
 class BenchHands:
     """Test bench of simulated drives (`exograv dev drive-sim`), commanded by text lines."""
@@ -86,6 +111,18 @@ class BenchHands:
     def release_stop(self) -> None:
         """Release the hardware stop at the bench."""
         self._tell("release")
+
+    def pull_cable(self, joint: str) -> None:
+        """Disconnect the drive at the bench."""
+        self._tell(f"unplug {joint}")
+
+    def plug_cable(self, joint: str) -> None:
+        """Connect the drive at the bench."""
+        self._tell(f"plug {joint}")
+
+    def push(self, joint: str, tau_Nm: float) -> None:
+        """Push the joint at the bench."""
+        self._tell(f"turn {joint} {tau_Nm:.3f}")
 
     def is_ready(self, mount: str, mass_kg: float) -> bool:
         """Return True: the bench is always ready."""

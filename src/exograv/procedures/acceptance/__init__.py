@@ -1,0 +1,1 @@
+"""Acceptance of a machine before its first person: a dummy arm of known masses, and stops on purpose."""
