@@ -4,8 +4,8 @@ The machine repeats one motion with the relaxed arm. Errors of the model that re
 difference of the two residual torques. What remains is what has changed, noise, and the wearer's slow torque.
 
 Any set of few changes may have happened. The posterior probability of each set follows from its evidence, and a change
-is told if the sets that contain it hold nearly all of the probability. Changes that share the probability cannot be told
-apart.
+is told if the sets that contain it hold nearly all of the probability. Changes that share the probability cannot be
+told apart.
 
 Source: George & McCulloch 1997, Statistica Sinica 7:339 (choice among sets of variables with a conjugate prior).
 """
@@ -37,19 +37,19 @@ SURE, EXCLUDED = 0.95, 0.05
 """Probability from which a change is told, and below which it is excluded [-]."""
 
 SCALES = np.array([1.0, 2.0, 4.0])
-"""Sizes of the wearer's slow torque over the assumed size that are compared [-]. None is smaller than usual: joints differ,
-and a calm joint must not make the torque of another joint look like a change."""
+"""Sizes of the wearer's slow torque over the assumed size that are compared [-]. None is smaller than usual: a calm
+joint must not make the torque of another joint look like a change."""
 
 CORRELATION_S = 5.0
-"""Correlation time of the wearer's slow torque [s]: the longest of people (docs/explanation/arm.md), because only a torque
-that lasts longer is a change."""
+"""Correlation time of the wearer's slow torque [s]: the longest of people (docs/explanation/arm.md), because only a
+torque that lasts longer is a change."""
 
 CHANGED_SHARE = 0.5
-"""Share of the model's discrepancy that may have changed between two motions [-]: tissue creeps, and its law differs from
-that of the model. Assumed."""
+"""Share of the model's discrepancy that may have changed between two motions [-]: tissue creeps, and its law differs
+from that of the model. Assumed."""
 
 MATTERS_SHARE = 0.5
-"""Share of the target of the left over from which the torque of a change, RMS over the motion, is worth a message [-]."""
+"""Share of the left over's target from which the torque of a change, RMS over the motion, is worth a message [-]."""
 
 REWEIGHTINGS = 2
 """Number of times that bursts lose weight."""
