@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Parameters
+from exograv.results import OPTIONAL
 from exograv.model.arm import WeightPlace
 from exograv.model.description import ArmSide
 
@@ -29,6 +30,8 @@ class ArmControllerRecord:
     kind: Literal["arm"] = field(default="arm", init=False)
     machine: CalibratedMachine
     x: Parameters
+    slid_m: tuple[float, ...] | None = field(default=None, metadata=OPTIONAL)
+    """Way of each cuff along the limb since it was fastened [m]; None if no cuff has moved."""
 
 
 @dataclass(frozen=True)

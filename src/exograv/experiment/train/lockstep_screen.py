@@ -1,7 +1,7 @@
 """A participant at a screen in full lock-step: control, guard and task step by step on one machine."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -18,6 +18,20 @@ CHUNK_S = 1.0
 
 
 @dataclass
+class BetweenWindows:
+    """Act of the machine in the rest after every so many windows."""
+
+    every: int
+    """Number of windows between two acts; 0 for never."""
+    why: str
+    """Reason of the pause in the task's records."""
+    act: Callable[[], Controller]
+    """Function that acts while the run is paused, and returns the controller from then on."""
+    after: int = 0
+    """Number of complete windows at the last act."""
+
+
+@dataclass
 class LockstepScreen:
     """Machine of a `ScreenSession` that a pilot flies in chunks of `CHUNK_S`."""
 
@@ -25,11 +39,8 @@ class LockstepScreen:
     pilot: Pilot
     controller: Controller
     seat: Seat
-    verify: Callable[[], None]
-    """Callback that checks the compensation while the run is paused."""
-
-    verify_every: int = 0
-    """Number of windows between two verifications; 0 for never."""
+    between: tuple[BetweenWindows, ...] = field(default=())
+    """Acts between windows, in this order."""
 
     def __post_init__(self):
         """Store the resting posture and the number of complete windows."""
@@ -37,7 +48,8 @@ class LockstepScreen:
         self._task_ticks, self._level_ticks = (max(round(each_s / period_s), 1) for each_s in (TASK_S, LEVEL_S))
         self._q_rest = self.pilot.q.copy()
         self._still = motion.hold(self.pilot.q, CHUNK_S, period_s)
-        self._verified_after = len(self.run.state.complete)
+        for act in self.between:
+            act.after = len(self.run.state.complete)
 
     def fly(self, *others: EventSource) -> None:
         """Run from the present state to the end; `others` are sources beside the touch panel.
@@ -61,28 +73,29 @@ class LockstepScreen:
         return isinstance(self.controller, ArmController) and self.controller.mode.gravity_level < 1.0
 
     def advance(self, session: ScreenSession) -> None:
-        """Run one chunk, and verify if it is due."""
+        """Run one chunk, and act between windows if it is due."""
         self.pilot.run(self.controller, self._still, phase_of(self.run), lambda moment: self._listen(session, moment))
-        if self.verify_every and self._is_time_to_verify():
-            self._pause_and_verify()
+        for act in self.between:
+            if act.every and self._is_time_for(act):
+                self._pause_and(act)
 
     def why_over(self, run: TaskRun) -> str:
         """Reason to stop a run that no clock ends."""
         return "all windows are complete" if run.is_over(self.t) else ""
 
-    def _is_time_to_verify(self) -> bool:
-        """Return True once in the rest after every `verify_every` windows, as soon as the arm lies on its support."""
+    def _is_time_for(self, act: BetweenWindows) -> bool:
+        """Return True once in the rest after every so many windows, as soon as the arm lies on its support."""
         state = self.run.state
         complete = len(state.complete)
-        is_due = complete > self._verified_after and complete % self.verify_every == 0
+        is_due = complete > act.after and complete % act.every == 0
         is_last = complete == self.run.plan.protocol.windows.count
         is_rest = state.status == "running" and state.window is None and not self.is_settling
         return is_due and is_rest and not is_last and self.seat.is_relaxed
 
-    def _pause_and_verify(self) -> None:
-        self._verified_after = len(self.run.state.complete)
-        self.run.feed(Pause(t=self.t, why="verification"))
-        self.verify()
+    def _pause_and(self, act: BetweenWindows) -> None:
+        act.after = len(self.run.state.complete)
+        self.run.feed(Pause(t=self.t, why=act.why))
+        self.controller = act.act()
         self.pilot.begin("task")
         self.run.feed(Resume(t=self.t))
 

@@ -45,9 +45,9 @@ class LearnedAgain:
     estimate: Estimate
     carried: CarriedArm
 
-    def controller(self, before: ArmController) -> ArmController:
+    def controller(self, before: ArmController, period_s: float) -> ArmController:
         """Return a controller of this arm in the mode of the one before."""
-        made = ArmController(self.assembly, before.machine, self.carried.x, before.period_s)
+        made = ArmController(self.assembly, before.machine, self.carried.x, period_s)
         made.mode.drive, made.mode.gravity_level = before.mode.drive, before.mode.gravity_level
         made.mode.arm_share = before.mode.arm_share
         return made
