@@ -9,9 +9,9 @@ from jaxtyping import Float
 
 from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Parameters
-from exograv.results import OPTIONAL
 from exograv.model.arm import WeightPlace
 from exograv.model.description import ArmSide
+from exograv.results import OPTIONAL
 
 Joints = Float[np.ndarray, " joint"]
 
