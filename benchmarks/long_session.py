@@ -208,7 +208,7 @@ class Session:
         self.log.append(f"{t / 60:4.0f} min: {watch_text(judgement)} [since: {happened or 'nothing'}]")
 
     def _truth(self, found: FoundChange) -> float | None:
-        """True size of a finding since the motion that it refers to; None if there is none."""
+        """Return the true size of a finding since the motion that it refers to; None if there is none."""
         kind, place = found.cause.kind, found.cause.place
         sizes = [one.size for one in self.since if one.kind is kind and one.place == place]
         if kind in (Kind.FRICTION, Kind.WARM_UP):

@@ -11,8 +11,8 @@ Source: George & McCulloch 1997, Statistica Sinica 7:339 (choice among sets of v
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import combinations
+from dataclasses import dataclass, replace
+from itertools import combinations, product
 
 import numpy as np
 from jaxtyping import Float
@@ -26,9 +26,10 @@ from exograv.identification.core.interface import Covariance, Parameters, Sample
 from exograv.identification.core.left_over import RESTLESS, TARGET_NM
 from exograv.identification.core.prior import DISTURBANCE_SD
 from exograv.identification.core.square_root import GATE
+from exograv.model.assembly import Assembly
 from exograv.model.loops import FIT
 
-from .slow_causes import HAPPENS, USUAL_SIZE, Cause, Effects, Kind, effects, place_of, possible_causes
+from .slow_causes import HAPPENS, USUAL_SIZE, Cause, Kind, effects, place_of, possible_causes
 
 TOGETHER = 3
 """Largest number of changes that may have happened at once."""
@@ -36,13 +37,16 @@ TOGETHER = 3
 SURE, EXCLUDED = 0.95, 0.05
 """Probability from which a change is told, and below which it is excluded [-]."""
 
-SCALES = np.array([1.0, 2.0, 4.0])
+SCALES = (1.0, 2.0, 4.0)
 """Sizes of the wearer's slow torque over the assumed size that are compared [-]. None is smaller than usual: a calm
 joint must not make the torque of another joint look like a change."""
 
-CORRELATION_S = 5.0
-"""Correlation time of the wearer's slow torque [s]: the longest of people (docs/explanation/arm.md), because only a
-torque that lasts longer is a change."""
+CORRELATIONS_S = (1.0, 2.5, 5.0)
+"""Correlation times of that torque that are compared [s]: 1-5 s in people (docs/explanation/arm.md). A short one hides
+friction, a long one the torque of a wearer who pulls."""
+
+UNREST = tuple(product(SCALES, CORRELATIONS_S))
+"""All pairs of size and correlation time that are compared."""
 
 CHANGED_SHARE = 0.5
 """Share of the model's discrepancy that may have changed between two motions [-]: tissue creeps, and its law differs
@@ -130,23 +134,34 @@ class SlowWatch:
         self._way_sd = float(np.sqrt(covariance[log_stiffness, log_stiffness]))
         self.causes = possible_causes(model)
         """All changes that are considered."""
-        self._before, self._before_t = self._effects(before), np.array([sample.t for sample in before])
+        self._before, self._before_t = effects(model, x, list(before)), np.array([sample.t for sample in before])
 
     def judge(self, samples: Sequence[Sample]) -> SlowJudgement:
         """Compare a repetition of the motion with the motion before; `samples` from its first tick on."""
         samples = samples[::ONE_IN]
-        now, t = self._effects(samples), np.array([sample.t for sample in samples])
+        nowhere = np.zeros(len(self.causes))
+        found = self._compared(samples, self._model, nowhere)
+        slid = with_slid_cuffs(self._model.assembly, found)
+        if slid is self._model.assembly:
+            return found
+        # The torque is not linear in the way of a cuff: the effects are taken again where the cuff seems to be.
+        ways = {one.cause: one.size for one in found.changes if one.cause.kind is Kind.CUFF}
+        at = np.array([ways.get(cause, 0.0) for cause in self.causes])
+        return self._compared(samples, ArmModel(slid, self._model.machine), at)
+
+    def _compared(self, samples: Sequence[Sample], model: ArmModel, ways: Float[np.ndarray, " cause"]) -> SlowJudgement:
+        """Compare a repetition, with the effects of `model`, whose cuffs have moved by `ways` [m]."""
+        now, t = effects(model, self._x, list(samples)), np.array([sample.t for sample in samples])
         at = np.minimum(np.searchsorted(self._before_t, t), len(self._before_t) - 1)
         at = np.where((at > 0) & (abs(self._before_t[at - 1] - t) < abs(self._before_t[at] - t)), at - 1, at)
         pairs = abs(self._before_t[at] - t) < np.diff(t).min()
         before = at[pairs]
         y = now.residual[pairs] - self._before.residual[before]
+        for cause, way in zip(self.causes, ways, strict=True):
+            y = y + way * now.by_size[pairs][:, :, cause.columns[0]]
         direction = np.hypot(now.direction_sd[pairs], self._before.direction_sd[before])
         errors = [self._discrepancy.errors_of_joint(samples[i].q, samples[i].v) for i in np.flatnonzero(pairs)]
         return self._judged(_Pairs(t[pairs], y, now.by_size[pairs], direction, np.array(errors)))
-
-    def _effects(self, samples: Sequence[Sample]) -> Effects:
-        return effects(self._model, self._x, list(samples))
 
     def _judged(self, pairs: "_Pairs") -> SlowJudgement:
         sets = [chosen for n in range(TOGETHER + 1) for chosen in combinations(range(len(self.causes)), n)]
@@ -175,11 +190,11 @@ class SlowWatch:
         for j in range(joints):
             rest[j::joints, j::joints] += pairs.errors[:, j] @ pairs.errors[:, j].T
         tone = self._tone_of(pairs.by_size).reshape(samples * joints, -1)
-        apart = np.exp(-np.abs(pairs.t[:, None] - pairs.t) / CORRELATION_S)
-        slow = (tone @ tone.T) * np.repeat(np.repeat(apart, joints, axis=0), joints, axis=1)
+        apart_s, together = np.abs(np.subtract.outer(pairs.t, pairs.t)), tone @ tone.T
         columns = np.column_stack([pairs.y.ravel(), pairs.by_size.reshape(samples * joints, -1) * sd])
         logs, fits = [], []
-        for scale in SCALES:
+        for scale, correlation_s in UNREST:
+            slow = together * np.kron(np.exp(-apart_s / correlation_s), np.ones((joints, joints)))
             lower = np.linalg.cholesky(rest + scale**2 * slow)
             white = solve_triangular(lower, columns, lower=True)
             A, b = white[:, 1:].T @ white[:, 1:], white[:, 1:].T @ white[:, 0]
@@ -190,7 +205,7 @@ class SlowWatch:
                 logs.append(constant + fit.gain + odds[list(chosen)].sum())
                 fits.append(fit)
         weight = np.exp(np.array(logs) - logsumexp(logs))
-        return _Posterior(weight, fits, sets * len(SCALES), sd)
+        return _Posterior(weight, fits, sets * len(UNREST), sd)
 
     def _told(self, posterior: "_Posterior", torque: Float[np.ndarray, "joint column"]) -> SlowJudgement:
         found = [self._found(posterior, number, torque) for number in range(len(self.causes))]
@@ -239,6 +254,16 @@ class _Fit:
     """Log evidence over no change."""
 
 
+def with_slid_cuffs(assembly: Assembly, judgement: SlowJudgement) -> Assembly:
+    """Return the assembly with the cuffs where a check has surely found them; the same one if none has moved."""
+    ways = {found.cause.place: found.size for found in judgement.changes if found.cause.kind is Kind.CUFF}
+    if not ways:
+        return assembly
+    before = assembly.slid_m or (0.0,) * len(assembly.cuffs)
+    slid = (way + ways.get(cuff.name, 0.0) for way, cuff in zip(before, assembly.cuffs, strict=True))
+    return replace(assembly, slid_m=tuple(slid))
+
+
 def _fit(columns: list[int], A: np.ndarray, b: np.ndarray) -> _Fit:
     """Fit the sizes of a set of changes, with a standard normal prior."""
     covariance = np.linalg.inv(A[np.ix_(columns, columns)] + np.eye(len(columns)))
@@ -266,7 +291,7 @@ class _Posterior:
     @property
     def scale(self) -> float:
         """Mean size of the wearer's slow torque over the usual size [-]."""
-        return float(self.weight.reshape(len(SCALES), -1).sum(axis=1) @ SCALES)
+        return float(self.weight.reshape(len(UNREST), -1).sum(axis=1) @ np.array([scale for scale, _ in UNREST]))
 
     def size_of(self, number: int, cause: Cause) -> tuple[float, float, float]:
         """Size of a change if it has happened, half width of its 95 % interval, and the probability that it has."""

@@ -1,7 +1,7 @@
 """Watch over a session of hours: the motion of the identification is repeated in a rest, judged, and learned again."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from exograv.identification.core.prior import prior
 from exograv.identification.core.sample_filter import SampleFilter
 from exograv.identification.core.sample_pace import BATCH_PERIOD_S, Averages
 from exograv.identification.drift.slow_causes import Kind
-from exograv.identification.drift.slow_watch import SlowJudgement, SlowWatch
+from exograv.identification.drift.slow_watch import SlowJudgement, SlowWatch, with_slid_cuffs
 from exograv.identification.recursive.recursive import Recursive
 from exograv.loop.arm_controller import ArmController
 from exograv.loop.mode_ramp import fade
@@ -94,16 +94,6 @@ class SessionWatch:
             self._x, self._covariance = carried.x, carried.covariance
         self._watch = SlowWatch(self._model.again(), self._x, self._covariance, samples)
         return LearnedAgain(assembly, estimate, carried)
-
-
-def with_slid_cuffs(assembly: Assembly, judgement: SlowJudgement) -> Assembly:
-    """Return the assembly with the cuffs where a check has surely found them."""
-    ways = {found.cause.place: found.size for found in judgement.changes if found.cause.kind is Kind.CUFF}
-    if not ways:
-        return assembly
-    before = assembly.slid_m or (0.0,) * len(assembly.cuffs)
-    slid = (way + ways.get(cuff.name, 0.0) for way, cuff in zip(before, assembly.cuffs, strict=True))
-    return replace(assembly, slid_m=tuple(slid))
 
 
 def widened(model: ArmModel, x: Parameters, covariance: Covariance, judgement: SlowJudgement) -> Covariance:
