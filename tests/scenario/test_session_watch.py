@@ -1,4 +1,4 @@
-"""Between two windows the twin's arm is compared with its identification: a slipped cuff is told and learned again."""
+"""The arm is compared with its identification between windows: a slipped cuff is told and learned again."""
 
 from pathlib import Path
 
