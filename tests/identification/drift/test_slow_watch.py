@@ -43,10 +43,17 @@ class Bench:
         self.x, self.covariance = prior(self.assembly, self.machine)
         self.path = excitation_motion(self.assembly, SECONDS, DT)
 
-    def motion(self, seed: int, model: ArmModel | None = None, x: np.ndarray | None = None, **more: Torque | float):
+    def motion(
+        self,
+        seed: int,
+        model: ArmModel | None = None,
+        x: np.ndarray | None = None,
+        path: Trajectory | None = None,
+        extra: Torque | None = None,
+        unrest: float = 1.0,
+    ) -> list[Sample]:
         """Samples of a motion: torque of `model` at `x`, `extra` torque, and `unrest` times the usual slow torque."""
-        path, extra, unrest = more.get("path", self.path), more.get("extra"), more.get("unrest", 1.0)
-        assert isinstance(path, Trajectory)
+        path = path or self.path
         rng, keeps = np.random.default_rng(seed), np.exp(-DT / CORRELATION_S)
         still = [Sample(k * DT, *row, np.zeros(4)) for k, row in enumerate(zip(path.q, path.v, path.a, strict=True))]
         causes = possible_causes(self.model)
@@ -59,12 +66,12 @@ class Bench:
             slow = keeps * slow + sd * np.sqrt(1.0 - keeps**2) * rng.standard_normal(4)
             tau = own.linearise(sample, self.x if x is None else x)[0]
             tau = tau + column @ slow + self.machine.residual_sd * rng.standard_normal(4)
-            samples.append(replace(sample, tau=tau + (0.0 if extra is None else extra(sample, tau))))
+            samples.append(replace(sample, tau=tau + (0.0 if extra is None else extra(sample))))
         return samples
 
-    def watch(self, seed: int = 0, **more: Torque | float) -> SlowWatch:
+    def watch(self, path: Trajectory | None = None) -> SlowWatch:
         """Watch that has seen the motion once."""
-        return SlowWatch(self.model.again(), self.x, self.covariance, self.motion(seed, **more))
+        return SlowWatch(self.model.again(), self.x, self.covariance, self.motion(0, path=path))
 
 
 @pytest.fixture(scope="module")
@@ -132,7 +139,7 @@ def test_a_wearer_who_pushes_is_asked_to_relax_and_no_change_is_told(bench: Benc
 
 
 def test_one_burst_is_no_change(bench: Bench):
-    def burst(sample: Sample, tau: np.ndarray) -> np.ndarray:
-        return np.where(abs(sample.t - 9.0) < 0.3, 5.0, 0.0) * np.ones_like(tau)
+    def burst(sample: Sample) -> np.ndarray:
+        return np.full(4, 5.0 if abs(sample.t - 9.0) < 0.3 else 0.0)
 
     assert bench.watch().judge(bench.motion(1, extra=burst)).is_silent

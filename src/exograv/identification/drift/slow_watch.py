@@ -160,7 +160,7 @@ class SlowWatch:
         for cause, way in zip(self.causes, ways, strict=True):
             y = y + way * now.by_size[pairs][:, :, cause.columns[0]]
         direction = np.hypot(now.direction_sd[pairs], self._before.direction_sd[before])
-        errors = [self._discrepancy.errors_of_joint(samples[i].q, samples[i].v) for i in np.flatnonzero(pairs)]
+        errors = [self._discrepancy.errors_of_joint(samples[i].q, samples[i].v) for i in np.flatnonzero(pairs).tolist()]
         return self._judged(_Pairs(t[pairs], y, now.by_size[pairs], direction, np.array(errors)))
 
     def _judged(self, pairs: "_Pairs") -> SlowJudgement:
