@@ -16,6 +16,9 @@ from exograv.task.run import TaskRun
 
 CHUNK_S = 1.0
 
+CALM_S = 10.0
+"""Time of rest after a window from which a participant whose muscles are not seen counts as relaxed, assumed [s]."""
+
 
 @dataclass
 class BetweenWindows:
@@ -90,7 +93,15 @@ class LockstepScreen:
         is_due = complete > act.after and complete % act.every == 0
         is_last = complete == self.run.plan.protocol.windows.count
         is_rest = state.status == "running" and state.window is None and not self.is_settling
-        return is_due and is_rest and not is_last and self.seat.is_relaxed
+        return is_due and is_rest and not is_last and self._is_calm
+
+    @property
+    def _is_calm(self) -> bool:
+        """True if the participant relaxes, as far as the seat sees, or has rested for long enough to do so."""
+        if (relaxed := self.seat.is_relaxed) is not None:
+            return relaxed
+        closed = self.run.state.windows[-1].closed
+        return closed is not None and self.t >= closed + CALM_S
 
     def _pause_and(self, act: BetweenWindows) -> None:
         act.after = len(self.run.state.complete)
