@@ -4,8 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.preloaded import exograv
 from tests.scenario.test_train import records, short, trained
 
+from exograv.experiment.train import train_command
+from exograv.experiment.train.options import TrainOptions
+from exograv.experiment.train.preparation import CheckedBetween, Ready
+from exograv.experiment.train.session_check import check_between
 from exograv.identification.core.arm_model import ArmModel
 from exograv.identification.core.left_over import TARGET_NM
 from exograv.identification.drift.slow_causes import Kind
@@ -16,7 +21,7 @@ from exograv.model.description import load_rig
 from exograv.procedures.identification.identify import V_MOTION
 from exograv.procedures.identification.session_watch import SessionWatch, repeat_motion
 from exograv.recording import read_recording
-from exograv.rig.twin import Disturbances
+from exograv.rig.twin import Disturbances, Twin
 
 SEED = 1014
 """Figures are reported on other seeds (docs/explanation/disturbances.md)."""
@@ -70,3 +75,26 @@ def test_a_session_with_checks_records_each_and_runs_all_windows(tmp_path: Path)
     assert [event["text"] for event in told] == [one["why"] for one in result["checked"]]
     assert len(told) == 1
     assert [one["why"] for one in records(recording, "paused")] == ["session check"]
+
+
+@pytest.mark.slow
+def test_a_cuff_that_slips_in_a_session_is_carried_from_then_on_and_the_recording_replays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    def slipped(ready: Ready, after_windows: int, learns_again: bool) -> CheckedBetween:
+        assert isinstance(ready.pilot.rig, Twin)
+        ready.pilot.rig.slide_cuff("forearm", SLIP_M)
+        return check_between(ready, after_windows, learns_again)
+
+    monkeypatch.setattr(train_command, "check_between", slipped)
+    protocol = str(short(tmp_path, base="training", rest_s=14.0))
+    options = TrainOptions(participant="P-07", seed=SEED, protocol=protocol, check_every=1, identify_again=True)
+    result = train_command.run_training(options, tmp_path, lambda _text, _share: None)
+    (checked,) = result.preparation.checked or []
+    assert (checked.changes[0].kind, checked.changes[0].place) == ("cuff", "forearm")
+    assert checked.learned_again
+    assert result.is_complete
+    controls = read_recording(result.recording).messages("/control")
+    (slid,) = [message["slid_m"] for message in controls if message.get("slid_m")]
+    assert slid == pytest.approx([0.0, checked.changes[0].size], abs=1e-4)
+    exograv("data", "replay", str(result.recording), check=True)
