@@ -4,9 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from exograv.console.hub import PageLine
 
-from exograv.console.hub import Hub
+from exograv.console.hub import Hub, PageLine
 from exograv.console.keys import Role
 from exograv.task.plan import TaskPlan
 from exograv.task.protocol import load_protocol

@@ -1,6 +1,7 @@
 """Cuffs are strain-free where they were fastened, and the solver finds the posture that a followed arm reaches."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -101,6 +102,13 @@ def test_no_cuff_is_strained_where_it_was_fastened(assembly):
     for seed in range(5):
         residual = strain(donning, random_fit(np.random.default_rng(seed)))
         np.testing.assert_allclose(np.array(residual), 0.0, atol=PARITY)
+
+
+def test_a_cuff_that_has_slid_along_the_limb_is_strained_by_its_way_and_no_other_cuff_is(assembly):
+    slid, donning = replace(assembly, slid_m=(0.0, 0.012)), assembly.description
+    y, z = ca.SX(ca.DM(donning.donning_posture)), ca.SX(ca.DM(donning.arm_donning_posture))
+    residuals, _ = cuff_residuals(slid, y, z, ca.SX.zeros(len(FIT)))
+    np.testing.assert_allclose(numbers(residuals).ravel(), [*[0.0] * 6, 0.0, 0.0, -0.012, 0.0, 0.0, 0.0], atol=PARITY)
 
 
 def numbers(expression: ca.SX) -> np.ndarray:

@@ -435,7 +435,7 @@ def pushed(level: float = 1.8, consent_s: float = CONSENT_S) -> tuple[Bench, Gua
     """Return a bench that has reached a level above 1 with the wearer's consent, and gives the torque for it."""
     bench = Bench()
     carries = [np.hstack([torque[:, None], np.zeros((2, 8))]) for torque in (MACHINE_NM, ARM_NM)]
-    table = PlausibleTable((LimbTable((0, 1), 2, *carries),), np.zeros(2), np.zeros(2), np.zeros(2))
+    table = PlausibleTable((LimbTable((0, 1), 2, carries[0], carries[1]),), np.zeros(2), np.zeros(2), np.zeros(2))
     limits = PersonLimits(table, np.full(2, 4.0), np.full(2, -3.0), np.full(2, 3.0))
     person = bench.guard.envelope.person = GuardedPerson(limits, 1.0)
     bench.tick(MACHINE_NM)

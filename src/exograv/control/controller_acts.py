@@ -11,6 +11,7 @@ from exograv.dynamics.machine import CalibratedMachine
 from exograv.dynamics.parameters import Parameters
 from exograv.model.arm import WeightPlace
 from exograv.model.description import ArmSide
+from exograv.results import OPTIONAL
 
 Joints = Float[np.ndarray, " joint"]
 
@@ -29,6 +30,8 @@ class ArmControllerRecord:
     kind: Literal["arm"] = field(default="arm", init=False)
     machine: CalibratedMachine
     x: Parameters
+    slid_m: tuple[float, ...] | None = field(default=None, metadata=OPTIONAL)
+    """Way of each cuff along the limb since it was fastened [m]; None if no cuff has moved."""
 
 
 @dataclass(frozen=True)

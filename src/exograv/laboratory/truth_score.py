@@ -67,6 +67,10 @@ class Examination:
         """Postures of the examination [rad]."""
         return self._examiner.postures
 
+    def slide_cuff(self, name: str, along_m: float) -> None:
+        """Score with a cuff that has moved along the limb, as by `Twin.slide_cuff` [m]."""
+        self._examiner.slide_cuff(name, along_m)
+
     def score(self, x: Parameters, payload_kg: float = 0.0) -> TruthScore:
         """Score these parameters in the level-0 controller, with a hidden weight in the hand."""
         asked: list[Resting] = []

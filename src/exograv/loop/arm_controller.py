@@ -61,7 +61,7 @@ class ArmController:
 
     def described(self) -> ArmControllerRecord:
         """Describe this controller for a recording, apart from the machine's files and the participant's data."""
-        return ArmControllerRecord(self.machine, self.x.copy())
+        return ArmControllerRecord(self.machine, self.x.copy(), self.assembly.slid_m or None)
 
     @property
     def mode(self) -> ControlMode:

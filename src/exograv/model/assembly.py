@@ -19,6 +19,8 @@ class Assembly:
     exo: Tree
     arm: Arm
     cuffs: tuple[Cuff, ...]
+    slid_m: tuple[float, ...] = ()
+    """Way of each cuff along the limb since it was fastened [m]; empty if no cuff has moved."""
 
     @property
     def n(self) -> int:

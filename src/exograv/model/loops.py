@@ -197,13 +197,16 @@ def cuff_pairs(assembly: Assembly, exo: list[Transform], arm: list[Transform], f
     z_donning = ca.SX(ca.DM(description.arm_donning_posture))
     arm_donning = arm_poses(assembly, z_donning, fit)
     pairs = []
-    for cuff in assembly.cuffs:
+    for cuff, slid in zip(assembly.cuffs, assembly.slid_m or (0.0,) * len(assembly.cuffs), strict=True):
         segment = assembly.arm.limb(cuff.side).prefix + cuff.segment
         T_world_fastened = frame_pose(assembly.exo, exo_donning, cuff.exo_frame)
         T_segment_cuff = frame_pose(tree, arm_donning, segment).inverse() @ T_world_fastened
+        T_world_exo = frame_pose(assembly.exo, exo, cuff.exo_frame)
+        if slid:
+            T_world_exo = Transform(T_world_exo.R, T_world_exo.apply(ca.SX(ca.DM([0.0, 0.0, slid]))))
         pairs.append(
             CuffPair(
-                frame_pose(assembly.exo, exo, cuff.exo_frame),
+                T_world_exo,
                 frame_pose(tree, arm, segment) @ T_segment_cuff,
                 assembly.exo.frame(cuff.exo_frame).body,
                 tree.frame(segment).body,

@@ -284,6 +284,7 @@ CONTROL = Channel(
             known=inside.MACHINE,
         ),
         Field("x", "number", "SI", "parameters of the arm that the controller gets", LIST, optional=True),
+        Field("slid_m", "number", "m", "way of each cuff along the limb since it was fastened", LIST, optional=True),
         Field(
             "q",
             "number",

@@ -24,11 +24,15 @@ class KnownPerson(Settings):
     machine: JsonObject
     x: list[float]
     covariance: list[list[float]]
+    slid_m: tuple[float, ...] = ()
+    """Way of each cuff along the limb since it was fastened [m]; empty if no cuff has moved."""
 
     @classmethod
-    def of(cls, machine: CalibratedMachine, x: np.ndarray, covariance: np.ndarray) -> "KnownPerson":
+    def of(
+        cls, machine: CalibratedMachine, x: np.ndarray, covariance: np.ndarray, slid_m: tuple[float, ...] = ()
+    ) -> "KnownPerson":
         """Return the record from arrays."""
-        return cls(machine=json_value(machine), x=x.tolist(), covariance=covariance.tolist())
+        return cls(machine=json_value(machine), x=x.tolist(), covariance=covariance.tolist(), slid_m=slid_m)
 
 
 class LearnedState(Settings):

@@ -124,6 +124,7 @@ def show_training(result: "TrainResult") -> None:
         f"(rejected: {rejected}); median {'no' if per_window is None else f'{per_window:g}'} touches per window.",
         f"{result.simulated_s:.0f} s simulated in {result.wall_s:.0f} s; {result.recording_MB:g} MB.",
     ]
+    lines += [f"Check after window {one.after_windows}: {one.why}" for one in result.preparation.checked or []]
     if not result.is_whole_protocol:
         lines.insert(0, "Only a part of the protocol was run (--windows).")
     for line in lines:

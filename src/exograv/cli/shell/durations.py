@@ -27,7 +27,7 @@ Sum: the 23 s of a warm `exograv demo` on a quiet computer (docs/results/results
 machine with seven joints takes about twice as long: 61 against 33 s of CPU time for `demo`.
 """
 
-WINDOW_S, VERIFIED_S, WEIGHED_S, ATTEMPTS_S = 25.0, 10.0, 11.0, 17.0
+WINDOW_S, VERIFIED_S, CHECKED_S, WEIGHED_S, ATTEMPTS_S = 25.0, 10.0, 8.0, 11.0, 17.0
 """A window of a session; a verification; a weighing; the attempts of a search for support [s].
 
 The last follows from the 27 to 34 s of a whole `run support-level` with 60 attempts.
@@ -144,8 +144,8 @@ def _train(options: Any) -> float | None:
         windows = options.windows or load_protocol(options.protocol).settings.windows.count
     except ConfigError:  # The command itself refuses the protocol, with all its reasons.
         windows = options.windows or 0
-    verified = windows // options.verify_every if options.verify_every else 0
-    return _prepared(options) + 20.0 + WINDOW_S * windows + VERIFIED_S * verified
+    verified, checked = (windows // every if every else 0 for every in (options.verify_every, options.check_every))
+    return _prepared(options) + 20.0 + WINDOW_S * windows + VERIFIED_S * verified + CHECKED_S * checked
 
 
 def _transparency(options: Any) -> float:

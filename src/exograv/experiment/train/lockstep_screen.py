@@ -1,7 +1,7 @@
 """A participant at a screen in full lock-step: control, guard and task step by step on one machine."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -21,6 +21,23 @@ CHUNK_S = 1.0
 CONSENTS_BEFORE_S = 60.0
 """Rest of a consent below which the simulated participant agrees again [s]: longer than a pull-up."""
 
+CALM_S = 10.0
+"""Time of rest after a window from which a participant whose muscles are not seen counts as relaxed, assumed [s]."""
+
+
+@dataclass
+class BetweenWindows:
+    """Act of the machine in the rest after every so many windows."""
+
+    every: int
+    """Number of windows between two acts; 0 for never."""
+    why: str
+    """Reason of the pause in the task's records."""
+    act: Callable[[], Controller]
+    """Function that acts while the run is paused, and returns the controller from then on."""
+    after: int = 0
+    """Number of complete windows at the last act."""
+
 
 @dataclass
 class LockstepScreen:
@@ -30,11 +47,8 @@ class LockstepScreen:
     pilot: Pilot
     controller: Controller
     seat: Seat
-    verify: Callable[[], None]
-    """Callback that checks the compensation while the run is paused."""
-
-    verify_every: int = 0
-    """Number of windows between two verifications; 0 for never."""
+    between: tuple[BetweenWindows, ...] = field(default=())
+    """Acts between windows, in this order."""
 
     def __post_init__(self):
         """Store the resting posture and the number of complete windows."""
@@ -42,7 +56,8 @@ class LockstepScreen:
         self._task_ticks, self._level_ticks = (max(round(each_s / period_s), 1) for each_s in (TASK_S, LEVEL_S))
         self._q_rest = self.pilot.q.copy()
         self._still = motion.hold(self.pilot.q, CHUNK_S, period_s)
-        self._verified_after = len(self.run.state.complete)
+        for act in self.between:
+            act.after = len(self.run.state.complete)
 
     def fly(self, *others: EventSource) -> None:
         """Run from the present state to the end; `others` are sources beside the touch panel.
@@ -66,28 +81,37 @@ class LockstepScreen:
         return isinstance(self.controller, ArmController) and self.controller.mode.gravity_level < 1.0
 
     def advance(self, session: ScreenSession) -> None:
-        """Run one chunk, and verify if it is due."""
+        """Run one chunk, and act between windows if it is due."""
         self.pilot.run(self.controller, self._still, phase_of(self.run), lambda moment: self._listen(session, moment))
-        if self.verify_every and self._is_time_to_verify():
-            self._pause_and_verify()
+        for act in self.between:
+            if act.every and self._is_time_for(act):
+                self._pause_and(act)
 
     def why_over(self, run: TaskRun) -> str:
         """Reason to stop a run that no clock ends."""
         return "all windows are complete" if run.is_over(self.t) else ""
 
-    def _is_time_to_verify(self) -> bool:
-        """Return True once in the rest after every `verify_every` windows, as soon as the arm lies on its support."""
+    def _is_time_for(self, act: BetweenWindows) -> bool:
+        """Return True once in the rest after every so many windows, as soon as the arm lies on its support."""
         state = self.run.state
         complete = len(state.complete)
-        is_due = complete > self._verified_after and complete % self.verify_every == 0
+        is_due = complete > act.after and complete % act.every == 0
         is_last = complete == self.run.plan.protocol.windows.count
         is_rest = state.status == "running" and state.window is None and not self.is_settling
-        return is_due and is_rest and not is_last and self.seat.is_relaxed
+        return is_due and is_rest and not is_last and self._is_calm
 
-    def _pause_and_verify(self) -> None:
-        self._verified_after = len(self.run.state.complete)
-        self.run.feed(Pause(t=self.t, why="verification"))
-        self.verify()
+    @property
+    def _is_calm(self) -> bool:
+        """True if the participant relaxes, as far as the seat sees, or has rested for long enough to do so."""
+        if (relaxed := self.seat.is_relaxed) is not None:
+            return relaxed
+        closed = self.run.state.windows[-1].closed
+        return closed is not None and self.t >= closed + CALM_S
+
+    def _pause_and(self, act: BetweenWindows) -> None:
+        act.after = len(self.run.state.complete)
+        self.run.feed(Pause(t=self.t, why=act.why))
+        self.controller = act.act()
         self.pilot.begin("task")
         self.run.feed(Resume(t=self.t))
 

@@ -89,6 +89,13 @@ class TrainOptions(WornOptions):
     verify_every: Annotated[int, tyro.conf.arg(metavar="N"), Within(0, 500), ON_TWIN] = 0
     """Verify the residual torque after every N windows, with 138 s of motion each time; 0 for never."""
 
+    check_every: Annotated[int, tyro.conf.arg(metavar="N"), Within(0, 500), IN_LOCK_STEP] = 0
+    """Compare the arm with its identification after every N windows, with 20 s of motion each time; 0 for never. A cuff
+    that has moved, drives that are warm and an arm that is not relaxed are told with their size."""
+
+    identify_again: Annotated[bool, Acts(lambda all_: all_.check_every, "with --check-every")] = False
+    """Identify the arm again by the motion of a check that finds a change."""
+
     resume: bool = False
     """Continue an interrupted run at the next window."""
 

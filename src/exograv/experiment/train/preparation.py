@@ -1,7 +1,7 @@
 """Preparation before the first window: arm check, identification, and laying the arm on its support."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -27,6 +27,7 @@ from exograv.procedures.identification.controller_knowledge import ControllerKno
 from exograv.procedures.identification.identify import Identifier, identify_arm
 from exograv.procedures.identification.options import ParticipantOptions
 from exograv.procedures.identification.participant_session import KeptParticipant, ParticipantRun
+from exograv.procedures.identification.session_watch import SessionWatch
 from exograv.procedures.weighing.arm_check import ArmCheck, ArmJudge, in_doubt_not_refused
 from exograv.procedures.weighing.first_motion import first_motion
 from exograv.procedures.weighing.motion_samples import SampleCollector
@@ -83,6 +84,30 @@ class VerifiedBetween:
 
 
 @dataclass(frozen=True)
+class SlowChangeFigures:
+    """Change that a check between two windows has found."""
+
+    kind: str
+    place: str
+    size: float
+    """Size in metres, newton metres or as a share."""
+    half_width: float
+    probability: float
+
+
+@dataclass(frozen=True)
+class CheckedBetween:
+    """Check between two windows: the arm compared with its identification."""
+
+    after_windows: int
+    changes: list[SlowChangeFigures]
+    one_of: list[SlowChangeFigures]
+    relaxed: bool
+    learned_again: bool
+    why: str
+
+
+@dataclass(frozen=True)
 class PreparationFigures:
     """Figures of the preparation. A machine that only records has none."""
 
@@ -91,6 +116,7 @@ class PreparationFigures:
     identification: SessionIdentification | None = field(default=None, metadata=OPTIONAL)
     person_kept: bool | None = field(default=None, metadata=OPTIONAL)
     verified: list[VerifiedBetween] | None = field(default=None, metadata=OPTIONAL)
+    checked: list[CheckedBetween] | None = field(default=None, metadata=OPTIONAL)
 
 
 PREPARATION: TypeAdapter[PreparationFigures] = TypeAdapter(PreparationFigures)
@@ -121,6 +147,8 @@ class Ready:
     person: KnownPerson | None = None
     figures: PreparationFigures = field(default_factory=PreparationFigures)
     model: ArmModel | None = None
+    watch: SessionWatch | None = None
+    """Watch over the arm since its identification; None until it has seen the motion once."""
 
 
 def known_arm(worn: WornMachine, person: ParticipantRun, passed: SelfTestPassed) -> Ready:
@@ -178,7 +206,11 @@ def known_arm(worn: WornMachine, person: ParticipantRun, passed: SelfTestPassed)
         ),
         isinstance(written, KeptParticipant),
     )
-    return Ready(pilot, controller, worn.put_room, _kept(machine, found.floated), figures, identifier.model)
+    floated = found.floated
+    watch = None
+    if floated.covariance is not None:
+        watch = SessionWatch(identifier.model, floated.x, floated.covariance, kept.samples)
+    return Ready(pilot, controller, worn.put_room, _kept(machine, floated), figures, identifier.model, watch)
 
 
 def known_again(worn: WornMachine, person: KnownPerson) -> Ready:
@@ -199,7 +231,8 @@ def known_again(worn: WornMachine, person: KnownPerson) -> Ready:
 
 def remembered(person: KnownPerson, assembly: Assembly, t: float) -> ControllerKnowledge:
     """Return the controller's knowledge of a checkpoint, for a machine that goes on at rig time `t` [s]."""
-    return ControllerKnowledge(assembly, read_machine(person.machine), np.array(person.x), t)
+    fitted = replace(assembly, slid_m=person.slid_m)
+    return ControllerKnowledge(fitted, read_machine(person.machine), np.array(person.x), t)
 
 
 def lay_down(pilot: Pilot, controller: ArmController, put_room: PutRoom) -> None:

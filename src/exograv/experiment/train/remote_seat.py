@@ -103,9 +103,9 @@ class RemoteSeat:
             line.tell(Remember(learned=learned.model_dump()))
 
     @property
-    def is_relaxed(self) -> bool:
-        """False: the session cannot see the participant's muscles."""
-        return False
+    def is_relaxed(self) -> None:
+        """None: the session cannot see the participant's muscles."""
+        return None
 
     def session(self, run: TaskRun, *others: EventSource) -> ScreenSession:
         """Return the session of this participant."""

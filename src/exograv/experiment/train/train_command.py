@@ -8,6 +8,7 @@ from pathlib import Path
 
 from exograv.errors import ConfigError, RecordingError, RigError
 from exograv.experiment.recorded_run import has_window
+from exograv.loop.output_feedback import Controller
 from exograv.loop.pilot import Progress
 from exograv.loop.run_settings import RunSettings, TwinRun
 from exograv.recording import RecordingWriter
@@ -21,10 +22,11 @@ from exograv.task.run import TaskRun
 from exograv.task.totals import TotalsFigures
 
 from .interface import TrainingMachine
-from .lockstep_screen import LockstepScreen
+from .lockstep_screen import BetweenWindows, LockstepScreen
 from .options import TrainOptions
 from .preparation import PREPARATION, PreparationFigures, Ready
 from .request import TrainingRequest, asked_for
+from .session_check import check_between, with_check
 from .verification import verify_between
 
 PREPARING_S = 420.0
@@ -255,12 +257,21 @@ class _Training:
             checkpoint_sink(lambda _t: keep()),
         )
 
-        def verify() -> None:
+        def verify() -> Controller:
             after = len(run.state.complete)
             verified = [*(ready.figures.verified or []), verify_between(ready, self._machine.day + after, after)]
             ready.figures = replace(ready.figures, verified=verified)
+            return ready.controller
 
-        machine = LockstepScreen(run, ready.pilot, ready.controller, seat, verify, self._options.verify_every)
+        def check() -> Controller:
+            with_check(ready, check_between(ready, len(run.state.complete), self._options.identify_again))
+            return ready.controller
+
+        between = (
+            BetweenWindows(self._options.check_every, "session check", check),
+            BetweenWindows(self._options.verify_every, "verification", verify),
+        )
+        machine = LockstepScreen(run, ready.pilot, ready.controller, seat, between)
         ready.pilot.begin("task")
         for event in (Start,) if before is None else (Interrupted, Resume):
             run.feed(event(t=rig.t))

@@ -92,8 +92,8 @@ class Seat(Protocol):
     """Seat of a participant in a machine, in front of a touch panel."""
 
     @property
-    def is_relaxed(self) -> bool:
-        """True if the participant's muscles give no torque."""
+    def is_relaxed(self) -> bool | None:
+        """True if the participant's muscles give no torque; None if the session cannot see them."""
         ...
 
     def session(self, run: TaskRun, *others: EventSource) -> ScreenSession:

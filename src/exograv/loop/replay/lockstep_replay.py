@@ -1,5 +1,7 @@
 """Replay of a run in lock-step: pilots, controllers and their commands, as recorded."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from exograv.control.controller_acts import (
@@ -115,7 +117,7 @@ class _Pilot:
         if message["kind"] == "empty":
             return ExoTick(recorded.description, recorded.tree)
         if message["kind"] == "arm":
-            assembly = recorded.assembly
+            assembly = replace(recorded.assembly, slid_m=tuple(message.get("slid_m", ())))
             machine = instead.machine(read_machine(message["machine"]), assembly)
             x = instead.parameters(np.array(message["x"]), machine, assembly)
             return ArmController(assembly, machine, x, self._period_s)

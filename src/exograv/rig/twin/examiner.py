@@ -68,6 +68,12 @@ class Examiner:
         self._weightless_statics = Statics(self._weightless, wearer, with_passive=False)
         self._cache: dict[tuple[float, bool], Postures] = {}
 
+    def slide_cuff(self, name: str, along_m: float) -> None:
+        """Score with a cuff that has moved along the limb, as by `Twin.slide_cuff` [m]."""
+        for scene in (self._full, self._weightless):
+            scene.slide_cuff(name, along_m)
+        self._cache.clear()
+
     def lock_torque(self, q: Joints, payload_kg: float = 0.0, arm: bool = True) -> Joints:
         """Torque [N·m] on the locked joints at true positions `q`, with the arm at rest in its cuffs.
 
