@@ -37,6 +37,7 @@ from exograv.procedures.identification.method_names import (
     refuse_without_uncertainty,
 )
 
+WORN_AND_RELAXED = Acts(lambda all_: all_.worn and all_.person == "relaxed", "with --worn and without --person")
 MovementName = Literal["pointing", "recorded"]
 Kilograms = tyro.conf.arg(metavar="KG")
 HeldWeight = Within(0.0, HEAVIEST_KG, f"0 (none) to {HEAVIEST_KG:g} kg. Take a lighter one.", " kg")
@@ -203,7 +204,7 @@ class DriveSimOptions(Options):
     person: Literal["relaxed", "virtual"] = "relaxed"
     """Wearer of `--worn`: relaxed, or a virtual participant who also points at the screen of a session."""
 
-    dummy: Annotated[Path | None, Acts(lambda all_: all_.worn, "with --worn"), tyro.conf.arg(metavar="FILE")] = None
+    dummy: Annotated[Path | None, WORN_AND_RELAXED, tyro.conf.arg(metavar="FILE")] = None
     """File of a dummy arm that takes the place of the wearer (docs/howto/accept.md)."""
 
     protocol: str = "training"
