@@ -18,7 +18,14 @@ from exograv.loop.replay_log import read_machine, read_person
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.procedures.verification.postures import Verification
 from exograv.recording.fields import Message
-from exograv.runtime.control_loop.exchange import EVENT_SHIFT, TOLD_PERSON, answer_dtype, finding_dtype, state_dtype
+from exograv.runtime.control_loop.exchange import (
+    EVENT_SHIFT,
+    TOLD_LEVEL,
+    TOLD_PERSON,
+    answer_dtype,
+    finding_dtype,
+    state_dtype,
+)
 from exograv.safety.guard import COMMAND_LIFE_S, ControlRequest, SafeState
 from exograv.safety.modes import Mode
 from exograv.signals import JointState
@@ -63,8 +70,16 @@ class LiveReplay:
             ]
             levels = asked if instead.gravity_level is None else []
             period_s, is_other = live["period_s"], instead.is_anything
+            taken = np.count_nonzero(np.asarray(self._columns.acts) & TOLD_LEVEL)
             self._guarding = GuardReplay(
-                recorded.description, actuators, period_s, limits, level, levels, is_other_run=is_other
+                recorded.description,
+                actuators,
+                period_s,
+                limits,
+                level,
+                levels,
+                takes_each=len(levels) == taken,
+                is_other_run=is_other,
             )
             if self._columns["gravity_level"].size and not 0.0 <= level <= 1.0:
                 raise ConfigError(f"The gravity level of {path} is {level}; allowed: 0 to 1.")

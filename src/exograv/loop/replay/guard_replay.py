@@ -36,6 +36,7 @@ class GuardReplay:
         gravity_level: float = 0.0,
         levels: Sequence[tuple[float, float, float]] = (),
         *,
+        takes_each: bool = False,
         is_other_run: bool = False,
     ):
         """Begin before the first tick.
@@ -47,11 +48,14 @@ class GuardReplay:
             person: Limits of the wearer; None if the machine is empty.
             gravity_level: Share of the arm's weight that the wearer feels at first [-].
             levels: Requests for a gravity level during the run: time [s], level [-] and duration of the ramp [s] each.
+            takes_each: True if the guard took each request, in this order. A request may wait for some ticks, so its
+                time alone does not say which one a tick took.
             is_other_run: True if something recorded is replaced. The replay then assumes that the motors follow its own
                 commands, because the recorded currents answer to the commands of the run.
         """
         self._is_other_run, self._told_more = is_other_run, np.zeros(len(description.joints))
         self._levels, self._resumes = levels, False
+        self._takes_each, self._taken = takes_each, 0
         self._description, self._actuators, self._period_s = description, actuators, period_s
         self._person, self._gravity_level, self._is_driven = person, gravity_level, False
         self._settles_at, self._is_blind = -np.inf, False
@@ -120,6 +124,7 @@ class GuardReplay:
         if acts & CONSENTED:
             self.guard.consent()
         if acts & TOLD_LEVEL:
+            self._taken += 1
             self._want_level(columns.now[k])
         now = columns.now[k]
         decision = self._step.take(self._state(k, columns), now, control)
@@ -143,6 +148,9 @@ class GuardReplay:
         return state._replace(current=state.current + self._actuators.current(more), tau=state.tau + more)
 
     def _want_level(self, now: float) -> None:
-        """Ask for the most recently requested level."""
-        if asked := [(level, ramp_s) for t, level, ramp_s in self._levels if t <= now]:
+        """Ask for the request that this tick took, or for the most recent one."""
+        if self._takes_each:
+            if self._taken:
+                self.guard.feel(*self._levels[self._taken - 1][1:])
+        elif asked := [(level, ramp_s) for t, level, ramp_s in self._levels if t <= now]:
             self.guard.feel(*asked[-1])
