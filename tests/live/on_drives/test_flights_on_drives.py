@@ -169,3 +169,34 @@ def test_a_virtual_participant_points_at_the_sessions_own_page_and_every_contact
     assert len(pulses) == len(touches)
     assert np.median(np.abs(pulses - touches)) < PULSE_S
     assert imported.session["pitch_x_mm"] == pytest.approx(SimulatedRoom().pitch_mm, rel=0.005)
+
+
+@pytest.mark.skipif(not CHROMIUM.exists(), reason=f"There is no {CHROMIUM}. On Debian: apt-get install chromium")
+def test_a_parabola_on_the_ground_pushes_the_arm_after_the_participant_has_agreed_and_replays_exactly(machine: Machine):
+    stimuli, line, made = list[subprocess.Popen[str]](), free_port(), machine.folder / "made.json"
+
+    def begins() -> None:
+        for path in (machine.folder / "out").glob("*.run.json"):
+            path.unlink()
+
+    def play(link: str) -> None:
+        words = ("dev", "stimulus", link, "--line", str(line), "--json", made.name)
+        command = [sys.executable, "-m", "exograv.cli", *words]
+        stimuli.append(subprocess.Popen(command, cwd=machine.folder, text=True))
+
+    session = ("--participant", "P-10", "--protocol", "parabola", "--windows", "1")
+    found = machine.flown("run", "train", *session, "--port", "0", "--stimulus", str(line), begins=begins, hears=play)
+    assert [stimulus.wait(30.0) for stimulus in stimuli][-1] == 0
+    assert found["is_complete"]
+    assert found["touches"] == len(json.loads(made.read_text(encoding="utf-8"))["made"]) > 4
+    path = machine.folder / found["recordings"][-1]
+    recording = read_recording(path)
+    levels = recording.ticks["gravity_level"]
+    assert np.nanmax(levels) == 1.8
+    pushed_s = PERIOD_MS * 1e-3 * np.count_nonzero(levels > 1.79)
+    assert pushed_s > 30.0
+    told = [one["text"] for one in recording.messages("/event") if "pushed down" in str(one.get("text", ""))]
+    assert told[0] == "The participant agrees for 120 s that the arm is pushed down."
+    command = [sys.executable, "-m", "exograv.cli", "data", "replay", str(path), "--out", "replay"]
+    process = subprocess.run(command, cwd=machine.folder, text=True, capture_output=True, check=False)
+    assert "to the last bit" in process.stdout, process.stdout
