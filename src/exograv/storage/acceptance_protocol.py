@@ -19,8 +19,8 @@ from .self_test_step import Step
 
 FILE, PAGE = "acceptance.toml", "acceptance.md"
 HEAD = """\
-# The acceptance of one machine, written by `exograv rig accept` (docs/howto/accept.md). Do not edit: content_sha256
-# seals the values, and a changed file is refused. The signature on paper goes below the table of acceptance.md.
+# The acceptance of one machine, written by `exograv rig accept` (docs/howto/accept.md). Do not edit: a
+# changed file is refused. The signature on paper goes below the table of acceptance.md.
 """
 
 MARKS: Mapping[bool, str] = {True: "passed", False: "FAILED"}

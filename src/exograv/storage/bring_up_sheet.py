@@ -18,8 +18,8 @@ from .self_test_step import Step
 
 FILE = "rig_test.toml"
 HEAD = """\
-# The bring-up of one machine, written by `exograv rig test` (docs/howto/rig_test.md). Do not edit: content_sha256 seals
-# the values, and a changed file is refused. The signature on paper goes below the printed table.
+# The bring-up of one machine, written by `exograv rig test` (docs/howto/rig_test.md). Do not edit: a changed
+# file is refused. The signature on paper goes below the printed table.
 """
 
 

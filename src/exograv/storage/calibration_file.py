@@ -26,7 +26,7 @@ MAKE = "exograv rig calibrate"
 """Command that calibrates a machine, if the reader of the file does not know the options of this machine."""
 HEAD = """\
 # Calibration of an empty machine, written by `exograv rig calibrate` (docs/howto/calibration.md). Each value has its
-# standard deviation beside it (_sd). Do not edit: content_sha256 seals the values, and a changed file is refused.
+# standard deviation beside it (_sd). Do not edit: a changed file is refused.
 """
 
 

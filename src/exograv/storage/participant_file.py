@@ -18,7 +18,7 @@ GIVE = "Give a file that `exograv arm identify --keep FILE` has written."
 HEAD = """\
 # One participant in one machine, written by `exograv arm identify --keep` (docs/howto/participants.md). `covariance`
 # of a parameter is with the parameters before it and with itself. Personal data: protect this file like the key to the
-# codes. Do not edit: content_sha256 seals the values, and a changed file is refused.
+# codes. Do not edit: a changed file is refused.
 """
 HEIGHT_M, MASS_KG, LENGTH_M = 0.03, 6.0, 0.02
 """Largest differences of body data from the file's (assumed).

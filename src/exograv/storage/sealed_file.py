@@ -16,6 +16,10 @@ from exograv.model.rig_settings import Settings
 SIZE_MAX_BYTES = 1_000_000
 """Largest size of a file, far above any of these files; a larger one is a mistake."""
 
+CHECK_SUM = """\
+# content_sha256 is a check sum against accidental changes. Anybody can compute it again: it is no signature.
+"""
+
 
 class Sealed(Settings):
     """Content of a sealed file; each kind adds its tables and its version."""
@@ -45,14 +49,14 @@ def sealed(whole: Kind) -> Kind:
 
 
 def write_sealed(path: Path, whole: Sealed, head: str, option: str) -> None:
-    """Write the file below a comment `head`, or leave the old one as it was.
+    """Write the file below the comments `head` and `CHECK_SUM`, or leave the old one as it was.
 
     Raises:
         ConfigError: The file cannot be written; `option` sets another place.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        replace_file(path, toml_text(whole.model_dump(), head), is_private=True)
+        replace_file(path, toml_text(whole.model_dump(), head + CHECK_SUM), is_private=True)
     except OSError as error:
         raise ConfigError(f"{path} cannot be written: {error.strerror}. Give another {option}.") from error
 

@@ -25,7 +25,7 @@ TEST = "exograv rig self-test"
 NO_PASS = "The machine is locked: no self-test has passed here."
 HEAD = """\
 # A self-test that has passed, written by `exograv rig self-test` (docs/explanation/safety.md). It unlocks this machine
-# on this computer until midnight. Do not edit: content_sha256 seals the values, and a changed file is refused.
+# on this computer until midnight. Do not edit: a changed file is refused.
 """
 
 
