@@ -169,7 +169,7 @@ def test_a_protocol_that_the_study_does_not_expect_is_refused(tmp_path: Path):
     path = write_session(tmp_path / "run.mcap", settings(code, "trainning"))
     (outcome,) = add(folder, path)
     assert outcome.what == "refused"
-    assert "familiarisation, flight, parabola, training" in outcome.sentence
+    assert "familiarisation, flight, training" in outcome.sentence
     assert whats(add(folder, write_session(path, settings(code, "training-first-2")))) == ["added"]
 
 

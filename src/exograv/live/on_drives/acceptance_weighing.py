@@ -15,7 +15,7 @@ from exograv.loop.keyboard import is_line_typed
 from exograv.loop.machine_limits import limits
 from exograv.loop.mode_ramp import fade
 from exograv.loop.person_limits_manager import PersonLimitsManager
-from exograv.loop.phases import TRAVEL_RAD_S
+from exograv.loop.phases import FLOATING, TRAVEL_RAD_S, WEIGHING
 from exograv.loop.pilot import Pilot, Progress, TickSample
 from exograv.model.support import assemble
 from exograv.motion import go_to, hold
@@ -135,7 +135,7 @@ class _DummyOnDrives:
         assert person is not None
         person.gravity_level = 1.0
         # The feedback holds the posture from the first tick on; its ramp lasts as long as the rest before the weight's.
-        fade(pilot, controller, "drive", 1.0, pilot.q.copy())
+        fade(pilot, controller, "drive", WEIGHING.drive.goal(is_known=True), pilot.q.copy())
         rest = max(REST_BEFORE_RAMP_S - 1.0, 0.0)
         if rest:
             pilot.run(controller, hold(pilot.q.copy(), rest, pilot.rig.period_s), "Resting")
@@ -161,13 +161,13 @@ class _DummyOnDrives:
     def _drift(self) -> Step:
         """Return the largest motion of a joint within `HOLD_S` without feedback, while both are carried."""
         pilot, dt = self._pilot, self._pilot.rig.period_s
-        fade(pilot, self._controller, "drive", 0.0, pilot.q.copy())
+        fade(pilot, self._controller, "drive", FLOATING.drive.goal(is_known=True), pilot.q.copy())
         start, way = pilot.q.copy(), np.zeros_like(pilot.q)
 
         def listen(moment: TickSample) -> None:
             np.maximum(way, np.abs(moment.q - start), out=way)
 
         pilot.run(self._controller, hold(start, HOLD_S, dt), "Floating with the weight", listen)
-        fade(pilot, self._controller, "drive", 1.0, pilot.q.copy())
+        fade(pilot, self._controller, "drive", WEIGHING.drive.goal(is_known=True), pilot.q.copy())
         what = "drift while dummy and weight float"
         return within(what, float(np.rad2deg(way.max())), DRIFT_MAX_DEG, f"° in {HOLD_S:g} s", SINKS)
