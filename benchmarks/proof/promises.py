@@ -261,7 +261,7 @@ def promise_release(b: Record, r: Record, j: int) -> bool:
     """Return True if a level above 1 falls fast in a stop, without a wearer, in a wall, and at a fast joint."""
     is_free = b[STOP] == 0.0 and b[WORN] != 0.0 and b[IN_WALL] == 0.0 and b[FASTEST] <= b[V_DAMPING]
     fallen = b[LEVEL] - (GRAVITY_LEVEL_MAX - 1.0) / PUSH_ENDS_S * b[DT]
-    return b[LEVEL] <= 1.0 or is_free or r[LEVEL] == most(1.0, fallen)
+    return b[LEVEL] <= 1.0 or is_free or r[LEVEL] == (fallen if fallen > 1.0 else 1.0)
 
 
 def promise_level_kept(b: Record, r: Record, j: int) -> bool:

@@ -117,7 +117,8 @@ def _draw_state(places: dict, about: Fields, record: "array[float]", chance: ran
     record[places["VALID_UNTIL"]] = record[places["NOW"]] + chance.choice((0.0, 0.004, -0.001))
     record[places["T_IN"]] = record[places["NOW"]] - chance.choice((0.0, 0.001, 0.0031))
     record[places["LEVEL_STEP"]] = 2e-4
-    record[places["LEVEL"]] = chance.choice((0.0, 0.5, 1.0))
+    record[places["LEVEL"]] = chance.choice((0.0, 0.5, 1.0, 1.3))
+    record[places["CONSENT"]] = chance.choice((0.0, 60.0))
     record[places["LEVEL_WANTED"]] = record[places["LEVEL"]] + chance.choice((0.0, 1e-4, 0.4, -0.4))
     for name in ("TAU", "LAST_TAU", "TAU_AT_STOP", "CARRIED"):
         _put(about, record, int(places[name]), lambda: 30.0 * chance.choice((-1.0, 1.0, 2.0 * chance.random() - 1.0)))
