@@ -70,7 +70,7 @@ class LiveReplay:
             ]
             levels = asked if instead.gravity_level is None else []
             period_s, is_other = live["period_s"], instead.is_anything
-            taken = np.count_nonzero(np.asarray(self._columns.acts) & TOLD_LEVEL)
+            taken = int(np.count_nonzero(np.asarray(self._columns.acts) & TOLD_LEVEL))
             self._guarding = GuardReplay(
                 recorded.description,
                 actuators,
