@@ -19,9 +19,9 @@ DONNINGS_MAX = 1000
 SESSIONS_MAX = 99
 """Largest number of sessions of one protocol for one person."""
 
-GRAVITY_LEVEL_MAX = 1.0
-"""Largest gravity level [-]. Above 1 the machine would push the arm down, which needs a mode of its own
-(docs/explanation/safety.md)."""
+FLOATING_LEVEL_MAX = 1.0
+"""Largest gravity level at which a relaxed arm is floated [-]. Above 1 the machine pushes the arm down, which needs the
+wearer's consent in a session (docs/explanation/safety.md)."""
 
 HEAVIEST_KG = 2.0
 """Largest weight that a person holds, and only while it is weighed [kg]."""
@@ -209,7 +209,7 @@ JointNames = Annotated[tuple[str, ...], tyro.conf.arg(metavar="JOINT")]
 JointFactors = Annotated[tuple[str, ...], tyro.conf.arg(metavar="JOINT:FACTOR")]
 DrivesFile = Annotated[Path | None, tyro.conf.arg(metavar="FILE")]
 GravityLevel = Annotated[
-    float, Within(0.0, GRAVITY_LEVEL_MAX, "0 (weightless) to 1 (Earth). The Moon is 0.165, Mars 0.38.")
+    float, Within(0.0, FLOATING_LEVEL_MAX, "0 (weightless) to 1 (Earth). The Moon is 0.165, Mars 0.38.")
 ]
 
 

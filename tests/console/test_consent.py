@@ -8,7 +8,7 @@ import pytest
 from exograv.console.hub import Hub, PageLine
 from exograv.console.keys import Role
 from exograv.task.plan import TaskPlan
-from exograv.task.protocol import load_protocol
+from exograv.task.protocol import FOLDER, load_protocol
 
 from .fake_desk import FakeDesk
 from .of_clock import SetClock
@@ -88,5 +88,27 @@ def test_no_other_page_agrees_for_the_participant(parabola, desk, clock):
 
 
 def test_a_protocol_without_pull_ups_never_asks(house, desk, clock):
-    floating(house, desk, clock)
-    assert not house.trial.participant(clock.t).asks_consent
+    started(house, desk, clock)
+    for _ in range(120):
+        at(house, desk, clock, 1.0)
+        assert not asks(house, clock)
+
+
+def test_a_window_above_earth_without_pull_ups_asks_too(desk, clock, tmp_path):
+    text = (FOLDER / "training.toml").read_text(encoding="utf-8").replace('level = "weightless"', 'level = "hyper"')
+    protocol = tmp_path / "heavy.toml"
+    protocol.write_text(text.replace('"target", ', '"target", "windows.levels", '), encoding="utf-8")
+    with hub_on(desk, tmp_path, TaskPlan(load_protocol(str(protocol)), "active")) as house:
+        started(house, desk, clock)
+        at(house, desk, clock, 15.0)
+        assert asks(house, clock)
+
+
+def test_the_participant_agrees_in_a_pause_so_that_the_run_goes_on_after_it(parabola, desk, clock):
+    operator, participant = started(parabola, desk, clock)
+    at(parabola, desk, clock, PULL_UP_S - 0.1)
+    assert at(parabola, desk, clock, 0.2)
+    assert asks(parabola, clock)
+    told(parabola, operator, {"kind": "beat"})
+    assert answer(told(parabola, participant, do(clock, "agree")))["taken"]
+    assert not asks(parabola, clock)

@@ -12,13 +12,14 @@ from exograv.identification.core.prior import prior
 from exograv.model.anthropometry import Body
 from exograv.model.description import RigDescription
 from exograv.procedures.identification.estimator_session import table_guess
+from exograv.safety.guard import GRAVITY_LEVEL_MAX
 
 from .arm_in_machine import arm_in_machine
 from .estimate import Estimate
 
 Joints = Float[np.ndarray, " joint"]
 
-GRAVITY_LEVELS = (0.0, 1.8)
+GRAVITY_LEVELS = (0.0, GRAVITY_LEVEL_MAX)
 """Range of gravity levels: weightless to the pull-up of a parabolic flight [Earth gravity]."""
 
 DRAWS = 1000

@@ -153,13 +153,14 @@ class ProtocolTrial:
         return self.is_running and level is not None and level > EARTH and t > self._agreed_until
 
     def _asks_consent(self, t: float) -> bool:
-        """Return True from `ASKS_BEFORE_S` before a pull-up on, until the participant has agreed to it."""
-        state, line = self.run.state, self.plan.timeline
-        if not self.is_running or self.plan.exo != "active" or self.plan.protocol.hypergravity is None:
+        """Return True if the participant has to agree: to a push that comes within `ASKS_BEFORE_S`, or in a pause."""
+        state, pushes = self.run.state, self.plan.timeline.pushes_s
+        if self.plan.exo != "active" or not pushes or state.window is not None:
             return False
-        coming = [line.approach_s(number) + state.origin for number in line.windows if number not in state.complete]
-        begins = next((at for at in coming if at > t), math.inf)
-        return state.window is None and begins - ASKS_BEFORE_S <= t and self._agreed_until < begins
+        if not self.is_running:
+            return state.status == "paused" and self._agreed_until <= t
+        ends = (end + state.origin for begin, end in pushes if t < begin + state.origin <= t + ASKS_BEFORE_S)
+        return any(self._agreed_until < end for end in ends)
 
     def level(self, t: float) -> float | None:
         """Return the gravity level to request from the machine [-]; None if the run does not set it."""

@@ -4,6 +4,7 @@ import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -11,6 +12,7 @@ from jaxtyping import Float
 from exograv.control.tick import ControlMode
 from exograv.errors import RigError
 from exograv.loop.arm_controller import ArmController
+from exograv.loop.output_feedback import Controller
 from exograv.loop.pilot import Pilot, TickSample
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
 from exograv.safety.guard import GRAVITY_LEVEL_S
@@ -26,7 +28,10 @@ RENEW_S = 60.0
 """Time after which the person in a long phase above Earth gravity agrees again [s]."""
 
 SETTLES_S = 2.0
+"""Time after a ramp until the person holds the arm still again [s]."""
+
 SAMPLE_TICKS = 10
+"""Ticks between two samples of a parabola."""
 
 
 class FeltLevel:
@@ -35,7 +40,8 @@ class FeltLevel:
     def __init__(self, pilot: Pilot, controller: ArmController):
         """Follow the guard's level from now on."""
         self._pilot, self._controller, self._agreed_at = pilot, controller, -np.inf
-        self.lowest = self.highest = self.level
+        self.lowest = self.level
+        """Lowest level since the last request [-]."""
 
     @property
     def level(self) -> float:
@@ -53,14 +59,13 @@ class FeltLevel:
             self._agree()
         if not self._pilot.guard.feel(level):
             raise RigError(f"The guard refused gravity level {level:g}. The recording shows the reason.")
-        self.lowest = self.highest = level
         return abs(level - self.level) * GRAVITY_LEVEL_S
 
     def __call__(self, moment: TickSample) -> None:
         """Let control follow, and agree again before the consent runs out."""
         level = self.level
         self._controller.mode.gravity_level = level
-        self.lowest, self.highest = min(self.lowest, level), max(self.highest, level)
+        self.lowest = min(self.lowest, level)
         if level > 1.0 and moment.state.t - self._agreed_at > RENEW_S:
             self._agree()
 
@@ -74,7 +79,6 @@ class FeltLevel:
 class LevelComparison:
     """Person at one gravity level, in the machine and in a room."""
 
-    level: float
     lowest: float
     """Lowest level that the guard let the person feel during the movement [-]."""
     machine: Effort
@@ -121,15 +125,18 @@ def compare(
     performer.felt.lowest = performer.felt.level
     in_machine = performer.perform(worn.controller, level)
     room = effort_alone(trial, movement, known.t, level, note)
-    return LevelComparison(level, performer.felt.lowest, in_machine, room)
+    return LevelComparison(performer.felt.lowest, in_machine, room)
 
 
 class FollowingPerformer(Performer):
     """Performer whose machine follows the guard's gravity level in each tick."""
 
-    felt: FeltLevel
+    def __init__(self, felt: FeltLevel, *of_performer: Any):
+        """Follow this level; the further values are those of a `Performer`."""
+        super().__init__(*of_performer)
+        self.felt = felt
 
-    def _run(self, controller, seconds: float, listener: Callable[[TickSample], None]) -> None:
+    def _run(self, controller: Controller, seconds: float, listener: Callable[[TickSample], None]) -> None:
         def both(moment: TickSample) -> None:
             listener(moment)
             self.felt(moment)
@@ -144,8 +151,6 @@ class ParabolaFlown:
     t: Float[np.ndarray, " sample"]
     """Time since the beginning [s]."""
     level: Float[np.ndarray, " sample"]
-    muscle_Nm: Float[np.ndarray, "sample arm"]
-    """Muscle torque per freedom [N·m]."""
     off_deg: float
     """Largest distance of any freedom from the held posture [°]."""
     rate_Nm_per_s: float
@@ -169,7 +174,7 @@ def fly_parabola(
     def note(moment: TickSample) -> None:
         if next(ticks) % SAMPLE_TICKS == 0:
             now = np.array([twin.t - begin, felt.level])
-            rows.append((now, twin.tau_voluntary.copy(), twin.truth.q_arm.copy(), moment.tau_commanded.copy()))
+            rows.append((now, twin.truth.q_arm.copy(), moment.tau_commanded.copy()))
 
     def wait_until(at_s: float) -> None:
         performer.wait(worn.controller, max(at_s - (twin.t - begin), 0.0), note)
@@ -178,10 +183,10 @@ def fly_parabola(
         wait_until(starts_s)
         performer.wait(worn.controller, felt.ask(level), note)
     wait_until(twin.t - begin + SETTLES_S)
-    now, muscle, arm, tau = (np.array(column) for column in zip(*rows, strict=True))
+    now, arm, tau = (np.array(column) for column in zip(*rows, strict=True))
     rate = np.abs(np.diff(tau, axis=0)).max() / (SAMPLE_TICKS * twin.period_s)
     off = float(np.rad2deg(np.abs(arm - arm[0]).max()))
-    return ParabolaFlown(now[:, 0], now[:, 1], muscle, off, float(rate))
+    return ParabolaFlown(now[:, 0], now[:, 1], off, float(rate))
 
 
 def level_starts(profile: FlightProfile) -> list[tuple[float, float]]:
@@ -207,6 +212,5 @@ def _seated(
     worn = Preparation(laboratory, trial.seed).worn(known)
     worn.limit_to_person()
     used_to = WearerExperience(laboratory.own_arm(), laboratory.worn_inertia())
-    performer = FollowingPerformer(worn.pilot, worn.twin, used_to, movement, note)
-    performer.felt = FeltLevel(worn.pilot, worn.controller)
-    return worn, performer
+    felt = FeltLevel(worn.pilot, worn.controller)
+    return worn, FollowingPerformer(felt, worn.pilot, worn.twin, used_to, movement, note)

@@ -70,6 +70,17 @@ class Timeline:
         return {phase.window: phase for phase in self.phases if phase.kind is PhaseKind.WINDOW}
 
     @cached_property
+    def pushes_s(self) -> tuple[tuple[float, float], ...]:
+        """Start and end of each time in which the level is above Earth [s]."""
+        found = list[tuple[float, float]]()
+        for phase in self.phases:
+            if max(phase.level_from, phase.level_to) > EARTH:
+                goes_on = bool(found) and found[-1][1] == phase.start_s
+                begin = found.pop()[0] if goes_on else phase.start_s
+                found.append((begin, phase.end_s))
+        return tuple(found)
+
+    @cached_property
     def starts_s(self) -> tuple[float, ...]:
         """Start of each phase [s]."""
         return tuple(phase.start_s for phase in self.phases)

@@ -59,7 +59,7 @@ HAPPENS: Mapping[Kind, float] = MappingProxyType({**dict.fromkeys(Kind, 0.02), K
 
 @dataclass(frozen=True)
 class Cause:
-    """Possible slow change."""
+    """Slow change that a check considers, such as a cuff that slides."""
 
     kind: Kind
     place: str

@@ -150,7 +150,7 @@ class Rest:
         self._q = np.zeros(0)
 
     def __call__(self, seen: BenchSample) -> bool:
-        """Take one sample."""
+        """Return True if no joint has moved for `REST_S` up to this sample."""
         q = seen.state.q
         if self._since_s is None or np.abs(q - self._q).max() > STILL_RAD_S * REST_S:
             self._since_s, self._q = seen.at_s, q.copy()

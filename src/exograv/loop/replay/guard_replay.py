@@ -72,9 +72,15 @@ class GuardReplay:
         gain = self._actuators
         is_known = bool((gain.gain_sd <= GAIN_SD_KNOWN * np.abs(gain.gain)).all())
         self.guard = Guard.of_machine(envelope, self._period_s, gain.gain.tolist(), is_known)
+        self._agree()
         self._step = ControlStep(self.guard, gain.gain)
         self.safe_state = SafeState.NONE
         self._stop: StopReason | None = None
+
+    def _agree(self) -> None:
+        """Give the consent without which the guard would end a level above 1: the wearer gave it in the recorded run."""
+        if self._gravity_level > 1.0:
+            self.guard.consent()
 
     def wear(self, person: PersonLimits | None, gravity_level: float, is_driven: bool) -> None:
         """Set the wearer from this tick on; None for an empty machine."""
@@ -87,8 +93,7 @@ class GuardReplay:
         self._gravity_level, self._is_driven = gravity_level, is_driven
         person = self.guard.envelope.person
         if person is not None:
-            if gravity_level > 1.0:
-                self.guard.consent()  # the wearer has agreed in the recorded run
+            self._agree()
             person.gravity_level = gravity_level
             person.drive(is_driven)
 
