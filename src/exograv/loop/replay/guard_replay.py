@@ -78,7 +78,7 @@ class GuardReplay:
         self._stop: StopReason | None = None
 
     def _agree(self) -> None:
-        """Give the consent without which the guard would end a level above 1: the wearer gave it in the recorded run."""
+        """Give the consent without which the guard would end a level above 1: the wearer gave it in that run."""
         if self._gravity_level > 1.0:
             self.guard.consent()
 
