@@ -28,18 +28,13 @@ from pathlib import Path
 
 import numpy as np
 
-from exograv.live.guard_job import GuardedRig
 from exograv.live.live_processes import ProcessParts, fly
 from exograv.model.description import load_rig
-from exograv.rig.drives.settings import load_drives
 from exograv.rig.drives.simulated.address import free_port
-from exograv.rig.drives.udp.host import UdpRig
 from exograv.runtime.clock.realtime import GUARD_PRIORITY
 from exograv.runtime.clock.timing import EDGES_US, LATE_NS, PERIOD_NS
 from exograv.runtime.recorder.recorder import Recorder
-from exograv.safety.envelope import Envelope
-from exograv.safety.guard import Guard
-from exograv.safety.limits import Limits
+from unworn_machine import Nothing, build
 
 ROOT = Path(__file__).parents[1]
 PEER, BARE = ROOT / "examples" / "udp_peer" / "peer.c", Path(__file__).with_name("bare_loop.c")
@@ -64,32 +59,6 @@ function draw() {
 }
 draw();
 </script>"""
-
-
-class UnwornRig(UdpRig):
-    """Machine on UDP that nobody wears: a stop of the guard does not end the slice."""
-
-    is_virtual = True
-
-
-def build(path: Path) -> GuardedRig:
-    """Return the machine and its guard, in the process that owns them."""
-    drives = load_drives(path, load_rig("recupera_like"))
-    n = len(drives.joints)
-    envelope = Envelope(Limits(np.full(n, 30.0), np.full(n, 10.0)), drives.period_s)
-    guard = Guard.of_machine(envelope, drives.period_s, [4.0] * n, is_known=False)
-    return GuardedRig(UnwornRig(drives), guard, np.full(n, 4.0))
-
-
-class Nothing:
-    """Control that asks for no torque."""
-
-    mode_names = ("floating",)
-
-    def answer(self, state: np.void, row: np.ndarray) -> None:
-        """Answer one state."""
-        row["mode"], row["slope"], row["tau"] = 0, 0.0, 0.0
-        row["v"], row["tau_feedforward"], row["q_reference"] = 0.0, 0.0, np.nan
 
 
 @dataclass(frozen=True)
