@@ -28,7 +28,14 @@ from exograv.rig.drives.udp.native.record import Now, Receive, Send, Sleep
 from exograv.rig.drives.udp.packets import Header, decode, encode
 from exograv.runtime.control_loop.exchange import Channels, answer_dtype, state_dtype
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
-from exograv.runtime.recorder.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
+from exograv.runtime.recorder.recorder_process import (
+    EVENT,
+    RING_EVENTS,
+    RING_GUARDS,
+    RING_TICKS,
+    Inlet,
+    guard_dtype,
+)
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import COMMAND_LIFE_S, Guard
 from exograv.safety.limits import Limits, PersonLimits
@@ -193,6 +200,7 @@ class Side:
     answers: Mailbox
     ticks: Ring
     events: Ring
+    guards: Ring
     lines: tuple[object, object]
 
     def __post_init__(self):
@@ -264,13 +272,13 @@ def side(script: Script, native: Library | None, ticks: int = 10_000) -> Iterato
             stack.enter_context(contextlib.closing(one))
             for one in (
                 Mailbox(state_dtype(JOINTS)), Mailbox(answer_dtype(JOINTS)), Ring(tick_dtype(JOINTS), RING_TICKS),
-                Ring(EVENT, RING_EVENTS),
+                Ring(EVENT, RING_EVENTS), Ring(guard_dtype(JOINTS), RING_GUARDS),
             )
         ]  # fmt: skip
-        states, answers, rows, events = memory
-        channels = Channels(JOINTS, states.name, answers.name, Inlet(JOINTS, rows.name, events.name))
+        states, answers, rows, events, guards = memory
+        channels = Channels(JOINTS, states.name, answers.name, Inlet(JOINTS, rows.name, events.name, guards.name))
         job = GuardJob(lambda: made, channels, ticks, MODES)
-        yield Side(world, rig, guard, job, made, states, answers, rows, events, Pipe())  # type: ignore[arg-type]
+        yield Side(world, rig, guard, job, made, states, answers, rows, events, guards, Pipe())  # type: ignore[arg-type]
 
 
 TIMED = (

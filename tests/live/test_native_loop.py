@@ -71,6 +71,9 @@ def fly_both(script: Script, words: Words) -> tuple[list[str], list[str], int]:
         texts = [[row["text"].decode() for row in one.side.events.take()] for one in (in_python, in_c)]
         assert in_python.guarding._unanswered == in_c.guarding.loop.unanswered
         assert len(in_python.guarding._latches) == len(in_c.guarding._latches)
+        ours, theirs = (one.side.guards.take() for one in (in_python, in_c))
+        assert len(ours) > 0
+        assert ours.tobytes() == theirs.tobytes()
         in_c.take_back()
         assert in_c.side.rig.counts == in_python.side.rig.counts
         return texts[0], texts[1], period + 1

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from exograv.safety.envelope import Envelope
-from exograv.safety.guard import ControlRequest, Guard, SafeState
+from exograv.safety.guard import ControlRequest, Guard, Guarded, SafeState
 from exograv.safety.ingress import Ingress
 from exograv.safety.limits import Limits, PersonLimits
 from exograv.safety.native.library import LIBRARY, Library
@@ -250,31 +250,40 @@ def first_guards(
     """
     machines, joints = m.torque_max.shape
     trace = Trace.empty(len(history.ticks), machines, joints)
-    none = np.full(joints, np.nan)
     for b in range(machines):
-        envelope = first_envelope(m, b, library)
-        record = envelope.record.view
-        ingress = Ingress(m.count[b].tolist(), float(m.period[b]), float(m.v_trip[b]))
-        guard = Guard(envelope, ingress, float(m.period[b]))
-        for k, tick in enumerate(history.ticks):
-            if history.reset[k, b]:
-                trace.left[k, b] = guard.reset()
-            _between(envelope, history.trip[k, b], tick.level[b])
-            if np.isfinite(tick.consent[b]):
-                guard.consent(float(tick.consent[b]))
-            state = submitted = None
-            if tick.came[b]:
-                sensors = (tick.measured[b], none, TorqueSource.CURRENT)
-                state = JointState(float(tick.t[b]), int(tick.sequence[b]), tick.q[b], *sensors)
-            if tick.spoke[b]:
-                submitted = ControlRequest(int(tick.answers[b]), float(tick.valid_until[b]), tick.tau[b])
-            out = guard.step(state, submitted, float(tick.now[b]))
+        guard, ingress = first_guard(m, b, library)
+        envelope, record = guard.envelope, guard.envelope.record.view
+        for k in range(len(history.ticks)):
+            out, trace.left[k, b] = first_step(guard, history, k, b)
             trace.tau[k, b], trace.drive_damping[k, b] = out.tau, out.drive_damping
             trace.safe_state[k, b], trace.dropped[k, b] = out.safe_state, ingress.dropped
             _note(trace, envelope, k, b)
             if hashes is not None:
                 hashes[b] = 3 * hashes[b] + np.where(np.isnan(record), -1, record.view(np.int64))
     return trace
+
+
+def first_guard(m: Machines, b: int, library: Library | None = LIBRARY) -> tuple[Guard, Ingress]:
+    """Return the guard of `exograv.safety` for machine b, and its ingress."""
+    ingress = Ingress(m.count[b].tolist(), float(m.period[b]), float(m.v_trip[b]))
+    return Guard(first_envelope(m, b, library), ingress, float(m.period[b])), ingress
+
+
+def first_step(guard: Guard, history: History, k: int, b: int) -> tuple[Guarded, bool]:
+    """Run tick k of machine b, after the events before it; return its output, and whether a reset left the latch."""
+    tick, left = history.ticks[k], False
+    if history.reset[k, b]:
+        left = guard.reset()
+    _between(guard.envelope, history.trip[k, b], tick.level[b])
+    if np.isfinite(tick.consent[b]):
+        guard.consent(float(tick.consent[b]))
+    state = submitted = None
+    if tick.came[b]:
+        sensors = (tick.measured[b], np.full(len(tick.q[b]), np.nan), TorqueSource.CURRENT)
+        state = JointState(float(tick.t[b]), int(tick.sequence[b]), tick.q[b], *sensors)
+    if tick.spoke[b]:
+        submitted = ControlRequest(int(tick.answers[b]), float(tick.valid_until[b]), tick.tau[b])
+    return guard.step(state, submitted, float(tick.now[b])), left
 
 
 def first_envelopes(m: Machines, history: History) -> Trace:

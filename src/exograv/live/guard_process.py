@@ -40,6 +40,7 @@ from .guard_job import (
     answer_by_ns,
     reported,
 )
+from .guard_states import GuardStates
 from .native_guard import native_guard
 
 LOST_AFTER = 50
@@ -96,6 +97,7 @@ class GuardLoop:
         self._states = Mailbox(state_dtype(channels.joints), channels.states)
         self._answers = Mailbox(answer_dtype(channels.joints), channels.answers)
         self._ticks, self._events = channels.inlet.ticks(), channels.inlet.events()
+        self._guard_states = GuardStates(channels.inlet, made.guard.envelope.record)
         self._inbox = GuardInbox(channels.parent, parent)
         self.hearing = GuardCommands(self._guard, self._inbox, self._note)
         self._known_modes = [Mode.__members__.get(name.upper()) for name in job.mode_names]
@@ -229,7 +231,7 @@ class GuardLoop:
 
     def close(self) -> None:
         """Release the shared memory."""
-        for memory in (self._states, self._answers, self._ticks, self._events, self._inbox):
+        for memory in (self._states, self._answers, self._ticks, self._events, self._guard_states, self._inbox):
             memory.close()
 
     def _woke(self, period: int) -> int:
@@ -326,3 +328,4 @@ class GuardLoop:
             row["v"], row["q_reference"], row["tau_desired"] = answer["v"], answer["q_reference"], answer["tau"]
             row["tau_feedforward"], row["closure_slope"] = answer["tau_feedforward"], answer["slope"]
         self._ticks.put(row)
+        self._guard_states.keep(now, state.t, self.hearing.persons)

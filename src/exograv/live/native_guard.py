@@ -5,6 +5,7 @@ that hangs costs the run (the loop lets the arm down), not a tick.
 """
 
 import ctypes
+import math
 import threading
 import time
 from collections import deque
@@ -16,6 +17,7 @@ import numpy as np
 from exograv.loop.control_step import CLOSURE_SLOPE_MAX
 from exograv.loop.drift_finding import DriftFinding
 from exograv.recording.encoding import tick_dtype
+from exograv.recording.guard_state import EVERY_S
 from exograv.rig import may_be_worn
 from exograv.rig.drives.udp.host import UdpRig
 from exograv.rig.drives.udp.native.handover import handed_over, take_back
@@ -52,9 +54,11 @@ from .guard_job import (
     answer_by_ns,
     reported,
 )
+from .guard_states import GuardStates
 from .native import library
 from .native.record import (
     AnswerPlaces,
+    GuardPlaces,
     Happening,
     HappeningPlace,
     LiveLoop,
@@ -110,6 +114,7 @@ class NativeGuard:
         self._states = Mailbox(state_dtype(joints), channels.states)
         self._answers = Mailbox(answer_dtype(joints), channels.answers)
         self._ticks, self._events = channels.inlet.ticks(), channels.inlet.events()
+        self._guard_states = GuardStates(channels.inlet, made.guard.envelope.record)
         self.drives, self._timing = UdpDrives(), np.full((3, job.periods), -1, dtype=np.int64)
         self._rows = np.zeros(1, state_dtype(joints)), np.zeros(1, answer_dtype(joints)), _first_row(joints)
         self._person_places = PLACES.astype(np.int64)
@@ -197,7 +202,7 @@ class NativeGuard:
 
     def close(self) -> None:
         """Release the shared memory."""
-        for memory in (self._states, self._answers, self._ticks, self._events, self._inbox):
+        for memory in (self._states, self._answers, self._ticks, self._events, self._guard_states, self._inbox):
             memory.close()
 
     def hand_over(self) -> None:
@@ -273,6 +278,7 @@ class NativeGuard:
         loop.tick_at = _offsets(TickPlaces, row.dtype)
         loop.state, loop.answer, loop.row = (rows.ctypes.data for rows in self._rows)
         loop.person_places, loop.person_size = self._person_places.ctypes.data, len(self._person_places)
+        self._fill_guard_states()
         loop.joints, loop.modes, loop.periods = job.channels.joints, len(job.mode_names), job.periods
         loop.period_ns, loop.period_s, loop.lead_ns = job.period_ns, self.rig.period_s, LEAD_NS
         loop.answer_by_ns, loop.poll_ns = answer_by_ns(job.period_ns, is_native=True), round(1e9 * LOOK_S)
@@ -283,6 +289,15 @@ class NativeGuard:
         loop.slope_max, loop.life_s, loop.level_s = CLOSURE_SLOPE_MAX, COMMAND_LIFE_S, GRAVITY_LEVEL_S
         loop.gain[: len(gain)] = gain.tolist()
         loop.period_of, loop.lateness_ns, loop.compute_ns = (row.ctypes.data for row in self._timing)
+
+    def _fill_guard_states(self) -> None:
+        loop, states = self.loop, self._guard_states
+        if (ring := states.ring_places()) is None:
+            return
+        self._state_places = states.places.astype(np.int64)
+        loop.guards, loop.guard_at = MailboxPlace(*ring), _offsets(GuardPlaces, states.row.dtype)
+        loop.guard_row, loop.guard_places = states.row.ctypes.data, self._state_places.ctypes.data
+        loop.guard_size, loop.keeps_every_s, loop.keeps_next = len(self._state_places), EVERY_S, -math.inf
 
 
 def _first_row(joints: int) -> np.ndarray:

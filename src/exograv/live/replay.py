@@ -81,6 +81,7 @@ class LiveReplay:
                 takes_each=len(levels) == taken,
                 is_other_run=is_other,
             )
+            self._guarding.know(recorded.recording.messages("/guard"))
             if self._columns["gravity_level"].size and not 0.0 <= level <= 1.0:
                 raise ConfigError(f"The gravity level of {path} is {level}; allowed: 0 to 1.")
             self._recorded, self._instead, self._machine = recorded, instead, machine
@@ -115,6 +116,8 @@ class LiveReplay:
     def _tick(self, k: int) -> None:
         columns, again, guarding = self._columns, self._again, self._guarding
         if columns.acts[k] & TOLD_PERSON:
+            self._wear()
+        while self._persons < guarding.persons_by(columns.now[k]):  # their ticks are lost
             self._wear()
         if event := columns.acts[k] >> EVENT_SHIFT:
             self._state["asked"], self._state["event"] = self._state["asked"] + 1, event - 1

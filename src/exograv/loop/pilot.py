@@ -188,6 +188,8 @@ class Pilot:
         tau_measured = self.actuators.torque(state.current)
         if self.recording is not None:
             self._record(self.recording, state, now, acts, tick_us, decision, tau_measured)
+        if self._account is not None:
+            self._account.keep_guard(state.t, now, self.envelope.record)
         if self.pace is not None:
             self.pace.wait()
         if believed is None:
@@ -210,6 +212,8 @@ class Pilot:
         self.tick_us.append(native.tick_us)
         self._stop_known = self.envelope.stop
         self._watch_posture(controller.clearance, t)
+        if self._account is not None:
+            self._account.keep_guard(t, t, self.envelope.record)
         if self.pace is not None:
             self.pace.wait()
         if believed is None:

@@ -21,10 +21,13 @@ from exograv.model.anthropometry import Body
 from exograv.model.description import RigDescription
 from exograv.recording import RecordingWriter
 from exograv.recording.code import code_sha256
+from exograv.recording.guard_state import EVERY_S, guard_message
 from exograv.results import JsonObject, json_value
 from exograv.safety.limits import PersonLimits
 from exograv.safety.person import GuardedPerson
 from exograv.safety.plausible import LimbTable, PlausibleTable
+from exograv.safety.record import GuardRecord
+from exograv.safety.state import VERSION, state_places
 
 PACKAGES = ("casadi", "mujoco-core", "numpy", "scipy")
 
@@ -51,6 +54,14 @@ class ReplayLog:
         self._accountable: ReplayableController | None = None
         self._person: GuardedPerson | None = None
         self._felt = (0.0, False)
+        self._keeps_next = -math.inf
+
+    def keep_guard(self, t: float, now: float, record: GuardRecord) -> None:
+        """Write the state of the guard after a tick, from time to time."""
+        if now >= self._keeps_next:
+            self._keeps_next = now + EVERY_S
+            state = record.view[state_places(record)]
+            self._recording.write("/guard", t, guard_message(now, 0, VERSION, state))
 
     def note(self, t: float, controller: object, person: GuardedPerson | None) -> None:
         """Write the changes before the tick at time `t` [s]: controller, wearer, and commands to the controller."""

@@ -305,6 +305,20 @@ CONTROL = Channel(
     ),
 )
 
+GUARD = Channel(
+    "/guard",
+    "json",
+    "every 2 s",
+    "State of the guard after a tick. A replay compares it, and continues with it after a gap.",
+    (
+        T,
+        Field("now", "number", "s", "`now` of the tick"),
+        Field("persons", "integer", "-", "persons that the guard has been given since the begin of a live run"),
+        Field("version", "string", "-", "version of the guard: CRC-32 of its source, hexadecimal"),
+        Field("state", "string", "-", "float64, little-endian, packed by zlib, in base 64 (`safety/state.py`)"),
+    ),
+)
+
 STREAM = Channel(
     "/stream",
     "json",
@@ -357,6 +371,7 @@ CHANNELS = {
         RESULT,
         TIMING,
         CONTROL,
+        GUARD,
         STREAM,
         CORRECTION,
         PAGE,

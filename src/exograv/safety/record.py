@@ -14,12 +14,13 @@ from .native import core
 from .native.library import LIBRARY, Library
 
 Numbers = Float[np.ndarray, " number"]
+Places = Int[np.ndarray, " place"]
 
 NO_TABLE = array("d", [0.0, 0.0])
 """Table of nobody."""
 
 
-def places(starts: Iterable[int]) -> Int[np.ndarray, " place"]:
+def places(starts: Iterable[int]) -> Places:
     """Places of whole joint fields in the record."""
     return (np.array(list(starts))[:, None] + np.arange(core.JOINTS)).ravel()
 
@@ -83,7 +84,7 @@ class GuardRecord:
         """Joints whose flag is set."""
         return frozenset(j for j in range(self.joints) if self.numbers[start + j] != 0.0)
 
-    def take(self, other: "GuardRecord", chosen: Int[np.ndarray, " place"]) -> None:
+    def take(self, other: "GuardRecord", chosen: Places) -> None:
         """Copy some places from another record."""
         self.view[chosen] = other.view[chosen]
 

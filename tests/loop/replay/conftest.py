@@ -30,6 +30,9 @@ from exograv.safety.stops import StopReason
 
 SEED, LEVEL = 1012, 2
 
+GUARD_EVERY_S = 0.2
+"""Time between two states of the guard in this short run [s]."""
+
 
 @dataclass(frozen=True)
 class Flown:
@@ -75,7 +78,11 @@ def flown(
     path = tmp_path_factory.mktemp("flown") / "run.mcap"
     settings = json_value(provenance(DemoOptions(level=LEVEL, seed=SEED), laboratory, [0.2] * 4, {}))
     x = table_guess(assembly, machine)
-    with RecordingWriter(path, laboratory.description.joints, settings) as recording:
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        RecordingWriter(path, laboratory.description.joints, settings) as recording,
+    ):
+        patch.setattr("exograv.loop.replay_log.EVERY_S", GUARD_EVERY_S)
         t = fly_empty(laboratory, machine, recording)
         with pytest.raises(RigError, match="enough"):
             fly_worn(laboratory, ArmController(assembly, machine, x, 0.001), recording, t)

@@ -28,7 +28,16 @@ from exograv.results import json_value
 from exograv.runtime.control_loop.exchange import Channels, FeltLevel, answer_dtype, answered_to, state_dtype
 from exograv.runtime.control_loop.guard_commands import ENDS, GuardLine
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
-from exograv.runtime.recorder.recorder_process import EVENT, PHASE, RING_EVENTS, RING_TICKS, Inlet
+from exograv.runtime.recorder.recorder_process import (
+    EVENT,
+    PHASE,
+    RING_EVENTS,
+    RING_GUARDS,
+    RING_TICKS,
+    Inlet,
+    guard_dtype,
+    message_of,
+)
 from exograv.safety.guard import COMMAND_LIFE_S, GRAVITY_LEVEL_S
 from exograv.safety.limits import PersonLimits
 from exograv.safety.plausible import Features, LimbTable, PlausibleTable
@@ -96,9 +105,9 @@ def lived(plan: LivePlan, tmp_path_factory: pytest.TempPathFactory) -> Path:
     joints = plan.description.joints
     n, path = len(joints), tmp_path_factory.mktemp("lived") / "live.mcap"
     states, answers = Mailbox(state_dtype(n)), Mailbox(answer_dtype(n))
-    ticks, events = Ring(tick_dtype(n), RING_TICKS), Ring(EVENT, RING_EVENTS)
+    ticks, events, guards = Ring(tick_dtype(n), RING_TICKS), Ring(EVENT, RING_EVENTS), Ring(guard_dtype(n), RING_GUARDS)
     line = GuardLine()
-    channels = Channels(n, states.name, answers.name, Inlet(n, ticks.name, events.name), line.names)
+    channels = Channels(n, states.name, answers.name, Inlet(n, ticks.name, events.name, guards.name), line.names)
     _word, end = Pipe()
     job = GuardJob(partial(guarded_rig, plan), channels, TICKS, LiveControl.mode_names)
     guarding = Forgetful(job, end, job.build())
@@ -114,8 +123,8 @@ def lived(plan: LivePlan, tmp_path_factory: pytest.TempPathFactory) -> Path:
         line.beat()
         guarding.tick(period)
     guarding.close()
-    write(path, joints, settings_of(plan, {"disturbance_level": LEVEL}), ticks, events, told)
-    for memory in (states, answers, ticks, events, line):
+    write(path, joints, settings_of(plan, {"disturbance_level": LEVEL}), ticks, events, told, guards=guards)
+    for memory in (states, answers, ticks, events, guards, line):
         memory.close()
     return path
 
@@ -128,8 +137,11 @@ def write(
     events: Ring,
     told: list[tuple[float, float]],
     ramp_s: float = 0.0,
+    guards: Ring | None = None,
 ) -> None:
     with RecordingWriter(path, joints, settings) as recording:
+        for row in () if guards is None else guards.take():
+            recording.write("/guard", float(row["t"]), message_of(row))
         for t, level in told:
             recording.write("/control", t, {"act": "level", "gravity_level": level, "ramp_s": ramp_s})
         for row in events.take():
@@ -155,6 +167,7 @@ def test_every_torque_is_the_recorded_one_to_the_last_bit_and_the_stop_comes_aga
     assert found["first_difference"] is None
     assert found["safe_state_differs"]["ticks"] == 0
     assert found["compared"]["tau_commanded"] == TICKS
+    assert found["guard_states"] == {"equal": 4, "differ_s": [], "continued": 0}
     assert found["ok"]
     assert found["stops"]["recorded_s"] == [stop["t"] for stop in found["stops"]["replayed"]]
     assert found["stops"]["replayed"][-1]["cause"] == "Stop was pressed."

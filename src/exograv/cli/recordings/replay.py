@@ -91,15 +91,18 @@ def _cells(found: "TorqueDifference") -> list[str]:
 
 
 def _answer(result: "ReplayFigures") -> str:
-    first, states = result.first_difference, result.safe_state_differs
-    if first is None and not states.ticks:
+    first, states, guard = result.first_difference, result.safe_state_differs, result.guard_states
+    if first is None and not states.ticks and result.ok:
         bits = "to the last bit" if all(result.bit_identical.values()) else f"within {result.resolution_Nm:g} N·m"
         given = f" In {result.given} ticks the torque of control was taken from the recording." if result.given else ""
-        return f"The same decisions in {result.ticks} ticks, {bits}.{given}"
+        whole = f" The guard had the recorded state {guard.equal} times of {guard.equal}." if guard.equal else ""
+        return f"The same decisions in {result.ticks} ticks, {bits}.{whole}{given}"
     words = []
     if first is not None:
         size = "is decided in one of the two only" if first.Nm is None else f"by {first.Nm:g} N·m"
         words.append(f"first at {first.t:.3f} s (tick {first.tick}): {first.what} of {first.joint} {size}")
     if states.ticks:
         words.append(f"another safe state in {states.ticks} ticks, first at {states.first_s:.3f} s")
+    if guard.differ_s:
+        words.append(f"another state of the guard {len(guard.differ_s)} times, first at {guard.differ_s[0]:.3f} s")
     return f"It differs, {'; '.join(words)}."

@@ -344,6 +344,24 @@ static void record(live_loop *loop, int64_t period, int has_answer, int64_t woke
     loop->acts = 0;
 }
 
+/* Hand the guard's state to the recorder, from time to time. */
+static void keep_guard(live_loop *loop)
+{
+    if (loop->guard_row == NULL || loop->now < loop->keeps_next)
+        return;
+    const guard_places *at = &loop->guard_at;
+    const int64_t *places = loop->guard_places;
+    const double *r = guard_of(loop);
+    loop->keeps_next = loop->now + loop->keeps_every_s;
+    PUT_AT(loop->guard_row, at->now, double, loop->now);
+    PUT_AT(loop->guard_row, at->t, double, drives_of(loop)->state_t);
+    PUT_AT(loop->guard_row, at->persons, int64_t, loop->persons);
+    double *numbers = (double *)((uint8_t *)loop->guard_row + at->numbers);
+    for (int64_t k = 0; k < loop->guard_size; k++)
+        numbers[k] = r[places[k]];
+    ring_put(&loop->guards, loop->guard_row);
+}
+
 /* Run one tick; return 1 to end the loop early. */
 int64_t loop_tick(live_loop *loop, int64_t period)
 {
@@ -369,6 +387,7 @@ int64_t loop_tick(live_loop *loop, int64_t period)
     loop->safe_state = (int64_t)r[GUARD_SAFE_STATE];
     look_for_stop(loop, stop, period);
     record(loop, period, has_answer, woken);
+    keep_guard(loop);
     obey(loop, period);
     const int is_over = loop->is_ending || (loop->was_stopped && loop->ends_stopped);
     return is_over && r[GUARD_SINCE_STOP] >= r[GUARD_DESCENT_S];

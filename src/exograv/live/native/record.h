@@ -1,7 +1,7 @@
 /* Made from the classes in record.py; do not edit. docs/explanation/realtime.md says how. */
 #pragma once
 #include <stdint.h>
-#define LAYOUT_OF_LIVE_LOOP 794271451
+#define LAYOUT_OF_LIVE_LOOP 2543906889
 
 #define GUARD_STOP 44
 #define GUARD_SINCE_STOP 45
@@ -154,6 +154,14 @@ typedef struct tick_places {
     int64_t tau_commanded;
 } tick_places;
 
+typedef struct guard_places {
+    int64_t now;
+    int64_t t;
+    int64_t persons;
+    int64_t size;
+    int64_t numbers;
+} guard_places;
+
 typedef struct live_loop {
     void *drives;
     void *guard;
@@ -168,6 +176,13 @@ typedef struct live_loop {
     state_places state_at;
     answer_places answer_at;
     tick_places tick_at;
+    mailbox_place guards;
+    guard_places guard_at;
+    void *guard_row;
+    void *guard_places;
+    int64_t guard_size;
+    double keeps_every_s;
+    double keeps_next;
     void *state;
     void *answer;
     void *row;

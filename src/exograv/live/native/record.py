@@ -23,6 +23,7 @@ from exograv.runtime.control_loop.exchange import (
     state_dtype,
 )
 from exograv.runtime.processes.shared_memory import SLOTS
+from exograv.runtime.recorder.recorder_process import guard_dtype
 from exograv.safety.guard import CONSENT_S, GRAVITY_LEVEL_MAX, SafeState
 from exograv.safety.native import core
 from exograv.safety.native.structs import header
@@ -122,6 +123,7 @@ def _places(name: str, dtype: np.dtype) -> type[ctypes.Structure]:
 StatePlaces = _places("StatePlaces", state_dtype(1))
 AnswerPlaces = _places("AnswerPlaces", answer_dtype(1))
 TickPlaces = _places("TickPlaces", tick_dtype(1))
+GuardPlaces = _places("GuardPlaces", guard_dtype(1))
 
 
 class LiveLoop(ctypes.Structure):
@@ -142,6 +144,13 @@ class LiveLoop(ctypes.Structure):
         ("state_at", StatePlaces),
         ("answer_at", AnswerPlaces),
         ("tick_at", TickPlaces),
+        ("guards", MailboxPlace),
+        ("guard_at", GuardPlaces),
+        ("guard_row", ctypes.c_void_p),
+        ("guard_places", ctypes.c_void_p),
+        ("guard_size", ctypes.c_int64),
+        ("keeps_every_s", ctypes.c_double),
+        ("keeps_next", ctypes.c_double),
         ("state", ctypes.c_void_p),
         ("answer", ctypes.c_void_p),
         ("row", ctypes.c_void_p),
@@ -221,7 +230,7 @@ def constants() -> Mapping[str, float | int]:
 
 def text() -> str:
     """Return the contents of `record.h`."""
-    records = OrderPlace, HappeningPlace, MailboxPlace, StatePlaces, AnswerPlaces, TickPlaces, LiveLoop
+    records = OrderPlace, HappeningPlace, MailboxPlace, StatePlaces, AnswerPlaces, TickPlaces, GuardPlaces, LiveLoop
     return header(records, constants())
 
 

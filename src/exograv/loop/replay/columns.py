@@ -71,6 +71,14 @@ class ReplayedDecisions:
     """Times [s] and reasons of the stops by the guard."""
     gaps: list[tuple[float, int]] = field(default_factory=list)
     """Times [s] of gaps, and the number of missing ticks."""
+    guard_equal: int = 0
+    """Recorded states of the guard that equal those of the replay."""
+    guard_differs: list[float] = field(default_factory=list)
+    """Times at which they differ [s]."""
+    guard_restored: int = 0
+    """Recorded states with which the replay went on after a gap."""
+    guard_version: str = ""
+    """Version of the guard that made the recorded states, if it is another one."""
     surprises: list[str] = field(default_factory=list)
     """Answers of control that differ from those in the run."""
 

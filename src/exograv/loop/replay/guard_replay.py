@@ -9,11 +9,15 @@ from exograv.loop.control_step import AnsweringControl, ControlStep, Decision
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import GAIN_SD_KNOWN
 from exograv.model.description import RigDescription
+from exograv.recording.fields import Message
+from exograv.recording.guard_state import state_in
 from exograv.runtime.control_loop.exchange import ASTRAY, CONSENTED, DRIFTED, RESET, STOP_PRESSED, TOLD_LEVEL
 from exograv.safety.envelope import Envelope
-from exograv.safety.guard import Guard, SafeState
+from exograv.safety.guard import SAFE_STATES, Guard, SafeState
 from exograv.safety.limits import PersonLimits
+from exograv.safety.native import core
 from exograv.safety.person import GuardedPerson
+from exograv.safety.state import VERSION, is_state, put_state
 from exograv.safety.stops import StopReason
 from exograv.signals import JointState
 
@@ -59,6 +63,7 @@ class GuardReplay:
         self._description, self._actuators, self._period_s = description, actuators, period_s
         self._person, self._gravity_level, self._is_driven = person, gravity_level, False
         self._settles_at, self._is_blind = -np.inf, False
+        self._states: dict[float, Message] = {}
         self.forget(None)
 
     def forget(self, tau: np.ndarray | None) -> None:
@@ -103,6 +108,15 @@ class GuardReplay:
         person = self.guard.envelope.person
         return self._gravity_level if person is None else person.gravity_level
 
+    def know(self, states: Sequence[Message]) -> None:
+        """Take the recorded states of the guard, the messages of `/guard`."""
+        self._states = {message["now"]: message for message in states}
+
+    def persons_by(self, now: float) -> int:
+        """Return how many persons the guard of a live run had been given by this tick; 0 if no state says so."""
+        message = self._states.get(now)
+        return 0 if message is None else message["persons"]
+
     def lose(self, k: int, columns: Columns) -> None:
         """Restart after a gap of ticks before tick `k`."""
         if self._levels and np.isfinite(level := columns.mode[k][1]):
@@ -140,11 +154,36 @@ class GuardReplay:
         self._told_more = decision.command.tau - columns["tau_commanded"][k]
         again.tau_commanded[k], again.safe_state[k] = decision.command.tau, decision.safe_state + 1
         again.knows_guard[k] = not self._is_blind and columns.t[k] >= self._settles_at
-        was, stop = self._stop, decision.stop
+        was, stop = self._stop, self._look_at_state(now, again, is_known=bool(again.knows_guard[k])) or decision.stop
         self._stop = stop
         if stop is not None and was is None:
             again.stops.append((columns.t[k], stop.value))
         return decision
+
+    def _look_at_state(self, now: float, again: ReplayedDecisions, *, is_known: bool) -> StopReason | None:
+        """Compare the guard with its recorded state after this tick; after a gap, go on with that state.
+
+        Returns:
+            Stop of a state that was put back; None without one.
+        """
+        message = self._states.get(now)
+        if message is None or self._is_other_run:
+            return None
+        if message["version"] != f"{VERSION:08x}":
+            again.guard_version = message["version"]
+            return None
+        record, state = self.guard.envelope.record, state_in(message)
+        if is_known:
+            if is_state(record, state):
+                again.guard_equal += 1
+            else:
+                again.guard_differs.append(now)
+            return None
+        put_state(record, state)
+        again.guard_restored += 1
+        self._is_blind, self._settles_at = False, -np.inf
+        self.safe_state = SAFE_STATES[int(record.numbers[core.SAFE_STATE])]
+        return self.guard.envelope.stop
 
     def _state(self, k: int, columns: Columns) -> JointState:
         state, more = columns.state(k), self._told_more

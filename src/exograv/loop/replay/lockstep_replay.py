@@ -91,6 +91,7 @@ class _Pilot:
         self._period_s, joints = message["period_s"], len(recorded.recording.joints)
         actuators, is_other = read_actuators(message["actuators"]), instead.is_anything
         self._guarding = GuardReplay(recorded.description, actuators, self._period_s, is_other_run=is_other)
+        self._guarding.know(recorded.recording.messages("/guard"))
         self._feedback, self._recorded_torque = OutputFeedback(joints, self._period_s), NoTorque(joints)
         self._controllers: list[ExoTick | ArmController | None] = []
         self._flying: ExoTick | ArmController | None = None

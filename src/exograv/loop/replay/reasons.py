@@ -7,6 +7,7 @@ from exograv.errors import ConfigError
 from exograv.loop.replay_log import versions
 from exograv.model.description import load_rig
 from exograv.results import json_value
+from exograv.safety.state import VERSION
 
 from .columns import ReplayedDecisions
 from .recorded_run import RecordedRun
@@ -19,6 +20,7 @@ def circumstances(recorded: RecordedRun, again: ReplayedDecisions, instead: Repl
     found = [] if remark is None else [f"{remark} The part before that was replayed."]
     found += [f"{n} ticks are missing before {t:.3f} s: the filters restarted there." for t, n in again.gaps]
     found += again.surprises
+    found += _other_guard(again)
     found += _substituted(instead)
     found += other_versions(recorded.recording.settings.get("versions") or {}, versions())
     found += [] if instead.rig is not None else _other_rig(recorded)
@@ -38,6 +40,15 @@ def other_versions(then: Mapping[str, Any], now: Mapping[str, str]) -> list[str]
     if then.get("code") != now["code"] and same_version:
         found.append(f"The code of exograv {now['exograv']} has been changed since: its modules have another hash.")
     return found
+
+
+def _other_guard(again: ReplayedDecisions) -> list[str]:
+    if not again.guard_version:
+        return []
+    now = f"{VERSION:08x}"
+    return [
+        f"The guard of the run has version {again.guard_version}, the present one {now}: their states are not compared."
+    ]
 
 
 def _substituted(instead: ReplayOverrides) -> list[str]:

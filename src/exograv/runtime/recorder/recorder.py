@@ -30,7 +30,19 @@ from exograv.runtime.lsl.outlets import OutletsJob
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.processes.supervisor import Supervisor
 
-from .recorder_process import EVENT, GAVE_UP, RING_EVENTS, RING_TICKS, STATUS, Inlet, RecorderJob, RunEnd, record
+from .recorder_process import (
+    EVENT,
+    GAVE_UP,
+    RING_EVENTS,
+    RING_GUARDS,
+    RING_TICKS,
+    STATUS,
+    Inlet,
+    RecorderJob,
+    RunEnd,
+    guard_dtype,
+    record,
+)
 
 TICKS_WAITING_MAX = TICKS_PER_S
 """Number of unwritten ticks above which the disk is slow; the alarm comes in 1 s (docs/explanation/safety.md, F19)."""
@@ -123,7 +135,8 @@ class Recorder:
         self._ticks = Ring(tick_dtype(len(joints)), RING_TICKS)
         self._events = Ring(EVENT, RING_EVENTS)
         self._status = Mailbox(STATUS)
-        self.inlet = Inlet(len(joints), self._ticks.name, self._events.name)
+        self._guards = Ring(guard_dtype(len(joints)), RING_GUARDS)
+        self.inlet = Inlet(len(joints), self._ticks.name, self._events.name, self._guards.name)
         self._job = RecorderJob(
             path, tuple(joints), dict(settings), self.inlet, self._status.name, 1, sync_every_s, outlets, devices
         )
@@ -218,7 +231,7 @@ class Recorder:
         """Complete the file, if that has not happened, and release the shared memory."""
         self.finish()
         self._child.hang_up(1.0)
-        for memory in (self._ticks, self._events, self._status):
+        for memory in (self._ticks, self._events, self._guards, self._status):
             memory.close()
 
     def __enter__(self) -> "Recorder":

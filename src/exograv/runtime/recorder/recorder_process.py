@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import math
 import time
 from collections import Counter
 from collections.abc import Mapping
@@ -16,6 +17,7 @@ from exograv.errors import ExogravError, RecordingError
 from exograv.recording import RecordingWriter
 from exograv.recording.disk import TICKS_PER_S
 from exograv.recording.encoding import tick_dtype
+from exograv.recording.guard_state import guard_message
 from exograv.recording.messages import TimingMessage
 from exograv.recording.schema import CHANNELS
 from exograv.results import json_value
@@ -23,6 +25,7 @@ from exograv.runtime.lsl.blocks import RecordedDevices
 from exograv.runtime.lsl.intake import BlockError, BlockIntake
 from exograv.runtime.lsl.outlets import Outlets, OutletsJob
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
+from exograv.safety.state import VERSION, most_numbers
 
 RING_TICKS = 32 * TICKS_PER_S
 """Capacity of the ring: five seconds without a recorder, and the time in which the next one reads the file.
@@ -37,13 +40,16 @@ RING_EVENTS = 256
 EVENT = np.dtype([("t", "<f8"), ("kind", "S32"), ("text", "S480")])
 """Entry of the ring of events; text is UTF-8."""
 
+RING_GUARDS = 32
+"""Capacity of the ring of the guard's states: those of a minute."""
+
 PHASE = "phase"
 """Kind of event that begins a phase with its text as name; it goes to `/phase`, all others to `/event`."""
 
 MARKED = "/task"
 """Topic of the records of a task, each of which is also published as a marker."""
 
-OWN = frozenset({"/settings", "/tick", "/event", "/phase", "/timing", "/correction"})
+OWN = frozenset({"/settings", "/tick", "/event", "/phase", "/guard", "/timing", "/correction"})
 """Topics that the recorder writes itself. Messages of all others come from the parent."""
 
 PUBLISH_EVERY_S = 0.01
@@ -63,6 +69,8 @@ class Inlet:
     n_joints: int
     tick_ring: str
     event_ring: str
+    guard_ring: str = ""
+    """Name of the ring of the guard's states; empty if they are not recorded."""
 
     def ticks(self) -> Ring:
         """Return the ring of ticks: rows of `recording.encoding.tick_dtype`, each with its `phase` and `sequence`."""
@@ -71,6 +79,23 @@ class Inlet:
     def events(self) -> Ring:
         """Return the ring of events: rows of `event`."""
         return Ring(EVENT, RING_EVENTS, self.event_ring)
+
+    def guards(self) -> Ring | None:
+        """Return the ring of the guard's states: rows of `guard_dtype`."""
+        return Ring(guard_dtype(self.n_joints), RING_GUARDS, self.guard_ring) if self.guard_ring else None
+
+
+def guard_dtype(n_joints: int) -> np.dtype:
+    """Return the type of an entry of the ring of the guard's states; the first `size` numbers count."""
+    return np.dtype(
+        [
+            ("now", "<f8"),
+            ("t", "<f8"),
+            ("persons", "<i8"),
+            ("size", "<i8"),
+            ("numbers", "<f8", (most_numbers(n_joints),)),
+        ]
+    )
 
 
 def event(t: float, kind: str, text: str) -> np.ndarray:
@@ -83,6 +108,12 @@ def event(t: float, kind: str, text: str) -> np.ndarray:
 def _utf8(text: str, name: str) -> bytes:
     """Return the text cut to the size of this entry, in whole characters."""
     return text.encode(errors="replace")[: EVENT[name].itemsize].decode(errors="ignore").encode()
+
+
+def message_of(row: np.void) -> dict[str, object]:
+    """Return the message of an entry of the ring of the guard's states, without its time."""
+    size, now = min(max(int(row["size"]), 0), len(row["numbers"])), float(row["now"])
+    return guard_message(now if math.isfinite(now) else 0.0, int(row["persons"]), VERSION, row["numbers"][:size])
 
 
 QUIET_S, LOOK_S = 0.5, 0.05
@@ -180,12 +211,17 @@ class _Desk:
     def __init__(self, job: RecorderJob, status: Mailbox):
         self._start, self._status, self._sync_us_max = job.start, status, 0.0
         self._is_saved, self._unpublished = True, ""
+        self._guards = job.inlet.guards()
         with contextlib.closing(job.inlet.ticks()) as ticks, contextlib.closing(job.inlet.events()) as events:
             self._writer = _writer(job, ticks.acknowledged)
             # The last recorder may have died between its sync and its acknowledgement, so ticks in the file are not
             # taken again.
             ticks.acknowledge(self._writer.sync())
             events.acknowledge(self._events_written())
+        if self._guards is not None:
+            self._acknowledge_guards()
+            self._guards.close()
+            self._guards = job.inlet.guards()
         self._ticks, self._events = job.inlet.ticks(), job.inlet.events()
         self._intake = None if job.devices is None else BlockIntake(job.devices, self._writer, has_rig=bool(job.joints))
         self._known = Counter({topic: self._writer.count(topic) for topic in CHANNELS if topic not in OWN})
@@ -213,6 +249,7 @@ class _Desk:
         for row in events:
             self._write_event(row)
         self._writer.ticks(rows)
+        self._take_guards()
         if self._intake is not None:
             self._intake.see(rows)
         if self._outlets is not None:
@@ -234,6 +271,7 @@ class _Desk:
         self._sync_us_max = max(self._sync_us_max, 1e-3 * (time.perf_counter_ns() - start))
         self._ticks.acknowledge(safe)
         self._events.acknowledge(self._events_written())
+        self._acknowledge_guards()
         if self._intake is not None:
             self._intake.acknowledge()
         self._say()
@@ -251,6 +289,8 @@ class _Desk:
         """Release the shared memory; the file stays as it is."""
         self._ticks.close()
         self._events.close()
+        if self._guards is not None:
+            self._guards.close()
         if self._intake is not None:
             self._intake.close()
 
@@ -265,6 +305,15 @@ class _Desk:
             self._intake, self._is_saved = None, False
             self._unpublished = f"Streams of other devices are not recorded any more: a wrong block came ({error})."
             return False
+
+    def _take_guards(self) -> None:
+        """Write the guard's new states."""
+        for row in [] if self._guards is None else self._guards.take():
+            self._writer.write("/guard", float(row["t"]) if np.isfinite(row["t"]) else 0.0, message_of(row))
+
+    def _acknowledge_guards(self) -> None:
+        if self._guards is not None:
+            self._guards.acknowledge(self._writer.count("/guard"))
 
     def _write_event(self, row: np.void) -> None:
         t = float(row["t"]) if np.isfinite(row["t"]) else 0.0

@@ -13,6 +13,11 @@ COMPILED = Path(__file__).with_name(COMPILED_NAME)
 SOURCE = Path(__file__).with_name("core.py")
 
 
+def source_sum() -> int:
+    """Return the check sum (CRC-32) of the guard's source: the version of the guard."""
+    return check_sum(SOURCE.read_text(encoding="utf-8"))
+
+
 def load(path: Path = COMPILED) -> Library | None:
     """Load the compiled guard; None if there is no file, or if it was made from another source."""
     if not path.exists():
@@ -22,7 +27,7 @@ def load(path: Path = COMPILED) -> Library | None:
         made_from = ctypes.c_longlong.in_dll(library, "guard_source").value
     except ValueError:  # a library from before check sums
         return None
-    if made_from != check_sum(SOURCE.read_text(encoding="utf-8")):
+    if made_from != source_sum():
         return None
     pointer = ctypes.c_void_p
     for name, arguments in {"see": 1, "decide": 2, "limit": 2, "reset": 1}.items():

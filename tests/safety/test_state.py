@@ -1,0 +1,61 @@
+"""A guard that gets the state of another one goes on as that one does."""
+
+import numpy as np
+import pytest
+
+from exograv.errors import ConfigError
+from exograv.safety.native.library import LIBRARY
+from exograv.safety.state import is_state, most_numbers, put_state, state_places
+
+from .random_machines import draw_history, draw_machines, first_guard, first_step
+
+MACHINES, TICKS, AFTER = 12, 600, (1, 40, 333)
+
+
+@pytest.mark.parametrize("joints", [2, 4])
+def test_with_the_state_of_another_guard_a_guard_goes_on_to_the_last_bit(joints: int):
+    rng = np.random.default_rng(joints)
+    machines = draw_machines(rng, MACHINES, joints)
+    with np.errstate(all="ignore"):
+        history, stops = draw_history(rng, machines, TICKS), 0
+        for b in range(MACHINES):
+            one, _ = first_guard(machines, b)
+            other, record = None, one.envelope.record
+            for k in range(TICKS):
+                ours = first_step(one, history, k, b)[0]
+                if other is not None:
+                    theirs = first_step(other, history, k, b)[0]
+                    assert ours.tau.tobytes() == theirs.tau.tobytes(), (b, k)
+                    assert ours.safe_state == theirs.safe_state
+                    assert is_state(other.envelope.record, record.view[state_places(record)]), (b, k)
+                if k in AFTER:
+                    # The source goes on where the compiled guard was, and the other way round.
+                    other, _ = first_guard(machines, b, LIBRARY if k == AFTER[1] else None)
+                    put_state(other.envelope.record, record.view[state_places(record)])
+            stops += one.envelope.stop is not None
+    assert stops > 3  # faults were among what both went through
+
+
+def test_every_number_of_a_state_counts():
+    machines = draw_machines(np.random.default_rng(1), 1, 4)
+    record = first_guard(machines, 0)[0].envelope.record
+    state = record.view[state_places(record)].copy()
+    assert is_state(record, state)
+    for place in range(len(state)):
+        changed = state.copy()
+        changed[place] = 7.25 if state[place] != 7.25 else 1.0
+        assert not is_state(record, changed), place
+
+
+def test_the_state_of_a_machine_with_other_joints_is_refused():
+    two, four = (first_guard(draw_machines(np.random.default_rng(1), 1, joints), 0)[0] for joints in (2, 4))
+    state = two.envelope.record.view[state_places(two.envelope.record)]
+    assert not is_state(four.envelope.record, state)
+    with pytest.raises(ConfigError, match="same joints"):
+        put_state(four.envelope.record, state)
+
+
+@pytest.mark.parametrize("joints", [1, 4, 16])
+def test_no_state_is_larger_than_its_place_in_the_ring(joints: int):
+    record = first_guard(draw_machines(np.random.default_rng(1), 1, joints), 0)[0].envelope.record
+    assert len(state_places(record)) <= most_numbers(joints)
