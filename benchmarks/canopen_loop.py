@@ -30,6 +30,7 @@ from exograv.rig.drives.settings import load_drives
 from exograv.rig.drives.simulated import Plant
 from exograv.rig.drives.simulated.address import free_port
 from exograv.rig.twin import Disturbances, Twin, draw_machine
+from exograv.runtime.clock.host import loop_cpus
 from exograv.runtime.clock.real_time_loop import run_loop
 from exograv.runtime.clock.realtime import realtime
 from exograv.runtime.clock.timing import EDGES_US, Timing
@@ -70,7 +71,7 @@ def serve(path: str, line: Connection) -> None:
         line.send({**said, "served": served.tobytes()} if words == ["served"] else said)
         return words == ["stop"]
 
-    with devices, realtime((0,)) as rights:
+    with devices, realtime(0) as rights:
         line.send(rights.granted)
         devices.run(until_stopped)
 
@@ -232,13 +233,13 @@ def measure(seconds: float, period_ms: int, trials: int) -> dict:
         process, line = spawned("drives", serve, str(path))
         theirs = line.recv()
         with CanopenRig(drives) as rig:
-            with realtime() as rights:
+            with realtime(loop_cpus().guard) as rights:
                 timing, flown = fly(rig, seconds)
             line.send("served")
             said = line.recv()
             pauses, served = said["pauses"], np.frombuffer(said["served"]).reshape(-1, 2)
             answer_s = rig.answer_share * rig.period_s
-            with realtime():
+            with realtime(loop_cpus().guard):
                 reacted = reactions(rig, line, trials)
         line.send("stop")
         process.join(5.0)

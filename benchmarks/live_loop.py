@@ -31,6 +31,7 @@ import numpy as np
 from exograv.live.live_processes import ProcessParts, fly
 from exograv.model.description import load_rig
 from exograv.rig.drives.simulated.address import free_port
+from exograv.runtime.clock.host import loop_cpus
 from exograv.runtime.clock.realtime import GUARD_PRIORITY
 from exograv.runtime.clock.timing import EDGES_US, LATE_NS, PERIOD_NS
 from exograv.runtime.recorder.recorder import Recorder
@@ -83,9 +84,9 @@ def compiled(source: Path, folder: Path) -> str:
 
 def fly_bare(program: str, seconds: float) -> Slice:
     """Run the bare loop on the processor that our loop takes."""
-    words = [program, str(round(seconds * 1e9 / PERIOD_NS)), str(GUARD_PRIORITY), str(max(os.sched_getaffinity(0)))]
+    words = [program, str(round(seconds * 1e9 / PERIOD_NS)), str(GUARD_PRIORITY), str(loop_cpus().guard), "12000"]
     written = np.frombuffer(subprocess.run(words, stdout=subprocess.PIPE, check=True).stdout, np.int64)
-    late, worked = written.reshape(2, -1)
+    late, worked = written[1:].reshape(2, -1)
     return Slice(late, late + worked, slow_bursts=slow_bursts(worked))
 
 

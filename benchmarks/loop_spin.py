@@ -13,7 +13,7 @@ from collections import defaultdict
 import numpy as np
 
 from exograv.procedures.self_test.nominal_tick import MovingTick
-from exograv.runtime.clock.host import read_host
+from exograv.runtime.clock.host import loop_cpus, read_host
 from exograv.runtime.clock.real_time_loop import run_loop
 from exograv.runtime.clock.realtime import realtime
 from exograv.runtime.clock.timing import PERIOD_NS, Timing
@@ -43,7 +43,7 @@ def main() -> None:
     for _ in range(options.rounds):
         for stretch in STRETCHES_US:
             found["ordinary", stretch].append(figures(run_loop(tick, periods, spin_ns=1000 * stretch)))
-        with realtime(host.isolated_cpus) as rights:
+        with realtime(loop_cpus(host).guard) as rights:
             granted = rights.granted
             for stretch in STRETCHES_US:
                 found["real-time", stretch].append(figures(run_loop(tick, periods, spin_ns=1000 * stretch)))

@@ -24,6 +24,7 @@ from exograv.model.description import load_rig
 from exograv.rig.drives.settings import load_drives
 from exograv.rig.drives.simulated.address import free_port
 from exograv.rig.drives.udp import UdpRig
+from exograv.runtime.clock.host import loop_cpus
 from exograv.runtime.clock.realtime import realtime
 from exograv.signals import Command
 
@@ -168,7 +169,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     gc.disable()
-    rights = realtime() if options.realtime else contextlib.nullcontext()
+    rights = realtime(loop_cpus().guard) if options.realtime else contextlib.nullcontext()
     with device(options.device, options.realtime) as (process, path), rights:
         drives = load_drives(path, load_rig("recupera_like"))
         with UdpRig(drives) as rig:

@@ -73,7 +73,7 @@ def test_live_refuses_and_names_the_system(platform: str, monkeypatch: pytest.Mo
 def test_a_loop_without_linux_gets_no_rights_and_says_so(platform: str, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(sys, "platform", platform)
     monkeypatch.delattr(os, "sched_getaffinity")
-    with realtime() as rights:
+    with realtime(0) as rights:
         assert not rights.is_fifo
         assert not rights.is_locked
         assert platform in rights.refused[0]

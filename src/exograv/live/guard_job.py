@@ -22,7 +22,7 @@ NATIVE_LIMITS_NS, NATIVE_LIMITS_SHARE = 150_000, 0.25
 LOOK_S = 100e-6
 """Time between two looks of the loop for the answer of control [s].
 
-Both share a processor. Where the loop has the higher priority, each look interrupts the computation of the answer.
+Where both share a processor and the loop has the higher priority, each look interrupts the computation of the answer.
 """
 
 GIVEN_UP_AFTER, ASKED_AGAIN_EVERY = 8, 8

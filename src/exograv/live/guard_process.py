@@ -16,6 +16,7 @@ from exograv.recording.encoding import tick_dtype
 from exograv.rig import Powered, Rig, may_be_worn
 from exograv.rig.drives.clock import DrivesEndedError
 from exograv.rig.drives.opening import DrivenRig
+from exograv.runtime.clock.host import loop_cpus
 from exograv.runtime.clock.real_time_loop import run_loop
 from exograv.runtime.clock.realtime import GUARD_PRIORITY, PRIORITY, Rights, realtime
 from exograv.runtime.clock.timing import Timing
@@ -127,9 +128,9 @@ class GuardLoop:
         Raises:
             RigError: A drive stays off.
         """
-        # A twin computes its physics in this process. On one processor a higher priority would leave control too little
-        # time, and nobody is in a twin.
-        with realtime(priority=GUARD_PRIORITY if self._ends_stopped else PRIORITY) as rights:
+        # A twin computes its physics in this process. On a computer with one processor, a higher priority would leave
+        # control too little time, and nobody is in a twin.
+        with realtime(loop_cpus().guard, GUARD_PRIORITY if self._ends_stopped else PRIORITY) as rights:
             timing = run_loop(
                 self.tick, self._job.periods, self._job.period_ns, begin=self.begin, is_awaited=self._is_awaited
             )

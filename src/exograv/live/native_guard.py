@@ -22,6 +22,7 @@ from exograv.rig import may_be_worn
 from exograv.rig.drives.udp.host import UdpRig
 from exograv.rig.drives.udp.native.handover import handed_over, take_back
 from exograv.rig.drives.udp.native.record import UdpDrives
+from exograv.runtime.clock.host import loop_cpus
 from exograv.runtime.clock.real_time_loop import LEAD_NS, REST_AT_LEAST_EVERY
 from exograv.runtime.clock.realtime import GUARD_PRIORITY, Rights, realtime
 from exograv.runtime.clock.timing import LoopOutcome, Timing
@@ -214,7 +215,7 @@ class NativeGuard:
 
     def _fly(self) -> Rights:
         try:
-            with realtime(priority=GUARD_PRIORITY) as rights:
+            with realtime(loop_cpus().guard, GUARD_PRIORITY) as rights:
                 rights.granted.append(IN_C)
                 self.rig.enable()
                 self.hand_over()

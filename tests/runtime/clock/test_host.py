@@ -1,10 +1,11 @@
 """The description of a computer is what its system states, and unknown properties stay empty."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from exograv.runtime.clock.host import cpu_list, read_host
+from exograv.runtime.clock.host import cpu_list, loop_cpus, read_host
 
 
 def write(root: Path, path: str, text: str) -> None:
@@ -55,3 +56,21 @@ def test_policies_of_all_processors_are_seen(tmp_path: Path):
 @pytest.mark.parametrize(("text", "cpus"), [("", ()), ("3", (3,)), ("1,4-6", (1, 4, 5, 6)), ("0-1,7", (0, 1, 7))])
 def test_lists_of_processors_are_read_as_the_kernel_writes_them(text: str, cpus: tuple[int, ...]):
     assert cpu_list(text) == cpus
+
+
+@pytest.mark.parametrize(
+    ("cpus", "isolated", "found"),
+    [
+        ((0,), (), (0, 0)),
+        ((0, 1), (), (1, 0)),
+        ((0, 1, 2, 3), (), (3, 2)),
+        ((0, 1, 2), (3,), (3, 2)),
+        ((0, 1), (2, 3), (2, 3)),
+        ((0, 1, 2, 3), (1,), (1, 3)),
+    ],
+)
+def test_guard_and_control_share_a_processor_only_where_there_is_one(
+    cpus: tuple[int, ...], isolated: tuple[int, ...], found: tuple[int, int], tmp_path: Path
+):
+    host = replace(read_host(tmp_path), cpus=cpus, isolated_cpus=isolated)
+    assert loop_cpus(host) == found

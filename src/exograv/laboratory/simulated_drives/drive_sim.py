@@ -85,7 +85,7 @@ def _punctual(lock_step: bool) -> contextlib.AbstractContextManager[object]:
     """Take real-time priority on another processor than the loop's: a real drive does not wait for other programs."""
     if lock_step or not sys.platform.startswith("linux"):
         return contextlib.nullcontext()
-    return realtime((min(os.sched_getaffinity(0)),))
+    return realtime(min(os.sched_getaffinity(0)))
 
 
 def _greeting(options: DriveSimOptions, drives: Drives, device: SimulatedDevices, file: Path) -> str:

@@ -16,7 +16,7 @@ from typing import Any
 from exograv.errors import ConfigError, ExogravError, RigError
 from exograv.results import MERGED
 from exograv.runtime.clock.fitness import PERIODS_FOR_GOAL, WOKEN_WITHIN_NS, judge
-from exograv.runtime.clock.host import Host, read_host
+from exograv.runtime.clock.host import Host, loop_cpus, read_host
 from exograv.runtime.clock.real_time_loop import run_loop
 from exograv.runtime.clock.realtime import Rights, realtime
 from exograv.runtime.clock.timing import EDGES_US, PERIOD_NS, Percentiles, Timing, percentiles_us
@@ -134,7 +134,7 @@ def measure(
     begin(0)
     ordinary = _row(HALVES[0], loop(work, periods), Rights())
     begin(1)
-    with realtime(host.isolated_cpus) as rights:
+    with realtime(loop_cpus(host).guard) as rights:
         timing = loop(work, periods)
     fitness = judge(timing, rights, host)
     prepare = list(fitness.prepare)

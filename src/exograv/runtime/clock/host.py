@@ -5,6 +5,7 @@ import platform
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,27 @@ def read_host(root: Path = Path("/")) -> Host:
         governors=tuple(sorted(governors - {""})),
         clock_source=_text(root / "sys/devices/system/clocksource/clocksource0/current_clocksource"),
     )
+
+
+class LoopCpus(NamedTuple):
+    """Processors of the live loop: two different ones, if this process may use two."""
+
+    guard: int
+    control: int
+
+
+def loop_cpus(host: Host | None = None) -> LoopCpus:
+    """Return the processors of guard and control.
+
+    Isolated processors come first, then the last ones: the first one usually serves the interrupts.
+
+    Args:
+        host: Computer; this one if absent.
+    """
+    host = read_host() if host is None else host
+    others = sorted(set(host.cpus) - set(host.isolated_cpus), reverse=True)
+    guard, *further = (*host.isolated_cpus, *others)
+    return LoopCpus(guard, further[0] if further else guard)
 
 
 def cpu_list(text: str) -> tuple[int, ...]:

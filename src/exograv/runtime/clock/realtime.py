@@ -49,13 +49,13 @@ class Rights:
 
 
 @contextmanager
-def realtime(isolated_cpus: tuple[int, ...] = (), priority: int = PRIORITY) -> Iterator[Rights]:
+def realtime(cpu: int, priority: int = PRIORITY) -> Iterator[Rights]:
     """Take one processor, switch the garbage collector off, lock memory and ask for SCHED_FIFO, for the calling thread.
 
     A refused right is noted and does not stop the others. On leaving, in any way, all is as before.
 
     Args:
-        isolated_cpus: Processors that the kernel keeps free. The first of them is taken, or else the last allowed one.
+        cpu: Processor, see `host.loop_cpus`.
         priority: Priority of SCHED_FIFO.
     """
     rights = Rights()
@@ -69,7 +69,7 @@ def realtime(isolated_cpus: tuple[int, ...] = (), priority: int = PRIORITY) -> I
         # is taken just before: the slow set-up would wait for real-time processes that are there already.
         _stop_garbage_collector(rights, undo)
         _lock_memory(rights, undo)
-        _take_cpu(rights, undo, isolated_cpus)
+        _take_cpu(rights, undo, cpu)
         _schedule_fifo(rights, undo, priority)
         yield rights
 
@@ -85,9 +85,8 @@ def limit_awake(most_us: int) -> None:
 # Each function registers its undo before the step: an interrupt between the two leaves no change behind.
 
 
-def _take_cpu(rights: Rights, undo: ExitStack, isolated_cpus: tuple[int, ...]) -> None:
+def _take_cpu(rights: Rights, undo: ExitStack, cpu: int) -> None:
     before = os.sched_getaffinity(0)
-    cpu = isolated_cpus[0] if isolated_cpus else max(before)  # the first one usually serves the interrupts
     undo.callback(os.sched_setaffinity, 0, before)
     text = f"Processor {cpu} is refused ({{reason}}): allow it to this process, {CONTAINER} --cpuset-cpus={cpu}."
     _try(rights, f"processor {cpu}", text, lambda: os.sched_setaffinity(0, {cpu}))

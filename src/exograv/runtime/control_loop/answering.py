@@ -9,6 +9,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from exograv.runtime.clock.host import loop_cpus
 from exograv.runtime.clock.realtime import CONTROL_AWAKE_MAX_US, limit_awake, realtime
 from exograv.runtime.processes.shared_memory import Mailbox
 from exograv.safety.guard import COMMAND_LIFE_S
@@ -71,7 +72,7 @@ def control_process(job: ControlJob, parent: Connection) -> None:
     answers = Mailbox(answer_dtype(job.channels.joints), job.channels.answers)
     try:
         control = job.build()
-        with realtime(), contextlib.suppress(EOFError):
+        with realtime(loop_cpus().control), contextlib.suppress(EOFError):
             seen = _prepare(control, states, parent) if isinstance(control, Prepared) else 0
             limit_awake(CONTROL_AWAKE_MAX_US)
             # `ready` is sent after the rights are taken. That takes a fifth of a second, and a guard that began earlier
