@@ -1,7 +1,7 @@
 """Demonstration on the twin: calibrate, identify the arm online, float it, estimate a known weight, write a report."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -99,7 +99,7 @@ class _Phases:
     findings: DemoFindings
     person: ParticipantFigures
     t: float
-    tick_us: Sequence[float]
+    tick_us: Mapping[float, int]
 
 
 def run_demo(

@@ -1,8 +1,10 @@
 """Rounding of numbers for results."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 
 import numpy as np
+
+from .computing_times import ComputingTimes
 
 DECIMALS = 4
 """Decimals of numbers in results."""
@@ -13,7 +15,9 @@ def rounded(values: np.ndarray) -> list[float]:
     return [round(float(value), DECIMALS) for value in values]
 
 
-def percentiles(tick_us: Sequence[float]) -> dict[str, float]:
-    """Percentiles of the duration of ticks [µs]."""
-    p50, p99, p999 = np.percentile(tick_us, [50, 99, 99.9])
-    return {"p50": round(float(p50), 1), "p99": round(float(p99), 1), "p999": round(float(p999), 1)}
+def percentiles(ticks: Mapping[float, int]) -> dict[str, float]:
+    """Percentiles of the duration of ticks [µs], from the number of ticks by their duration [µs]."""
+    values = np.array(sorted(ticks), dtype=float)
+    times = ComputingTimes(values, np.array([ticks[value] for value in values.tolist()]), np.empty(0))
+    p50, p99, p999 = times.percentiles([50.0, 99.0, 99.9])
+    return {"p50": round(p50, 1), "p99": round(p99, 1), "p999": round(p999, 1)}

@@ -6,6 +6,7 @@ import platform
 import sys
 import tempfile
 import time
+from collections import Counter
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -118,7 +119,7 @@ def _tick_percentiles() -> dict[str, float]:
     """Return percentiles of the time of the control tick of the default machine [µs]."""
     from exograv.recording.rounding import percentiles
 
-    return percentiles(_tick_times())
+    return percentiles(Counter(_tick_times()))
 
 
 def _tick_times() -> list[float]:

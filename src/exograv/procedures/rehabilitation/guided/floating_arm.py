@@ -82,7 +82,7 @@ class FloatingArm(Generic[AnyRig]):
     def guard_record(self) -> GuardRecord:
         """Actions of the guard, for figures."""
         envelope = self.pilot.envelope
-        return GuardRecord(envelope.stop, envelope.clipped_ticks, len(self.pilot.tick_us))
+        return GuardRecord(envelope.stop, envelope.clipped_ticks, self.pilot.tick_us.total())
 
 
 def rms_deg(errors: list[np.ndarray]) -> list[float]:
