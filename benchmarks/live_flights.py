@@ -153,8 +153,8 @@ def show(flights: list[Flight]) -> None:
         values = " ".join(f"{value:.2f}" for value in one.left_over) or "–"
         waits = " ".join(f"{value:.2f}" for value in one.waiting) or "–"
         print(
-            f"{one.kind} {one.seed} (loop in {one.loop}, {one.seconds:.0f} s): {one.stop or 'complete.'} Bare loop late by up to "
-            f"{one.bare_late_ms} ms. Left over {values}; waiting {waits}."
+            f"{one.kind} {one.seed} (loop in {one.loop}, {one.seconds:.0f} s): {one.stop or 'complete.'} "
+            f"Bare loop late by up to {one.bare_late_ms} ms. Left over {values}; waiting {waits}."
         )
     for kind in DRIVES:
         of_kind = [one for one in flights if one.kind == kind]
