@@ -1,0 +1,88 @@
+"""Flight of healthy use in native code: hours in which only stops and findings of the drift monitor are noted."""
+
+import numpy as np
+from jaxtyping import Float
+
+from exograv.loop.control_step import ControlStep
+from exograv.loop.drift_monitor import DriftMonitor
+from exograv.loop.native_ticks import NativeTicks
+from exograv.loop.output_feedback import OutputFeedback
+from exograv.motion import Trajectory
+from exograv.rig.twin import TwinDivergedError
+from exograv.safety.envelope import Envelope
+from exograv.safety.guard import Guard
+from exograv.safety.person import GuardedPerson
+from exograv.safety.stops import StopReason
+from exograv.signals import JointState, Reference
+
+from .fault_plant import FaultParticipant, FlightStart, SwayingWearer, twin_of
+from .scenario_log import ScenarioLog
+
+Joints = Float[np.ndarray, " joint"]
+
+
+class NativeHealthyFlight:
+    """Healthy flight on the twin: the ticks of `FaultFlight` without a fault, and without the oracle of the envelope."""
+
+    def __init__(self, participant: FaultParticipant, start: FlightStart):
+        """Begin with the arm floating in the posture of the start."""
+        prepared, gain = participant.prepared, participant.prepared.machine.actuators.gain
+        self._twin = twin_of(participant.laboratory, start, prepared.t)
+        period_s = self._twin.period_s
+        self._wearer, self._gain = SwayingWearer(self._twin, start), gain
+        self._moves = bool(start.moves.any())
+        self._controller = controller = participant.controller.again(prepared.x)
+        self._envelope = envelope = Envelope(participant.limits, period_s)
+        envelope.person = GuardedPerson(participant.person)
+        envelope.begin(controller.torque_at_rest(start.posture, prepared.x))
+        guard = Guard.of_machine(envelope, period_s, gain.tolist())
+        self._step, self._feedback = ControlStep(guard, gain), OutputFeedback(len(gain), period_s, controller)
+        self._drift = DriftMonitor(controller, prepared.covariance, period_s, participant.model)
+        self._native = NativeTicks.of(self._twin, guard, gain)
+        still = np.zeros((1, len(gain)))
+        self._path = Trajectory(start.posture[None].copy(), still, still)
+        self._reference = Reference(start.posture, still[0], still[0])
+        self._is_bound = False
+
+    def fly(self, ticks: int) -> ScenarioLog:
+        """Fly this number of ticks, or to the first stop; the log states an exception."""
+        course, envelope = ScenarioLog(), self._envelope
+        try:
+            for tick in range(ticks):
+                believed = self._tick()
+                course.ticks += 1
+                self._look_for_drift(tick, believed, course)
+                if envelope.stop is not None:
+                    course.stopped_tick, course.reason = tick, envelope.stop
+                    break
+        except Exception as error:  # noqa: BLE001 - a crash of the software is a finding of the campaign
+            course.crashed = f"{type(error).__name__}: {error}"
+            course.diverged = isinstance(error, TwinDivergedError)
+        return course
+
+    def _tick(self) -> JointState | None:
+        twin, native = self._twin, self._native
+        if self._moves:
+            self._wearer.sway()
+        if native is not None and not self._is_bound:
+            self._is_bound = native.begin(self._feedback, self._controller, self._path)
+        if native is not None and self._is_bound:
+            believed = native.run(0, self._reference, 0, None)
+            self._step.check_model(self._controller.closure_slope)
+            return believed
+        state = twin.read()
+        self._feedback.reference = self._reference
+        decision = self._step.take(state, twin.t, self._feedback)
+        twin.write(decision.command._replace(sequence=state.sequence))
+        return decision.believed
+
+    def _look_for_drift(self, tick: int, believed: JointState | None, course: ScenarioLog) -> None:
+        if believed is None or self._envelope.stop is not None:
+            return
+        finding = self._drift.take(believed.q, self._gain * believed.current)
+        if finding is None:
+            return
+        if finding.stops:
+            self._envelope.trip(StopReason.DRIFTED)
+        elif course.told_tick is None:
+            course.told_tick = tick
