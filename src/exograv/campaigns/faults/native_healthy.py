@@ -22,14 +22,15 @@ Joints = Float[np.ndarray, " joint"]
 
 
 class NativeHealthyFlight:
-    """Healthy flight on the twin: the ticks of `FaultFlight` without a fault, and without the oracle of the envelope."""
+    """Healthy flight on the twin: the ticks of `FaultFlight` without faults and without the envelope's oracle."""
 
     def __init__(self, participant: FaultParticipant, start: FlightStart):
         """Begin with the arm floating in the posture of the start."""
         prepared, gain = participant.prepared, participant.prepared.machine.actuators.gain
-        self._twin = twin_of(participant.laboratory, start, prepared.t)
-        period_s = self._twin.period_s
-        self._wearer, self._gain = SwayingWearer(self._twin, start), gain
+        self.twin = twin_of(participant.laboratory, start, prepared.t)
+        """Machine and wearer, for examiners."""
+        period_s = self.twin.period_s
+        self._wearer, self._gain = SwayingWearer(self.twin, start), gain
         self._moves = bool(start.moves.any())
         self._controller = controller = participant.controller.again(prepared.x)
         self._envelope = envelope = Envelope(participant.limits, period_s)
@@ -38,11 +39,12 @@ class NativeHealthyFlight:
         guard = Guard.of_machine(envelope, period_s, gain.tolist())
         self._step, self._feedback = ControlStep(guard, gain), OutputFeedback(len(gain), period_s, controller)
         self._drift = DriftMonitor(controller, prepared.covariance, period_s, participant.model)
-        self._native = NativeTicks.of(self._twin, guard, gain)
+        self._native = NativeTicks.of(self.twin, guard, gain)
         still = np.zeros((1, len(gain)))
         self._path = Trajectory(start.posture[None].copy(), still, still)
         self._reference = Reference(start.posture, still[0], still[0])
-        self._is_bound = False
+        self.is_native = False
+        """True if the ticks run in native code; the first ones never do."""
 
     def fly(self, ticks: int) -> ScenarioLog:
         """Fly this number of ticks, or to the first stop; the log states an exception."""
@@ -61,12 +63,12 @@ class NativeHealthyFlight:
         return course
 
     def _tick(self) -> JointState | None:
-        twin, native = self._twin, self._native
+        twin, native = self.twin, self._native
         if self._moves:
             self._wearer.sway()
-        if native is not None and not self._is_bound:
-            self._is_bound = native.begin(self._feedback, self._controller, self._path)
-        if native is not None and self._is_bound:
+        if native is not None and not self.is_native:
+            self.is_native = native.begin(self._feedback, self._controller, self._path)
+        if native is not None and self.is_native:
             believed = native.run(0, self._reference, 0, None)
             self._step.check_model(self._controller.closure_slope)
             return believed

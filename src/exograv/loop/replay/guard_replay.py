@@ -64,6 +64,7 @@ class GuardReplay:
         self._person, self._gravity_level, self._is_driven = person, gravity_level, False
         self._settles_at, self._is_blind = -np.inf, False
         self._states: dict[float, Message] = {}
+        self._has_lost = False
         self.forget(None)
 
     def forget(self, tau: np.ndarray | None) -> None:
@@ -123,7 +124,7 @@ class GuardReplay:
             self._gravity_level, self._resumes = level, True
         self.forget(columns["tau_commanded"][k])
         self._settles_at = columns.t[k] + SETTLED_S
-        self._is_blind = True
+        self._is_blind = self._has_lost = True
 
     def take(self, k: int, columns: Columns, control: AnsweringControl, again: ReplayedDecisions) -> Decision:
         """Take one step, after applying the operator's acts since the last step."""
@@ -154,14 +155,17 @@ class GuardReplay:
         self._told_more = decision.command.tau - columns["tau_commanded"][k]
         again.tau_commanded[k], again.safe_state[k] = decision.command.tau, decision.safe_state + 1
         again.knows_guard[k] = not self._is_blind and columns.t[k] >= self._settles_at
-        was, stop = self._stop, self._look_at_state(now, again, is_known=bool(again.knows_guard[k])) or decision.stop
+        was, stop = self._stop, self._look_at_state(now, again) or decision.stop
         self._stop = stop
         if stop is not None and was is None:
             again.stops.append((columns.t[k], stop.value))
         return decision
 
-    def _look_at_state(self, now: float, again: ReplayedDecisions, *, is_known: bool) -> StopReason | None:
+    def _look_at_state(self, now: float, again: ReplayedDecisions) -> StopReason | None:
         """Compare the guard with its recorded state after this tick; after a gap, go on with that state.
+
+        Control's memory of the time before a gap is lost, so its later torques and the guard's states never agree to
+        the last bit again.
 
         Returns:
             Stop of a state that was put back; None without one.
@@ -173,7 +177,7 @@ class GuardReplay:
             again.guard_version = message["version"]
             return None
         record, state = self.guard.envelope.record, state_in(message)
-        if is_known:
+        if not self._has_lost:
             if is_state(record, state):
                 again.guard_equal += 1
             else:
