@@ -41,7 +41,7 @@ class NativeHealthyFlight:
         self._drift = DriftMonitor(controller, prepared.covariance, period_s, participant.model)
         self._native = NativeTicks.of(self.twin, guard, gain)
         still = np.zeros((1, len(gain)))
-        self._path = Trajectory(start.posture[None].copy(), still, still)
+        self._path = Trajectory(start.posture[None].copy(), still, still, period_s)
         self._reference = Reference(start.posture, still[0], still[0])
         self.is_native = False
         """True if the ticks run in native code; the first ones never do."""
