@@ -27,13 +27,16 @@ from exograv.rig.drives.simulated.devices import SimulatedDevices
 from exograv.rig.drives.simulated.opening import simulated_devices
 from exograv.rig.drives.simulated.plant import Plant, Wiring
 from exograv.rig.twin import Disturbances, Twin, draw_machine
-from exograv.runtime.clock.realtime import realtime
+from exograv.runtime.clock.realtime import GUARD_PRIORITY, realtime
 from exograv.safety.modes import RAMP_IN_S, REST_BEFORE_RAMP_S, Mode
 from exograv.task.protocol import load_protocol
 
 from .wearer_behind_drives import WearerBehindDrives
 
 Say = Callable[[str], None]
+
+DRIVES_PRIORITY = GUARD_PRIORITY + 10
+"""Priority of simulated drives in real time. Real ones have a computer of their own: no other program delays them."""
 
 
 def run_drive_sim(
@@ -85,7 +88,7 @@ def _punctual(lock_step: bool) -> contextlib.AbstractContextManager[object]:
     """Take real-time priority on another processor than the loop's: a real drive does not wait for other programs."""
     if lock_step or not sys.platform.startswith("linux"):
         return contextlib.nullcontext()
-    return realtime(min(os.sched_getaffinity(0)))
+    return realtime(min(os.sched_getaffinity(0)), DRIVES_PRIORITY)
 
 
 def _greeting(options: DriveSimOptions, drives: Drives, device: SimulatedDevices, file: Path) -> str:
