@@ -4,9 +4,9 @@
     python benchmarks/live_flights.py --flights 2 --kinds udp # a short look
 
 Each flight is `exograv run live --identify 20` in real time while the computer is busy: eight endless loops and disk
-writes. A bare loop (absolute sleep once per millisecond, no work) runs on the guard's processor with a higher priority.
-It shows the pauses of the computer itself. A stop is excused if the bare loop started so late, in the second before the
-stop, that the guard misses too many ticks by that alone.
+writes. On each processor, a bare loop (absolute sleep once per millisecond, no work) runs with the highest priority. It
+shows the pauses of the computer itself. A stop is excused if one of them started so late, in the second before the stop,
+that the guard misses too many ticks by that alone.
 
 The goal: 10 of 10 flights of each kind end without a stop that is not excused, and the left over (residual gravity
 torque) is within 20 % of a flight in which the drives wait for the computer (for the twin: `exograv arm identify`).
@@ -21,6 +21,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -28,15 +29,15 @@ from typing import Any
 import numpy as np
 
 from exograv.files import append_rows
+from exograv.laboratory.simulated_drives.drive_sim import DRIVES_PRIORITY
 from exograv.recording import read_recording
-from exograv.runtime.clock.host import loop_cpus
-from exograv.runtime.clock.realtime import GUARD_PRIORITY
 from exograv.safety.guard import IN_WINDOW_MAX_MS
 from live_loop import BARE, ROOT, compiled, load
 
 DRIVES = {"twin": None, "udp": "udp.toml", "can": "canopen.toml"}
 IDENTIFY_S, FLOATS_S = 20, 10
 BARE_TICKS = 600_000
+WATCH_PRIORITY = DRIVES_PRIORITY + 5
 EXCUSE_MS = IN_WINDOW_MAX_MS
 """Lateness of the bare loop from which the guard misses more ticks than it bridges, at any period [ms]."""
 
@@ -53,7 +54,7 @@ class Flight:
     stop: str
     """Cause of the first stop; empty without one."""
     bare_late_ms: float
-    """Largest lateness of the bare loop in the second before the first stop, or in the whole flight [ms]."""
+    """Largest lateness of a bare loop in the second before the first stop, or in the whole flight [ms]."""
     is_excused: bool
     left_over: tuple[float, ...]
     """Residual gravity torque per joint [N·m]; empty if no arm was identified."""
@@ -104,27 +105,44 @@ def prepare(kind: str, seed: int, folder: Path) -> None:
             command("rig", step, *drive_words(kind), "--seed", str(seed), folder=folder)
 
 
+@contextlib.contextmanager
+def watched(bare: str) -> Iterator[list[tuple[np.ndarray, np.ndarray]]]:
+    """Run a bare loop on each processor; the list has their times [s] and lateness [ns] at the end."""
+    found: list[tuple[np.ndarray, np.ndarray]] = []
+    with contextlib.ExitStack() as stack:
+        loops = [
+            stack.enter_context(
+                subprocess.Popen([bare, str(BARE_TICKS), str(WATCH_PRIORITY), str(cpu), "0"], stdout=subprocess.PIPE)
+            )
+            for cpu in sorted(os.sched_getaffinity(0))
+        ]
+        try:
+            yield found
+        finally:
+            for loop in loops:
+                loop.terminate()
+            for loop in loops:
+                written = np.frombuffer(loop.communicate()[0], np.int64)
+                late_ns = written[1:].reshape(2, -1)[0]
+                found.append((1e-9 * written[0] + 1e-3 * np.arange(len(late_ns)), late_ns))
+
+
 def fly(kind: str, seed: int, folder: Path, bare: str, waiting: tuple[float, ...]) -> Flight:
-    """Fly in real time under load beside the bare loop."""
+    """Fly in real time under load beside the bare loops."""
     words = ["run", "live", "--seed", str(seed), "--identify", str(IDENTIFY_S), "--seconds", str(FLOATS_S)]
     words += [] if DRIVES[kind] is None else [*drive_words(kind), "--real-time"]
-    cpu, begun = loop_cpus().guard, time.monotonic()
-    watch = [bare, str(BARE_TICKS), str(GUARD_PRIORITY + 5), str(cpu), "0"]
-    with subprocess.Popen(watch, stdout=subprocess.PIPE) as watching:
-        try:
-            figures = command(*words, folder=folder)
-        finally:
-            watching.terminate()
-            written = np.frombuffer(watching.communicate()[0], np.int64)
-    first_ns, (late_ns, _) = written[0], written[1:].reshape(2, -1)
-    at_s = 1e-9 * first_ns + 1e-3 * np.arange(len(late_ns))
+    begun = time.monotonic()
+    with watched(bare) as lateness:
+        figures = command(*words, folder=folder)
     stops = figures.get("latches") or []
     stop_s = np.inf
     if stops:
         ticks = read_recording(Path(figures["recording"])).ticks
         stop_s = float(ticks["monotonic"][np.argmax(ticks["safe_state"] >= STOPPED)])
-    near = late_ns[(at_s <= stop_s + 0.1) & ((at_s >= stop_s - 1.0) | (not stops))]
-    late_ms = 1e-6 * float(near.max(initial=0))
+    late_ms = 0.0
+    for at_s, late_ns in lateness:
+        near = late_ns[(at_s <= stop_s + 0.1) & ((at_s >= stop_s - 1.0) | (not stops))]
+        late_ms = max(late_ms, 1e-6 * float(near.max(initial=0)))
     stop = stops[0]["cause"] if stops else "" if figures else "The command failed."
     loop = "C" if "loop in C" in figures.get("granted", ()) else "Python"
     return Flight(
