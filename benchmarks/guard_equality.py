@@ -21,6 +21,9 @@ from tests.safety.random_machines import draw_history, draw_machines, first_guar
 from exograv.safety.native import core
 from exograv.safety.native.library import LIBRARY
 
+JOINTS = 2, 4, 7
+"""Joints of the machines, from batch to batch."""
+
 MACHINES, TICKS = 25, 4000
 """Machines and ticks of a batch: more than three seconds each, so that a descent ends."""
 
@@ -28,7 +31,7 @@ MACHINES, TICKS = 25, 4000
 def differing(seed: int) -> list[int]:
     """Machines of a batch whose records differ."""
     rng = np.random.default_rng(seed)
-    machines = draw_machines(rng, MACHINES, (2, 4)[seed % 2])
+    machines = draw_machines(rng, MACHINES, JOINTS[seed % len(JOINTS)])
     hashes = np.zeros((2, MACHINES, core.SIZE), dtype=np.int64)
     with np.errstate(all="ignore"):
         history = draw_history(rng, machines, TICKS)

@@ -5,8 +5,8 @@
 
 Each flight is `exograv run live --identify 20` in real time while the computer is busy: eight endless loops and disk
 writes. On each processor, a bare loop (absolute sleep once per millisecond, no work) runs with the highest priority. It
-shows the pauses of the computer itself. A stop is excused if one of them started so late, in the second before the stop,
-that the guard misses too many ticks by that alone.
+shows the pauses of the computer itself. A stop is excused if one of them started so late in the second before it that
+the guard misses too many ticks by that alone.
 
 The goal: 10 of 10 flights of each kind end without a stop that is not excused, and the left over (residual gravity
 torque) is within 20 % of a flight in which the drives wait for the computer (for the twin: `exograv arm identify`).
