@@ -12,7 +12,7 @@ import pytest
 
 from exograv.errors import ConfigError
 from exograv.laboratory.options import DriveSimOptions
-from exograv.laboratory.simulated_drives.drive_sim import _plant, _wiring, run_drive_sim
+from exograv.laboratory.simulated_drives.drive_sim import DRIVES_PRIORITY, _plant, _wiring, run_drive_sim
 from exograv.model.description import load_rig
 from exograv.procedures.bring_up.simulated_drives_file import written
 from exograv.rig.drives.settings import load_drives
@@ -70,8 +70,8 @@ def test_simulated_drives_that_keep_time_give_their_rights_back(tmp_path: Path, 
     asked: list[tuple[int, ...]] = []
 
     @contextlib.contextmanager
-    def noting(cpus: tuple[int, ...]) -> Iterator[None]:
-        asked.append(cpus)
+    def noting(cpu: int, priority: int) -> Iterator[None]:
+        asked.append((cpu, priority))
         yield
         asked.append(())
 
@@ -79,7 +79,7 @@ def test_simulated_drives_that_keep_time_give_their_rights_back(tmp_path: Path, 
     for lock_step in (True, False):
         monkeypatch.setattr("sys.stdin", io.StringIO("quit\n"))
         run_drive_sim(DriveSimOptions(lock_step=lock_step), tmp_path, lambda _: None)
-    assert asked == [(min(os.sched_getaffinity(0)),), ()]
+    assert asked == [(min(os.sched_getaffinity(0)), DRIVES_PRIORITY), ()]
 
 
 @pytest.mark.parametrize("rig", ["recupera_like", "recupera_like_7"])
