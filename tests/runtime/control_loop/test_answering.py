@@ -28,7 +28,7 @@ def test_control_says_that_it_is_ready_when_it_has_its_rights(monkeypatch: pytes
     said_before: list[bool] = []
 
     @contextlib.contextmanager
-    def rights() -> Iterator[None]:
+    def rights(_cpu: int) -> Iterator[None]:
         said_before.append(ours.poll())
         yield
         said_before.append(ours.poll())
