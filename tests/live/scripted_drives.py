@@ -20,11 +20,11 @@ from exograv.live.native import library
 from exograv.live.native_guard import NativeGuard
 from exograv.model.description import load_rig
 from exograv.recording.encoding import tick_dtype
+from exograv.rig.drives.native.record import Now, Receive, Send, Sleep
 from exograv.rig.drives.settings import load_drives
 from exograv.rig.drives.udp.host import UdpRig
 from exograv.rig.drives.udp.layout import DriveFlag, Type
 from exograv.rig.drives.udp.native.handover import take_back
-from exograv.rig.drives.udp.native.record import Now, Receive, Send, Sleep
 from exograv.rig.drives.udp.packets import Header, decode, encode
 from exograv.runtime.control_loop.exchange import Channels, answer_dtype, state_dtype
 from exograv.runtime.processes.shared_memory import Mailbox, Ring

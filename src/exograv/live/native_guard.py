@@ -269,6 +269,9 @@ class NativeGuard:
     def _fill(self, gain: np.ndarray) -> None:
         loop, job, record = self.loop, self._job, self._guard.envelope.record
         loop.drives, (loop.guard, loop.table) = ctypes.addressof(self.drives), record.memory()
+        for name in ("read", "write"):
+            function = getattr(self._library, f"udp_{name}")
+            setattr(loop, f"{name}_drives", ctypes.cast(function, ctypes.c_void_p).value)
         for name in ("see", "decide", "trip", "begin_torque"):
             function = getattr(record._library, f"guard_{name}")
             setattr(loop, f"guard_{name}", ctypes.cast(function, ctypes.c_void_p).value)
