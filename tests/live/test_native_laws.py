@@ -11,8 +11,8 @@ from exograv.live import native_guard
 from exograv.live.guard_job import GIVEN_UP_AFTER
 from exograv.live.native import library, record
 from exograv.live.native.record import HAPPENINGS, ORDERS, Happening, HappeningPlace, Order, OrderPlace, Outcome
-from exograv.rig.drives.udp.layout import Type
 from exograv.rig.drives.native import record as machine_record
+from exograv.rig.drives.udp.layout import Type
 from exograv.rig.drives.udp.native import record as udp_record
 from exograv.rig.drives.udp.packets import Packet, decode
 from exograv.runtime.control_loop.exchange import DRIFTED
