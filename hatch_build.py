@@ -13,7 +13,15 @@ NATIVE = PACKAGE / "safety/native"
 LOOP = PACKAGE / "live/native"
 LOCK_STEP = PACKAGE / "loop/native"
 DRIVES = PACKAGE / "rig/drives"
-LOOP_SOURCES = (LOOP / "loop.c", DRIVES / "native/machine.c", DRIVES / "udp/native/drives.c")
+LOOP_SOURCES = (
+    LOOP / "loop.c",
+    DRIVES / "native/machine.c",
+    DRIVES / "canopen/native/drives.c",
+    DRIVES / "udp/native/drives.c",
+)
+    LOOP / "loop.c",
+    *(DRIVES / one for one in ("native/machine.c", "canopen/native/drives.c", "udp/native/drives.c")),
+)
 
 
 class GuardBuildHook(BuildHookInterface):

@@ -17,6 +17,7 @@ import pytest
 from exograv.live.guard_job import GuardedRig, GuardJob, answer_by_ns
 from exograv.live.guard_process import GuardLoop
 from exograv.live.native import library
+from exograv.live.native_buses import UDP
 from exograv.live.native_guard import NativeGuard
 from exograv.model.description import load_rig
 from exograv.recording.encoding import tick_dtype
@@ -324,7 +325,7 @@ class NativeSide:
         assert library.LIBRARY is not None
         self.library = library.LIBRARY
         parent = one.lines[0]
-        self.guarding = NativeGuard(one.job, parent, one.made, one.rig, self.library)  # type: ignore[arg-type]
+        self.guarding = NativeGuard(one.job, parent, one.made, UDP, self.library)  # type: ignore[arg-type]
         self.guarding.loop.answer_by_ns = answer_by_ns(one.job.period_ns)  # as long as the loop in Python waits
 
         def received(_drives: int, into: int, _size: int, until_ns: int) -> int:

@@ -6,11 +6,13 @@
 #define _GNU_SOURCE
 #include <math.h>
 
+#include "../../rig/drives/canopen/native/drives.h"
 #include "../../rig/drives/udp/native/drives.h"
 #include "mailbox.h"
 
-/* Check sums of both records and of all constants: a library that was made from others is not used. */
-const int64_t loop_layouts[3] = {LAYOUT_OF_LIVE_LOOP, LAYOUT_OF_DRIVE_MACHINE, LAYOUT_OF_UDP_DRIVES};
+/* Check sums of all records and of all constants: a library that was made from others is not used. */
+const int64_t loop_layouts[4] = {LAYOUT_OF_LIVE_LOOP, LAYOUT_OF_DRIVE_MACHINE, LAYOUT_OF_UDP_DRIVES,
+                                 LAYOUT_OF_CAN_DRIVES};
 
 #define PUT_AT(data, at, type, value)                                                                                 \
     do {                                                                                                              \
