@@ -19,9 +19,6 @@ LOOP_SOURCES = (
     DRIVES / "canopen/native/drives.c",
     DRIVES / "udp/native/drives.c",
 )
-    LOOP / "loop.c",
-    *(DRIVES / one for one in ("native/machine.c", "canopen/native/drives.c", "udp/native/drives.c")),
-)
 
 
 class GuardBuildHook(BuildHookInterface):
