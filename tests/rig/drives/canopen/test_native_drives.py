@@ -11,7 +11,7 @@ import pytest
 
 from exograv.live.native import library
 from exograv.model.description import load_rig
-from exograv.rig.drives.canopen.bus import CanFrame
+from exograv.rig.drives.canopen.bus import Bus, CanFrame
 from exograv.rig.drives.canopen.native import handover, record
 from exograv.rig.drives.canopen.objects import MASTER, CobId
 from exograv.rig.drives.canopen.rig import CanopenRig
@@ -30,7 +30,7 @@ STATUS_ON, STATUS_OFF, STATUS_FAULT = 0x27, 0x40, 0x08
 
 
 @dataclass
-class Wire:
+class Wire(Bus):
     """Bus and clock of one host: frames arrive at their times, and each look at the clock takes a microsecond."""
 
     frames: list[tuple[int, CanFrame]]
@@ -115,8 +115,8 @@ def opened(wire: Wire, damped: bool, patch: pytest.MonkeyPatch) -> CanopenRig:
     rig = CanopenRig(load_drives(EXAMPLE, load_rig("recupera_like")))
     use(wire, patch)
     rig._clock._began = 5.0
-    rig._link = wire  # type: ignore[assignment]
-    rig._cycle = rig._cycle_on(wire)  # type: ignore[arg-type]
+    rig._link = wire
+    rig._cycle = rig._cycle_on(wire)
     for node in rig._nodes:
         node.is_wanted, node.control, node.has_damping = True, ENABLE, damped
     rig._is_on = True

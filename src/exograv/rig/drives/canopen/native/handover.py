@@ -27,7 +27,7 @@ def handed_over(rig: CanopenRig) -> CanDrives:
     bus, cycle = rig._link, rig._frames
     assert bus is not None
     record = CanDrives(told=cycle._told, beat_every=cycle._beat_every)
-    hand_over_machine(rig, record)
+    hand_over_machine(rig, record.machine)
     if bus._mark is None:
         record.link, record.socket = Link.SOCKETCAN, bus.adapter.socket.fileno()
     else:
@@ -51,7 +51,7 @@ def take_back(rig: CanopenRig, record: CanDrives) -> None:
         bus.counts[reason] = record.counts[k]
     for node, of_node in zip(rig._nodes, record.each, strict=False):
         _take_back_node(node, of_node)
-    take_back_machine(rig, record)
+    take_back_machine(rig, record.machine)
 
 
 def _hand_over_node(node: CanopenNode, into: CanNode) -> None:

@@ -23,7 +23,7 @@ def handed_over(rig: UdpRig) -> UdpDrives:
         taken=rig._taken,
         heard_at=rig._heard_at,
     )
-    hand_over_machine(rig, record)
+    hand_over_machine(rig, record.machine)
     for k in range(len(link._polls)):
         tick, sequence, t = link._states[k]
         record.polls[k], record.states[k] = UdpAsked(*link._polls[k]), UdpAsked(sequence, tick, t)
@@ -51,4 +51,4 @@ def take_back(rig: UdpRig, record: UdpDrives) -> None:
         node.temperature_C, node.code, node.is_wanted = joint.temperature, joint.code, bool(joint.is_wanted)
         node.fault = DriveFault(joint.fault)
         node.sample, node.sampled_at = joint.sample, joint.sampled_at
-    take_back_machine(rig, record)
+    take_back_machine(rig, record.machine)
