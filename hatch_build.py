@@ -12,7 +12,13 @@ PACKAGE = Path("src/exograv")
 NATIVE = PACKAGE / "safety/native"
 LOOP = PACKAGE / "live/native"
 LOCK_STEP = PACKAGE / "loop/native"
-LOOP_SOURCES = (LOOP / "loop.c", PACKAGE / "rig/drives/udp/native/drives.c")
+DRIVES = PACKAGE / "rig/drives"
+LOOP_SOURCES = (
+    LOOP / "loop.c",
+    DRIVES / "native/machine.c",
+    DRIVES / "canopen/native/drives.c",
+    DRIVES / "udp/native/drives.c",
+)
 
 
 class GuardBuildHook(BuildHookInterface):

@@ -17,14 +17,15 @@ import pytest
 from exograv.live.guard_job import GuardedRig, GuardJob, answer_by_ns
 from exograv.live.guard_process import GuardLoop
 from exograv.live.native import library
+from exograv.live.native_buses import UDP
 from exograv.live.native_guard import NativeGuard
 from exograv.model.description import load_rig
 from exograv.recording.encoding import tick_dtype
+from exograv.rig.drives.native.record import Now, Receive, Send, Sleep
 from exograv.rig.drives.settings import load_drives
 from exograv.rig.drives.udp.host import UdpRig
 from exograv.rig.drives.udp.layout import DriveFlag, Type
 from exograv.rig.drives.udp.native.handover import take_back
-from exograv.rig.drives.udp.native.record import Now, Receive, Send, Sleep
 from exograv.rig.drives.udp.packets import Header, decode, encode
 from exograv.runtime.control_loop.exchange import Channels, answer_dtype, state_dtype
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
@@ -324,7 +325,7 @@ class NativeSide:
         assert library.LIBRARY is not None
         self.library = library.LIBRARY
         parent = one.lines[0]
-        self.guarding = NativeGuard(one.job, parent, one.made, one.rig, self.library)  # type: ignore[arg-type]
+        self.guarding = NativeGuard(one.job, parent, one.made, UDP, self.library)  # type: ignore[arg-type]
         self.guarding.loop.answer_by_ns = answer_by_ns(one.job.period_ns)  # as long as the loop in Python waits
 
         def received(_drives: int, into: int, _size: int, until_ns: int) -> int:

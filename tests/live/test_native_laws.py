@@ -11,6 +11,8 @@ from exograv.live import native_guard
 from exograv.live.guard_job import GIVEN_UP_AFTER
 from exograv.live.native import library, record
 from exograv.live.native.record import HAPPENINGS, ORDERS, Happening, HappeningPlace, Order, OrderPlace, Outcome
+from exograv.rig.drives.canopen.native import record as can_record
+from exograv.rig.drives.native import record as machine_record
 from exograv.rig.drives.udp.layout import Type
 from exograv.rig.drives.udp.native import record as udp_record
 from exograv.rig.drives.udp.packets import Packet, decode
@@ -271,7 +273,7 @@ def test_a_control_that_is_given_up_is_waited_for_in_few_ticks_only():
     assert WINDOW_MS < 100
 
 
-@pytest.mark.parametrize("made", [record, udp_record])
+@pytest.mark.parametrize("made", [record, machine_record, udp_record, can_record])
 def test_the_headers_are_those_of_the_classes(made):
     assert made.HEADER.read_text(encoding="utf-8") == made.text()
 

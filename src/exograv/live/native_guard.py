@@ -11,6 +11,7 @@ import time
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from multiprocessing.connection import Connection
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +20,7 @@ from exograv.loop.drift_finding import DriftFinding
 from exograv.recording.encoding import tick_dtype
 from exograv.recording.guard_state import EVERY_S
 from exograv.rig import may_be_worn
-from exograv.rig.drives.udp.host import UdpRig
-from exograv.rig.drives.udp.native.handover import handed_over, take_back
-from exograv.rig.drives.udp.native.record import UdpDrives
+from exograv.rig.drives.opening import DrivenRig
 from exograv.runtime.clock.host import loop_cpus
 from exograv.runtime.clock.real_time_loop import LEAD_NS, REST_AT_LEAST_EVERY
 from exograv.runtime.clock.realtime import GUARD_PRIORITY, Rights, realtime
@@ -70,6 +69,7 @@ from .native.record import (
     StatePlaces,
     TickPlaces,
 )
+from .native_buses import NativeBus, native_bus
 
 TURN_S = 0.005
 """Time between two looks of the supervisor at the loop and at the messages of the parent [s]."""
@@ -95,20 +95,22 @@ OUTCOMES = {
 def native_guard(job: GuardJob, parent: Connection, made: GuardedRig) -> "NativeGuard | None":
     """Return the guard with its loop in C, or None where that loop cannot run this machine yet.
 
-    It needs Linux and the compiled guard, drives on `udp`, a clock that runs by itself, and no page that steers.
+    It needs Linux and the compiled guard, a bus of `native_buses`, a clock that runs by itself, and no page that
+    steers.
     """
-    loop, rig = library.LIBRARY, made.rig
-    if loop is None or not isinstance(rig, UdpRig) or rig.is_in_lock_step or job.is_steered:
+    loop, bus = library.LIBRARY, native_bus(made.rig)
+    if loop is None or bus is None or job.is_steered or made.guard.envelope.record.library is None:
         return None
-    return None if made.guard.envelope.record._library is None else NativeGuard(job, parent, made, rig, loop)
+    return NativeGuard(job, parent, made, bus, loop)
 
 
 class NativeGuard:
     """Loop in C with its supervisor."""
 
-    def __init__(self, job: GuardJob, parent: Connection, made: GuardedRig, rig: UdpRig, loop: ctypes.CDLL):
+    def __init__(self, job: GuardJob, parent: Connection, made: GuardedRig, bus: NativeBus, loop: ctypes.CDLL):
         """Prepare all memory that the loop uses; nothing runs yet."""
-        self.rig, self._job, self._guard, self._library = rig, job, made.guard, loop
+        assert isinstance(made.rig, DrivenRig)
+        self.rig, self._job, self._guard, self._library, self._bus = made.rig, job, made.guard, loop, bus
         self._announce, channels = made.announce, job.channels
         self._inbox = GuardInbox(channels.parent, parent)
         joints = channels.joints
@@ -116,7 +118,7 @@ class NativeGuard:
         self._answers = Mailbox(answer_dtype(joints), channels.answers)
         self._ticks, self._events = channels.inlet.ticks(), channels.inlet.events()
         self._guard_states = GuardStates(channels.inlet, made.guard.envelope.record)
-        self.drives, self._timing = UdpDrives(), np.full((3, job.periods), -1, dtype=np.int64)
+        self.drives, self._timing = bus.record(), np.full((3, job.periods), -1, dtype=np.int64)
         self._rows = np.zeros(1, state_dtype(joints)), np.zeros(1, answer_dtype(joints)), _first_row(joints)
         self._person_places = PLACES.astype(np.int64)
         self.loop = LiveLoop()
@@ -208,10 +210,10 @@ class NativeGuard:
 
     def hand_over(self) -> None:
         """Give the open machine to the loop."""
-        record = handed_over(self.rig)
+        record: Any = self._bus.handed_over(self.rig)
         for hook in ("now_hook", "sleep_hook", "send_hook", "receive_hook"):
             setattr(record, hook, getattr(self.drives, hook))
-        ctypes.memmove(ctypes.byref(self.drives), ctypes.byref(record), ctypes.sizeof(UdpDrives))
+        ctypes.memmove(ctypes.byref(self.drives), ctypes.byref(record), ctypes.sizeof(self._bus.record))
 
     def _fly(self) -> Rights:
         try:
@@ -222,7 +224,7 @@ class NativeGuard:
                 self._library.loop_beat(self.loop)
                 self._has_begun.set()
                 self._library.loop_run(self.loop)
-                take_back(self.rig, self.drives)
+                self._bus.take_back(self.rig, self.drives)
                 return rights
         finally:
             self._has_begun.set()
@@ -269,6 +271,9 @@ class NativeGuard:
     def _fill(self, gain: np.ndarray) -> None:
         loop, job, record = self.loop, self._job, self._guard.envelope.record
         loop.drives, (loop.guard, loop.table) = ctypes.addressof(self.drives), record.memory()
+        for name in ("read", "write"):
+            function = getattr(self._library, f"{self._bus.prefix}_{name}")
+            setattr(loop, f"{name}_drives", ctypes.cast(function, ctypes.c_void_p).value)
         for name in ("see", "decide", "trip", "begin_torque"):
             function = getattr(record._library, f"guard_{name}")
             setattr(loop, f"guard_{name}", ctypes.cast(function, ctypes.c_void_p).value)

@@ -5,6 +5,8 @@ import os
 import sys
 from pathlib import Path
 
+from exograv.rig.drives.canopen.native import record as can_record
+from exograv.rig.drives.native import record as machine_record
 from exograv.rig.drives.udp.native import record as udp_record
 from exograv.safety.native import build
 from exograv.safety.native.structs import layout_in
@@ -16,7 +18,13 @@ COMPILED = Path(__file__).with_name("loop.native")
 """File of the compiled loop, beside its source."""
 
 ROOT = Path(__file__).parents[2]
-SOURCES = (Path(__file__).with_name("loop.c"), ROOT / "rig" / "drives" / "udp" / "native" / "drives.c")
+DRIVES = ROOT / "rig" / "drives"
+SOURCES = (
+    Path(__file__).with_name("loop.c"),
+    DRIVES / "native" / "machine.c",
+    DRIVES / "canopen" / "native" / "drives.c",
+    DRIVES / "udp" / "native" / "drives.c",
+)
 
 
 def build_loop(target: Path = COMPILED) -> bool:
@@ -34,10 +42,10 @@ def load(path: Path = COMPILED) -> ctypes.CDLL | None:
         return None
     library = ctypes.CDLL(str(path))
     try:
-        layouts = (ctypes.c_int64 * 2).in_dll(library, "loop_layouts")
+        layouts = (ctypes.c_int64 * 4).in_dll(library, "loop_layouts")
     except ValueError:  # a library from before check sums
         return None
-    if list(layouts) != [layout_in(record.text()), layout_in(udp_record.text())]:
+    if list(layouts) != [layout_in(one.text()) for one in (record, machine_record, udp_record, can_record)]:
         return None
     loop, number = ctypes.POINTER(LiveLoop), ctypes.c_int64
     for name, (arguments, result) in {

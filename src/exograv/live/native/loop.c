@@ -6,11 +6,13 @@
 #define _GNU_SOURCE
 #include <math.h>
 
+#include "../../rig/drives/canopen/native/drives.h"
 #include "../../rig/drives/udp/native/drives.h"
 #include "mailbox.h"
 
-/* Check sums of both records and of all constants: a library that was made from others is not used. */
-const int64_t loop_layouts[2] = {LAYOUT_OF_LIVE_LOOP, LAYOUT_OF_UDP_DRIVES};
+/* Check sums of all records and of all constants: a library that was made from others is not used. */
+const int64_t loop_layouts[4] = {LAYOUT_OF_LIVE_LOOP, LAYOUT_OF_DRIVE_MACHINE, LAYOUT_OF_UDP_DRIVES,
+                                 LAYOUT_OF_CAN_DRIVES};
 
 #define PUT_AT(data, at, type, value)                                                                                 \
     do {                                                                                                              \
@@ -32,9 +34,11 @@ static double double_at(const void *data, int64_t at)
     return value;
 }
 
+typedef int (*write_function)(void *, int64_t, double, const double *, const double *);
+
 static double *guard_of(const live_loop *loop) { return loop->guard; }
-static udp_drives *drives_of(const live_loop *loop) { return loop->drives; }
-static int64_t now_ns(const live_loop *loop) { return udp_now(drives_of(loop)); }
+static drive_machine *drives_of(const live_loop *loop) { return loop->drives; }
+static int64_t now_ns(const live_loop *loop) { return machine_now(drives_of(loop)); }
 
 static void trip(const live_loop *loop, int64_t reason)
 {
@@ -169,7 +173,7 @@ static void obey(live_loop *loop, int64_t period)
 /* Write the newest measurement into the guard's record. */
 static void put_measurement(const live_loop *loop)
 {
-    const udp_drives *drives = drives_of(loop);
+    const drive_machine *drives = drives_of(loop);
     double *r = guard_of(loop);
     r[GUARD_NOW] = loop->now;
     r[GUARD_CAME] = r[GUARD_IN_CURRENT] = 1.0;
@@ -199,7 +203,7 @@ static void begin(live_loop *loop, int64_t woken)
 
 static void send_state(const live_loop *loop)
 {
-    const udp_drives *drives = drives_of(loop);
+    const drive_machine *drives = drives_of(loop);
     const double *r = guard_of(loop);
     const state_places *at = &loop->state_at;
     PUT_AT(loop->state, at->sequence, int64_t, drives->state_sequence);
@@ -232,7 +236,7 @@ static int is_answered(live_loop *loop, int64_t woken)
         const int64_t now = now_ns(loop);
         if (now >= until)
             break;
-        udp_sleep_until(drives_of(loop), now + loop->poll_ns);
+        machine_sleep_until(drives_of(loop), now + loop->poll_ns);
     }
     loop->unanswered += 1;
     loop->silent += 1;
@@ -268,10 +272,11 @@ static void decide(const live_loop *loop, int has_answer)
 static void send_command(const live_loop *loop, const double *damping)
 {
     const double *r = guard_of(loop);
-    double current[UDP_JOINTS_MAX];
+    double current[DRIVE_JOINTS];
     for (int64_t j = 0; j < loop->joints; j++)
         current[j] = r[GUARD_TAU + j] / loop->gain[j];
-    udp_write(drives_of(loop), drives_of(loop)->state_sequence, loop->now + loop->life_s, current, damping);
+    const int64_t answers = drives_of(loop)->state_sequence;
+    ((write_function)loop->write_drives)(loop->drives, answers, loop->now + loop->life_s, current, damping);
 }
 
 static void drive_damping(const live_loop *loop, double *damping)
@@ -318,7 +323,7 @@ static void put_answer(const live_loop *loop, int has_answer)
 
 static void record(live_loop *loop, int64_t period, int has_answer, int64_t woken)
 {
-    const udp_drives *drives = drives_of(loop);
+    const drive_machine *drives = drives_of(loop);
     const double *r = guard_of(loop);
     const tick_places *at = &loop->tick_at;
     const int64_t late = woken - loop->started_ns - period * (int64_t)rint(1e9 * loop->period_s);
@@ -365,10 +370,10 @@ static void keep_guard(live_loop *loop)
 /* Run one tick; return 1 to end the loop early. */
 int64_t loop_tick(live_loop *loop, int64_t period)
 {
-    double *r = guard_of(loop), damping[UDP_JOINTS_MAX];
+    double *r = guard_of(loop), damping[DRIVE_JOINTS];
     const int64_t woken = now_ns(loop);
-    udp_read(drives_of(loop));
-    loop->now = udp_time(drives_of(loop));
+    ((void (*)(void *))loop->read_drives)(loop->drives);
+    loop->now = machine_time(drives_of(loop));
     if (!loop->has_begun)
         begin(loop, woken);
     PUT_AT(loop->row, loop->tick_at.monotonic, double, 1e-9 * (double)now_ns(loop));
@@ -400,7 +405,7 @@ static int has_rested(const live_loop *loop, int64_t deadline)
 {
     const int sleeps = deadline - loop->spin_ns > now_ns(loop);
     if (sleeps)
-        udp_sleep_until(drives_of(loop), deadline - loop->spin_ns);
+        machine_sleep_until(drives_of(loop), deadline - loop->spin_ns);
     while (now_ns(loop) < deadline)
         ;
     return sleeps;

@@ -1,7 +1,7 @@
 /* Made from the classes in record.py; do not edit. docs/explanation/realtime.md says how. */
 #pragma once
 #include <stdint.h>
-#define LAYOUT_OF_LIVE_LOOP 2543906889
+#define LAYOUT_OF_LIVE_LOOP 2892886337
 
 #define GUARD_STOP 44
 #define GUARD_SINCE_STOP 45
@@ -164,6 +164,8 @@ typedef struct guard_places {
 
 typedef struct live_loop {
     void *drives;
+    void *read_drives;
+    void *write_drives;
     void *guard;
     void *table;
     void *guard_see;

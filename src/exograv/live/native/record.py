@@ -132,6 +132,8 @@ class LiveLoop(ctypes.Structure):
     _fields_ = [
         # Settings.
         ("drives", ctypes.c_void_p),
+        ("read_drives", ctypes.c_void_p),
+        ("write_drives", ctypes.c_void_p),
         ("guard", ctypes.c_void_p),
         ("table", ctypes.c_void_p),
         ("guard_see", ctypes.c_void_p),

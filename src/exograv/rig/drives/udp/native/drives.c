@@ -3,80 +3,12 @@
 #define _GNU_SOURCE
 #include "drives.h"
 
-#include <errno.h>
 #include <math.h>
-#include <poll.h>
 #include <string.h>
-#include <sys/socket.h>
-#include <time.h>
 
 #if __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
 #error "The protocol is little endian, and this file copies numbers as they are."
 #endif
-
-typedef int64_t (*now_function)(udp_drives *);
-typedef void (*sleep_function)(udp_drives *, int64_t);
-typedef int64_t (*send_function)(udp_drives *, const uint8_t *, int64_t);
-typedef int64_t (*receive_function)(udp_drives *, uint8_t *, int64_t, int64_t);
-
-enum { SECOND_NS = 1000000000 };
-
-/* --- outside world ------------------------------------------------------------------------------------------------ */
-
-int64_t udp_now(udp_drives *drives)
-{
-    if (drives->now_hook)
-        return ((now_function)drives->now_hook)(drives);
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * SECOND_NS + now.tv_nsec;
-}
-
-void udp_sleep_until(udp_drives *drives, int64_t until_ns)
-{
-    if (drives->sleep_hook) {
-        ((sleep_function)drives->sleep_hook)(drives, until_ns);
-        return;
-    }
-    const struct timespec until = {until_ns / SECOND_NS, until_ns % SECOND_NS};
-    /* A signal ends the sleep early; the kernel then continues towards the same absolute time. */
-    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL) == EINTR)
-        ;
-}
-
-double udp_time(udp_drives *drives)
-{
-    return (double)udp_now(drives) / 1e9 - drives->began_s;
-}
-
-static int is_sent(udp_drives *drives, const uint8_t *data, int64_t size)
-{
-    if (drives->send_hook)
-        return ((send_function)drives->send_hook)(drives, data, size) == size;
-    return send((int)drives->socket, data, (size_t)size, MSG_DONTWAIT | MSG_NOSIGNAL) == size;
-}
-
-/* Return the size of the next datagram before `until_ns`, 0 without one, and -1 if the system reports an error. */
-static int64_t received(udp_drives *drives, uint8_t *data, int64_t size, int64_t until_ns)
-{
-    if (drives->receive_hook)
-        return ((receive_function)drives->receive_hook)(drives, data, size, until_ns);
-    for (int attempt = 0; attempt < 2; attempt++) {
-        const ssize_t got = recv((int)drives->socket, data, (size_t)size, MSG_DONTWAIT);
-        if (got >= 0)
-            return got > 0 ? got : -1;
-        if (errno != EAGAIN && errno != EWOULDBLOCK)
-            return -1;
-        const int64_t left = until_ns - udp_now(drives);
-        if (left <= 0)
-            return 0;
-        struct pollfd watched = {(int)drives->socket, POLLIN, 0};
-        const struct timespec patience = {left / SECOND_NS, left % SECOND_NS};
-        if (ppoll(&watched, 1, &patience, NULL) <= 0)
-            return 0;
-    }
-    return 0;
-}
 
 /* --- packets ------------------------------------------------------------------------------------------------------ */
 
@@ -126,21 +58,21 @@ static uint32_t begin_packet(udp_drives *drives, uint8_t *data, int kind, int fl
     PUT(data, UDP_HEADER_MAGIC_AT, uint32_t, UDP_MAGIC);
     PUT(data, UDP_HEADER_VERSION_AT, uint8_t, UDP_VERSION);
     PUT(data, UDP_HEADER_TYPE_AT, uint8_t, kind);
-    PUT(data, UDP_HEADER_JOINTS_AT, uint8_t, drives->joints);
+    PUT(data, UDP_HEADER_JOINTS_AT, uint8_t, drives->machine.joints);
     PUT(data, UDP_HEADER_FLAGS_AT, uint8_t, flags);
     PUT(data, UDP_HEADER_SESSION_AT, uint32_t, drives->session);
     PUT(data, UDP_HEADER_GRANT_AT, uint32_t, drives->grant);
     PUT(data, UDP_HEADER_SEQUENCE_AT, uint32_t, drives->sequence);
     PUT(data, UDP_HEADER_ANSWERS_AT, uint32_t, answers);
-    PUT(data, UDP_HEADER_TIME_NS_AT, uint64_t, udp_now(drives));
+    PUT(data, UDP_HEADER_TIME_NS_AT, uint64_t, machine_now(&drives->machine));
     return drives->sequence;
 }
 
 static void end_packet(udp_drives *drives, uint8_t *data, int kind)
 {
-    const int64_t size = length(kind, drives->joints), at = size - UDP_CRC_BYTES;
+    const int64_t size = length(kind, drives->machine.joints), at = size - UDP_CRC_BYTES;
     PUT(data, at, uint32_t, crc(data, at));
-    if (!is_sent(drives, data, size))
+    if (!machine_sends(&drives->machine, data, size))
         drives->counts[UDP_COUNT_NOT_SENT] += 1; /* no receiver, or a full buffer: the same as a lost packet */
 }
 
@@ -161,7 +93,7 @@ static int refusal(const udp_drives *drives, const uint8_t *data, int64_t size)
     if (u32_at(data, size - UDP_CRC_BYTES) != crc(data, size - UDP_CRC_BYTES))
         return UDP_COUNT_CRC;
     if (u32_at(data, UDP_HEADER_SESSION_AT) != drives->session || u32_at(data, UDP_HEADER_GRANT_AT) != drives->grant ||
-        joints != drives->joints)
+        joints != drives->machine.joints)
         return UDP_COUNT_SESSION;
     return -1;
 }
@@ -169,7 +101,7 @@ static int refusal(const udp_drives *drives, const uint8_t *data, int64_t size)
 /* True if every drive that the controller hears reports a position and a current. */
 static int has_numbers(const udp_drives *drives, const uint8_t *data)
 {
-    for (int64_t j = 0; j < drives->joints; j++) {
+    for (int64_t j = 0; j < drives->machine.joints; j++) {
         const uint8_t *joint = data + UDP_STATE_JOINTS_AT + j * UDP_STATE_JOINT_BYTES;
         if (u16_at(joint, UDP_STATE_JOINT_STATUS_AT) & UDP_PRESENT &&
             !(isfinite(f64_at(joint, UDP_STATE_JOINT_POSITION_AT)) &&
@@ -210,12 +142,12 @@ static const udp_asked *collect(udp_drives *drives, uint8_t *newest, int64_t unt
     const udp_asked *found = NULL;
     uint8_t data[UDP_BUFFER];
     for (int packets = 0; packets < UDP_READ_AT_ONCE; packets++) { /* a flood must not delay our tick */
-        const int64_t size = received(drives, data, sizeof data, until_ns);
+        const int64_t size = machine_receives(&drives->machine, data, sizeof data, until_ns);
         if (size == 0)
             break;
         if (size < 0) { /* an earlier packet found no receiver */
             drives->counts[UDP_COUNT_NOT_HEARD] += 1;
-            if (udp_now(drives) >= until_ns)
+            if (machine_now(&drives->machine) >= until_ns)
                 break;
             continue;
         }
@@ -229,7 +161,7 @@ static const udp_asked *collect(udp_drives *drives, uint8_t *newest, int64_t unt
             continue;
         found = poll;
         memcpy(newest, data, (size_t)size);
-        if (poll->tick == drives->tick)
+        if (poll->tick == drives->machine.tick)
             return found;
     }
     drives->counts[UDP_COUNT_LATE] += 1;
@@ -267,53 +199,49 @@ static void take_joint(udp_joint *joint, const uint8_t *said, double t, double s
 static void miss(udp_drives *drives, double t)
 {
     const int is_lost = t - drives->heard_at > drives->lost_s;
-    for (int64_t j = 0; is_lost && j < drives->joints; j++) {
+    for (int64_t j = 0; is_lost && j < drives->machine.joints; j++) {
         drives->each[j].fault |= UDP_LOST;
         drives->each[j].is_wanted = 0;
     }
-    drives->incomplete += 1;
+    drives->machine.incomplete += 1;
 }
 
-/* Convert the reports of the drives to joints, as `Units` does. */
+/* Hand the reports of the drives to the measurement. */
 static void measure(udp_drives *drives, const udp_asked *asked)
 {
-    double sum = 0.0;
-    for (int64_t j = 0; j < drives->joints; j++) {
-        const udp_joint *joint = &drives->each[j];
-        drives->q[j] = drives->offset[j] + drives->of_count[j] * joint->position;
-        drives->joint_current[j] = drives->sign[j] * joint->current;
-        drives->q_motor[j] = drives->offset[j] + drives->of_motor_count[j] * joint->motor_position;
-        sum += joint->motor_position;
+    double position[DRIVE_JOINTS], current[DRIVE_JOINTS], motor_position[DRIVE_JOINTS];
+    for (int64_t j = 0; j < drives->machine.joints; j++) {
+        position[j] = drives->each[j].position;
+        current[j] = drives->each[j].current;
+        motor_position[j] = drives->each[j].motor_position;
     }
-    drives->has_q_motor = drives->has_motor && isfinite(sum);
-    drives->state_t = asked->t;
-    drives->state_sequence = asked->tick;
+    machine_measure(&drives->machine, asked->t, asked->tick, position, current, motor_position);
 }
 
 void udp_read(udp_drives *drives)
 {
     uint8_t packet[UDP_BUFFER] = {0}, newest[UDP_BUFFER];
-    drives->tick += 1;
-    const double t = udp_time(drives);
-    const int64_t until_ns = udp_now(drives) + drives->answer_ns;
+    drives->machine.tick += 1;
+    const double t = machine_time(&drives->machine);
+    const int64_t until_ns = machine_now(&drives->machine) + drives->machine.answer_ns;
     const uint32_t sequence = begin_packet(drives, packet, UDP_POLL, 0, 0);
     end_packet(drives, packet, UDP_POLL);
-    drives->polls[sequence % UDP_REMEMBERED] = (udp_asked){sequence, drives->tick, t};
+    drives->polls[sequence % UDP_REMEMBERED] = (udp_asked){sequence, drives->machine.tick, t};
     const udp_asked *asked = collect(drives, newest, until_ns);
     if (asked == NULL) {
         miss(drives, t);
     } else {
         drives->heard_at = asked->t;
         drives->taken = u32_at(newest, UDP_STATE_COMMAND_AT);
-        for (int64_t j = 0; j < drives->joints; j++)
+        for (int64_t j = 0; j < drives->machine.joints; j++)
             take_joint(&drives->each[j], newest + UDP_STATE_JOINTS_AT + j * UDP_STATE_JOINT_BYTES, asked->t,
                        drives->stale_s);
         measure(drives, asked);
     }
-    drives->faulty = 0;
-    for (int64_t j = 0; j < drives->joints; j++)
-        if (drives->each[j].fault || (drives->is_on && !drives->each[j].is_wanted))
-            drives->faulty |= (int64_t)1 << j;
+    drives->machine.faulty = 0;
+    for (int64_t j = 0; j < drives->machine.joints; j++)
+        if (drives->each[j].fault || (drives->machine.is_on && !drives->each[j].is_wanted))
+            drives->machine.faulty |= (int64_t)1 << j;
 }
 
 /* --- writing ------------------------------------------------------------------------------------------------------ */
@@ -326,31 +254,28 @@ static double bounded(double value, double low, double high)
 int udp_write(udp_drives *drives, int64_t sequence, double valid_until, const double *current, const double *damping)
 {
     uint8_t packet[UDP_BUFFER] = {0};
-    int is_limited = 0;
-    for (int64_t j = 0; j < drives->joints; j++) {
-        if (!(isfinite(current[j]) && isfinite(damping[j])))
-            return 0;
-        const double most = drives->current_max[j], limited = bounded(current[j], -most, most);
+    double limited[DRIVE_JOINTS];
+    if (!machine_limit(&drives->machine, current, damping, limited))
+        return 0;
+    for (int64_t j = 0; j < drives->machine.joints; j++) {
         uint8_t *joint = packet + UDP_COMMAND_JOINTS_AT + j * UDP_COMMAND_JOINT_BYTES;
-        PUT(joint, UDP_COMMAND_JOINT_CURRENT_AT, float, drives->sign[j] * limited);
+        PUT(joint, UDP_COMMAND_JOINT_CURRENT_AT, float, limited[j]);
         PUT(joint, UDP_COMMAND_JOINT_DAMPING_AT, float, damping[j]);
-        is_limited |= limited != current[j];
     }
-    drives->limited += is_limited;
-    if (udp_time(drives) > valid_until) {
-        drives->expired += 1;
+    if (machine_time(&drives->machine) > valid_until) {
+        drives->machine.expired += 1;
         return 0;
     }
-    const double now = udp_time(drives), left = valid_until - now;
+    const double now = machine_time(&drives->machine), left = valid_until - now;
     const double life_s = drives->watchdog_s < left ? drives->watchdog_s : left;
     const udp_asked *state = &drives->states[sequence % UDP_REMEMBERED];
-    if (!(life_s > 0.0) || sequence < 0 || (state->tick != sequence && drives->is_on)) {
-        drives->expired += 1;
+    if (!(life_s > 0.0) || sequence < 0 || (state->tick != sequence && drives->machine.is_on)) {
+        drives->machine.expired += 1;
         return 0;
     }
     PUT(packet, UDP_COMMAND_AGE_US_AT, uint32_t, bounded(rint(1e6 * (now - state->t)), 0.0, 4294967295.0));
     PUT(packet, UDP_COMMAND_LIFE_US_AT, uint32_t, bounded(trunc(1e6 * life_s), 0.0, 4294967295.0));
-    begin_packet(drives, packet, UDP_COMMAND, drives->is_on ? UDP_ENABLE : 0,
+    begin_packet(drives, packet, UDP_COMMAND, drives->machine.is_on ? UDP_ENABLE : 0,
                  (uint32_t)(state->sequence > 0 ? state->sequence : 0));
     end_packet(drives, packet, UDP_COMMAND);
     return 1;

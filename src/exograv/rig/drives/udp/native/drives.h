@@ -3,15 +3,6 @@
 #pragma once
 #include "record.h"
 
-/* Time of CLOCK_MONOTONIC [ns]. */
-int64_t udp_now(udp_drives *drives);
-
-/* Sleep until a time of CLOCK_MONOTONIC [ns]; at once if it is over. */
-void udp_sleep_until(udp_drives *drives, int64_t until_ns);
-
-/* Time on the rig's clock [s]. */
-double udp_time(udp_drives *drives);
-
 /* Poll the controller and wait for its answer. The measurement stays the last one if none comes in time. */
 void udp_read(udp_drives *drives);
 

@@ -1,7 +1,8 @@
 /* Made from the classes in record.py; do not edit. docs/explanation/realtime.md says how. */
 #pragma once
 #include <stdint.h>
-#define LAYOUT_OF_UDP_DRIVES 4289238001
+#define LAYOUT_OF_UDP_DRIVES 3636128477
+#include "../../native/machine.h"
 
 #define UDP_MAGIC 1447516229
 #define UDP_VERSION 1
@@ -82,15 +83,7 @@ typedef struct udp_joint {
 } udp_joint;
 
 typedef struct udp_drives {
-    void *now_hook;
-    void *sleep_hook;
-    void *send_hook;
-    void *receive_hook;
-    int64_t socket;
-    int64_t joints;
-    int64_t tick;
-    int64_t answer_ns;
-    double began_s;
+    drive_machine machine;
     double lost_s;
     double stale_s;
     double watchdog_s;
@@ -103,23 +96,6 @@ typedef struct udp_drives {
     double heard_at;
     udp_asked polls[64];
     udp_asked states[64];
-    int64_t is_on;
-    int64_t has_motor;
-    double sign[16];
-    double offset[16];
-    double of_count[16];
-    double of_motor_count[16];
-    double current_max[16];
     udp_joint each[16];
-    double state_t;
-    int64_t state_sequence;
-    int64_t has_q_motor;
-    int64_t faulty;
-    double q[16];
-    double joint_current[16];
-    double q_motor[16];
-    int64_t limited;
-    int64_t expired;
-    int64_t incomplete;
     int64_t counts[12];
 } udp_drives;

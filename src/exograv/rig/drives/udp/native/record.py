@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from exograv.rig.drive_status import DriveFault
+from exograv.rig.drives.native.record import DriveMachine
 from exograv.rig.drives.udp import host, layout, link
 from exograv.rig.drives.udp.layout import LAYOUTS, Flag, Type
 from exograv.rig.drives.udp.packets import Refusal
@@ -21,8 +22,6 @@ JOINTS = layout.JOINTS_MAX
 
 COUNTS = (*(reason.value for reason in Refusal), "late or lost states", "not sent", "not heard")
 """Reasons that the link counts, in the order of `counts` in the record."""
-
-_Joints = ctypes.c_double * JOINTS
 
 
 class UdpAsked(ctypes.Structure):
@@ -51,17 +50,9 @@ class UdpJoint(ctypes.Structure):
 class UdpDrives(ctypes.Structure):
     """Controller, as `UdpRig` and its `Link` know it. While the C loop runs, only C changes it."""
 
+    _anonymous_ = ("machine",)
     _fields_ = [
-        # Functions of the outside world; 0 is the operating system's. Tests have a world of their own.
-        ("now_hook", ctypes.c_void_p),
-        ("sleep_hook", ctypes.c_void_p),
-        ("send_hook", ctypes.c_void_p),
-        ("receive_hook", ctypes.c_void_p),
-        ("socket", ctypes.c_int64),
-        ("joints", ctypes.c_int64),
-        ("tick", ctypes.c_int64),
-        ("answer_ns", ctypes.c_int64),
-        ("began_s", ctypes.c_double),
+        ("machine", DriveMachine),
         ("lost_s", ctypes.c_double),
         ("stale_s", ctypes.c_double),
         ("watchdog_s", ctypes.c_double),
@@ -74,32 +65,9 @@ class UdpDrives(ctypes.Structure):
         ("heard_at", ctypes.c_double),
         ("polls", UdpAsked * link.REMEMBERED),
         ("states", UdpAsked * link.REMEMBERED),
-        ("is_on", ctypes.c_int64),
-        ("has_motor", ctypes.c_int64),
-        ("sign", _Joints),
-        ("offset", _Joints),
-        ("of_count", _Joints),
-        ("of_motor_count", _Joints),
-        ("current_max", _Joints),
         ("each", UdpJoint * JOINTS),
-        ("state_t", ctypes.c_double),
-        ("state_sequence", ctypes.c_int64),
-        ("has_q_motor", ctypes.c_int64),
-        ("faulty", ctypes.c_int64),
-        ("q", _Joints),
-        ("joint_current", _Joints),
-        ("q_motor", _Joints),
-        ("limited", ctypes.c_int64),
-        ("expired", ctypes.c_int64),
-        ("incomplete", ctypes.c_int64),
         ("counts", ctypes.c_int64 * len(COUNTS)),
     ]
-
-
-Now = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p)
-Sleep = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64)
-Send = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64)
-Receive = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64)
 
 
 def constants() -> Mapping[str, float | int]:
@@ -144,7 +112,7 @@ def _places(name: str, fields: tuple[layout.PacketField, ...], begin: int) -> di
 
 def text() -> str:
     """Return the contents of `record.h`."""
-    return header((UdpAsked, UdpJoint, UdpDrives), constants())
+    return header((UdpAsked, UdpJoint, UdpDrives), constants(), ["../../native/machine.h"])
 
 
 if __name__ == "__main__":

@@ -1,0 +1,1 @@
+"""Cyclic part of the CANopen driver in C."""
