@@ -1,6 +1,7 @@
 """Handover of open CANopen drives from the Python driver to C, and back when the loop has ended."""
 
 import ipaddress
+from typing import Any
 
 from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.canopen.bus import ECHOING
@@ -26,13 +27,14 @@ def handed_over(rig: CanopenRig) -> CanDrives:
     """Return the record of an open machine. The Python driver must not be used until `take_back`."""
     bus, cycle = rig._link, rig._frames
     assert bus is not None
+    adapter: Any = bus.adapter  # each adapter of python-can has its own attributes
     record = CanDrives(told=cycle._told, beat_every=cycle._beat_every)
     hand_over_machine(rig, record.machine)
     if bus._mark is None:
-        record.link, record.socket = Link.SOCKETCAN, bus.adapter.socket.fileno()
+        record.link, record.socket = Link.SOCKETCAN, adapter.socket.fileno()
     else:
-        group, port = bus.adapter._multicast._send_destination
-        record.link, record.socket = Link.MULTICAST, bus.adapter._multicast.fileno()
+        group, port = adapter._multicast._send_destination
+        record.link, record.socket = Link.MULTICAST, adapter._multicast.fileno()
         record.group, record.port = int(ipaddress.ip_address(group)), port
         record.mark[:] = bus._mark.encode()
     for k, reason in enumerate(COUNTS):
