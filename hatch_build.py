@@ -17,6 +17,7 @@ LOOP_SOURCES = (
     LOOP / "loop.c",
     DRIVES / "native/machine.c",
     DRIVES / "canopen/native/drives.c",
+    DRIVES / "canopen/native/frames.c",
     DRIVES / "udp/native/drives.c",
 )
 

@@ -21,7 +21,7 @@ from exograv.live.native_buses import UDP
 from exograv.live.native_guard import NativeGuard
 from exograv.model.description import load_rig
 from exograv.recording.encoding import tick_dtype
-from exograv.rig.drives.native.record import Now, Receive, Send, Sleep
+from exograv.rig.drives.native.record import NOTHING, Now, Receive, Send, Sleep
 from exograv.rig.drives.settings import load_drives
 from exograv.rig.drives.udp.host import UdpRig
 from exograv.rig.drives.udp.layout import DriveFlag, Type
@@ -331,7 +331,7 @@ class NativeSide:
         def received(_drives: int, into: int, _size: int, until_ns: int) -> int:
             data = world.receive(until_ns)
             if data is None:
-                return 0
+                return NOTHING
             ctypes.memmove(into, data, len(data))
             return len(data)
 

@@ -23,6 +23,7 @@ SOURCES = (
     Path(__file__).with_name("loop.c"),
     DRIVES / "native" / "machine.c",
     DRIVES / "canopen" / "native" / "drives.c",
+    DRIVES / "canopen" / "native" / "frames.c",
     DRIVES / "udp" / "native" / "drives.c",
 )
 

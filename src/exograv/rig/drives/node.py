@@ -60,6 +60,11 @@ class AskedNode(Node):
     """True if all answers to the last question have arrived."""
 
     @property
+    def is_awaited(self) -> bool:
+        """True if the answer to the present question is missing, of a drive that was not silent before it."""
+        return not self.has_answered and self._misses <= self._lost_after
+
+    @property
     @abstractmethod
     def stage(self) -> str:
         """Name of the drive's state, for the message about a drive that cannot be switched on."""

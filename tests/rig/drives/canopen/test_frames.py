@@ -12,6 +12,7 @@ from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.canopen import objects as at
 from exograv.rig.drives.canopen.emergency import fault_of
 from exograv.rig.drives.canopen.node import DAMPING_MOST, TOLD_DAMPED, CanopenNode, OwedAnswers, lost_after
+from exograv.rig.drives.canopen.objects import Nmt
 from exograv.rig.drives.canopen.states import DISABLE_VOLTAGE, ENABLE
 from exograv.rig.drives.settings import CanopenBus, Drive, Drives, DrivesSettings
 from exograv.rig.drives.units import Units
@@ -159,6 +160,37 @@ def test_a_drive_is_lost_after_so_many_syncs_without_a_word_and_not_before():
         assert node.was_lost == (k == 2)
     node.on_measured(bytes(8))
     assert node.was_lost
+
+
+@pytest.mark.parametrize("period_s", [0.001, 0.002, 0.004])
+def test_a_drive_is_awaited_until_it_is_lost_and_from_its_next_answer_on(period_s: float):
+    node = CanopenNode(machine().each[0], has_motor=False, period_s=period_s)
+    node.start()
+    for _ in range(lost_after(period_s)):
+        node.ask()
+        assert node.is_awaited
+        assert not node.was_lost
+        node.close()
+    assert node.was_lost
+    node.ask()
+    assert not node.is_awaited
+    node.close()
+    node.on_measured(bytes(8))
+    node.ask()
+    assert node.is_awaited
+
+
+def test_a_drive_that_has_just_started_is_not_awaited():
+    node = CanopenNode(machine().each[0], has_motor=False, period_s=0.002)
+    node.ask()
+    node.on_heartbeat(bytes([Nmt.BOOTED]))
+    assert not node.is_awaited
+
+
+def test_a_current_beyond_the_frame_is_the_greatest_that_fits():
+    node = wanted(machine(rated=0.01, most=9.0))
+    assert per_mille_of(node.order(9.0, 0.0)) == 2**15 - 1
+    assert per_mille_of(node.order(-9.0, 0.0)) == 1 - 2**15
 
 
 @given(code=st.integers(1, 0xFFFF))

@@ -31,6 +31,10 @@ class CanFrame(NamedTuple):
     data: bytes
 
 
+NO_FRAME = CanFrame(-1, b"")
+"""Frame without a meaning here: our own, an error frame, a remote frame, one with a 29-bit number, or a broken one."""
+
+
 class Bus:
     """Adapter of a CAN bus. Failures in the loop are counted and look like silence; no exception is raised there."""
 
@@ -70,17 +74,18 @@ class Bus:
             self.counts["not sent"] += 1
 
     def receive(self, until: float) -> CanFrame | None:
-        """Return the next frame of another participant, waiting or arriving before `until` on `time.monotonic`."""
-        while True:
-            try:
-                message = self.adapter.recv(max(until - time.monotonic(), 0.0))
-            except (self._error, OSError):
-                self.counts["not heard"] += 1
-                return None
-            if message is None:
-                return None
-            if not self._is_ours_or_none(message):
-                return CanFrame(message.arbitration_id, bytes(message.data))
+        """Return the next frame, waiting or arriving before `until` on `time.monotonic`; None if there is none.
+
+        Each call takes at most one frame from the adapter, so that a caller can bound their number (`NO_FRAME`).
+        """
+        try:
+            message = self.adapter.recv(max(until - time.monotonic(), 0.0))
+        except (self._error, OSError):
+            self.counts["not heard"] += 1
+            return NO_FRAME if time.monotonic() < until else None
+        if message is None:
+            return None
+        return NO_FRAME if self._is_ours_or_none(message) else CanFrame(message.arbitration_id, bytes(message.data))
 
     def close(self) -> None:
         """Close the CAN adapter."""

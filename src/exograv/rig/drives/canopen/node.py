@@ -31,6 +31,9 @@ TOLD, TOLD_DAMPED = at.layout(at.COMMAND), at.layout((*at.COMMAND, at.DAMPING))
 DAMPING_MOST = 65.535
 """Greatest damping that the frame can carry [N·m·s/rad]."""
 
+PER_MILLE_MOST = 2**15 - 1
+"""Greatest current that the frame can carry, in per mille of the rated current [-]."""
+
 IN_FAULT = (Cia402State.FAULT, Cia402State.FAULT_REACTION)
 
 
@@ -125,7 +128,7 @@ class CanopenNode(AskedNode):
         A drive without a damping object brakes by its own quick stop instead, and is off after it.
         """
         is_told = self.is_wanted and not self.fault
-        per_mille = round(current / self._amperes) if is_told else 0
+        per_mille = min(max(round(current / self._amperes), -PER_MILLE_MOST), PER_MILLE_MOST) if is_told else 0
         braking = round(1000.0 * min(max(damping, 0.0), DAMPING_MOST))
         if self.has_damping:
             return TOLD_DAMPED.pack(self.control, per_mille, braking)
@@ -168,5 +171,5 @@ class CanopenNode(AskedNode):
     def on_heartbeat(self, data: bytes) -> None:
         """Take a heartbeat. A drive that has just started has lost its settings and counts as lost."""
         if data and data[0] == Nmt.BOOTED:
-            self._misses = self._lost_after
+            self._misses = self._lost_after + 1  # its answer is not awaited
             self.hold_against(DriveFault.LOST)

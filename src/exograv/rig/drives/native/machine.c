@@ -56,18 +56,18 @@ int64_t machine_receives(drive_machine *machine, uint8_t *data, int64_t size, in
     for (int attempt = 0; attempt < 2; attempt++) {
         const ssize_t got = recv((int)machine->socket, data, (size_t)size, MSG_DONTWAIT);
         if (got >= 0)
-            return got > 0 ? got : -1;
+            return got;
         if (errno != EAGAIN && errno != EWOULDBLOCK)
-            return -1;
+            return MACHINE_FAILED;
         const int64_t left = until_ns - machine_now(machine);
         if (left <= 0)
-            return 0;
+            return MACHINE_NOTHING;
         struct pollfd watched = {(int)machine->socket, POLLIN, 0};
         const struct timespec patience = {left / SECOND_NS, left % SECOND_NS};
         if (ppoll(&watched, 1, &patience, NULL) <= 0)
-            return 0;
+            return MACHINE_NOTHING;
     }
-    return 0;
+    return MACHINE_NOTHING;
 }
 
 void machine_measure(drive_machine *machine, double t, int64_t tick, const double *position, const double *current,

@@ -15,7 +15,8 @@ double machine_time(drive_machine *machine);
 /* Send a frame; return 1 if the system has taken all of it. */
 int machine_sends(drive_machine *machine, const uint8_t *data, int64_t size);
 
-/* Return the size of the next frame before `until_ns`, 0 without one, and -1 if the system reports an error. */
+/* Return the size of the next datagram before `until_ns`; MACHINE_NOTHING without one, and MACHINE_FAILED if the system
+   reports an error. */
 int64_t machine_receives(drive_machine *machine, uint8_t *data, int64_t size, int64_t until_ns);
 
 /* Convert the drives' numbers to joints, as `Units` does; the measurement answers the question of `tick` at `t` [s]. */

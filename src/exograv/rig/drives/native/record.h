@@ -1,9 +1,11 @@
 /* Made from the classes in record.py; do not edit. docs/explanation/realtime.md says how. */
 #pragma once
 #include <stdint.h>
-#define LAYOUT_OF_DRIVE_MACHINE 3884614215
+#define LAYOUT_OF_DRIVE_MACHINE 3842134269
 
 #define DRIVE_JOINTS 16
+#define MACHINE_NOTHING -1
+#define MACHINE_FAILED -2
 
 typedef struct drive_machine {
     void *now_hook;

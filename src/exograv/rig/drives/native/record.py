@@ -17,6 +17,9 @@ HEADER = Path(__file__).with_name("record.h")
 JOINTS = core.JOINTS
 """Largest number of joints of a machine."""
 
+NOTHING, FAILED = -1, -2
+"""Results of `receive_hook` that are no size of a datagram: none came in time, and the system reports an error."""
+
 _Joints = ctypes.c_double * JOINTS
 
 
@@ -63,7 +66,7 @@ Receive = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, cty
 
 def constants() -> Mapping[str, float | int]:
     """Return the constants that all buses share, by their name in C."""
-    return {"DRIVE_JOINTS": JOINTS}
+    return {"DRIVE_JOINTS": JOINTS, "MACHINE_NOTHING": NOTHING, "MACHINE_FAILED": FAILED}
 
 
 def text() -> str:

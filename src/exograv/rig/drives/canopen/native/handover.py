@@ -17,10 +17,13 @@ SOCKETCAN = "socketcan"
 def runs_in_c(rig: CanopenRig) -> bool:
     """Return True if C can use the adapter: SocketCAN, or multicast by IPv4."""
     settings = rig._settings
-    if settings.interface in ECHOING:
-        group = settings.channel.partition(":")[0]
-        return not settings.channel.count(":") > 1 and ipaddress.ip_address(group).version == 4
-    return settings.interface == SOCKETCAN
+    if settings.interface not in ECHOING:
+        return settings.interface == SOCKETCAN
+    try:
+        ipaddress.IPv4Address(settings.channel.partition(":")[0])
+    except ipaddress.AddressValueError:  # IPv6, or a name
+        return False
+    return True
 
 
 def handed_over(rig: CanopenRig) -> CanDrives:

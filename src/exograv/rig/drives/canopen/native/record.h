@@ -1,7 +1,7 @@
 /* Made from the classes in record.py; do not edit. docs/explanation/realtime.md says how. */
 #pragma once
 #include <stdint.h>
-#define LAYOUT_OF_CAN_DRIVES 2865740285
+#define LAYOUT_OF_CAN_DRIVES 2800350529
 #include "../../native/machine.h"
 
 #define CAN_COB_EMERGENCY 128
@@ -28,7 +28,7 @@
 #define CAN_MASTER 127
 #define CAN_BOOTED 0
 #define CAN_OPERATIONAL 5
-#define CAN_READ_AT_ONCE 64
+#define CAN_FRAMES_AT_ONCE 64
 #define CAN_MARK_BYTES 8
 #define CAN_MEASURED_BYTES 8
 #define CAN_MOTOR_BYTES 4
@@ -37,6 +37,7 @@
 #define CAN_COMMAND_BYTES 4
 #define CAN_COMMAND_DAMPED_BYTES 6
 #define CAN_DAMPING_MOST 65.535
+#define CAN_PER_MILLE_MOST 32767
 #define CAN_DISABLE_VOLTAGE 0
 #define CAN_QUICK_STOP 2
 #define CAN_LOST 64

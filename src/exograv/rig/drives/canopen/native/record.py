@@ -13,9 +13,10 @@ from pathlib import Path
 from exograv.rig.drive_status import DriveFault
 from exograv.rig.drives.canopen import emergency, states
 from exograv.rig.drives.canopen import objects as at
-from exograv.rig.drives.canopen.node import DAMPING_MOST, MEASURED, MOTOR, SLOW
+from exograv.rig.drives.canopen.node import DAMPING_MOST, MEASURED, MOTOR, PER_MILLE_MOST, SLOW
 from exograv.rig.drives.canopen.objects import MASTER, CobId, Nmt
 from exograv.rig.drives.canopen.states import Cia402State
+from exograv.rig.drives.cycle import FRAMES_AT_ONCE
 from exograv.rig.drives.native.record import JOINTS, DriveMachine
 from exograv.safety.native.structs import header
 
@@ -26,9 +27,6 @@ STATES = tuple(Cia402State)
 
 COUNTS = ("not sent", "not heard")
 """Reasons that the bus counts, in the order of `counts` in the record."""
-
-READ_AT_ONCE = 64
-"""Largest number of frames that a tick reads before its question, and after it: a flood must not delay the tick."""
 
 MARK_BYTES = 8
 """Length of the mark by which a host knows its own frames on a bus that echoes them."""
@@ -104,7 +102,7 @@ def constants() -> Mapping[str, float | int]:
         "CAN_MASTER": MASTER,
         "CAN_BOOTED": Nmt.BOOTED,
         "CAN_OPERATIONAL": Nmt.OPERATIONAL,
-        "CAN_READ_AT_ONCE": READ_AT_ONCE,
+        "CAN_FRAMES_AT_ONCE": FRAMES_AT_ONCE,
         "CAN_MARK_BYTES": MARK_BYTES,
         "CAN_MEASURED_BYTES": MEASURED.size,
         "CAN_MOTOR_BYTES": MOTOR.size,
@@ -113,6 +111,7 @@ def constants() -> Mapping[str, float | int]:
         "CAN_COMMAND_BYTES": at.layout(at.COMMAND).size,
         "CAN_COMMAND_DAMPED_BYTES": at.layout((*at.COMMAND, at.DAMPING)).size,
         "CAN_DAMPING_MOST": DAMPING_MOST,
+        "CAN_PER_MILLE_MOST": PER_MILLE_MOST,
         "CAN_DISABLE_VOLTAGE": states.DISABLE_VOLTAGE,
         "CAN_QUICK_STOP": states.QUICK_STOP,
         "CAN_LOST": int(DriveFault.LOST),

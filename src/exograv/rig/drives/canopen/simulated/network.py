@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 
-from exograv.rig.drives.canopen.bus import Bus, CanFrame, require_can
+from exograv.rig.drives.canopen.bus import NO_FRAME, Bus, CanFrame, require_can
 from exograv.rig.drives.settings import CanopenBus, Drives
 from exograv.rig.drives.simulated.devices import AT_ONCE, Say, SimulatedDevices
 from exograv.rig.drives.simulated.plant import Plant
@@ -80,6 +80,8 @@ class CanopenDevices(SimulatedDevices):
         for _ in range(AT_ONCE):
             if (frame := self._bus.receive(until)) is None:
                 return
+            if frame is NO_FRAME:
+                continue
             handler = self._handlers.get(frame.cob & KIND)
             if handler is not None:
                 handler(frame, self.plant.now)

@@ -143,9 +143,9 @@ static const udp_asked *collect(udp_drives *drives, uint8_t *newest, int64_t unt
     uint8_t data[UDP_BUFFER];
     for (int packets = 0; packets < UDP_READ_AT_ONCE; packets++) { /* a flood must not delay our tick */
         const int64_t size = machine_receives(&drives->machine, data, sizeof data, until_ns);
-        if (size == 0)
+        if (size == MACHINE_NOTHING)
             break;
-        if (size < 0) { /* an earlier packet found no receiver */
+        if (size == MACHINE_FAILED) { /* an earlier packet found no receiver */
             drives->counts[UDP_COUNT_NOT_HEARD] += 1;
             if (machine_now(&drives->machine) >= until_ns)
                 break;
