@@ -1,7 +1,7 @@
 """Time of the guard's tick when numba compiles `core.py`, beside the C that we ship, on the same record.
 
-    python3 -m venv /tmp/numba && /tmp/numba/bin/pip install numba
-    python benchmarks/guard_compilers.py --numba /tmp/numba/bin/python
+    python3 -m venv out/numba && out/numba/bin/pip install numba
+    python benchmarks/guard_compilers.py --numba out/numba/bin/python
 
 Numba has an environment of its own, because it pins another llvmlite. Both run a floating arm's tick (first and second
 half) from Python and from native code; least mean of seven rounds.
@@ -92,7 +92,7 @@ def time_c(folder: Path) -> None:
 
 def time_numba(folder: Path) -> None:
     """Time the same source compiled by numba; runs in numba's own environment."""
-    import numba  # type: ignore[import-not-found]
+    import numba  # type: ignore[import-not-found] - only in numba's own environment
     import numpy as np
 
     tree = ast.parse(SOURCE.read_text(encoding="utf-8"))

@@ -29,7 +29,14 @@ from exograv.runtime.control_loop.answering import ControlJob, control_process
 from exograv.runtime.control_loop.exchange import Channels, answer_dtype, state_dtype
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
 from exograv.runtime.processes.supervisor import Supervisor
-from exograv.runtime.recorder.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
+from exograv.runtime.recorder.recorder_process import (
+    EVENT,
+    RING_EVENTS,
+    RING_GUARDS,
+    RING_TICKS,
+    Inlet,
+    guard_dtype,
+)
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard
 from exograv.safety.limits import Limits
@@ -198,9 +205,9 @@ def flying(
         drives = Supervisor("drives", standing_drives, (opened, path))
         stack.callback(drives.end, 10.0, "over")
         rings = Ring(tick_dtype(N), RING_TICKS), Ring(EVENT, RING_EVENTS)
-        made = Mailbox(state_dtype(N)), Mailbox(answer_dtype(N)), *rings
-        states, answers, ticks, events = [stack.enter_context(contextlib.closing(one)).name for one in made]
-        channels = Channels(N, states, answers, Inlet(N, ticks, events))
+        made = Mailbox(state_dtype(N)), Mailbox(answer_dtype(N)), *rings, Ring(guard_dtype(N), RING_GUARDS)
+        states, answers, *inlet = [stack.enter_context(contextlib.closing(one)).name for one in made]
+        channels = Channels(N, states, answers, Inlet(N, *inlet))
         job = GuardJob(partial(guarded, path, is_worn, waits), channels, PERIODS, Push.mode_names)
         drives.await_ready()
         guard = Supervisor("guard", guard_process, job)

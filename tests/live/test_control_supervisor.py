@@ -60,7 +60,7 @@ class Desk:
 
     def __init__(self, again=later):
         self.states, self.answers = Mailbox(state_dtype(1)), Mailbox(answer_dtype(1))
-        channels = Channels(1, self.states.name, self.answers.name, Inlet(1, "", ""))
+        channels = Channels(1, self.states.name, self.answers.name, Inlet(1, "", "", ""))
         self.keeper = ControlKeeper(first, again, channels, self.states, self.answers)  # pyright: ignore[reportArgumentType]
 
     def ask(self, times: int = 1) -> None:

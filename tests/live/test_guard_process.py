@@ -25,7 +25,14 @@ from exograv.runtime.control_loop.exchange import (
 from exograv.runtime.control_loop.guard_commands import QUIET_S, level_note
 from exograv.runtime.control_loop.steering import LeaseCommand
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
-from exograv.runtime.recorder.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
+from exograv.runtime.recorder.recorder_process import (
+    EVENT,
+    RING_EVENTS,
+    RING_GUARDS,
+    RING_TICKS,
+    Inlet,
+    guard_dtype,
+)
 from exograv.safety.envelope import Envelope
 from exograv.safety.guard import Guard, SafeState
 from exograv.safety.limits import Limits, PersonLimits
@@ -126,10 +133,11 @@ def table(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> It
                 Mailbox(answer_dtype(1)),
                 Ring(tick_dtype(1), RING_TICKS),
                 Ring(EVENT, RING_EVENTS),
+                Ring(guard_dtype(1), RING_GUARDS),
             )
         ]
-        states, answers, ticks, events = (memory.name for memory in made)
-        channels = Channels(1, states, answers, Inlet(1, ticks, events))
+        states, answers, *inlet = (memory.name for memory in made)
+        channels = Channels(1, states, answers, Inlet(1, *inlet))
         build = lambda: GuardedRig(rig, guard, np.ones(1))  # noqa: E731 - a function would be longer
         guards_end, _parents_end = Pipe()
         guarding = GuardLoop(GuardJob(build, channels, 1000, ("floating",)), guards_end, build())

@@ -12,7 +12,7 @@ from exograv.safety.state import state_places
 
 
 class GuardStates:
-    """Writer of the guard's states. Without a ring it does nothing."""
+    """Writer of the guard's states."""
 
     def __init__(self, inlet: Inlet, record: GuardRecord):
         """Open the ring, and allocate the row that all ticks use."""
@@ -22,18 +22,17 @@ class GuardStates:
 
     def keep(self, now: float, t: float, persons: int) -> None:
         """Write the state after a tick, from time to time."""
-        if self._ring is None or now < self._next:
+        if now < self._next:
             return
         self._next = now + EVERY_S
         self.row["now"], self.row["t"], self.row["persons"] = now, t, persons
         self.row["numbers"][0, : len(self.places)] = self._record.view[self.places]
         self._ring.put(self.row[0])
 
-    def ring_places(self) -> MemoryPlaces | None:
-        """Return where the ring lies, for code in C; None without a ring."""
-        return None if self._ring is None else self._ring.places()
+    def ring_places(self) -> MemoryPlaces:
+        """Return where the ring lies, for code in C."""
+        return self._ring.places()
 
     def close(self) -> None:
         """Release the shared memory."""
-        if self._ring is not None:
-            self._ring.close()
+        self._ring.close()

@@ -299,10 +299,8 @@ class NativeGuard:
 
     def _fill_guard_states(self) -> None:
         loop, states = self.loop, self._guard_states
-        if (ring := states.ring_places()) is None:
-            return
         self._state_places = states.places.astype(np.int64)
-        loop.guards, loop.guard_at = MailboxPlace(*ring), _offsets(GuardPlaces, states.row.dtype)
+        loop.guards, loop.guard_at = MailboxPlace(*states.ring_places()), _offsets(GuardPlaces, states.row.dtype)
         loop.guard_row, loop.guard_places = states.row.ctypes.data, self._state_places.ctypes.data
         loop.guard_size, loop.keeps_every_s, loop.keeps_next = len(self._state_places), EVERY_S, -math.inf
 

@@ -22,7 +22,7 @@ def seen(clocks: list[tuple[float, float]]) -> Iterator[FlightMemoryView]:
     with (
         contextlib.closing(Ring(tick_dtype(JOINTS), RING_TICKS)) as ticks,
         contextlib.closing(Ring(EVENT, RING_EVENTS)) as events,
-        contextlib.closing(FlightMemoryView(Inlet(JOINTS, ticks.name, events.name))) as view,
+        contextlib.closing(FlightMemoryView(Inlet(JOINTS, ticks.name, events.name, ""))) as view,
     ):
         for monotonic, now in clocks:
             row = np.zeros((), tick_dtype(JOINTS))

@@ -24,7 +24,14 @@ from exograv.recording.encoding import tick_dtype
 from exograv.runtime.control_loop.exchange import EVENT_SHIFT, Channels, FeltLevel, answer_dtype, state_dtype
 from exograv.runtime.control_loop.steering import ASKABLE, DescentCommand, GuardRequest, LeaseCommand
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
-from exograv.runtime.recorder.recorder_process import EVENT, RING_EVENTS, RING_TICKS, Inlet
+from exograv.runtime.recorder.recorder_process import (
+    EVENT,
+    RING_EVENTS,
+    RING_GUARDS,
+    RING_TICKS,
+    Inlet,
+    guard_dtype,
+)
 from exograv.safety.guard import COMMAND_LIFE_S
 from exograv.safety.modes import Event
 from exograv.signals import JointState
@@ -92,8 +99,8 @@ def steered(
     joints, path = plan.description.joints, tmp_path_factory.mktemp("steered") / "live.mcap"
     n = len(joints)
     states, answers = Mailbox(state_dtype(n)), Mailbox(answer_dtype(n))
-    ticks, events = Ring(tick_dtype(n), RING_TICKS), Ring(EVENT, RING_EVENTS)
-    channels = Channels(n, states.name, answers.name, Inlet(n, ticks.name, events.name))
+    ticks, events, guards = Ring(tick_dtype(n), RING_TICKS), Ring(EVENT, RING_EVENTS), Ring(guard_dtype(n), RING_GUARDS)
+    channels = Channels(n, states.name, answers.name, Inlet(n, ticks.name, events.name, guards.name))
     _ours, theirs = Pipe()
     job = GuardJob(partial(guarded_rig, plan), channels, TICKS, LiveControl.mode_names, is_steered=True)
     with pytest.MonkeyPatch.context() as patch:
@@ -114,7 +121,7 @@ def steered(
                     guarding.hearing.hear(word, guarding.rig.t, mode)
     guarding.close()
     write(path, joints, settings_of(plan, {"disturbance_level": LEVEL}), ticks, events, told, RAMP_S)
-    for memory in (states, answers, ticks, events):
+    for memory in (states, answers, ticks, events, guards):
         memory.close()
     return path
 

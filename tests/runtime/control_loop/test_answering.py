@@ -36,7 +36,7 @@ def test_control_says_that_it_is_ready_when_it_has_its_rights(monkeypatch: pytes
     monkeypatch.setattr("exograv.runtime.control_loop.answering.realtime", rights)
     states, answers = Mailbox(state_dtype(1)), Mailbox(answer_dtype(1))
     with contextlib.closing(states), contextlib.closing(answers):
-        channels = Channels(1, states.name, answers.name, Inlet(1, "", ""))
+        channels = Channels(1, states.name, answers.name, Inlet(1, "", "", ""))
         control_process(ControlJob(Silent, channels), its)
     assert said_before == [False, True]
     assert ours.recv() == "ready"
@@ -61,7 +61,7 @@ def test_control_prepares_for_the_posture_of_the_machine_before_it_says_that_it_
         state["q"] = 0.3
         states.write(state)
         ours.send("over")
-        channels = Channels(1, states.name, answers.name, Inlet(1, "", ""))
+        channels = Channels(1, states.name, answers.name, Inlet(1, "", "", ""))
         control_process(ControlJob(lambda: Posed(prepared), channels), its)
     assert prepared == [0.3]
     assert ours.recv() == "ready"
@@ -72,6 +72,6 @@ def test_control_without_a_guard_ends_with_the_run():
     states, answers = Mailbox(state_dtype(1)), Mailbox(answer_dtype(1))
     with contextlib.closing(states), contextlib.closing(answers):
         ours.send("over")
-        channels = Channels(1, states.name, answers.name, Inlet(1, "", ""))
+        channels = Channels(1, states.name, answers.name, Inlet(1, "", "", ""))
         control_process(ControlJob(lambda: Posed([]), channels), its)
         assert not answers.count

@@ -20,10 +20,20 @@ from tests.waiting import wait_until
 from exograv.errors import RecordingError
 from exograv.recording import read_recording
 from exograv.recording.encoding import tick_dtype
+from exograv.recording.guard_state import state_in
 from exograv.runtime.clock.realtime import Rights
 from exograv.runtime.clock.timing import LoopOutcome, Timing
 from exograv.runtime.recorder.recorder import FRUITLESS_MAX, TICKS_WAITING_MAX, Recorder, timing_message
-from exograv.runtime.recorder.recorder_process import EVENT, PHASE, RING_TICKS, RecorderJob, event, record
+from exograv.runtime.recorder.recorder_process import (
+    EVENT,
+    PHASE,
+    RING_TICKS,
+    RecorderJob,
+    event,
+    guard_dtype,
+    record,
+)
+from exograv.safety.state import VERSION
 
 JOINTS = ("shoulder_flexion", "elbow_flexion")
 SETTINGS = {"rig": "recupera_like", "hashes": {"rig": "0" * 64}}
@@ -49,6 +59,7 @@ class Control:
 
     def __init__(self, recorder: Recorder):
         self._ticks, self._events = recorder.inlet.ticks(), recorder.inlet.events()
+        self._guards = recorder.inlet.guards()
         self.count = 0
         self.put_us: list[float] = []
 
@@ -62,9 +73,16 @@ class Control:
     def say(self, kind: str, text: str) -> None:
         assert self._events.put(event(1e-3 * self.count, kind, text))
 
+    def keep_guard(self, now: float, numbers: list[float]) -> None:
+        """Put a state of the guard."""
+        row = np.zeros((), guard_dtype(len(JOINTS)))
+        row["now"], row["t"], row["persons"], row["size"] = now, now, 1, len(numbers)
+        row["numbers"][: len(numbers)] = numbers
+        assert self._guards.put(row)
+
     def close(self) -> None:
-        self._ticks.close()
-        self._events.close()
+        for ring in (self._ticks, self._events, self._guards):
+            ring.close()
 
 
 @contextlib.contextmanager
@@ -209,6 +227,22 @@ def test_events_are_there_once_after_the_recorder_was_killed(tmp_path: Path):
             wait_until(lambda: not recorder._child.is_alive, "its end")
         recorder.finish()
     assert [note["text"] for note in read_recording(tmp_path / "a.mcap").messages("/event")] == ["0", "1", "2"]
+
+
+def test_states_of_the_guard_are_there_once_after_the_recorder_was_killed(tmp_path: Path):
+    with recording(tmp_path / "a.mcap") as (recorder, control):
+        for k in range(3):
+            control.keep_guard(0.5 * k, [float(k), np.nan, -1.0])
+            control.put(5)
+            wait_until(lambda k=k: recorder.check().acknowledged == 5 * (k + 1), "ticks on disk")
+            os.kill(recorder.pid, signal.SIGKILL)
+            wait_until(lambda: not recorder._child.is_alive, "its end")
+        recorder.finish()
+    kept = read_recording(tmp_path / "a.mcap").messages("/guard")
+    assert [(one["now"], one["persons"], one["version"]) for one in kept] == [
+        (0.5 * k, 1, f"{VERSION:08x}") for k in range(3)
+    ]
+    np.testing.assert_array_equal([state_in(one) for one in kept], [[k, np.nan, -1.0] for k in range(3)])
 
 
 @pytest.mark.parametrize("topic", ["/task", "/page", "/control"])

@@ -352,7 +352,7 @@ static void record(live_loop *loop, int64_t period, int has_answer, int64_t woke
 /* Hand the guard's state to the recorder, from time to time. */
 static void keep_guard(live_loop *loop)
 {
-    if (loop->guard_row == NULL || loop->now < loop->keeps_next)
+    if (loop->now < loop->keeps_next)
         return;
     const guard_places *at = &loop->guard_at;
     const int64_t *places = loop->guard_places;

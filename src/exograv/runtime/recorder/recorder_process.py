@@ -49,7 +49,10 @@ PHASE = "phase"
 MARKED = "/task"
 """Topic of the records of a task, each of which is also published as a marker."""
 
-OWN = frozenset({"/settings", "/tick", "/event", "/phase", "/guard", "/timing", "/correction"})
+GUARD = "/guard"
+"""Topic of the guard's states."""
+
+OWN = frozenset({"/settings", "/tick", "/event", "/phase", GUARD, "/timing", "/correction"})
 """Topics that the recorder writes itself. Messages of all others come from the parent."""
 
 PUBLISH_EVERY_S = 0.01
@@ -69,8 +72,7 @@ class Inlet:
     n_joints: int
     tick_ring: str
     event_ring: str
-    guard_ring: str = ""
-    """Name of the ring of the guard's states; empty if they are not recorded."""
+    guard_ring: str
 
     def ticks(self) -> Ring:
         """Return the ring of ticks: rows of `recording.encoding.tick_dtype`, each with its `phase` and `sequence`."""
@@ -80,9 +82,9 @@ class Inlet:
         """Return the ring of events: rows of `event`."""
         return Ring(EVENT, RING_EVENTS, self.event_ring)
 
-    def guards(self) -> Ring | None:
+    def guards(self) -> Ring:
         """Return the ring of the guard's states: rows of `guard_dtype`."""
-        return Ring(guard_dtype(self.n_joints), RING_GUARDS, self.guard_ring) if self.guard_ring else None
+        return Ring(guard_dtype(self.n_joints), RING_GUARDS, self.guard_ring)
 
 
 def guard_dtype(n_joints: int) -> np.dtype:
@@ -211,18 +213,18 @@ class _Desk:
     def __init__(self, job: RecorderJob, status: Mailbox):
         self._start, self._status, self._sync_us_max = job.start, status, 0.0
         self._is_saved, self._unpublished = True, ""
-        self._guards = job.inlet.guards()
-        with contextlib.closing(job.inlet.ticks()) as ticks, contextlib.closing(job.inlet.events()) as events:
+        with (
+            contextlib.closing(job.inlet.ticks()) as ticks,
+            contextlib.closing(job.inlet.events()) as events,
+            contextlib.closing(job.inlet.guards()) as guards,
+        ):
             self._writer = _writer(job, ticks.acknowledged)
             # The last recorder may have died between its sync and its acknowledgement, so ticks in the file are not
             # taken again.
             ticks.acknowledge(self._writer.sync())
             events.acknowledge(self._events_written())
-        if self._guards is not None:
-            self._acknowledge_guards()
-            self._guards.close()
-            self._guards = job.inlet.guards()
-        self._ticks, self._events = job.inlet.ticks(), job.inlet.events()
+            guards.acknowledge(self._writer.count(GUARD))
+        self._ticks, self._events, self._guards = job.inlet.ticks(), job.inlet.events(), job.inlet.guards()
         self._intake = None if job.devices is None else BlockIntake(job.devices, self._writer, has_rig=bool(job.joints))
         self._known = Counter({topic: self._writer.count(topic) for topic in CHANNELS if topic not in OWN})
         self._outlets = None if job.outlets is None else Outlets(job.outlets)
@@ -249,7 +251,8 @@ class _Desk:
         for row in events:
             self._write_event(row)
         self._writer.ticks(rows)
-        self._take_guards()
+        for row in self._guards.take():
+            self._writer.write(GUARD, float(row["t"]) if np.isfinite(row["t"]) else 0.0, message_of(row))
         if self._intake is not None:
             self._intake.see(rows)
         if self._outlets is not None:
@@ -271,7 +274,7 @@ class _Desk:
         self._sync_us_max = max(self._sync_us_max, 1e-3 * (time.perf_counter_ns() - start))
         self._ticks.acknowledge(safe)
         self._events.acknowledge(self._events_written())
-        self._acknowledge_guards()
+        self._guards.acknowledge(self._writer.count(GUARD))
         if self._intake is not None:
             self._intake.acknowledge()
         self._say()
@@ -287,10 +290,8 @@ class _Desk:
 
     def close(self) -> None:
         """Release the shared memory; the file stays as it is."""
-        self._ticks.close()
-        self._events.close()
-        if self._guards is not None:
-            self._guards.close()
+        for ring in (self._ticks, self._events, self._guards):
+            ring.close()
         if self._intake is not None:
             self._intake.close()
 
@@ -305,15 +306,6 @@ class _Desk:
             self._intake, self._is_saved = None, False
             self._unpublished = f"Streams of other devices are not recorded any more: a wrong block came ({error})."
             return False
-
-    def _take_guards(self) -> None:
-        """Write the guard's new states."""
-        for row in [] if self._guards is None else self._guards.take():
-            self._writer.write("/guard", float(row["t"]) if np.isfinite(row["t"]) else 0.0, message_of(row))
-
-    def _acknowledge_guards(self) -> None:
-        if self._guards is not None:
-            self._guards.acknowledge(self._writer.count("/guard"))
 
     def _write_event(self, row: np.void) -> None:
         t = float(row["t"]) if np.isfinite(row["t"]) else 0.0
