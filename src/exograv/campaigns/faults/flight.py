@@ -27,6 +27,11 @@ from .scenario_log import ScenarioLog, TruthWatch
 Joints = Float[np.ndarray, " joint"]
 
 
+SEGMENT_TICKS, KEPT_TICKS = 20_000, 400
+"""Ticks after which a part of a long flight is judged and forgotten, and ticks that the next judgement still knows. The
+oracle's bound on friction forgets a speed within 400 ticks (0.95^400 is below 10⁻⁸)."""
+
+
 class FaultFlight:
     """Flight of one scenario."""
 

@@ -7,7 +7,7 @@ import numpy as np
 from exograv.model.support import sample_postures
 
 from .fault_plant import FaultParticipant, FlightStart, PlantSource, TwinPlants
-from .flight import FaultFlight
+from .flight import KEPT_TICKS, SEGMENT_TICKS, FaultFlight
 from .native_healthy import NativeHealthyFlight
 from .scenario import MOVES_NM, POSTURES, THE_TWIN, Scenario, ScenarioVerdict
 from .scenario_log import ScenarioLog
@@ -23,13 +23,6 @@ CYCLE_H = ((CYCLE - 1) * SHORT_MIN + LONG_MIN) / 60.0
 
 TREMOR_HZ, TREMOR_NM = 5.0, 6.0
 """Frequency and largest amplitude of a tremor at one joint [Hz, N·m]."""
-
-JUDGED_EVERY = 7
-"""The envelope's oracle judges every seventh flight; it takes some ten times as long."""
-
-SEGMENT_TICKS, KEPT_TICKS = 20_000, 400
-"""Ticks after which a part of a long flight is judged and forgotten, and ticks that the next judgement still knows. The
-oracle's bound on friction forgets a speed within 400 ticks (0.95^400 is below 10⁻⁸)."""
 
 
 class HealthyUse(NamedTuple):
@@ -60,13 +53,13 @@ def rate_bound_per_hour(trips: int, hours: float) -> float:
 def fly_healthy(participant: FaultParticipant, scenario: Scenario, ground: PlantSource = THE_TWIN) -> ScenarioVerdict:
     """Fly without a fault, up to the first stop or to the end.
 
-    On the twin the ticks run in native code, and the envelope's oracle judges the flights of every 7th number only.
+    On the twin the ticks run in native code; a flight with a finding is flown again as in a campaign of faults.
     """
     use, start = start_of(participant, scenario)
     ticks = 60_000 * use.minutes // ground.period_ms
-    if isinstance(ground, TwinPlants) and scenario.number % JUDGED_EVERY:
-        course = NativeHealthyFlight(participant, start).fly(ticks)
-    else:
+    is_native = isinstance(ground, TwinPlants)
+    course = NativeHealthyFlight(participant, start).fly(ticks) if is_native else None
+    if course is None or course.ticks < ticks or course.violated_ticks or course.stopped_tick is not None:
         course = _judged(participant, start, ticks, ground)
     quiet_s, is_stopped = 1e-3 * course.period_ms * course.ticks, course.stopped_tick is not None
     return ScenarioVerdict(scenario, course, is_stopped, {}, (), quiet_s, use.kind == "quiet")
@@ -88,7 +81,7 @@ def start_of(participant: FaultParticipant, scenario: Scenario) -> tuple[Healthy
 
 
 def _judged(participant: FaultParticipant, start: FlightStart, ticks: int, ground: PlantSource) -> ScenarioLog:
-    """Fly with the oracle of the envelope, which judges every tick."""
+    """Fly as in a campaign of faults."""
     with ground.stand(participant, start) as stand:
         flight = FaultFlight(participant, stand, start.posture, ())
         course = flight.watch.course
