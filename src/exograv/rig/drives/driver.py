@@ -8,7 +8,7 @@ Another bus needs, with `moteus` as the shortest example (`udp` for one controll
 4. the load of the bus in `bus_load.py`, and the name of the class in `DRIVERS` (`opening.py`);
 5. `SimulatedDevices`, its name in `SIMULATED` (`simulated/opening.py`), and a row in `BUSES` of
    `tests/rig/drives/conftest.py`;
-6. for the loop in C, its cycle in `native/`, with `rig.drives.native` for the rest, and a row in `live/native_buses.py`.
+6. for the loop in C, its cycle in `native/` (`rig.drives.native` has the rest), and a row in `live/native_buses.py`.
 """
 
 import time

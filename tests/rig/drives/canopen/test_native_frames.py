@@ -98,7 +98,7 @@ def test_a_changed_datagram_is_no_frame_in_c_that_it_is_not_in_python(seed: int)
     for _ in range(2000):
         data = bytearray(originals[rng.integers(len(originals))])
         for _ in range(rng.integers(1, 4)):
-            data[rng.integers(len(data))] = rng.choice([rng.integers(256), 0xC0, 0xC2, 0xC3, 0xFF, 0x00, 0x7F])
+            data[rng.integers(len(data))] = rng.choice([int(rng.integers(256)), 0xC0, 0xC2, 0xC3, 0xFF, 0x00, 0x7F])
         changed = bytes(data[: rng.integers(len(data) + 1)] if rng.random() < 0.2 else data)
         found = taken_by_c(drives, changed)
         broken += found is None
