@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from exograv.errors import ConfigError
+from exograv.safety.native import core
 from exograv.safety.native.library import LIBRARY
 from exograv.safety.state import is_state, most_numbers, put_state, state_places
 
@@ -59,3 +60,16 @@ def test_the_state_of_a_machine_with_other_joints_is_refused():
 def test_no_state_is_larger_than_its_place_in_the_ring(joints: int):
     record = first_guard(draw_machines(np.random.default_rng(1), 1, joints), 0)[0].envelope.record
     assert len(state_places(record)) <= most_numbers(joints)
+
+
+@pytest.mark.parametrize("wrong", [-1.0, 0.5, 1e6, np.nan, np.inf])
+@pytest.mark.parametrize("name", ["N", "DT", "USED_AT", "TOLD_AT", "TOLD_COUNT", "BEFORE_AT", "STOP", "SAFE_STATE"])
+def test_a_state_that_no_guard_has_is_refused_and_changes_nothing(name: str, wrong: float):
+    record = first_guard(draw_machines(np.random.default_rng(1), 1, 4), 0)[0].envelope.record
+    before, places = record.view.copy(), state_places(record)
+    state = before[places]
+    put_state(record, state)
+    state[np.flatnonzero(places == getattr(core, name))] = wrong if name != "SAFE_STATE" or wrong != -1.0 else 4.0
+    with pytest.raises(ConfigError, match="other settings, or damaged"):
+        put_state(record, state)
+    np.testing.assert_array_equal(record.view, before)

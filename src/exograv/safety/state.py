@@ -7,12 +7,24 @@ from exograv.errors import ConfigError
 from .native import core
 from .native.library import source_sum
 from .record import GuardRecord, Numbers, Places
+from .stops import StopReason
 
 VERSION = source_sum()
 """Version of the guard (CRC-32 of its source). Another version may give the places of a state another meaning."""
 
 _INPUTS = frozenset({core.Q_IN, core.CURRENT_IN, core.TAU_IN, core.Q_MOTOR_IN, core.FAULTY_IN, core.ANSWER_IN})
 """Joint fields that the caller writes in each tick; they are no part of the state."""
+
+
+_INDICES = (
+    (core.USED_AT, core.USED_SLOTS),
+    (core.TOLD_AT, core.SLOWEST),
+    (core.BEFORE_AT, core.SPEED),
+)
+"""Places of the newest entry of a ring, and of the setting that bounds it. A tick uses them as indices."""
+
+_COUNTS = core.TOLD_COUNT, core.BEFORE_COUNT
+"""Numbers of entries of a ring."""
 
 
 def most_numbers(joints: int) -> int:
@@ -43,7 +55,7 @@ def put_state(record: GuardRecord, numbers: Numbers) -> None:
     """Give the guard this state, after the tick in which it was taken.
 
     Raises:
-        ConfigError: It is the state of a guard of another machine, or of another version.
+        ConfigError: It is the state of a guard with other settings, or no guard has it. The guard keeps its own then.
     """
     places = state_places(record)
     if len(places) != len(numbers):
@@ -51,4 +63,21 @@ def put_state(record: GuardRecord, numbers: Numbers) -> None:
             f"The state of a guard has {len(numbers)} numbers; the one of this machine has {len(places)}. Give the "
             "state of a guard with the same joints, period and version."
         )
+    before = record.view.copy()
     record.view[places] = numbers
+    is_alike = np.array_equal(record.view[: core.CAME], before[: core.CAME], equal_nan=True)
+    if not (is_alike and _is_possible(record)):
+        record.view[:] = before
+        raise ConfigError(
+            "The state is of a guard with other settings, or damaged. Give the state of a guard with the same machine, "
+            "person and version."
+        )
+
+
+def _is_possible(record: GuardRecord) -> bool:
+    """Return True if all numbers that a tick uses as indices, and the stop and the safe state, have a meaning."""
+    r, misses = record.numbers, [(at + 1, core.MISSES) for at in (core.MACHINE_MISSES, core.CONTROL_MISSES)]
+    bounds = [(at, r[slots] + (at == core.BEFORE_AT)) for at, slots in _INDICES] + misses
+    bounds += [(at, core.SLOTS + 1) for at in _COUNTS] + [(core.STOP, len(StopReason) + 1)]
+    is_whole = all(0.0 <= r[at] < most and r[at].is_integer() for at, most in bounds)
+    return is_whole and r[core.SAFE_STATE] in {-1.0, 0.0, 1.0, 2.0, 3.0}

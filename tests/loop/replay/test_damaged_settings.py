@@ -18,7 +18,8 @@ from exograv.live.live_control import LivePlan
 from exograv.live.live_flight import settings_of
 from exograv.loop.replay.what_if import AS_RECORDED
 from exograv.procedures.identification.controller_knowledge import ControllerKnowledge
-from exograv.recording import RecordingWriter, read_recording
+from exograv.recording import Recording, RecordingWriter, read_recording
+from exograv.recording.fields import Message
 from exograv.report.of_recording.headline import headline, run_facts, tiles
 from exograv.report.of_recording.tables import calibration_table, event_table, parameter_table, settings_table
 from exograv.results import json_value
@@ -82,7 +83,7 @@ def lockstep(flown: Flown, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     source, path = read_recording(flown.path), tmp_path_factory.mktemp("small") / "lockstep.mcap"
     ticks = source.ticks[source.ticks["phase"] == 2][:TICKS]
     messages = source.messages("/control")[: int(ticks["control"][-1])]
-    return written(path, source.joints, source.settings, messages, ticks)
+    return written(path, source.joints, source.settings, {"/control": messages, "/guard": states(source, ticks)}, ticks)
 
 
 @pytest.fixture(scope="module")
@@ -99,17 +100,26 @@ def live(flown: Flown, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     ticks = read_recording(flown.path).ticks[:TICKS]
     settings = settings_of(plan, {"disturbance_level": 2})
     path = tmp_path_factory.mktemp("small") / "live.mcap"
-    return written(path, laboratory.description.joints, json_value(settings), [], ticks)
+    of_guard = {"/guard": states(read_recording(flown.path), ticks)}
+    return written(path, laboratory.description.joints, json_value(settings), of_guard, ticks)
+
+
+def states(source: Recording, ticks: np.ndarray) -> list[Message]:
+    """Return a state of the guard for each tick."""
+    later = [message for message in source.messages("/guard") if message["now"] >= ticks["now"][0]]
+    return [{**message, "now": float(now)} for message, now in zip(later, ticks["now"], strict=False)]
 
 
 def written(path: Path, joints: Any, settings: Any, messages: Any, ticks: np.ndarray) -> bytes:
+    """Write a recording that lacks its second tick, so that a replay puts a state of the guard back."""
     kept = {name: value for name, value in settings.items() if name not in ("schema_version", "joints")}
     with RecordingWriter(path, joints, kept) as recording:
-        for message in messages:
-            recording.write("/control", message["t"], {k: v for k, v in message.items() if k != "t"})
+        for topic, of_topic in messages.items():
+            for message in of_topic:
+                recording.write(topic, message["t"], {k: v for k, v in message.items() if k != "t"})
         for name in ("calibrate", "identify"):
             recording.phase(0.0, name)
-        recording.ticks(ticks)
+        recording.ticks(np.delete(ticks, 1))
     return path.read_bytes()
 
 
@@ -143,7 +153,7 @@ def damaged(data: bytes, topic: str) -> Iterator[tuple[str, bytes]]:
 
 @pytest.mark.parametrize("step", [60, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", ["lockstep", "live"])
-@pytest.mark.parametrize("topic", ["/settings", "/control"])
+@pytest.mark.parametrize("topic", ["/settings", "/control", "/guard"])
 def test_a_damaged_value_at_any_depth_leads_to_a_result_or_to_an_error_of_exograv(
     request: pytest.FixtureRequest, tmp_path: Path, kind: str, topic: str, step: int
 ):

@@ -95,7 +95,8 @@ def _answer(result: "ReplayFigures") -> str:
     if first is None and not states.ticks and result.ok:
         bits = "to the last bit" if all(result.bit_identical.values()) else f"within {result.resolution_Nm:g} N·m"
         given = f" In {result.given} ticks the torque of control was taken from the recording." if result.given else ""
-        whole = f" The guard had the recorded state {guard.equal} times of {guard.equal}." if guard.equal else ""
+        of_all = guard.equal + len(guard.differ_s)
+        whole = f" The guard's whole state is equal in {guard.equal} of {of_all} recorded moments." if of_all else ""
         return f"The same decisions in {result.ticks} ticks, {bits}.{whole}{given}"
     words = []
     if first is not None:

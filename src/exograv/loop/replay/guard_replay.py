@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from exograv.dynamics.actuator import ActuatorGain
+from exograv.errors import ConfigError
 from exograv.loop.control_step import AnsweringControl, ControlStep, Decision
 from exograv.loop.machine_limits import limits
 from exograv.loop.pilot import GAIN_SD_KNOWN
@@ -155,39 +156,41 @@ class GuardReplay:
         self._told_more = decision.command.tau - columns["tau_commanded"][k]
         again.tau_commanded[k], again.safe_state[k] = decision.command.tau, decision.safe_state + 1
         again.knows_guard[k] = not self._is_blind and columns.t[k] >= self._settles_at
-        was, stop = self._stop, self._look_at_state(now, again) or decision.stop
+        was, stop = self._stop, decision.stop
         self._stop = stop
         if stop is not None and was is None:
             again.stops.append((columns.t[k], stop.value))
+        self._look_at_state(now, again)
         return decision
 
-    def _look_at_state(self, now: float, again: ReplayedDecisions) -> StopReason | None:
+    def _look_at_state(self, now: float, again: ReplayedDecisions) -> None:
         """Compare the guard with its recorded state after this tick; after a gap, go on with that state.
 
         Control's memory of the time before a gap is lost, so its later torques and the guard's states never agree to
         the last bit again.
-
-        Returns:
-            Stop of a state that was put back; None without one.
         """
         message = self._states.get(now)
         if message is None or self._is_other_run:
-            return None
+            return
         if message["version"] != f"{VERSION:08x}":
             again.guard_version = message["version"]
-            return None
+            return
         record, state = self.guard.envelope.record, state_in(message)
         if not self._has_lost:
             if is_state(record, state):
                 again.guard_equal += 1
             else:
                 again.guard_differs.append(now)
-            return None
-        put_state(record, state)
+            return
+        try:
+            put_state(record, state)
+        except ConfigError:  # the message is damaged: the guard stays as unknown as after the gap
+            again.guard_differs.append(now)
+            return
         again.guard_restored += 1
         self._is_blind, self._settles_at = False, -np.inf
         self.safe_state = SAFE_STATES[int(record.numbers[core.SAFE_STATE])]
-        return self.guard.envelope.stop
+        self._stop = self.guard.envelope.stop  # it began in the gap, or in a tick that the replay has told
 
     def _state(self, k: int, columns: Columns) -> JointState:
         state, more = columns.state(k), self._told_more
