@@ -6,10 +6,14 @@ No time passes but by sleep and by waiting for a packet, so that both loops see 
 import contextlib
 import ctypes
 import secrets
-from collections.abc import Iterator
+import struct
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from multiprocessing import Pipe
 from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -17,15 +21,18 @@ import pytest
 from exograv.live.guard_job import GuardedRig, GuardJob, answer_by_ns
 from exograv.live.guard_process import GuardLoop
 from exograv.live.native import library
-from exograv.live.native_buses import UDP
+from exograv.live.native_buses import CANOPEN, UDP, NativeBus
 from exograv.live.native_guard import NativeGuard
 from exograv.model.description import load_rig
 from exograv.recording.encoding import tick_dtype
+from exograv.rig.drives.canopen.bus import Bus, CanFrame
+from exograv.rig.drives.canopen.objects import CobId
+from exograv.rig.drives.canopen.rig import CanopenRig
+from exograv.rig.drives.canopen.states import ENABLE
 from exograv.rig.drives.native.record import NOTHING, Now, Receive, Send, Sleep
-from exograv.rig.drives.settings import load_drives
+from exograv.rig.drives.settings import Drives, load_drives
 from exograv.rig.drives.udp.host import UdpRig
 from exograv.rig.drives.udp.layout import DriveFlag, Type
-from exograv.rig.drives.udp.native.handover import take_back
 from exograv.rig.drives.udp.packets import Header, decode, encode
 from exograv.runtime.control_loop.exchange import Channels, answer_dtype, state_dtype
 from exograv.runtime.processes.shared_memory import Mailbox, Ring
@@ -44,8 +51,8 @@ from exograv.safety.native.library import Library
 from exograv.safety.person import GuardedPerson
 from exograv.safety.plausible import LimbTable, PlausibleTable
 
-JOINTS, PERIOD_NS, DESCENT_S = 4, 1_000_000, 0.05
-EXAMPLE = Path(__file__).parents[2] / "examples" / "drives" / "udp.toml"
+JOINTS, DESCENT_S = 4, 0.05
+EXAMPLES = Path(__file__).parents[2] / "examples" / "drives"
 MODES = ("off", "exo_only", "floating")
 SESSION, GRANT = 77, 99
 GAIN = np.array([7.0, 6.5, 5.0, 4.0])
@@ -89,18 +96,21 @@ def wild(ticks: int, seed: int, share: float) -> Script:
 
 
 @dataclass
-class World:
-    """Clock, network, drives and control of one loop."""
+class World(ABC):
+    """Clock, bus, drives and control of one loop."""
 
     script: Script
     now: int = 5_000_000_000
     tick: int = 0
-    sent: list[bytes] = field(default_factory=list)
-    arrivals: list[tuple[int, bytes]] = field(default_factory=list)
-    is_over: bool = False
-    number: int = 0
-    command: int = 0
+    sent: list[object] = field(default_factory=list)
+    arrivals: list[tuple[int, Any]] = field(default_factory=list)
     currents: np.ndarray = field(default_factory=lambda: np.zeros(JOINTS))
+    control_looks: Callable[[], None] = lambda: None
+    """Function that lets control look for a new state; of `Side`."""
+
+    example: ClassVar[str]
+    """File of these drives in `examples/drives`."""
+    bus: ClassVar[NativeBus]
 
     def monotonic_ns(self) -> int:
         return self.now
@@ -115,11 +125,52 @@ class World:
         self.now = max(self.now, until_ns)
         self.control_looks()
 
-    def control_looks(self) -> None:
-        """Do nothing; `Both` puts control here."""
+    def arriving(self, until_ns: int) -> Any:
+        """Return the next packet or frame that arrives before `until_ns`; otherwise time passes until then."""
+        if self.arrivals and self.arrivals[0][0] <= max(until_ns, self.now):
+            at, data = self.arrivals.pop(0)
+            self.now = max(self.now, at)
+            return data
+        self.now = max(self.now, until_ns)
+        return None
+
+    @abstractmethod
+    def machine(self, drives: Drives) -> UdpRig | CanopenRig:
+        """Return the machine of these drives, switched on."""
+
+    @abstractmethod
+    def sent_by_c(self, data: bytes) -> int:
+        """Take what the loop in C sends."""
+
+    @abstractmethod
+    def received_by_c(self, until_ns: int) -> bytes | None:
+        """Return what the loop in C receives."""
+
+
+@dataclass
+class UdpWorld(World):
+    """Drives on UDP: they answer a poll after 50 µs."""
+
+    number: int = 0
+    command: int = 0
+    example, bus = "udp.toml", UDP
+
+    def machine(self, drives: Drives) -> UdpRig:
+        rig = UdpRig(drives)
+        link = rig._link
+        link._socket, link._session, link._grant = FakeSocket(self), SESSION, GRANT  # type: ignore[assignment]
+        rig.read()
+        rig._is_on = True
+        return rig
+
+    def sent_by_c(self, data: bytes) -> int:
+        return self.send(data)
+
+    def received_by_c(self, until_ns: int) -> bytes | None:
+        return self.arriving(until_ns)
 
     def send(self, data: bytes) -> int:
-        """Take a packet of the loop; the drives answer a poll after 50 µs."""
+        """Take a packet of the loop."""
         self.sent.append(data)
         packet = decode(data)
         if packet.header.kind is Type.COMMAND:
@@ -127,15 +178,6 @@ class World:
         elif packet.header.kind is Type.POLL:
             self._answer(packet.header)
         return len(data)
-
-    def receive(self, until_ns: int) -> bytes | None:
-        """Return the next packet that arrives before `until_ns`; otherwise time passes until then."""
-        if self.arrivals and self.arrivals[0][0] <= max(until_ns, self.now):
-            at, data = self.arrivals.pop(0)
-            self.now = max(self.now, at)
-            return data
-        self.now = max(self.now, until_ns)
-        return None
 
     def _answer(self, asked: Header) -> None:
         what, k = self.script.drives[self.tick], self.tick
@@ -159,10 +201,92 @@ class World:
             self.arrivals += [(at, data)] * (2 if what == TWICE else 1)
 
 
+CAN_FRAME = struct.Struct("<IBBBB8s")
+"""Frame of SocketCAN."""
+STATUS_ON, STATUS_OFF, STATUS_FAULT = 0x27, 0x40, 0x08
+EMERGENCY_SHORT = struct.pack("<HB5x", 0x2310, 1)
+
+
+class Wire(Bus):
+    """CAN bus of a world."""
+
+    def __init__(self, world: "CanWorld"):
+        self._world, self.counts, self._mark = world, Counter(), None
+        self.adapter: Any = type("Adapter", (), {"socket": type("Socket", (), {"fileno": lambda _: -1})()})
+
+    def receive(self, until: float) -> CanFrame | None:
+        return self._world.arriving(round(1e9 * until))
+
+    def send(self, cob: int, data: bytes) -> None:
+        self._world.take(cob, bytes(data))
+
+    def close(self) -> None:
+        pass
+
+
+@dataclass
+class CanWorld(World):
+    """Drives on CAN: each answers a SYNC with two frames, 50 to 400 µs after it."""
+
+    example, bus = "canopen.toml", CANOPEN
+
+    def machine(self, drives: Drives) -> CanopenRig:
+        rig = CanopenRig(drives)
+        link = Wire(self)
+        rig._link, rig._cycle = link, rig._cycle_on(link)
+        self._per_count = (drives.sign * drives.rad_per_count).tolist()
+        assert drives.rad_per_motor_count is not None
+        self._per_motor_count = (drives.sign * drives.rad_per_motor_count).tolist()
+        self._offset = drives.offset.tolist()
+        for node in rig._nodes:
+            node.is_wanted, node.control, node.has_damping = True, ENABLE, True
+        rig.read()
+        rig._is_on = True
+        return rig
+
+    def sent_by_c(self, data: bytes) -> int:
+        cob, length, _, _, _, body = CAN_FRAME.unpack(data)
+        self.take(cob, body[:length])
+        return len(data)
+
+    def received_by_c(self, until_ns: int) -> bytes | None:
+        frame = self.arriving(until_ns)
+        return None if frame is None else CAN_FRAME.pack(frame.cob, len(frame.data), 0, 0, 0, frame.data)
+
+    def take(self, cob: int, data: bytes) -> None:
+        """Take a frame of the loop."""
+        self.sent.append((cob, data))
+        if CobId.COMMAND < cob <= CobId.COMMAND + JOINTS:
+            self.currents[cob - CobId.COMMAND - 1] = struct.unpack_from("<h", data, 2)[0]
+        elif cob == CobId.SYNC:
+            for joint in range(JOINTS):
+                self._answer(joint)
+            self.arrivals.sort(key=lambda one: one[0])
+
+    def _answer(self, joint: int) -> None:
+        what, k = self.script.drives[self.tick], self.tick
+        is_odd, node = joint == 1, joint + 1
+        word = STATUS_OFF if what == OFF and is_odd else STATUS_FAULT if what == FAULT and is_odd else STATUS_ON
+        q = self.script.q[k, joint] - self._offset[joint]
+        current = int(self.currents[joint]) if np.isfinite(self.currents[joint]) else 0
+        body = struct.pack("<Hih", word, round(q / self._per_count[joint]), current)
+        motor = struct.pack("<i", round((q + 1e-4) / self._per_motor_count[joint]))
+        at = self.now + 50_000 + 90_000 * joint + (2_000_000 if what == LATE else 0)
+        frames = [CanFrame(CobId.MEASURED + node, body), CanFrame(CobId.MOTOR + node, motor)]
+        if what == CORRUPT:
+            frames[0] = CanFrame(frames[0].cob, body[:5])
+        if what == NO_MOTOR:
+            frames = frames[:1]
+        if what == FAULT and is_odd:
+            frames.insert(0, CanFrame(CobId.EMERGENCY + node, EMERGENCY_SHORT))
+        if what != LOST and not (what == ABSENT and is_odd):
+            self.arrivals += [(at + 10_000 * n, frame) for n, frame in enumerate(frames)] * (2 if what == TWICE else 1)
+
+
 class FakeSocket:
     """Socket of the Python driver in this world."""
 
-    def __init__(self, world: World):
+    def __init__(self, world: UdpWorld):
         self._world = world
 
     def send(self, data: bytes) -> int:
@@ -193,7 +317,7 @@ class Side:
     """Loop in its world, and the memory that it shares with control and recorder."""
 
     world: World
-    rig: UdpRig
+    rig: UdpRig | CanopenRig
     guard: Guard
     job: GuardJob
     made: GuardedRig
@@ -216,7 +340,8 @@ class Side:
             return
         if got[0] != self._seen:
             self._seen = got[0]
-            self._due = world.now + (900_000 if world.script.control[world.tick] == DAWDLE else 0)
+            slow = world.script.control[world.tick] == DAWDLE
+            self._due = world.now + (9 * self.job.period_ns // 10 if slow else 0)
             self._state, self._is_answered = got[1], False
         if self._is_answered or world.now < self._due:
             return
@@ -246,28 +371,22 @@ def limits_of_person(level: float = 30.0) -> PersonLimits:
     return PersonLimits(PlausibleTable(chains, still, still, still), wide, np.full(JOINTS, -3.0), np.full(JOINTS, 3.0))
 
 
-def _guard(native: Library | None) -> Guard:
+def _guard(native: Library | None, period_s: float) -> Guard:
     limits = Limits(np.full(JOINTS, 30.0), np.full(JOINTS, 10.0), descent_s=DESCENT_S)
-    envelope = Envelope(limits, 1e-9 * PERIOD_NS, native)
+    envelope = Envelope(limits, period_s, native)
     envelope.person = GuardedPerson(limits_of_person(), 0.4)
-    return Guard.of_machine(envelope, 1e-9 * PERIOD_NS, GAIN.tolist())
+    return Guard.of_machine(envelope, period_s, GAIN.tolist())
 
 
 @contextlib.contextmanager
-def side(script: Script, native: Library | None, ticks: int = 10_000) -> Iterator[Side]:
+def side(script: Script, native: Library | None, make: type[World], ticks: int = 10_000) -> Iterator[Side]:
     """Yield one machine whose drives are switched on, its guard, and shared memory."""
-    world = World(script)
-    drives = load_drives(EXAMPLE, load_rig("recupera_like"))
+    world = make(script)
+    drives = load_drives(EXAMPLES / world.example, load_rig("recupera_like"))
     with contextlib.ExitStack() as stack:
-        patch = stack.enter_context(pytest.MonkeyPatch.context())
-        use(world, patch)
-        rig = UdpRig(drives)
-        link = rig._link
-        link._socket, link._session, link._grant = FakeSocket(world), SESSION, GRANT  # type: ignore[assignment]
-        rig.read()
-        rig._is_on = True
-        world.tick = 0
-        guard = _guard(native)
+        use(world, stack.enter_context(pytest.MonkeyPatch.context()))
+        rig = world.machine(drives)
+        guard = _guard(native, drives.period_s)
         made = GuardedRig(rig, guard, GAIN)
         memory = [
             stack.enter_context(contextlib.closing(one))
@@ -278,13 +397,14 @@ def side(script: Script, native: Library | None, ticks: int = 10_000) -> Iterato
         ]  # fmt: skip
         states, answers, rows, events, guards = memory
         channels = Channels(JOINTS, states.name, answers.name, Inlet(JOINTS, rows.name, events.name, guards.name))
-        job = GuardJob(lambda: made, channels, ticks, MODES)
+        job = GuardJob(lambda: made, channels, ticks, MODES, period_ns=round(1e9 * drives.period_s))
         yield Side(world, rig, guard, job, made, states, answers, rows, events, guards, Pipe())  # type: ignore[arg-type]
 
 
 TIMED = (
     "exograv.rig.drives.clock", "exograv.rig.drives.driver", "exograv.rig.drives.udp.host",
-    "exograv.rig.drives.udp.link", "exograv.live.guard_process", "exograv.runtime.control_loop.guard_commands",
+    "exograv.rig.drives.udp.link", "exograv.rig.drives.cycle", "exograv.rig.drives.nodes_driver",
+    "exograv.rig.drives.canopen.bus", "exograv.live.guard_process", "exograv.runtime.control_loop.guard_commands",
 )  # fmt: skip
 """Modules of the Python loop that read the clock or sleep."""
 
@@ -293,7 +413,8 @@ def use(world: World, patch: pytest.MonkeyPatch) -> None:
     """Let the Python loop live in this world."""
     for module in TIMED:
         patch.setattr(f"{module}.time", world)
-    patch.setattr("exograv.rig.drives.udp.link.select", FakeSocket(world))
+    if isinstance(world, UdpWorld):
+        patch.setattr("exograv.rig.drives.udp.link.select", FakeSocket(world))
     patch.setattr(secrets, "randbelow", lambda _most: SESSION - 1)
 
 
@@ -325,11 +446,11 @@ class NativeSide:
         assert library.LIBRARY is not None
         self.library = library.LIBRARY
         parent = one.lines[0]
-        self.guarding = NativeGuard(one.job, parent, one.made, UDP, self.library)  # type: ignore[arg-type]
+        self.guarding = NativeGuard(one.job, parent, one.made, world.bus, self.library)  # type: ignore[arg-type]
         self.guarding.loop.answer_by_ns = answer_by_ns(one.job.period_ns)  # as long as the loop in Python waits
 
         def received(_drives: int, into: int, _size: int, until_ns: int) -> int:
-            data = world.receive(until_ns)
+            data = world.received_by_c(until_ns)
             if data is None:
                 return NOTHING
             ctypes.memmove(into, data, len(data))
@@ -338,7 +459,7 @@ class NativeSide:
         self._hooks = (
             Now(lambda _drives: world.now),
             Sleep(lambda _drives, until_ns: world.sleep_until(until_ns)),
-            Send(lambda _drives, data, size: world.send(ctypes.string_at(data, size))),
+            Send(lambda _drives, data, size: world.sent_by_c(ctypes.string_at(data, size))),
             Receive(received),
         )
         for name, hook in zip(("now_hook", "sleep_hook", "send_hook", "receive_hook"), self._hooks, strict=True):
@@ -357,7 +478,7 @@ class NativeSide:
 
     def take_back(self) -> None:
         """Give the machine back to its driver in Python."""
-        take_back(self.side.rig, self.guarding.drives)
+        self.side.world.bus.take_back(self.side.rig, self.guarding.drives)
 
     def close(self) -> None:
         self.guarding.hear()

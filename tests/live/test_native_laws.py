@@ -29,17 +29,19 @@ from .scripted_drives import (
     NAN,
     OPEN_LOOPS,
     OTHER_MODE,
-    PERIOD_NS,
     SILENT,
     WRONG_MODE,
+    CanWorld,
     NativeSide,
     Script,
+    UdpWorld,
+    World,
     calm,
     side,
     wild,
 )
 
-FAULT_AT, TICKS = 150, 400
+FAULT_AT, TICKS, PERIOD_NS = 150, 400, 1_000_000
 BOUND = 4
 """Ticks without an answer, the fourth of which begins the descent (docs/explanation/safety.md)."""
 DESCENT = round(DESCENT_S * 1e9 / PERIOD_NS)
@@ -49,7 +51,7 @@ needs_loop = pytest.mark.skipif(library.LIBRARY is None or LIBRARY is None, reas
 
 @contextlib.contextmanager
 def flown(script: Script) -> Iterator[NativeSide]:
-    with side(script, LIBRARY) as one, contextlib.closing(NativeSide(one)) as native:
+    with side(script, LIBRARY, UdpWorld) as one, contextlib.closing(NativeSide(one)) as native:
         yield native
 
 
@@ -245,13 +247,13 @@ def test_a_late_tick_starts_at_once_and_periods_that_are_over_are_skipped():
 def test_a_loop_that_finds_no_time_to_sleep_gives_the_processor_back():
     with flown(calm(TICKS)) as native:
         world, loop = native.side.world, native.guarding.loop
-        send = world.send
+        send = world.sent_by_c
 
         def slow(data: bytes) -> int:
             world.now += PERIOD_NS
             return send(data)
 
-        world.send = slow  # type: ignore[method-assign]
+        world.sent_by_c = slow  # type: ignore[method-assign]
         loop.periods, loop.ends_stopped = 5000, 0
         native.library.loop_run(loop)
     assert Outcome(loop.outcome) is Outcome.NO_REST
@@ -291,8 +293,9 @@ def test_a_loop_with_another_layout_is_not_used(tmp_path: Path, monkeypatch: pyt
 
 
 @needs_loop
-def test_the_loop_in_c_runs_only_what_it_knows(monkeypatch: pytest.MonkeyPatch):
-    with side(calm(10), LIBRARY) as one:
+@pytest.mark.parametrize("make", [UdpWorld, CanWorld])
+def test_the_loop_in_c_runs_only_what_it_knows(make: type[World], monkeypatch: pytest.MonkeyPatch):
+    with side(calm(10), LIBRARY, make) as one:
 
         def is_native(job=one.job, made=one.made) -> bool:
             found = native_guard.native_guard(job, one.lines[0], made)  # type: ignore[arg-type]
@@ -310,7 +313,7 @@ def test_the_loop_in_c_runs_only_what_it_knows(monkeypatch: pytest.MonkeyPatch):
         monkeypatch.setattr(library, "LIBRARY", None)
         assert not is_native()
     monkeypatch.undo()
-    with side(calm(10), None) as one:
+    with side(calm(10), None, make) as one:
         assert native_guard.native_guard(one.job, one.lines[0], one.made) is None  # type: ignore[arg-type]
 
 

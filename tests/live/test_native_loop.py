@@ -10,7 +10,18 @@ from exograv.live.native import library
 from exograv.runtime.control_loop.exchange import FeltLevel, PersonUpdate
 from exograv.safety.native.library import LIBRARY
 
-from .scripted_drives import PERIOD_NS, NativeSide, PythonSide, Script, calm, limits_of_person, side, wild
+from .scripted_drives import (
+    CanWorld,
+    NativeSide,
+    PythonSide,
+    Script,
+    UdpWorld,
+    World,
+    calm,
+    limits_of_person,
+    side,
+    wild,
+)
 
 TICKS, SEEDS = 400, range(12)
 
@@ -20,10 +31,10 @@ Words = Mapping[int, object]
 
 
 @contextlib.contextmanager
-def both(script: Script) -> Iterator[tuple[PythonSide, NativeSide]]:
+def both(script: Script, make: type[World]) -> Iterator[tuple[PythonSide, NativeSide]]:
     with (
-        side(script, LIBRARY) as native,
-        side(script, LIBRARY) as python,
+        side(script, LIBRARY, make) as native,
+        side(script, LIBRARY, make) as python,
         pytest.MonkeyPatch.context() as patch,
         contextlib.closing(NativeSide(native)) as in_c,
         contextlib.closing(PythonSide(python, patch)) as in_python,
@@ -35,7 +46,8 @@ def advance(one: PythonSide | NativeSide, script: Script, period: int) -> bool:
     """Run the tick of a period, late as the script says."""
     world = one.side.world
     world.tick = period
-    world.now = max(world.now, 5_100_000_000 + period * PERIOD_NS + int(script.overslept_ns[period]))
+    begins = 5_100_000_000 + period * one.side.job.period_ns
+    world.now = max(world.now, begins + int(script.overslept_ns[period]))
     return one.run(period)
 
 
@@ -52,9 +64,9 @@ def refuse_any_difference(in_python: PythonSide, in_c: NativeSide, period: int) 
     assert str(ours.states.read()) == str(theirs.states.read())
 
 
-def fly_both(script: Script, words: Words) -> tuple[list[str], list[str], int]:
+def fly_both(script: Script, words: Words, make: type[World]) -> tuple[list[str], list[str], int]:
     """Fly both loops tick by tick; return the texts of their events, and the number of ticks."""
-    with both(script) as (in_python, in_c):
+    with both(script, make) as (in_python, in_c):
         period = 0
         for period in range(len(script.drives)):
             if period in words:
@@ -79,16 +91,20 @@ def fly_both(script: Script, words: Words) -> tuple[list[str], list[str], int]:
         return texts[0], texts[1], period + 1
 
 
+@pytest.mark.parametrize("make", [UdpWorld, CanWorld])
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("share", [0.01, 0.05, 0.5])
-def test_both_loops_send_keep_and_record_the_same_whatever_drives_and_control_do(seed: int, share: float):
+def test_both_loops_send_keep_and_record_the_same_whatever_drives_and_control_do(
+    seed: int, share: float, make: type[World]
+):
     words = {30: FeltLevel(0.7), 90: PersonUpdate(limits_of_person(25.0)), 130: limits_of_person(28.0)}
     words |= {150: FeltLevel(0.2, 0.5), 330: "stop"}
-    ours, theirs, _ = fly_both(wild(TICKS, seed, share), words)
+    ours, theirs, _ = fly_both(wild(TICKS, seed, share), words, make)
     assert sorted(ours) == sorted(theirs)
 
 
-def test_a_run_without_faults_is_the_same_to_its_end_and_ends_after_stop():
-    ours, theirs, ticks = fly_both(calm(TICKS), {200: "stop"})
+@pytest.mark.parametrize(("make", "descent_ticks"), [(UdpWorld, 50), (CanWorld, 25)])
+def test_a_run_without_faults_is_the_same_to_its_end_and_ends_after_stop(make: type[World], descent_ticks: int):
+    ours, theirs, ticks = fly_both(calm(TICKS), {200: "stop"}, make)
     assert sorted(ours) == sorted(theirs)
-    assert 240 < ticks < 270
+    assert 190 + descent_ticks < ticks < 220 + descent_ticks
