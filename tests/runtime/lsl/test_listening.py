@@ -184,6 +184,7 @@ def test_a_listener_that_hangs_is_replaced(tmp_path: Path, monkeypatch: pytest.M
         assert [note.kind for note in finished(listening, recorder).streams[0].notes] == ["connected", "connected"]
 
 
+@pytest.mark.long
 def test_a_listener_of_which_only_the_threads_of_the_streams_go_on_is_replaced(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

@@ -157,6 +157,7 @@ def test_a_recorder_that_hangs_is_replaced_and_no_tick_is_missing(tmp_path: Path
     assert read_recording(path).ticks["sequence"].tolist() == list(range(200))
 
 
+@pytest.mark.long
 def test_a_recorder_that_hangs_before_it_completes_its_file_is_replaced(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
@@ -207,6 +208,7 @@ def test_ticks_are_counted_also_while_the_ring_is_full(tmp_path: Path):
         os.kill(recorder.pid, signal.SIGCONT)
 
 
+@pytest.mark.long
 def test_a_recorder_without_work_does_not_count_as_hanging(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("exograv.runtime.recorder.recorder.HANGS_S", 2.0)
     with recording(tmp_path / "a.mcap") as (recorder, control):
