@@ -231,6 +231,7 @@ def test_events_are_there_once_after_the_recorder_was_killed(tmp_path: Path):
     assert [note["text"] for note in read_recording(tmp_path / "a.mcap").messages("/event")] == ["0", "1", "2"]
 
 
+@pytest.mark.long
 def test_states_of_the_guard_are_there_once_after_the_recorder_was_killed(tmp_path: Path):
     with recording(tmp_path / "a.mcap") as (recorder, control):
         for k in range(3):
@@ -247,7 +248,9 @@ def test_states_of_the_guard_are_there_once_after_the_recorder_was_killed(tmp_pa
     np.testing.assert_array_equal([state_in(one) for one in kept], [[k, np.nan, -1.0] for k in range(3)])
 
 
-@pytest.mark.parametrize("topic", ["/task", "/page", "/control"])
+@pytest.mark.parametrize(
+    "topic", ["/task", *(pytest.param(topic, marks=pytest.mark.long) for topic in ("/page", "/control"))]
+)
 def test_messages_of_the_parent_are_there_once_after_the_recorder_was_killed(tmp_path: Path, topic: str):
     forms = {
         "/task": {"kind": "touch", "record": {"kind": "touch"}}, "/page": {"topic": "/act", "message": {}},
