@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import casadi as ca
 import numpy as np
@@ -160,6 +161,7 @@ def with_true_cuffs(assembly: Assembly, wearer: Wearer) -> Assembly:
     return replace(assembly, cuffs=tuple(cuff.model_copy(update=true) for cuff in assembly.cuffs))
 
 
+@cache
 def left_over_of_truth(seed: int) -> np.ndarray:
     """Left over of the production tick with the wearer's true parameters, RMS per joint [N·m]."""
     description = load_rig("recupera_like")

@@ -5,6 +5,7 @@ than the model: it has a Stribeck peak, saturates with speed, grows with the loa
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import mujoco
 import numpy as np
@@ -141,15 +142,18 @@ def identified(of: Case, method: str = "recursive") -> tuple[float, float]:
     return estimate.x[0], QUANTILE_95 * estimate.sd[0]
 
 
+@cache
+def drawn(model: PayloadModel, seed: int) -> tuple[bool, float]:
+    """Return True if the interval of a robot holds the mass, and its half width as a share of the mass."""
+    one = case(model, seed)
+    mass, half = identified(one)
+    return bool(abs(mass - one.mass) <= half), half / one.mass
+
+
 def held(model: PayloadModel, seeds: range) -> tuple[int, float]:
-    """Number of robots whose interval holds the mass, and mean half width as a share of the mass."""
-    count, widths = 0, []
-    for seed in seeds:
-        one = case(model, seed)
-        mass, half = identified(one)
-        count += abs(mass - one.mass) <= half
-        widths.append(half / one.mass)
-    return count, float(np.median(widths))
+    """Number of robots whose interval holds the mass, and median half width as a share of the mass."""
+    holds, widths = zip(*(drawn(model, seed) for seed in seeds), strict=True)
+    return sum(holds), float(np.median(widths))
 
 
 @pytest.mark.parametrize(
