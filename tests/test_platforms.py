@@ -50,7 +50,7 @@ import_all({left_out})
 """
 
 
-@pytest.mark.parametrize("platform", ["win32", "darwin"])
+@pytest.mark.parametrize("platform", ["win32", pytest.param("darwin", marks=pytest.mark.long)])
 def test_every_module_imports(platform: str, tmp_path: Path):
     program = IMPORT_ALL.format(
         platform=platform,

@@ -129,6 +129,7 @@ def test_the_process_of_the_pages_has_descriptors_of_its_own(tmp_path: Path):
     assert line.split()[3:5] == [str(DESCRIPTORS_MAX)] * 2
 
 
+@pytest.mark.long
 def test_processes_that_end_at_once_are_not_replaced_for_ever(tmp_path: Path):
     with bound(Address(port=0)) as (listening, host):
         trial, said = TrialRequest(tmp_path, None), list[str]()

@@ -20,6 +20,8 @@ from proof.properties import HOLDS, PROPERTIES, Property
 from proof.source import CORE, Source
 from proof.state import Record, State
 
+pytestmark = pytest.mark.long  # `make prove` runs them too
+
 EFFORT = 20_000_000
 """Steps of z3 for one claim about missed ticks."""
 
@@ -55,9 +57,6 @@ WRONG = {
 }
 """Property, text of the guard, and the wrong text that breaks the property."""
 
-SEARCHED = ("a ramp in one step", "a push in a wall")
-"""Wrong guards for whose run the solver searches for seconds."""
-
 
 def guard(change: Callable[[str], str] = str) -> Source:
     return Source(ast.parse(change(CORE.read_text(encoding="utf-8"))))
@@ -81,9 +80,7 @@ def test_the_guard_that_ships_is_proved(name: str):
     assert verdict.is_good, verdict
 
 
-@pytest.mark.parametrize(
-    "what", [pytest.param(one, marks=pytest.mark.long if one in SEARCHED else ()) for one in WRONG]
-)
+@pytest.mark.parametrize("what", WRONG)
 def test_a_wrong_guard_is_refuted_by_a_run_of_itself(what: str):
     verdict = verdict_on(*WRONG[what])
     assert verdict.is_refuted, verdict

@@ -350,6 +350,7 @@ def _record_on_a_slow_disk(job: RecorderJob, parent: Connection) -> None:
     record(job, parent)
 
 
+@pytest.mark.long
 def test_a_slow_disk_delays_no_process_and_loses_no_tick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("exograv.runtime.recorder.recorder.record", _record_on_a_slow_disk)
     with recording(tmp_path / "a.mcap") as (recorder, control):
